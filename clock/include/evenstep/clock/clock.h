@@ -1,0 +1,35 @@
+#pragma once
+/// The seam between evenstep and the passage of real time: everything that must know or wait for real time is handed a
+/// Clock by reference. There is no global clock; only this room asks the operating system.
+///
+///   VirtualClock  jumps to the next deadline: programmed timing, deterministic, faster than real time.
+///   WallClock     CLOCK_MONOTONIC with an interruptible absolute wait (steady_waiter.h).
+///
+/// One conformance test body runs on both (tests/clock/conformance_test.cpp).
+
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+enum class Wake { deadline, notified };
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+
+  /// A live read. Any thread. Never runs backwards.
+  virtual RealTime now() const noexcept = 0;
+
+  /// Returns Wake::deadline when now() >= deadline, or Wake::notified when notify() was called since the last return
+  /// (also before the call: a notification is never lost). Owner's thread only. A deadline in the past returns at once.
+  /// A virtual clock asked to wait for kNever without a notification is a deadlock and returns Wake::notified.
+  virtual Wake wait_until(RealTime deadline) noexcept = 0;
+
+  /// Ends a wait early. Any thread, also from a signal handler.
+  virtual void notify() noexcept = 0;
+
+  /// True where waiting costs nothing and the host's speed must not be visible.
+  virtual bool is_virtual() const noexcept = 0;
+};
+
+}  // namespace evenstep

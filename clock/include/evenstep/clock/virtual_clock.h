@@ -1,0 +1,22 @@
+#pragma once
+/// A clock that stands still until it is told to wait, then jumps: wait_until(t) sets now() to t and returns.
+
+#include <atomic>
+
+#include "evenstep/clock/clock.h"
+
+namespace evenstep {
+
+class VirtualClock final : public Clock {
+ public:
+  RealTime now() const noexcept override { return {now_ns_.load(std::memory_order_acquire)}; }
+  Wake wait_until(RealTime deadline) noexcept override;
+  void notify() noexcept override { notified_.store(true, std::memory_order_release); }
+  bool is_virtual() const noexcept override { return true; }
+
+ private:
+  std::atomic<std::int64_t> now_ns_{0};
+  std::atomic<bool> notified_{false};
+};
+
+}  // namespace evenstep

@@ -1,0 +1,1 @@
+// clock/src/wall_clock.cpp

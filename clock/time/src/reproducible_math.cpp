@@ -1,0 +1,1 @@
+// clock/time/src/reproducible_math.cpp

@@ -1,0 +1,45 @@
+#pragma once
+/// A haptic device as the loop sees it: one read and one write per tick.
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include <glm/vec3.hpp>
+
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+struct DeviceSample {
+  RealTime read_at;                    ///< when the driver read it (live clock)
+  glm::dvec3 position_m{0};
+  std::uint32_t sequence = 0;          ///< of the newest report
+  bool fresh = false;                  ///< false: no new report since the last read; the position is the one before
+};
+
+/// What went wrong since the start; each is an expectation's metric.
+struct DeviceCounters {
+  std::int64_t reports = 0;
+  std::int64_t lost = 0;               ///< gaps in the sequence
+  std::int64_t malformed = 0;          ///< wrong length, unknown id
+  std::int64_t stale = 0;              ///< reads without a fresh report
+  std::int64_t write_failures = 0;
+};
+
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class HapticDevice {
+ public:
+  virtual ~HapticDevice() = default;
+  /// Drains the reports that are there and returns the newest. Never blocks. Throws DeviceError when the device is gone.
+  virtual DeviceSample read(RealTime now) = 0;
+  /// Sends one force. Never blocks. The caller has passed it through the ForceGuard.
+  virtual void write(const glm::dvec3& force_N) = 0;
+  virtual const DeviceCounters& counters() const = 0;
+};
+
+}  // namespace evenstep

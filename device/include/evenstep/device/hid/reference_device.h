@@ -1,0 +1,44 @@
+#pragma once
+/// The reference device: our own report layout (docs/reference-device.md), shared by driver and simulation.
+///
+/// Input report 1 (21 bytes):   u8 id = 1 | u32 sequence | u32 device time, us | i32 x, y, z, nm     little endian
+/// Output report 2 (17 bytes):  u8 id = 2 | u32 sequence | i32 fx, fy, fz, uN
+/// 16-bit positions would cost 3 % of a step; int32 nm spans +-2.1 m.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+namespace evenstep::reference_device {
+
+inline constexpr std::uint16_t kVendorId = 0x1209;
+inline constexpr std::uint16_t kProductId = 0x0E57;
+inline constexpr std::size_t kInputSize = 21;
+inline constexpr std::size_t kOutputSize = 17;
+
+std::span<const std::byte> report_descriptor();
+
+struct InputReport {
+  std::uint32_t sequence = 0;
+  std::uint32_t device_time_us = 0;
+  std::array<std::int32_t, 3> position_nm{};
+};
+struct OutputReport {
+  std::uint32_t sequence = 0;
+  std::array<std::int32_t, 3> force_uN{};
+};
+/// nullopt: wrong id or length (a longer report is accepted, its tail ignored: the kernel delivers it whole).
+std::optional<InputReport> decode_input(std::span<const std::byte> report);
+std::optional<OutputReport> decode_output(std::span<const std::byte> report);
+std::array<std::byte, kInputSize> encode(const InputReport& report);
+std::array<std::byte, kOutputSize> encode(const OutputReport& report);
+
+/// Rounded to nearest (ties away from zero) and saturated to int32.
+std::array<std::int32_t, 3> to_nm(const glm::dvec3& position_m);
+std::array<std::int32_t, 3> to_uN(const glm::dvec3& force_N);
+
+}  // namespace evenstep::reference_device

@@ -1,0 +1,31 @@
+#pragma once
+/// The programmed hand: position as a function of real time. Exact and reproducible (no libm). All motions hold x(0) for
+/// t < 0 and start from rest.
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+struct Still { glm::dvec3 position_m{0}; };
+/// x = v (t - t_s / 2) for t >= t_s; between 0 and t_s the velocity rises as a smoothstep (C1), so that x is C2.
+struct ConstantVelocity { glm::dvec3 velocity_m_per_s{0}; Duration smooth_start{0}; glm::dvec3 origin_m{0}; };
+/// x = amplitude (1 - cos(2 pi f t)) / 2 : starts from rest. Frequency rational.
+struct Sine { glm::dvec3 amplitude_m{0}; Rate frequency{1, 1}; };
+/// Constant velocity with smooth start, then a dead stop at `stop`.
+struct RampStop { ConstantVelocity ramp; RealTime stop; };
+/// Linear between rows (strictly increasing times, at least one); holds the ends.
+struct RecordedMotion { std::vector<std::pair<RealTime, glm::dvec3>> rows; };
+
+using Motion = std::variant<Still, ConstantVelocity, Sine, RampStop, RecordedMotion>;
+
+glm::dvec3 position_m(const Motion& motion, RealTime at);
+
+}  // namespace evenstep

@@ -1,0 +1,1 @@
+// device/src/force_guard.cpp

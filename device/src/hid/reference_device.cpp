@@ -1,0 +1,1 @@
+// device/src/hid/reference_device.cpp

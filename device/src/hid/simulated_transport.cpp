@@ -1,0 +1,1 @@
+// device/src/hid/simulated_transport.cpp

@@ -1,0 +1,94 @@
+#pragma once
+/// A scenario, resolved: what a file says after `extends`, `--set` and defaults. Field table: harness/src/reader_fields.cpp.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/device/force_guard.h"
+#include "evenstep/device/hid/simulated_transport.h"
+#include "evenstep/device/motion.h"
+#include "evenstep/harness/diagnostic.h"
+#include "evenstep/harness/quantity.h"
+#include "evenstep/remap/force_schedule.h"
+#include "evenstep/scheduler/step_timing.h"
+#include "evenstep/sim/scene.h"
+
+namespace evenstep {
+
+enum class StrategyKind { ideal, direct, paper, phase_locked };
+const char* name_of(StrategyKind kind);
+
+struct Place { std::string file; std::int64_t line = 0, column = 0; };
+
+struct DeviceSpec {
+  std::string name;
+  Rate rate{1000, 1};
+  Duration phase;
+  QueuePolicy queue = QueuePolicy::hidraw;
+  Motion motion;
+  Emission emission = Emission::linear;
+  ForceLimits limits;
+};
+
+/// A latency or lead: minimal for any phase, minimal for this phase, or a duration.
+struct Budget { enum class Kind { any_phase, this_phase, fixed } kind = Kind::any_phase; Duration fixed; };
+
+struct RemapSpec {
+  double estimate_weight = 0.1;
+  double bandwidth_Hz = 2.0;
+  Budget latency;
+  Budget lead;
+};
+
+struct TimingSpec {
+  ProgrammedTiming programmed;
+  bool paced_by_segment = true;                 ///< a segment rate was given
+  bool real_steps = false;                      ///< step = "real": no programmed floor on a wall clock
+  std::vector<SegmentTiming> trace;             ///< non-empty: replay this and nothing else
+  std::string trace_file;
+};
+
+struct Expectation {
+  Place place;
+  std::string signal, metric, because;
+  std::optional<Limit> min, max;
+  bool expect_fail = false;
+};
+
+struct Scenario {
+  std::string file;
+  std::string name, because;
+  std::vector<std::string> tags;
+
+  Duration run_duration;                        ///< default with a trace: its length
+  Duration warmup;
+  std::uint64_t seed = 1;
+  std::vector<StrategyKind> strategies;
+  StrategyKind live = StrategyKind::phase_locked;
+
+  TimingSpec timing;
+  SolverKind solver = SolverKind::opencl;
+  Scene scene;
+  int work_group_size = 64;
+  std::vector<DeviceSpec> devices;
+  RemapSpec remap;
+  std::vector<Expectation> expectations;
+  struct ExpectStop { std::string reason; std::optional<std::int64_t> at_most_step; Place place; };
+  std::optional<ExpectStop> expect_stop;
+
+  NominalUnits nominal;
+  std::string resolved_toml;                    ///< the merged table, for resolved.toml
+};
+
+struct ReadOptions { std::vector<std::string> set; std::optional<std::uint64_t> seed; };
+struct ReadResult {
+  std::optional<Scenario> scenario;             ///< none if there are errors
+  std::vector<Diagnostic> errors;               ///< all of them, by position
+};
+ReadResult read_scenario(const std::string& path, const ReadOptions& options = {});
+/// JSON Schema (draft-04) generated from the field table.
+std::string scenario_schema();
+
+}  // namespace evenstep

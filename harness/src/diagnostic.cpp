@@ -1,0 +1,1 @@
+// harness/src/diagnostic.cpp

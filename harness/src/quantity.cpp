@@ -1,0 +1,1 @@
+// harness/src/quantity.cpp

@@ -1,0 +1,1 @@
+// harness/src/timing_csv.cpp

@@ -1,0 +1,61 @@
+#pragma once
+/// The force side (paper, Figure 4): every step's response has an emission time F(n) = R(n) + L; the device tick asks for
+/// the value at its own time. "hold" plays the latest F(n) <= tick; "linear" interpolates between F(n) and F(n+1) and
+/// therefore needs one slot more latency (docs/numerics.md).
+
+#include "evenstep/remap/sample.h"
+#include "evenstep/remap/timed_ring.h"
+
+namespace evenstep {
+
+enum class Emission : std::uint8_t { hold, linear };
+
+template <class Value>
+class ForceSchedule {
+ public:
+  ForceSchedule(std::size_t capacity, Emission emission) : ring_(capacity), emission_(emission) {}
+
+  /// Emission times must increase (SlotMap::emission_time repairs those of maps that step back).
+  void push(RealTime emission, const Value& value) { ring_.push(emission, value); }
+  std::uint64_t head() const { return ring_.head(); }
+  std::size_t capacity() const { return ring_.capacity(); }
+  Emission emission() const { return emission_; }
+
+  /// The value to send at `at`, seeing the first `head` entries. status:
+  ///   inside    as scheduled
+  ///   underrun  linear only: `at` lies past the last emission time known; its value is held (policy "hold")
+  ///   empty     before the first emission time, or nothing pushed: Value{} (no force yet)
+  ///   overrun   the entry needed has left the ring
+  /// hold cannot see that an entry is missing (it only ever looks back): the step's own `late` says so.
+  Reading<Value> at(RealTime at, std::uint64_t head) const;
+  Reading<Value> at(RealTime time) const { return at(time, head()); }
+
+ private:
+  TimedRing<Value> ring_;
+  Emission emission_;
+};
+
+template <class Value>
+Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
+  using Entry = typename TimedRing<Value>::Entry;
+  Entry later;
+  if (head == 0 || !ring_.get(head - 1, later)) return {};
+  const RealTime newest = later.time;
+  if (newest <= at) {
+    const bool past = emission_ == Emission::linear && newest < at;
+    return {later.value, past ? ReadStatus::underrun : ReadStatus::inside, newest};
+  }
+  for (std::uint64_t index = head - 1;; --index) {
+    Entry earlier;
+    if (index == 0) return {Value{}, ReadStatus::empty, newest};
+    if (!ring_.get(index - 1, earlier)) return {later.value, ReadStatus::overrun, newest};
+    if (earlier.time <= at) {
+      if (emission_ == Emission::hold) return {earlier.value, ReadStatus::inside, newest};
+      const double w = seconds(at - earlier.time) / seconds(later.time - earlier.time);
+      return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
+    }
+    later = earlier;
+  }
+}
+
+}  // namespace evenstep

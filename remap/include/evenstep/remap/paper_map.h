@@ -1,0 +1,28 @@
+#pragma once
+/// The paper's map, faithfully: slot(n) = B_k + (n - n_k) T^ / N^ with T^ the weighted average of segment lengths and N^ the
+/// step count of the previous segment; re-anchored at the measured B_k of every segment. Discontinuous at each boundary by
+/// exactly T_k - T^_k: if that is below -tau, slots run backwards (docs/numerics.md).
+/// Outside its domain: a segment without steps keeps the N^ before it; slots past N^ continue at the same pace.
+
+#include "evenstep/remap/segment_estimator.h"
+#include "evenstep/remap/slot_map.h"
+
+namespace evenstep {
+
+class PaperMap final : public SlotMap {
+ public:
+  PaperMap(Duration lead, Duration latency, double weight) : SlotMap(lead, latency), estimator_(weight) {}
+  void boundary(std::int64_t n, RealTime begin) override;
+
+ protected:
+  std::optional<RealTime> slot(std::int64_t n) override;
+
+ private:
+  SegmentEstimator estimator_;
+  bool started_ = false;
+  std::int64_t first_step_ = 0;     // n_k
+  RealTime begin_;                  // B_k
+  std::int64_t step_count_ = 0;     // N^; 0 = none yet
+};
+
+}  // namespace evenstep

@@ -1,0 +1,54 @@
+#pragma once
+/// The interaction buffer (paper, Figure 3 a): samples of the hand in real time, read by linear interpolation at a slot's
+/// time. The result says whether the buffer really held that time.
+
+#include "evenstep/remap/sample.h"
+#include "evenstep/remap/timed_ring.h"
+
+namespace evenstep {
+
+template <class Value>
+class SampleBuffer {
+ public:
+  explicit SampleBuffer(std::size_t capacity) : ring_(capacity) {}
+
+  void push(RealTime read_at, const Value& value) { ring_.push(read_at, value); }
+  std::uint64_t head() const { return ring_.head(); }
+  std::size_t capacity() const { return ring_.capacity(); }
+
+  /// The value at `at`, seeing the first `head` entries only.
+  Reading<Value> at(RealTime at, std::uint64_t head) const;
+  Reading<Value> at(RealTime time) const { return at(time, head()); }
+  /// The newest of the first `head` entries ("direct").
+  Reading<Value> newest(std::uint64_t head) const;
+
+ private:
+  TimedRing<Value> ring_;
+};
+
+template <class Value>
+Reading<Value> SampleBuffer<Value>::newest(std::uint64_t head) const {
+  typename TimedRing<Value>::Entry entry;
+  if (head == 0 || !ring_.get(head - 1, entry)) return {};
+  return {entry.value, ReadStatus::inside, entry.time};
+}
+
+template <class Value>
+Reading<Value> SampleBuffer<Value>::at(RealTime at, std::uint64_t head) const {
+  typename TimedRing<Value>::Entry later;
+  if (head == 0 || !ring_.get(head - 1, later)) return {};
+  const RealTime newest = later.time;
+  if (at > newest) return {later.value, ReadStatus::underrun, newest};
+  for (std::uint64_t index = head - 1; at < later.time; --index) {   // newest first: reads lie near the head
+    typename TimedRing<Value>::Entry earlier;
+    if (index == 0 || !ring_.get(index - 1, earlier)) return {later.value, ReadStatus::overrun, newest};
+    if (earlier.time <= at) {
+      const double w = seconds(at - earlier.time) / seconds(later.time - earlier.time);
+      return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
+    }
+    later = earlier;
+  }
+  return {later.value, ReadStatus::inside, newest};
+}
+
+}  // namespace evenstep

@@ -1,0 +1,22 @@
+#pragma once
+/// The paper's estimate of a segment's length: "a weighted average of several successive time-segments" (section 3).
+/// T^(k+1) = T^(k) + w (T(k) - T^(k)), usable in segment k + 1; acquired from the first complete segment, not a nominal.
+
+#include <optional>
+
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+class SegmentEstimator {
+ public:
+  explicit SegmentEstimator(double weight) : weight_(weight) {}  ///< 0 < weight <= 1; 1 = the last segment only
+  void segment(Duration length);
+  std::optional<double> length_ns() const { return length_ns_; }
+
+ private:
+  double weight_;
+  std::optional<double> length_ns_;
+};
+
+}  // namespace evenstep

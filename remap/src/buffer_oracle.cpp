@@ -1,0 +1,1 @@
+// remap/src/buffer_oracle.cpp

@@ -1,0 +1,1 @@
+// remap/src/latency_budget.cpp

@@ -1,0 +1,1 @@
+// remap/src/paper_map.cpp

@@ -1,0 +1,1 @@
+// remap/src/phase_locked_map.cpp

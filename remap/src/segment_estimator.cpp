@@ -1,0 +1,1 @@
+// remap/src/segment_estimator.cpp

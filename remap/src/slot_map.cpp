@@ -1,0 +1,1 @@
+// remap/src/slot_map.cpp

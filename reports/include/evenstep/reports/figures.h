@@ -1,0 +1,20 @@
+#pragma once
+/// SVG of the paper's figures for this very run: axes with units, legend, colour-blind palette plus dashes; decimated to
+/// the pixels drawn.
+
+#include <string>
+
+#include "evenstep/reports/run_record.h"
+
+namespace evenstep {
+
+/// Figure 1 a: motion of the interaction in simulation time (one curve per strategy), for one device: position along its
+/// main axis, and below it the distance from the fitted line in steps. About six segments around the middle of the judged span.
+std::string figure_1a_svg(const RunRecord& run, const std::string& device);
+/// Figure 1 b: force in real time at the device's ticks, and below it the distance from the fitted line.
+std::string figure_1b_svg(const RunRecord& run, const std::string& device);
+/// Figures 2 to 4 for one segment of `strategy`: samples of the hand, slots, real steps, emission times, and the lines that
+/// join each step to its slot (3 c) and its force to its emission (4 d).
+std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy, const std::string& device);
+
+}  // namespace evenstep

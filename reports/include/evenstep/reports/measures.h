@@ -1,0 +1,47 @@
+#pragma once
+/// Numbers about a finished run. Exact definitions: docs/metrics.md; names and units are only ever added to.
+/// Every metric that has a value is computed, asserted or not.
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evenstep/reports/run_record.h"
+
+namespace evenstep {
+
+/// metrics[signal][metric] = value in SI base units (s, m, N) or a plain count. Signals: "<device>.interaction.<strategy>",
+/// "<device>.force.<strategy>", "<device>.buffers.<strategy>", "solver.<strategy>", "events.<lane>.<name>", "run".
+using Metrics = std::map<std::string, std::map<std::string, double>>;
+Metrics measure(const RunRecord& run);
+
+/// "Judged no sample" is an error, never a pass: the metrics known for a signal, whether or not this run has values.
+/// nullopt: the signal's form is unknown.
+std::optional<std::vector<std::string>> metrics_of_signal(const std::string& signal);
+
+/// |ideal change of the signal per slot|, in the signal's own unit (m or N): v * slot or k * v * slot.
+/// nullopt where no nominal speed (or, for force, no stiffness) exists: then `step` is an error as a unit.
+std::optional<double> step_unit(const Nominal& nominal, const std::string& signal);
+/// "m", "N", "s", "count" or "1": what a metric is measured in.
+std::string base_unit(const std::string& signal, const std::string& metric);
+
+// The measures themselves, on plain series.
+
+/// max |x(n+1) - 2 x(n) + x(n-1)|
+double velocity_jump(std::span<const Vec3> x);
+struct Deviation { double max = 0; double rms = 0; };
+/// Residual of the least-squares line of the vector in each non-overlapping window of `window_s`; the last joins the one
+/// before if shorter than half. `t` in s, increasing.
+Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s);
+/// Largest change between two neighbours.
+double jump_max(std::span<const Vec3> x);
+/// RMS of x, detrended per window, in the band [low, high] Hz: exact band by DFT of each window (no filter state).
+double band_rms(std::span<const double> t, std::span<const Vec3> x, double window_s, double low_Hz, double high_Hz);
+
+/// Error against run time: one row per bin (1 s) and signal.
+struct BinRow { double from_s = 0; double deviation_max = 0, velocity_jump = 0; std::int64_t underruns_so_far = 0; };
+std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, double bin_s = 1.0);
+
+}  // namespace evenstep

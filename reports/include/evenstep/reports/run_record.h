@@ -1,0 +1,129 @@
+#pragma once
+/// What a finished run left behind: plain columns, filled by the harness, read by measures and writers.
+/// Vectors are std::array<double, 3> (x, y, z).
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+using Vec3 = std::array<double, 3>;
+
+enum class StepRead : std::uint8_t { inside, underrun, overrun, newest, acquiring };
+
+/// One step of one strategy.
+struct StepRow {
+  std::int64_t segment = 0;
+  RealTime begin;        ///< S_n
+  RealTime end;          ///< E_n
+  RealTime read;         ///< R(n)
+  RealTime emission;     ///< F(n)
+  bool mapped = false;   ///< false: newest sample (direct) or acquiring
+  bool acquiring = false;
+};
+
+/// One device's part of a step (same index as StepRow).
+struct StepSample {
+  Vec3 position_m{};     ///< x_n handed to the solver
+  Vec3 force_N{};        ///< f_n
+  StepRead read = StepRead::inside;
+};
+
+/// One device tick.
+struct TickRow {
+  RealTime at;           ///< scheduled
+  Duration lateness;     ///< 0 in virtual time
+  Vec3 position_m{};     ///< sample read
+  Vec3 force_N{};        ///< sent (after the guard)
+  bool started = false;  ///< false before the first emission time: no force yet
+};
+
+struct DeviceRecord {
+  std::string name;
+  std::vector<StepSample> steps;
+  std::vector<TickRow> ticks;
+  std::map<std::string, double> counters;   ///< driver and guard: "lost", "clamped", ...
+};
+
+struct LatencyRecord {
+  Duration lead;
+  Duration latency;
+  Duration least_any_phase_lead, least_any_phase;      ///< of this run's map: hold emission, or linear where the scene says so
+  Duration least_this_phase_lead, least_this_phase;
+  std::int64_t lead_culprit = -1, latency_culprit = -1;
+  std::int64_t interaction_capacity = 0, force_capacity = 0;
+  std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;   ///< by the sizing pass
+};
+
+struct SegmentRow {
+  std::int64_t index = 0;
+  RealTime begin, end;
+  std::optional<std::array<RealTime, 2>> visualization;
+};
+
+struct EventRow {
+  RealTime time;
+  std::uint8_t lane = 0;       ///< 0 completion, 1 device, 2 launch
+  std::uint16_t name = 0;      ///< index into StrategyRecord::event_names
+  std::uint64_t chained_hash = 0;
+};
+
+struct SolverRecord {
+  std::string name;
+  std::string device;
+  std::int64_t particles = 0;
+  int substeps = 1;
+  double step_limit_s = 0, rest_state_step_limit_s = 0;   ///< 0: none
+  bool non_finite = false;
+  std::int64_t first_bad_step = -1;
+  double energy_growth = 0;
+  bool has_energy = false;
+  double solver_seconds = 0;   ///< launch + wait; reported, never hashed
+};
+
+struct StrategyRecord {
+  std::string name;                         ///< "phase_locked"
+  std::vector<StepRow> steps;
+  std::vector<SegmentRow> segments;
+  std::vector<DeviceRecord> devices;
+  LatencyRecord latency;
+  SolverRecord solver;
+  std::int64_t emission_repairs = 0;
+  std::int64_t interaction_overruns = 0;
+  std::vector<std::string> event_names;
+  std::vector<EventRow> events;
+  std::map<std::string, std::int64_t> event_counts;   ///< "<lane>.<name>" -> count
+  std::uint64_t trace_hash = 0;
+  std::vector<Vec3> twin_force_N;           ///< per step and device (step-major), of the ideal twin with this lead; may be empty
+  bool shadow = false;                      ///< replayed from a live run: its forces never reached the hand
+};
+
+/// Nominal figures of the scenario, for units and windows.
+struct Nominal {
+  Duration segment, visualization, step_run_time;
+  double slot_s = 0;                        ///< step_size: simulated seconds per step
+  RealTime judged_from;                     ///< end of warm-up
+  RealTime end;                             ///< duration
+  struct Device { std::string name; std::optional<double> speed_m_per_s; std::optional<double> stiffness_N_per_m; bool hold_emission = false; Rate rate; RealTime first_tick; std::optional<RealTime> stop_at; };
+  std::vector<Device> devices;              ///< stiffness: only a spring has one
+};
+
+struct RunRecord {
+  std::string scenario;                     ///< its name
+  std::string file;
+  std::uint64_t seed = 1;
+  std::string clock;                        ///< "virtual" | "wall"
+  bool real_time_granted = true;
+  Nominal nominal;
+  std::vector<StrategyRecord> strategies;
+  std::uint64_t trace_hash = 0;             ///< hash of the (strategy name, chain) pairs
+  std::vector<std::string> left_out;
+};
+
+}  // namespace evenstep

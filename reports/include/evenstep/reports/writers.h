@@ -1,0 +1,33 @@
+#pragma once
+/// Text of the run folder's files. Pure: a record in, a string (or bytes) out; the harness writes the files aside and
+/// renames. Numbers are printed by fmt with the shortest text that reads back to the same double; no locale, no dates.
+
+#include <string>
+#include <vector>
+
+#include "evenstep/reports/measures.h"
+#include "evenstep/reports/run_record.h"
+#include "evenstep/reports/verdict.h"
+
+namespace evenstep {
+
+std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
+                         const std::string& version, const std::string& verdict);
+std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error, const std::string& reproduce);
+/// First column t[s]; one block per strategy and device: see docs/metrics.md.
+std::string series_csv(const RunRecord& run);
+/// segment,kind,index,begin_ns,end_ns: what the first strategy that is not `ideal` really ran; a scenario can replay it.
+std::string timing_csv(const StrategyRecord& strategy);
+/// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
+std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
+
+// events.bin (docs/metrics.md): magic "EVSTEP01", per strategy its name, event names and rows; little endian.
+std::vector<std::byte> events_bin(const RunRecord& run);
+struct EventFile { std::vector<StrategyRecord> strategies; /* name, event_names, events, trace_hash only */ };
+/// Throws std::runtime_error naming the byte offset of what is wrong (untrusted input: sizes are checked first).
+EventFile read_events_bin(const std::vector<std::byte>& bytes);
+struct Difference { std::string strategy; std::int64_t index = -1; std::string text; };
+/// The first differing event (binary search over the chained hash), or nullopt when equal. Strategies are matched by name.
+std::optional<Difference> first_difference(const EventFile& a, const EventFile& b);
+
+}  // namespace evenstep

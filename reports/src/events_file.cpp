@@ -1,0 +1,1 @@
+// reports/src/events_file.cpp

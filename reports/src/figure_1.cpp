@@ -1,0 +1,1 @@
+// reports/src/figure_1.cpp

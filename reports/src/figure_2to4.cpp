@@ -1,0 +1,1 @@
+// reports/src/figure_2to4.cpp

@@ -1,0 +1,1 @@
+// reports/src/junit_xml.cpp

@@ -1,0 +1,1 @@
+// reports/src/series_csv.cpp

@@ -1,0 +1,1 @@
+// reports/src/summary_json.cpp

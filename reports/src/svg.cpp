@@ -1,0 +1,1 @@
+// reports/src/svg.cpp

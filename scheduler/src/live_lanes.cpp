@@ -1,0 +1,1 @@
+// scheduler/src/live_lanes.cpp

@@ -1,0 +1,1 @@
+// scheduler/src/step_timing.cpp

@@ -1,0 +1,1 @@
+// sim/cpu/spring_solver.cpp

@@ -1,0 +1,1 @@
+// sim/cpu/tissue_solver.cpp

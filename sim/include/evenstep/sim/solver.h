@@ -1,0 +1,79 @@
+#pragma once
+/// Metres to newtons: a solver takes the tools' positions, advances the scene by exactly one step (a constant amount of
+/// simulation time) and says what the tools feel. It never sees a clock.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "evenstep/sim/scene.h"
+#include "evenstep/sim/stability.h"
+
+namespace evenstep {
+
+struct ToolResponse {
+  std::array<glm::dvec3, kMaxTools> force_N{};   ///< on the hand, one per tool; unused entries are zero
+};
+
+/// What a solver says of a finished run.
+struct SolverVerdict {
+  bool non_finite = false;
+  std::int64_t first_bad_step = -1;     ///< first step after which a force was not finite; -1 = none
+  double energy_J = 0;                  ///< mechanical energy now (kinetic + springs); 0 unless Scene::needs_energy
+  double energy_growth = 0;             ///< max over steps of (energy - work of the tools so far) / max(energy scale), unitless
+};
+
+struct SolverInfo {
+  std::string name;                     ///< "cpu-double", "opencl"
+  std::string device;                   ///< "pthread-…", empty for cpu
+  std::int64_t particles = 0;
+  std::int64_t springs = 0;
+  int substeps = 1;
+  std::optional<StepLimit> limit;       ///< none for the spring
+  std::vector<std::string> left_out;    ///< what this scene does not need and so does not exist in it
+};
+
+/// Message and remedy, e.g. "no OpenCL platform" / "install pocl-opencl-icd".
+class SolverError : public std::runtime_error {
+ public:
+  SolverError(const std::string& what, std::string remedy) : std::runtime_error(what), remedy_(std::move(remedy)) {}
+  const std::string& remedy() const { return remedy_; }
+
+ private:
+  std::string remedy_;
+};
+
+class Solver {
+ public:
+  virtual ~Solver() = default;
+  /// One step with the tools at `positions_m` (tool_count entries; substeps move linearly from the positions before). A
+  /// non-finite position throws SolverError. Blocks until the forces are known. One thread at a time.
+  virtual ToolResponse step(std::span<const glm::dvec3> positions_m) = 0;
+  /// Digest of all particle positions and velocities, bit for bit, independent of threads and work-group size, equal for
+  /// cpu float and opencl. 0 for the spring.
+  virtual std::uint64_t state_digest() = 0;
+  /// Back to the rest state at step 0.
+  virtual void reset() = 0;
+  virtual SolverVerdict verdict() = 0;
+  virtual const SolverInfo& info() const = 0;
+};
+
+struct SolverOptions {
+  std::string opencl_platform;          ///< part of the platform's name; empty = PoCL if there, otherwise the first
+  std::string opencl_device;            ///< part of the device's name; empty = the first
+  int work_group_size = 64;             ///< results do not depend on it
+};
+
+/// Throws SolverError: no platform (with the package to install), out of memory (size asked for and there), unstable
+/// substeps without allow_unstable, a scene with no particles, zero mass or spacing. OpenCL kernels are built and warmed
+/// up before it returns (a first launch can take 250 ms).
+std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
+
+}  // namespace evenstep

@@ -1,0 +1,1 @@
+// sim/opencl/tissue_solver.cpp
