@@ -28,4 +28,13 @@ using Motion = std::variant<Still, ConstantVelocity, Sine, RampStop, RecordedMot
 
 glm::dvec3 position_m(const Motion& motion, RealTime at);
 
+/// A motion that begins at `begin` instead of 0: x(t) = shape(t - begin).
+struct ProgrammedMotion {
+  Motion shape;
+  RealTime begin;
+};
+inline glm::dvec3 position_m(const ProgrammedMotion& motion, RealTime at) {
+  return position_m(motion.shape, RealTime{0} + (at - motion.begin));
+}
+
 }  // namespace evenstep

@@ -84,6 +84,7 @@ struct SolverRecord {
   std::int64_t first_bad_step = -1;
   double energy_growth = 0;
   bool has_energy = false;
+  std::vector<std::string> left_out;   ///< what the scene does not need and so does not exist in it
   double solver_seconds = 0;   ///< launch + wait; reported, never hashed
 };
 

@@ -30,7 +30,7 @@ struct SimulatedDeviceOptions {
 
 class SimulatedTransport final : public HidTransport {
  public:
-  SimulatedTransport(const Clock& clock, Motion motion, SimulatedDeviceOptions options);
+  SimulatedTransport(const Clock& clock, ProgrammedMotion motion, SimulatedDeviceOptions options);
   HidRead read(std::span<std::byte> buffer) override;
   HidWrite write(std::span<const std::byte> report) override;
   std::span<const std::byte> report_descriptor() const override;
@@ -43,7 +43,7 @@ class SimulatedTransport final : public HidTransport {
  private:
   void advance();
   const Clock& clock_;
-  Motion motion_;
+  ProgrammedMotion motion_;
   SimulatedDeviceOptions options_;
   HidDeviceInfo info_;
   std::deque<reference_device::InputReport> queue_;
