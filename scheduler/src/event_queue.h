@@ -74,17 +74,19 @@ class EventQueue {
   const Item& top() const { return heap_.front(); }
   void push(EventKey key, Scheduler::Suspended& lane) {
     heap_.push_back({key, &lane});
-    std::push_heap(heap_.begin(), heap_.end(), later);
+    std::push_heap(heap_.begin(), heap_.end(), Later{});
   }
   Item pop() {
-    std::pop_heap(heap_.begin(), heap_.end(), later);
+    std::pop_heap(heap_.begin(), heap_.end(), Later{});
     const Item item = heap_.back();
     heap_.pop_back();
     return item;
   }
 
  private:
-  static bool later(const Item& a, const Item& b) { return b.key < a.key; }
+  struct Later {  // a type, not a function: so that it is inlined
+    bool operator()(const Item& a, const Item& b) const { return b.key < a.key; }
+  };
   std::vector<Item> heap_;
 };
 
