@@ -38,17 +38,17 @@ Span shown_span(const Nominal& nominal) {
   return {std::max(middle - half, nominal.judged_from), std::min(middle + half, nominal.end)};
 }
 
-/// The figure has its own order and look per strategy: the reference lies below as a broad pale band, so that a curve on
-/// top of it is seen to be on it.
+/// Curves that lie on each other must all be seen: broad and pale below, thin and dark on top.
 struct Look {
   const char* strategy;
   Stroke stroke;
 };
-constexpr std::array kLooks = std::to_array<Look>({{"ideal", {"#bbbbbb", 6, "", 1}},
+constexpr std::array kLooks = std::to_array<Look>({{"ideal", {"#c4c4c4", 7, "", 1}},
                                                    {"direct", {colour::kVermilion, 1.6, "", 1}},
-                                                   {"paper", {colour::kBlue, 2, "9 5", 1}},
-                                                   {"phase_locked", {colour::kGreen, 2.4, "2.5 4", 1}}});
-constexpr std::array kOtherLooks = std::to_array<Stroke>({{colour::kPurple, 2, "12 4 2 4", 1}, {colour::kOrange, 2, "6 3", 1}, {colour::kSkyBlue, 2, "1 3", 1}});
+                                                   {"paper", {colour::kSkyBlue, 3.4, "14 6", 1}},
+                                                   {"phase_locked", {colour::kBlack, 1.6, "2 4", 1}}});
+constexpr std::array kOtherLooks = std::to_array<Stroke>(
+    {{colour::kPurple, 2, "12 4 2 4", 1}, {colour::kOrange, 2, "6 3", 1}, {colour::kBlue, 2, "1 3", 1}});
 
 Stroke look_of(const std::string& strategy, std::size_t index) {
   for (const Look& look : kLooks) {
@@ -93,7 +93,7 @@ Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, 
   return Range::around(all, 0.08);
 }
 
-/// An entry per curve, side by side; a long line of them wraps no further than the width allows for the strategies we have.
+/// One line: room for the eight strategies of the design.
 void draw_legend(internal::Svg& svg, const std::vector<Curve>& curves) {
   double x = kUpper.left;
   for (std::size_t i = 0; i < curves.size(); ++i) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include <fmt/format.h>
@@ -27,6 +28,7 @@ constexpr const char* kPauseFill = "#f6d58a";    // pale kOrange
 struct View {
   const SegmentRow* segment = nullptr;
   std::vector<std::size_t> steps;
+  bool mapped = false;   ///< false: direct has no slots
   internal::Range time_s;
   std::vector<double> tick_s, tick_position_m, tick_force_N;
   std::vector<double> read_s, position_m, emission_s, force_N;
@@ -62,6 +64,7 @@ std::optional<View> view_of(const RunRecord& run, const StrategyRecord& strategy
   view.segment = middle_segment(strategy, judged);
   if (!view.segment) return std::nullopt;
   view.steps = steps_of(strategy, judged, view.segment->index);
+  view.mapped = strategy.steps[view.steps.front()].mapped;
   const std::size_t axis = main_axis(device, view.steps);
   RealTime from = view.segment->begin, to = view.segment->end;
   for (const std::size_t n : view.steps) {
@@ -129,12 +132,13 @@ void draw_rows(Svg& svg, const internal::Panel& time, const RunRecord& run, cons
     svg.rect({x(begin), kStepTop, x(end), kStepBottom}, kPauseFill, colour::kGrey);
     if (x(end) - x(begin) > 90) svg.text({(x(begin) + x(end)) / 2, kStepTop + 16}, "visualization", Svg::Anchor::middle, 11);
   }
+  if (!view.mapped) svg.text({kLeft + 8, kSlotBottom - 8}, "none: newest sample", Svg::Anchor::start, 11);
   const internal::Stroke map{"#555555", 1, "", 0.8};
   const Duration slot{static_cast<std::int64_t>(run.nominal.slot_s * 1e9)};
   for (std::size_t i = 0; i < view.steps.size(); ++i) {
     const StepRow& step = strategy.steps[view.steps[i]];
     const std::string number = fmt::format("{}", i + 1);
-    if (step.mapped) numbered_block(svg, x(step.read), std::min(x(step.read + slot), kRight), kSlotTop, kSlotBottom, kSlotFill, number);
+    if (view.mapped) numbered_block(svg, x(step.read), std::min(x(step.read + slot), kRight), kSlotTop, kSlotBottom, kSlotFill, number);
     numbered_block(svg, x(step.begin), x(step.end), kStepTop, kStepBottom, kStepFill, number);
     svg.line({x(step.begin), kStepTop}, {x(step.read), kSlotBottom}, map);
     svg.line({x(step.end), kStepBottom}, {x(step.emission), kEmission}, map);
@@ -150,7 +154,7 @@ void draw_panels(Svg& svg, const View& view) {
   force.draw_axes(true, true);
   const internal::Stroke drop{colour::kGrey, 0.8, "2 3", 1};
   for (std::size_t i = 0; i < view.steps.size(); ++i) {
-    svg.line(hand.at(view.read_s[i], view.position_m[i]), {hand.x_at(view.read_s[i]), kSlotTop}, drop);
+    svg.line(hand.at(view.read_s[i], view.position_m[i]), {hand.x_at(view.read_s[i]), view.mapped ? kSlotTop : kSlotBottom}, drop);
     svg.line({force.x_at(view.emission_s[i]), kEmission}, force.at(view.emission_s[i], view.force_N[i]), drop);
   }
   hand.curve(view.tick_s, view.tick_position_m, {colour::kBlue, 1.2});

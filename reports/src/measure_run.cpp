@@ -20,6 +20,11 @@ void put(Values& values, const std::string& metric, double value, bool has_value
   if (has_value) values.emplace(metric, value);
 }
 
+/// The double nearest to a whole number of ns (a division rounds once; times 1e-9 would round twice), so that 12.842223 ms
+/// is the number that a reader of that text gets.
+double nearest_s(std::int64_t ns) { return static_cast<double>(ns) / 1e9; }
+double nearest_s(Duration d) { return nearest_s(d.ns); }
+
 /// Smallest, mean and largest of a list of durations; summed in integers.
 struct Spread {
   std::int64_t count = 0, sum_ns = 0, least_ns = INT64_MAX, most_ns = INT64_MIN;
@@ -29,9 +34,9 @@ struct Spread {
     least_ns = std::min(least_ns, d.ns);
     most_ns = std::max(most_ns, d.ns);
   }
-  double min_s() const { return static_cast<double>(least_ns) * 1e-9; }
-  double max_s() const { return static_cast<double>(most_ns) * 1e-9; }
-  double mean_s() const { return static_cast<double>(sum_ns) / static_cast<double>(count) * 1e-9; }
+  double min_s() const { return nearest_s(least_ns); }
+  double max_s() const { return nearest_s(most_ns); }
+  double mean_s() const { return static_cast<double>(sum_ns) / static_cast<double>(count) / 1e9; }
 };
 
 /// Share of the judged segments in which `bad` holds for at least one judged step.
@@ -155,7 +160,7 @@ void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceR
   put(values, "schedule_latency", schedule.max_s());
   put(values, "schedule_latency_min", schedule.min_s());
   put(values, "schedule_latency_mean", schedule.mean_s());
-  put(values, "schedule_latency_spread", static_cast<double>(schedule.most_ns - schedule.least_ns) * 1e-9);
+  put(values, "schedule_latency_spread", nearest_s(schedule.most_ns - schedule.least_ns));
   const Spread total = total_latency(strategy, device, steps);
   if (total.count == 0) return;
   put(values, "total_latency", total.max_s());
@@ -209,10 +214,10 @@ Values buffer_values(const StrategyRecord& strategy, const DeviceRecord& device,
   put(values, "force_capacity", static_cast<double>(latency.force_capacity));
   put(values, "predicted_interaction_underruns", static_cast<double>(latency.predicted_interaction_underruns));
   put(values, "predicted_late_forces", static_cast<double>(latency.predicted_late_forces));
-  put(values, "lead", seconds(latency.lead));
-  put(values, "latency", seconds(latency.latency));
-  put(values, "latency_any_phase", seconds(latency.least_any_phase));
-  put(values, "latency_this_phase", seconds(latency.least_this_phase));
+  put(values, "lead", nearest_s(latency.lead));
+  put(values, "latency", nearest_s(latency.latency));
+  put(values, "latency_any_phase", nearest_s(latency.least_any_phase));
+  put(values, "latency_this_phase", nearest_s(latency.least_this_phase));
   if (steps.empty()) return values;
   const auto underrun = [&](std::size_t n) { return device.steps[n].read == StepRead::underrun; };
   const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };
@@ -241,7 +246,7 @@ Values solver_values(const SolverRecord& solver, double slot_s) {
 /// The smallest value that at least `share` of the sorted list does not exceed (nearest rank).
 double percentile_s(const std::vector<std::int64_t>& sorted_ns, double share) {
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted_ns.size())));
-  return static_cast<double>(sorted_ns[std::max<std::size_t>(rank, 1) - 1]) * 1e-9;
+  return nearest_s(sorted_ns[std::max<std::size_t>(rank, 1) - 1]);
 }
 
 /// Lateness of every tick of the strategy that ran live; shadows and virtual time have none.
@@ -257,12 +262,12 @@ void put_lateness(Values& values, const RunRecord& run) {
   std::sort(lateness_ns.begin(), lateness_ns.end());
   put(values, "lateness_p50", percentile_s(lateness_ns, 0.5));
   put(values, "lateness_p99", percentile_s(lateness_ns, 0.99));
-  put(values, "lateness_max", static_cast<double>(lateness_ns.back()) * 1e-9);
+  put(values, "lateness_max", nearest_s(lateness_ns.back()));
 }
 
 Values run_values(const RunRecord& run) {
   Values values;
-  put(values, "judged_s", seconds(run.nominal.end - run.nominal.judged_from));
+  put(values, "judged_s", nearest_s(run.nominal.end - run.nominal.judged_from));
   put(values, "real_time_granted", run.real_time_granted ? 1 : 0);
   put(values, "strategies", static_cast<double>(run.strategies.size()));
   put(values, "left_out", static_cast<double>(run.left_out.size()));
