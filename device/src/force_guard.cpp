@@ -10,25 +10,14 @@ namespace {
 /// Far above any force and far below where the difference of two could overflow.
 constexpr double kLargestMax_N = 1e12;
 
-double largest_component(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+/// A square that overflows gives infinity, longer than any limit; one that vanishes is of less than 1e-160 N.
+double length(const glm::dvec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
-/// The direction of v (not 0) with largest component +-1, so that no square overflows or vanishes.
-glm::dvec3 direction(const glm::dvec3& v) {
-  const double scale = largest_component(v);
-  return {v.x / scale, v.y / scale, v.z / scale};
-}
-
-/// Between 1 and sqrt(3).
-double direction_length(const glm::dvec3& d) { return std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z); }
-
-bool longer(const glm::dvec3& v, double limit) {
-  const double scale = largest_component(v);
-  return scale > 0 && scale * direction_length(direction(v)) > limit;
-}
-
-glm::dvec3 shortened(const glm::dvec3& v, double length) {
-  const glm::dvec3 d = direction(v);
-  return d * (length / direction_length(d));
+/// v in the same direction with the length given. Divided by its largest component first, so that no square overflows.
+glm::dvec3 shortened(const glm::dvec3& v, double new_length) {
+  const double scale = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  const glm::dvec3 direction(v.x / scale, v.y / scale, v.z / scale);
+  return direction * (new_length / length(direction));
 }
 
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -48,7 +37,7 @@ glm::dvec3 ForceGuard::pass(RealTime now, const glm::dvec3& wanted_N) {
   const glm::dvec3 change_N = target_N - last_N_;
   const double max_change_N = limits_.max_slew_N_per_s * seconds(now - last_at_);
   last_at_ = now;
-  if (!longer(change_N, max_change_N)) return last_N_ = target_N;
+  if (length(change_N) <= max_change_N) return last_N_ = target_N;
   ++counters_.slewed;
   return last_N_ += shortened(change_N, max_change_N);
 }
@@ -58,7 +47,7 @@ glm::dvec3 ForceGuard::clamped(const glm::dvec3& wanted_N) {
     ++counters_.non_finite;
     return glm::dvec3(0);
   }
-  if (!longer(wanted_N, limits_.max_N)) return wanted_N;
+  if (length(wanted_N) <= limits_.max_N) return wanted_N;
   ++counters_.clamped;
   return shortened(wanted_N, limits_.max_N);
 }

@@ -94,7 +94,7 @@ TEST_CASE("a reader that sleeps 100 ms sees the oldest 63 reports under hidraw a
   CHECK(libusb.transport.dropped() == 5001 - 50 * 32);
 }
 
-TEST_CASE("after a stall the hand is 38 ms old under hidraw and fresh under libusb, and the driver counts the loss") {
+TEST_CASE("after a stall the hand is 37 ms old under hidraw and fresh under libusb, and the driver counts the loss") {
   Bench hidraw({{1000, 1}, RealTime{0}, QueuePolicy::hidraw});
   Bench libusb({{1000, 1}, RealTime{0}, QueuePolicy::libusb});
   for (Bench* bench : {&hidraw, &libusb}) bench->read_at(0);

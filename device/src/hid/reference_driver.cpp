@@ -11,12 +11,12 @@
 namespace evenstep {
 namespace {
 
-/// One report more than ours can be, to have room for what a newer firmware appends; longer ones are cut, their head is whole.
+/// Room for what a newer firmware might append; a report that is longer still is cut, its head is whole.
 constexpr std::size_t kBufferSize = 64;
 static_assert(kBufferSize >= reference_device::kInputSize);
 
-/// hidapi's empty or full read costs 0.3 to 0.6 us (docs/reference-device.md): 1024 of them are about half of a 1 ms tick,
-/// and 16 times what any known queue holds. A device that reports faster than it is read cannot hang the tick.
+/// A device that reports faster than it is read must not hang the tick. 16 times what any known queue holds; at the 0.3 to
+/// 0.6 us of an empty hidapi read (docs/reference-device.md), about half of a 1 ms tick.
 constexpr int kMaxReadsPerTick = 1024;
 
 /// No known queue holds more (hidraw: 64 slots). A report older than the newest by no more than this is late or repeated;
