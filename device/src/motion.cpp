@@ -45,7 +45,8 @@ glm::dvec3 at_time(const RampStop& motion, RealTime at) { return at_time(motion.
 glm::dvec3 at_time(const RecordedMotion& motion, RealTime at) {
   const auto& rows = motion.rows;
   assert(!rows.empty());
-  const auto after = std::upper_bound(rows.begin(), rows.end(), at, [](RealTime t, const auto& row) { return t < row.first; });
+  const auto after =
+      std::upper_bound(rows.begin(), rows.end(), at, [](RealTime t, const auto& row) { return t < row.first; });
   if (after == rows.begin()) return rows.front().second;
   if (after == rows.end()) return rows.back().second;
   const auto& [from, from_m] = *(after - 1);

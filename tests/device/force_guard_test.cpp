@@ -30,8 +30,9 @@ double uniform(std::mt19937_64& random) { return static_cast<double>(static_cast
 
 /// Any size from 1e-20 to 1e308, sometimes along an axis, sometimes not finite.
 glm::dvec3 any_force(std::mt19937_64& random) {
-  const double size = std::pow(10, random() % 4 ? static_cast<double>(random() % 5) - 1 : static_cast<double>(random() % 328) - 20);
-  glm::dvec3 force(size * uniform(random), size * uniform(random), size * uniform(random));
+  const double size =
+      std::pow(10, random() % 4 ? static_cast<double>(random() % 5) - 1 : static_cast<double>(random() % 328) - 20);
+  glm::dvec3 force{size * uniform(random), size * uniform(random), size * uniform(random)};
   if (random() % 8 == 0) force = glm::dvec3(0, 0, force.z);
   if (random() % 16 == 0) force[static_cast<int>(random() % 3)] = random() % 2 ? kNaN : -kInfinity;
   return force;
@@ -44,7 +45,7 @@ TEST_CASE("a force within the limits passes bit for bit, 100,000 random ones") {
   ForceGuard guard({100, 1e6});  // 1000 N per tick: any change within the ball
   guard.pass(RealTime{0}, glm::dvec3(0));
   for (std::int64_t tick = 1; tick <= 100'000; ++tick) {
-    glm::dvec3 wanted(uniform(random), uniform(random), uniform(random));
+    glm::dvec3 wanted{uniform(random), uniform(random), uniform(random)};
     wanted *= std::pow(10, static_cast<double>(random() % 40) - 38) * 5;  // up to 50 sqrt(3) N, and tiny ones
     if (tick % 100 == 0) wanted = glm::dvec3(-0.0, 0.0, -0.0);
     REQUIRE(same_bits(guard.pass(RealTime{tick * kMs}, wanted), wanted));
@@ -84,11 +85,12 @@ TEST_CASE("a clamped force keeps its direction and has the largest length, not z
     ForceGuard guard({3, 1e9});
     guard.pass(RealTime{0}, glm::dvec3(0));
     const double size = std::pow(10, 1 + static_cast<double>(random() % 308));
-    const glm::dvec3 unit(uniform(random), uniform(random), uniform(random));
+    const glm::dvec3 unit{uniform(random), uniform(random), uniform(random)};
     const glm::dvec3 wanted = unit * size;
     if (length(unit) < 0.5) continue;
     const glm::dvec3 sent = guard.pass(RealTime{kMs}, wanted);
-    for (int axis = 0; axis < 3; ++axis) REQUIRE(sent[axis] == Approx(3 * unit[axis] / length(unit)).epsilon(1e-14).margin(1e-14));
+    for (int axis = 0; axis < 3; ++axis)
+      REQUIRE(sent[axis] == Approx(3 * unit[axis] / length(unit)).epsilon(1e-14).margin(1e-14));
     REQUIRE(guard.counters().clamped == 1);
   }
 }

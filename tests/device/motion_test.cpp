@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -16,7 +17,8 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
 
 const glm::dvec3 kVelocity{0.1, -0.25, 0};
-const std::array<Duration, 5> kStarts{Duration{0}, Duration{1}, Duration{7 * kMs + 1}, Duration{100 * kMs}, Duration{2 * kSecond}};
+const std::array<Duration, 5> kStarts{Duration{0}, Duration{1}, Duration{7 * kMs + 1}, Duration{100 * kMs},
+                                      Duration{2 * kSecond}};
 
 double x_m(const Motion& motion, std::int64_t ns) { return position_m(motion, RealTime{ns}).x; }
 
@@ -64,7 +66,8 @@ TEST_CASE("at 0.1 m/s every millisecond after the start is a whole number of nan
       const glm::dvec3 position = position_m(motion, RealTime{ms * kMs});
       // Three roundings (0.1, the seconds, the product) of at most 2^-53 each, below 2.1 m: 7e-16 m.
       REQUIRE(std::abs(position.x - static_cast<long double>(nm) / 1e9L) <= 7e-16L);
-      REQUIRE(reference_device::to_nm(position) == std::array<std::int32_t, 3>{static_cast<std::int32_t>(nm), static_cast<std::int32_t>(-nm), 0});
+      REQUIRE(reference_device::to_nm(position) ==
+              std::array<std::int32_t, 3>{static_cast<std::int32_t>(nm), static_cast<std::int32_t>(-nm), 0});
     }
   }
 }
@@ -118,7 +121,8 @@ TEST_CASE("a ramp stop is its ramp until the stop and stands from then on") {
 
 TEST_CASE("a recorded motion goes through its rows, straight between them, and holds its ends") {
   // Whole numbers whose quarters are exact, so that equality may be asked for.
-  const RecordedMotion motion{{{RealTime{-8}, {1, 0, 0}}, {RealTime{0}, {9, -4, 0}}, {RealTime{4}, {1, -8, 2}}, {RealTime{5}, {0, 0, 0}}}};
+  const RecordedMotion motion{
+      {{RealTime{-8}, {1, 0, 0}}, {RealTime{0}, {9, -4, 0}}, {RealTime{4}, {1, -8, 2}}, {RealTime{5}, {0, 0, 0}}}};
   CHECK(position_m(motion, RealTime{INT64_MIN / 2}) == glm::dvec3(1, 0, 0));
   CHECK(position_m(motion, RealTime{INT64_MAX / 2}) == glm::dvec3(0, 0, 0));
   for (const auto& [at, position] : motion.rows) CHECK(position_m(motion, at) == position);
@@ -133,6 +137,7 @@ TEST_CASE("before t = 0 every motion holds its position at 0") {
   const std::array<Motion, 5> motions{Still{{1, 2, 3}}, ramp, ConstantVelocity{kVelocity, Duration{0}, {1, 1, 1}},
                                       Sine{{1, 1, 1}, Rate{30, 1}}, RampStop{ramp, RealTime{kSecond}}};
   for (const Motion& motion : motions) {
-    for (std::int64_t ns = -1; ns > -kSecond * 1000; ns *= 7) CHECK(position_m(motion, RealTime{ns}) == position_m(motion, RealTime{0}));
+    for (std::int64_t ns = -1; ns > -kSecond * 1000; ns *= 7)
+      CHECK(position_m(motion, RealTime{ns}) == position_m(motion, RealTime{0}));
   }
 }

@@ -68,7 +68,8 @@ std::vector<Field> fields_of(std::span<const std::byte> bytes) {
 TEST_CASE("the report descriptor's fields add up to the two reports") {
   std::map<std::pair<char, std::int64_t>, std::int64_t> bits;
   for (const Field& field : fields_of(report_descriptor())) bits[{field.kind, field.id}] += field.bits * field.count;
-  const std::map<std::pair<char, std::int64_t>, std::int64_t> expected{{{'I', 1}, 8 * (kInputSize - 1)}, {{'O', 2}, 8 * (kOutputSize - 1)}};
+  const std::map<std::pair<char, std::int64_t>, std::int64_t> expected{{{'I', 1}, 8 * (kInputSize - 1)},
+                                                                       {{'O', 2}, 8 * (kOutputSize - 1)}};
   CHECK(bits == expected);
 }
 
@@ -87,7 +88,8 @@ TEST_CASE("reports lie in memory byte for byte as documented") {
                                           0xFE, 0xFF, 0xFF, 0xFF, 0x00, 0x00, 0x00, 0x80};
   const auto encoded = encode(InputReport{0x01020304, 0xFFFFFFFF, {1, -2, INT32_MIN}});
   for (std::size_t i = 0; i < kInputSize; ++i) CHECK(std::to_integer<int>(encoded[i]) == input[i]);
-  const std::array<int, kOutputSize> output{2, 0xF0, 0xDE, 0xBC, 0x9A, 0xFF, 0xFF, 0xFF, 0x7F, 0, 0, 0, 0, 0xFF, 0xFF, 0xFF, 0xFF};
+  const std::array<int, kOutputSize> output{2, 0xF0, 0xDE, 0xBC, 0x9A, 0xFF, 0xFF, 0xFF, 0x7F,
+                                            0, 0,    0,    0,    0xFF, 0xFF, 0xFF, 0xFF};
   const auto encoded_output = encode(OutputReport{0x9ABCDEF0, {INT32_MAX, 0, -1}});
   for (std::size_t i = 0; i < kOutputSize; ++i) CHECK(std::to_integer<int>(encoded_output[i]) == output[i]);
 }

@@ -64,7 +64,8 @@ TEST_CASE("a read drains the queue and the newest report wins") {
     const DeviceSample sample = bench.driver.read(RealTime{17});
     CHECK((sample.fresh && sample.sequence == queued && sample.read_at == RealTime{17}));
     CHECK(sample.position_m == glm::dvec3((queued * 1000 + 1) / 1e9, 0, 0));
-    CHECK((bench.driver.counters().reports == queued && bench.driver.counters().lost == 0 && bench.driver.counters().stale == 0));
+    CHECK((bench.driver.counters().reports == queued && bench.driver.counters().lost == 0 &&
+           bench.driver.counters().stale == 0));
     CHECK_FALSE(bench.driver.read(RealTime{18}).fresh);
   }
 }
@@ -97,7 +98,8 @@ TEST_CASE("late and repeated reports change nothing and are not lost, for every 
       bench.transport.report(base - behind, 9000);
       const DeviceSample sample = bench.driver.read(RealTime{1});
       CHECK((!sample.fresh && sample.sequence == base && sample.position_m.x == 5000 / 1e9));
-      CHECK((bench.driver.counters().lost == 0 && bench.driver.counters().stale == 1 && bench.driver.counters().reports == 2));
+      CHECK(
+          (bench.driver.counters().lost == 0 && bench.driver.counters().stale == 1 && bench.driver.counters().reports == 2));
     }
   }
 }
@@ -202,7 +204,8 @@ TEST_CASE("forces go out in micronewtons, numbered from 1, saturated") {
   Bench bench;
   const std::vector<glm::dvec3> forces{{1, -2, 0.000001}, {0, 0, 0}, {1e9, -1e9, 2147.483647}};
   for (const glm::dvec3& force : forces) bench.driver.write(force);
-  const std::vector<std::array<std::int32_t, 3>> expected{{1'000'000, -2'000'000, 1}, {0, 0, 0}, {INT32_MAX, INT32_MIN, INT32_MAX}};
+  const std::vector<std::array<std::int32_t, 3>> expected{
+      {1'000'000, -2'000'000, 1}, {0, 0, 0}, {INT32_MAX, INT32_MIN, INT32_MAX}};
   REQUIRE(bench.transport.written.size() == 3);
   for (std::size_t i = 0; i < 3; ++i) {
     const auto report = reference_device::decode_output(bench.transport.written[i]);

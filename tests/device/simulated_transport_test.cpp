@@ -59,7 +59,8 @@ TEST_CASE("read at every tick, each position arrives exactly, at every rate, pha
           REQUIRE((sample.fresh && sample.sequence == k + 1 && sample.read_at == at));
           for (int axis = 0; axis < 3; ++axis) REQUIRE(sample.position_m[axis] == nm[static_cast<std::size_t>(axis)] / 1e9);
         }
-        CHECK((bench.driver.counters().reports == 1000 && bench.driver.counters().lost == 0 && bench.driver.counters().stale == 0));
+        CHECK((bench.driver.counters().reports == 1000 && bench.driver.counters().lost == 0 &&
+               bench.driver.counters().stale == 0));
         CHECK(bench.transport.dropped() == 0);
       }
     }
@@ -68,7 +69,8 @@ TEST_CASE("read at every tick, each position arrives exactly, at every rate, pha
 
 TEST_CASE("at 1 kHz a hand of 0.1 m/s moves by exactly 100,000 nm per report") {
   Bench bench({});
-  for (std::int64_t k = 0; k < 20'000; ++k) REQUIRE(bench.read_at(k * kMs).position_m.x == static_cast<double>(100'000 * k) / 1e9);
+  for (std::int64_t k = 0; k < 20'000; ++k)
+    REQUIRE(bench.read_at(k * kMs).position_m.x == static_cast<double>(100'000 * k) / 1e9);
 }
 
 TEST_CASE("a tick reports at its very nanosecond, not before") {

@@ -101,7 +101,8 @@ std::array<std::byte, kInputSize> encode(const InputReport& report) {
   std::array<std::byte, kInputSize> bytes{std::byte{kInputId}};
   set_word(bytes, 0, report.sequence);
   set_word(bytes, 1, report.device_time_us);
-  for (std::size_t axis = 0; axis < 3; ++axis) set_word(bytes, 2 + axis, static_cast<std::uint32_t>(report.position_nm[axis]));
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    set_word(bytes, 2 + axis, static_cast<std::uint32_t>(report.position_nm[axis]));
   return bytes;
 }
 
