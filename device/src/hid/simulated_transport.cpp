@@ -15,7 +15,7 @@ std::int64_t newest_tick(const SimulatedDeviceOptions& options, RealTime at) {
   return first_tick_at_or_after(options.rate, at + Duration{1}, options.first_tick) - 1;
 }
 
-reference_device::InputReport report_of(std::int64_t tick, const Motion& motion, const SimulatedDeviceOptions& options) {
+reference_device::InputReport report_of(std::int64_t tick, const ProgrammedMotion& motion, const SimulatedDeviceOptions& options) {
   const RealTime at = tick_time(options.rate, tick, options.first_tick);
   return {static_cast<std::uint32_t>(tick + 1), static_cast<std::uint32_t>(floor_mul_div(at.ns, 1, 1000)),
           reference_device::to_nm(position_m(motion, at))};
@@ -23,7 +23,7 @@ reference_device::InputReport report_of(std::int64_t tick, const Motion& motion,
 
 }  // namespace
 
-SimulatedTransport::SimulatedTransport(const Clock& clock, Motion motion, SimulatedDeviceOptions options)
+SimulatedTransport::SimulatedTransport(const Clock& clock, ProgrammedMotion motion, SimulatedDeviceOptions options)
     : clock_(clock),
       motion_(std::move(motion)),
       options_(options),
