@@ -60,7 +60,7 @@ std::uint64_t digest_of(double (*exp)(double), double (*log)(double), double (*s
   std::uint64_t digest = 0;
   for (std::uint64_t i = 0; i < 25'000; ++i) {
     digest = mix(digest, exp(argument(i, -700, 700)));
-    digest = mix(digest, log(any_positive(i)));
+    digest = mix(digest, log(i % 2 ? any_positive(i) : argument(i, 0.5, 2)));  // k ln 2 hides the series' last bits in the former
     digest = mix(digest, sin(argument(i, -1e6, 1e6)));
     digest = mix(digest, cos(argument(i, -10, 10)));
   }
@@ -159,7 +159,7 @@ TEST_CASE("sin is odd and cos is even, bit for bit") {
 // Trace hashes recorded on one machine are compared on another, and random durations come from these functions: one bit
 // of one value that changes with a compiler, a flag or an edit changes every recorded hash. So the bits themselves are
 // the contract, and this constant is its short form. It may change only together with every recorded trace hash.
-constexpr std::uint64_t kDigestOf100000Values = 0xd3e99fa8baec34c8ULL;
+constexpr std::uint64_t kDigestOf100000Values = 0x0d12c96b2222ac9aULL;
 
 TEST_CASE("100 000 values have the bits they always had") {
   CHECK(digest_of(reproducible::exp, reproducible::log, reproducible::sin, reproducible::cos) == kDigestOf100000Values);
