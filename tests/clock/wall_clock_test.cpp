@@ -61,7 +61,8 @@ TEST_CASE("deadlines so far away that they overflow the system's clock wait for 
 
 namespace {
 
-/// Whether the kernel put the calling thread to sleep while `function` ran (spinning never gives the processor away of its own).
+/// Whether the kernel put the calling thread to sleep while `function` ran (spinning never gives the processor away of its
+/// own).
 template <class Function>
 bool sleeps_in(Function function) {
   const auto voluntary_switches = [] {

@@ -40,7 +40,9 @@ std::vector<NamedTiming> free_running() {
   return all;
 }
 
-struct Moments { double mean, deviation; };
+struct Moments {
+  double mean, deviation;
+};
 Moments moments(const std::vector<Duration>& durations) {
   double sum = 0, sum_of_squares = 0;
   for (const Duration duration : durations) sum += static_cast<double>(duration.ns);
@@ -50,10 +52,12 @@ Moments moments(const std::vector<Duration>& durations) {
 }
 
 bool all_equal(const std::vector<Duration>& durations, Duration expected) {
-  return !durations.empty() && std::all_of(durations.begin(), durations.end(), [expected](Duration each) { return each == expected; });
+  return !durations.empty() &&
+         std::all_of(durations.begin(), durations.end(), [expected](Duration each) { return each == expected; });
 }
 
-/// 5 standard errors of mean and of deviation; 1.1: a log-normal's deviation is that much less certain at 20 % than a normal's.
+/// 5 standard errors of mean and of deviation; 1.1: a log-normal's deviation is that much less certain at 20 % than a
+/// normal's.
 void check_log_normal(const std::vector<Duration>& durations, Duration mean, double variation) {
   const auto [measured_mean, measured_deviation] = moments(durations);
   const double expected = static_cast<double>(mean.ns), count = static_cast<double>(durations.size());
@@ -73,7 +77,8 @@ TEST_CASE("a free-running schedule has no idle time and each part begins where t
       wrong += idle(segment) != Duration{0};
       wrong += segment.visualization.has_value() != (programmed.visualization.ns > 0);
       if (!segment.visualization) continue;
-      wrong += programmed.steps_first ? segment.visualization->end != segment.end : segment.visualization->begin != segment.begin;
+      wrong +=
+          programmed.steps_first ? segment.visualization->end != segment.end : segment.visualization->begin != segment.begin;
     }
     CHECK(wrong == 0);
   }
