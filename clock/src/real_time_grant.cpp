@@ -29,7 +29,8 @@ RealTimeGrant request_real_time(int fifo_priority) {
   if (!grant.fifo) {
     const int error = errno;
     const std::string priority = std::to_string(fifo_priority);
-    add_refusal(grant.refusal, "SCHED_FIFO priority " + priority, error, "allow it with `ulimit -r " + priority + "` or CAP_SYS_NICE");
+    add_refusal(grant.refusal, "SCHED_FIFO priority " + priority, error,
+                "allow it with `ulimit -r " + priority + "` or CAP_SYS_NICE");
   }
   // MCL_CURRENT only: with MCL_FUTURE every later thread stack and GPU mapping would be pinned, or fail at the limit.
   grant.memory_locked = mlockall(MCL_CURRENT) == 0;

@@ -52,7 +52,6 @@ RealTime WallClock::now() const noexcept { return {read_ns(CLOCK_MONOTONIC) - ep
 Wake WallClock::wait_until(RealTime deadline) noexcept {
   // Where deadline + epoch would overflow (kNever among them) it is centuries away: no limit.
   const bool endless = deadline.ns >= INT64_MAX - epoch_.monotonic_ns;
-  const std::int64_t sleep_end_ns = endless ? 0 : deadline.ns + epoch_.monotonic_ns - spin_tail_.ns;
   for (;;) {
     // The load keeps the spin tail from writing to the cache line that notify() needs.
     if (notified_.load(std::memory_order_relaxed) != 0 && notified_.exchange(0, std::memory_order_acquire) != 0) {
@@ -63,7 +62,8 @@ Wake WallClock::wait_until(RealTime deadline) noexcept {
     if (endless) {
       sleep_while_zero(notified_, nullptr);
     } else if (t + spin_tail_ < deadline) {
-      sleep_while_zero(notified_, &sleep_end_ns);
+      const std::int64_t spin_begin_ns = epoch_.monotonic_ns + (deadline - spin_tail_).ns;
+      sleep_while_zero(notified_, &spin_begin_ns);
     } else {
       pause_cpu();
     }

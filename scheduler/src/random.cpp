@@ -11,7 +11,9 @@
 namespace evenstep {
 namespace {
 
-struct TwoWords { std::uint64_t first, second; };
+struct TwoWords {
+  std::uint64_t first, second;
+};
 
 /// Block `series` of draw n. Different series of one n are independent.
 TwoWords block(std::uint64_t key, std::uint64_t n, std::uint32_t series) {

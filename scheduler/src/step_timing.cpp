@@ -62,8 +62,9 @@ Duration mean_filling_step(const ProgrammedTiming& timing) {
   const std::int64_t sum = std::accumulate(timing.steps.begin(), timing.steps.end(), std::int64_t{0});
   if (sum == 0) return {0};  // no segment has a step
   const auto count = static_cast<std::int64_t>(timing.steps.size());
-  const __int128 numerator =
-      (static_cast<__int128>(1'000'000'000) * timing.segment.den - static_cast<__int128>(timing.visualization.ns) * timing.segment.num) * count;
+  const __int128 numerator = (static_cast<__int128>(1'000'000'000) * timing.segment.den -
+                              static_cast<__int128>(timing.visualization.ns) * timing.segment.num) *
+                             count;
   const __int128 denominator = static_cast<__int128>(timing.segment.num) * sum;
   return {static_cast<std::int64_t>((2 * numerator + denominator) / (2 * denominator))};
 }
@@ -89,7 +90,8 @@ class FreeRunningTiming final : public StepTiming {
     segment.steps.clear();
 
     if (!timing_.steps_first) append_visualization(segment);
-    const auto step_count = timing_.steps[step_count_stream_.below(static_cast<std::uint64_t>(index_), timing_.steps.size())];
+    const auto step_count =
+        timing_.steps[step_count_stream_.below(static_cast<std::uint64_t>(index_), timing_.steps.size())];
     for (int i = 0; i < step_count; ++i) {
       segment.steps.push_back(append(log_normal(step_stream_, step_number_++, step_mean_, timing_.step_variation)));
     }
@@ -108,7 +110,8 @@ class FreeRunningTiming final : public StepTiming {
   void append_visualization(SegmentTiming& segment) {
     if (timing_.visualization.ns == 0) return;
     const auto draw = static_cast<std::uint64_t>(index_);
-    segment.visualization = append(log_normal(visualization_stream_, draw, timing_.visualization, timing_.visualization_variation));
+    segment.visualization =
+        append(log_normal(visualization_stream_, draw, timing_.visualization, timing_.visualization_variation));
   }
 
   ProgrammedTiming timing_;

@@ -70,7 +70,7 @@ TEMPLATE_TEST_CASE("now() never runs backwards from one thread to the next", "",
       const std::int64_t seen = latest_ns.load(std::memory_order_acquire);
       const std::int64_t now = clock.now().ns;
       if (now < seen) ++backwards;
-      latest_ns.store(now, std::memory_order_release);  // some read of `now`, perhaps not the largest: enough to compare with
+      latest_ns.store(now, std::memory_order_release);  // perhaps not the latest read of all: enough to compare with
     }
   };
   std::thread first(reader), second(reader);

@@ -60,7 +60,8 @@ std::uint64_t digest_of(double (*exp)(double), double (*log)(double), double (*s
   std::uint64_t digest = 0;
   for (std::uint64_t i = 0; i < 25'000; ++i) {
     digest = mix(digest, exp(argument(i, -700, 700)));
-    digest = mix(digest, log(any_positive(i)));
+    // Half of them near 1: elsewhere k ln 2 hides the last bits of the series.
+    digest = mix(digest, log(i % 2 ? any_positive(i) : argument(i, 0.5, 2)));
     digest = mix(digest, sin(argument(i, -1e6, 1e6)));
     digest = mix(digest, cos(argument(i, -10, 10)));
   }
@@ -69,13 +70,16 @@ std::uint64_t digest_of(double (*exp)(double), double (*log)(double), double (*s
 
 }  // namespace
 
-// The header promises 1 ulp: half an ulp for the last addition, and the rest for the roundings of the correction terms, each a
-// fraction of the result. Measured with these sweeps: exp 0.88, log 0.82, sin 0.78, cos 0.78, at the zeros 0.50.
+// The header promises 1 ulp: half an ulp for the last addition, and the rest for the roundings of the correction terms, each
+// a fraction of the result. Measured with these sweeps: exp 0.88, log 0.82, sin 0.78, cos 0.78, at the zeros 0.50.
 TEST_CASE("exp is within 1 ulp of the exact value") {
   const auto exp = [](double x) { return reproducible::exp(x); };
-  const double whole_domain = max_error_ulp(1'000'000, [](auto i) { return argument(i, -700, 700); }, exp, exact_exp);
-  const double near_zero = max_error_ulp(500'000, [](auto i) { return argument(i, -1, 1); }, exp, exact_exp);
-  const double tiny = max_error_ulp(200'000, [](auto i) { return std::ldexp(argument(i, -1, 1), -static_cast<int>(i % 1000)); }, exp, exact_exp);
+  const double whole_domain = max_error_ulp(
+      1'000'000, [](auto i) { return argument(i, -700, 700); }, exp, exact_exp);
+  const double near_zero = max_error_ulp(
+      500'000, [](auto i) { return argument(i, -1, 1); }, exp, exact_exp);
+  const double tiny = max_error_ulp(
+      200'000, [](auto i) { return std::ldexp(argument(i, -1, 1), -static_cast<int>(i % 1000)); }, exp, exact_exp);
   INFO("largest error of exp, ulp: " << whole_domain << " on +-700, " << near_zero << " on +-1, " << tiny << " towards 0");
   CHECK(std::max({whole_domain, near_zero, tiny}) < 1.0);
 }
@@ -83,10 +87,12 @@ TEST_CASE("exp is within 1 ulp of the exact value") {
 TEST_CASE("log is within 1 ulp of the exact value, where it crosses zero too") {
   const auto log = [](double x) { return reproducible::log(x); };
   const double everywhere = max_error_ulp(1'000'000, any_positive, log, exact_log);
-  const double around_1 = max_error_ulp(1'000'000, [](auto i) { return argument(i, 0.5, 2); }, log, exact_log);
+  const double around_1 = max_error_ulp(
+      1'000'000, [](auto i) { return argument(i, 0.5, 2); }, log, exact_log);
   const double close_to_1 = max_error_ulp(
       500'000, [](auto i) { return 1 + std::ldexp(argument(i, -1, 1), -static_cast<int>(i % 53)); }, log, exact_log);
-  INFO("largest error of log, ulp: " << everywhere << " everywhere, " << around_1 << " on 0.5..2, " << close_to_1 << " towards 1");
+  INFO("largest error of log, ulp: " << everywhere << " everywhere, " << around_1 << " on 0.5..2, " << close_to_1
+                                     << " towards 1");
   CHECK(std::max({everywhere, around_1, close_to_1}) < 1.0);
 }
 
@@ -99,8 +105,8 @@ TEST_CASE("sin and cos are within 1 ulp of the exact value") {
   const double sin_few = max_error_ulp(1'000'000, few_turns, sin, exact_sin);
   const double cos_whole = max_error_ulp(1'000'000, whole_domain, cos, exact_cos);
   const double cos_few = max_error_ulp(1'000'000, few_turns, cos, exact_cos);
-  INFO("largest error, ulp: sin " << sin_whole << " on +-1e6, " << sin_few << " on +-10; cos " << cos_whole << " on +-1e6, " << cos_few
-                                  << " on +-10");
+  INFO("largest error, ulp: sin " << sin_whole << " on +-1e6, " << sin_few << " on +-10; cos " << cos_whole << " on +-1e6, "
+                                  << cos_few << " on +-10");
   CHECK(std::max({sin_whole, sin_few, cos_whole, cos_few}) < 1.0);
 }
 
@@ -159,13 +165,15 @@ TEST_CASE("sin is odd and cos is even, bit for bit") {
 // Trace hashes recorded on one machine are compared on another, and random durations come from these functions: one bit
 // of one value that changes with a compiler, a flag or an edit changes every recorded hash. So the bits themselves are
 // the contract, and this constant is its short form. It may change only together with every recorded trace hash.
-constexpr std::uint64_t kDigestOf100000Values = 0xd3e99fa8baec34c8ULL;
+constexpr std::uint64_t kDigestOf100000Values = 0x0d12c96b2222ac9aULL;
 
 TEST_CASE("100 000 values have the bits they always had") {
   CHECK(digest_of(reproducible::exp, reproducible::log, reproducible::sin, reproducible::cos) == kDigestOf100000Values);
 }
 
 TEST_CASE("no optimisation level changes a bit: -O0, and -O3 with everything this processor has") {
-  CHECK(digest_of(reproducible_O0::exp, reproducible_O0::log, reproducible_O0::sin, reproducible_O0::cos) == kDigestOf100000Values);
-  CHECK(digest_of(reproducible_O3::exp, reproducible_O3::log, reproducible_O3::sin, reproducible_O3::cos) == kDigestOf100000Values);
+  CHECK(digest_of(reproducible_O0::exp, reproducible_O0::log, reproducible_O0::sin, reproducible_O0::cos) ==
+        kDigestOf100000Values);
+  CHECK(digest_of(reproducible_O3::exp, reproducible_O3::log, reproducible_O3::sin, reproducible_O3::cos) ==
+        kDigestOf100000Values);
 }

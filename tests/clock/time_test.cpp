@@ -113,7 +113,8 @@ TEST_CASE("tick_time is instant_ns after the origin") {
   for (const auto& [description, rate] : kRates) {
     INFO(description);
     for (const std::int64_t origin : {-7'000'000'001LL, 0LL, 123'456'789LL}) {
-      for (std::int64_t k = -50; k <= 50; ++k) CHECK(tick_time(rate, k, RealTime{origin}).ns == origin + instant_ns(rate, k));
+      for (std::int64_t k = -50; k <= 50; ++k)
+        CHECK(tick_time(rate, k, RealTime{origin}).ns == origin + instant_ns(rate, k));
     }
   }
 }
@@ -142,7 +143,8 @@ TEST_CASE("first_tick_at_or_after is the inverse of tick_time") {
 TEST_CASE("the simulation time of step n is exact: the paper's step 450 n is n seconds") {
   const Rate step_rate{450, 1};
   std::int64_t wrong = 0;
-  for (std::int64_t n = 0; n < 1'000'000; ++n) wrong += !is_floor(sim_time(step_rate, n).ns, static_cast<__int128>(n) * 1'000'000'000, 450);
+  for (std::int64_t n = 0; n < 1'000'000; ++n)
+    wrong += !is_floor(sim_time(step_rate, n).ns, static_cast<__int128>(n) * 1'000'000'000, 450);
   CHECK(wrong == 0);
   CHECK(sim_time(step_rate, 450LL * 1'000'000).ns == 1'000'000LL * 1'000'000'000);
   CHECK(sim_time(step_rate, 1).ns == 2'222'222);

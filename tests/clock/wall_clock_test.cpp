@@ -3,6 +3,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 
 #include <catch2/catch.hpp>
 #include <cerrno>
@@ -56,6 +57,43 @@ TEST_CASE("deadlines so far away that they overflow the system's clock wait for 
     CHECK(clock.wait_until(RealTime{kNever.ns - before_never}) == Wake::notified);
     notifier.join();
   }
+}
+
+namespace {
+
+/// Whether the kernel put the calling thread to sleep while `function` ran (spinning never gives the processor away of its
+/// own).
+template <class Function>
+bool sleeps_in(Function function) {
+  const auto voluntary_switches = [] {
+    rusage usage{};
+    getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_nvcsw;
+  };
+  const long before = voluntary_switches();
+  function();
+  return voluntary_switches() > before;
+}
+
+}  // namespace
+
+TEST_CASE("a wait for a distant deadline or for kNever sleeps; one within the spin tail does not") {
+  const WallEpoch epoch = WallEpoch::in({0});
+  WallClock waiting(epoch), notifying(epoch), spinning(epoch, Duration{1'000'000'000});
+  bool deadline_sleeps = false, never_sleeps = false;
+  // A thread that is kept from running finds its deadline reached and need not sleep: hence more than one try.
+  for (int attempt = 0; attempt < 20 && !(deadline_sleeps && never_sleeps); ++attempt) {
+    deadline_sleeps |= sleeps_in([&] { waiting.wait_until(waiting.now() + Duration{10'000'000}); });
+    std::thread notifier([&] {
+      notifying.wait_until(notifying.now() + Duration{10'000'000});
+      waiting.notify();
+    });
+    never_sleeps |= sleeps_in([&] { waiting.wait_until(kNever); });
+    notifier.join();
+  }
+  CHECK(deadline_sleeps);
+  CHECK(never_sleeps);
+  CHECK_FALSE(sleeps_in([&] { spinning.wait_until(spinning.now() + Duration{2'000'000}); }));
 }
 
 TEST_CASE("notify leaves errno as it was, as a signal handler must") {

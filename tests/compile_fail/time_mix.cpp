@@ -1,7 +1,7 @@
 // One snippet, chosen by -DCASE=n; every one but 0 must fail to compile (CMakeLists.txt says with which words).
-#include "evenstep/time/time.h"
-
 #include <cstdint>
+
+#include "evenstep/time/time.h"
 
 using namespace evenstep;
 

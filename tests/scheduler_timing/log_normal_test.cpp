@@ -31,9 +31,9 @@ TEST_CASE("log_normal keeps the mean and has the coefficient of variation asked 
     for (const double value : values) sum_of_squares += (value - mean) * (value - mean);
     const double measured = std::sqrt(sum_of_squares / kDraws) / mean;
 
-    // 5 standard errors. Of the mean: variation / sqrt(n). Of a standard deviation, relative: sqrt((kurtosis - 1) / n) / 2, the
-    // kurtosis of a log-normal being w^4 + 2 w^3 + 3 w^2 - 3 with w = 1 + variation^2; the mean in its denominator adds its own.
-    // Rounding to ns adds a variance of 1/12 ns^2: under 2e-8 of the smallest one here.
+    // 5 standard errors. Of the mean: variation / sqrt(n). Of a standard deviation, relative: sqrt((kurtosis - 1) / n) / 2,
+    // the kurtosis of a log-normal being w^4 + 2 w^3 + 3 w^2 - 3 with w = 1 + variation^2; the mean in its denominator adds
+    // its own. Rounding to ns adds a variance of 1/12 ns^2: under 2e-8 of the smallest one here.
     const double w = 1 + variation * variation;
     const double kurtosis = std::pow(w, 4) + 2 * std::pow(w, 3) + 3 * w * w - 3;
     const double error_of_mean = variation / std::sqrt(kDraws);
@@ -55,7 +55,8 @@ TEST_CASE("the logarithm of log_normal is normal (Kolmogorov-Smirnov)") {
       const double cumulative = 0.5 * std::erfc(-z / std::sqrt(2.0));
       distance = std::max(distance, std::abs((i + 0.5) / kDraws - cumulative));
     }
-    // 1.95 / sqrt(n) is exceeded with probability 0.001. Values are whole ns: half of one is 1.4e-5 of the distribution at 1 %.
+    // 1.95 / sqrt(n) is exceeded with probability 0.001. Values are whole ns: half of one is 1.4e-5 of the distribution at 1
+    // %.
     CHECK(distance < 1.95 / std::sqrt(kDraws) + 2e-5);
   }
 }
@@ -64,7 +65,8 @@ TEST_CASE("log_normal of 0 % is the mean, exactly, for every draw") {
   const RandomStream stream(7, "log_normal");
   int different = 0;
   for (std::uint64_t n = 0; n < 10'000; ++n) {
-    for (const std::int64_t ns : {1LL, 1'482'222LL, 9'007'199'254'740'993LL}) different += log_normal(stream, n, {ns}, 0).ns != ns;
+    for (const std::int64_t ns : {1LL, 1'482'222LL, 9'007'199'254'740'993LL})
+      different += log_normal(stream, n, {ns}, 0).ns != ns;
   }
   CHECK(different == 0);
 }

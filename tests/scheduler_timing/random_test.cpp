@@ -1,5 +1,5 @@
-// The generator is deterministic, so these tests pass or fail for ever. Bounds are 5 standard errors of the statistic (6 where
-// thousands are looked at): a good generator misses them for one seed in a million, a bad one for every seed.
+// The generator is deterministic, so these tests pass or fail for ever. Bounds are 5 standard errors of the statistic (6
+// where thousands are looked at): a good generator misses them for one seed in a million, a bad one for every seed.
 
 #include "evenstep/scheduler/random.h"
 
@@ -61,7 +61,8 @@ TEST_CASE("philox4x32 gives the numbers of its authors' known-answer tests") {
   // Random123, tests/kat_vectors, "philox4x32 10": all zeros, all ones, the digits of pi.
   CHECK(philox4x32({0, 0, 0, 0}, {0, 0}) == PhiloxBlock{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
   constexpr std::uint32_t kOnes = 0xffffffff;
-  CHECK(philox4x32({kOnes, kOnes, kOnes, kOnes}, {kOnes, kOnes}) == PhiloxBlock{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
+  CHECK(philox4x32({kOnes, kOnes, kOnes, kOnes}, {kOnes, kOnes}) ==
+        PhiloxBlock{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
   CHECK(philox4x32({0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344}, {0xa4093822, 0x299f31d0}) ==
         PhiloxBlock{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1});
 }
@@ -82,7 +83,8 @@ TEST_CASE("every one of the 64 bits is set in half of the draws") {
 TEST_CASE("flipping one bit of the draw's number or of the seed flips every output bit half of the time") {
   const RandomStream stream(1, "avalanche");
   const auto by_number = avalanche_deviation(
-      2'000, [&](int sample) { return stream.bits(sample); }, [&](int sample, std::uint64_t flip) { return stream.bits(sample ^ flip); });
+      2'000, [&](int sample) { return stream.bits(sample); },
+      [&](int sample, std::uint64_t flip) { return stream.bits(sample ^ flip); });
   const auto by_seed = avalanche_deviation(
       2'000, [](int sample) { return RandomStream(sample, "avalanche").bits(7); },
       [](int sample, std::uint64_t flip) { return RandomStream(sample ^ flip, "avalanche").bits(7); });
@@ -94,7 +96,8 @@ TEST_CASE("neighbouring draws, seeds and names are not correlated") {
   const RandomStream stream(1, "timing.step");
   for (const std::uint64_t shift : {1, 2, 3, 4, 8, 15, 16, 64, 1'000, 1 << 20}) {
     INFO("shift " << shift);
-    CHECK(std::abs(correlation_deviation(kDraws / 4, standardised_uniform(stream), standardised_uniform(stream, shift))) < 5);
+    CHECK(std::abs(correlation_deviation(kDraws / 4, standardised_uniform(stream), standardised_uniform(stream, shift))) <
+          5);
   }
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     INFO("seeds " << seed << " and " << seed + 1);
@@ -134,7 +137,8 @@ TEST_CASE("uniform has the mean, the variance and the evenness of a uniform vari
     ++cells[static_cast<std::size_t>(u * 1'024)];
   }
   CHECK(std::abs(sum / kDraws - 0.5) < 5 * std::sqrt(1.0 / 12 / kDraws));
-  CHECK(std::abs(sum_of_squares / kDraws - 1.0 / 12) < 5 * std::sqrt(1.0 / 180 / kDraws));  // Var[(u - 1/2)^2] = 1/80 - 1/144
+  CHECK(std::abs(sum_of_squares / kDraws - 1.0 / 12) <
+        5 * std::sqrt(1.0 / 180 / kDraws));  // Var[(u - 1/2)^2] = 1/80 - 1/144
   CHECK(std::abs(chi_square_deviation(cells, kDraws)) < 5);
   CHECK(smallest > 0);
   CHECK(largest < 1);
@@ -147,12 +151,14 @@ TEST_CASE("below is even over every bound and reaches no further") {
     std::vector<std::uint64_t> counts(bound);
     for (std::uint64_t n = 0; n < kDraws / 10; ++n) ++counts.at(stream.below(n, bound));
     const double expected = static_cast<double>(kDraws) / 10 / static_cast<double>(bound);
-    for (const std::uint64_t count : counts) CHECK(std::abs(static_cast<double>(count) - expected) < 6 * std::sqrt(expected));
+    for (const std::uint64_t count : counts)
+      CHECK(std::abs(static_cast<double>(count) - expected) < 6 * std::sqrt(expected));
   }
   const RandomStream stream(1, "below");
   int outside = 0;
   for (std::uint64_t n = 0; n < 10'000; ++n) {
-    for (const std::uint64_t bound : {std::uint64_t{1}, (std::uint64_t{1} << 63) + 1, UINT64_MAX}) outside += stream.below(n, bound) >= bound;
+    for (const std::uint64_t bound : {std::uint64_t{1}, (std::uint64_t{1} << 63) + 1, UINT64_MAX})
+      outside += stream.below(n, bound) >= bound;
   }
   CHECK(outside == 0);
 }
@@ -226,7 +232,8 @@ TEST_CASE("the streams have the values they always had") {
       const RandomStream stream(seed, name);
       for (std::uint64_t n = 0; n < 10'000; ++n) {
         digest = mix(mix(mix(digest, stream.bits(n)), stream.uniform(n)), stream.standard_normal(n));
-        digest = mix(mix(digest, stream.below(n, 15)), static_cast<std::uint64_t>(log_normal(stream, n, {1'482'222}, 0.1).ns));
+        digest =
+            mix(mix(digest, stream.below(n, 15)), static_cast<std::uint64_t>(log_normal(stream, n, {1'482'222}, 0.1).ns));
       }
     }
   }

@@ -34,7 +34,8 @@ inline std::int64_t disorder(const std::vector<SegmentTiming>& segments) {
     }
     wrong += last > segment.end;
     if (const auto& visualization = segment.visualization) {
-      wrong += visualization->begin < segment.begin || visualization->end > segment.end || visualization->end <= visualization->begin;
+      wrong += visualization->begin < segment.begin || visualization->end > segment.end ||
+               visualization->end <= visualization->begin;
     }
     boundary = segment.end;
   }

@@ -37,7 +37,9 @@ std::int64_t nearest(double x) { return static_cast<std::int64_t>(x < 0 ? x - 0.
 double power_of_two(std::int64_t k) { return std::bit_cast<double>(static_cast<std::uint64_t>(k + 1023) << 52); }
 
 /// An unevaluated sum: high is the sum rounded, low what the rounding lost.
-struct Sum { double high, low; };
+struct Sum {
+  double high, low;
+};
 
 /// Knuth's two-sum: high + low == a + b exactly, whichever is larger.
 Sum exact_sum(double a, double b) {
@@ -48,7 +50,10 @@ Sum exact_sum(double a, double b) {
 }
 
 /// x = quarter_turns * pi / 2 + (angle.high + angle.low), |angle| <= pi / 4 (Cody and Waite with exact remainders).
-struct Reduced { std::int64_t quarter_turns; Sum angle; };
+struct Reduced {
+  std::int64_t quarter_turns;
+  Sum angle;
+};
 
 Reduced reduce(double x) {
   constexpr double kTwoOverPi = 0x1.45f306dc9c883p-1;

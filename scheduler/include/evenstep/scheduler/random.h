@@ -18,7 +18,8 @@ class RandomStream {
   RandomStream(std::uint64_t seed, std::string_view component);
   std::uint64_t bits(std::uint64_t n) const;               ///< 64 uniform bits of draw n
   double uniform(std::uint64_t n) const;                   ///< (0, 1): odd multiples of 2^-53, so never 0, never 1
-  std::uint64_t below(std::uint64_t n, std::uint64_t bound) const;  ///< uniform in [0, bound), bound > 0, no modulo bias beyond 2^-64 * bound
+  /// Uniform in [0, bound), bound > 0, no modulo bias beyond 2^-64 * bound.
+  std::uint64_t below(std::uint64_t n, std::uint64_t bound) const;
   double standard_normal(std::uint64_t n) const;           ///< Box-Muller; |z| < 8.6
 
  private:
