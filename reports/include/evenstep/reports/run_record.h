@@ -33,6 +33,7 @@ struct StepSample {
   Vec3 position_m{};     ///< x_n handed to the solver
   Vec3 force_N{};        ///< f_n
   StepRead read = StepRead::inside;
+  std::optional<Vec3> true_position_m;   ///< the programmed motion at R(n), where the motion is known: for error_at_stop
 };
 
 /// One device tick.
