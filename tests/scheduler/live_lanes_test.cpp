@@ -1,6 +1,7 @@
 #include "evenstep/scheduler/live_lanes.h"
 
 #include <atomic>
+#include <chrono>
 #include <deque>
 #include <memory>
 #include <stdexcept>

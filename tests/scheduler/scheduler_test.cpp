@@ -91,14 +91,20 @@ TEST_CASE("Virtual time reaches a programmed end only when the real result is th
   CHECK(results == std::vector<int>{1, 2, 3});
 }
 
+Task work_and_rest(Scheduler& scheduler, CountingWork& work, int count) {
+  for (int n = 1; n <= count; ++n) {
+    co_await scheduler.external({n * 1000}, &work, "work");
+    co_await scheduler.until({n * 1000 + 500}, Lane::launch, "rest");  // all lanes' work is finished when any starts again
+  }
+}
+
 TEST_CASE("Completions are pooled: as many as work was ever outstanding at once") {
   for (const int lanes : {1, 2, 7}) {
     VirtualClock clock;
     LazyExecutor executor;
     std::vector<CountingWork> works(static_cast<std::size_t>(lanes));
-    std::vector<std::vector<int>> results(works.size());
     Scheduler scheduler(clock, executor);
-    for (std::size_t i = 0; i < works.size(); ++i) scheduler.spawn(read_results(scheduler, works[i], 200, results[i]));
+    for (CountingWork& work : works) scheduler.spawn(work_and_rest(scheduler, work, 200));
     scheduler.run(kNever);
     CHECK(executor.waits == 200 * lanes);
     CHECK(executor.seen.size() == works.size());
@@ -238,7 +244,7 @@ void spawn_mixed_lanes(VirtualRig& rig, std::vector<int>& log, std::vector<int>&
   rig.scheduler.spawn(read_results(rig.scheduler, work, 4, results));
 }
 
-TEST_CASE("run(end) runs what lies before end, and a later end goes on: a run split at any nanosecond is the run in one piece") {
+TEST_CASE("run(end) runs what lies before end, and a later end goes on; split at any nanosecond it is the run in one piece") {
   std::vector<int> log, results;
   CountingWork work;
   VirtualRig whole;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <thread>
 
 #include "evenstep/scheduler/live_lanes.h"
@@ -68,7 +69,7 @@ void check_lanes(Clock& clock, Executor& executor) {
   CHECK(chain(events) == scheduler.trace_hash());
 }
 
-TEST_CASE("Timers keep their grid, nothing runs early, work ends at or after its programmed end: virtual and wall, inline and worker") {
+TEST_CASE("Timers keep their grid, nothing runs early, work ends at or after its programmed end, virtual and wall, inline and worker") {
   for (const bool is_virtual : {true, false}) {
     for (const bool inlined : {true, false}) {
       std::unique_ptr<Clock> clock = is_virtual ? std::make_unique<VirtualClock>() : make_wall_clock();
