@@ -6,10 +6,14 @@
 ///                        slope = clamp(P + sqrt(2) w e / N_prev, (1 - rho) P, (1 + rho) P)      rho = 0.5
 ///   in between:          slot(n) = phi + (n - n0) slope;  phi <- slot(n) at the next boundary   (continuous)
 ///
-/// T^ = P N_prev. Stable for w < 1.035 (4 - 2 sqrt(2) w - w^2 > 0). phi is an integer nanosecond plus a remainder below
+/// T^ = P N_prev. Out of lock (the slope would leave its clamp: |e| > rho T^ / (sqrt(2) w), 28 ms in the reference case)
+/// the second line is P += w' (T_prev / N_prev - P) with w' from the measured T_prev: the phase of a simulator that hung for
+/// a second says nothing about its pace, and integrating it would drive P to 0, where the loop has no gain left.
+///
+/// Stable for w < 1.035 (4 - 2 sqrt(2) w - w^2 > 0). phi is an integer nanosecond plus a remainder below
 /// 1 ns, so the map does not lose precision in a long run. Acquires P and phase from the first complete segment.
 /// Outside its domain: a segment without steps changes nothing (its length goes into the next one's error); a period that
-/// would fall below 1 ns per step is held there.
+/// would fall below 1 ns per step is held there (steps in zero time).
 
 #include "evenstep/remap/slot_map.h"
 
@@ -26,6 +30,9 @@ class PhaseLockedMap final : public SlotMap {
   std::optional<RealTime> slot(std::int64_t n) override;
 
  private:
+  void acquire(RealTime begin, double length_ns, double steps);
+  void track(RealTime begin, double length_ns, double steps);
+
   double bandwidth_Hz_;
   bool started_ = false;
   std::int64_t first_step_ = 0;      // n0
