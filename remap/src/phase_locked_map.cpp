@@ -12,10 +12,6 @@ constexpr double kMaxGain = 0.7;          // w; the loop is stable below 1.035 (
 constexpr double kMaxSlopeChange = 0.5;   // rho < 1: the map is strictly monotone
 constexpr double kLeastPeriod_ns = 1.0;
 
-double gain(double bandwidth_Hz, double segment_ns) {
-  return std::min(2 * std::numbers::pi * bandwidth_Hz * segment_ns * 1e-9, kMaxGain);
-}
-
 }  // namespace
 
 void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
@@ -46,15 +42,26 @@ void PhaseLockedMap::track(RealTime begin, double length_ns, double steps) {
   remainder_ns_ = advanced_ns - whole_ns;
 
   const double error_ns = static_cast<double>((begin - origin_).ns) - remainder_ns_;
-  const double w = gain(bandwidth_Hz_, period_ns_ * steps);
+  const double w = std::min(2 * std::numbers::pi * bandwidth_Hz_ * period_ns_ * steps * 1e-9, kMaxGain);
   const double pull_ns = std::numbers::sqrt2 * w * error_ns / steps;
-  if (std::abs(pull_ns) <= kMaxSlopeChange * period_ns_) {
-    period_ns_ += w * w * error_ns / steps;
-  } else {   // out of lock: the phase says nothing about the pace any more, the measured length does
-    period_ns_ += gain(bandwidth_Hz_, length_ns) * (length_ns / steps - period_ns_);
+  if (std::abs(pull_ns) > kMaxSlopeChange * period_ns_) {
+    relock(begin, error_ns, length_ns / steps);
+    return;
   }
-  period_ns_ = std::max(period_ns_, kLeastPeriod_ns);
+  period_ns_ += w * w * error_ns / steps;
   slope_ns_ = std::clamp(period_ns_ + pull_ns, (1 - kMaxSlopeChange) * period_ns_, (1 + kMaxSlopeChange) * period_ns_);
+}
+
+void PhaseLockedMap::relock(RealTime begin, double error_ns, double measured_period_ns) {
+  period_ns_ = std::clamp(measured_period_ns, (1 - kMaxSlopeChange) * period_ns_, (1 + kMaxSlopeChange) * period_ns_);
+  period_ns_ = std::max(period_ns_, kLeastPeriod_ns);
+  slope_ns_ = period_ns_;
+  if (error_ns > 0) {
+    origin_ = begin;
+    remainder_ns_ = 0;
+  } else {
+    slope_ns_ *= 1 - kMaxSlopeChange;
+  }
 }
 
 std::optional<RealTime> PhaseLockedMap::slot(std::int64_t n) {

@@ -66,7 +66,7 @@ const MappedStep& step_of(const std::vector<MappedStep>& steps, std::int64_t n) 
 
 }  // namespace
 
-TEST_CASE("c and L are tight at any phase and at this phase, by replay: 2500 random traces, three maps, four device rates") {
+TEST_CASE("c and L are tight at any phase and at this phase, by replay: 2500 traces, 3 maps, 5 rates") {
   // h = 0.25, 1, 2 and 3.7 ms, and 900 Hz, whose period is not a whole number of ns.
   const Rate rates[]{{4000, 1}, {1000, 1}, {500, 1}, {10'000, 37}, {900, 1}};
   std::int64_t judged = 0, stepped_back = 0;

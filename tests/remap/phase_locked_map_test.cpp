@@ -9,8 +9,7 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// Runs the segments of `rate` with `steps` steps each from segment `from` on; the largest |slot(n) - line| in ns over the last
-/// `judged` segments, the line being that of the boundaries.
+/// Tells a map one segment after the other.
 class PeriodicRun {
  public:
   explicit PeriodicRun(PhaseLockedMap& map) : map_(map) {}
@@ -26,6 +25,11 @@ class PeriodicRun {
     }
     map_.boundary(n_, boundary_ = boundary_ + length);
     return worst;
+  }
+  /// How far the next slot lies after the boundary it belongs to.
+  Duration lead_of_slots() const {
+    PhaseLockedMap probe = map_;
+    return probe.read(n_, {}).read - boundary_;
   }
 
  private:
@@ -70,29 +74,34 @@ TEST_CASE("phase_locked stays within 2 ns of the exact line for a million period
   CHECK(worst > 0);
 }
 
-TEST_CASE("phase_locked is exact to 2 ns on every periodic timing: 400 rates, 1 to 40 steps, any start") {
+TEST_CASE("phase_locked is exact to 2 ns on any periodic timing: 400 rates, 1 to 40 steps, any start") {
+  // The first T is wrong by up to 1 ns (floors): a period step of 1 ns peaks at 0.456 / w ns of phase and decays by
+  // exp(-w / sqrt(2)) per segment; then floors of boundary and slot are left, 1 ns each.
   Draw draw(1);
   for (int trial = 0; trial < 400; ++trial) {
-    const Rate rate{draw.between(1, 2000), draw.between(1, 20)};
+    const Rate rate{draw.between(1, 100), draw.between(1, 20)};
     const std::int64_t steps = draw.between(1, 40);
     const RealTime origin{draw.between(-1'000'000'000'000, 1'000'000'000'000)};
-    if (period_ceil(rate).ns < 10'000 * steps) continue;
-    PhaseLockedMap map({}, {}, 0.1 + 5 * draw.unit());
+    const double bandwidth_Hz = 0.5 + 4.5 * draw.unit();
+    const double w = std::min(2 * std::numbers::pi * bandwidth_Hz * period_s(rate), 0.7);
+    const auto settled = static_cast<std::int64_t>(8 / w);
+    PhaseLockedMap map({}, {}, bandwidth_Hz);
     std::int64_t n = 0;
-    for (std::int64_t k = 0; k < 200; ++k) {
+    for (std::int64_t k = 0; k < settled + 100; ++k) {
       map.boundary(n, tick_time(rate, k, origin));
       for (std::int64_t i = 0; i < steps; ++i, ++n) {
         const Slot slot = map.read(n, {});
         map.emission(n, {});
         if (slot.kind == SlotKind::acquiring) continue;
-        const RealTime exact = tick_time({rate.num * steps, rate.den}, n, origin);
-        REQUIRE(std::abs((slot.read - exact).ns) <= 2);
+        const std::int64_t off = (slot.read - tick_time({rate.num * steps, rate.den}, n, origin)).ns;
+        REQUIRE(static_cast<double>(std::abs(off)) <= 2 + (k < settled ? 0.5 / w : 0));
       }
     }
   }
 }
 
-TEST_CASE("phase_locked is continuous: the old line and the new one meet at every boundary, on 2000 random schedules") {
+TEST_CASE("in lock the old line of phase_locked and the new one meet at every boundary: 2000 random schedules") {
+  std::int64_t met = 0, stepped = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     Draw draw(seed);
     const Schedule schedule = random_schedule(draw, 12);
@@ -104,8 +113,32 @@ TEST_CASE("phase_locked is continuous: the old line and the new one meet at ever
       PhaseLockedMap told = map;
       const Slot before = untold.read(n, {});
       if (before.kind == SlotKind::mapped) {
-        REQUIRE(std::abs((told.read(n, {}).read - before.read).ns) <= 1);   // the floor of the same real number, added up twice
+        const RealTime after = told.read(n, {}).read;
+        const bool meets = std::abs((after - before.read).ns) <= 1;   // the floor of the same real number, added up twice
+        ++(meets ? met : stepped);
+        if (!meets) {                                                 // after a hang: forward, to the boundary itself
+          REQUIRE(after > before.read);
+          REQUIRE(after == segment.begin);
+        }
       }
+      for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
+    }
+  }
+  CHECK(met > 10 * stepped);
+  CHECK(stepped > 0);
+}
+
+TEST_CASE("with 20 % jitter phase_locked never leaves lock: 200 seeds of 200 segments") {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    Draw draw(seed);
+    PhaseLockedMap map({}, {});
+    std::int64_t n = 0;
+    for (const Segment& segment : jittered(draw, 0.2, 200)) {
+      PhaseLockedMap untold = map;
+      map.boundary(n, segment.begin);
+      PhaseLockedMap told = map;
+      const Slot before = untold.read(n, {});
+      if (before.kind == SlotKind::mapped) REQUIRE(std::abs((told.read(n, {}).read - before.read).ns) <= 1);
       for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
     }
   }
@@ -201,8 +234,9 @@ TEST_CASE("the linear loop is stable for w = 1.03 and unstable for w = 1.04") {
 }
 
 TEST_CASE("phase_locked locks again after any hang, burst or change of pace: 2000 random ones") {
-  // Out of lock the slope is at its clamp: e shrinks by at least rho T per segment (plus the segments in which the period
-  // itself is learned), then the linear loop settles from 28 ms to 1 ns in ln(3e7) sqrt(2) / w < 60 segments.
+  // Behind: one segment. Ahead: at most half the measured pace once P is learned (a factor 2 per segment), so the lead shrinks
+  // by T / 2 per segment; then the linear loop goes from 28 ms to 1 ns in ln(3e7) sqrt(2) / w segments. Margins: factor 2.
+  std::int64_t longest = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     Draw draw(seed);
     PhaseLockedMap map({}, {});
@@ -210,20 +244,32 @@ TEST_CASE("phase_locked locks again after any hang, burst or change of pace: 200
     run.start({});
     std::int64_t steps = draw.between(1, 40);
     for (int k = 0; k < 10; ++k) run.segment({33'333'330}, steps);
-    std::int64_t off_ns = 0;
     for (std::int64_t k = draw.between(1, 5); k > 0; --k) {   // up to 3 s in one segment, or a burst in no time
-      const std::int64_t length = draw.between(0, 1) == 0 ? draw.between(0, 3'000'000'000) : draw.between(0, 1'000'000);
-      const std::int64_t burst = draw.between(1, 60);
-      run.segment({length}, burst);
-      off_ns += length + 33'333'330 * (1 + burst);
+      const bool hang = draw.between(0, 1) == 0;
+      run.segment({draw.between(0, hang ? 3'000'000'000 : 1'000'000)}, draw.between(1, 60));
     }
     steps = draw.between(1, 40);
     const Duration length{steps * draw.between(500'000, 5'000'000)};
-    const auto settle = 4 * off_ns / length.ns + 400;
+    const double w = std::min(2 * std::numbers::pi * 2.0 * seconds(length), 0.7);
+    const double ahead_ns = std::max(0.0, static_cast<double>(run.lead_of_slots().ns));
+    const auto settle = static_cast<std::int64_t>(2 * (ahead_ns / (0.5 * static_cast<double>(length.ns)) + 30 + 17 * std::numbers::sqrt2 / w));
     for (std::int64_t k = 0; k < settle; ++k) run.segment(length, steps);
+    longest = std::max(longest, settle);
     INFO("seed " << seed);
     REQUIRE(run.segment(length, steps) <= 2);
   }
+  CAPTURE(longest);
+}
+
+TEST_CASE("a simulator that hung for 1 s is even again after 60 segments") {
+  PhaseLockedMap map({}, {});
+  PeriodicRun run(map);
+  run.start({});
+  for (int k = 0; k < 10; ++k) run.segment({33'333'330}, 15);
+  run.segment({1'000'000'000}, 15);
+  CHECK(run.segment({33'333'330}, 15) < 33'333'330);   // at once no more than a segment off
+  for (int k = 0; k < 60; ++k) run.segment({33'333'330}, 15);
+  CHECK(run.segment({33'333'330}, 15) <= 2);
 }
 
 TEST_CASE("steps in zero time are held at 1 ns per step, and the map recovers") {
