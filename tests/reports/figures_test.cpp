@@ -59,12 +59,12 @@ TEST_CASE("a long curve is decimated to the pixels, and no peak is lost") {
   std::vector<double> x, y;
   for (int i = 0; i < 100'000; ++i) {
     x.push_back(i);
-    y.push_back(i == 54'321 ? 1.0 : 0.25);
+    y.push_back(i == 54'321 ? 1.0 : i == 12'345 ? 0.0 : 0.25);
   }
   panel.curve(x, y, {});
   const std::string text = std::move(svg).finish();
   CHECK(occurrences(text, ",") <= 4 * 800 + 10);
-  CHECK_THAT(text, Contains(",0.00 "));   // the peak, at the top
+  CHECK_THAT(text, Contains(",0.00 ") && Contains(",100.00 "));   // the peak at the top, the trough at the bottom
 }
 
 TEST_CASE("a NaN breaks a curve and leaves no number in the file that is none") {

@@ -153,6 +153,7 @@ TEST_CASE("felt counts each tick that wanted a force which was not there, hold a
     RunRecord run = synthetic::reference_run();
     run.nominal.devices[0].hold_emission = hold;
     StrategyRecord& paper = strategy(run, "paper");
+    paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {13'260'000});   // every ninth F falls on a tick
     // Lengthen every 7th step by 0 to 6 ms; the counts are those of the plain double loop.
     for (std::size_t n = kFirstJudged; n < paper.steps.size(); n += 7) {
       paper.steps[n].end = paper.steps[n].emission + Duration{static_cast<std::int64_t>(n % 60) * 100'000};
@@ -174,6 +175,7 @@ TEST_CASE("total latency is from R to the first tick that sends the force; a for
   for (const std::int64_t rate : {1000, 450, 300, 100}) {   // 100 Hz: most forces are never sent
     RunRecord run = synthetic::reference_run();
     StrategyRecord& paper = strategy(run, "paper");
+    paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {20'260'000});   // every ninth F falls on a tick
     std::vector<TickRow>& ticks = paper.devices[0].ticks;
     ticks.clear();
     for (std::int64_t k = 0; k < 2 * rate; ++k) {
