@@ -15,8 +15,8 @@ struct Timeline {
   std::vector<RealTime> underruns;
 };
 
-Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
-                              double slot_s) {
+Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device,
+                              const std::vector<std::size_t>& steps, double slot_s) {
   Timeline timeline{internal::interaction_series(device, steps, slot_s), {}, {}};
   for (const std::size_t n : steps) {
     timeline.at.push_back(strategy.steps[n].begin);
@@ -51,8 +51,10 @@ std::vector<BinRow> cut(const Timeline& timeline, RealTime origin, double bin_s)
       const std::span<const double> t(timeline.series.t_s);
       const std::span<const Vec3> x(timeline.series.value);
       const std::size_t from = begin == 0 ? 0 : begin - 1, until = std::min(end + 1, x.size());
-      rows.push_back({seconds(origin + width * b), deviation(t.subspan(begin, end - begin), x.subspan(begin, end - begin), kWindow_s).max,
-                      velocity_jump(x.subspan(from, until - from)), static_cast<std::int64_t>(first_at(timeline.underruns, to))});
+      rows.push_back({seconds(origin + width * b),
+                      deviation(t.subspan(begin, end - begin), x.subspan(begin, end - begin), kWindow_s).max,
+                      velocity_jump(x.subspan(from, until - from)),
+                      static_cast<std::int64_t>(first_at(timeline.underruns, to))});
     }
     begin = end;
   }

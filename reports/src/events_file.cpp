@@ -1,9 +1,9 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <stdexcept>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "evenstep/reports/writers.h"
 #include "src/text.h"
@@ -12,8 +12,8 @@ namespace evenstep {
 namespace {
 
 constexpr std::string_view kMagic = "EVSTEP01";
-constexpr std::size_t kRowBytes = 20;        // time, hash, name, lane, zero
-constexpr std::size_t kStrategyBytes = 24;   // least: name length, trace hash, event name count, row count
+constexpr std::size_t kRowBytes = 20;       // time, hash, name, lane, zero
+constexpr std::size_t kStrategyBytes = 24;  // least: name length, trace hash, event name count, row count
 constexpr std::uint8_t kLanes = 3;
 
 class Writer {
@@ -44,7 +44,8 @@ class Reader {
   Unsigned take(const char* what) {
     need(sizeof(Unsigned), what);
     Unsigned value = 0;
-    for (std::size_t i = 0; i < sizeof(Unsigned); ++i) value |= static_cast<Unsigned>(static_cast<Unsigned>(bytes_[at_ + i]) << (8 * i));
+    for (std::size_t i = 0; i < sizeof(Unsigned); ++i)
+      value |= static_cast<Unsigned>(static_cast<Unsigned>(bytes_[at_ + i]) << (8 * i));
     at_ += sizeof(Unsigned);
     return value;
   }
@@ -61,7 +62,8 @@ class Reader {
   std::size_t count(const char* what, std::size_t least) {
     const std::size_t before = at_;
     const Unsigned value = take<Unsigned>(what);
-    if (value > (bytes_.size() - at_) / least) fail(before, fmt::format("{} {} do not fit in the rest of the file", value, what));
+    if (value > (bytes_.size() - at_) / least)
+      fail(before, fmt::format("{} {} do not fit in the rest of the file", value, what));
     return static_cast<std::size_t>(value);
   }
   [[noreturn]] void fail(std::size_t offset, const std::string& what) const {
@@ -111,7 +113,8 @@ std::string event_text(const StrategyRecord& strategy, std::size_t index) {
   if (index >= strategy.events.size()) return fmt::format("ends after {} events", strategy.events.size());
   const EventRow& event = strategy.events[index];
   const std::string name = event.name < strategy.event_names.size() ? strategy.event_names[event.name] : "?";
-  return fmt::format("{} s {}.{} (hash {:016x})", internal::exact_seconds(event.time), lane_text(event.lane), name, event.chained_hash);
+  return fmt::format("{} s {}.{} (hash {:016x})", internal::exact_seconds(event.time), lane_text(event.lane), name,
+                     event.chained_hash);
 }
 
 /// The hashes are chained: once different, always different. So the first difference is a partition point.
@@ -131,15 +134,18 @@ std::size_t equal_prefix(const StrategyRecord& a, const StrategyRecord& b) {
 std::optional<Difference> difference_of(const StrategyRecord& a, const StrategyRecord& b) {
   const std::size_t index = equal_prefix(a, b);
   if (index == a.events.size() && index == b.events.size() && a.trace_hash == b.trace_hash) return std::nullopt;
-  std::string text = fmt::format("{}: first difference at event {}: A {}, B {}", a.name, index, event_text(a, index), event_text(b, index));
+  std::string text =
+      fmt::format("{}: first difference at event {}: A {}, B {}", a.name, index, event_text(a, index), event_text(b, index));
   if (index == a.events.size() && index == b.events.size()) {
-    text = fmt::format("{}: all {} events are equal but the trace hash is not: A {:016x}, B {:016x}", a.name, index, a.trace_hash, b.trace_hash);
+    text = fmt::format("{}: all {} events are equal but the trace hash is not: A {:016x}, B {:016x}", a.name, index,
+                       a.trace_hash, b.trace_hash);
   }
   return Difference{a.name, static_cast<std::int64_t>(index), std::move(text)};
 }
 
 const StrategyRecord* find(const EventFile& file, const std::string& name) {
-  const auto found = std::find_if(file.strategies.begin(), file.strategies.end(), [&](const auto& s) { return s.name == name; });
+  const auto found =
+      std::find_if(file.strategies.begin(), file.strategies.end(), [&](const auto& s) { return s.name == name; });
   return found == file.strategies.end() ? nullptr : &*found;
 }
 

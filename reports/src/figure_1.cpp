@@ -81,7 +81,7 @@ std::vector<double> along(const std::vector<Vec3>& values, std::size_t axis, dou
 
 struct Panels {
   std::string title, x_name, y_name, unit;
-  std::optional<double> step;   ///< the lower panel's unit
+  std::optional<double> step;  ///< the lower panel's unit
 };
 
 Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, bool residual) {
@@ -110,7 +110,8 @@ std::string draw(std::vector<Curve> curves, const Panels& panels) {
     svg.text({kWidth / 2, kHeight / 2}, "nothing was judged in this run", internal::Svg::Anchor::middle, 14);
     return std::move(svg).finish();
   }
-  std::stable_sort(curves.begin(), curves.end(), [](const Curve& a, const Curve& b) { return a.strategy == "ideal" && b.strategy != "ideal"; });
+  std::stable_sort(curves.begin(), curves.end(),
+                   [](const Curve& a, const Curve& b) { return a.strategy == "ideal" && b.strategy != "ideal"; });
   std::vector<double> times;
   for (Curve& curve : curves) {
     curve.residual = internal::line_residual(curve.t_s, curve.value);
@@ -120,7 +121,8 @@ std::string draw(std::vector<Curve> curves, const Panels& panels) {
   const double unit = panels.step.value_or(1);
   const Axis time{Range::around(times, 0), panels.x_name, "s"};
   internal::Panel upper(svg, kUpper, time, {range_of(curves, axis, 1, false), panels.y_name, panels.unit});
-  internal::Panel lower(svg, kLower, time, {range_of(curves, axis, unit, true), "off the fitted line", panels.step ? "step" : panels.unit});
+  internal::Panel lower(svg, kLower, time,
+                        {range_of(curves, axis, unit, true), "off the fitted line", panels.step ? "step" : panels.unit});
   upper.draw_axes(false, false);
   lower.draw_axes(true, true);
   for (std::size_t i = 0; i < curves.size(); ++i) {
@@ -132,7 +134,8 @@ std::string draw(std::vector<Curve> curves, const Panels& panels) {
 }
 
 const DeviceRecord* find(const StrategyRecord& strategy, const std::string& device) {
-  const auto found = std::find_if(strategy.devices.begin(), strategy.devices.end(), [&](const DeviceRecord& d) { return d.name == device; });
+  const auto found = std::find_if(strategy.devices.begin(), strategy.devices.end(),
+                                  [&](const DeviceRecord& d) { return d.name == device; });
   return found == strategy.devices.end() ? nullptr : &*found;
 }
 
@@ -151,8 +154,8 @@ std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
     }
     curves.push_back(std::move(curve));
   }
-  return draw(std::move(curves), {"Motion of the interaction in simulation time: " + device, "simulation time", "position", "m",
-                                  step_unit(run.nominal, device + ".interaction.any")});
+  return draw(std::move(curves), {"Motion of the interaction in simulation time: " + device, "simulation time", "position",
+                                  "m", step_unit(run.nominal, device + ".interaction.any")});
 }
 
 std::string figure_1b_svg(const RunRecord& run, const std::string& device) {

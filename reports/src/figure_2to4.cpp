@@ -1,10 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <optional>
-
-#include <fmt/format.h>
 
 #include "evenstep/reports/figures.h"
 #include "src/judged.h"
@@ -20,23 +20,25 @@ namespace colour = internal::colour;
 constexpr double kWidth = 900, kHeight = 600, kLeft = 96, kRight = 880;
 constexpr internal::Box kHand{kLeft, 66, kRight, 190}, kForce{kLeft, 418, kRight, 550};
 constexpr double kSlotTop = 226, kSlotBottom = 250, kStepTop = 310, kStepBottom = 334, kEmission = 396;
-constexpr const char* kStepFill = "#b9dff5";     // pale kSkyBlue: numbers on it stay readable
-constexpr const char* kSlotFill = "#bfe5d9";     // pale kGreen
-constexpr const char* kPauseFill = "#f6d58a";    // pale kOrange
+constexpr const char* kStepFill = "#b9dff5";   // pale kSkyBlue: numbers on it stay readable
+constexpr const char* kSlotFill = "#bfe5d9";   // pale kGreen
+constexpr const char* kPauseFill = "#f6d58a";  // pale kOrange
 
 /// One segment of one strategy and device.
 struct View {
   const SegmentRow* segment = nullptr;
   std::vector<std::size_t> steps;
-  bool mapped = false;   ///< false: direct has no slots
+  bool mapped = false;  ///< false: direct has no slots
   internal::Range time_s;
   std::vector<double> tick_s, tick_position_m, tick_force_N;
   std::vector<double> read_s, position_m, emission_s, force_N;
 };
 
-std::vector<std::size_t> steps_of(const StrategyRecord& strategy, const std::vector<std::size_t>& judged, std::int64_t segment) {
+std::vector<std::size_t> steps_of(const StrategyRecord& strategy, const std::vector<std::size_t>& judged,
+                                  std::int64_t segment) {
   std::vector<std::size_t> steps;
-  std::copy_if(judged.begin(), judged.end(), std::back_inserter(steps), [&](std::size_t n) { return strategy.steps[n].segment == segment; });
+  std::copy_if(judged.begin(), judged.end(), std::back_inserter(steps),
+               [&](std::size_t n) { return strategy.steps[n].segment == segment; });
   return steps;
 }
 
@@ -44,7 +46,8 @@ std::vector<std::size_t> steps_of(const StrategyRecord& strategy, const std::vec
 const SegmentRow* middle_segment(const StrategyRecord& strategy, const std::vector<std::size_t>& judged) {
   if (judged.empty()) return nullptr;
   const std::int64_t index = strategy.steps[judged[judged.size() / 2]].segment;
-  const auto found = std::find_if(strategy.segments.begin(), strategy.segments.end(), [&](const SegmentRow& s) { return s.index == index; });
+  const auto found = std::find_if(strategy.segments.begin(), strategy.segments.end(),
+                                  [&](const SegmentRow& s) { return s.index == index; });
   return found == strategy.segments.end() ? nullptr : &*found;
 }
 
@@ -92,7 +95,8 @@ internal::Range joint_range(std::vector<double> a, const std::vector<double>& b)
   return internal::Range::around(a, 0.08);
 }
 
-void numbered_block(Svg& svg, double from, double to, double top, double bottom, const char* fill, const std::string& number) {
+void numbered_block(Svg& svg, double from, double to, double top, double bottom, const char* fill,
+                    const std::string& number) {
   svg.rect({from, top, to, bottom}, fill, colour::kGrey);
   if (to - from > 7.5 * static_cast<double>(number.size()) + 2) {
     svg.text({(from + to) / 2, (top + bottom) / 2 + 4}, number, Svg::Anchor::middle, 11);
@@ -113,7 +117,9 @@ void draw_legend(Svg& svg) {
     };
   };
   const auto square = [&](const char* colour) { return [&svg, colour](double at) { svg.square({at + 8, 46}, 4, colour); }; };
-  const auto block = [&](const char* fill) { return [&svg, fill](double at) { svg.rect({at, 40, at + 16, 52}, fill, colour::kGrey); }; };
+  const auto block = [&](const char* fill) {
+    return [&svg, fill](double at) { svg.rect({at, 40, at + 16, 52}, fill, colour::kGrey); };
+  };
   entry("device sample", trace(colour::kBlue));
   entry("read by a step", square(colour::kVermilion));
   entry("visualization", block(kPauseFill));
@@ -121,7 +127,8 @@ void draw_legend(Svg& svg) {
   entry("force of a step", square(colour::kPurple));
 }
 
-void draw_rows(Svg& svg, const internal::Panel& time, const RunRecord& run, const StrategyRecord& strategy, const View& view) {
+void draw_rows(Svg& svg, const internal::Panel& time, const RunRecord& run, const StrategyRecord& strategy,
+               const View& view) {
   const auto x = [&](RealTime t) { return time.x_at(seconds(t)); };
   svg.text({kLeft - 8, (kSlotTop + kSlotBottom) / 2 + 4}, "slots", Svg::Anchor::end);
   svg.text({kLeft - 8, (kStepTop + kStepBottom) / 2 + 4}, "steps ran", Svg::Anchor::end);
@@ -138,7 +145,8 @@ void draw_rows(Svg& svg, const internal::Panel& time, const RunRecord& run, cons
   for (std::size_t i = 0; i < view.steps.size(); ++i) {
     const StepRow& step = strategy.steps[view.steps[i]];
     const std::string number = fmt::format("{}", i + 1);
-    if (view.mapped) numbered_block(svg, x(step.read), std::min(x(step.read + slot), kRight), kSlotTop, kSlotBottom, kSlotFill, number);
+    if (view.mapped)
+      numbered_block(svg, x(step.read), std::min(x(step.read + slot), kRight), kSlotTop, kSlotBottom, kSlotFill, number);
     numbered_block(svg, x(step.begin), x(step.end), kStepTop, kStepBottom, kStepFill, number);
     svg.line({x(step.begin), kStepTop}, {x(step.read), kSlotBottom}, map);
     svg.line({x(step.end), kStepBottom}, {x(step.emission), kEmission}, map);
@@ -154,7 +162,8 @@ void draw_panels(Svg& svg, const View& view) {
   force.draw_axes(true, true);
   const internal::Stroke drop{colour::kGrey, 0.8, "2 3", 1};
   for (std::size_t i = 0; i < view.steps.size(); ++i) {
-    svg.line(hand.at(view.read_s[i], view.position_m[i]), {hand.x_at(view.read_s[i]), view.mapped ? kSlotTop : kSlotBottom}, drop);
+    svg.line(hand.at(view.read_s[i], view.position_m[i]), {hand.x_at(view.read_s[i]), view.mapped ? kSlotTop : kSlotBottom},
+             drop);
     svg.line({force.x_at(view.emission_s[i]), kEmission}, force.at(view.emission_s[i], view.force_N[i]), drop);
   }
   hand.curve(view.tick_s, view.tick_position_m, {colour::kBlue, 1.2});

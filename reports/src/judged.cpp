@@ -1,10 +1,15 @@
 #include "src/judged.h"
 
+#include <algorithm>
+
 namespace evenstep::internal {
 
 std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal) {
+  // A run that failed half-way through a step may have its row and not yet every device's sample.
+  std::size_t complete = strategy.steps.size();
+  for (const DeviceRecord& device : strategy.devices) complete = std::min(complete, device.steps.size());
   std::vector<std::size_t> steps;
-  for (std::size_t n = 0; n < strategy.steps.size(); ++n) {
+  for (std::size_t n = 0; n < complete; ++n) {
     if (strategy.steps[n].begin >= nominal.judged_from && !strategy.steps[n].acquiring) steps.push_back(n);
   }
   return steps;

@@ -22,7 +22,7 @@ std::vector<Window> windows(std::span<const double> t, double window_s) {
   }
   result.push_back({begin, t.size()});
   if (result.size() > 1) {
-    const double spacing = (t.back() - t.front()) / static_cast<double>(t.size() - 1);   // a sample stands for its period
+    const double spacing = (t.back() - t.front()) / static_cast<double>(t.size() - 1);  // a sample stands for its period
     const double covered = t.back() - t.front() - static_cast<double>(current) * window_s + spacing;
     if (covered < window_s * (0.5 - 1e-9)) {
       result.pop_back();

@@ -10,7 +10,7 @@
 namespace evenstep::internal {
 
 struct Window {
-  std::size_t begin = 0, end = 0;   ///< samples [begin, end)
+  std::size_t begin = 0, end = 0;  ///< samples [begin, end)
   std::size_t size() const { return end - begin; }
 };
 

@@ -13,7 +13,7 @@ using internal::Series;
 using Values = std::map<std::string, double>;
 
 constexpr double kWindow_s = 0.25;
-constexpr Duration kAroundStop{100'000'000};   // error_at_stop: 0.2 s around the stop
+constexpr Duration kAroundStop{100'000'000};  // error_at_stop: 0.2 s around the stop
 
 /// A metric without a value stays out: an expectation on it is then an error, never a pass.
 void put(Values& values, const std::string& metric, double value, bool has_value = true) {
@@ -154,7 +154,8 @@ Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device,
   return spread;
 }
 
-void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps) {
+void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
+                   const std::vector<std::size_t>& steps) {
   Spread schedule;
   for (const std::size_t n : steps) schedule.add(strategy.steps[n].emission - strategy.steps[n].read);
   put(values, "schedule_latency", schedule.max_s());
@@ -168,7 +169,8 @@ void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceR
   put(values, "total_latency_mean", total.mean_s());
 }
 
-void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, std::size_t device, const std::vector<std::size_t>& steps) {
+void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, std::size_t device,
+                              const std::vector<std::size_t>& steps) {
   internal::Peak peak;
   bool judged = false;
   for (const std::size_t n : steps) {
@@ -180,7 +182,8 @@ void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, st
   put(values, "deviation_from_ideal", peak.value, judged);
 }
 
-Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::size_t device_index, const std::vector<std::size_t>& steps) {
+Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::size_t device_index,
+                    const std::vector<std::size_t>& steps) {
   const DeviceRecord& device = strategy.devices[device_index];
   const std::vector<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
   const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
@@ -287,7 +290,8 @@ Metrics measure(const RunRecord& run) {
       metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, device, steps);
     }
     metrics["solver." + strategy.name] = solver_values(strategy.solver, run.nominal.slot_s);
-    for (const auto& [event, count] : strategy.event_counts) metrics["events." + event]["sometimes"] += static_cast<double>(count);
+    for (const auto& [event, count] : strategy.event_counts)
+      metrics["events." + event]["sometimes"] += static_cast<double>(count);
   }
   if (run.clock == "wall") put_lateness(metrics["events.device.tick"], run);
   metrics["run"] = run_values(run);

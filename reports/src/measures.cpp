@@ -13,7 +13,7 @@ namespace evenstep {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kLeastSamples = 3;   // a line goes through two points: fewer than three judge nothing
+constexpr std::size_t kLeastSamples = 3;  // a line goes through two points: fewer than three judge nothing
 
 /// cos and sin of 2 pi i / count, by reproducible functions: a summary's bits must not depend on the C library.
 struct Circle {
@@ -30,7 +30,7 @@ struct Circle {
 /// |X_k|^2 of one axis.
 double bin_power(std::span<const Vec3> x, std::size_t axis, std::size_t k, const Circle& circle) {
   double re = 0, im = 0;
-  std::size_t phase = 0;   // k * i mod count, exact
+  std::size_t phase = 0;  // k * i mod count, exact
   for (const Vec3& value : x) {
     re += value[axis] * circle.cosine[phase];
     im += value[axis] * circle.sine[phase];
@@ -85,7 +85,8 @@ Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double w
   std::size_t judged = 0;
   for (const internal::Window& window : internal::windows(t, window_s)) {
     if (window.size() < kLeastSamples) continue;
-    for (const Vec3& r : internal::line_residual(t.subspan(window.begin, window.size()), x.subspan(window.begin, window.size()))) {
+    for (const Vec3& r :
+         internal::line_residual(t.subspan(window.begin, window.size()), x.subspan(window.begin, window.size()))) {
       peak.add(internal::norm(r));
       squares += r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
     }

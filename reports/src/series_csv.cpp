@@ -1,7 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
-
-#include <fmt/format.h>
 
 #include "evenstep/reports/writers.h"
 #include "src/text.h"
@@ -10,7 +10,8 @@ namespace evenstep {
 namespace {
 
 constexpr const char* kHeader =
-    "t[s],strategy,device,kind,index,simulation_time[s],read[s],emission[s],end[s],x[m],y[m],z[m],fx[N],fy[N],fz[N],state,lateness[s],"
+    "t[s],strategy,device,kind,index,simulation_time[s],read[s],emission[s],end[s],x[m],y[m],z[m],fx[N],fy[N],fz[N],state,"
+    "lateness[s],"
     "deviation_max[m],velocity_jump[m],underruns,force_deviation_max[N],force_velocity_jump[N],late\n";
 
 /// RFC 4180.
@@ -23,11 +24,16 @@ std::string csv_field(const std::string& text) {
 
 const char* name_of(StepRead read) {
   switch (read) {
-    case StepRead::inside: return "inside";
-    case StepRead::underrun: return "underrun";
-    case StepRead::overrun: return "overrun";
-    case StepRead::newest: return "newest";
-    case StepRead::acquiring: return "acquiring";
+    case StepRead::inside:
+      return "inside";
+    case StepRead::underrun:
+      return "underrun";
+    case StepRead::overrun:
+      return "overrun";
+    case StepRead::newest:
+      return "newest";
+    case StepRead::acquiring:
+      return "acquiring";
   }
   return "unknown";
 }
@@ -38,10 +44,11 @@ void put_steps(Out out, const StrategyRecord& strategy, const DeviceRecord& devi
   for (std::size_t n = 0; n < std::min(strategy.steps.size(), device.steps.size()); ++n) {
     const StepRow& step = strategy.steps[n];
     const StepSample& sample = device.steps[n];
-    fmt::format_to(out, "{},{},step,{},{},{},{},{},{},{},{},{},{},{},{},,,,,,,\n", internal::exact_seconds(step.begin), who, n,
-                   static_cast<double>(n) * slot_s, internal::exact_seconds(step.read), internal::exact_seconds(step.emission),
-                   internal::exact_seconds(step.end), sample.position_m[0], sample.position_m[1], sample.position_m[2],
-                   sample.force_N[0], sample.force_N[1], sample.force_N[2], name_of(sample.read));
+    fmt::format_to(out, "{},{},step,{},{},{},{},{},{},{},{},{},{},{},{},,,,,,,\n", internal::exact_seconds(step.begin), who,
+                   n, static_cast<double>(n) * slot_s, internal::exact_seconds(step.read),
+                   internal::exact_seconds(step.emission), internal::exact_seconds(step.end), sample.position_m[0],
+                   sample.position_m[1], sample.position_m[2], sample.force_N[0], sample.force_N[1], sample.force_N[2],
+                   name_of(sample.read));
   }
 }
 
@@ -49,16 +56,17 @@ void put_ticks(Out out, const DeviceRecord& device, const std::string& who) {
   for (std::size_t k = 0; k < device.ticks.size(); ++k) {
     const TickRow& tick = device.ticks[k];
     fmt::format_to(out, "{},{},tick,{},,,,,{},{},{},{},{},{},{},{},,,,,,\n", internal::exact_seconds(tick.at), who, k,
-                   tick.position_m[0], tick.position_m[1], tick.position_m[2], tick.force_N[0], tick.force_N[1], tick.force_N[2],
-                   tick.started ? "started" : "waiting", internal::exact_seconds({tick.lateness.ns}));
+                   tick.position_m[0], tick.position_m[1], tick.position_m[2], tick.force_N[0], tick.force_N[1],
+                   tick.force_N[2], tick.started ? "started" : "waiting", internal::exact_seconds({tick.lateness.ns}));
   }
 }
 
 void put_bins(Out out, const std::vector<BinRow>& rows, const std::string& who, bool interaction) {
   for (std::size_t b = 0; b < rows.size(); ++b) {
-    const std::string values = fmt::format("{},{},{}", rows[b].deviation_max, rows[b].velocity_jump, rows[b].underruns_so_far);
-    fmt::format_to(out, "{},{},{},{},,,,,,,,,,,,,{}\n", rows[b].from_s, who, interaction ? "interaction_bin" : "force_bin", b,
-                   interaction ? values + ",,," : ",,," + values);
+    const std::string values =
+        fmt::format("{},{},{}", rows[b].deviation_max, rows[b].velocity_jump, rows[b].underruns_so_far);
+    fmt::format_to(out, "{},{},{},{},,,,,,,,,,,,,{}\n", rows[b].from_s, who, interaction ? "interaction_bin" : "force_bin",
+                   b, interaction ? values + ",,," : ",,," + values);
   }
 }
 

@@ -13,28 +13,73 @@ struct MetricUnit {
   std::string_view metric, unit;
 };
 
-constexpr std::array kInteraction = std::to_array<MetricUnit>({
-    {"judged", "count"}, {"velocity_jump", "m"}, {"deviation_max", "m"}, {"deviation_rms", "m"}, {"step_ratio_max", "1"},
-    {"step_ratio_min", "1"}, {"back_steps", "count"}, {"latency_min", "s"}, {"latency_mean", "s"}, {"latency_max", "s"},
-    {"underruns", "count"}, {"underrun_rate", "1"}, {"overruns", "count"}, {"error_at_stop", "m"}});
-constexpr std::array kForce = std::to_array<MetricUnit>({
-    {"judged", "count"}, {"velocity_jump", "N"}, {"deviation_max", "N"}, {"deviation_rms", "N"}, {"jump_max", "N"},
-    {"residual_20_500_hz", "N"}, {"deviation_from_ideal", "N"}, {"schedule_latency", "s"}, {"schedule_latency_min", "s"},
-    {"schedule_latency_mean", "s"}, {"schedule_latency_spread", "s"}, {"total_latency", "s"}, {"total_latency_min", "s"},
-    {"total_latency_mean", "s"}, {"late", "count"}, {"underruns", "count"}, {"underrun_rate", "1"}, {"felt", "count"},
-    {"emission_repairs", "count"}, {"clamped", "count"}, {"slewed", "count"}, {"non_finite", "count"}, {"reports", "count"},
-    {"lost", "count"}, {"malformed", "count"}, {"stale", "count"}, {"write_failures", "count"}});
-constexpr std::array kBuffers = std::to_array<MetricUnit>({
-    {"interaction_capacity", "count"}, {"force_capacity", "count"}, {"underruns", "count"}, {"interaction_underruns", "count"},
-    {"force_underruns", "count"}, {"underrun_rate", "1"}, {"overruns", "count"}, {"predicted_interaction_underruns", "count"},
-    {"predicted_late_forces", "count"}, {"lead", "s"}, {"latency", "s"}, {"latency_any_phase", "s"}, {"latency_this_phase", "s"}});
-constexpr std::array kSolver = std::to_array<MetricUnit>({
-    {"energy_growth", "1"}, {"non_finite", "count"}, {"first_bad_step", "count"}, {"step_size_over_limit", "1"},
-    {"substeps", "count"}, {"particles", "count"}, {"step_limit", "s"}, {"rest_state_step_limit", "s"}, {"solver_seconds", "s"}});
-constexpr std::array kEvents = std::to_array<MetricUnit>({
-    {"sometimes", "count"}, {"lateness_p50", "s"}, {"lateness_p99", "s"}, {"lateness_max", "s"}});
-constexpr std::array kRun = std::to_array<MetricUnit>({
-    {"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
+constexpr std::array kInteraction = std::to_array<MetricUnit>({{"judged", "count"},
+                                                               {"velocity_jump", "m"},
+                                                               {"deviation_max", "m"},
+                                                               {"deviation_rms", "m"},
+                                                               {"step_ratio_max", "1"},
+                                                               {"step_ratio_min", "1"},
+                                                               {"back_steps", "count"},
+                                                               {"latency_min", "s"},
+                                                               {"latency_mean", "s"},
+                                                               {"latency_max", "s"},
+                                                               {"underruns", "count"},
+                                                               {"underrun_rate", "1"},
+                                                               {"overruns", "count"},
+                                                               {"error_at_stop", "m"}});
+constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
+                                                         {"velocity_jump", "N"},
+                                                         {"deviation_max", "N"},
+                                                         {"deviation_rms", "N"},
+                                                         {"jump_max", "N"},
+                                                         {"residual_20_500_hz", "N"},
+                                                         {"deviation_from_ideal", "N"},
+                                                         {"schedule_latency", "s"},
+                                                         {"schedule_latency_min", "s"},
+                                                         {"schedule_latency_mean", "s"},
+                                                         {"schedule_latency_spread", "s"},
+                                                         {"total_latency", "s"},
+                                                         {"total_latency_min", "s"},
+                                                         {"total_latency_mean", "s"},
+                                                         {"late", "count"},
+                                                         {"underruns", "count"},
+                                                         {"underrun_rate", "1"},
+                                                         {"felt", "count"},
+                                                         {"emission_repairs", "count"},
+                                                         {"clamped", "count"},
+                                                         {"slewed", "count"},
+                                                         {"non_finite", "count"},
+                                                         {"reports", "count"},
+                                                         {"lost", "count"},
+                                                         {"malformed", "count"},
+                                                         {"stale", "count"},
+                                                         {"write_failures", "count"}});
+constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacity", "count"},
+                                                           {"force_capacity", "count"},
+                                                           {"underruns", "count"},
+                                                           {"interaction_underruns", "count"},
+                                                           {"force_underruns", "count"},
+                                                           {"underrun_rate", "1"},
+                                                           {"overruns", "count"},
+                                                           {"predicted_interaction_underruns", "count"},
+                                                           {"predicted_late_forces", "count"},
+                                                           {"lead", "s"},
+                                                           {"latency", "s"},
+                                                           {"latency_any_phase", "s"},
+                                                           {"latency_this_phase", "s"}});
+constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"},
+                                                          {"non_finite", "count"},
+                                                          {"first_bad_step", "count"},
+                                                          {"step_size_over_limit", "1"},
+                                                          {"substeps", "count"},
+                                                          {"particles", "count"},
+                                                          {"step_limit", "s"},
+                                                          {"rest_state_step_limit", "s"},
+                                                          {"solver_seconds", "s"}});
+constexpr std::array kEvents =
+    std::to_array<MetricUnit>({{"sometimes", "count"}, {"lateness_p50", "s"}, {"lateness_p99", "s"}, {"lateness_max", "s"}});
+constexpr std::array kRun = std::to_array<MetricUnit>(
+    {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
 
 using Table = std::span<const MetricUnit>;
 
@@ -85,7 +130,7 @@ std::string base_unit(const std::string& signal, const std::string& metric) {
   for (const Table table : tables_of(signal)) {
     for (const MetricUnit& row : table) {
       if (row.metric != metric) continue;
-      if (!unit.empty() && unit != row.unit) return "";   // "*": m and N at once
+      if (!unit.empty() && unit != row.unit) return "";  // "*": m and N at once
       unit = row.unit;
     }
   }

@@ -21,7 +21,9 @@ class Members {
   std::string& key(std::string_view name) { return next() += json_string(name) + ':'; }
   void text(std::string_view name, std::string_view value) { key(name) += json_string(value); }
   void number(std::string_view name, double value) { key(name) += json_number(value); }
-  void number(std::string_view name, const std::optional<double>& value) { key(name) += value ? json_number(*value) : "null"; }
+  void number(std::string_view name, const std::optional<double>& value) {
+    key(name) += value ? json_number(*value) : "null";
+  }
   void whole(std::string_view name, std::int64_t value) { key(name) += fmt::format("{}", value); }
   void flag(std::string_view name, bool value) { key(name) += value ? "true" : "false"; }
 
@@ -32,9 +34,12 @@ class Members {
 
 const char* verdict_name(ExpectationResult::Verdict verdict) {
   switch (verdict) {
-    case ExpectationResult::Verdict::pass: return "pass";
-    case ExpectationResult::Verdict::fail: return "fail";
-    case ExpectationResult::Verdict::error: return "error";
+    case ExpectationResult::Verdict::pass:
+      return "pass";
+    case ExpectationResult::Verdict::fail:
+      return "fail";
+    case ExpectationResult::Verdict::error:
+      return "error";
   }
   return "error";
 }

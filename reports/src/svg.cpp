@@ -1,10 +1,10 @@
 #include "src/svg.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-
-#include <fmt/format.h>
 
 #include "src/text.h"
 
@@ -85,7 +85,8 @@ Svg::Svg(double width, double height, std::string_view title) : width_(width) {
 }
 
 void Svg::line(Point from, Point to, const Stroke& stroke) {
-  out_ += fmt::format("<line x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\" {}/>\n", from.x, from.y, to.x, to.y, stroke_text(stroke));
+  out_ += fmt::format("<line x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\" {}/>\n", from.x, from.y, to.x, to.y,
+                      stroke_text(stroke));
 }
 
 void Svg::polyline(const std::vector<Point>& points, const Stroke& stroke) {
@@ -97,8 +98,8 @@ void Svg::polyline(const std::vector<Point>& points, const Stroke& stroke) {
 }
 
 void Svg::rect(const Box& box, const char* fill, const char* outline) {
-  out_ += fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\" stroke=\"{}\"/>\n", box.left, box.top,
-                      box.right - box.left, box.bottom - box.top, fill, outline);
+  out_ += fmt::format("<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\" stroke=\"{}\"/>\n",
+                      box.left, box.top, box.right - box.left, box.bottom - box.top, fill, outline);
 }
 
 void Svg::dot(Point centre, double radius, const char* fill) {
@@ -111,13 +112,14 @@ void Svg::square(Point centre, double half, const char* fill) {
 
 void Svg::text(Point at, std::string_view text, Anchor anchor, double size_px, bool bold) {
   const char* name = anchor == Anchor::start ? "start" : anchor == Anchor::middle ? "middle" : "end";
-  out_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\"{}>{}</text>\n", at.x, at.y, size_px, name,
-                      bold ? " font-weight=\"bold\"" : "", xml_escape(text));
+  out_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\"{}>{}</text>\n", at.x, at.y,
+                      size_px, name, bold ? " font-weight=\"bold\"" : "", xml_escape(text));
 }
 
 void Svg::text_upwards(Point at, std::string_view text) {
-  out_ += fmt::format("<text transform=\"translate({:.1f} {:.1f}) rotate(-90)\" font-size=\"12\" text-anchor=\"middle\">{}</text>\n", at.x,
-                      at.y, xml_escape(text));
+  out_ += fmt::format(
+      "<text transform=\"translate({:.1f} {:.1f}) rotate(-90)\" font-size=\"12\" text-anchor=\"middle\">{}</text>\n", at.x,
+      at.y, xml_escape(text));
 }
 
 std::string Svg::finish() && { return std::move(out_) + "</svg>\n"; }
@@ -142,8 +144,12 @@ std::string Axis::label() const {
   return fmt::format("{} [{}{}]", name, prefix, unit);
 }
 
-double Panel::x_at(double x) const { return box_.left + (x - x_.range.low) / (x_.range.high - x_.range.low) * (box_.right - box_.left); }
-double Panel::y_at(double y) const { return box_.bottom - (y - y_.range.low) / (y_.range.high - y_.range.low) * (box_.bottom - box_.top); }
+double Panel::x_at(double x) const {
+  return box_.left + (x - x_.range.low) / (x_.range.high - x_.range.low) * (box_.right - box_.left);
+}
+double Panel::y_at(double y) const {
+  return box_.bottom - (y - y_.range.low) / (y_.range.high - y_.range.low) * (box_.bottom - box_.top);
+}
 
 void Panel::draw_y() {
   const double f = y_.factor();

@@ -20,8 +20,12 @@ inline constexpr const char* kVermilion = "#d55e00";
 inline constexpr const char* kPurple = "#cc79a7";
 }  // namespace colour
 
-struct Point { double x = 0, y = 0; };
-struct Box { double left = 0, top = 0, right = 0, bottom = 0; };
+struct Point {
+  double x = 0, y = 0;
+};
+struct Box {
+  double left = 0, top = 0, right = 0, bottom = 0;
+};
 struct Range {
   double low = 0, high = 1;
   /// The finite values of a list, with a share of the span free on both sides; [-1, 1] around a single value of 0.
@@ -30,7 +34,7 @@ struct Range {
 struct Stroke {
   const char* colour = colour::kBlack;
   double width = 1.5;
-  const char* dash = "";      ///< stroke-dasharray
+  const char* dash = "";  ///< stroke-dasharray
   double opacity = 1;
 };
 
@@ -58,10 +62,10 @@ std::vector<double> round_ticks(Range range, int wanted);
 /// One axis: values are divided by 10^(3 * power) and the unit gets the prefix, e.g. 0.012 m is 12 mm.
 struct Axis {
   Range range;
-  std::string name;     ///< "position"
-  std::string unit;     ///< "m"; prefixes only for m, s and N
+  std::string name;  ///< "position"
+  std::string unit;  ///< "m"; prefixes only for m, s and N
   double factor() const;
-  std::string label() const;   ///< "position [mm]"
+  std::string label() const;  ///< "position [mm]"
 };
 
 /// A rectangle of the picture with two axes.

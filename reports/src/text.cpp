@@ -1,10 +1,10 @@
 #include "src/text.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include <fmt/format.h>
 
 namespace evenstep::internal {
 
@@ -19,7 +19,7 @@ char32_t take_code_point(std::string_view& text) {
     valid = byte(i) >> 6 == 2;
     c = c << 6 | (byte(i) & 0x3Fu);
   }
-  constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};   // shorter forms exist below: overlong
+  constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};  // shorter forms exist below: overlong
   valid = valid && c >= kLeast[length] && c <= 0x10FFFF && !(c >= 0xD800 && c <= 0xDFFF);
   text.remove_prefix(valid ? length : 1);
   return valid ? c : kReplacement;
@@ -55,11 +55,23 @@ std::string xml_escape(std::string_view text) {
   while (!text.empty()) {
     const char32_t c = take_code_point(text);
     switch (c) {
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '&': out += "&amp;"; break;
-      case '"': out += "&quot;"; break;
-      case '\t': case '\n': case '\r': out += fmt::format("&#{};", static_cast<unsigned>(c)); break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\t':
+      case '\n':
+      case '\r':
+        out += fmt::format("&#{};", static_cast<unsigned>(c));
+        break;
       default:
         if (c >= 0x20 && c != 0xFFFE && c != 0xFFFF) append_utf8(out, c);
     }
@@ -68,11 +80,20 @@ std::string xml_escape(std::string_view text) {
 }
 
 std::size_t display_width(std::string_view text) {
-  struct Range { char32_t first, last; };
-  static constexpr std::array kZero = std::to_array<Range>({{0x300, 0x36F}, {0x200B, 0x200F}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}});
-  static constexpr std::array kWide = std::to_array<Range>({{0x1100, 0x115F}, {0x2E80, 0xA4CF}, {0xAC00, 0xD7A3}, {0xF900, 0xFAFF},
-                                                            {0xFE30, 0xFE6F}, {0xFF00, 0xFF60}, {0xFFE0, 0xFFE6},
-                                                            {0x1F300, 0x1FAFF}, {0x20000, 0x3FFFD}});
+  struct Range {
+    char32_t first, last;
+  };
+  static constexpr std::array kZero =
+      std::to_array<Range>({{0x300, 0x36F}, {0x200B, 0x200F}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}});
+  static constexpr std::array kWide = std::to_array<Range>({{0x1100, 0x115F},
+                                                            {0x2E80, 0xA4CF},
+                                                            {0xAC00, 0xD7A3},
+                                                            {0xF900, 0xFAFF},
+                                                            {0xFE30, 0xFE6F},
+                                                            {0xFF00, 0xFF60},
+                                                            {0xFFE0, 0xFFE6},
+                                                            {0x1F300, 0x1FAFF},
+                                                            {0x20000, 0x3FFFD}});
   const auto in = [](const auto& ranges, char32_t c) {
     return std::any_of(ranges.begin(), ranges.end(), [c](Range r) { return c >= r.first && c <= r.last; });
   };

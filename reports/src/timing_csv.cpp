@@ -1,7 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <iterator>
-
-#include <fmt/format.h>
 
 #include "evenstep/reports/writers.h"
 
@@ -15,9 +15,11 @@ struct Piece {
 };
 
 /// A segment's pieces in order of time, then the idle rest before the next segment, if any.
-std::vector<Piece> pieces_of(const StrategyRecord& strategy, const SegmentRow& segment, std::size_t first, std::size_t last) {
+std::vector<Piece> pieces_of(const StrategyRecord& strategy, const SegmentRow& segment, std::size_t first,
+                             std::size_t last) {
   std::vector<Piece> pieces;
-  if (segment.visualization) pieces.push_back({"visualization", 0, (*segment.visualization)[0], (*segment.visualization)[1]});
+  if (segment.visualization)
+    pieces.push_back({"visualization", 0, (*segment.visualization)[0], (*segment.visualization)[1]});
   for (std::size_t n = first; n < last; ++n) {
     pieces.push_back({"step", static_cast<std::int64_t>(n - first), strategy.steps[n].begin, strategy.steps[n].end});
   }
@@ -37,7 +39,8 @@ std::string timing_csv(const StrategyRecord& strategy) {
     std::size_t last = first;
     while (last < strategy.steps.size() && strategy.steps[last].segment == segment.index) ++last;
     for (const Piece& piece : pieces_of(strategy, segment, first, last)) {
-      fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}\n", segment.index, piece.kind, piece.index, piece.begin.ns, piece.end.ns);
+      fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}\n", segment.index, piece.kind, piece.index, piece.begin.ns,
+                     piece.end.ns);
     }
     first = last;
   }

@@ -1,7 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-
-#include <fmt/format.h>
 
 #include "evenstep/reports/writers.h"
 #include "src/limit_text.h"
@@ -16,12 +16,19 @@ constexpr std::size_t kVerdict = 5;
 constexpr std::array<bool, kColumns> kRight{false, false, true, false, true, false, false};
 
 Row row_of(const ExpectationResult& result) {
-  return {result.signal, result.metric, internal::value_text(result), internal::limit_text(result), internal::margin_text(result),
-          internal::verdict_text(result), fmt::format("{}:{}", result.file, result.line)};
+  return {result.signal,
+          result.metric,
+          internal::value_text(result),
+          internal::limit_text(result),
+          internal::margin_text(result),
+          internal::verdict_text(result),
+          fmt::format("{}:{}", result.file, result.line)};
 }
 
 const char* colour_of(ExpectationResult::Verdict verdict) {
-  return verdict == ExpectationResult::Verdict::pass ? "\x1b[32m" : verdict == ExpectationResult::Verdict::fail ? "\x1b[31m" : "\x1b[35m";
+  return verdict == ExpectationResult::Verdict::pass   ? "\x1b[32m"
+         : verdict == ExpectationResult::Verdict::fail ? "\x1b[31m"
+                                                       : "\x1b[35m";
 }
 
 /// Scenario text reaches a terminal: control characters (an escape sequence's start) become '?'.

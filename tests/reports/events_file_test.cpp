@@ -1,6 +1,5 @@
-#include <stdexcept>
-
 #include <catch2/catch.hpp>
+#include <stdexcept>
 
 #include "evenstep/reports/writers.h"
 #include "evenstep/time/digest.h"
@@ -64,9 +63,10 @@ TEST_CASE("the layout is fixed: little endian, 20 bytes per event") {
   strategy.event_names = {"x"};
   strategy.events.push_back({RealTime{-2}, 2, 0, 0x1817161514131211});
   run.strategies.push_back(strategy);
-  const std::vector<int> expected{'E', 'V', 'S', 'T', 'E', 'P', '0', '1', 1, 0, 0, 0, 2, 0, 0, 0, 'a', 'b', 1, 2, 3, 4, 5, 6, 7, 8,
-                                  1, 0, 0, 0, 1, 0, 0, 0, 'x', 1, 0, 0, 0, 0, 0, 0, 0,
-                                  0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x11, 0x12, 0x13, 0x14, 0x15, 0x16, 0x17, 0x18, 0, 0, 2, 0};
+  const std::vector<int> expected{
+      'E', 'V',  'S',  'T',  'E',  'P',  '0',  '1',  1,    0,    0,    0,    2,    0,    0,    0,    'a',  'b', 1, 2, 3,
+      4,   5,    6,    7,    8,    1,    0,    0,    0,    1,    0,    0,    0,    'x',  1,    0,    0,    0,   0, 0, 0,
+      0,   0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x11, 0x12, 0x13, 0x14, 0x15, 0x16, 0x17, 0x18, 0,   0, 2, 0};
   std::vector<int> bytes;
   for (const std::byte b : events_bin(run)) bytes.push_back(std::to_integer<int>(b));
   CHECK(bytes == expected);
@@ -76,7 +76,8 @@ TEST_CASE("a file cut at any byte is refused with an offset inside it") {
   const std::vector<std::byte> whole = small_file();
   for (std::size_t length = 0; length < whole.size(); ++length) {
     CAPTURE(length);
-    CHECK_THROWS_WITH(read_events_bin({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)}), Catch::StartsWith("events.bin: byte "));
+    CHECK_THROWS_WITH(read_events_bin({whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length)}),
+                      Catch::StartsWith("events.bin: byte "));
   }
   std::vector<std::byte> longer = whole;
   longer.push_back(std::byte{0});
@@ -101,7 +102,7 @@ TEST_CASE("a file with any one byte changed to any other is read or refused, nev
       }
     }
   }
-  CHECK(refused > 255 * 8);   // the magic alone
+  CHECK(refused > 255 * 8);  // the magic alone
 }
 
 TEST_CASE("a count larger than the file is refused before anything is allocated") {
@@ -121,8 +122,8 @@ TEST_CASE("a difference planted at any of 1000 events is found there, with both 
     REQUIRE(difference->index == static_cast<std::int64_t>(at));
   }
   const std::string text = first_difference(a, {{log_of("direct", 1000, 7)}})->text;
-  CHECK_THAT(text, Catch::Contains("direct: first difference at event 7") && Catch::Contains("A 0.007000021 s device.tick") &&
-                       Catch::Contains("B 0.007000021 s device.tick"));
+  CHECK_THAT(text, Catch::Contains("direct: first difference at event 7") &&
+                       Catch::Contains("A 0.007000021 s device.tick") && Catch::Contains("B 0.007000021 s device.tick"));
 }
 
 TEST_CASE("a shorter log differs where it ends: every length") {

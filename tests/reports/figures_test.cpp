@@ -1,8 +1,7 @@
 #include "evenstep/reports/figures.h"
 
-#include <cmath>
-
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "samples.h"
 #include "src/svg.h"
@@ -59,12 +58,12 @@ TEST_CASE("a long curve is decimated to the pixels, and no peak is lost") {
   std::vector<double> x, y;
   for (int i = 0; i < 100'000; ++i) {
     x.push_back(i);
-    y.push_back(i == 54'321 ? 1.0 : 0.25);
+    y.push_back(i == 54'321 ? 1.0 : i == 12'345 ? 0.0 : 0.25);
   }
   panel.curve(x, y, {});
   const std::string text = std::move(svg).finish();
   CHECK(occurrences(text, ",") <= 4 * 800 + 10);
-  CHECK_THAT(text, Contains(",0.00 "));   // the peak, at the top
+  CHECK_THAT(text, Contains(",0.00 ") && Contains(",100.00 "));  // the peak at the top, the trough at the bottom
 }
 
 TEST_CASE("a NaN breaks a curve and leaves no number in the file that is none") {
@@ -80,7 +79,8 @@ TEST_CASE("figure 1 shows every strategy in both panels and names the units") {
   const RunRecord run = synthetic::reference_run();
   for (const std::string& svg : {figure_1a_svg(run, "left"), figure_1b_svg(run, "left")}) {
     CHECK(occurrences(svg, "<polyline") == 8);
-    for (const char* name : {"ideal", "direct", "paper", "phase_locked", "off the fitted line [step]"}) CHECK_THAT(svg, Contains(name));
+    for (const char* name : {"ideal", "direct", "paper", "phase_locked", "off the fitted line [step]"})
+      CHECK_THAT(svg, Contains(name));
   }
   CHECK_THAT(figure_1a_svg(run, "left"), Contains("simulation time [s]") && Contains("position [mm]"));
   CHECK_THAT(figure_1b_svg(run, "left"), Contains("real time [s]") && Contains("force [N]"));
@@ -97,10 +97,11 @@ TEST_CASE("figures 2 to 4 join each of the 15 steps to its slot and to its emiss
   const std::string paper = figure_2to4_svg(run, "paper", "left"), direct = figure_2to4_svg(run, "direct", "left");
   CHECK(occurrences(paper, "stroke=\"#555555\"") == 2 * 15);
   CHECK(occurrences(direct, "stroke=\"#555555\"") == 2 * 15);
-  CHECK(occurrences(paper, "fill=\"#bfe5d9\"") == 15);    // slots
-  CHECK(occurrences(direct, "fill=\"#bfe5d9\"") == 0);    // direct has none, and says so
+  CHECK(occurrences(paper, "fill=\"#bfe5d9\"") == 15);  // slots
+  CHECK(occurrences(direct, "fill=\"#bfe5d9\"") == 0);  // direct has none, and says so
   CHECK_THAT(direct, Contains("none: newest sample"));
-  CHECK_THAT(paper, Contains("visualization") && Contains("real time [s]") && Contains("hand [mm]") && Contains("force [N]"));
+  CHECK_THAT(paper,
+             Contains("visualization") && Contains("real time [s]") && Contains("hand [mm]") && Contains("force [N]"));
 }
 
 TEST_CASE("nothing judged, an unknown device or strategy: a figure that says so") {

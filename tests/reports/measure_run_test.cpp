@@ -1,7 +1,6 @@
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
-
-#include <catch2/catch.hpp>
 
 #include "evenstep/reports/measures.h"
 #include "synthetic.h"
@@ -12,7 +11,7 @@ using synthetic::kStep_m;
 
 namespace {
 
-constexpr double kFloor = 1e-6;   // in steps: a read time floored to 1 ns moves the hand by 1 ns / slot = 4.5e-7 step
+constexpr double kFloor = 1e-6;  // in steps: a read time floored to 1 ns moves the hand by 1 ns / slot = 4.5e-7 step
 
 StrategyRecord& strategy(RunRecord& run, const std::string& name) {
   return *std::find_if(run.strategies.begin(), run.strategies.end(), [&](const auto& s) { return s.name == name; });
@@ -27,7 +26,9 @@ double value(const RunRecord& run, const std::string& signal, const std::string&
   REQUIRE(metrics.at(signal).count(metric) == 1);
   return metrics.at(signal).at(metric);
 }
-bool has(const RunRecord& run, const std::string& signal, const std::string& metric) { return measure(run).at(signal).count(metric) == 1; }
+bool has(const RunRecord& run, const std::string& signal, const std::string& metric) {
+  return measure(run).at(signal).count(metric) == 1;
+}
 
 }  // namespace
 
@@ -83,7 +84,7 @@ TEST_CASE("only steps after warm-up that are not acquiring are judged") {
   StrategyRecord& paper = strategy(run, "paper");
   const std::size_t all = paper.steps.size() - kFirstJudged;
   CHECK(value(run, "left.interaction.paper", "judged") == static_cast<double>(all));
-  for (std::size_t n = 0; n < kFirstJudged; ++n) paper.devices[0].steps[n].position_m = {1e3, 0, 0};   // warm-up: whatever
+  for (std::size_t n = 0; n < kFirstJudged; ++n) paper.devices[0].steps[n].position_m = {1e3, 0, 0};  // warm-up: whatever
   CHECK(value(run, "left.interaction.paper", "velocity_jump") / kStep_m < kFloor);
   for (std::size_t n = kFirstJudged; n < kFirstJudged + 30; ++n) {
     paper.steps[n].acquiring = true;
@@ -93,18 +94,27 @@ TEST_CASE("only steps after warm-up that are not acquiring are judged") {
   CHECK(value(run, "left.interaction.paper", "velocity_jump") / kStep_m < kFloor);
   for (StepRow& step : paper.steps) step.acquiring = true;
   CHECK(value(run, "left.interaction.paper", "judged") == 0);
-  CHECK_FALSE(has(run, "left.interaction.paper", "velocity_jump"));   // judged no sample: no value, never a pass
+  CHECK_FALSE(has(run, "left.interaction.paper", "velocity_jump"));  // judged no sample: no value, never a pass
   CHECK_FALSE(has(run, "left.interaction.paper", "underruns"));
   CHECK_FALSE(has(run, "left.force.paper", "late"));
+}
+
+TEST_CASE("a run that broke off within a step is judged to the step before") {
+  RunRecord run = synthetic::reference_run();
+  StrategyRecord& paper = strategy(run, "paper");
+  paper.devices[0].steps.resize(kFirstJudged + 7);
+  CHECK(value(run, "left.interaction.paper", "judged") == 7);
+  paper.devices[0].steps.clear();
+  CHECK(value(run, "left.interaction.paper", "judged") == 0);
 }
 
 TEST_CASE("ticks are judged in [end of warm-up, end) once a force is sent") {
   RunRecord run = synthetic::reference_run();
   DeviceRecord& device = strategy(run, "paper").devices[0];
   const auto judged = [&] { return value(run, "left.force.paper", "judged"); };
-  CHECK(judged() == 2000 - 267);                       // first tick at or after 266.666 ms
+  CHECK(judged() == 2000 - 267);  // first tick at or after 266.666 ms
   run.nominal.end = RealTime{1'500'000'000};
-  CHECK(judged() == 1500 - 267);                       // the tick at the end is out
+  CHECK(judged() == 1500 - 267);  // the tick at the end is out
   for (std::size_t k = 0; k < 300; ++k) device.ticks[k].started = false;
   CHECK(judged() == 1500 - 300);
   for (TickRow& tick : device.ticks) tick.started = false;
@@ -116,14 +126,15 @@ TEST_CASE("underruns and overruns are counted per step, rates per segment") {
   RunRecord run = synthetic::reference_run();
   StrategyRecord& paper = strategy(run, "paper");
   std::vector<StepSample>& steps = paper.devices[0].steps;
-  steps[3].read = StepRead::underrun;   // in warm-up
+  steps[3].read = StepRead::underrun;  // in warm-up
   for (const std::size_t n : {kFirstJudged, kFirstJudged + 1, kFirstJudged + 40}) steps[n].read = StepRead::underrun;
   steps[kFirstJudged + 2].read = StepRead::overrun;
   const double segments = 60 - 8;
   CHECK(value(run, "left.interaction.paper", "underruns") == 3);
   CHECK(value(run, "left.interaction.paper", "underrun_rate") == Approx(2 / segments).epsilon(1e-15));
   CHECK(value(run, "left.interaction.paper", "overruns") == 1);
-  paper.steps[kFirstJudged + 3].end = paper.steps[kFirstJudged + 3].emission + Duration{1};   // late, same segment as the first
+  paper.steps[kFirstJudged + 3].end =
+      paper.steps[kFirstJudged + 3].emission + Duration{1};  // late, same segment as the first
   CHECK(value(run, "left.buffers.paper", "interaction_underruns") == 3);
   CHECK(value(run, "left.buffers.paper", "force_underruns") == 1);
   CHECK(value(run, "left.buffers.paper", "underruns") == 4);
@@ -153,6 +164,7 @@ TEST_CASE("felt counts each tick that wanted a force which was not there, hold a
     RunRecord run = synthetic::reference_run();
     run.nominal.devices[0].hold_emission = hold;
     StrategyRecord& paper = strategy(run, "paper");
+    paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {13'260'000});  // every ninth F falls on a tick
     // Lengthen every 7th step by 0 to 6 ms; the counts are those of the plain double loop.
     for (std::size_t n = kFirstJudged; n < paper.steps.size(); n += 7) {
       paper.steps[n].end = paper.steps[n].emission + Duration{static_cast<std::int64_t>(n % 60) * 100'000};
@@ -161,7 +173,8 @@ TEST_CASE("felt counts each tick that wanted a force which was not there, hold a
     for (std::size_t n = kFirstJudged; n < paper.steps.size(); ++n) {
       for (const TickRow& tick : paper.devices[0].ticks) {
         const bool wanted = hold ? tick.at >= paper.steps[n].emission : tick.at > paper.steps[n - 1].emission;
-        if (tick.at >= run.nominal.judged_from && tick.started && wanted && tick.at < paper.steps[n].end) ticks.insert(tick.at.ns);
+        if (tick.at >= run.nominal.judged_from && tick.started && wanted && tick.at < paper.steps[n].end)
+          ticks.insert(tick.at.ns);
       }
     }
     CAPTURE(hold);
@@ -171,9 +184,10 @@ TEST_CASE("felt counts each tick that wanted a force which was not there, hold a
 }
 
 TEST_CASE("total latency is from R to the first tick that sends the force; a force that no tick sends counts for nothing") {
-  for (const std::int64_t rate : {1000, 450, 300, 100}) {   // 100 Hz: most forces are never sent
+  for (const std::int64_t rate : {1000, 450, 300, 100}) {  // 100 Hz: most forces are never sent
     RunRecord run = synthetic::reference_run();
     StrategyRecord& paper = strategy(run, "paper");
+    paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {20'260'000});  // every ninth F falls on a tick
     std::vector<TickRow>& ticks = paper.devices[0].ticks;
     ticks.clear();
     for (std::int64_t k = 0; k < 2 * rate; ++k) {
@@ -187,8 +201,11 @@ TEST_CASE("total latency is from R to the first tick that sends the force; a for
       for (const TickRow& tick : ticks) {
         const RealTime sent = tick.at + tick.lateness;
         if (sent < std::max(paper.steps[n].emission, paper.steps[n].end)) continue;
-        const bool newest = n + 1 == paper.steps.size() || sent < std::max(paper.steps[n + 1].emission, paper.steps[n + 1].end);
-        if (newest) most = std::max(most, seconds(sent - paper.steps[n].read)), least = std::min(least, seconds(sent - paper.steps[n].read));
+        const bool newest =
+            n + 1 == paper.steps.size() || sent < std::max(paper.steps[n + 1].emission, paper.steps[n + 1].end);
+        if (newest)
+          most = std::max(most, seconds(sent - paper.steps[n].read)),
+          least = std::min(least, seconds(sent - paper.steps[n].read));
         break;
       }
     }
@@ -203,10 +220,11 @@ TEST_CASE("deviation_from_ideal compares step by step with the twin, per device,
   CHECK_FALSE(has(run, "left.force.paper", "deviation_from_ideal"));
   paper.devices.push_back(paper.devices[0]);
   paper.devices[1].name = "right";
-  for (const StepSample& sample : paper.devices[0].steps) paper.twin_force_N.insert(paper.twin_force_N.end(), 2, sample.force_N);
+  for (const StepSample& sample : paper.devices[0].steps)
+    paper.twin_force_N.insert(paper.twin_force_N.end(), 2, sample.force_N);
   CHECK(value(run, "left.force.paper", "deviation_from_ideal") == 0);
-  paper.twin_force_N[2 * (kFirstJudged + 9) + 1][1] += 0.25;   // right only
-  paper.twin_force_N[0][0] += 9;                               // warm-up
+  paper.twin_force_N[2 * (kFirstJudged + 9) + 1][1] += 0.25;  // right only
+  paper.twin_force_N[0][0] += 9;                              // warm-up
   CHECK(value(run, "left.force.paper", "deviation_from_ideal") == 0);
   CHECK(value(run, "right.force.paper", "deviation_from_ideal") == Approx(0.25).epsilon(1e-14));
 }
@@ -222,7 +240,7 @@ TEST_CASE("error_at_stop looks at 0.2 s around the stop and needs the true posit
     StepSample& sample = paper.devices[0].steps[n];
     sample.true_position_m = sample.position_m;
     const std::int64_t away = std::abs((paper.steps[n].read - stop).ns);
-    (*sample.true_position_m)[2] += away <= 100'000'000 ? 1e-4 : 1;   // far away: not looked at
+    (*sample.true_position_m)[2] += away <= 100'000'000 ? 1e-4 : 1;  // far away: not looked at
   }
   CHECK(value(run, "left.interaction.paper", "error_at_stop") == Approx(1e-4).epsilon(1e-12));
 }
@@ -254,7 +272,7 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
   paper.emission_repairs = 3;
   paper.devices[0].counters = {{"clamped", 5}, {"lost", 2}};
   CHECK(value(run, "solver.paper", "energy_growth") == 1.5);
-  CHECK(value(run, "solver.paper", "step_size_over_limit") == Approx(0.5).epsilon(1e-15));   // slot / 4 of slot / 2
+  CHECK(value(run, "solver.paper", "step_size_over_limit") == Approx(0.5).epsilon(1e-15));  // slot / 4 of slot / 2
   CHECK(value(run, "solver.paper", "non_finite") == 1);
   CHECK(value(run, "solver.paper", "first_bad_step") == 77);
   CHECK(value(run, "solver.direct", "first_bad_step") == -1);
@@ -273,12 +291,13 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
 
 TEST_CASE("lateness is that of the live strategy's ticks on a wall clock: nearest-rank percentiles") {
   RunRecord run = synthetic::reference_run();
-  CHECK(measure(run).count("events.device.tick") == 0);   // virtual time is never late
+  CHECK(measure(run).count("events.device.tick") == 0);  // virtual time is never late
   run.clock = "wall";
   for (StrategyRecord& s : run.strategies) {
     s.shadow = s.name != "paper";
     s.devices[0].ticks.resize(1000);
-    for (std::size_t k = 0; k < 1000; ++k) s.devices[0].ticks[k].lateness = {s.shadow ? 1'000'000'000 : static_cast<std::int64_t>((k * 7) % 1000 + 1)};
+    for (std::size_t k = 0; k < 1000; ++k)
+      s.devices[0].ticks[k].lateness = {s.shadow ? 1'000'000'000 : static_cast<std::int64_t>((k * 7) % 1000 + 1)};
   }
   CHECK(value(run, "events.device.tick", "lateness_p50") == 500e-9);
   CHECK(value(run, "events.device.tick", "lateness_p99") == 990e-9);
@@ -289,14 +308,16 @@ TEST_CASE("bins: the worst bin is the whole run's jump, a fault stands in its ow
   RunRecord run = synthetic::reference_run({5'000'000'000});
   StrategyRecord& paper = strategy(run, "paper");
   const auto step_at = [&](double t) {
-    return static_cast<std::size_t>(std::find_if(paper.steps.begin(), paper.steps.end(), [&](const StepRow& s) { return seconds(s.begin) >= t; }) - paper.steps.begin());
+    return static_cast<std::size_t>(
+        std::find_if(paper.steps.begin(), paper.steps.end(), [&](const StepRow& s) { return seconds(s.begin) >= t; }) -
+        paper.steps.begin());
   };
   const double from_s = seconds(run.nominal.judged_from);
   const std::size_t fault = step_at(from_s + 2.5);
   paper.devices[0].steps[fault].position_m[1] = 1e-3;
   for (const double t : {0.1, 0.2, 3.3}) paper.devices[0].steps[step_at(from_s + t)].read = StepRead::underrun;
   const auto rows = bins(run).at("left.interaction.paper");
-  REQUIRE(rows.size() == 5);   // 4.73 s from the end of warm-up
+  REQUIRE(rows.size() == 5);  // 4.73 s from the end of warm-up
   double worst = 0;
   for (std::size_t b = 0; b < rows.size(); ++b) {
     CHECK(rows[b].from_s == Approx(from_s + static_cast<double>(b)).margin(1e-9));

@@ -24,9 +24,36 @@ inline RunRecord nasty_run() {
 
 inline std::vector<ExpectationResult> nasty_results() {
   using Verdict = ExpectationResult::Verdict;
-  ExpectationResult pass{"scenarios/a&b.toml", 12, 1, "left.interaction.direct", "velocity_jump", 4.995, "step", 4.0, std::nullopt, false, "", "", Verdict::pass};
-  ExpectationResult fail{"scenarios/a&b.toml", 20, 1, "left.force.µ", "schedule_latency", 13.0, "ms", std::nullopt, 12.842, false, kNastyText, "", Verdict::fail};
-  ExpectationResult none{"scenarios/a&b.toml", 31, 1, "left.force.paper", "error_at_stop", std::nullopt, "mm", 1.0, 1.0, false, "", "no sample was judged", Verdict::error};
+  ExpectationResult pass{"scenarios/a&b.toml", 12,    1,      "left.interaction.direct",
+                         "velocity_jump",      4.995, "step", 4.0,
+                         std::nullopt,         false, "",     "",
+                         Verdict::pass};
+  ExpectationResult fail{"scenarios/a&b.toml",
+                         20,
+                         1,
+                         "left.force.µ",
+                         "schedule_latency",
+                         13.0,
+                         "ms",
+                         std::nullopt,
+                         12.842,
+                         false,
+                         kNastyText,
+                         "",
+                         Verdict::fail};
+  ExpectationResult none{"scenarios/a&b.toml",
+                         31,
+                         1,
+                         "left.force.paper",
+                         "error_at_stop",
+                         std::nullopt,
+                         "mm",
+                         1.0,
+                         1.0,
+                         false,
+                         "",
+                         "no sample was judged",
+                         Verdict::error};
   ExpectationResult known{"scenarios/a&b.toml", 40, 1, "run", "left_out", 2.0, "", 0.0, 1.0, true, "", "", Verdict::pass};
   return {pass, fail, none, known};
 }

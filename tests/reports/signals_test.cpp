@@ -1,8 +1,7 @@
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <fstream>
 #include <sstream>
-
-#include <catch2/catch.hpp>
 
 #include "evenstep/reports/measures.h"
 #include "synthetic.h"
@@ -10,13 +9,14 @@
 using namespace evenstep;
 
 TEST_CASE("every form of a signal is known and every other is not") {
-  for (const char* signal : {"left.interaction.direct", "left.force.paper", "*.force.*", "left.buffers.ideal", "solver.paper", "solver.*",
-                             "events.device.tick", "events.*.step", "run", "left.*.direct"}) {
+  for (const char* signal : {"left.interaction.direct", "left.force.paper", "*.force.*", "left.buffers.ideal",
+                             "solver.paper", "solver.*", "events.device.tick", "events.*.step", "run", "left.*.direct"}) {
     CAPTURE(signal);
     CHECK(metrics_of_signal(signal).has_value());
   }
-  for (const char* signal : {"", ".", "..", "run.x", "left", "left.interaction", "left.interaction.direct.x", "left.motion.direct", "solver",
-                             "solver.", "events.tick", "events.gpu.tick", ".interaction.direct", "left.interaction."}) {
+  for (const char* signal :
+       {"", ".", "..", "run.x", "left", "left.interaction", "left.interaction.direct.x", "left.motion.direct", "solver",
+        "solver.", "events.tick", "events.gpu.tick", ".interaction.direct", "left.interaction."}) {
     CAPTURE(signal);
     CHECK_FALSE(metrics_of_signal(signal).has_value());
   }
@@ -31,12 +31,12 @@ TEST_CASE("step is v * slot for interaction, k * v * slot for a spring's force, 
   CHECK_FALSE(step_unit(nominal, "run"));
   nominal.devices[0].speed_m_per_s = -0.1;
   CHECK(step_unit(nominal, "left.interaction.direct").value() > 0);
-  nominal.devices[0].stiffness_N_per_m.reset();   // tissue
+  nominal.devices[0].stiffness_N_per_m.reset();  // tissue
   CHECK_FALSE(step_unit(nominal, "left.force.direct"));
   CHECK(step_unit(nominal, "left.interaction.direct"));
   nominal.devices[0].speed_m_per_s = 0;
   CHECK_FALSE(step_unit(nominal, "left.interaction.direct"));
-  nominal.devices[0].speed_m_per_s.reset();   // a sine has no one speed
+  nominal.devices[0].speed_m_per_s.reset();  // a sine has no one speed
   CHECK_FALSE(step_unit(nominal, "left.interaction.direct"));
 }
 
@@ -50,8 +50,8 @@ TEST_CASE("every metric that a run gives is known, has a unit and stands in docs
     strategy.event_counts["device.tick"] = 2000;
     strategy.solver.has_energy = true;
     strategy.solver.step_limit_s = 0.1;
-    strategy.devices[0].counters = {{"reports", 1}, {"lost", 0}, {"malformed", 0}, {"stale", 0}, {"write_failures", 0},
-                                    {"clamped", 0}, {"slewed", 0}, {"non_finite", 0}};
+    strategy.devices[0].counters = {{"reports", 1},        {"lost", 0},    {"malformed", 0}, {"stale", 0},
+                                    {"write_failures", 0}, {"clamped", 0}, {"slewed", 0},    {"non_finite", 0}};
   }
   for (const auto& [signal, values] : measure(run)) {
     const auto known = metrics_of_signal(signal);

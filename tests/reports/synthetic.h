@@ -54,7 +54,8 @@ inline void add_ticks(StrategyRecord& strategy, RealTime end) {
     TickRow tick;
     tick.at = tick_time(kTickRate, k);
     tick.position_m = hand_at(tick.at);
-    while (next < strategy.steps.size() && std::max(strategy.steps[next].emission, strategy.steps[next].end) <= tick.at) ++next;
+    while (next < strategy.steps.size() && std::max(strategy.steps[next].emission, strategy.steps[next].end) <= tick.at)
+      ++next;
     tick.started = next > 0;
     if (next > 0) tick.force_N = device.steps[next - 1].force_N;
     device.ticks.push_back(tick);

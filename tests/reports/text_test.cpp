@@ -1,8 +1,7 @@
 #include "src/text.h"
 
-#include <cmath>
-
 #include <catch2/catch.hpp>
+#include <cmath>
 
 using namespace evenstep;
 using namespace evenstep::internal;
@@ -33,8 +32,8 @@ TEST_CASE("whatever two or three bytes stand there, JSON and XML text stays vali
       REQUIRE(valid(xml_escape(two + "\x80")));
     }
   }
-  CHECK(json_string("\xC0\xAF") == "\"\xEF\xBF\xBD\xEF\xBF\xBD\"");         // overlong '/'
-  CHECK(json_string("\xED\xA0\x80").find("\xED") == std::string::npos);     // a surrogate
+  CHECK(json_string("\xC0\xAF") == "\"\xEF\xBF\xBD\xEF\xBF\xBD\"");      // overlong '/'
+  CHECK(json_string("\xED\xA0\x80").find("\xED") == std::string::npos);  // a surrogate
 }
 
 TEST_CASE("JSON text escapes quotes, backslashes and control characters only") {

@@ -1,8 +1,7 @@
 #include "evenstep/reports/writers.h"
 
-#include <sstream>
-
 #include <catch2/catch.hpp>
+#include <sstream>
 
 #include "samples.h"
 #include "src/text.h"
@@ -29,7 +28,11 @@ std::size_t occurrences(const std::string& text, const std::string& what) {
 }  // namespace
 
 TEST_CASE("the worst verdict wins, in any order: error, fail, pass") {
-  const auto of = [](Verdict v) { ExpectationResult r; r.verdict = v; return r; };
+  const auto of = [](Verdict v) {
+    ExpectationResult r;
+    r.verdict = v;
+    return r;
+  };
   CHECK(worst({}) == Verdict::pass);
   for (const Verdict a : {Verdict::pass, Verdict::fail, Verdict::error}) {
     for (const Verdict b : {Verdict::pass, Verdict::fail, Verdict::error}) CHECK(worst({of(a), of(b)}) == std::max(a, b));
@@ -45,10 +48,14 @@ TEST_CASE("summary.json opens as the design says") {
   result.file = "x.toml";
   const std::string json = summary_json(run, {{"run", {{"a", 1.5}, {"b", NAN}}}}, {result}, "0.1.0", "pass");
   CHECK(json ==
-        "{\"format\":1,\"evenstep\":\"0.1.0\",\"scenario\":\"s\",\"seed\":1,\"clock\":\"virtual\",\"real_time_granted\":true,\"verdict\":\"pass\","
-        "\"trace_hash\":\"0000000000001234\",\"expectations\":[\n{\"line\":12,\"signal\":\"left.interaction.direct\",\"metric\":\"velocity_jump\","
-        "\"value\":4.995,\"unit\":\"step\",\"min\":4,\"max\":null,\"verdict\":\"pass\",\"file\":\"x.toml\",\"expect_fail\":false,\"because\":\"\","
-        "\"detail\":\"\"}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},\"latency\":{},\"strategies\":{},\"bins\":{},\"left_out\":[]}\n");
+        "{\"format\":1,\"evenstep\":\"0.1.0\",\"scenario\":\"s\",\"seed\":1,\"clock\":\"virtual\",\"real_time_granted\":"
+        "true,\"verdict\":\"pass\","
+        "\"trace_hash\":\"0000000000001234\",\"expectations\":[\n{\"line\":12,\"signal\":\"left.interaction.direct\","
+        "\"metric\":\"velocity_jump\","
+        "\"value\":4.995,\"unit\":\"step\",\"min\":4,\"max\":null,\"verdict\":\"pass\",\"file\":\"x.toml\",\"expect_fail\":"
+        "false,\"because\":\"\","
+        "\"detail\":\"\"}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},\"latency\":{},\"strategies\":{},\"bins\":{},\"left_"
+        "out\":[]}\n");
 }
 
 TEST_CASE("the same record gives the same bytes") {
@@ -62,7 +69,7 @@ TEST_CASE("JUnit tells failures from errors, with file and line, and how to run 
   CHECK(occurrences(xml, "<testcase ") == 4);
   CHECK(occurrences(xml, "<failure ") == 1);
   CHECK(occurrences(xml, "<error ") == 1);
-  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\"") == 2);   // of all suites, of this one
+  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\"") == 2);  // of all suites, of this one
   CHECK_THAT(xml, Contains("file=\"scenarios/a&amp;b.toml\" line=\"20\"") && Contains("reproduce: evenstep run x"));
   CHECK_THAT(xml, Contains("left.force.µ schedule_latency: 13 ms, limit &lt;= 12.842 ms"));
   for (const char c : xml) CHECK((static_cast<unsigned char>(c) >= 0x20 || c == '\n'));
@@ -70,21 +77,24 @@ TEST_CASE("JUnit tells failures from errors, with file and line, and how to run 
 
 TEST_CASE("JUnit: a run that failed is an error of its own, also without expectations") {
   const std::string xml = junit_xml(synthetic::nasty_run(), {}, "the solver gave a NaN", "");
-  CHECK_THAT(xml, Contains(" tests=\"1\" failures=\"0\" errors=\"1\"") && Contains("name=\"run\"") && Contains("message=\"the solver gave a NaN\""));
+  CHECK_THAT(xml, Contains(" tests=\"1\" failures=\"0\" errors=\"1\"") && Contains("name=\"run\"") &&
+                      Contains("message=\"the solver gave a NaN\""));
 }
 
 TEST_CASE("the verdict table has one aligned row per expectation and says what failed") {
   const std::vector<std::string> rows = lines(verdict_table(synthetic::nasty_results(), false));
-  REQUIRE(rows.size() == 1 + 4 + 2);   // a reason under the failure, a detail under the error
-  const auto column_of = [&](const std::string& row, const std::string& word) { return internal::display_width(row.substr(0, row.find(word))); };
+  REQUIRE(rows.size() == 1 + 4 + 2);  // a reason under the failure, a detail under the error
+  const auto column_of = [&](const std::string& row, const std::string& word) {
+    return internal::display_width(row.substr(0, row.find(word)));
+  };
   const std::size_t limit = column_of(rows[0], "limit"), where = column_of(rows[0], "where");
   CHECK(column_of(rows[1], ">= 4 step") == limit);
-  CHECK(column_of(rows[2], "<= 12.842 ms") == limit);   // µ before it is two bytes and one column
+  CHECK(column_of(rows[2], "<= 12.842 ms") == limit);  // µ before it is two bytes and one column
   CHECK(column_of(rows[4], "= 1 mm") == limit);
   CHECK(column_of(rows[6], "0 .. 1") == limit);
   for (const std::size_t row : {1, 2, 4, 6}) CHECK(column_of(rows[row], "scenarios/") == where);
-  CHECK_THAT(rows[1], Contains("0.995") && Contains("pass"));      // 4.995 - 4
-  CHECK_THAT(rows[2], Contains("-0.158") && Contains("FAIL"));     // 12.842 - 13
+  CHECK_THAT(rows[1], Contains("0.995") && Contains("pass"));   // 4.995 - 4
+  CHECK_THAT(rows[2], Contains("-0.158") && Contains("FAIL"));  // 12.842 - 13
   CHECK_THAT(rows[3], Contains("because:") && Contains("newline?100 %"));
   CHECK_THAT(rows[4], Contains("no sample") && Contains("ERROR"));
   CHECK_THAT(rows[5], Contains("no sample was judged"));
@@ -98,7 +108,9 @@ TEST_CASE("colours only where asked, and never from the scenario's text") {
 
 TEST_CASE("timing.csv: visualization, steps and the idle rest, by time") {
   StrategyRecord strategy;
-  strategy.segments = {{4, {0}, {100}, {{RealTime{0}, RealTime{30}}}}, {5, {100}, {200}, {{RealTime{180}, RealTime{200}}}}, {6, {200}, {210}, std::nullopt}};
+  strategy.segments = {{4, {0}, {100}, {{RealTime{0}, RealTime{30}}}},
+                       {5, {100}, {200}, {{RealTime{180}, RealTime{200}}}},
+                       {6, {200}, {210}, std::nullopt}};
   strategy.steps = {{4, {30}, {50}, {}, {}}, {4, {55}, {90}, {}, {}}, {5, {110}, {180}, {}, {}}};
   CHECK(timing_csv(strategy) ==
         "segment,kind,index,begin_ns,end_ns\n"
@@ -115,5 +127,5 @@ TEST_CASE("series.csv quotes a name with a comma and keeps its columns") {
   CHECK_THAT(rows[0], Catch::StartsWith("t[s],strategy,device,kind,"));
   CHECK_THAT(rows[1], Contains(",\"left, \"\"upper\"\"\",step,"));
   const std::size_t columns = occurrences(rows[0], ",");
-  for (std::size_t i = 1; i < rows.size(); ++i) CHECK(occurrences(rows[i], ",") == columns + 1);   // one comma is quoted
+  for (std::size_t i = 1; i < rows.size(); ++i) CHECK(occurrences(rows[i], ",") == columns + 1);  // one comma is quoted
 }
