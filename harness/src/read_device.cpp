@@ -68,7 +68,10 @@ DeviceSpec read_device(Reading& reading, const Table& device) {
     reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest", in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
   }
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
-  spec.motion = read_motion(reading, device);
+  spec.motion.shape = read_motion(reading, device);
+  if (reading.scenario.nominal.known && device.table("motion").has("delay")) {
+    spec.motion.begin = RealTime{device.table("motion").span("delay", reading.scenario.nominal, reading.errors).ns};
+  }
   spec.emission = device.table("render").text("emission") == "hold" ? Emission::hold : Emission::linear;
   spec.limits = {device.si("force_limit"), device.si("slew_limit")};
   return spec;

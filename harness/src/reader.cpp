@@ -154,7 +154,7 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   Scenario scenario;
   scenario.file = path;
   const Check check(document, errors);
-  Reading reading{document, check, errors, scenario};
+  internal::Reading reading{document, check, errors, scenario};
   read_sections(reading);
   if (errors.any()) return {std::nullopt, errors.sorted(path)};
   make_paths_absolute(document);

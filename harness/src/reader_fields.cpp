@@ -158,6 +158,8 @@ const std::vector<Field> kDevice{
     {.table = "device.motion", .key = "file", .forms = kFile,
      .meaning = "CSV with the header t_s,x_m,y_m,z_m and increasing times; linear between rows, held at the ends.", .kinds = "recorded",
      .required = true, .example = "\"motion.csv\""},
+    {.table = "device.motion", .key = "delay", .forms = kSpan, .default_toml = "\"0 s\"", .meaning = "The motion begins this much after t = 0.",
+     .kinds = "constant-velocity|sine|ramp-stop|recorded", .range = between(0, kLongestRun_s)},
     {.table = "device.render", .key = "kind", .forms = kWord, .default_toml = "\"force\"", .meaning = "The scheduled force itself.", .words = "force"},
     {.table = "device.render", .key = "emission", .forms = kWord, .default_toml = "\"linear\"",
      .meaning = "`hold`: the latest scheduled force. `linear`: between two; one slot more latency.", .words = "linear|hold"},
