@@ -161,6 +161,7 @@ NumberAndUnit split_number(std::string_view text) {
   if (!out.error.empty()) return out;
   if (!rest.empty() && rest.front() == '/') {
     rest.remove_prefix(1);
+    out.divisor = {};
     out.error = take_decimal(rest, out.divisor);
     if (out.error.empty() && out.divisor.mantissa <= 0) out.error = fmt::format("'{}' divides by zero or less", text);
   }
