@@ -226,7 +226,7 @@ glm::dvec3 Table::vector(std::string_view key) const {
 
 Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& errors) const {
   const Parsed<Duration> parsed = parse_duration(text(key), nominal);
-  if (!parsed.ok()) errors.add(place(key), fmt::format("'{}': {}", key, parsed.error));
+  if (!parsed.ok() && nominal.known) errors.add(place(key), fmt::format("'{}': {}", key, parsed.error));
   return parsed.value;
 }
 

@@ -42,7 +42,7 @@ RecordedMotion read_recorded(const Table& motion, Errors& errors) {
   return std::move(csv.motion);
 }
 
-Motion read_motion(const Reading& reading, const Table& device) {
+Motion read_motion(const ScenarioReading& reading, const Table& device) {
   if (!device.has("motion")) return Still{};
   const Table motion = device.table("motion");
   const std::string kind = motion.text("kind");
@@ -59,11 +59,11 @@ Motion read_motion(const Reading& reading, const Table& device) {
   return RampStop{ramp, RealTime{stop.ns}};
 }
 
-DeviceSpec read_device(Reading& reading, const Table& device) {
+DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   DeviceSpec spec;
   spec.name = device.text("name");
   spec.rate = device.rate("rate");
-  if (reading.scenario.nominal.known) spec.phase = device.span("phase", reading.scenario.nominal, reading.errors);
+  spec.phase = device.span("phase", reading.scenario.nominal, reading.errors);
   if (spec.phase >= period_ceil(spec.rate)) {
     reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest", in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
   }
@@ -76,7 +76,7 @@ DeviceSpec read_device(Reading& reading, const Table& device) {
 
 }  // namespace
 
-void read_devices(Reading& reading) {
+void read_devices(ScenarioReading& reading) {
   const Value* devices = reading.document.find("device");
   if (devices == nullptr || !devices->is(Value::Kind::list)) return;
   if (devices->list.empty()) reading.errors.add(devices->place, "there is no [[device]]; a run needs one");
