@@ -1,1 +1,65 @@
-// device/src/motion.cpp
+#include "evenstep/device/motion.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "evenstep/time/reproducible_math.h"
+
+namespace evenstep {
+namespace {
+
+glm::dvec3 at_time(const Still& motion, RealTime) { return motion.position_m; }
+
+/// Seconds covered at full speed: t - t_s / 2 after the start. The numerator is a whole number of half nanoseconds, so it
+/// is rounded once, by the division (2e9 is exact in a double).
+///
+/// In the start, u = t / t_s: the velocity is v (3 u^2 - 2 u^3), its integral v t_s (u^3 - u^4 / 2). At u = 1 this is
+/// t_s / 2, as after it (bit for bit: halving is exact), with velocity v and acceleration 0 on both sides.
+double run_s(Duration start, RealTime at) {
+  assert(start.ns >= 0);
+  if (at.ns <= 0) return 0;
+  if (at.ns >= start.ns) return static_cast<double>(2 * at.ns - start.ns) / 2e9;
+  const double u = static_cast<double>(at.ns) / static_cast<double>(start.ns);
+  return static_cast<double>(start.ns) / 1e9 * (u * u * u * (1 - u / 2));
+}
+
+glm::dvec3 at_time(const ConstantVelocity& motion, RealTime at) {
+  return motion.origin_m + motion.velocity_m_per_s * run_s(motion.smooth_start, at);
+}
+
+/// (1 - cos(2 pi f t)) / 2 = sin^2(pi f t), which does not cancel near 0. Whole turns leave in integers, so a run of any
+/// length keeps all digits; the second half of a turn mirrors the first, so the angle stays within [0, pi / 2].
+glm::dvec3 at_time(const Sine& motion, RealTime at) {
+  assert(motion.frequency.num > 0 && motion.frequency.den > 0);
+  if (at.ns <= 0) return glm::dvec3(0);
+  const __int128 turn = static_cast<__int128>(motion.frequency.den) * 1'000'000'000;
+  const __int128 part = static_cast<__int128>(at.ns) * motion.frequency.num % turn;
+  const __int128 mirrored = std::min(part, turn - part);
+  constexpr double kPi = 3.14159265358979323846;
+  const double s = reproducible::sin(kPi * (static_cast<double>(mirrored) / static_cast<double>(turn)));
+  return motion.amplitude_m * (s * s);
+}
+
+glm::dvec3 at_time(const RampStop& motion, RealTime at) { return at_time(motion.ramp, std::min(at, motion.stop)); }
+
+glm::dvec3 at_time(const RecordedMotion& motion, RealTime at) {
+  const auto& rows = motion.rows;
+  assert(!rows.empty());
+  const auto after =
+      std::upper_bound(rows.begin(), rows.end(), at, [](RealTime t, const auto& row) { return t < row.first; });
+  if (after == rows.begin()) return rows.front().second;
+  if (after == rows.end()) return rows.back().second;
+  const auto& [from, from_m] = *(after - 1);
+  const auto& [to, to_m] = *after;
+  assert(from < to);
+  const double weight = static_cast<double>((at - from).ns) / static_cast<double>((to - from).ns);
+  return from_m + (to_m - from_m) * weight;
+}
+
+}  // namespace
+
+glm::dvec3 position_m(const Motion& motion, RealTime at) {
+  return std::visit([at](const auto& kind) { return at_time(kind, at); }, motion);
+}
+
+}  // namespace evenstep

@@ -42,9 +42,7 @@ RecordedMotion read_recorded(const Table& motion, Errors& errors) {
   return std::move(csv.motion);
 }
 
-Motion read_motion(const ScenarioReading& reading, const Table& device) {
-  if (!device.has("motion")) return Still{};
-  const Table motion = device.table("motion");
+Motion read_shape(const ScenarioReading& reading, const Table& motion) {
   const std::string kind = motion.text("kind");
   if (kind == "still") return Still{};
   if (kind == "sine") return Sine{motion.vector("amplitude"), motion.rate("frequency")};
@@ -57,6 +55,14 @@ Motion read_motion(const ScenarioReading& reading, const Table& device) {
     reading.errors.add(motion.place("stop"), fmt::format("'stop': {} is within the smooth start of {}; stop later", in_ms(stop), in_ms(ramp.smooth_start)));
   }
   return RampStop{ramp, RealTime{stop.ns}};
+}
+
+ProgrammedMotion read_motion(const ScenarioReading& reading, const Table& device) {
+  if (!device.has("motion")) return {Still{}, {}};
+  const Table motion = device.table("motion");
+  ProgrammedMotion programmed{read_shape(reading, motion), {}};
+  if (motion.has("delay")) programmed.begin = RealTime{motion.span("delay", reading.scenario.nominal, reading.errors).ns};
+  return programmed;
 }
 
 DeviceSpec read_device(ScenarioReading& reading, const Table& device) {

@@ -1,1 +1,125 @@
-// remap/src/latency_budget.cpp
+#include "evenstep/remap/latency_budget.h"
+
+#include <algorithm>
+
+namespace evenstep {
+namespace {
+
+/// slot(n) as the force side sees it, in step order: where a map steps back, SlotMap::emission repairs F(n) to
+/// F(n-1) + 1 ns. The repair commutes with adding the constant L - c, so it can be made on the slots.
+class EmissionSlots {
+ public:
+  RealTime next(RealTime slot) {
+    if (last_ && slot <= *last_) slot = *last_ + Duration{1};
+    last_ = slot;
+    return slot;
+  }
+
+ private:
+  std::optional<RealTime> last_;
+};
+
+struct Need {
+  std::optional<Duration> least;
+  std::int64_t culprit = -1;
+  void require(Duration duration, std::int64_t step) {
+    if (least && duration <= *least) return;
+    least = duration;
+    culprit = step;
+  }
+};
+
+/// The newest sample is sure to be at this time or later when a step begins.
+RealTime newest_any_phase(SamplingGrid device, RealTime begin) { return begin - period_ceil(device.rate) + Duration{1}; }
+RealTime newest_this_phase(SamplingGrid device, RealTime begin) {
+  return tick_time(device.rate, first_tick_at_or_after(device.rate, begin + Duration{1}, device.origin) - 1, device.origin);
+}
+
+/// L - c: how long after its slot a force may be due at the earliest.
+Need least_force_delay(std::span<const MappedStep> steps, Emission emission) {
+  Need need;
+  EmissionSlots slots;
+  std::optional<RealTime> slot_before;
+  for (const MappedStep& step : steps) {
+    if (emission == Emission::linear && slot_before) need.require(step.end - *slot_before, step.step);
+    slot_before = slots.next(step.slot);
+    if (emission == Emission::hold) need.require(step.end - *slot_before, step.step);
+  }
+  // Interpolation towards a successor that does not exist is not asked for: the last step must only be there itself.
+  if (emission == Emission::linear && slot_before) need.require(steps.back().end - *slot_before, steps.back().step);
+  return need;
+}
+
+template <class Newest>
+LatencyBudget least_latency(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission,
+                            Newest newest) {
+  Need lead;
+  for (const SamplingGrid& device : devices) {
+    for (const MappedStep& step : steps) lead.require(step.slot - newest(device, step.begin), step.step);
+  }
+  const Need delay = least_force_delay(steps, emission);
+  const Duration c = lead.least.value_or(Duration{});
+  LatencyBudget budget = capacities_for(steps, devices, c, delay.least.value_or(Duration{} - c) + c);
+  budget.lead_culprit = lead.culprit;
+  budget.latency_culprit = delay.culprit;
+  return budget;
+}
+
+/// Most ticks of any phase in (R, S]: m of them span at least floor((m - 1) / rate), so m = ceil((S - R) * rate).
+std::size_t most_ticks(Rate rate, Duration span) {
+  return span.ns <= 0 ? 0 : static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{span.ns}));
+}
+
+/// max over n of #{m <= n: F(m) >= E(n)}: forces that wait when force n is pushed, itself included.
+std::size_t most_waiting_forces(std::span<const MappedStep> steps, Duration delay) {
+  std::size_t most = 0;
+  std::size_t oldest = 0;                                // first m with F(m) >= E(n)
+  EmissionSlots slots;
+  RealTime oldest_emission = steps.empty() ? RealTime{} : slots.next(steps[0].slot) + delay;
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    while (oldest <= n && oldest_emission < steps[n].end) {
+      if (++oldest < steps.size()) oldest_emission = slots.next(steps[oldest].slot) + delay;
+    }
+    most = std::max(most, n + 1 - oldest);
+  }
+  return most;
+}
+
+}  // namespace
+
+LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
+  return least_latency(steps, devices, emission, newest_any_phase);
+}
+
+LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
+  return least_latency(steps, devices, emission, newest_this_phase);
+}
+
+LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
+                             Duration latency) {
+  std::size_t most_samples = 0;
+  for (const SamplingGrid& device : devices) {
+    for (const MappedStep& step : steps) {
+      most_samples = std::max(most_samples, most_ticks(device.rate, step.begin - (step.slot - lead)));
+    }
+  }
+  LatencyBudget budget{lead, latency};
+  budget.interaction_capacity = most_samples + 2;
+  budget.force_capacity = most_waiting_forces(steps, latency - lead) + 2;
+  return budget;
+}
+
+std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
+  return std::count_if(steps.begin(), steps.end(), [&](const MappedStep& step) {
+    return step.slot - lead > newest_this_phase(device, step.begin);
+  });
+}
+
+std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {
+  EmissionSlots slots;
+  return std::count_if(steps.begin(), steps.end(), [&](const MappedStep& step) {
+    return step.end > slots.next(step.slot) - lead + latency;
+  });
+}
+
+}  // namespace evenstep

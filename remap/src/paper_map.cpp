@@ -1,1 +1,25 @@
-// remap/src/paper_map.cpp
+#include "evenstep/remap/paper_map.h"
+
+#include <cassert>
+#include <cmath>
+
+namespace evenstep {
+
+void PaperMap::boundary(std::int64_t n, RealTime begin) {
+  assert(!started_ || (n >= first_step_ && begin >= begin_));
+  if (started_ && n > first_step_) {
+    estimator_.segment(begin - begin_);
+    step_count_ = n - first_step_;
+  }
+  started_ = true;
+  first_step_ = n;
+  begin_ = begin;
+}
+
+std::optional<RealTime> PaperMap::slot(std::int64_t n) {
+  if (step_count_ == 0) return std::nullopt;
+  const double into_segment_ns = static_cast<double>(n - first_step_) * *estimator_.length_ns() / static_cast<double>(step_count_);
+  return begin_ + Duration{static_cast<std::int64_t>(std::floor(into_segment_ns))};
+}
+
+}  // namespace evenstep

@@ -1,1 +1,28 @@
-// remap/src/slot_map.cpp
+#include "evenstep/remap/slot_map.h"
+
+#include <cassert>
+
+namespace evenstep {
+
+Slot SlotMap::read(std::int64_t n, RealTime began) {
+  assert(n == next_step_ && !step_open_ && "read(n) comes once per step, in order, after emission(n - 1)");
+  step_open_ = true;
+  const std::optional<RealTime> at = slot(n);
+  current_ = at ? Slot{*at - lead_, SlotKind::mapped} : Slot{began, unmapped_kind()};
+  return current_;
+}
+
+RealTime SlotMap::emission(std::int64_t n, RealTime ended) {
+  assert(n == next_step_ && step_open_ && "emission(n) follows read(n)");
+  step_open_ = false;
+  ++next_step_;
+  RealTime emission = current_.kind == SlotKind::mapped ? current_.read + latency_ : ended;
+  if (last_emission_ && emission <= *last_emission_) {
+    emission = *last_emission_ + Duration{1};
+    ++emission_repairs_;
+  }
+  last_emission_ = emission;
+  return emission;
+}
+
+}  // namespace evenstep

@@ -1,1 +1,180 @@
-// reports/src/figure_1.cpp
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "evenstep/reports/figures.h"
+#include "evenstep/reports/measures.h"
+#include "src/judged.h"
+#include "src/line_fit.h"
+#include "src/svg.h"
+
+namespace evenstep {
+namespace {
+
+using internal::Axis;
+using internal::Range;
+using internal::Stroke;
+namespace colour = internal::colour;
+
+constexpr double kWidth = 900, kHeight = 600;
+constexpr internal::Box kUpper{86, 62, 880, 310}, kLower{86, 346, 880, 550};
+constexpr std::int64_t kSegmentsShown = 6;
+
+/// One strategy's signal over the shown span.
+struct Curve {
+  std::string strategy;
+  std::vector<double> t_s;
+  std::vector<Vec3> value;
+  std::vector<Vec3> residual;
+};
+
+struct Span {
+  RealTime from, to;
+  bool holds(RealTime t) const { return t >= from && t < to; }
+};
+Span shown_span(const Nominal& nominal) {
+  const RealTime middle = nominal.judged_from + Duration{(nominal.end - nominal.judged_from).ns / 2};
+  const Duration half{nominal.segment.ns * kSegmentsShown / 2};
+  return {std::max(middle - half, nominal.judged_from), std::min(middle + half, nominal.end)};
+}
+
+/// Curves that lie on each other must all be seen: broad and pale below, thin and dark on top.
+struct Look {
+  const char* strategy;
+  Stroke stroke;
+};
+constexpr std::array kLooks = std::to_array<Look>({{"ideal", {"#c4c4c4", 7, "", 1}},
+                                                   {"direct", {colour::kVermilion, 1.6, "", 1}},
+                                                   {"paper", {colour::kSkyBlue, 3.4, "14 6", 1}},
+                                                   {"phase_locked", {colour::kBlack, 1.6, "2 4", 1}}});
+constexpr std::array kOtherLooks = std::to_array<Stroke>(
+    {{colour::kPurple, 2, "12 4 2 4", 1}, {colour::kOrange, 2, "6 3", 1}, {colour::kBlue, 2, "1 3", 1}});
+
+Stroke look_of(const std::string& strategy, std::size_t index) {
+  for (const Look& look : kLooks) {
+    if (strategy == look.strategy) return look.stroke;
+  }
+  return kOtherLooks[index % kOtherLooks.size()];
+}
+
+/// The axis along which the curves reach farthest.
+std::size_t main_axis(const std::vector<Curve>& curves) {
+  std::array<double, 3> extent{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double low = INFINITY, high = -INFINITY;
+    for (const Curve& curve : curves) {
+      for (const Vec3& value : curve.value) {
+        low = std::min(low, value[axis]);
+        high = std::max(high, value[axis]);
+      }
+    }
+    extent[axis] = high - low;
+  }
+  return static_cast<std::size_t>(std::max_element(extent.begin(), extent.end()) - extent.begin());
+}
+
+std::vector<double> along(const std::vector<Vec3>& values, std::size_t axis, double unit = 1) {
+  std::vector<double> result;
+  for (const Vec3& value : values) result.push_back(value[axis] / unit);
+  return result;
+}
+
+struct Panels {
+  std::string title, x_name, y_name, unit;
+  std::optional<double> step;  ///< the lower panel's unit
+};
+
+Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, bool residual) {
+  std::vector<double> all;
+  for (const Curve& curve : curves) {
+    const std::vector<double> values = along(residual ? curve.residual : curve.value, axis, unit);
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  return Range::around(all, 0.08);
+}
+
+/// One line: room for the eight strategies of the design.
+void draw_legend(internal::Svg& svg, const std::vector<Curve>& curves) {
+  double x = kUpper.left;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    svg.line({x, 44}, {x + 34, 44}, look_of(curves[i].strategy, i));
+    svg.text({x + 40, 48}, curves[i].strategy);
+    x += 62 + 7.6 * static_cast<double>(curves[i].strategy.size());
+  }
+}
+
+std::string draw(std::vector<Curve> curves, const Panels& panels) {
+  internal::Svg svg(kWidth, kHeight, panels.title);
+  std::erase_if(curves, [](const Curve& curve) { return curve.value.size() < 3; });
+  if (curves.empty()) {
+    svg.text({kWidth / 2, kHeight / 2}, "nothing was judged in this run", internal::Svg::Anchor::middle, 14);
+    return std::move(svg).finish();
+  }
+  std::stable_sort(curves.begin(), curves.end(),
+                   [](const Curve& a, const Curve& b) { return a.strategy == "ideal" && b.strategy != "ideal"; });
+  std::vector<double> times;
+  for (Curve& curve : curves) {
+    curve.residual = internal::line_residual(curve.t_s, curve.value);
+    times.insert(times.end(), curve.t_s.begin(), curve.t_s.end());
+  }
+  const std::size_t axis = main_axis(curves);
+  const double unit = panels.step.value_or(1);
+  const Axis time{Range::around(times, 0), panels.x_name, "s"};
+  internal::Panel upper(svg, kUpper, time, {range_of(curves, axis, 1, false), panels.y_name, panels.unit});
+  internal::Panel lower(svg, kLower, time,
+                        {range_of(curves, axis, unit, true), "off the fitted line", panels.step ? "step" : panels.unit});
+  upper.draw_axes(false, false);
+  lower.draw_axes(true, true);
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    upper.curve(curves[i].t_s, along(curves[i].value, axis), look_of(curves[i].strategy, i));
+    lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), look_of(curves[i].strategy, i));
+  }
+  draw_legend(svg, curves);
+  return std::move(svg).finish();
+}
+
+const DeviceRecord* find(const StrategyRecord& strategy, const std::string& device) {
+  const auto found = std::find_if(strategy.devices.begin(), strategy.devices.end(),
+                                  [&](const DeviceRecord& d) { return d.name == device; });
+  return found == strategy.devices.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
+  const Span span = shown_span(run.nominal);
+  std::vector<Curve> curves;
+  for (const StrategyRecord& strategy : run.strategies) {
+    Curve curve{strategy.name, {}, {}, {}};
+    const DeviceRecord* record = find(strategy, device);
+    for (const std::size_t n : internal::judged_steps(strategy, run.nominal)) {
+      if (!record || !span.holds(strategy.steps[n].begin)) continue;
+      curve.t_s.push_back(static_cast<double>(n) * run.nominal.slot_s);
+      curve.value.push_back(record->steps.at(n).position_m);
+    }
+    curves.push_back(std::move(curve));
+  }
+  return draw(std::move(curves), {"Motion of the interaction in simulation time: " + device, "simulation time", "position",
+                                  "m", step_unit(run.nominal, device + ".interaction.any")});
+}
+
+std::string figure_1b_svg(const RunRecord& run, const std::string& device) {
+  const Span span = shown_span(run.nominal);
+  std::vector<Curve> curves;
+  for (const StrategyRecord& strategy : run.strategies) {
+    Curve curve{strategy.name, {}, {}, {}};
+    if (const DeviceRecord* record = find(strategy, device)) {
+      for (const std::size_t k : internal::judged_ticks(*record, run.nominal)) {
+        const TickRow& tick = record->ticks[k];
+        if (!span.holds(tick.at)) continue;
+        curve.t_s.push_back(seconds(internal::sent_at(tick)));
+        curve.value.push_back(tick.force_N);
+      }
+    }
+    curves.push_back(std::move(curve));
+  }
+  return draw(std::move(curves), {"Force in real time at the device's ticks: " + device, "real time", "force", "N",
+                                  step_unit(run.nominal, device + ".force.any")});
+}
+
+}  // namespace evenstep

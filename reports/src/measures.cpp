@@ -1,1 +1,117 @@
-// reports/src/measures.cpp
+#include "evenstep/reports/measures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "evenstep/time/reproducible_math.h"
+#include "src/line_fit.h"
+#include "src/vec3.h"
+
+namespace evenstep {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kLeastSamples = 3;  // a line goes through two points: fewer than three judge nothing
+
+/// cos and sin of 2 pi i / count, by reproducible functions: a summary's bits must not depend on the C library.
+struct Circle {
+  explicit Circle(std::size_t count) : cosine(count), sine(count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
+      cosine[i] = reproducible::cos(angle);
+      sine[i] = reproducible::sin(angle);
+    }
+  }
+  std::vector<double> cosine, sine;
+};
+
+/// |X_k|^2 of one axis.
+double bin_power(std::span<const Vec3> x, std::size_t axis, std::size_t k, const Circle& circle) {
+  double re = 0, im = 0;
+  std::size_t phase = 0;  // k * i mod count, exact
+  for (const Vec3& value : x) {
+    re += value[axis] * circle.cosine[phase];
+    im += value[axis] * circle.sine[phase];
+    phase += k;
+    if (phase >= x.size()) phase -= x.size();
+  }
+  return re * re + im * im;
+}
+
+bool flat(std::span<const Vec3> x, std::size_t axis) {
+  for (const Vec3& value : x) {
+    if (value[axis] != 0) return false;
+  }
+  return true;
+}
+
+/// Sum of squares of x that lies in the bins [first, last] (Parseval; a bin below Nyquist stands for its mirror too).
+double band_energy(std::span<const Vec3> x, std::size_t first, std::size_t last) {
+  const Circle circle(x.size());
+  double energy = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (flat(x, axis)) continue;
+    for (std::size_t k = first; k <= last; ++k) {
+      const double mirror = 2 * k == x.size() ? 1 : 2;
+      energy += mirror * bin_power(x, axis, k, circle) / static_cast<double>(x.size());
+    }
+  }
+  return energy;
+}
+
+}  // namespace
+
+double velocity_jump(std::span<const Vec3> x) {
+  if (x.size() < 3) return kNone;
+  internal::Peak peak;
+  for (std::size_t n = 1; n + 1 < x.size(); ++n) {
+    peak.add(internal::norm(internal::minus(internal::minus(x[n + 1], x[n]), internal::minus(x[n], x[n - 1]))));
+  }
+  return peak.value;
+}
+
+double jump_max(std::span<const Vec3> x) {
+  if (x.size() < 2) return kNone;
+  internal::Peak peak;
+  for (std::size_t n = 1; n < x.size(); ++n) peak.add(internal::norm(internal::minus(x[n], x[n - 1])));
+  return peak.value;
+}
+
+Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s) {
+  internal::Peak peak;
+  double squares = 0;
+  std::size_t judged = 0;
+  for (const internal::Window& window : internal::windows(t, window_s)) {
+    if (window.size() < kLeastSamples) continue;
+    for (const Vec3& r :
+         internal::line_residual(t.subspan(window.begin, window.size()), x.subspan(window.begin, window.size()))) {
+      peak.add(internal::norm(r));
+      squares += r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
+    }
+    judged += window.size();
+  }
+  if (judged == 0) return {kNone, kNone};
+  return {peak.value, std::sqrt(squares / static_cast<double>(judged))};
+}
+
+double band_rms(std::span<const double> t, std::span<const Vec3> x, double window_s, double low_Hz, double high_Hz) {
+  double energy = 0;
+  std::size_t judged = 0;
+  for (const internal::Window& window : internal::windows(t, window_s)) {
+    const std::size_t count = window.size();
+    if (count < kLeastSamples) continue;
+    const auto times = t.subspan(window.begin, count);
+    const double length_s = (times.back() - times.front()) * static_cast<double>(count) / static_cast<double>(count - 1);
+    // Bin k has k / length_s Hz; a billionth keeps a bin that lies on an edge inside.
+    const auto first = static_cast<std::size_t>(std::max(1.0, std::ceil(low_Hz * length_s * (1 - 1e-9))));
+    const auto last = std::min(count / 2, static_cast<std::size_t>(std::floor(high_Hz * length_s * (1 + 1e-9))));
+    if (first > last) continue;
+    energy += band_energy(internal::line_residual(times, x.subspan(window.begin, count)), first, last);
+    judged += count;
+  }
+  return judged == 0 ? kNone : std::sqrt(energy / static_cast<double>(judged));
+}
+
+}  // namespace evenstep

@@ -1,1 +1,77 @@
-// reports/src/verdict_table.cpp
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "evenstep/reports/writers.h"
+#include "src/limit_text.h"
+#include "src/text.h"
+
+namespace evenstep {
+namespace {
+
+constexpr std::size_t kColumns = 7;
+using Row = std::array<std::string, kColumns>;
+constexpr std::size_t kVerdict = 5;
+constexpr std::array<bool, kColumns> kRight{false, false, true, false, true, false, false};
+
+Row row_of(const ExpectationResult& result) {
+  return {result.signal,
+          result.metric,
+          internal::value_text(result),
+          internal::limit_text(result),
+          internal::margin_text(result),
+          internal::verdict_text(result),
+          fmt::format("{}:{}", result.file, result.line)};
+}
+
+const char* colour_of(ExpectationResult::Verdict verdict) {
+  return verdict == ExpectationResult::Verdict::pass   ? "\x1b[32m"
+         : verdict == ExpectationResult::Verdict::fail ? "\x1b[31m"
+                                                       : "\x1b[35m";
+}
+
+/// Scenario text reaches a terminal: control characters (an escape sequence's start) become '?'.
+std::string printable(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+  }
+  return text;
+}
+
+std::string line_of(const Row& row, const std::array<std::size_t, kColumns>& widths, const char* colour) {
+  std::string line;
+  for (std::size_t c = 0; c < kColumns; ++c) {
+    const std::string padding(widths[c] - internal::display_width(row[c]), ' ');
+    const bool coloured = colour && c == kVerdict;
+    if (kRight[c]) line += padding;
+    line += coloured ? colour + row[c] + "\x1b[0m" : row[c];
+    if (c + 1 == kColumns) break;
+    line += (kRight[c] ? "" : padding) + "  ";
+  }
+  return line + '\n';
+}
+
+}  // namespace
+
+std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour) {
+  std::vector<Row> rows{{"signal", "metric", "value", "limit", "margin", "verdict", "where"}};
+  for (const ExpectationResult& result : results) rows.push_back(row_of(result));
+  std::array<std::size_t, kColumns> widths{};
+  for (Row& row : rows) {
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      row[c] = printable(std::move(row[c]));
+      widths[c] = std::max(widths[c], internal::display_width(row[c]));
+    }
+  }
+  std::string table = line_of(rows[0], widths, nullptr);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    table += line_of(rows[i + 1], widths, colour ? colour_of(results[i].verdict) : nullptr);
+    if (results[i].verdict == ExpectationResult::Verdict::pass) continue;
+    if (!results[i].detail.empty()) table += "    " + printable(results[i].detail) + '\n';
+    if (!results[i].because.empty()) table += "    because: " + printable(results[i].because) + '\n';
+  }
+  return table;
+}
+
+}  // namespace evenstep

@@ -1,1 +1,44 @@
-// sim/cpu/spring_solver.cpp
+// F = -k x: memoryless and exact, in double.
+#include <cmath>
+
+#include "cpu/cpu_solvers.h"
+
+namespace evenstep::internal {
+namespace {
+
+class SpringSolver final : public Solver {
+ public:
+  explicit SpringSolver(double stiffness_N_per_m) : stiffness_N_per_m_(stiffness_N_per_m) {
+    if (!std::isfinite(stiffness_N_per_m)) throw SolverError(SolverFault::bad_scene, "the spring's stiffness is not finite", "a stiffness in N/m");
+    info_.name = "cpu-double";
+    info_.particles = 0;
+    info_.left_out = {"particles", "substeps", "state digest", "energy"};
+  }
+  ToolResponse step(std::span<const glm::dvec3> positions_m) override {
+    ToolResponse response;
+    for (std::size_t tool = 0; tool < positions_m.size(); ++tool) {
+      const glm::dvec3& x = positions_m[tool];
+      if (!std::isfinite(x.x) || !std::isfinite(x.y) || !std::isfinite(x.z)) {
+        throw SolverError(SolverFault::bad_input, "a tool position is not finite", "check the device's reports or the recorded motion");
+      }
+      response.force_N[tool] = x * -stiffness_N_per_m_;
+    }
+    return response;
+  }
+  std::uint64_t state_digest() override { return 0; }
+  void reset() override {}
+  SolverVerdict verdict() override { return {}; }
+  const SolverInfo& info() const override { return info_; }
+
+ private:
+  double stiffness_N_per_m_;
+  SolverInfo info_;
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> make_spring_solver(const Scene& scene) {
+  return std::make_unique<SpringSolver>(std::get<SpringScene>(scene.body).stiffness_N_per_m);
+}
+
+}  // namespace evenstep::internal

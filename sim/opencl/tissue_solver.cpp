@@ -1,1 +1,278 @@
-// sim/opencl/tissue_solver.cpp
+// The real solver: the kernels of opencl/kernels, bit for bit equal to cpu/tissue_solver.cpp in float.
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "evenstep/time/digest.h"
+#include "opencl/cl_handle.h"
+#include "opencl/opencl_solver.h"
+#include "opencl_kernels.h"
+#include "src/tissue_solver.h"
+
+namespace evenstep::internal {
+namespace {
+
+/// "%a" is exact; a decimal rendering of 20.0f is not even a float literal.
+std::string hex(float value) { return fmt::format("{:a}f", value); }
+
+std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, cl_device_id device) {
+  std::string springs;
+  for (std::size_t s = 0; s < kNeighbours; ++s) {
+    const auto& [x, y, z] = constants.rest_m[s];
+    springs += fmt::format("S({},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]));
+  }
+  std::string options = fmt::format("-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DMASS={} -DFIRST={} -DCHUNK={}", springs,
+                                    hex(constants.step_s), hex(constants.acceleration), hex(constants.decay), hex(constants.stiffness_N_per_m),
+                                    hex(constants.mass_kg), lattice.first, kChunk);
+  cl_device_fp_config config = 0;
+  check_cl(clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
+  // GPUs default to 2.5 to 3 ulp for / and sqrt.
+  if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
+  return options;
+}
+
+struct ClField {
+  ClBuffer x, y, z;
+};
+
+class OpenClTissue final : public TissueSolver {
+ public:
+  OpenClTissue(const Scene& given, const SolverOptions& options)
+      : TissueSolver(given, "opencl"), constants_(scene(), substep_s()), local_size_(static_cast<std::size_t>(options.work_group_size)) {
+    if (options.work_group_size < 1 || kChunk % local_size_ != 0) {
+      throw SolverError(SolverFault::bad_scene, fmt::format("a work-group size of {}", options.work_group_size), fmt::format("a divisor of {}", kChunk));
+    }
+    open(options);
+    build();
+    allocate();
+    bind();
+    warm_up();
+  }
+
+  std::uint64_t state_digest() override {
+    enqueue(cell_digest_[current_], lattice().span);
+    enqueue(chunk_digest_, chunks());
+    std::vector<std::uint64_t> sums(chunks());
+    read(chunk_sums_, sums.size() * sizeof(std::uint64_t), sums.data());
+    std::uint64_t digest = kDigestStart;
+    for (const std::uint64_t sum : sums) digest = mix(digest, sum);
+    return digest;
+  }
+
+ protected:
+  void substep(std::span<const GrabTarget> targets) override {
+    enqueue(step_[current_], lattice().span);
+    current_ = 1 - current_;
+    if (grabbed_count() == 0) return;
+    const cl_kernel kernel = grab_[current_].get();
+    for (std::size_t tool = 0; tool < targets.size(); ++tool) {
+      const auto& [u, v] = targets[tool];
+      const cl_float4 offset{{static_cast<float>(u[0]), static_cast<float>(u[1]), static_cast<float>(u[2]), 0}};
+      const cl_float4 velocity{{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), 0}};
+      const cl_uint first_argument = 3 + 2 * static_cast<cl_uint>(tool);
+      set(kernel, first_argument, offset);
+      set(kernel, first_argument + 1, velocity);
+    }
+    enqueue(grab_[current_], padded_grabs());
+  }
+
+  void grab_forces(std::span<std::array<double, 3>> forces_N) override {
+    if (forces_N.empty()) {
+      check_cl(clFinish(queue_.get()), "clFinish");
+      return;
+    }
+    enqueue(grab_force_[current_], padded_grabs());
+    force_staging_.resize(3 * forces_N.size());
+    read(grab_force_buffer_, force_staging_.size() * sizeof(float), force_staging_.data());
+    for (std::size_t n = 0; n < forces_N.size(); ++n) {
+      forces_N[n] = {force_staging_[3 * n], force_staging_[3 * n + 1], force_staging_[3 * n + 2]};
+    }
+  }
+
+  double energy() override {
+    enqueue(cell_energy_[current_], lattice().span);
+    enqueue(chunk_energy_, chunks());
+    std::vector<float> sums(chunks());
+    read(energy_sums_, sums.size() * sizeof(float), sums.data());
+    double total = 0;
+    for (const float sum : sums) total += sum;
+    return total;
+  }
+
+  void to_rest() override {
+    const float zero = 0;
+    for (const ClField* field : {&displacement_[0], &displacement_[1], &velocity_}) {
+      for (const ClBuffer* component : {&field->x, &field->y, &field->z}) {
+        check_cl(clEnqueueFillBuffer(queue_.get(), component->get(), &zero, sizeof zero, 0, lattice().cells * sizeof(float), 0, nullptr, nullptr), "clEnqueueFillBuffer");
+      }
+    }
+    check_cl(clFinish(queue_.get()), "clFinish");
+    current_ = 0;
+  }
+
+ private:
+  std::size_t chunks() const { return lattice().span / kChunk; }
+  std::size_t padded_grabs() const { return (grabbed_count() + local_size_ - 1) / local_size_ * local_size_; }
+
+  void open(const SolverOptions& options) {
+    device_ = choose_device(options.opencl_platform, options.opencl_device);
+    set_device(device_.name);
+    cl_int code = CL_SUCCESS;
+    const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM, reinterpret_cast<cl_context_properties>(device_.platform), 0};
+    context_ = ClContext(clCreateContext(properties, 1, &device_.device, nullptr, nullptr, &code));
+    check_cl(code, "clCreateContext");
+    queue_ = ClQueue(clCreateCommandQueue(context_.get(), device_.device, 0, &code));   // in order
+    check_cl(code, "clCreateCommandQueue");
+  }
+
+  void build() {
+    std::string source = kSpringsSource;
+    source += kStepSource;
+    if (grabbed_count() > 0) source += std::string(kGrabSource) + kGrabForceSource;
+    if (needs_digest()) source += kDigestSource;
+    if (needs_energy()) source += kEnergySource;
+    const char* text = source.c_str();
+    cl_int code = CL_SUCCESS;
+    program_ = ClProgram(clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
+    check_cl(code, "clCreateProgramWithSource");
+    const std::string options = build_options(constants_, lattice(), device_.device);
+    code = clBuildProgram(program_.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
+    if (code == CL_BUILD_PROGRAM_FAILURE) {
+      std::size_t size = 0;
+      clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
+      std::string log(size, '\0');
+      clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
+      throw SolverError(SolverFault::unavailable, "the OpenCL kernels do not build: " + std::string(log.c_str()), "with PoCL: set POCL_CACHE_DIR to a folder that can be written; otherwise report it with the device's name");
+    }
+    check_cl(code, "clBuildProgram");
+  }
+
+  ClBuffer buffer(std::size_t bytes, const void* content = nullptr) {
+    cl_int code = CL_SUCCESS;
+    const cl_mem_flags flags = CL_MEM_READ_WRITE | (content ? CL_MEM_COPY_HOST_PTR : 0);
+    ClBuffer result(clCreateBuffer(context_.get(), flags, bytes, const_cast<void*>(content), &code));
+    check_cl(code, "clCreateBuffer");
+    return result;
+  }
+  ClField field() {
+    const std::size_t bytes = lattice().cells * sizeof(float);
+    return {buffer(bytes), buffer(bytes), buffer(bytes)};
+  }
+
+  void check_memory() {
+    cl_ulong there = 0, largest = 0;
+    check_cl(clGetDeviceInfo(device_.device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof there, &there, nullptr), "clGetDeviceInfo");
+    check_cl(clGetDeviceInfo(device_.device, CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof largest, &largest, nullptr), "clGetDeviceInfo");
+    const std::size_t arrays = 9 + 2 + (needs_digest() ? 2 : 0) + (needs_energy() ? 1 : 0);
+    const std::size_t one = lattice().cells * sizeof(float), needed = arrays * one;
+    if (needed <= there && one <= largest) return;
+    throw SolverError(SolverFault::out_of_memory, fmt::format("the scene needs {} bytes of device memory ({} in one piece), '{}' has {} ({})", needed, one, device_.name, there, largest),
+                      "fewer particles, or another device");
+  }
+
+  void allocate() {
+    check_memory();
+    displacement_[0] = field();
+    displacement_[1] = field();
+    velocity_ = field();
+    const std::vector<float> active(lattice().active.begin(), lattice().active.end());
+    const std::vector<float> mobile(lattice().mobile.begin(), lattice().mobile.end());
+    active_ = buffer(active.size() * sizeof(float), active.data());
+    mobile_ = buffer(mobile.size() * sizeof(float), mobile.data());
+    if (grabbed_count() > 0) {
+      std::vector<cl_uint> cells;
+      for (const auto& tool : lattice().grabbed) cells.insert(cells.end(), tool.begin(), tool.end());
+      grabbed_ = buffer(cells.size() * sizeof(cl_uint), cells.data());
+      grab_force_buffer_ = buffer(3 * cells.size() * sizeof(float));
+    }
+    if (needs_digest()) {
+      cell_digests_ = buffer(lattice().span * sizeof(cl_ulong));
+      chunk_sums_ = buffer(chunks() * sizeof(cl_ulong));
+    }
+    if (needs_energy()) {
+      cell_energies_ = buffer(lattice().span * sizeof(float));
+      energy_sums_ = buffer(chunks() * sizeof(float));
+    }
+  }
+
+  /// Two kernels of each kind, one per direction of the ping-pong, with their buffers set once.
+  void bind() {
+    for (std::size_t from = 0; from < 2; ++from) {
+      const ClField& now = displacement_[from];
+      const ClField& next = displacement_[1 - from];
+      step_[from] = kernel("step", now.x, now.y, now.z, next.x, next.y, next.z, velocity_.x, velocity_.y, velocity_.z, active_, mobile_);
+      if (grabbed_count() > 0) {
+        const cl_uint count = static_cast<cl_uint>(grabbed_count()), split = static_cast<cl_uint>(lattice().grabbed[0].size());
+        const cl_float4 none{};
+        grab_[from] = kernel("grab", grabbed_, count, split, none, none, none, none, now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z);
+        grab_force_[from] = kernel("grab_force", grabbed_, count, now.x, now.y, now.z, active_, grab_force_buffer_);
+      }
+      if (needs_digest()) cell_digest_[from] = kernel("cell_digest", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, cell_digests_);
+      if (needs_energy()) cell_energy_[from] = kernel("cell_energy", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, active_, cell_energies_);
+    }
+    if (needs_digest()) chunk_digest_ = kernel("chunk_digest", cell_digests_, chunk_sums_);
+    if (needs_energy()) chunk_energy_ = kernel("chunk_energy", cell_energies_, energy_sums_);
+  }
+
+  /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0.
+  void warm_up() {
+    to_rest();
+    const std::array<GrabTarget, kMaxTools> nowhere{};
+    for (int direction = 0; direction < 2; ++direction) {
+      substep(std::span(nowhere.data(), lattice().grabbed.size()));
+      std::vector<std::array<double, 3>> ignored(grabbed_count());
+      grab_forces(ignored);
+      if (needs_digest()) state_digest();
+      if (needs_energy()) energy();
+    }
+    to_rest();
+  }
+
+  void set(cl_kernel kernel, cl_uint index, const ClBuffer& argument) {
+    const cl_mem memory = argument.get();
+    set(kernel, index, memory);
+  }
+  template <class Argument>
+  void set(cl_kernel kernel, cl_uint index, const Argument& argument) {
+    check_cl(clSetKernelArg(kernel, index, sizeof argument, &argument), "clSetKernelArg");
+  }
+  template <class... Arguments>
+  ClKernel kernel(const char* name, const Arguments&... arguments) {
+    cl_int code = CL_SUCCESS;
+    ClKernel result(clCreateKernel(program_.get(), name, &code));
+    check_cl(code, "clCreateKernel");
+    cl_uint index = 0;
+    (set(result.get(), index++, arguments), ...);
+    return result;
+  }
+  /// `count` is a multiple of the work-group size, except for the few chunk sums.
+  void enqueue(const ClKernel& kernel, std::size_t count) {
+    const std::size_t* local = count % local_size_ == 0 ? &local_size_ : nullptr;
+    check_cl(clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr), "clEnqueueNDRangeKernel");
+  }
+  void read(const ClBuffer& from, std::size_t bytes, void* to) {
+    check_cl(clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, nullptr), "clEnqueueReadBuffer");
+  }
+
+  TissueConstants<float> constants_;
+  std::size_t local_size_;
+  ClDevice device_;
+  ClContext context_;
+  ClQueue queue_;
+  ClProgram program_;
+  std::array<ClField, 2> displacement_;   // from rest, m; current_ is the newest
+  ClField velocity_;
+  ClBuffer active_, mobile_, grabbed_, grab_force_buffer_, cell_digests_, chunk_sums_, cell_energies_, energy_sums_;
+  std::array<ClKernel, 2> step_, grab_, grab_force_, cell_digest_, cell_energy_;   // [c] reads displacement_[c]
+  ClKernel chunk_digest_, chunk_energy_;
+  std::vector<float> force_staging_;
+  std::size_t current_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SolverOptions& options) {
+  return std::make_unique<OpenClTissue>(scene, options);
+}
+
+}  // namespace evenstep::internal

@@ -75,7 +75,7 @@ TEST_CASE("A value without a unit, with a wrong one or out of range is named wit
       {"duration = \"4 s\"", "duration = \"1000001 s\"", "'1000001 s' is longer than 1e6 s"},
       {"duration = \"4 s\"", "duration = \"1e9 segments\"", "'1e9 segments' is longer than 1e6 s"},
       {"duration = \"4 s\"", "", "scenario.toml:5:1: error: [run] has no 'duration'; write duration = \"4 s\""},
-      {"8 segments", "120 segments", "scenario.toml:7:10: error: 'warmup': 3999.99996 ms of 4000 ms leave nothing to judge"},
+      {"8 segments", "121 segments", "scenario.toml:7:10: error: 'warmup': 4033.333293 ms of 4000 ms leave nothing to judge"},
       {"steps = 15", "steps = 0", "'steps': 0 is out of range"},
       {"steps = 15", "steps = 1000000001", "'steps': 1000000001 is out of range; it must be at least 1 and at most 1000000"},
       {"warmup = \"8 segments\"", "seed = -1", "'seed': -1 is out of range"},

@@ -11,9 +11,9 @@ using namespace evenstep::test;
 
 namespace {
 
-/// One to eight bytes changed, removed, added or copied from elsewhere in the text.
+/// One to three bytes changed, removed, added or copied from elsewhere in the text.
 std::string mutated(std::string text, std::mt19937_64& random) {
-  const int changes = 1 + static_cast<int>(random() % 8);
+  const int changes = 1 + static_cast<int>(random() % 3);
   for (int i = 0; i < changes && !text.empty(); ++i) {
     const std::size_t at = random() % text.size();
     switch (random() % 5) {

@@ -102,7 +102,7 @@ name = "right"
 phase = "0.5 ms"
 queue = "libusb"
 grab = { center = ["20 mm", "0 mm", "45 mm"], radius = "6 mm" }
-motion = { kind = "sine", amplitude = ["1 mm", "0 m", "0 m"], frequency = "1/3 Hz" }
+motion = { kind = "sine", amplitude = ["1 mm", "0 m", "0 m"], frequency = "1/3 Hz", delay = "0.1 s" }
 render = { kind = "force", emission = "hold" }
 [remap]
 latency = "2 segments"
@@ -161,8 +161,8 @@ std::string describe(const Scenario& s) {
   out += fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} group {}\n", static_cast<int>(s.solver), std::visit(SceneText{}, s.scene.body),
                      at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy, s.scene.allow_unstable, s.work_group_size);
   for (const DeviceSpec& d : s.devices) {
-    out += fmt::format("device {} {} phase {} queue {} {} emission {} limits {} {}\n", d.name, at(d.rate), at(d.phase), static_cast<int>(d.queue),
-                       std::visit(MotionText{}, d.motion), static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s);
+    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {}\n", d.name, at(d.rate), at(d.phase), static_cast<int>(d.queue),
+                       std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns, static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s);
   }
   out += fmt::format("remap {} {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz, at(s.remap.latency), at(s.remap.lead));
   for (const Expectation& e : s.expectations) {

@@ -1,1 +1,75 @@
-// device/src/hid/reference_driver.cpp
+#include "evenstep/device/hid/reference_driver.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <span>
+
+#include "evenstep/device/hid/reference_device.h"
+
+namespace evenstep {
+namespace {
+
+/// Room for what a newer firmware might append; a report that is longer still is cut, its head is whole.
+constexpr std::size_t kBufferSize = 64;
+static_assert(kBufferSize >= reference_device::kInputSize);
+
+/// A device that reports faster than it is read must not hang the tick. 16 times what any known queue holds; at the 0.3 to
+/// 0.6 us of an empty hidapi read (docs/reference-device.md), about half of a 1 ms tick.
+constexpr int kMaxReadsPerTick = 1024;
+
+/// No known queue holds more (hidraw: 64 slots). A report older than the newest by no more than this is late or repeated;
+/// one that is older still means that the device has started to count anew.
+constexpr std::int32_t kDeepestQueue = 64;
+
+}  // namespace
+
+ReferenceDriver::ReferenceDriver(HidTransport& transport) : transport_(transport) {}
+
+DeviceSample ReferenceDriver::read(RealTime now) {
+  last_.read_at = now;
+  last_.fresh = false;
+  std::array<std::byte, kBufferSize> buffer;
+  for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
+    const HidRead got = transport_.read(buffer);
+    if (got.status == HidRead::Status::gone) gone();
+    if (got.status == HidRead::Status::nothing) break;
+    if (got.status == HidRead::Status::interrupted) continue;
+    take(std::span<const std::byte>(buffer).first(std::min(got.size, buffer.size())));
+  }
+  if (!last_.fresh) ++counters_.stale;
+  return last_;
+}
+
+void ReferenceDriver::take(std::span<const std::byte> bytes) {
+  const auto report = reference_device::decode_input(bytes);
+  if (!report) {
+    ++counters_.malformed;
+    return;
+  }
+  ++counters_.reports;
+  // Modulo 2^32, so that the count may wrap around: positive is newer.
+  const auto ahead = static_cast<std::int32_t>(report->sequence - last_.sequence);
+  if (any_report_ && ahead <= 0 && ahead >= -kDeepestQueue) return;
+  if (any_report_ && ahead > 1) counters_.lost += ahead - 1;
+  any_report_ = true;
+  last_.sequence = report->sequence;
+  last_.fresh = true;
+  for (int axis = 0; axis < 3; ++axis) last_.position_m[axis] = report->position_nm[static_cast<std::size_t>(axis)] / 1e9;
+}
+
+void ReferenceDriver::write(const glm::dvec3& force_N) {
+  assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));
+  const auto bytes = reference_device::encode({++output_sequence_, reference_device::to_uN(force_N)});
+  const HidWrite result = transport_.write(bytes);
+  if (result == HidWrite::gone) gone();
+  if (result == HidWrite::rejected) ++counters_.write_failures;
+}
+
+void ReferenceDriver::gone() const {
+  const HidDeviceInfo& info = transport_.info();
+  throw DeviceError(info.path + ": device '" + info.product + "' is gone (unplugged or reset); plug it in and run again");
+}
+
+}  // namespace evenstep

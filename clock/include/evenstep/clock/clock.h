@@ -3,7 +3,7 @@
 /// Clock by reference. There is no global clock; only this room asks the operating system.
 ///
 ///   VirtualClock  jumps to the next deadline: programmed timing, deterministic, faster than real time.
-///   WallClock     CLOCK_MONOTONIC with an interruptible absolute wait (steady_waiter.h).
+///   WallClock     CLOCK_MONOTONIC with an interruptible absolute wait.
 ///
 /// One conformance test body runs on both (tests/clock/conformance_test.cpp).
 
@@ -21,8 +21,10 @@ class Clock {
   virtual RealTime now() const noexcept = 0;
 
   /// Returns Wake::deadline when now() >= deadline, or Wake::notified when notify() was called since the last return
-  /// (also before the call: a notification is never lost). Owner's thread only. A deadline in the past returns at once.
-  /// A virtual clock asked to wait for kNever without a notification is a deadlock and returns Wake::notified.
+  /// (also before the call: a notification is never lost). A pending notification goes before a reached deadline; several
+  /// pending ones are one. What was written before notify() is visible after Wake::notified. Owner's thread only.
+  /// A deadline in the past returns at once. kNever is no deadline: a wall clock waits for a notification; a virtual
+  /// clock without one would be in a deadlock, and returns Wake::notified so that its owner can look why.
   virtual Wake wait_until(RealTime deadline) noexcept = 0;
 
   /// Ends a wait early. Any thread, also from a signal handler.

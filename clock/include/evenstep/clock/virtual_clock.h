@@ -1,5 +1,6 @@
 #pragma once
 /// A clock that stands still until it is told to wait, then jumps: wait_until(t) sets now() to t and returns.
+/// It starts at RealTime{0}. A wait that ends by a notification moves nothing.
 
 #include <atomic>
 
@@ -11,7 +12,8 @@ class VirtualClock final : public Clock {
  public:
   RealTime now() const noexcept override { return {now_ns_.load(std::memory_order_acquire)}; }
   Wake wait_until(RealTime deadline) noexcept override;
-  void notify() noexcept override { notified_.store(true, std::memory_order_release); }
+  /// An exchange, not a store: a store would cut off what another thread's notify() published just before.
+  void notify() noexcept override { notified_.exchange(true, std::memory_order_release); }
   bool is_virtual() const noexcept override { return true; }
 
  private:

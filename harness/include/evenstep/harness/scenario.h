@@ -27,7 +27,7 @@ struct DeviceSpec {
   Rate rate{1000, 1};
   Duration phase;
   QueuePolicy queue = QueuePolicy::hidraw;
-  Motion motion;
+  ProgrammedMotion motion;
   Emission emission = Emission::linear;
   ForceLimits limits;
 };

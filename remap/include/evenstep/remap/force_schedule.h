@@ -39,7 +39,8 @@ template <class Value>
 Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
   using Entry = typename TimedRing<Value>::Entry;
   Entry later;
-  if (head == 0 || !ring_.get(head - 1, later)) return {};
+  if (head == 0) return {};
+  if (!ring_.get(head - 1, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
   if (newest <= at) {
     const bool past = emission_ == Emission::linear && newest < at;
@@ -51,7 +52,7 @@ Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
     if (!ring_.get(index - 1, earlier)) return {later.value, ReadStatus::overrun, newest};
     if (earlier.time <= at) {
       if (emission_ == Emission::hold) return {earlier.value, ReadStatus::inside, newest};
-      const double w = seconds(at - earlier.time) / seconds(later.time - earlier.time);
+      const double w = ratio(at - earlier.time, later.time - earlier.time);
       return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
     }
     later = earlier;

@@ -5,13 +5,16 @@
 /// Interaction: a read at R = slot - c at time S needs a sample with time >= R that exists at S (a tick at S counts:
 /// ties put device before launch). Force: the step's force must exist when it is due, E <= F = slot - c + L.
 ///
+/// F = slot - c + L is the map's own emission time, with slots that step back repaired as SlotMap::emission does.
+///
 ///   any phase of the device:  the next tick lies at most h - 1 ns after R  =>  c = max(slot + (h - 1 ns) - S)
 ///   this phase:               the first tick at or after R is at or before S
 ///   both:                     L = max(E - slot) + c;   linear emission: each F(n) also needs E(n+1) <= F(n), see below
 ///
 /// Periodic case: L* = s + Z (1 - 1/N) + h, Z all non-step time of a segment (docs/numerics.md).
 /// Linear emission between F(n) and F(n+1) needs step n+1's force at any tick after F(n): E(n+1) <= F(n), hence
-/// L = max(E(n+1) - slot(n)) + c; on an even map that is one slot more than hold.
+/// L = max(E(n+1) - slot(n)) + c; on an even map that is one slot more than hold. The last step has no successor and needs
+/// only E <= F.
 
 #include <cstdint>
 #include <span>
@@ -22,7 +25,7 @@
 
 namespace evenstep {
 
-/// A step as the sizing pass sees it: real begin S, end E, and slot(n) with lead 0. Only mapped steps.
+/// A step as the sizing pass sees it: real begin S, end E, and slot(n) with lead 0. Only mapped steps, in order.
 struct MappedStep {
   std::int64_t step = 0;
   RealTime begin;
@@ -30,30 +33,32 @@ struct MappedStep {
   RealTime slot;
 };
 
-/// The sampling grid of one device: tick k at origin + floor(k / rate).
+/// The sampling grid of one device: tick k at origin + floor(k / rate), for every k (before the first tick too: a run whose
+/// first mapped step comes within one period of the start is outside the domain).
 struct SamplingGrid {
   Rate rate{1000, 1};
   RealTime origin;
 };
 
 struct LatencyBudget {
-  Duration lead;                        ///< c; may be negative (the data is always there earlier than needed)
+  Duration lead;                        ///< c; may be negative (the data is always there earlier than needed); 0 without device
   Duration latency;                     ///< L
   std::int64_t lead_culprit = -1;       ///< step that sets c
-  std::int64_t latency_culprit = -1;    ///< step that sets L
-  std::size_t interaction_capacity = 0; ///< samples: max over n of samples in (R(n), S(n)], + 2
-  std::size_t force_capacity = 0;       ///< entries: max over n of #{m <= n: F(m) >= E(n)}, + 2 (+ 1 more for linear)
+  std::int64_t latency_culprit = -1;    ///< step whose end sets L
+  // + 2 each: the entry at or before the time asked for, and one that may arrive while a read runs.
+  std::size_t interaction_capacity = 0; ///< samples: max over n of samples in (R(n), S(n)] at any phase, + 2
+  std::size_t force_capacity = 0;       ///< entries: max over n of #{m <= n: F(m) >= E(n)}, + 2
 };
 
 /// Empty input: zero durations, capacities 2. Several devices: the worst of them.
 LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission);
 LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission);
-/// Capacities that a given c and L need on these steps (plus margin 2 each).
+/// Capacities that a given c and L need on these steps, at any phase of the devices.
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead, Duration latency);
 
 /// What a run with this c and L will count, device by device: interaction reads whose sample was not there.
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
-/// Steps with E(n) > F(n).
+/// Steps with E(n) > F(n). F is repaired from the first step given on.
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency);
 
 }  // namespace evenstep

@@ -2,7 +2,8 @@
 /// The paper's map, faithfully: slot(n) = B_k + (n - n_k) T^ / N^ with T^ the weighted average of segment lengths and N^ the
 /// step count of the previous segment; re-anchored at the measured B_k of every segment. Discontinuous at each boundary by
 /// exactly T_k - T^_k: if that is below -tau, slots run backwards (docs/numerics.md).
-/// Outside its domain: a segment without steps keeps the N^ before it; slots past N^ continue at the same pace.
+/// Outside its domain: a segment without steps re-anchors, but keeps the T^ and N^ before it; slots past N^ continue at
+/// the same pace. Acquires T^ and N^ from the first complete segment with steps.
 
 #include "evenstep/remap/segment_estimator.h"
 #include "evenstep/remap/slot_map.h"

@@ -22,10 +22,14 @@ constexpr std::array<Value, N> lerp(const std::array<Value, N>& a, const std::ar
   return result;
 }
 
+/// part / whole, correctly rounded (seconds would round three times).
+constexpr double ratio(Duration part, Duration whole) { return static_cast<double>(part.ns) / static_cast<double>(whole.ns); }
+
 enum class ReadStatus : std::uint8_t {
   inside,    ///< between two entries, or exactly on one
   underrun,  ///< newer than the newest entry: its value is held ("clamp")
-  overrun,   ///< older than the ring holds: the oldest value is returned and must not be used as if it were right
+  overrun,   ///< older than the ring holds: the oldest value is returned (Value{} if even the newest entry of that head
+             ///< has left) and must not be used as if it were right
   empty,     ///< nothing was ever pushed: Value{}
 };
 

@@ -29,21 +29,23 @@ class SampleBuffer {
 template <class Value>
 Reading<Value> SampleBuffer<Value>::newest(std::uint64_t head) const {
   typename TimedRing<Value>::Entry entry;
-  if (head == 0 || !ring_.get(head - 1, entry)) return {};
+  if (head == 0) return {};
+  if (!ring_.get(head - 1, entry)) return {Value{}, ReadStatus::overrun, {}};
   return {entry.value, ReadStatus::inside, entry.time};
 }
 
 template <class Value>
 Reading<Value> SampleBuffer<Value>::at(RealTime at, std::uint64_t head) const {
   typename TimedRing<Value>::Entry later;
-  if (head == 0 || !ring_.get(head - 1, later)) return {};
+  if (head == 0) return {};
+  if (!ring_.get(head - 1, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
   if (at > newest) return {later.value, ReadStatus::underrun, newest};
   for (std::uint64_t index = head - 1; at < later.time; --index) {   // newest first: reads lie near the head
     typename TimedRing<Value>::Entry earlier;
     if (index == 0 || !ring_.get(index - 1, earlier)) return {later.value, ReadStatus::overrun, newest};
     if (earlier.time <= at) {
-      const double w = seconds(at - earlier.time) / seconds(later.time - earlier.time);
+      const double w = ratio(at - earlier.time, later.time - earlier.time);
       return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
     }
     later = earlier;

@@ -10,7 +10,7 @@ namespace evenstep {
 
 class SegmentEstimator {
  public:
-  explicit SegmentEstimator(double weight) : weight_(weight) {}  ///< 0 < weight <= 1; 1 = the last segment only
+  explicit SegmentEstimator(double weight);  ///< 0 < weight <= 1; 1 = the last segment only
   void segment(Duration length);
   std::optional<double> length_ns() const { return length_ns_; }
 

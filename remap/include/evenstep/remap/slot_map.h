@@ -9,7 +9,6 @@
 /// Symbols: c lead, L latency, T segment length, N steps of a segment, tau = T / N slot.
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 
 #include "evenstep/time/time.h"
@@ -34,7 +33,8 @@ class SlotMap {
   /// Segment boundary: the next step to run is n, and its segment began at `begin`. n and begin never decrease.
   virtual void boundary(std::int64_t n, RealTime begin) = 0;
 
-  /// R(n) for the step about to run, which really began at `began`. Called once per step, in order of n.
+  /// R(n) for the step about to run, which really began at `began`. Steps count from 0; read(n) and emission(n) are called
+  /// once each and in this order for every n, anything else is an assertion.
   Slot read(std::int64_t n, RealTime began);
   /// F(n) of the step just read: R(n) + L, or `ended` where the slot is not mapped. Where that would not come after
   /// F(n-1) (only `paper` steps back) it becomes F(n-1) + 1 ns, and emission_repairs() counts it.
@@ -52,6 +52,8 @@ class SlotMap {
  private:
   Duration lead_;
   Duration latency_;
+  std::int64_t next_step_ = 0;
+  bool step_open_ = false;   // between read(n) and emission(n)
   Slot current_;
   std::optional<RealTime> last_emission_;
   std::int64_t emission_repairs_ = 0;

@@ -2,12 +2,11 @@
 /// A fixed ring of (RealTime, Value) with one writer and one reader thread; no allocation after construction.
 /// The writer publishes with a release-stored head; a reader says which head it reads at, because the head a read saw
 /// is an input of a recorded run (the same head gives the same answer for ever, as long as the ring still holds it).
-/// Entries are relaxed atomic words checked against the head after the copy, so an overtaken read is an overrun,
-/// never a torn value, and never a data race.
+/// An overtaken read is an overrun, never a torn value, and never a data race: entries are atomic words, and a reader that
+/// saw one word of a newer entry (acquire) also sees the head that was stored before it (release), checked after the copy.
 
 #include <array>
 #include <atomic>
-#include <bit>
 #include <cassert>
 #include <cstdint>
 #include <cstring>
@@ -42,7 +41,7 @@ class TimedRing {
     const Entry entry{time, value};
     std::memcpy(words.data(), &entry, sizeof(Entry));
     Slot& slot = slots_[head % (capacity_ + 1)];
-    for (std::size_t i = 0; i < kWords; ++i) slot[i].store(words[i], std::memory_order_relaxed);
+    for (std::size_t i = 0; i < kWords; ++i) slot[i].store(words[i], std::memory_order_release);
     head_.store(head + 1, std::memory_order_release);
   }
 
@@ -52,8 +51,7 @@ class TimedRing {
     if (index >= before || before - index > capacity_) return false;
     std::array<std::uint64_t, kWords> words;
     const Slot& slot = slots_[index % (capacity_ + 1)];
-    for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_acquire);
+    for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
     // The writer may be filling entry `head` now; its slot held entry head - (capacity + 1), which `<=` above excludes.
     if (head_.load(std::memory_order_relaxed) - index > capacity_) return false;
     std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));

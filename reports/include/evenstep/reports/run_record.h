@@ -33,6 +33,7 @@ struct StepSample {
   Vec3 position_m{};     ///< x_n handed to the solver
   Vec3 force_N{};        ///< f_n
   StepRead read = StepRead::inside;
+  std::optional<Vec3> true_position_m;   ///< the programmed motion at R(n), where the motion is known: for error_at_stop
 };
 
 /// One device tick.
@@ -84,6 +85,7 @@ struct SolverRecord {
   std::int64_t first_bad_step = -1;
   double energy_growth = 0;
   bool has_energy = false;
+  std::vector<std::string> left_out;   ///< what the scene does not need and so does not exist in it
   double solver_seconds = 0;   ///< launch + wait; reported, never hashed
 };
 

@@ -49,7 +49,7 @@ struct SchedulerOptions {
 enum class RunEnd {
   reached_end,  ///< the next event lies at or after the end asked for
   idle,         ///< no event left
-  stopped,      ///< request_stop()
+  stopped,      ///< request_stop(), after the event being run
   limit,        ///< a SchedulerLimits was exceeded
   failed,       ///< a task threw
 };
@@ -66,7 +66,9 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  /// Frozen during an event.
+  struct Suspended;
+
+  /// Frozen during an event; 0 before the first.
   RealTime now() const noexcept;
   /// A live read of the clock; equals now() under a virtual clock. Whoever uses it records it.
   RealTime live_now() const noexcept;
@@ -86,11 +88,13 @@ class Scheduler {
   /// Starts a lane; its first event is the first thing it awaits. Runs up to there at once. Before run() only.
   void spawn(Task task);
 
-  /// Mixes a digest into the payload of the event being run.
+  /// Mixes a digest into the payload of the event being run (there must be one: not before a lane's first await).
   void note(std::uint64_t digest) noexcept;
   void note(double value) noexcept;
 
-  /// Runs events with time < end. Returns only when no work is outstanding.
+  /// Runs events with time < end. Returns only when no work is outstanding. May be called again with a later end, unless
+  /// it was stopped, went over a limit or failed: that is final. A wall clock is waited for only while something can
+  /// still happen before `end`.
   RunStatus run(RealTime end);
   /// Key of the event that run_one() would run next on a virtual clock (completions at their programmed end).
   struct Key { RealTime time; Lane lane; };
@@ -109,30 +113,30 @@ class Scheduler {
  private:
   struct State;
   std::unique_ptr<State> state_;
-  friend struct Until;
-  friend struct External;
 };
 
-struct Scheduler::Until {
-  Scheduler* scheduler;
-  RealTime at;
-  Lane lane;
+/// A lane that waits. It lives in the coroutine's frame, whose address is stable while suspended: an await allocates nothing.
+struct Scheduler::Suspended {
+  Scheduler* scheduler = nullptr;
   EventName name;
+  std::coroutine_handle<Task::promise_type> handle = nullptr;
   Arrival arrival;
+  Completion* completion = nullptr;  ///< of started work; owned by the scheduler's pool
+};
+
+struct Scheduler::Until : Suspended {
+  RealTime at;
+  Lane lane = Lane::completion;
   bool await_ready() const noexcept { return false; }
-  void await_suspend(std::coroutine_handle<> handle);
+  void await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept;
   Arrival await_resume() const noexcept { return arrival; }
 };
 
-struct Scheduler::External {
-  Scheduler* scheduler;
+struct Scheduler::External : Suspended {
   RealTime programmed_end;
-  Work* work;
-  EventName name;
-  Arrival arrival;
-  Completion* completion;          // owned by the scheduler's pool
+  Work* work = nullptr;
   bool await_ready() const noexcept { return false; }
-  void await_suspend(std::coroutine_handle<> handle);
+  void await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept;
   Arrival await_resume();
 };
 

@@ -20,16 +20,16 @@ class Work {
   ~Work() = default;
 };
 
-/// One started piece of work; lives in the awaitable.
+/// One started piece of work; lives in the scheduler's pool.
 struct Completion {
   Work* work = nullptr;
-  Scheduler* home = nullptr;         ///< told when done (wall clock only)
-  std::atomic<bool> done{false};
-  RealTime stamp;                    ///< live time at which run() returned
-  std::exception_ptr failure;
+  Scheduler* home = nullptr;         ///< where not null (wall clock): told by home->completed(), after stamp and failure
+  std::atomic<bool> done{false};     ///< set last: an executor's final access to the completion and its home
+  RealTime stamp;                    ///< live time at which run() returned (wall clock)
+  std::exception_ptr failure;        ///< what run() threw
 };
 
-/// Runs Work. start() never blocks on a wall clock.
+/// Runs Work. start() never blocks on a wall clock and never throws: a failure to start is a failure of the work.
 class Executor {
  public:
   virtual ~Executor() = default;
@@ -39,7 +39,8 @@ class Executor {
   virtual void wait(Completion& completion) = 0;
 };
 
-/// Runs the work inside start(): the default under a virtual clock, where the host's speed is invisible.
+/// Runs the work inside start(): the default under a virtual clock, where the host's speed is invisible. On a wall clock
+/// every lane of the scheduler waits for it.
 class InlineExecutor final : public Executor {
  public:
   void start(Completion& completion) override;

@@ -40,13 +40,18 @@ struct SolverInfo {
   std::vector<std::string> left_out;    ///< what this scene does not need and so does not exist in it
 };
 
+enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
+
 /// Message and remedy, e.g. "no OpenCL platform" / "install pocl-opencl-icd".
 class SolverError : public std::runtime_error {
  public:
-  SolverError(const std::string& what, std::string remedy) : std::runtime_error(what), remedy_(std::move(remedy)) {}
+  SolverError(SolverFault fault, const std::string& what, std::string remedy)
+      : std::runtime_error(what), fault_(fault), remedy_(std::move(remedy)) {}
+  SolverFault fault() const { return fault_; }
   const std::string& remedy() const { return remedy_; }
 
  private:
+  SolverFault fault_;
   std::string remedy_;
 };
 

@@ -3,6 +3,7 @@
 ///
 /// Input report 1 (21 bytes):   u8 id = 1 | u32 sequence | u32 device time, us | i32 x, y, z, nm     little endian
 /// Output report 2 (17 bytes):  u8 id = 2 | u32 sequence | i32 fx, fy, fz, uN
+/// Both sequences count sent reports from 1, modulo 2^32; so does the time, modulo 2^32 us (71.6 minutes), from the start.
 /// 16-bit positions would cost 3 % of a step; int32 nm spans +-2.1 m.
 
 #include <array>
@@ -37,7 +38,7 @@ std::optional<OutputReport> decode_output(std::span<const std::byte> report);
 std::array<std::byte, kInputSize> encode(const InputReport& report);
 std::array<std::byte, kOutputSize> encode(const OutputReport& report);
 
-/// Rounded to nearest (ties away from zero) and saturated to int32.
+/// Rounded to nearest (ties away from zero) and saturated to int32. NaN is a programming error.
 std::array<std::int32_t, 3> to_nm(const glm::dvec3& position_m);
 std::array<std::int32_t, 3> to_uN(const glm::dvec3& force_N);
 

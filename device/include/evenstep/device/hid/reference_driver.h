@@ -1,6 +1,14 @@
 #pragma once
 /// The real driver of the reference device, above HidTransport: drains the queue, checks length and id, follows the
 /// sequence number, converts units.
+///
+/// The newest report wins, by sequence number modulo 2^32; a late or repeated one changes nothing and one older than any
+/// queue could hold means that the device counts anew (it was reset), which is followed without counting a loss.
+/// One read handles at most 1024 reports; what is left waits for the next. Before the first report the position is 0.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hid_transport.h"
@@ -15,6 +23,9 @@ class ReferenceDriver final : public HapticDevice {
   const DeviceCounters& counters() const override { return counters_; }
 
  private:
+  void take(std::span<const std::byte> bytes);
+  [[noreturn]] void gone() const;
+
   HidTransport& transport_;
   DeviceCounters counters_;
   DeviceSample last_;

@@ -5,8 +5,10 @@
 ///   hidraw policy: 63 reports, the newest is dropped when full.   libusb policy: 32 reports, the oldest is dropped.
 ///   (Measured on the real ones: docs/reference-device.md.)
 ///
-/// Reads look at the clock: all ticks up to clock.now() have reported. So a reader that sleeps through a stall finds what a
-/// real queue would hold.
+/// Tick k falls on tick_time(rate, k, first_tick) and reports the motion there, with sequence k + 1 and the tick's time in
+/// whole microseconds (floored). Reads and writes look at the clock: all ticks up to clock.now() have reported. So a reader
+/// that sleeps through a stall finds what a real queue would hold. After the unplugging every call answers `gone`, with
+/// reports still queued or not, as hidapi does.
 
 #include <cstdint>
 #include <deque>
@@ -23,30 +25,32 @@ enum class QueuePolicy { hidraw, libusb };
 
 struct SimulatedDeviceOptions {
   Rate rate{1000, 1};
-  RealTime first_tick;                   ///< phase
+  RealTime first_tick;                   ///< time of tick 0 (the phase)
   QueuePolicy queue = QueuePolicy::hidraw;
   std::int64_t unplug_at_tick = -1;      ///< from this tick on the device is gone
 };
 
 class SimulatedTransport final : public HidTransport {
  public:
-  SimulatedTransport(const Clock& clock, Motion motion, SimulatedDeviceOptions options);
+  SimulatedTransport(const Clock& clock, ProgrammedMotion motion, SimulatedDeviceOptions options);
   HidRead read(std::span<std::byte> buffer) override;
+  /// `rejected`: not an output report of the reference device (a real kernel would pass on most of those).
   HidWrite write(std::span<const std::byte> report) override;
   std::span<const std::byte> report_descriptor() const override;
   const HidDeviceInfo& info() const override { return info_; }
 
-  /// The force the device would render now (last output report), uN.
+  /// The force the device would render now: the last output report; sequence 0 before the first.
   const reference_device::OutputReport& output() const { return output_; }
+  /// Reports that found the queue full, or were pushed out of it, up to the last call.
   std::int64_t dropped() const { return dropped_; }
 
  private:
   void advance();
   const Clock& clock_;
-  Motion motion_;
+  ProgrammedMotion motion_;
   SimulatedDeviceOptions options_;
   HidDeviceInfo info_;
-  std::deque<reference_device::InputReport> queue_;
+  std::deque<std::int64_t> queue_;       // ticks whose reports wait; the report itself is made when it is read
   reference_device::OutputReport output_;
   std::int64_t next_tick_ = 0;
   std::int64_t dropped_ = 0;

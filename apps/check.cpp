@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "evenstep/harness/sizing.h"
+#include "evenstep/sim/stability.h"
+
+namespace evenstep::app {
+namespace {
+
+double ms(Duration d) { return static_cast<double>(d.ns) * 1e-6; }
+
+void explain_solver(const Scenario& scenario) {
+  const Rate rate = scenario.scene.step_rate;
+  fmt::print("  step size    1 / ({}/{} Hz) = {:.6g} ms of simulation time\n", rate.num, rate.den, 1e3 * period_s(rate));
+  if (const auto* spring = std::get_if<SpringScene>(&scenario.scene.body)) {
+    fmt::print("  scene        spring {:.6g} N/m\n", spring->stiffness_N_per_m);
+    return;
+  }
+  const auto& tissue = std::get<TissueScene>(scenario.scene.body);
+  const StepLimit limit = step_limit(tissue);
+  const int substeps = tissue.substeps > 0 ? tissue.substeps : auto_substeps(tissue, rate);
+  fmt::print("  scene        tissue, {} particles on {} x {} x {}, {:.6g} N/m\n", tissue.particle_count, tissue.lattice[0], tissue.lattice[1],
+             tissue.lattice[2], tissue.stiffness_N_per_m);
+  fmt::print("  stability    {} substeps of {:.4g} ms; limit {:.4g} ms in every configuration ({:.4g} ms at rest, not safe)\n", substeps,
+             1e3 * period_s(rate) / substeps, 1e3 * limit.step_s, 1e3 * limit.rest_state_step_s);
+}
+
+void explain(const Scenario& scenario) {
+  fmt::print("{}\n  {}\n", scenario.file, scenario.name);
+  if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
+  fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration), seconds(scenario.warmup), scenario.seed);
+  const NominalUnits& nominal = scenario.nominal;
+  fmt::print("  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n", ms(nominal.segment),
+             ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
+             scenario.timing.trace.empty() ? "" : fmt::format(" (means of {} recorded segments)", scenario.timing.trace.size()));
+  explain_solver(scenario);
+  for (const DeviceSpec& device : scenario.devices) {
+    fmt::print("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name, device.rate.num, device.rate.den, ms(device.phase),
+               device.emission == Emission::linear ? "linear" : "hold");
+  }
+  for (const StrategyPlan& plan : plan(scenario)) {
+    fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind), ms(plan.lead), ms(plan.latency),
+               plan.interaction_capacity, plan.force_capacity);
+    if (plan.sizing.steps.empty()) continue;
+    const auto& [steps, any, here] = plan.sizing;
+    fmt::print("               least: any device phase {:.6f} ms (lead {:.6f}, step {}), this phase {:.6f} ms (lead {:.6f}, step {})\n",
+               ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
+    fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
+               plan.predicted_late_forces);
+  }
+  fmt::print("  expectations {}\n\n", scenario.expectations.size());
+}
+
+}  // namespace
+
+ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set) {
+  const std::optional<std::vector<std::string>> files = scenario_files(paths);
+  if (!files) return ExitCode::usage;
+  ExitCode code = ExitCode::pass;
+  for (const std::string& file : *files) {
+    const ReadResult read = read_scenario(file, {set, std::nullopt});
+    std::vector<Diagnostic> errors = read.errors;
+    if (read.scenario) errors = check_expectations(*read.scenario);
+    print(errors);
+    if (errors.empty()) explain(*read.scenario);
+    else code = ExitCode::usage;
+  }
+  return code;
+}
+
+}  // namespace evenstep::app

@@ -1,0 +1,35 @@
+#pragma once
+/// The commands of the command line, one file each. Results go to stdout, everything else to stderr (spdlog).
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/harness/run.h"
+
+namespace evenstep::app {
+
+struct RunArguments {
+  std::vector<std::string> paths;
+  std::string clock = "virtual";
+  std::optional<std::uint64_t> seed;
+  std::vector<std::string> set;
+  std::string out;
+  bool repeat = false;
+  std::optional<std::uint64_t> permute_ties;
+  int threads = 0;
+  bool json = false;
+};
+
+ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted);
+ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set);
+ExitCode list(const std::vector<std::string>& paths);
+ExitCode diff(const std::string& a, const std::string& b);
+
+/// Files as given, folders as all *.toml below them in order of path. Prints an error and returns nullopt if one is not there.
+std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths);
+void print(const std::vector<Diagnostic>& errors);
+
+}  // namespace evenstep::app

@@ -1,0 +1,34 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "commands.h"
+#include "evenstep/reports/measures.h"
+
+namespace evenstep::app {
+
+ExitCode list(const std::vector<std::string>& paths) {
+  const std::vector<std::string> folders =
+      !paths.empty() ? paths : std::filesystem::is_directory("scenarios") ? std::vector<std::string>{"scenarios"} : std::vector<std::string>{};
+  const std::optional<std::vector<std::string>> files = scenario_files(folders);
+  if (!files) return ExitCode::usage;
+  ExitCode code = ExitCode::pass;
+  for (const std::string& file : *files) {
+    const ReadResult read = read_scenario(file);
+    if (read.scenario) fmt::print("{:<48} {}\n", file, read.scenario->name);
+    else code = ExitCode::usage;
+    print(read.errors);
+  }
+  if (!files->empty()) fmt::print("\n");
+  fmt::print("strategies  ideal direct paper phase_locked\n");
+  fmt::print("solvers     opencl cpu cpu-double\n");
+  fmt::print("motions     still constant-velocity sine ramp-stop recorded\n");
+  for (const char* signal : {"<device>.interaction.<strategy>", "<device>.force.<strategy>", "<device>.buffers.<strategy>",
+                             "solver.<strategy>", "events.<lane>.<name>", "run"}) {
+    const auto metrics = metrics_of_signal(signal);
+    if (metrics) fmt::print("{:<32} {}\n", signal, fmt::join(*metrics, " "));
+  }
+  return code;
+}
+
+}  // namespace evenstep::app

@@ -1,0 +1,88 @@
+/// evenstep: the command line. Exit codes: 0 all expectations hold, 1 an expectation failed, 2 usage or scenario error,
+/// 3 the run failed, 4 not reproducible, 130 interrupted.
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+
+#include "commands.h"
+#include "evenstep/harness/version.h"
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+/// The first signal asks the run to end in order; a second one ends the process.
+void on_signal(int signal) {
+  if (interrupted.exchange(true)) std::signal(signal, SIG_DFL), std::raise(signal);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace evenstep;
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("evenstep"));
+  spdlog::set_pattern("%v");
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  std::signal(SIGPIPE, SIG_IGN);
+
+  CLI::App cli{"Deterministic tests of haptic interaction under irregular simulation steps."};
+  cli.name("evenstep");
+  cli.set_version_flag("--version", std::string("evenstep ") + kVersion);
+  cli.require_subcommand(1);
+  cli.footer("Exit: 0 pass, 1 expectation failed, 2 usage or scenario error, 3 run failed, 4 not reproducible, 130 interrupted.");
+
+  app::RunArguments run;
+  CLI::App* run_command = cli.add_subcommand("run", "run scenarios and judge their expectations");
+  run_command->add_option("scenario", run.paths, "scenario files, or folders of them")->required();
+  run_command->add_option("--clock", run.clock, "virtual (default) or wall")->check(CLI::IsMember({"virtual", "wall"}));
+  run_command->add_option("--seed", run.seed, "instead of [run] seed");
+  run_command->add_option("--set", run.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"")->expected(1)->take_all();
+  run_command->add_option("--out", run.out, "run folder (one scenario) or folder of run folders (several); default runs/<name>");
+  run_command->add_flag("--repeat", run.repeat, "run twice; exit 4 and name the first differing event if the traces differ");
+  run_command->add_option("--permute-ties", run.permute_ties, "shuffle the order of simultaneous events of one lane with this seed");
+  run_command->add_option("--threads", run.threads, "strategies side by side; 0 = one per core (results do not depend on it)")->check(CLI::Range(0, 1024));
+  run_command->add_flag("--json", run.json, "print summary.json of each run instead of tables");
+
+  std::vector<std::string> check_paths, check_set;
+  CLI::App* check_command = cli.add_subcommand("check", "read and explain scenarios, run nothing");
+  check_command->add_option("scenario", check_paths, "scenario files, or folders of them")->required();
+  check_command->add_option("--set", check_set, "path=value, overrides the file")->expected(1)->take_all();
+
+  std::vector<std::string> list_paths;
+  CLI::App* list_command = cli.add_subcommand("list", "what a scenario can name: scenarios found, strategies, solvers, metrics");
+  list_command->add_option("folder", list_paths, "where to look for scenarios (default: scenarios)");
+
+  std::string diff_a, diff_b;
+  CLI::App* diff_command = cli.add_subcommand("diff", "the first differing event of two runs");
+  diff_command->add_option("a", diff_a, "run folder or events.bin")->required();
+  diff_command->add_option("b", diff_b, "run folder or events.bin")->required();
+
+  CLI::App* schema_command = cli.add_subcommand("schema", "print the JSON Schema of scenario files, for editors");
+
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool asked_for_help = error.get_exit_code() == 0;
+    cli.exit(error);
+    return asked_for_help ? 0 : static_cast<int>(ExitCode::usage);
+  }
+  try {
+    ExitCode code = ExitCode::pass;
+    if (*run_command) code = app::run(run, interrupted);
+    else if (*check_command) code = app::check(check_paths, check_set);
+    else if (*list_command) code = app::list(list_paths);
+    else if (*diff_command) code = app::diff(diff_a, diff_b);
+    else if (*schema_command) std::fputs(scenario_schema().c_str(), stdout);
+    if (std::fflush(stdout) != 0) return static_cast<int>(ExitCode::run_failed);
+    return static_cast<int>(code);
+  } catch (const std::exception& error) {
+    spdlog::error("evenstep: error: {}", error.what());
+    return static_cast<int>(ExitCode::run_failed);
+  }
+}

@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+
+#include "commands.h"
+#include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/version.h"
+#include "evenstep/reports/writers.h"
+#include "progress.h"
+
+namespace evenstep::app {
+namespace fs = std::filesystem;
+namespace {
+
+std::string quoted(const std::string& word) {
+  if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+/// The one command that runs this again.
+std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
+  std::string command = "evenstep run " + quoted(scenario.file) + fmt::format(" --seed {}", scenario.seed);
+  for (const std::string& set : arguments.set) command += " --set " + quoted(set);
+  if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
+  if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
+  if (arguments.repeat) command += " --repeat";
+  return command;
+}
+
+/// Where each scenario's run folder goes; the same stem in two folders gets its folder's name in front.
+std::vector<std::string> run_folders(const std::vector<std::string>& files, const std::string& out) {
+  if (files.size() == 1 && !out.empty()) return {out};
+  std::map<std::string, int> stems;
+  for (const std::string& file : files) ++stems[fs::path(file).stem().string()];
+  std::vector<std::string> folders;
+  for (const std::string& file : files) {
+    const fs::path path(file);
+    std::string name = path.stem().string();
+    if (stems[name] > 1) name = path.parent_path().filename().string() + "-" + name;
+    folders.push_back((fs::path(out.empty() ? "runs" : out) / name).string());
+  }
+  return folders;
+}
+
+void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder, const std::string& reproduce) {
+  const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
+  fmt::print("{}", verdict_table(outcome.results, colour));
+  if (!outcome.failure.empty()) fmt::print("stopped: {}\n", outcome.failure);
+  if (!outcome.remedy.empty() && outcome.exit != ExitCode::pass) fmt::print("remedy: {}\n", outcome.remedy);
+  if (!outcome.repeat_difference.empty()) fmt::print("not reproducible: {}\n", outcome.repeat_difference);
+  if (outcome.record.clock == "wall" && !outcome.record.real_time_granted) {
+    fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's\n");
+  }
+  if (!outcome.record.strategies.empty()) {
+    fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s CPU (solver {:.2f} s)\n", outcome.record.trace_hash,
+               outcome.record.strategies.size(), seconds(scenario.run_duration), outcome.cpu_seconds, outcome.solver_seconds);
+    fmt::print("figures and data in {}\n", folder);
+  }
+  if (outcome.exit != ExitCode::pass) fmt::print("again: {}\n", reproduce);
+}
+
+std::string_view word(ExitCode code) {
+  switch (code) {
+    case ExitCode::pass: return "PASS";
+    case ExitCode::expectation_failed: return "FAIL";
+    case ExitCode::usage: return "ERROR in the scenario";
+    case ExitCode::run_failed: return "ERROR, the run failed";
+    case ExitCode::not_reproducible: return "NOT REPRODUCIBLE";
+    case ExitCode::interrupted: return "INTERRUPTED";
+  }
+  return "";
+}
+
+ExitCode run_one(const std::string& file, const std::string& folder, const RunArguments& arguments, const std::atomic<bool>& interrupted) {
+  const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
+  if (!read.scenario) {
+    print(read.errors);
+    return ExitCode::usage;
+  }
+  const Scenario& scenario = *read.scenario;
+  if (!arguments.json) {
+    fmt::print("evenstep {}  {}  ({})  seed {}  clock {}\n", kVersion, scenario.name, scenario.file, scenario.seed, arguments.clock);
+    std::fflush(stdout);
+  }
+  if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
+    spdlog::error("error: {}", objection);
+    return ExitCode::run_failed;
+  }
+  RunOptions options;
+  options.clock = arguments.clock == "wall" ? ClockKind::wall : ClockKind::virtual_clock;
+  options.threads = arguments.threads;
+  options.repeat = arguments.repeat;
+  options.control.permute_ties = arguments.permute_ties;
+  options.control.interrupted = &interrupted;
+  RunOutcome outcome;
+  {
+    Progress progress(isatty(STDERR_FILENO));
+    options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
+    outcome = run_scenario(scenario, options);
+  }
+  if (!outcome.errors.empty()) {
+    print(outcome.errors);
+    return outcome.exit;
+  }
+  const std::string reproduce = reproduce_command(arguments, scenario);
+  if (const std::string error = write_run_folder(folder, scenario, outcome, reproduce); !error.empty()) {
+    spdlog::error("error: {}", error);
+    outcome.exit = worse(outcome.exit, ExitCode::run_failed);
+  }
+  if (arguments.json) {
+    fmt::print("{}\n", summary_of(outcome));
+    return outcome.exit;
+  }
+  print_outcome(scenario, outcome, folder, reproduce);
+  fmt::print("{}\n\n", word(outcome.exit));
+  std::fflush(stdout);
+  return outcome.exit;
+}
+
+}  // namespace
+
+ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted) {
+  const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
+  if (!files) return ExitCode::usage;
+  const std::vector<std::string> folders = run_folders(*files, arguments.out);
+  ExitCode worst_code = ExitCode::pass;
+  std::size_t passed = 0, ran = 0;
+  for (std::size_t i = 0; i < files->size() && !interrupted; ++i) {
+    const ExitCode code = run_one((*files)[i], folders[i], arguments, interrupted);
+    worst_code = worse(worst_code, code);
+    passed += code == ExitCode::pass;
+    ++ran;
+  }
+  if (interrupted) worst_code = ExitCode::interrupted;
+  if (files->size() > 1 && !arguments.json) {
+    fmt::print("{} scenarios: {} passed, {} failed{}\n", files->size(), passed, ran - passed,
+               ran < files->size() ? fmt::format(", {} not run", files->size() - ran) : "");
+  }
+  return worst_code;
+}
+
+}  // namespace evenstep::app

@@ -1,0 +1,132 @@
+#pragma once
+/// Where the device lane and the simulation lane meet: per device one ring of samples down (Figure 3 a) and one ring of
+/// forces back (Figure 4 e), each with one writer and one reader. Everything a lane learns that the schedule does not
+/// determine passes through here: the device's samples, live reads of the clock, and the head each ring read saw. On a wall
+/// clock these are kept (`DeviceInputs`); giving the same back replays the run exactly.
+
+#include <array>
+#include <deque>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "evenstep/device/haptic_device.h"
+#include "evenstep/device/motion.h"
+#include "evenstep/remap/force_schedule.h"
+#include "evenstep/remap/sample_buffer.h"
+#include "evenstep/remap/slot_map.h"
+#include "evenstep/scheduler/scheduler.h"
+#include "evenstep/sim/scene.h"
+
+namespace evenstep {
+
+/// What one device tick took from outside.
+struct TickInput {
+  DeviceSample sample;
+  RealTime played_at;             ///< live clock when the force was looked up
+  std::uint64_t force_head = 0;   ///< forces visible then
+  std::uint64_t order = 0;        ///< counts the ticks of all devices in the order they ran
+};
+
+/// One device's recorded inputs: enough for an exact virtual twin of a live run.
+struct DeviceInputs {
+  std::vector<TickInput> ticks;                       ///< in order of ticks run
+  std::vector<std::uint64_t> interaction_heads;       ///< per step
+};
+
+/// The force of one tick as the schedule gives it, before the guard.
+struct Played {
+  RealTime at;
+  Reading<glm::dvec3> force_N;
+};
+
+struct RingSizes {
+  std::size_t interaction = 0;
+  std::size_t force = 0;
+};
+
+class Exchange {
+ public:
+  Exchange(RingSizes sizes, std::span<const Emission> emissions);
+  virtual ~Exchange() = default;
+  int tool_count() const { return static_cast<int>(links_.size()); }
+
+  // Device lane.
+  /// Reads the device and makes its sample visible to the simulation lane.
+  DeviceSample sense(int tool, const Scheduler& scheduler);
+  /// The force to play now.
+  Played play(int tool, const Scheduler& scheduler);
+
+  // Simulation lane.
+  /// The hand at a slot's time, or the newest sample where the slot is not mapped.
+  virtual Reading<glm::dvec3> hand(int tool, const Slot& slot);
+  void respond(int tool, RealTime emission, const glm::dvec3& force_N);
+
+  std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
+  std::uint64_t forces(int tool) const { return links_[static_cast<std::size_t>(tool)].forces.head(); }
+
+ protected:
+  virtual DeviceSample read_device(int tool, const Scheduler& scheduler) = 0;
+  virtual TickInput look(int tool, const Scheduler& scheduler);
+  virtual std::uint64_t interaction_head(int tool);
+
+ private:
+  struct Link {
+    Link(RingSizes sizes, Emission emission) : interaction(sizes.interaction), forces(sizes.force, emission) {}
+    SampleBuffer<glm::dvec3> interaction;
+    ForceSchedule<glm::dvec3> forces;
+  };
+  std::deque<Link> links_;   // a Link does not move: its rings are shared between threads
+};
+
+/// Reads real (or simulated) devices; keeps what it learnt when asked to.
+class DeviceExchange : public Exchange {
+ public:
+  DeviceExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+                 std::vector<DeviceInputs>* keep = nullptr);
+
+ protected:
+  DeviceSample read_device(int tool, const Scheduler& scheduler) override;
+  TickInput look(int tool, const Scheduler& scheduler) override;
+  std::uint64_t interaction_head(int tool) override;
+
+ private:
+  std::vector<HapticDevice*> devices_;
+  std::vector<DeviceInputs>* keep_;
+  std::uint64_t ticks_run_ = 0;
+};
+
+/// The reference twin: reads the programmed motion itself, so that no buffer and no sampling stands between.
+class IdealExchange final : public DeviceExchange {
+ public:
+  IdealExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+                std::vector<ProgrammedMotion> motions);
+  Reading<glm::dvec3> hand(int tool, const Slot& slot) override;
+
+ private:
+  std::vector<ProgrammedMotion> motions_;
+};
+
+/// Gives recorded inputs back. With heads: an exact twin (the lanes must then run on two schedulers, in an order that the
+/// heads allow: `next_*_ready`). Without: a shadow, another strategy over the same samples and completions.
+class RecordedExchange final : public Exchange {
+ public:
+  RecordedExchange(RingSizes sizes, std::span<const Emission> emissions, const std::vector<DeviceInputs>& inputs, bool use_heads);
+  /// The next tick (of the device whose turn it is) finds the forces that its recorded head names.
+  bool next_tick_ready() const;
+  /// The next step finds the samples that its recorded heads name.
+  bool next_step_ready() const;
+
+ protected:
+  DeviceSample read_device(int tool, const Scheduler& scheduler) override;
+  TickInput look(int tool, const Scheduler& scheduler) override;
+  std::uint64_t interaction_head(int tool) override;
+
+ private:
+  const std::vector<DeviceInputs>& inputs_;
+  bool use_heads_;
+  std::vector<std::size_t> next_tick_;
+  std::vector<std::size_t> next_step_;
+};
+
+}  // namespace evenstep

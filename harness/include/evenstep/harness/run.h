@@ -1,0 +1,48 @@
+#pragma once
+/// A whole run of one scenario: strategies side by side, measures, expectations, run folder.
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/harness/scenario.h"
+#include "evenstep/harness/strategy_run.h"
+#include "evenstep/reports/measures.h"
+#include "evenstep/reports/run_record.h"
+#include "evenstep/reports/verdict.h"
+
+namespace evenstep {
+
+enum class ClockKind { virtual_clock, wall };
+
+struct RunOptions {
+  ClockKind clock = ClockKind::virtual_clock;
+  int threads = 0;                          ///< strategies side by side; 0 = one per core
+  bool repeat = false;                      ///< run twice and compare the traces
+  RunControl control;
+};
+
+/// Exit codes of the command line. Several files: the worst wins, in this order: 130 > 3 > 2 > 4 > 1 > 0.
+enum class ExitCode : int { pass = 0, expectation_failed = 1, usage = 2, run_failed = 3, not_reproducible = 4, interrupted = 130 };
+ExitCode worse(ExitCode a, ExitCode b);
+
+struct RunOutcome {
+  ExitCode exit = ExitCode::pass;
+  RunRecord record;
+  Metrics metrics;
+  std::vector<ExpectationResult> results;
+  std::vector<Diagnostic> errors;           ///< scenario errors found only now (unknown metric, no unit `step`)
+  std::string failure, remedy;              ///< the run failed: what happened, what to do
+  std::string repeat_difference;            ///< not reproducible: the first differing event
+  double cpu_seconds = 0;                   ///< of the process, all threads
+  double solver_seconds = 0;                ///< launch + wait, summed over strategies
+};
+RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options);
+
+/// Signals and metrics of the expectations exist, and `step` has a meaning where it is used. All errors, by position.
+std::vector<Diagnostic> check_expectations(const Scenario& scenario);
+Nominal nominal_of(const Scenario& scenario);
+
+}  // namespace evenstep

@@ -1,0 +1,45 @@
+#pragma once
+/// The sizing pass: the map alone over this very timing and seed, before t = 0. No solver, no device. It gives the least
+/// lead, latency and ring capacities, and predicts what a run with other values will count.
+
+#include <memory>
+#include <vector>
+
+#include "evenstep/harness/scenario.h"
+#include "evenstep/remap/latency_budget.h"
+#include "evenstep/remap/slot_map.h"
+#include "evenstep/scheduler/step_timing.h"
+
+namespace evenstep {
+
+std::unique_ptr<StepTiming> make_timing(const Scenario& scenario);
+/// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate.
+std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario);
+std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, Duration latency);
+std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
+/// Linear if any device interpolates: the stricter need.
+Emission strictest_emission(const Scenario& scenario);
+
+struct Sizing {
+  std::vector<MappedStep> steps;     ///< mapped steps that end within the run, with lead 0
+  LatencyBudget any_phase;
+  LatencyBudget this_phase;
+};
+Sizing size_map(const Scenario& scenario, StrategyKind kind);
+
+/// What one strategy runs with, and what the sizing pass says of it.
+struct StrategyPlan {
+  StrategyKind kind = StrategyKind::direct;
+  Duration lead, latency;
+  std::size_t interaction_capacity = 0, force_capacity = 0;
+  Sizing sizing;                                     ///< empty for direct and ideal
+  std::int64_t predicted_interaction_underruns = 0;  ///< worst device; steps that begin in the judged span
+  std::int64_t predicted_late_forces = 0;
+};
+/// Plans for all strategies of the scenario, in its order. `ideal` takes lead and latency of `live`, or of the first
+/// remapping strategy, so that it is that one's twin.
+std::vector<StrategyPlan> plan(const Scenario& scenario);
+/// The twin that deviation_from_ideal compares `of` with.
+StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of);
+
+}  // namespace evenstep

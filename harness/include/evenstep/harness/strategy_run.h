@@ -1,0 +1,55 @@
+#pragma once
+/// One strategy on a virtual clock: a scheduler, devices, rings, solver and hash of its own.
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "evenstep/harness/exchange.h"
+#include "evenstep/harness/haptic_loop.h"
+#include "evenstep/harness/run_failure.h"
+#include "evenstep/harness/scenario.h"
+#include "evenstep/harness/sizing.h"
+#include "evenstep/reports/run_record.h"
+#include "evenstep/scheduler/scheduler.h"
+#include "evenstep/sim/solver.h"
+
+namespace evenstep {
+
+struct RunControl {
+  std::optional<std::uint64_t> permute_ties;
+  SchedulerLimits limits;
+  bool worker_thread = false;                             ///< run the solver on a worker even in virtual time (same bits)
+  const std::atomic<bool>* interrupted = nullptr;
+  std::function<void(const std::string& strategy, double fraction)> progress;
+};
+
+/// Throws RunFailure. Interrupted: returns what is there (record.steps end early); the caller looks at control.interrupted.
+StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control);
+
+// Shared with live runs.
+
+/// What differs between a run, a shadow and the ideal twin.
+struct LaneParts {
+  Clock& clock;
+  Exchange& exchange;
+  StepTiming& timing;
+  std::vector<HapticDevice*> devices;   ///< empty: a shadow
+};
+/// Both lanes on one scheduler.
+StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, const LaneParts& parts, const RunControl& control);
+
+StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan);
+std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario);
+void finish_record(const SlotMap& map, Solver& solver, const SolverStep& step, const std::vector<DeviceLane>& lanes,
+                   const Scenario& scenario, StrategyRecord& record);
+/// Fills events, names, counts and the chain.
+void keep_events(const std::vector<Event>& events, StrategyRecord& record);
+/// Turns a scheduler's failed status into RunFailure; returns if there is none.
+void throw_if_failed(const RunStatus& status, const std::string& strategy);
+/// Runs in slices of virtual or wall time, so that an interrupt is heard and progress is shown.
+RunStatus run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control);
+
+}  // namespace evenstep

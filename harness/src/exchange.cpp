@@ -1,0 +1,118 @@
+#include "evenstep/harness/exchange.h"
+
+#include <cassert>
+#include <utility>
+
+namespace evenstep {
+
+Exchange::Exchange(RingSizes sizes, std::span<const Emission> emissions) {
+  for (const Emission emission : emissions) {
+    links_.emplace_back(sizes, emission);
+  }
+}
+
+DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
+  const DeviceSample sample = read_device(tool, scheduler);
+  links_[static_cast<std::size_t>(tool)].interaction.push(sample.read_at, sample.position_m);
+  return sample;
+}
+
+Played Exchange::play(int tool, const Scheduler& scheduler) {
+  const TickInput input = look(tool, scheduler);
+  return {input.played_at, links_[static_cast<std::size_t>(tool)].forces.at(input.played_at, input.force_head)};
+}
+
+Reading<glm::dvec3> Exchange::hand(int tool, const Slot& slot) {
+  const SampleBuffer<glm::dvec3>& buffer = links_[static_cast<std::size_t>(tool)].interaction;
+  const std::uint64_t head = interaction_head(tool);
+  return slot.kind == SlotKind::mapped ? buffer.at(slot.read, head) : buffer.newest(head);
+}
+
+void Exchange::respond(int tool, RealTime emission, const glm::dvec3& force_N) {
+  links_[static_cast<std::size_t>(tool)].forces.push(emission, force_N);
+}
+
+TickInput Exchange::look(int tool, const Scheduler& scheduler) { return {{}, scheduler.live_now(), forces(tool)}; }
+std::uint64_t Exchange::interaction_head(int tool) { return samples(tool); }
+
+DeviceExchange::DeviceExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+                               std::vector<DeviceInputs>* keep)
+    : Exchange(sizes, emissions), devices_(std::move(devices)), keep_(keep) {
+  if (keep_) keep_->resize(devices_.size());
+}
+
+DeviceSample DeviceExchange::read_device(int tool, const Scheduler& scheduler) {
+  const DeviceSample sample = devices_[static_cast<std::size_t>(tool)]->read(scheduler.live_now());
+  if (keep_) (*keep_)[static_cast<std::size_t>(tool)].ticks.push_back({sample, {}, 0, ticks_run_++});
+  return sample;
+}
+
+TickInput DeviceExchange::look(int tool, const Scheduler& scheduler) {
+  const TickInput input = Exchange::look(tool, scheduler);
+  if (keep_) {
+    TickInput& kept = (*keep_)[static_cast<std::size_t>(tool)].ticks.back();
+    kept.played_at = input.played_at;
+    kept.force_head = input.force_head;
+  }
+  return input;
+}
+
+std::uint64_t DeviceExchange::interaction_head(int tool) {
+  const std::uint64_t head = Exchange::interaction_head(tool);
+  if (keep_) (*keep_)[static_cast<std::size_t>(tool)].interaction_heads.push_back(head);
+  return head;
+}
+
+IdealExchange::IdealExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+                             std::vector<ProgrammedMotion> motions)
+    : DeviceExchange(sizes, emissions, std::move(devices)), motions_(std::move(motions)) {}
+
+Reading<glm::dvec3> IdealExchange::hand(int tool, const Slot& slot) {
+  return {position_m(motions_[static_cast<std::size_t>(tool)], slot.read), ReadStatus::inside, slot.read};
+}
+
+RecordedExchange::RecordedExchange(RingSizes sizes, std::span<const Emission> emissions,
+                                   const std::vector<DeviceInputs>& inputs, bool use_heads)
+    : Exchange(sizes, emissions), inputs_(inputs), use_heads_(use_heads), next_tick_(inputs.size(), 0), next_step_(inputs.size(), 0) {
+  assert(inputs.size() == emissions.size());
+}
+
+bool RecordedExchange::next_tick_ready() const {
+  const TickInput* next = nullptr;
+  std::size_t next_tool = 0;
+  for (std::size_t tool = 0; tool < inputs_.size(); ++tool) {
+    if (next_tick_[tool] == inputs_[tool].ticks.size()) continue;
+    const TickInput& candidate = inputs_[tool].ticks[next_tick_[tool]];
+    if (next && next->order < candidate.order) continue;
+    next = &candidate;
+    next_tool = tool;
+  }
+  return !next || next->force_head <= forces(static_cast<int>(next_tool));
+}
+
+bool RecordedExchange::next_step_ready() const {
+  for (std::size_t tool = 0; tool < inputs_.size(); ++tool) {
+    const auto& heads = inputs_[tool].interaction_heads;
+    if (next_step_[tool] < heads.size() && heads[next_step_[tool]] > samples(static_cast<int>(tool))) return false;
+  }
+  return true;
+}
+
+DeviceSample RecordedExchange::read_device(int tool, const Scheduler&) {
+  const std::size_t device = static_cast<std::size_t>(tool);
+  return inputs_[device].ticks.at(next_tick_[device]).sample;
+}
+
+TickInput RecordedExchange::look(int tool, const Scheduler&) {
+  const std::size_t device = static_cast<std::size_t>(tool);
+  TickInput input = inputs_[device].ticks.at(next_tick_[device]++);
+  if (!use_heads_) input.force_head = forces(tool);
+  return input;
+}
+
+std::uint64_t RecordedExchange::interaction_head(int tool) {
+  const std::size_t device = static_cast<std::size_t>(tool);
+  return use_heads_ ? inputs_[device].interaction_heads.at(next_step_[device]++) : samples(tool);
+}
+
+}  // namespace evenstep

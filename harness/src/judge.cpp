@@ -1,0 +1,153 @@
+#include "judge.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "evenstep/harness/run.h"
+
+namespace evenstep {
+namespace {
+
+using Verdict = ExpectationResult::Verdict;
+
+std::vector<std::string> split(std::string_view text) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == '.') parts.emplace_back();
+    else parts.back() += c;
+  }
+  return parts;
+}
+
+bool matches(const std::string& pattern, const std::string& signal) {
+  if (pattern == signal) return true;
+  const std::vector<std::string> wanted = split(pattern), given = split(signal);
+  return wanted.size() == given.size() && std::equal(wanted.begin(), wanted.end(), given.begin(), [](const auto& w, const auto& g) {
+           return w == "*" || w == g;
+         });
+}
+
+struct Bounds {
+  std::optional<double> min, max;
+};
+
+/// Factor from the limit's unit to the metric's base unit, or an error text.
+Parsed<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal, const Scenario& scenario,
+                         const Nominal& nominal) {
+  const std::optional<double> step = step_unit(nominal, signal);
+  if (limit.unit == "step" && !step) {
+    return {0, fmt::format("'{}' has no unit 'step': that needs a device with a constant nominal speed{}", signal,
+                           signal.find(".force.") != std::string::npos ? ", and for a force a spring" : "")};
+  }
+  return unit_factor(limit.unit, base_unit(signal, expectation.metric), step.value_or(0), scenario.nominal);
+}
+
+const Limit& any_limit(const Expectation& expectation) { return expectation.max ? *expectation.max : *expectation.min; }
+
+Verdict verdict_of(const ExpectationResult& result) {
+  const bool holds = (!result.min || *result.value >= *result.min) && (!result.max || *result.value <= *result.max);
+  return holds != result.expect_fail ? Verdict::pass : Verdict::fail;   // NaN holds nothing
+}
+
+ExpectationResult start(const Expectation& expectation) {
+  ExpectationResult result;
+  result.file = expectation.place.file;
+  result.line = expectation.place.line;
+  result.column = expectation.place.column;
+  result.signal = expectation.signal;
+  result.metric = expectation.metric;
+  result.expect_fail = expectation.expect_fail;
+  result.because = expectation.because;
+  result.unit = any_limit(expectation).unit;
+  return result;
+}
+
+ExpectationResult judge_signal(const Expectation& expectation, const std::string& signal, double base_value,
+                               const Scenario& scenario, const Nominal& nominal) {
+  ExpectationResult result = start(expectation);
+  result.signal = signal;
+  // Both limits are shown in the unit of the first one written.
+  const Parsed<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
+  const auto in_shown_unit = [&](const std::optional<Limit>& limit, std::optional<double>& out) {
+    if (!limit) return std::string();
+    const Parsed<double> factor = factor_of(*limit, expectation, signal, scenario, nominal);
+    if (factor.ok()) out = limit->unit == result.unit ? limit->number : limit->number * factor.value / shown.value;
+    return factor.error;
+  };
+  for (const std::string& error : {shown.error, in_shown_unit(expectation.min, result.min), in_shown_unit(expectation.max, result.max)}) {
+    if (error.empty()) continue;
+    result.verdict = Verdict::error;
+    result.detail = error;
+    return result;
+  }
+  result.value = base_value / shown.value;
+  result.verdict = verdict_of(result);
+  return result;
+}
+
+/// How far from failing, relative to the limit; the smallest is the worst of a `*`.
+double margin(const ExpectationResult& result) {
+  if (result.verdict == Verdict::error || !result.value) return -INFINITY;
+  double least = INFINITY;
+  if (result.max) least = std::min(least, (*result.max - *result.value) / std::max(std::abs(*result.max), 1e-300));
+  if (result.min) least = std::min(least, (*result.value - *result.min) / std::max(std::abs(*result.min), 1e-300));
+  return least;
+}
+
+}  // namespace
+
+namespace internal {
+
+std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
+  std::vector<ExpectationResult> results;
+  for (const Expectation& expectation : scenario.expectations) {
+    std::optional<ExpectationResult> worst_of_pattern;
+    for (const auto& [signal, values] : metrics) {
+      if (!matches(expectation.signal, signal)) continue;
+      const auto value = values.find(expectation.metric);
+      if (value == values.end()) continue;
+      ExpectationResult result = judge_signal(expectation, signal, value->second, scenario, run.nominal);
+      if (!worst_of_pattern || margin(result) < margin(*worst_of_pattern)) worst_of_pattern = std::move(result);
+    }
+    if (!worst_of_pattern) {
+      worst_of_pattern = start(expectation);
+      worst_of_pattern->verdict = Verdict::error;
+      worst_of_pattern->detail = "no sample was judged: the run has no value for this signal and metric";
+    }
+    results.push_back(std::move(*worst_of_pattern));
+  }
+  return results;
+}
+
+}  // namespace internal
+
+std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
+  std::vector<Diagnostic> errors;
+  const Nominal nominal = nominal_of(scenario);
+  for (const Expectation& expectation : scenario.expectations) {
+    const auto error = [&](std::string message) {
+      errors.push_back({expectation.place.file, expectation.place.line, expectation.place.column, std::move(message)});
+    };
+    const std::optional<std::vector<std::string>> known = metrics_of_signal(expectation.signal);
+    if (!known) {
+      error(fmt::format("unknown signal '{}'", expectation.signal));
+      continue;
+    }
+    if (std::find(known->begin(), known->end(), expectation.metric) == known->end()) {
+      error(fmt::format("unknown metric '{}' for signal '{}'; known: {}", expectation.metric, expectation.signal, fmt::join(*known, ", ")));
+      continue;
+    }
+    if (expectation.signal.find('*') != std::string::npos) continue;   // units are checked for each signal it matches
+    for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
+      if (!limit) continue;
+      const Parsed<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
+      if (!factor.ok()) error(factor.error);
+    }
+  }
+  return errors;
+}
+
+}  // namespace evenstep

@@ -1,0 +1,181 @@
+#include "evenstep/harness/live_run.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "evenstep/clock/virtual_clock.h"
+#include "evenstep/harness/haptic_loop.h"
+#include "evenstep/harness/recorder.h"
+#include "evenstep/harness/simulated_devices.h"
+#include "evenstep/scheduler/live_lanes.h"
+
+namespace evenstep {
+namespace {
+
+/// Long enough for both lanes to be built and scheduled before t = 0.
+constexpr Duration kStartDelay{100'000'000};
+/// Below the kernel's own threaded interrupts (50), the device above the simulation.
+constexpr int kDevicePriority = 45;
+constexpr int kSimulationPriority = 40;
+
+/// On a wall clock lanes run late; rings hold four times what the programmed timing needs and at least 64 entries.
+RingSizes live_rings(const StrategyPlan& plan) {
+  return {4 * plan.interaction_capacity + 64, 4 * plan.force_capacity + 64};
+}
+
+bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed || status.end == RunEnd::limit; }
+
+/// The step that was running when the run ended: launched, never heard of again. A replay must launch it too.
+void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::size_t finished, std::vector<SegmentTiming>& segments) {
+  std::size_t launched = 0;
+  RealTime last_launch;
+  for (const Event& event : events) {
+    if (std::string_view(event.name.text) != "launch") continue;
+    ++launched;
+    last_launch = event.time;
+  }
+  if (launched > finished && !segments.empty()) segments.back().steps.push_back({last_launch, std::max(end, last_launch)});
+}
+
+/// The schedule as it ran, from the record: what replay and shadows play.
+std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::vector<Event>& events, RealTime end) {
+  std::vector<SegmentTiming> segments;
+  std::size_t n = 0;
+  for (const SegmentRow& row : record.segments) {
+    SegmentTiming segment{row.index, row.begin, std::nullopt, {}, row.begin};
+    for (; n < record.steps.size() && record.steps[n].segment == row.index; ++n) {
+      segment.steps.push_back({record.steps[n].begin, record.steps[n].end});
+    }
+    if (row.visualization) {
+      const Duration length = (*row.visualization)[1] - (*row.visualization)[0];
+      RealTime begin = row.begin;
+      if (!segment.steps.empty() && segment.steps.front().begin < begin + length) begin = segment.steps.back().end;   // steps first
+      segment.visualization = Interval{begin, begin + length};
+    }
+    segments.push_back(std::move(segment));
+  }
+  add_unfinished_step(events, end, record.steps.size(), segments);
+  for (SegmentTiming& segment : segments) {
+    segment.end = segment.visualization ? segment.visualization->end : segment.begin;
+    if (!segment.steps.empty()) segment.end = std::max(segment.end, segment.steps.back().end);
+  }
+  return segments;
+}
+
+}  // namespace
+
+std::string wall_clock_objection(const Scenario& scenario) {
+  if (scenario.remap.latency.kind != Budget::Kind::fixed || scenario.remap.lead.kind != Budget::Kind::fixed) {
+    return "[remap] latency and lead cannot be \"minimal\" on a wall clock, where the timing is not known before the run; "
+           "give durations, for example --set remap.latency=\"25 ms\" --set remap.lead=\"3 ms\"";
+  }
+  const auto& trace = scenario.timing.trace;
+  if (std::any_of(trace.begin(), trace.end(), [](const SegmentTiming& segment) { return segment.overlaps(); })) {
+    return "a trace whose visualization overlaps its steps runs on the virtual clock only";
+  }
+  if (scenario.live == StrategyKind::ideal) return "[run] live cannot be \"ideal\": it knows the future";
+  return {};
+}
+
+LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
+  LiveRecording recording;
+  StrategyRecord& record = recording.record = start_record(scenario, plan);
+  const std::unique_ptr<Solver> solver = make_scenario_solver(scenario);
+  const std::unique_ptr<SlotMap> map = make_map(scenario, plan.kind, plan.lead, plan.latency);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+
+  const WallEpoch epoch = WallEpoch::in(kStartDelay);
+  WallClock device_clock(epoch), simulation_clock(epoch);
+  SimulatedDevices devices(scenario, device_clock);
+  DeviceExchange exchange(live_rings(plan), emissions_of(scenario), devices.drivers(), &recording.inputs);
+  SolverStep step(*solver, exchange.tool_count(), scenario.scene.needs_state_digest);
+  StepRecorder step_recorder(record);
+  std::vector<DeviceLane> lanes = device_lanes(scenario, devices.drivers());
+  std::vector<DeviceRecorder> recorders(record.devices.begin(), record.devices.end());
+
+  WorkerExecutor worker(simulation_clock);
+  InlineExecutor no_work;
+  Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
+  Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
+  for (std::size_t tool = 0; tool < lanes.size(); ++tool) {
+    device.spawn(device_lane(device, lanes[tool], exchange, recorders[tool]));
+  }
+  simulation.spawn(simulation_lane(simulation, *timing, *map, step, exchange, step_recorder));
+
+  const RealTime end{scenario.run_duration.ns};
+  RunStatus device_status;
+  RunControl quiet = control;
+  quiet.progress = nullptr;
+  LaneThread device_thread([&] {
+    recording.device_grant = request_real_time(kDevicePriority);
+    device_status = run_in_slices(device, end, record.name, quiet);
+    if (ended_badly(device_status)) simulation.request_stop();
+  });
+  recording.simulation_grant = request_real_time(kSimulationPriority);
+  const RunStatus simulation_status = run_in_slices(simulation, end, record.name, control);
+  if (ended_badly(simulation_status)) device.request_stop();   // nobody makes forces any more
+  device_thread.join();
+  throw_if_failed(device_status, record.name);
+  throw_if_failed(simulation_status, record.name);
+
+  keep_events(merge(simulation.events(), device.events()), record);
+  finish_record(*map, *solver, step, lanes, scenario, record);
+  recording.timing = timing_of(record, simulation.events(), end);
+  return recording;
+}
+
+StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control) {
+  StrategyRecord record = start_record(scenario, plan);
+  const std::unique_ptr<Solver> solver = make_scenario_solver(scenario);
+  const std::unique_ptr<SlotMap> map = make_map(scenario, plan.kind, plan.lead, plan.latency);
+  const std::unique_ptr<StepTiming> timing = make_replayed_timing(recording.timing);
+  RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, true);
+  SolverStep step(*solver, exchange.tool_count(), scenario.scene.needs_state_digest);
+  StepRecorder step_recorder(record);
+  std::vector<DeviceLane> lanes = device_lanes(scenario, {});
+  std::vector<DeviceRecorder> recorders(record.devices.begin(), record.devices.end());
+
+  VirtualClock device_clock, simulation_clock;
+  InlineExecutor executor;
+  Scheduler simulation(simulation_clock, executor, {control.limits, control.permute_ties, true});
+  Scheduler device(device_clock, executor, {control.limits, control.permute_ties, true});
+  for (std::size_t tool = 0; tool < lanes.size(); ++tool) {
+    device.spawn(device_lane(device, lanes[tool], exchange, recorders[tool]));
+  }
+  simulation.spawn(simulation_lane(simulation, *timing, *map, step, exchange, step_recorder));
+
+  // Each lane goes as far as the other one had got when the recording was made: the recorded heads say how far.
+  const RealTime end{scenario.run_duration.ns};
+  const auto next_before_end = [&](Scheduler& scheduler) {
+    const auto key = scheduler.next();
+    return key && key->time < end ? key : std::nullopt;
+  };
+  for (;;) {
+    const auto tick = next_before_end(device);
+    const auto event = next_before_end(simulation);
+    if (!tick && !event) break;
+    const bool tick_ready = tick && exchange.next_tick_ready();
+    const bool event_ready = event && (event->lane != Lane::launch || exchange.next_step_ready());
+    if (!tick_ready && !event_ready) break;   // the recording ended inside a step
+    const bool tick_first = tick_ready && (!event_ready || tick->time <= event->time);
+    Scheduler& lane = tick_first ? device : simulation;
+    if (!lane.run_one()) break;
+  }
+  throw_if_failed(device.status(), record.name);
+  throw_if_failed(simulation.status(), record.name);
+
+  keep_events(merge(simulation.events(), device.events()), record);
+  finish_record(*map, *solver, step, lanes, scenario, record);
+  record.shadow = true;
+  return record;
+}
+
+StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control) {
+  VirtualClock clock;
+  RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, false);
+  StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, *make_replayed_timing(recording.timing), {}}, control);
+  record.shadow = true;
+  return record;
+}
+
+}  // namespace evenstep

@@ -1,0 +1,211 @@
+#include "evenstep/harness/run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <map>
+
+#include "evenstep/clock/wall_clock.h"
+#include "evenstep/harness/live_run.h"
+#include "evenstep/harness/sizing.h"
+#include "evenstep/reports/writers.h"
+#include "judge.h"
+#include "sweep_threads.h"
+
+namespace evenstep {
+namespace {
+
+bool asks_for(const Scenario& scenario, std::string_view metric) {
+  return std::any_of(scenario.expectations.begin(), scenario.expectations.end(),
+                     [&](const Expectation& expectation) { return expectation.metric == metric; });
+}
+
+/// The hash of the (name, chain) pairs, by name: leaving a strategy out changes no other's.
+std::uint64_t hash_of(const std::vector<StrategyRecord>& strategies) {
+  std::map<std::string, std::uint64_t> chains;
+  for (const StrategyRecord& strategy : strategies) chains[strategy.name] = strategy.trace_hash;
+  std::uint64_t hash = 0;
+  for (const auto& [name, chain_hash] : chains) hash = mix(mix(hash, name_digest(name)), chain_hash);
+  return hash;
+}
+
+std::vector<Vec3> forces_of(const StrategyRecord& record) {
+  std::vector<Vec3> forces;
+  for (std::size_t n = 0; n < record.steps.size(); ++n) {
+    for (const DeviceRecord& device : record.devices) forces.push_back(device.steps[n].force_N);
+  }
+  return forces;
+}
+
+RunRecord start_run(const Scenario& scenario, const RunOptions& options) {
+  RunRecord run;
+  run.scenario = scenario.name;
+  run.file = scenario.file;
+  run.seed = scenario.seed;
+  run.clock = options.clock == ClockKind::wall ? "wall" : "virtual";
+  run.nominal = nominal_of(scenario);
+  return run;
+}
+
+void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run) {
+  // The twins that deviation_from_ideal needs and the scenario does not list: one per lead, since the forces of an even
+  // schedule do not depend on when they are emitted.
+  std::vector<StrategyPlan> all = plans;
+  std::map<std::int64_t, std::size_t> twin_of_lead;
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    if (plans[i].kind == StrategyKind::ideal) twin_of_lead.emplace(plans[i].lead.ns, i);
+  }
+  if (asks_for(scenario, "deviation_from_ideal")) {
+    for (const StrategyPlan& plan : plans) {
+      if (twin_of_lead.try_emplace(plan.lead.ns, all.size()).second) all.push_back(ideal_twin(scenario, plan));
+    }
+  }
+  std::vector<StrategyRecord> records(all.size());
+  internal::parallel_for(all.size(), options.threads, [&](std::size_t i) { records[i] = run_strategy(scenario, all[i], options.control); });
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    const auto twin = twin_of_lead.find(plans[i].lead.ns);
+    if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end()) records[i].twin_force_N = forces_of(records[twin->second]);
+  }
+  records.resize(plans.size());
+  run.strategies = std::move(records);
+}
+
+/// Live strategy first, then its exact twin (which proves the recording complete), then the shadows.
+void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
+              std::string& difference) {
+  const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
+  LiveRecording recording = run_live(scenario, *live, options.control);
+  run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
+  const bool interrupted = options.control.interrupted && options.control.interrupted->load();
+  for (const StrategyPlan& plan : plans) {
+    if (plan.kind == scenario.live) run.strategies.push_back(recording.record);
+    else if (interrupted) continue;
+    else if (plan.kind == StrategyKind::ideal) run.strategies.push_back(run_strategy(scenario, plan, options.control));
+    else run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
+  }
+  if (interrupted) return;
+  const StrategyRecord twin = replay(scenario, *live, recording, options.control);
+  if (twin.trace_hash == recording.record.trace_hash) return;
+  RunRecord a = run, b = run;
+  a.strategies = {recording.record};
+  b.strategies = {twin};
+  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  difference = found ? "the recorded run and its virtual twin differ: " + found->text : "hashes differ, events do not";
+}
+
+RunRecord run_once(const Scenario& scenario, const RunOptions& options, std::string& difference) {
+  RunRecord run = start_run(scenario, options);
+  const std::vector<StrategyPlan> plans = plan(scenario);
+  if (options.clock == ClockKind::wall) run_wall(scenario, plans, options, run, difference);
+  else run_virtual(scenario, plans, options, run);
+  run.trace_hash = hash_of(run.strategies);
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (run.left_out.empty()) run.left_out = strategy.solver.left_out;
+  }
+  return run;
+}
+
+std::string compare(const RunRecord& a, const RunRecord& b) {
+  if (a.trace_hash == b.trace_hash) return {};
+  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  return found ? found->text : "the hashes differ but no event does";
+}
+
+int severity(ExitCode code) {
+  switch (code) {
+    case ExitCode::pass: return 0;
+    case ExitCode::expectation_failed: return 1;
+    case ExitCode::not_reproducible: return 2;
+    case ExitCode::usage: return 3;
+    case ExitCode::run_failed: return 4;
+    case ExitCode::interrupted: return 5;
+  }
+  return 4;
+}
+
+/// A run that stopped: right if the scenario said so.
+void judge_stop(const Scenario& scenario, const RunFailure& failure, RunOutcome& outcome) {
+  outcome.failure = failure.what();
+  outcome.remedy = failure.remedy;
+  outcome.exit = ExitCode::run_failed;
+  if (!scenario.expect_stop || scenario.expect_stop->reason != failure.reason) return;
+  const auto& limit = scenario.expect_stop->at_most_step;
+  const bool in_time = !limit || failure.step <= *limit;
+  outcome.exit = in_time ? ExitCode::pass : ExitCode::expectation_failed;
+}
+
+}  // namespace
+
+ExitCode worse(ExitCode a, ExitCode b) { return severity(a) >= severity(b) ? a : b; }
+
+Nominal nominal_of(const Scenario& scenario) {
+  Nominal nominal;
+  nominal.segment = scenario.nominal.segment;
+  nominal.visualization = scenario.nominal.visualization;
+  nominal.step_run_time = scenario.nominal.step_run_time;
+  nominal.slot_s = period_s(scenario.scene.step_rate);
+  nominal.judged_from = RealTime{scenario.warmup.ns};
+  nominal.end = RealTime{scenario.run_duration.ns};
+  const auto* spring = std::get_if<SpringScene>(&scenario.scene.body);
+  for (const DeviceSpec& device : scenario.devices) {
+    Nominal::Device& named = nominal.devices.emplace_back();
+    named.name = device.name;
+    if (const auto* constant = std::get_if<ConstantVelocity>(&device.motion.shape)) named.speed_m_per_s = glm::length(constant->velocity_m_per_s);
+    if (spring) named.stiffness_N_per_m = spring->stiffness_N_per_m;
+    named.hold_emission = device.emission == Emission::hold;
+    named.rate = device.rate;
+    named.first_tick = RealTime{device.phase.ns};
+    if (const auto* stop = std::get_if<RampStop>(&device.motion.shape)) named.stop_at = stop->stop + (device.motion.begin - RealTime{0});
+  }
+  return nominal;
+}
+
+RunOutcome run_scenario(const Scenario& given, const RunOptions& options) {
+  RunOutcome outcome;
+  Scenario scenario = given;
+  scenario.scene.needs_energy = asks_for(scenario, "energy_growth");
+  outcome.errors = check_expectations(scenario);
+  if (options.clock == ClockKind::wall) {
+    const std::string objection = wall_clock_objection(scenario);
+    if (!objection.empty()) outcome.errors.push_back({scenario.file, 0, 0, objection});
+  }
+  outcome.record = start_run(scenario, options);
+  if (!outcome.errors.empty()) {
+    outcome.exit = ExitCode::usage;
+    return outcome;
+  }
+
+  const double cpu_before = process_cpu_seconds();
+  try {
+    std::string& difference = outcome.repeat_difference;
+    outcome.record = run_once(scenario, options, difference);
+    const auto interrupted = [&] { return options.control.interrupted && options.control.interrupted->load(); };
+    if (options.repeat && !interrupted()) difference = compare(outcome.record, run_once(scenario, options, difference));
+    outcome.metrics = measure(outcome.record);
+    if (interrupted()) {
+      outcome.exit = ExitCode::interrupted;
+      return outcome;
+    }
+  } catch (const RunFailure& failure) {
+    judge_stop(scenario, failure, outcome);
+    return outcome;
+  }
+  outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
+  for (const StrategyRecord& strategy : outcome.record.strategies) outcome.solver_seconds += strategy.solver.solver_seconds;
+
+  outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+  if (scenario.expect_stop) {
+    outcome.failure = fmt::format("the run was expected to stop ({}), but it ran to its end", scenario.expect_stop->reason);
+    outcome.exit = ExitCode::expectation_failed;
+  }
+  switch (worst(outcome.results)) {
+    case ExpectationResult::Verdict::pass: break;
+    case ExpectationResult::Verdict::fail: outcome.exit = worse(outcome.exit, ExitCode::expectation_failed); break;
+    case ExpectationResult::Verdict::error: outcome.exit = worse(outcome.exit, ExitCode::usage); break;
+  }
+  if (!outcome.repeat_difference.empty()) outcome.exit = worse(outcome.exit, ExitCode::not_reproducible);
+  return outcome;
+}
+
+}  // namespace evenstep

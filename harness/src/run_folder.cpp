@@ -1,0 +1,119 @@
+#include "evenstep/harness/run_folder.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+#include <vector>
+
+#include "evenstep/harness/version.h"
+#include "evenstep/reports/figures.h"
+#include "evenstep/reports/writers.h"
+
+namespace evenstep {
+namespace fs = std::filesystem;
+namespace {
+
+struct File {
+  std::string name;
+  std::string content;
+};
+
+std::string_view verdict_word(ExitCode code) {
+  switch (code) {
+    case ExitCode::pass: return "pass";
+    case ExitCode::expectation_failed:
+    case ExitCode::not_reproducible: return "fail";
+    case ExitCode::usage:
+    case ExitCode::run_failed:
+    case ExitCode::interrupted: return "error";
+  }
+  return "error";
+}
+
+std::vector<File> files_of(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
+  const RunRecord& run = outcome.record;
+  std::vector<File> files;
+  files.push_back({"summary.json", summary_of(outcome)});
+  files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
+  files.push_back({"resolved.toml", scenario.resolved_toml});
+  if (run.strategies.empty()) return files;   // the run failed before it began
+  files.push_back({"series.csv", series_csv(run)});
+  const std::vector<std::byte> events = events_bin(run);
+  files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (strategy.name == "ideal") continue;
+    files.push_back({"timing.csv", timing_csv(strategy)});
+    break;
+  }
+  for (const Nominal::Device& device : run.nominal.devices) {
+    files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name)});
+    files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name)});
+  }
+  files.push_back({"figure-2to4.svg", figure_2to4_svg(run, name_of(scenario.live), run.nominal.devices.front().name)});
+  return files;
+}
+
+fs::path absolute_folder(const std::string& folder) {
+  fs::path path = fs::absolute(folder).lexically_normal();
+  return path.has_filename() ? path : path.parent_path();   // "runs/x/" means "runs/x"
+}
+
+/// A folder we may replace: absent, empty, or a run folder of ours.
+bool replaceable(const fs::path& folder) {
+  return !fs::exists(folder) || (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / "summary.json")));
+}
+
+void write_file(const fs::path& path, const std::string& content) {
+  std::ofstream out(path, std::ios::binary);
+  out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  out.close();
+  if (!out) throw std::runtime_error(fmt::format("cannot write {}: {}", path.string(), std::strerror(errno)));
+}
+
+}  // namespace
+
+std::string summary_of(const RunOutcome& outcome) {
+  return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, std::string(verdict_word(outcome.exit)));
+}
+
+std::string run_folder_objection(const std::string& folder) {
+  try {
+    const fs::path path = absolute_folder(folder);
+    if (!replaceable(path)) {
+      return fmt::format("'{}' exists and is not a run folder (no summary.json in it); give another place with --out", folder);
+    }
+    fs::create_directories(path.parent_path());
+    if (::access(path.parent_path().c_str(), W_OK | X_OK) != 0) {
+      return fmt::format("cannot write into '{}': {}; give a writable place with --out", path.parent_path().string(), std::strerror(errno));
+    }
+    return {};
+  } catch (const fs::filesystem_error& error) {
+    return fmt::format("cannot use '{}' as run folder: {}; give a writable place with --out", folder, error.code().message());
+  }
+}
+
+std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
+  const fs::path path = absolute_folder(folder);
+  const fs::path aside = path.parent_path() / fmt::format(".{}.writing-{}", path.filename().string(), ::getpid());
+  const fs::path old = path.parent_path() / fmt::format(".{}.old-{}", path.filename().string(), ::getpid());
+  try {
+    fs::create_directories(aside);
+    for (const File& file : files_of(scenario, outcome, reproduce)) write_file(aside / file.name, file.content);
+    if (!replaceable(path)) throw std::runtime_error(fmt::format("'{}' is not a run folder and is left alone", path.string()));
+    if (fs::exists(path)) fs::rename(path, old);
+    fs::rename(aside, path);
+    fs::remove_all(old);
+    return {};
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    fs::remove_all(aside, ignored);
+    return error.what();
+  }
+}
+
+}  // namespace evenstep

@@ -1,0 +1,56 @@
+#include "evenstep/harness/simulated_devices.h"
+
+namespace evenstep {
+
+SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
+  for (const DeviceSpec& device : scenario.devices) {
+    const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1};
+    transports_.emplace_back(clock, device.motion, options);
+  }
+  for (SimulatedTransport& transport : transports_) drivers_.emplace_back(transport);
+}
+
+std::vector<HapticDevice*> SimulatedDevices::drivers() {
+  std::vector<HapticDevice*> drivers;
+  for (ReferenceDriver& driver : drivers_) drivers.push_back(&driver);
+  return drivers;
+}
+
+std::vector<Emission> emissions_of(const Scenario& scenario) {
+  std::vector<Emission> emissions;
+  for (const DeviceSpec& device : scenario.devices) emissions.push_back(device.emission);
+  return emissions;
+}
+
+std::vector<ProgrammedMotion> motions_of(const Scenario& scenario) {
+  std::vector<ProgrammedMotion> motions;
+  for (const DeviceSpec& device : scenario.devices) motions.push_back(device.motion);
+  return motions;
+}
+
+std::vector<DeviceLane> device_lanes(const Scenario& scenario, const std::vector<HapticDevice*>& devices) {
+  std::vector<DeviceLane> lanes;
+  for (std::size_t tool = 0; tool < scenario.devices.size(); ++tool) {
+    const DeviceSpec& device = scenario.devices[tool];
+    lanes.push_back({static_cast<int>(tool), device.rate, RealTime{device.phase.ns}, devices.empty() ? nullptr : devices[tool],
+                     ForceGuard(device.limits)});
+  }
+  return lanes;
+}
+
+std::map<std::string, double> counters_of(const DeviceLane& lane) {
+  const ForceGuardCounters& guarded = lane.guard.counters();
+  std::map<std::string, double> counters{{"clamped", static_cast<double>(guarded.clamped)},
+                                         {"slewed", static_cast<double>(guarded.slewed)},
+                                         {"non_finite_forces", static_cast<double>(guarded.non_finite)}};
+  if (!lane.device) return counters;
+  const DeviceCounters& driver = lane.device->counters();
+  counters["reports"] = static_cast<double>(driver.reports);
+  counters["lost"] = static_cast<double>(driver.lost);
+  counters["malformed"] = static_cast<double>(driver.malformed);
+  counters["stale"] = static_cast<double>(driver.stale);
+  counters["write_failures"] = static_cast<double>(driver.write_failures);
+  return counters;
+}
+
+}  // namespace evenstep

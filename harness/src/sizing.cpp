@@ -1,0 +1,145 @@
+#include "evenstep/harness/sizing.h"
+
+#include <algorithm>
+
+#include "evenstep/remap/paper_map.h"
+#include "evenstep/remap/phase_locked_map.h"
+
+namespace evenstep {
+namespace {
+
+/// Steps of `ideal`: one per slot, each running as long as a nominal step does (never longer than a slot).
+class EvenTiming final : public StepTiming {
+ public:
+  EvenTiming(Rate step_rate, Duration run_time) : step_rate_(step_rate), run_time_(run_time) {}
+  bool next(SegmentTiming& segment) override {
+    const RealTime begin = tick_time(step_rate_, n_);
+    const RealTime end = tick_time(step_rate_, n_ + 1);
+    segment = {n_++, begin, std::nullopt, {{begin, std::min(begin + run_time_, end)}}, end};
+    return true;
+  }
+
+ private:
+  Rate step_rate_;
+  Duration run_time_;
+  std::int64_t n_ = 0;
+};
+
+bool is_remap(StrategyKind kind) { return kind == StrategyKind::paper || kind == StrategyKind::phase_locked; }
+
+Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
+  switch (budget.kind) {
+    case Budget::Kind::any_phase: return any_phase;
+    case Budget::Kind::this_phase: return this_phase;
+    case Budget::Kind::fixed: return budget.fixed;
+  }
+  return budget.fixed;
+}
+
+/// Rings for a strategy that reads the newest sample and plays each force at once: the current and the one before.
+constexpr std::size_t kDirectCapacity = 4;
+
+StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
+  StrategyPlan plan{kind};
+  plan.sizing = size_map(scenario, kind);
+  const auto& [steps, any, here] = plan.sizing;
+  plan.lead = chosen(scenario.remap.lead, any.lead, here.lead);
+  // The least L is max(E - slot) + c: with another lead it moves with that lead.
+  plan.latency = chosen(scenario.remap.latency, any.latency - any.lead + plan.lead, here.latency - here.lead + plan.lead);
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency);
+  plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
+  plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
+
+  const RealTime judged_from{scenario.warmup.ns};
+  const auto first = std::find_if(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.begin >= judged_from; });
+  const std::span<const MappedStep> judged(first, steps.end());
+  for (const SamplingGrid& grid : grids) {
+    plan.predicted_interaction_underruns =
+        std::max(plan.predicted_interaction_underruns, count_interaction_underruns(judged, grid, plan.lead));
+  }
+  plan.predicted_late_forces = count_late_forces(judged, plan.lead, plan.latency);
+  return plan;
+}
+
+}  // namespace
+
+std::unique_ptr<StepTiming> make_timing(const Scenario& scenario) {
+  if (!scenario.timing.trace.empty()) return make_replayed_timing(scenario.timing.trace);
+  return make_programmed_timing(scenario.timing.programmed);
+}
+
+std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario) {
+  return std::make_unique<EvenTiming>(scenario.scene.step_rate, scenario.nominal.step_run_time);
+}
+
+std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, Duration latency) {
+  switch (kind) {
+    case StrategyKind::direct: return std::make_unique<DirectMap>();
+    case StrategyKind::paper: return std::make_unique<PaperMap>(lead, latency, scenario.remap.estimate_weight);
+    case StrategyKind::phase_locked: return std::make_unique<PhaseLockedMap>(lead, latency, scenario.remap.bandwidth_Hz);
+    case StrategyKind::ideal: return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency);
+  }
+  return nullptr;
+}
+
+std::vector<SamplingGrid> sampling_grids(const Scenario& scenario) {
+  std::vector<SamplingGrid> grids;
+  for (const DeviceSpec& device : scenario.devices) grids.push_back({device.rate, RealTime{device.phase.ns}});
+  return grids;
+}
+
+Emission strictest_emission(const Scenario& scenario) {
+  const bool linear = std::any_of(scenario.devices.begin(), scenario.devices.end(),
+                                  [](const DeviceSpec& device) { return device.emission == Emission::linear; });
+  return linear ? Emission::linear : Emission::hold;
+}
+
+Sizing size_map(const Scenario& scenario, StrategyKind kind) {
+  Sizing sizing;
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, {});
+  const RealTime end{scenario.run_duration.ns};
+  SegmentTiming segment;
+  for (std::int64_t n = 0; timing->next(segment) && segment.begin < end;) {
+    map->boundary(n, segment.begin);
+    for (const Interval& step : segment.steps) {
+      const Slot slot = map->read(n, step.begin);
+      if (slot.kind == SlotKind::mapped && step.end < end) sizing.steps.push_back({n, step.begin, step.end, slot.read});
+      map->emission(n, step.end);
+      ++n;
+    }
+  }
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  sizing.any_phase = least_latency_any_phase(sizing.steps, grids, strictest_emission(scenario));
+  sizing.this_phase = least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario));
+  return sizing;
+}
+
+std::vector<StrategyPlan> plan(const Scenario& scenario) {
+  std::vector<StrategyPlan> plans;
+  for (const StrategyKind kind : scenario.strategies) {
+    plans.push_back(is_remap(kind) ? plan_remap(scenario, kind) : StrategyPlan{kind, {}, {}, kDirectCapacity, kDirectCapacity});
+  }
+  const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
+  auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });
+  if (model == plans.end()) model = twin_of([](const StrategyPlan& p) { return is_remap(p.kind); });
+  for (StrategyPlan& p : plans) {
+    if (p.kind == StrategyKind::ideal && model != plans.end()) p = ideal_twin(scenario, *model);
+  }
+  return plans;
+}
+
+StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of) {
+  StrategyPlan twin{StrategyKind::ideal, of.lead, of.latency};
+  // Read by closed form: the interaction ring is only written. Forces wait from their step's end to emission: at most L
+  // of them, one per slot, and two to interpolate between.
+  twin.interaction_capacity = kDirectCapacity;
+  const Duration longest = of.latency - of.lead;
+  const std::int64_t waiting = floor_mul_div(std::max<std::int64_t>(longest.ns, 0), scenario.scene.step_rate.num,
+                                             scenario.scene.step_rate.den * 1'000'000'000);
+  twin.force_capacity = static_cast<std::size_t>(waiting) + kDirectCapacity;
+  return twin;
+}
+
+}  // namespace evenstep

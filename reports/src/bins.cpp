@@ -1,0 +1,80 @@
+#include <algorithm>
+
+#include "evenstep/reports/measures.h"
+#include "src/judged.h"
+
+namespace evenstep {
+namespace {
+
+constexpr double kWindow_s = 0.25;
+
+/// One signal ready to be cut: its samples, when each happened in real time, and when its underruns did.
+struct Timeline {
+  internal::Series series;
+  std::vector<RealTime> at;
+  std::vector<RealTime> underruns;
+};
+
+Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device,
+                              const std::vector<std::size_t>& steps, double slot_s) {
+  Timeline timeline{internal::interaction_series(device, steps, slot_s), {}, {}};
+  for (const std::size_t n : steps) {
+    timeline.at.push_back(strategy.steps[n].begin);
+    if (device.steps[n].read == StepRead::underrun) timeline.underruns.push_back(strategy.steps[n].begin);
+  }
+  return timeline;
+}
+
+Timeline force_timeline(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
+                        const Nominal& nominal) {
+  const std::vector<std::size_t> ticks = internal::judged_ticks(device, nominal);
+  Timeline timeline{internal::force_series(device, ticks, nominal.judged_from), {}, {}};
+  for (const std::size_t k : ticks) timeline.at.push_back(device.ticks[k].at);
+  for (const std::size_t n : steps) {
+    if (internal::is_late(strategy.steps[n])) timeline.underruns.push_back(strategy.steps[n].begin);
+  }
+  return timeline;
+}
+
+/// Bins of [origin + b * width, + width). A jump belongs to the bin of its middle sample, so that none is lost at an edge.
+std::vector<BinRow> cut(const Timeline& timeline, RealTime origin, double bin_s) {
+  std::vector<BinRow> rows;
+  const Duration width{static_cast<std::int64_t>(bin_s * 1e9)};
+  std::size_t begin = 0;
+  const auto first_at = [](const std::vector<RealTime>& times, RealTime t) {
+    return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), t) - times.begin());
+  };
+  for (std::int64_t b = 0; begin < timeline.at.size(); ++b) {
+    const RealTime to = origin + width * (b + 1);
+    const std::size_t end = first_at(timeline.at, to);
+    if (end - begin >= 3) {
+      const std::span<const double> t(timeline.series.t_s);
+      const std::span<const Vec3> x(timeline.series.value);
+      const std::size_t from = begin == 0 ? 0 : begin - 1, until = std::min(end + 1, x.size());
+      rows.push_back({seconds(origin + width * b),
+                      deviation(t.subspan(begin, end - begin), x.subspan(begin, end - begin), kWindow_s).max,
+                      velocity_jump(x.subspan(from, until - from)),
+                      static_cast<std::int64_t>(first_at(timeline.underruns, to))});
+    }
+    begin = end;
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, double bin_s) {
+  std::map<std::string, std::vector<BinRow>> result;
+  for (const StrategyRecord& strategy : run.strategies) {
+    const std::vector<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
+    for (const DeviceRecord& device : strategy.devices) {
+      result[device.name + ".interaction." + strategy.name] =
+          cut(interaction_timeline(strategy, device, steps, run.nominal.slot_s), run.nominal.judged_from, bin_s);
+      result[device.name + ".force." + strategy.name] =
+          cut(force_timeline(strategy, device, steps, run.nominal), run.nominal.judged_from, bin_s);
+    }
+  }
+  return result;
+}
+
+}  // namespace evenstep

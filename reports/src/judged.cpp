@@ -1,0 +1,52 @@
+#include "src/judged.h"
+
+#include <algorithm>
+
+namespace evenstep::internal {
+
+std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal) {
+  // A run that failed half-way through a step may have its row and not yet every device's sample.
+  std::size_t complete = strategy.steps.size();
+  for (const DeviceRecord& device : strategy.devices) complete = std::min(complete, device.steps.size());
+  std::vector<std::size_t> steps;
+  for (std::size_t n = 0; n < complete; ++n) {
+    if (strategy.steps[n].begin >= nominal.judged_from && !strategy.steps[n].acquiring) steps.push_back(n);
+  }
+  return steps;
+}
+
+std::vector<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nominal) {
+  std::vector<std::size_t> ticks;
+  for (std::size_t k = 0; k < device.ticks.size(); ++k) {
+    const TickRow& tick = device.ticks[k];
+    if (tick.at >= nominal.judged_from && tick.at < nominal.end && tick.started) ticks.push_back(k);
+  }
+  return ticks;
+}
+
+Series interaction_series(const DeviceRecord& device, const std::vector<std::size_t>& steps, double slot_s) {
+  Series series;
+  for (const std::size_t n : steps) {
+    series.t_s.push_back(static_cast<double>(n - steps.front()) * slot_s);
+    series.value.push_back(device.steps.at(n).position_m);
+  }
+  return series;
+}
+
+Series force_series(const DeviceRecord& device, const std::vector<std::size_t>& ticks, RealTime origin) {
+  Series series;
+  for (const std::size_t k : ticks) {
+    series.t_s.push_back(seconds(sent_at(device.ticks[k]) - origin));
+    series.value.push_back(device.ticks[k].force_N);
+  }
+  return series;
+}
+
+const Nominal::Device* nominal_device(const Nominal& nominal, const std::string& name) {
+  for (const Nominal::Device& device : nominal.devices) {
+    if (device.name == name) return &device;
+  }
+  return nullptr;
+}
+
+}  // namespace evenstep::internal

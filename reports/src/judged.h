@@ -1,0 +1,30 @@
+#pragma once
+/// What of a record is judged: steps that begin at or after the end of warm-up and are not acquiring, ticks in
+/// [end of warm-up, end of the run) that send a scheduled force.
+
+#include <cstddef>
+#include <vector>
+
+#include "evenstep/reports/run_record.h"
+
+namespace evenstep::internal {
+
+std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal);
+std::vector<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nominal);
+
+/// A vector signal over its own time, relative to the end of warm-up (interaction: to simulation time 0 of the first
+/// judged step), so that a long run loses no digits.
+struct Series {
+  std::vector<double> t_s;
+  std::vector<Vec3> value;
+};
+Series interaction_series(const DeviceRecord& device, const std::vector<std::size_t>& steps, double slot_s);
+Series force_series(const DeviceRecord& device, const std::vector<std::size_t>& ticks, RealTime origin);
+
+/// When the force of a tick really left: the scheduled time plus its lateness (none in virtual time).
+inline RealTime sent_at(const TickRow& tick) { return tick.at + tick.lateness; }
+inline bool is_late(const StepRow& step) { return step.end > step.emission; }
+
+const Nominal::Device* nominal_device(const Nominal& nominal, const std::string& name);
+
+}  // namespace evenstep::internal

@@ -1,0 +1,24 @@
+#pragma once
+/// Windows of a series and the residual of the least-squares line in each.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "evenstep/reports/run_record.h"
+
+namespace evenstep::internal {
+
+struct Window {
+  std::size_t begin = 0, end = 0;  ///< samples [begin, end)
+  std::size_t size() const { return end - begin; }
+};
+
+/// Non-overlapping windows of `window_s` from t[0]; a sample on a boundary opens the next window. A rest that covers less
+/// than half a window joins the one before.
+std::vector<Window> windows(std::span<const double> t, double window_s);
+
+/// x minus its least-squares line over t.
+std::vector<Vec3> line_residual(std::span<const double> t, std::span<const Vec3> x);
+
+}  // namespace evenstep::internal

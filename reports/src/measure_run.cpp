@@ -1,0 +1,301 @@
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "evenstep/reports/measures.h"
+#include "src/judged.h"
+#include "src/vec3.h"
+
+namespace evenstep {
+namespace {
+
+using internal::Series;
+using Values = std::map<std::string, double>;
+
+constexpr double kWindow_s = 0.25;
+constexpr Duration kAroundStop{100'000'000};  // error_at_stop: 0.2 s around the stop
+
+/// A metric without a value stays out: an expectation on it is then an error, never a pass.
+void put(Values& values, const std::string& metric, double value, bool has_value = true) {
+  if (has_value) values.emplace(metric, value);
+}
+
+/// The double nearest to a whole number of ns (a division rounds once; times 1e-9 would round twice), so that 12.842223 ms
+/// is the number that a reader of that text gets.
+double nearest_s(std::int64_t ns) { return static_cast<double>(ns) / 1e9; }
+double nearest_s(Duration d) { return nearest_s(d.ns); }
+
+/// Smallest, mean and largest of a list of durations; summed in integers.
+struct Spread {
+  std::int64_t count = 0, sum_ns = 0, least_ns = INT64_MAX, most_ns = INT64_MIN;
+  void add(Duration d) {
+    ++count;
+    sum_ns += d.ns;
+    least_ns = std::min(least_ns, d.ns);
+    most_ns = std::max(most_ns, d.ns);
+  }
+  double min_s() const { return nearest_s(least_ns); }
+  double max_s() const { return nearest_s(most_ns); }
+  double mean_s() const { return static_cast<double>(sum_ns) / static_cast<double>(count) / 1e9; }
+};
+
+/// Share of the judged segments in which `bad` holds for at least one judged step.
+template <class Bad>
+double segment_rate(const StrategyRecord& strategy, const std::vector<std::size_t>& steps, Bad bad) {
+  std::set<std::int64_t> all, hit;
+  for (const std::size_t n : steps) {
+    all.insert(strategy.steps[n].segment);
+    if (bad(n)) hit.insert(strategy.steps[n].segment);
+  }
+  return static_cast<double>(hit.size()) / static_cast<double>(all.size());
+}
+
+template <class Predicate>
+double count_of(const std::vector<std::size_t>& rows, Predicate predicate) {
+  return static_cast<double>(std::count_if(rows.begin(), rows.end(), predicate));
+}
+
+void put_line(Values& values, const Series& series) {
+  const Deviation line = deviation(series.t_s, series.value, kWindow_s);
+  put(values, "deviation_max", line.max, series.value.size() >= 3);
+  put(values, "deviation_rms", line.rms, series.value.size() >= 3);
+  put(values, "velocity_jump", velocity_jump(series.value), series.value.size() >= 3);
+}
+
+void put_step_ratio(Values& values, const Series& series, std::optional<double> step_m) {
+  if (!step_m || series.value.size() < 2) return;
+  internal::Peak most;
+  double smallest = INFINITY;
+  for (std::size_t n = 1; n < series.value.size(); ++n) {
+    const double ratio = internal::norm(internal::minus(series.value[n], series.value[n - 1])) / *step_m;
+    most.add(ratio);
+    if (!(ratio >= smallest) && !std::isnan(smallest)) smallest = ratio;
+  }
+  put(values, "step_ratio_max", most.value);
+  put(values, "step_ratio_min", smallest);
+}
+
+void put_error_at_stop(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
+                       const std::vector<std::size_t>& steps, std::optional<RealTime> stop) {
+  if (!stop) return;
+  internal::Peak peak;
+  bool judged = false;
+  for (const std::size_t n : steps) {
+    const RealTime read = strategy.steps[n].read;
+    if (!device.steps[n].true_position_m || read < *stop - kAroundStop || read > *stop + kAroundStop) continue;
+    peak.add(internal::norm(internal::minus(device.steps[n].position_m, *device.steps[n].true_position_m)));
+    judged = true;
+  }
+  put(values, "error_at_stop", peak.value, judged);
+}
+
+Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,
+                          const std::vector<std::size_t>& steps) {
+  Values values;
+  put(values, "judged", static_cast<double>(steps.size()));
+  if (steps.empty()) return values;
+  const Series series = internal::interaction_series(device, steps, run.nominal.slot_s);
+  put_line(values, series);
+  put_step_ratio(values, series, step_unit(run.nominal, device.name + ".interaction." + strategy.name));
+  Spread latency;
+  std::int64_t back_steps = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const StepRow& step = strategy.steps[steps[i]];
+    latency.add(step.begin - step.read);
+    if (i > 0 && step.read <= strategy.steps[steps[i - 1]].read) ++back_steps;
+  }
+  put(values, "latency_min", latency.min_s());
+  put(values, "latency_mean", latency.mean_s());
+  put(values, "latency_max", latency.max_s());
+  put(values, "back_steps", static_cast<double>(back_steps));
+  const auto underrun = [&](std::size_t n) { return device.steps[n].read == StepRead::underrun; };
+  put(values, "underruns", count_of(steps, underrun));
+  put(values, "underrun_rate", segment_rate(strategy, steps, underrun));
+  put(values, "overruns", count_of(steps, [&](std::size_t n) { return device.steps[n].read == StepRead::overrun; }));
+  const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
+  put_error_at_stop(values, strategy, device, steps, nominal ? nominal->stop_at : std::nullopt);
+  return values;
+}
+
+/// A force is due from its emission time on; with linear emission already after the one before, as the other end of the
+/// line that ticks between the two are on.
+RealTime due(const StrategyRecord& strategy, std::size_t n, bool hold) {
+  if (hold || n == 0) return strategy.steps[n].emission;
+  return std::min(strategy.steps[n].emission, strategy.steps[n - 1].emission + Duration{1});
+}
+
+/// Ticks that wanted a force which was not there yet: in [due, E) of some judged step; each tick once.
+std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
+                  const std::vector<std::size_t>& ticks, bool hold) {
+  std::set<std::size_t> hit;
+  for (const std::size_t n : steps) {
+    const RealTime from = due(strategy, n, hold), to = strategy.steps[n].end;
+    if (to <= from) continue;
+    auto k = std::lower_bound(ticks.begin(), ticks.end(), from,
+                              [&](std::size_t tick, RealTime at) { return internal::sent_at(device.ticks[tick]) < at; });
+    for (; k != ticks.end() && internal::sent_at(device.ticks[*k]) < to; ++k) hit.insert(*k);
+  }
+  return static_cast<std::int64_t>(hit.size());
+}
+
+/// R(n) to the first tick that sends f_n: the first at or after max(F(n), E(n)) (a completion comes before a tick of the
+/// same instant). A step whose successor is sent by that tick too is never felt and counts for nothing.
+Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps) {
+  const auto ready = [&](std::size_t n) { return std::max(strategy.steps[n].emission, strategy.steps[n].end); };
+  Spread spread;
+  std::size_t k = 0;
+  for (const std::size_t n : steps) {
+    while (k < device.ticks.size() && internal::sent_at(device.ticks[k]) < ready(n)) ++k;
+    if (k == device.ticks.size()) break;
+    const RealTime sent = internal::sent_at(device.ticks[k]);
+    if (n + 1 < strategy.steps.size() && ready(n + 1) <= sent) continue;
+    spread.add(sent - strategy.steps[n].read);
+  }
+  return spread;
+}
+
+void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
+                   const std::vector<std::size_t>& steps) {
+  Spread schedule;
+  for (const std::size_t n : steps) schedule.add(strategy.steps[n].emission - strategy.steps[n].read);
+  put(values, "schedule_latency", schedule.max_s());
+  put(values, "schedule_latency_min", schedule.min_s());
+  put(values, "schedule_latency_mean", schedule.mean_s());
+  put(values, "schedule_latency_spread", nearest_s(schedule.most_ns - schedule.least_ns));
+  const Spread total = total_latency(strategy, device, steps);
+  if (total.count == 0) return;
+  put(values, "total_latency", total.max_s());
+  put(values, "total_latency_min", total.min_s());
+  put(values, "total_latency_mean", total.mean_s());
+}
+
+void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, std::size_t device,
+                              const std::vector<std::size_t>& steps) {
+  internal::Peak peak;
+  bool judged = false;
+  for (const std::size_t n : steps) {
+    const std::size_t twin = n * strategy.devices.size() + device;
+    if (twin >= strategy.twin_force_N.size()) break;
+    peak.add(internal::norm(internal::minus(strategy.devices[device].steps[n].force_N, strategy.twin_force_N[twin])));
+    judged = true;
+  }
+  put(values, "deviation_from_ideal", peak.value, judged);
+}
+
+Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::size_t device_index,
+                    const std::vector<std::size_t>& steps) {
+  const DeviceRecord& device = strategy.devices[device_index];
+  const std::vector<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
+  const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
+  const bool hold = nominal && nominal->hold_emission;
+  Values values;
+  put(values, "judged", static_cast<double>(ticks.size()));
+  put(values, "emission_repairs", static_cast<double>(strategy.emission_repairs));
+  for (const auto& [name, count] : device.counters) put(values, name, count);
+  if (!ticks.empty()) {
+    const Series series = internal::force_series(device, ticks, run.nominal.judged_from);
+    put_line(values, series);
+    put(values, "jump_max", jump_max(series.value), series.value.size() >= 2);
+    const double residual_N = band_rms(series.t_s, series.value, kWindow_s, 20, 500);
+    put(values, "residual_20_500_hz", residual_N, series.value.size() >= 3);
+  }
+  if (steps.empty()) return values;
+  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };
+  put(values, "late", count_of(steps, late));
+  put(values, "underruns", count_of(steps, late));
+  put(values, "underrun_rate", segment_rate(strategy, steps, late));
+  put(values, "felt", static_cast<double>(felt(strategy, device, steps, ticks, hold)));
+  put_latencies(values, strategy, device, steps);
+  put_deviation_from_ideal(values, strategy, device_index, steps);
+  return values;
+}
+
+Values buffer_values(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps) {
+  const LatencyRecord& latency = strategy.latency;
+  Values values;
+  put(values, "interaction_capacity", static_cast<double>(latency.interaction_capacity));
+  put(values, "force_capacity", static_cast<double>(latency.force_capacity));
+  put(values, "predicted_interaction_underruns", static_cast<double>(latency.predicted_interaction_underruns));
+  put(values, "predicted_late_forces", static_cast<double>(latency.predicted_late_forces));
+  put(values, "lead", nearest_s(latency.lead));
+  put(values, "latency", nearest_s(latency.latency));
+  put(values, "latency_any_phase", nearest_s(latency.least_any_phase));
+  put(values, "latency_this_phase", nearest_s(latency.least_this_phase));
+  if (steps.empty()) return values;
+  const auto underrun = [&](std::size_t n) { return device.steps[n].read == StepRead::underrun; };
+  const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };
+  put(values, "interaction_underruns", count_of(steps, underrun));
+  put(values, "force_underruns", count_of(steps, late));
+  put(values, "underruns", count_of(steps, underrun) + count_of(steps, late));
+  put(values, "underrun_rate", segment_rate(strategy, steps, [&](std::size_t n) { return underrun(n) || late(n); }));
+  put(values, "overruns", count_of(steps, [&](std::size_t n) { return device.steps[n].read == StepRead::overrun; }));
+  return values;
+}
+
+Values solver_values(const SolverRecord& solver, double slot_s) {
+  Values values;
+  put(values, "energy_growth", solver.energy_growth, solver.has_energy);
+  put(values, "non_finite", solver.non_finite ? 1 : 0);
+  put(values, "first_bad_step", static_cast<double>(solver.first_bad_step));
+  put(values, "step_size_over_limit", slot_s / solver.substeps / solver.step_limit_s, solver.step_limit_s > 0);
+  put(values, "substeps", solver.substeps);
+  put(values, "particles", static_cast<double>(solver.particles));
+  put(values, "step_limit", solver.step_limit_s, solver.step_limit_s > 0);
+  put(values, "rest_state_step_limit", solver.rest_state_step_limit_s, solver.rest_state_step_limit_s > 0);
+  put(values, "solver_seconds", solver.solver_seconds);
+  return values;
+}
+
+/// The smallest value that at least `share` of the sorted list does not exceed (nearest rank).
+double percentile_s(const std::vector<std::int64_t>& sorted_ns, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted_ns.size())));
+  return nearest_s(sorted_ns[std::max<std::size_t>(rank, 1) - 1]);
+}
+
+/// Lateness of every tick of the strategy that ran live; shadows and virtual time have none.
+void put_lateness(Values& values, const RunRecord& run) {
+  std::vector<std::int64_t> lateness_ns;
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (strategy.shadow) continue;
+    for (const DeviceRecord& device : strategy.devices) {
+      for (const TickRow& tick : device.ticks) lateness_ns.push_back(tick.lateness.ns);
+    }
+  }
+  if (lateness_ns.empty()) return;
+  std::sort(lateness_ns.begin(), lateness_ns.end());
+  put(values, "lateness_p50", percentile_s(lateness_ns, 0.5));
+  put(values, "lateness_p99", percentile_s(lateness_ns, 0.99));
+  put(values, "lateness_max", nearest_s(lateness_ns.back()));
+}
+
+Values run_values(const RunRecord& run) {
+  Values values;
+  put(values, "judged_s", nearest_s(run.nominal.end - run.nominal.judged_from));
+  put(values, "real_time_granted", run.real_time_granted ? 1 : 0);
+  put(values, "strategies", static_cast<double>(run.strategies.size()));
+  put(values, "left_out", static_cast<double>(run.left_out.size()));
+  return values;
+}
+
+}  // namespace
+
+Metrics measure(const RunRecord& run) {
+  Metrics metrics;
+  for (const StrategyRecord& strategy : run.strategies) {
+    const std::vector<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
+    for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
+      const DeviceRecord& device = strategy.devices[d];
+      metrics[device.name + ".interaction." + strategy.name] = interaction_values(run, strategy, device, steps);
+      metrics[device.name + ".force." + strategy.name] = force_values(run, strategy, d, steps);
+      metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, device, steps);
+    }
+    metrics["solver." + strategy.name] = solver_values(strategy.solver, run.nominal.slot_s);
+    for (const auto& [event, count] : strategy.event_counts)
+      metrics["events." + event]["sometimes"] += static_cast<double>(count);
+  }
+  if (run.clock == "wall") put_lateness(metrics["events.device.tick"], run);
+  metrics["run"] = run_values(run);
+  return metrics;
+}
+
+}  // namespace evenstep

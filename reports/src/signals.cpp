@@ -1,0 +1,152 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "evenstep/reports/measures.h"
+#include "src/judged.h"
+
+namespace evenstep {
+namespace {
+
+struct MetricUnit {
+  std::string_view metric, unit;
+};
+
+constexpr std::array kInteraction = std::to_array<MetricUnit>({{"judged", "count"},
+                                                               {"velocity_jump", "m"},
+                                                               {"deviation_max", "m"},
+                                                               {"deviation_rms", "m"},
+                                                               {"step_ratio_max", "1"},
+                                                               {"step_ratio_min", "1"},
+                                                               {"back_steps", "count"},
+                                                               {"latency_min", "s"},
+                                                               {"latency_mean", "s"},
+                                                               {"latency_max", "s"},
+                                                               {"underruns", "count"},
+                                                               {"underrun_rate", "1"},
+                                                               {"overruns", "count"},
+                                                               {"error_at_stop", "m"}});
+constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
+                                                         {"velocity_jump", "N"},
+                                                         {"deviation_max", "N"},
+                                                         {"deviation_rms", "N"},
+                                                         {"jump_max", "N"},
+                                                         {"residual_20_500_hz", "N"},
+                                                         {"deviation_from_ideal", "N"},
+                                                         {"schedule_latency", "s"},
+                                                         {"schedule_latency_min", "s"},
+                                                         {"schedule_latency_mean", "s"},
+                                                         {"schedule_latency_spread", "s"},
+                                                         {"total_latency", "s"},
+                                                         {"total_latency_min", "s"},
+                                                         {"total_latency_mean", "s"},
+                                                         {"late", "count"},
+                                                         {"underruns", "count"},
+                                                         {"underrun_rate", "1"},
+                                                         {"felt", "count"},
+                                                         {"emission_repairs", "count"},
+                                                         {"clamped", "count"},
+                                                         {"slewed", "count"},
+                                                         {"non_finite", "count"},
+                                                         {"reports", "count"},
+                                                         {"lost", "count"},
+                                                         {"malformed", "count"},
+                                                         {"stale", "count"},
+                                                         {"write_failures", "count"}});
+constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacity", "count"},
+                                                           {"force_capacity", "count"},
+                                                           {"underruns", "count"},
+                                                           {"interaction_underruns", "count"},
+                                                           {"force_underruns", "count"},
+                                                           {"underrun_rate", "1"},
+                                                           {"overruns", "count"},
+                                                           {"predicted_interaction_underruns", "count"},
+                                                           {"predicted_late_forces", "count"},
+                                                           {"lead", "s"},
+                                                           {"latency", "s"},
+                                                           {"latency_any_phase", "s"},
+                                                           {"latency_this_phase", "s"}});
+constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"},
+                                                          {"non_finite", "count"},
+                                                          {"first_bad_step", "count"},
+                                                          {"step_size_over_limit", "1"},
+                                                          {"substeps", "count"},
+                                                          {"particles", "count"},
+                                                          {"step_limit", "s"},
+                                                          {"rest_state_step_limit", "s"},
+                                                          {"solver_seconds", "s"}});
+constexpr std::array kEvents =
+    std::to_array<MetricUnit>({{"sometimes", "count"}, {"lateness_p50", "s"}, {"lateness_p99", "s"}, {"lateness_max", "s"}});
+constexpr std::array kRun = std::to_array<MetricUnit>(
+    {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
+
+using Table = std::span<const MetricUnit>;
+
+std::vector<std::string_view> parts_of(std::string_view signal) {
+  std::vector<std::string_view> parts;
+  for (std::size_t begin = 0;;) {
+    const std::size_t dot = signal.find('.', begin);
+    parts.push_back(signal.substr(begin, dot - begin));
+    if (dot == std::string_view::npos) return parts;
+    begin = dot + 1;
+  }
+}
+
+/// The tables of a signal's form; `*` in the middle of three parts stands for every kind of device signal.
+std::vector<Table> tables_of(std::string_view signal) {
+  const std::vector<std::string_view> parts = parts_of(signal);
+  if (std::find(parts.begin(), parts.end(), "") != parts.end()) return {};
+  if (parts.size() == 1 && parts[0] == "run") return {kRun};
+  if (parts.size() == 2 && parts[0] == "solver") return {kSolver};
+  if (parts.size() != 3) return {};
+  if (parts[0] == "events") {
+    const bool lane = parts[1] == "completion" || parts[1] == "device" || parts[1] == "launch" || parts[1] == "*";
+    return lane ? std::vector<Table>{kEvents} : std::vector<Table>{};
+  }
+  if (parts[1] == "interaction") return {kInteraction};
+  if (parts[1] == "force") return {kForce};
+  if (parts[1] == "buffers") return {kBuffers};
+  if (parts[1] == "*") return {kInteraction, kForce, kBuffers};
+  return {};
+}
+
+}  // namespace
+
+std::optional<std::vector<std::string>> metrics_of_signal(const std::string& signal) {
+  const std::vector<Table> tables = tables_of(signal);
+  if (tables.empty()) return std::nullopt;
+  std::vector<std::string> names;
+  for (const Table table : tables) {
+    for (const MetricUnit& row : table) {
+      if (std::find(names.begin(), names.end(), row.metric) == names.end()) names.emplace_back(row.metric);
+    }
+  }
+  return names;
+}
+
+std::string base_unit(const std::string& signal, const std::string& metric) {
+  std::string unit;
+  for (const Table table : tables_of(signal)) {
+    for (const MetricUnit& row : table) {
+      if (row.metric != metric) continue;
+      if (!unit.empty() && unit != row.unit) return "";  // "*": m and N at once
+      unit = row.unit;
+    }
+  }
+  return unit;
+}
+
+std::optional<double> step_unit(const Nominal& nominal, const std::string& signal) {
+  const std::vector<std::string_view> parts = parts_of(signal);
+  if (parts.size() != 3) return std::nullopt;
+  const Nominal::Device* device = internal::nominal_device(nominal, std::string(parts[0]));
+  if (!device || !device->speed_m_per_s) return std::nullopt;
+  const double step_m = std::abs(*device->speed_m_per_s) * nominal.slot_s;
+  if (!(step_m > 0)) return std::nullopt;
+  if (parts[1] == "interaction") return step_m;
+  if (parts[1] == "force" && device->stiffness_N_per_m) return *device->stiffness_N_per_m * step_m;
+  return std::nullopt;
+}
+
+}  // namespace evenstep

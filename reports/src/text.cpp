@@ -1,0 +1,113 @@
+#include "src/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace evenstep::internal {
+
+char32_t take_code_point(std::string_view& text) {
+  constexpr char32_t kReplacement = 0xFFFD;
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char lead = byte(0);
+  const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
+  char32_t c = length <= 1 ? lead : lead & (0xFFu >> (length + 1));
+  bool valid = length > 0 && length <= text.size();
+  for (std::size_t i = 1; valid && i < length; ++i) {
+    valid = byte(i) >> 6 == 2;
+    c = c << 6 | (byte(i) & 0x3Fu);
+  }
+  constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};  // shorter forms exist below: overlong
+  valid = valid && c >= kLeast[length] && c <= 0x10FFFF && !(c >= 0xD800 && c <= 0xDFFF);
+  text.remove_prefix(valid ? length : 1);
+  return valid ? c : kReplacement;
+}
+
+void append_utf8(std::string& out, char32_t c) {
+  const auto put = [&](char32_t byte) { out += static_cast<char>(static_cast<unsigned char>(byte)); };
+  const auto tail = [&](int shift) { put(0x80 | (c >> shift & 0x3F)); };
+  if (c < 0x80) return put(c);
+  if (c < 0x800) return put(0xC0 | c >> 6), tail(0);
+  if (c < 0x10000) return put(0xE0 | c >> 12), tail(6), tail(0);
+  put(0xF0 | c >> 18), tail(12), tail(6), tail(0);
+}
+
+std::string json_string(std::string_view text) {
+  std::string out = "\"";
+  while (!text.empty()) {
+    const char32_t c = take_code_point(text);
+    if (c == '"' || c == '\\') out += '\\';
+    if (c < 0x20 || c == 0x7F) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      append_utf8(out, c);
+    }
+  }
+  return out + '"';
+}
+
+std::string json_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "null"; }
+
+std::string xml_escape(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const char32_t c = take_code_point(text);
+    switch (c) {
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\t':
+      case '\n':
+      case '\r':
+        out += fmt::format("&#{};", static_cast<unsigned>(c));
+        break;
+      default:
+        if (c >= 0x20 && c != 0xFFFE && c != 0xFFFF) append_utf8(out, c);
+    }
+  }
+  return out;
+}
+
+std::size_t display_width(std::string_view text) {
+  struct Range {
+    char32_t first, last;
+  };
+  static constexpr std::array kZero =
+      std::to_array<Range>({{0x300, 0x36F}, {0x200B, 0x200F}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}});
+  static constexpr std::array kWide = std::to_array<Range>({{0x1100, 0x115F},
+                                                            {0x2E80, 0xA4CF},
+                                                            {0xAC00, 0xD7A3},
+                                                            {0xF900, 0xFAFF},
+                                                            {0xFE30, 0xFE6F},
+                                                            {0xFF00, 0xFF60},
+                                                            {0xFFE0, 0xFFE6},
+                                                            {0x1F300, 0x1FAFF},
+                                                            {0x20000, 0x3FFFD}});
+  const auto in = [](const auto& ranges, char32_t c) {
+    return std::any_of(ranges.begin(), ranges.end(), [c](Range r) { return c >= r.first && c <= r.last; });
+  };
+  std::size_t width = 0;
+  while (!text.empty()) {
+    const char32_t c = take_code_point(text);
+    width += in(kZero, c) ? 0 : in(kWide, c) ? 2 : 1;
+  }
+  return width;
+}
+
+std::string exact_seconds(RealTime t) {
+  const std::uint64_t magnitude = t.ns < 0 ? -static_cast<std::uint64_t>(t.ns) : static_cast<std::uint64_t>(t.ns);
+  return fmt::format("{}{}.{:09}", t.ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);
+}
+
+}  // namespace evenstep::internal

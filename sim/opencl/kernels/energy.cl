@@ -1,0 +1,29 @@
+// Mechanical energy: kinetic and half of each spring's per cell, then sums over fixed chunks.
+#define ADD_STRETCH(OFFSET, RX, RY, RZ, L)                                        \
+  {                                                                               \
+    const float dx = (ux[i + (OFFSET)] - xi) + (RX);                              \
+    const float dy = (uy[i + (OFFSET)] - yi) + (RY);                              \
+    const float dz = (uz[i + (OFFSET)] - zi) + (RZ);                              \
+    const float stretch = sqrt(dx * dx + dy * dy + dz * dz) - (L);                \
+    springs += active[i + (OFFSET)] > 0.0f ? stretch * stretch : 0.0f;            \
+  }
+
+__kernel void cell_energy(__global const float* restrict ux, __global const float* restrict uy, __global const float* restrict uz,
+                          __global const float* restrict vx, __global const float* restrict vy, __global const float* restrict vz,
+                          __global const float* restrict active, __global float* restrict energies) {
+  const int index = get_global_id(0);
+  const int i = index + FIRST;
+  const float xi = ux[i], yi = uy[i], zi = uz[i];
+  float springs = 0.0f;
+  SPRINGS(ADD_STRETCH)
+  const float speed2 = vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i];
+  const float energy = MASS * 0.5f * speed2 + STIFFNESS * 0.25f * springs;
+  energies[index] = active[i] > 0.0f ? energy : 0.0f;
+}
+
+__kernel void chunk_energy(__global const float* restrict energies, __global float* restrict sums) {
+  const int chunk = get_global_id(0);
+  float sum = 0.0f;
+  for (int n = 0; n < CHUNK; ++n) sum += energies[chunk * CHUNK + n];
+  sums[chunk] = sum;
+}

@@ -1,0 +1,43 @@
+#pragma once
+/// The tissue's geometry: a padded cubic lattice in which every neighbour lies at a fixed index offset, so that a gather
+/// needs no neighbour list and no branch and the loop over cells vectorises (measured: 8 times faster than lists on PoCL).
+///
+/// Cell of site (x, y, z): base + x + px (y + py z), px = nx + 1, py = ny + 1. The one column and one row of padding serve
+/// both sides, a ghost plane lies before and behind, and the count is rounded up to whole chunks of kChunk cells.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "evenstep/sim/scene.h"
+
+namespace evenstep::internal {
+
+inline constexpr int kNeighbours = 18;
+inline constexpr std::size_t kChunk = 256;   ///< cells per partial sum; no result depends on any other grouping
+
+struct Neighbour {
+  int dx, dy, dz;
+};
+/// 6 faces, then 12 edges; the order of summation in every solver.
+extern const std::array<Neighbour, kNeighbours> kNeighbourhood;
+
+struct Lattice {
+  explicit Lattice(const TissueScene& scene);
+
+  std::size_t first = 0;                         ///< first cell that can be a particle
+  std::size_t span = 0;                          ///< cells from `first` that a solver runs over; a multiple of kChunk
+  std::size_t cells = 0;                         ///< size of every array
+  std::array<std::ptrdiff_t, kNeighbours> offset{};
+  std::vector<std::uint8_t> active;              ///< cells: is a particle
+  std::vector<std::uint8_t> mobile;              ///< cells: moves by its forces (neither fixed nor grabbed)
+  std::vector<std::vector<std::uint32_t>> grabbed;   ///< per tool: cells, increasing
+  std::int64_t springs = 0;
+  std::int64_t most_springs_of_a_particle = 0;
+  std::int64_t particle_with_most_springs = -1;  ///< site index x + nx (y + ny z)
+};
+
+/// Throws SolverError (bad_scene): sizes, mass, spacing, stiffness, damping, grabs.
+void check_tissue(const TissueScene& scene, int tool_count);
+
+}  // namespace evenstep::internal

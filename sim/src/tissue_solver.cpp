@@ -1,0 +1,142 @@
+#include "src/tissue_solver.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace evenstep::internal {
+namespace {
+
+bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+/// Names of what this scene does without.
+std::vector<std::string> left_out_of(const Scene& scene, const TissueScene& tissue) {
+  std::vector<std::string> left_out;
+  if (tissue.damping_per_s == 0) left_out.push_back("damping");
+  if (!tissue.fixed_bottom) left_out.push_back("fixed particles");
+  if (scene.tool_count < kMaxTools) left_out.push_back(scene.tool_count == 0 ? "tools" : "second tool");
+  if (!scene.needs_energy) left_out.push_back("energy");
+  if (!scene.needs_state_digest) left_out.push_back("state digest");
+  return left_out;
+}
+
+}  // namespace
+
+template <class Real>
+TissueConstants<Real>::TissueConstants(const TissueScene& scene, double substep) {
+  const Real spacing = static_cast<Real>(scene.spacing_m);
+  for (std::size_t s = 0; s < kNeighbours; ++s) {
+    const Neighbour& n = kNeighbourhood[s];
+    rest_m[s] = {spacing * static_cast<Real>(n.dx), spacing * static_cast<Real>(n.dy), spacing * static_cast<Real>(n.dz)};
+    const auto& [x, y, z] = rest_m[s];
+    length_m[s] = std::sqrt(x * x + y * y + z * z);   // as the kernels do: at rest 1 - L/len is exactly 0
+  }
+  step_s = static_cast<Real>(substep);
+  acceleration = static_cast<Real>(scene.stiffness_N_per_m * substep / scene.particle_mass_kg);
+  decay = static_cast<Real>(1 - scene.damping_per_s * substep);
+  stiffness_N_per_m = static_cast<Real>(scene.stiffness_N_per_m);
+  mass_kg = static_cast<Real>(scene.particle_mass_kg);
+}
+template struct TissueConstants<float>;
+template struct TissueConstants<double>;
+
+TissueSolver::TissueSolver(const Scene& scene, std::string name)
+    : scene_((check_tissue(std::get<TissueScene>(scene.body), scene.tool_count), std::get<TissueScene>(scene.body))),
+      lattice_(scene_), needs_energy_(scene.needs_energy), needs_digest_(scene.needs_state_digest) {
+  info_.name = std::move(name);
+  info_.particles = scene_.particle_count;
+  info_.springs = lattice_.springs;
+  info_.limit = step_limit(scene_);
+  info_.substeps = scene_.substeps > 0 ? scene_.substeps : auto_substeps(scene_, scene.step_rate);
+  info_.left_out = left_out_of(scene, scene_);
+  substep_s_ = period_s(scene.step_rate) / info_.substeps;
+  if (substep_s_ > info_.limit->step_s && !scene.allow_unstable) {
+    throw SolverError(SolverFault::unstable_step,
+                      fmt::format("a substep of {:.4g} ms is above the limit of {:.4g} ms that holds in every configuration (the rest-state "
+                                  "limit is {:.4g} ms; particle {} sets it)", substep_s_ * 1e3, info_.limit->step_s * 1e3,
+                                  info_.limit->rest_state_step_s * 1e3, info_.limit->particle),
+                      fmt::format("substeps = \"auto\" or at least {}", auto_substeps(scene_, scene.step_rate)));
+  }
+  std::size_t grabbed = 0;
+  for (const auto& cells : lattice_.grabbed) grabbed += cells.size();
+  grab_forces_N_.resize(grabbed);
+}
+
+ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m) {
+  const std::size_t tools = lattice_.grabbed.size();
+  assert(positions_m.size() == tools);
+  for (std::size_t tool = 0; tool < tools; ++tool) {
+    if (!finite(positions_m[tool])) {
+      throw SolverError(SolverFault::bad_input, fmt::format("step {}: the position of tool {} is not finite", steps_, tool),
+                        "check the device's reports or the recorded motion");
+    }
+  }
+  if (origin_m_.empty()) {
+    origin_m_.assign(positions_m.begin(), positions_m.end());
+    offset_m_.assign(tools, glm::dvec3(0));
+  }
+  std::vector<glm::dvec3>& from_m = offset_m_;
+  std::array<glm::dvec3, kMaxTools> moved_m{};
+  for (std::size_t tool = 0; tool < tools; ++tool) moved_m[tool] = positions_m[tool] - origin_m_[tool] - from_m[tool];
+
+  std::array<GrabTarget, kMaxTools> targets;
+  const double step_s = substep_s_ * info_.substeps;
+  for (int s = 1; s <= info_.substeps; ++s) {
+    for (std::size_t tool = 0; tool < tools; ++tool) {
+      const double part = static_cast<double>(s) / info_.substeps;
+      for (int axis = 0; axis < 3; ++axis) {
+        targets[tool].offset_m[static_cast<std::size_t>(axis)] = from_m[tool][axis] + moved_m[tool][axis] * part;
+        targets[tool].velocity_m_per_s[static_cast<std::size_t>(axis)] = moved_m[tool][axis] / step_s;
+      }
+    }
+    substep(std::span(targets.data(), tools));
+  }
+  for (std::size_t tool = 0; tool < tools; ++tool) offset_m_[tool] = positions_m[tool] - origin_m_[tool];
+
+  grab_forces(grab_forces_N_);
+  ToolResponse response;
+  std::size_t i = 0;
+  for (std::size_t tool = 0; tool < tools; ++tool) {
+    for (std::size_t n = 0; n < lattice_.grabbed[tool].size(); ++n, ++i) {
+      const auto& [x, y, z] = grab_forces_N_[i];
+      response.force_N[tool] += glm::dvec3(x, y, z);
+    }
+    if (!finite(response.force_N[tool]) && !verdict_.non_finite) {
+      verdict_.non_finite = true;
+      verdict_.first_bad_step = steps_;
+    }
+  }
+  if (needs_energy_) balance_energy(std::span(moved_m.data(), tools), response);
+  last_response_ = response;
+  ++steps_;
+  return response;
+}
+
+/// The hand does work -f dx on the tissue (f is what the hand feels; trapezoid over the step). Damping only takes energy
+/// away, so energy - work above zero is growth that physics does not have.
+void TissueSolver::balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response) {
+  for (std::size_t tool = 0; tool < moved_m.size(); ++tool) {
+    const glm::dvec3 mean_N = (last_response_.force_N[tool] + response.force_N[tool]) * 0.5;
+    work_J_ -= mean_N.x * moved_m[tool].x + mean_N.y * moved_m[tool].y + mean_N.z * moved_m[tool].z;
+  }
+  verdict_.energy_J = energy();
+  energy_scale_J_ = std::max({energy_scale_J_, std::abs(work_J_), verdict_.energy_J});
+  worst_excess_J_ = std::max(worst_excess_J_, verdict_.energy_J - work_J_);
+  verdict_.energy_growth = energy_scale_J_ > 0 ? worst_excess_J_ / energy_scale_J_ : 0;
+}
+
+void TissueSolver::reset() {
+  to_rest();
+  origin_m_.clear();
+  offset_m_.clear();
+  last_response_ = {};
+  verdict_ = {};
+  steps_ = 0;
+  work_J_ = energy_scale_J_ = worst_excess_J_ = 0;
+}
+
+SolverVerdict TissueSolver::verdict() { return verdict_; }
+
+}  // namespace evenstep::internal

@@ -1,0 +1,77 @@
+#pragma once
+/// What every tissue solver does around its substeps: tool offsets, substep targets, force sums, energy balance, verdict.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "evenstep/sim/solver.h"
+#include "src/lattice.h"
+
+namespace evenstep::internal {
+
+/// Where each tool has its particles at the end of a substep, relative to rest, and how fast they got there.
+struct GrabTarget {
+  std::array<double, 3> offset_m{};
+  std::array<double, 3> velocity_m_per_s{};
+};
+
+/// The scene's constants in the solver's scalar type, derived once, so that every solver computes with the same bits.
+template <class Real>
+struct TissueConstants {
+  TissueConstants(const TissueScene& scene, double substep_s);
+  std::array<std::array<Real, 3>, kNeighbours> rest_m{};   ///< vector to the neighbour at rest
+  std::array<Real, kNeighbours> length_m{};                ///< sqrt(x x + y y + z z) of it, in Real
+  Real step_s{};
+  Real acceleration{};                                     ///< k step / m: velocity change per metre of (1 - L/len) d
+  Real decay{};                                            ///< 1 - damping step
+  Real stiffness_N_per_m{};
+  Real mass_kg{};
+};
+extern template struct TissueConstants<float>;
+extern template struct TissueConstants<double>;
+
+class TissueSolver : public Solver {
+ public:
+  TissueSolver(const Scene& scene, std::string name);
+  ToolResponse step(std::span<const glm::dvec3> positions_m) final;
+  void reset() final;
+  SolverVerdict verdict() final;
+  const SolverInfo& info() const final { return info_; }
+
+ protected:
+  /// One substep of every particle, then the grabbed ones to their targets.
+  virtual void substep(std::span<const GrabTarget> targets) = 0;
+  /// Spring force on every grabbed particle (tool after tool, in the order of Lattice::grabbed), newtons.
+  virtual void grab_forces(std::span<std::array<double, 3>> forces_N) = 0;
+  virtual double energy() = 0;
+  virtual void to_rest() = 0;
+
+  const TissueScene& scene() const { return scene_; }
+  const Lattice& lattice() const { return lattice_; }
+  double substep_s() const { return substep_s_; }
+  bool needs_energy() const { return needs_energy_; }
+  bool needs_digest() const { return needs_digest_; }
+  std::size_t grabbed_count() const { return grab_forces_N_.size(); }
+  void set_device(std::string device) { info_.device = std::move(device); }
+
+ private:
+  void balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response);
+
+  TissueScene scene_;
+  Lattice lattice_;
+  bool needs_energy_, needs_digest_;
+  SolverInfo info_;
+  double substep_s_ = 0;
+  std::vector<std::array<double, 3>> grab_forces_N_;
+  std::vector<glm::dvec3> origin_m_, offset_m_;   // per tool: first sample; displacement since
+  ToolResponse last_response_;
+  SolverVerdict verdict_;
+  std::int64_t steps_ = 0;
+  double work_J_ = 0, energy_scale_J_ = 0, worst_excess_J_ = 0;
+};
+
+/// Digest of one chunk's sum after the ones before it.
+constexpr std::uint64_t kDigestStart = 0x6576656e73746570ULL;   // "evenstep"
+
+}  // namespace evenstep::internal

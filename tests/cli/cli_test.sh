@@ -1,0 +1,152 @@
+#!/usr/bin/env bash
+# cli_test.sh PROGRAM SOURCE_DIR CASE : runs one case; prints what differed and exits 1 on failure, 77 when it cannot run here.
+set -uo pipefail
+evenstep=$1
+source_dir=$2
+work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep cli XXXXXX")
+trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
+cd "$work" || exit 1
+spring=$source_dir/scenarios/paper/figure-1-spring.toml
+
+fail() { printf 'FAILED: %s\n--- stdout\n%s\n--- stderr\n%s\n' "$1" "$(head -c 3000 out)" "$(head -c 3000 err)"; exit 1; }
+# expect CODE TEXT ARGUMENTS... : the exit code, and TEXT on stderr or stdout
+expect() {
+  local code=$1 text=$2
+  shift 2
+  "$evenstep" "$@" >out 2>err
+  local got=$?
+  [ "$got" -eq "$code" ] || fail "exit $got instead of $code: evenstep $*"
+  grep -qF -- "$text" err out || fail "no '$text': evenstep $*"
+}
+# scenario LINES... : the spring with a change, in x.toml; always short
+scenario() {
+  { printf 'format = 1\nextends = ["%s"]\nname = "x"\n' "$spring"; printf '%s\n' "$@"; } >x.toml
+}
+no_run_folder() { [ -z "$(ls -A runs 2>/dev/null)" ] || fail "a run folder was written: $(ls -A runs)"; }
+
+case_help_and_version() {
+  expect 0 "Exit: 0 pass" --help
+  expect 0 "evenstep 0." --version
+  expect 2 "subcommand" ''
+  expect 2 "required" run
+  expect 2 "--clock" run x.toml --clock sundial
+}
+case_unknown_key() { scenario '[timing]' 'vsualization = "1 ms"'; expect 2 "x.toml:5:1: error: unknown key 'vsualization'" run x.toml; grep -q "did you mean 'visualization'" err || fail "no suggestion"; no_run_folder; }
+case_wrong_unit() { scenario '[timing]' 'visualization = "11.1 msec"'; expect 2 "x.toml:5:" run x.toml; grep -q "msec" err || fail "does not name the unit"; no_run_folder; }
+case_bare_number() { scenario '[timing]' 'visualization = 11.1'; expect 2 "x.toml:5:" run x.toml; }
+case_duplicate_key() { scenario '[timing]' 'steps = 3' 'steps = 4'; expect 2 "x.toml:6" run x.toml; }
+case_nan() { scenario '[timing]' 'visualization = nan'; expect 2 "x.toml:5:" run x.toml; scenario '[[expect]]' 'signal = "run"' 'metric = "x"' 'max = "nan"'; expect 2 "x.toml:" run x.toml; }
+case_missing_file() { expect 2 "nowhere.toml" run nowhere.toml; mkdir empty; expect 2 "no scenario" run empty; }
+case_missing_trace() { scenario '[timing]' 'trace = "gone.csv"'; expect 2 "gone.csv" run x.toml; }
+case_include_cycle() {
+  printf 'format = 1\nextends = ["b.toml"]\nname = "a"\n' >a.toml
+  printf 'format = 1\nextends = ["a.toml"]\nname = "b"\n' >b.toml
+  expect 2 "b.toml" run a.toml
+  grep -qi "cycle" err || fail "does not say cycle"
+}
+case_step_counts() { for n in 0 1000000000 -3; do scenario '[timing]' "steps = $n"; expect 2 "x.toml:5:" run x.toml; done; }
+case_negative_duration() { scenario '[run]' 'duration = "-1 s"'; expect 2 "x.toml:5:" run x.toml; scenario '[timing]' 'visualization = "-1 ms"'; expect 2 "x.toml:5:" run x.toml; }
+case_step_longer_than_segment() { scenario '[timing]' 'step = "40 ms"'; expect 2 "x.toml:5:" run x.toml; scenario '[timing]' 'visualization = "34 ms"'; expect 2 "x.toml:5:" run x.toml; }
+case_all_errors_at_once() {
+  scenario '[timing]' 'vsualization = "1 ms"' '[scene]' 'stifness = "1 N/m"' '[run]' 'sed = 1'
+  expect 2 "vsualization" run x.toml
+  [ "$(grep -c ': error: ' err)" -eq 3 ] || fail "not all three errors"
+}
+case_trace_going_back() {
+  printf 'segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,1000\n0,step,0,1000,2000\n0,step,1,1500,2500\n' >t.csv
+  printf 'format = 1\nname = "t"\n[timing]\ntrace = "t.csv"\n[scene]\nsolver = "cpu-double"\nkind = "spring"\nstiffness = "1 N/m"\nstep_size = "450 Hz"\n[[device]]\nname = "left"\nrate = "1 kHz"\nmotion = { kind = "still" }\n' >t.toml
+  expect 2 "t.csv:4" run t.toml
+}
+case_no_opencl_platform() {
+  mkdir none
+  OCL_ICD_VENDORS="$work/none" expect 3 "pocl-opencl-icd" run "$source_dir/scenarios/paper/figure-1.toml" --set 'run.duration="0.5 s"'
+}
+case_unwritable_run_folder() {
+  if [ "$(id -u)" -eq 0 ]; then
+    command -v setpriv >/dev/null || { echo "skipped: root writes everywhere and setpriv is not here"; exit 77; }
+    chmod 755 "$work"; mkdir locked; chmod 555 locked; touch out err; chmod 666 out err
+    setpriv --reuid 65534 --regid 65534 --clear-groups "$evenstep" run "$spring" --out locked/run >out 2>err
+  else
+    mkdir locked; chmod 555 locked
+    "$evenstep" run "$spring" --out locked/run >out 2>err
+  fi
+  local got=$?
+  [ "$got" -eq 126 ] && { echo "skipped: the build folder is not readable for another user"; exit 77; }
+  [ "$got" -eq 3 ] || fail "exit $got instead of 3"
+  grep -q -- "--out" err || fail "no remedy"
+  [ -z "$(ls -A locked)" ] || fail "something was written"
+}
+case_refuses_to_replace_other_folders() { mkdir mine; echo x >mine/x; expect 3 "not a run folder" run "$spring" --out mine; [ -f mine/x ] || fail "mine/x is gone"; }
+case_run_writes_a_verdict_and_a_folder() {
+  expect 0 "PASS" run "$spring"
+  head -1 out | grep -q "evenstep 0.*figure-1-spring.toml.*seed 1.*clock virtual" || fail "first line"
+  for f in summary.json junit.xml series.csv timing.csv events.bin resolved.toml figure-1a-left.svg figure-1b-left.svg figure-2to4.svg; do
+    [ -s "runs/figure-1-spring/$f" ] || fail "no $f"
+  done
+  grep -q '"verdict":"pass"' runs/figure-1-spring/summary.json || fail "summary verdict"
+}
+case_failing_expectation_names_the_line_and_the_command() {
+  scenario '[[expect]]' 'signal = "left.interaction.direct"' 'metric = "velocity_jump"' 'max = "1 step"'
+  expect 1 "x.toml:4" run x.toml
+  grep -q "again: evenstep run x.toml --seed 1" out || fail "no command to run it again"
+  grep -q '"verdict":"fail"' runs/x/summary.json || fail "summary verdict"
+}
+case_json() { "$evenstep" run "$spring" --json >out 2>err || fail "exit"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
+case_repeat() { expect 0 "PASS" run "$spring" --repeat; }
+case_seed_and_set_are_in_the_run() {
+  expect 0 "seed 7" run "$spring" --seed 7 --set 'run.duration="1 s"'
+  grep -q '"seed":7' runs/figure-1-spring/summary.json || fail "summary seed"
+  expect 2 "--set" run "$spring" --set 'run.duratoin="1 s"'
+}
+case_several_files_worst_wins() {
+  scenario '[[expect]]' 'signal = "left.interaction.direct"' 'metric = "velocity_jump"' 'max = "1 step"'; mv x.toml fails.toml
+  scenario '[run]' 'duration = "1 s"'; mv x.toml passes.toml
+  expect 1 "2 scenarios: 1 passed, 1 failed" run fails.toml passes.toml --out all
+  [ -s all/fails/summary.json ] && [ -s all/passes/summary.json ] || fail "run folders"
+  expect 2 "1 passed" run nowhere.toml passes.toml
+}
+case_diff_names_the_first_differing_event() {
+  "$evenstep" run "$spring" --set 'run.duration="1 s"' --out a >out 2>err || fail "a"
+  "$evenstep" run "$spring" --set 'run.duration="1 s"' --out b >out 2>err || fail "b"
+  expect 0 "the same events" diff a b
+  "$evenstep" run "$spring" --set 'run.duration="1 s"' --set 'timing.visualization="11.100001 ms"' --out c >out 2>err
+  expect 1 "visualization" diff a c
+  printf 'EVSTEP01 is not enough' >bad.bin
+  expect 2 "bad.bin" diff a bad.bin
+}
+case_check_explains_without_running() { expect 0 "least: any device phase" check "$spring"; no_run_folder; expect 2 "error" check nowhere.toml; }
+case_list_names_scenarios_and_metrics() { (cd "$source_dir" && "$evenstep" list) >out 2>err || fail "list"; grep -q "figure-1.toml" out || fail "scenario"; grep -q "velocity_jump" out || fail "metrics"; }
+case_schema_is_json() { "$evenstep" schema >out 2>err || fail "schema"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
+case_interrupt_keeps_what_is_finished() {
+  scenario '[run]' 'duration = "600 s"' 'strategies = ["direct", "phase_locked"]'
+  "$evenstep" run "$spring" x.toml --out kept >out 2>err &
+  local pid=$!
+  for _ in $(seq 300); do [ -s kept/figure-1-spring/summary.json ] && break; sleep 0.1; done
+  sleep 0.3
+  kill -INT $pid
+  wait $pid
+  local got=$?
+  [ "$got" -eq 130 ] || fail "exit $got instead of 130"
+  grep -q '"verdict":"pass"' kept/figure-1-spring/summary.json || fail "the finished run is not kept"
+  [ -z "$(find kept -name '.*.writing-*')" ] || fail "a half-written folder is left"
+}
+case_closed_stdout_is_not_a_crash() { "$evenstep" run "$spring" 2>err | head -c 10 >/dev/null; [ "${PIPESTATUS[0]}" -lt 128 ] || fail "died of a signal"; }
+case_pocl_drivers_agree() {
+  # The same hash with PoCL's basic and pthread drivers, with one and two threads, and on the CPU solver.
+  local small=(--set 'scene.lattice=[8, 7, 9]' --set scene.particles=490 --set 'run.duration="0.5 s"' --set 'expect=[]'
+    --set 'device.left.grab={ center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }'
+    --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
+  local hashes
+  hashes=$(
+    for environment in POCL_DEVICES=basic "POCL_DEVICES=pthread POCL_MAX_PTHREAD_COUNT=1" "POCL_DEVICES=pthread POCL_MAX_PTHREAD_COUNT=2"; do
+      env $environment "$evenstep" run "$source_dir/scenarios/paper/figure-1.toml" "${small[@]}" --json 2>>err | grep -o '"trace_hash":"[0-9a-f]*"'
+    done
+    "$evenstep" run "$source_dir/scenarios/paper/figure-1.toml" "${small[@]}" --set 'scene.solver="cpu"' --json 2>>err | grep -o '"trace_hash":"[0-9a-f]*"'
+  )
+  printf '%s\n' "$hashes" >out
+  [ "$(wc -l <out)" -eq 4 ] || fail "a run gave no hash"
+  [ "$(sort -u out | wc -l)" -eq 1 ] || fail "the hashes differ"
+}
+
+: >out; : >err
+"case_$3"

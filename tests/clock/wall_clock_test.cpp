@@ -1,0 +1,151 @@
+#include "evenstep/clock/wall_clock.h"
+
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <thread>
+
+using namespace evenstep;
+
+TEST_CASE("a wall clock is not virtual, and its time passes by itself") {
+  WallClock clock(WallEpoch::in({0}));
+  CHECK_FALSE(clock.is_virtual());
+  const RealTime start = clock.now();
+  while (clock.now() == start) {
+  }
+  CHECK(clock.now() > start);
+}
+
+TEST_CASE("two wall clocks of one epoch compare") {
+  const WallEpoch epoch = WallEpoch::in({0});
+  WallClock one(epoch), other(epoch, Duration{0});
+  int out_of_order = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const RealTime first = one.now(), second = other.now(), third = one.now();
+    out_of_order += second < first || third < second;
+  }
+  CHECK(out_of_order == 0);
+  const RealTime deadline = one.now() + Duration{300'000};
+  REQUIRE(one.wait_until(deadline) == Wake::deadline);
+  CHECK(other.now() >= deadline);
+}
+
+TEST_CASE("a notification to one clock of an epoch does not end the wait of the other") {
+  const WallEpoch epoch = WallEpoch::in({0});
+  WallClock one(epoch), other(epoch);
+  one.notify();
+  CHECK(other.wait_until(other.now() + Duration{200'000}) == Wake::deadline);
+  CHECK(one.wait_until(kNever) == Wake::notified);
+}
+
+TEST_CASE("an epoch in the future gives the lanes time to be ready for t = 0") {
+  const Duration ahead{20'000'000};
+  WallClock clock(WallEpoch::in(ahead));
+  CHECK(clock.now() >= RealTime{0} - ahead);
+  CHECK(clock.wait_until(RealTime{0}) == Wake::deadline);
+  CHECK(clock.now() >= RealTime{0});
+}
+
+TEST_CASE("deadlines so far away that they overflow the system's clock wait for a notification") {
+  WallClock clock(WallEpoch::in({0}));
+  for (const std::int64_t before_never : {0LL, 1LL, 1'000'000'000LL}) {
+    std::thread notifier([&] { clock.notify(); });
+    CHECK(clock.wait_until(RealTime{kNever.ns - before_never}) == Wake::notified);
+    notifier.join();
+  }
+}
+
+namespace {
+
+/// Whether the kernel put the calling thread to sleep while `function` ran (spinning never gives the processor away of its
+/// own).
+template <class Function>
+bool sleeps_in(Function function) {
+  const auto voluntary_switches = [] {
+    rusage usage{};
+    getrusage(RUSAGE_THREAD, &usage);
+    return usage.ru_nvcsw;
+  };
+  const long before = voluntary_switches();
+  function();
+  return voluntary_switches() > before;
+}
+
+}  // namespace
+
+TEST_CASE("a wait for a distant deadline or for kNever sleeps; one within the spin tail does not") {
+  const WallEpoch epoch = WallEpoch::in({0});
+  WallClock waiting(epoch), notifying(epoch), spinning(epoch, Duration{1'000'000'000});
+  bool deadline_sleeps = false, never_sleeps = false;
+  // A thread that is kept from running finds its deadline reached and need not sleep: hence more than one try.
+  for (int attempt = 0; attempt < 20 && !(deadline_sleeps && never_sleeps); ++attempt) {
+    deadline_sleeps |= sleeps_in([&] { waiting.wait_until(waiting.now() + Duration{10'000'000}); });
+    std::thread notifier([&] {
+      notifying.wait_until(notifying.now() + Duration{10'000'000});
+      waiting.notify();
+    });
+    never_sleeps |= sleeps_in([&] { waiting.wait_until(kNever); });
+    notifier.join();
+  }
+  CHECK(deadline_sleeps);
+  CHECK(never_sleeps);
+  CHECK_FALSE(sleeps_in([&] { spinning.wait_until(spinning.now() + Duration{2'000'000}); }));
+}
+
+TEST_CASE("notify leaves errno as it was, as a signal handler must") {
+  WallClock clock(WallEpoch::in({0}));
+  errno = EDOM;
+  clock.notify();
+  clock.notify();
+  CHECK(errno == EDOM);
+}
+
+namespace {
+
+/// Runs in a thread of its own, so that the test's thread keeps its scheduling.
+template <class Function>
+void in_own_thread(Function function) {
+  std::thread thread(function);
+  thread.join();
+  munlockall();
+}
+
+}  // namespace
+
+TEST_CASE("a real-time grant says what the kernel really gave to the thread") {
+  in_own_thread([] {
+    const RealTimeGrant grant = request_real_time(1);
+    CHECK(grant.fifo == (sched_getscheduler(0) == SCHED_FIFO));
+    CHECK(grant.refusal.empty() == (grant.fifo && grant.memory_locked));
+    CHECK((grant.refusal.find("SCHED_FIFO priority 1 refused: ") != std::string::npos) == !grant.fifo);
+    CHECK((grant.refusal.find("mlockall refused: ") != std::string::npos) == !grant.memory_locked);
+    // 1 ns for an ordinary thread; the kernels that give a real-time thread none report 0.
+    CHECK(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0) <= 1);
+  });
+}
+
+TEST_CASE("a priority that no kernel knows is refused in words, and the timer slack is 1 ns all the same") {
+  in_own_thread([] {
+    const RealTimeGrant grant = request_real_time(1'000);
+    CHECK_FALSE(grant.fifo);
+    CHECK(grant.refusal.find("SCHED_FIFO priority 1000 refused: Invalid argument") == 0);
+    CHECK(sched_getscheduler(0) == SCHED_OTHER);
+    CHECK(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0) == 1);
+  });
+}
+
+TEST_CASE("the clocks for reports run forwards, and CPU time only where there is work") {
+  const double monotonic = monotonic_seconds(), cpu = process_cpu_seconds();
+  WallClock clock(WallEpoch::in({0}));
+  clock.wait_until(clock.now() + Duration{2'000'000});
+  CHECK(monotonic_seconds() >= monotonic + 0.002 - 1e-6);  // 1e-6 s: a double holds a year of uptime to 4 ns
+  const double before_work = process_cpu_seconds();
+  CHECK(before_work >= cpu);
+  volatile int work = 0;
+  for (int i = 0; i < 20'000'000; ++i) work = work + 1;  // 2e7 dependent stores take at least some ms
+  CHECK(process_cpu_seconds() > before_work);
+}

@@ -1,0 +1,155 @@
+#include <catch2/catch.hpp>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "evenstep/device/force_guard.h"
+
+using namespace evenstep;
+
+namespace {
+
+constexpr double kEpsilon = 0x1p-52;
+constexpr std::int64_t kMs = 1'000'000;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+double length(const glm::dvec3& v) { return std::hypot(v.x, v.y, v.z); }
+
+bool same_bits(const glm::dvec3& a, const glm::dvec3& b) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::bit_cast<std::uint64_t>(a[axis]) != std::bit_cast<std::uint64_t>(b[axis])) return false;
+  }
+  return true;
+}
+
+/// Uniform in [-1, 1), from the generator's bits alone.
+double uniform(std::mt19937_64& random) { return static_cast<double>(static_cast<std::int64_t>(random())) * 0x1p-63; }
+
+/// Any size from 1e-20 to 1e308, sometimes along an axis, sometimes not finite.
+glm::dvec3 any_force(std::mt19937_64& random) {
+  const double size =
+      std::pow(10, random() % 4 ? static_cast<double>(random() % 5) - 1 : static_cast<double>(random() % 328) - 20);
+  glm::dvec3 force{size * uniform(random), size * uniform(random), size * uniform(random)};
+  if (random() % 8 == 0) force = glm::dvec3(0, 0, force.z);
+  if (random() % 16 == 0) force[static_cast<int>(random() % 3)] = random() % 2 ? kNaN : -kInfinity;
+  return force;
+}
+
+}  // namespace
+
+TEST_CASE("a force within the limits passes bit for bit, 100,000 random ones") {
+  std::mt19937_64 random(1);
+  ForceGuard guard({100, 1e6});  // 1000 N per tick: any change within the ball
+  guard.pass(RealTime{0}, glm::dvec3(0));
+  for (std::int64_t tick = 1; tick <= 100'000; ++tick) {
+    glm::dvec3 wanted{uniform(random), uniform(random), uniform(random)};
+    wanted *= std::pow(10, static_cast<double>(random() % 40) - 38) * 5;  // up to 50 sqrt(3) N, and tiny ones
+    if (tick % 100 == 0) wanted = glm::dvec3(-0.0, 0.0, -0.0);
+    REQUIRE(same_bits(guard.pass(RealTime{tick * kMs}, wanted), wanted));
+  }
+  CHECK((guard.counters().clamped == 0 && guard.counters().slewed == 0 && guard.counters().non_finite == 0));
+}
+
+TEST_CASE("whatever is wanted, length and change stay within the limits, 100,000 random calls of 100 guards") {
+  std::mt19937_64 random(2);
+  for (int run = 0; run < 100; ++run) {
+    const ForceLimits limits{std::pow(10, 3 * uniform(random)), std::pow(10, 3 + 3 * uniform(random))};
+    ForceGuard guard(limits);
+    RealTime now{static_cast<std::int64_t>(random() % 1000)};
+    glm::dvec3 last(0);
+    RealTime last_at = now;
+    for (int call = 0; call < 1000; ++call) {
+      const glm::dvec3 wanted = any_force(random);
+      const glm::dvec3 sent = guard.pass(now, wanted);
+      // Direction, its length and the scaling round 8 times at most, 2^-53 each, as does hypot here: 8 epsilon.
+      REQUIRE(length(sent) <= limits.max_N * (1 + 8 * kEpsilon));
+      // The sum last + change rounds once more per component, of numbers up to max_N.
+      const double allowed_N = limits.max_slew_N_per_s * seconds(now - last_at);
+      REQUIRE(length(sent - last) <= allowed_N * (1 + 8 * kEpsilon) + 2 * kEpsilon * limits.max_N);
+      // Idempotent: the same instant again changes nothing, for the same wish and for the force that was sent.
+      REQUIRE(guard.pass(now, wanted) == sent);
+      REQUIRE(guard.pass(now, sent) == sent);
+      last = sent;
+      last_at = now;
+      now = now + Duration{static_cast<std::int64_t>(random() % (2 * kMs)) * static_cast<std::int64_t>(random() % 4)};
+    }
+  }
+}
+
+TEST_CASE("a clamped force keeps its direction and has the largest length, not zero") {
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 10'000; ++i) {
+    ForceGuard guard({3, 1e9});
+    guard.pass(RealTime{0}, glm::dvec3(0));
+    const double size = std::pow(10, 1 + static_cast<double>(random() % 308));
+    const glm::dvec3 unit{uniform(random), uniform(random), uniform(random)};
+    const glm::dvec3 wanted = unit * size;
+    if (length(unit) < 0.5) continue;
+    const glm::dvec3 sent = guard.pass(RealTime{kMs}, wanted);
+    for (int axis = 0; axis < 3; ++axis)
+      REQUIRE(sent[axis] == Approx(3 * unit[axis] / length(unit)).epsilon(1e-14).margin(1e-14));
+    REQUIRE(guard.counters().clamped == 1);
+  }
+}
+
+TEST_CASE("on an axis the clamp gives the limit exactly, and one ulp below it passes") {
+  for (const double limit : {1.0, 3.3, 100.0, 1e12}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double sign : {-1.0, 1.0}) {
+        ForceGuard guard({limit, 1e300});
+        guard.pass(RealTime{0}, glm::dvec3(0));
+        glm::dvec3 wanted(0);
+        wanted[axis] = sign * std::nextafter(limit, 0);
+        CHECK(guard.pass(RealTime{kMs}, wanted) == wanted);
+        wanted[axis] = sign * limit;
+        CHECK(guard.pass(RealTime{kMs * 2}, wanted) == wanted);
+        CHECK(guard.counters().clamped == 0);
+        const glm::dvec3 at_limit = wanted;
+        wanted[axis] = sign * std::nextafter(limit, kInfinity);
+        CHECK(guard.pass(RealTime{kMs * 3}, wanted) == at_limit);
+        CHECK(guard.counters().clamped == 1);
+      }
+    }
+  }
+}
+
+TEST_CASE("the first call sends zero, and from it on the slew has the time that passed") {
+  for (const std::int64_t start_ns : {0 * kMs, 17 * kMs, 1000 * kMs}) {
+    ForceGuard guard({100, 1000});
+    CHECK(guard.pass(RealTime{start_ns}, {50, 0, 0}) == glm::dvec3(0));
+    for (int tick = 1; tick <= 60; ++tick) {
+      // 1 N per tick up to 50; 50 sums of rounded numbers below 64 stray by at most 50 * 2^-48.
+      const double sent_N = guard.pass(RealTime{start_ns + tick * kMs}, {50, 0, 0}).x;
+      CHECK(sent_N == Approx(std::min(tick, 50)).epsilon(0).margin(50 * 0x1p-48));
+    }
+  }
+}
+
+TEST_CASE("a schedule that starts with zero force is not touched by the first call") {
+  ForceGuard guard({100, 1e6});
+  CHECK(guard.pass(RealTime{0}, glm::dvec3(0)) == glm::dvec3(0));
+  CHECK(guard.pass(RealTime{kMs}, {0, 0, 99}) == glm::dvec3(0, 0, 99));
+  CHECK(guard.counters().slewed == 0);
+}
+
+TEST_CASE("a non-finite force ramps to zero by the slew limit and is counted") {
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      ForceGuard guard({100, 1024});  // 1.024 N per tick
+      for (int tick = 0; tick <= 10; ++tick) guard.pass(RealTime{tick * kMs}, {0, 8, 0});
+      glm::dvec3 wanted(0, 8, 0);
+      wanted[axis] = bad;
+      for (int tick = 11; tick <= 20; ++tick) {
+        const glm::dvec3 sent = guard.pass(RealTime{tick * kMs}, wanted);
+        CHECK(sent.y == Approx(std::max(0.0, 8 - 1.024 * (tick - 10))).margin(1e-14));
+        CHECK((sent.x == 0 && sent.z == 0));
+      }
+      CHECK(guard.counters().non_finite == 10);
+      CHECK(guard.counters().clamped == 0);
+      CHECK(guard.counters().slewed == 15);  // 8 ticks up (the first sends zero), then 7 whole ones down; the 8th arrives
+    }
+  }
+}

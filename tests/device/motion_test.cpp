@@ -1,0 +1,143 @@
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/motion.h"
+
+using namespace evenstep;
+
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr long double kPi = 3.14159265358979323846264338327950288L;
+
+const glm::dvec3 kVelocity{0.1, -0.25, 0};
+const std::array<Duration, 5> kStarts{Duration{0}, Duration{1}, Duration{7 * kMs + 1}, Duration{100 * kMs},
+                                      Duration{2 * kSecond}};
+
+double x_m(const Motion& motion, std::int64_t ns) { return position_m(motion, RealTime{ns}).x; }
+
+}  // namespace
+
+TEST_CASE("constant velocity follows its closed form on both sides of the start's end") {
+  for (const Duration start : kStarts) {
+    const ConstantVelocity motion{kVelocity, start, {0.5, 0.5, 0.5}};
+    for (std::int64_t k = 0; k <= 3000; ++k) {
+      const std::int64_t ns = start.ns < 1000 ? k : start.ns / 1000 * k;
+      const long double t = ns / 1e9L;
+      const long double t_s = start.ns / 1e9L;
+      const long double u = start.ns > 0 ? t / t_s : 1;
+      const long double run = ns >= start.ns ? t - t_s / 2 : t_s * (u * u * u - u * u * u * u / 2);
+      for (int axis = 0; axis < 3; ++axis) {
+        const long double expected = 0.5L + kVelocity[axis] * run;
+        // Seven roundings at most, each 2^-53 of a value below 2.
+        CHECK(std::abs(position_m(motion, RealTime{ns})[axis] - expected) <= 14 * 0x1p-53L);
+      }
+    }
+    CHECK(x_m(ConstantVelocity{{0.1, 0, 0}, start}, start.ns) == 0.1 * (static_cast<double>(start.ns) / 2e9));
+  }
+}
+
+TEST_CASE("the smooth start has no jump in velocity or acceleration") {
+  // Of a C2 curve the second difference is h^2 x'' + O(h^3): between two neighbours it changes by at most h^3 max |x'''|,
+  // and x''' = v (6 - 12 u) / t_s^2. A jump of the acceleration (v 3 / t_s for a parabola of that height) changes it by
+  // h^2 1.5 v / t_s, 25 times the bound here.
+  const double v = 0.1, t_s = 0.1, h = 1e-3;
+  const ConstantVelocity motion{{v, 0, 0}, Duration{100 * kMs}};
+  const auto second_difference = [&](std::int64_t ns) {
+    return x_m(motion, ns + kMs) - 2 * x_m(motion, ns) + x_m(motion, ns - kMs);
+  };
+  const double rounding = 8 * 0x1p-53 * 0.02;
+  for (std::int64_t ns = -5 * kMs; ns <= 200 * kMs; ns += kMs / 4) {
+    CHECK(std::abs(second_difference(ns + kMs) - second_difference(ns)) <= h * h * h * 6 * v / (t_s * t_s) + rounding);
+  }
+}
+
+TEST_CASE("at 0.1 m/s every millisecond after the start is a whole number of nanometres") {
+  for (const std::int64_t start_ms : {0, 2, 50, 100, 250, 1000}) {
+    const ConstantVelocity motion{{0.1, -0.1, 0}, Duration{start_ms * kMs}};
+    for (std::int64_t ms = start_ms; ms <= 20'000; ++ms) {
+      const std::int64_t nm = 100'000 * ms - 50'000 * start_ms;
+      const glm::dvec3 position = position_m(motion, RealTime{ms * kMs});
+      // Three roundings (0.1, the seconds, the product) of at most 2^-53 each, below 2.1 m: 7e-16 m.
+      REQUIRE(std::abs(position.x - static_cast<long double>(nm) / 1e9L) <= 7e-16L);
+      REQUIRE(reference_device::to_nm(position) ==
+              std::array<std::int32_t, 3>{static_cast<std::int32_t>(nm), static_cast<std::int32_t>(-nm), 0});
+    }
+  }
+}
+
+TEST_CASE("the sine follows (1 - cos) / 2 and mirrors bit for bit within a turn") {
+  const std::array<Rate, 5> frequencies{Rate{1, 1}, Rate{30, 1}, Rate{3, 7}, Rate{1, 100}, Rate{450, 1}};
+  for (const Rate frequency : frequencies) {
+    const Sine motion{{0.02, 0, -1}, frequency};
+    for (std::int64_t k = 0; k <= 10'000; ++k) {
+      const std::int64_t ns = k * 1'234'567;
+      // The exact phase first: the reference must not lose digits in the turns either.
+      const std::int64_t turn = frequency.den * kSecond;
+      const long double phase = static_cast<long double>(ns * frequency.num % turn) / turn;
+      const long double expected = (1 - std::cos(2 * kPi * phase)) / 2;
+      // sin(a)^2: the angle 3 roundings, the sine 4 ulp, twice by the square: below 20 * 2^-53 of an amplitude of 1.
+      REQUIRE(std::abs(position_m(motion, RealTime{ns}).z + expected) <= 20 * 0x1p-53L);
+      if (ns < turn) REQUIRE(x_m(motion, ns) == x_m(motion, turn - ns));
+    }
+  }
+}
+
+TEST_CASE("the sine repeats bit for bit in a run of ten million seconds") {
+  for (const Rate frequency : {Rate{1, 1}, Rate{30, 1}, Rate{3, 7}, Rate{450, 1}}) {
+    const Sine motion{{0.02, 0.01, 0}, frequency};
+    for (std::int64_t k = 1; k <= 1000; ++k) {
+      const std::int64_t ns = 1 + k * 987'654'321;
+      const std::int64_t whole_turns_later = ns + frequency.den * kSecond * (k * 10'000 / frequency.den);
+      REQUIRE(position_m(motion, RealTime{ns}) == position_m(motion, RealTime{whole_turns_later}));
+    }
+  }
+}
+
+TEST_CASE("the sine is at rest at its start: it never cancels to noise near zero") {
+  const Sine motion{{1, 0, 0}, Rate{1, 1}};
+  for (std::int64_t ns = 1; ns < kSecond / 100; ns = ns * 3 / 2 + 1) {
+    const long double angle = kPi * ns / 1e9L;
+    const long double expected = std::sin(angle) * std::sin(angle);
+    CHECK(std::abs(x_m(motion, ns) / expected - 1) <= 20 * 0x1p-53L);
+  }
+}
+
+TEST_CASE("a ramp stop is its ramp until the stop and stands from then on") {
+  const ConstantVelocity ramp{kVelocity, Duration{100 * kMs}, {0, 0, 0.1}};
+  for (const std::int64_t stop : {-kMs, 0 * kMs, 50 * kMs, 100 * kMs, 777 * kMs}) {
+    const RampStop motion{ramp, RealTime{stop}};
+    for (std::int64_t ns = -2 * kMs; ns < 1000 * kMs; ns += kMs / 3) {
+      REQUIRE(position_m(motion, RealTime{ns}) == position_m(ramp, RealTime{std::min(ns, stop)}));
+    }
+  }
+}
+
+TEST_CASE("a recorded motion goes through its rows, straight between them, and holds its ends") {
+  // Whole numbers whose quarters are exact, so that equality may be asked for.
+  const RecordedMotion motion{
+      {{RealTime{-8}, {1, 0, 0}}, {RealTime{0}, {9, -4, 0}}, {RealTime{4}, {1, -8, 2}}, {RealTime{5}, {0, 0, 0}}}};
+  CHECK(position_m(motion, RealTime{INT64_MIN / 2}) == glm::dvec3(1, 0, 0));
+  CHECK(position_m(motion, RealTime{INT64_MAX / 2}) == glm::dvec3(0, 0, 0));
+  for (const auto& [at, position] : motion.rows) CHECK(position_m(motion, at) == position);
+  for (std::int64_t ns = -8; ns <= 0; ++ns) CHECK(x_m(motion, ns) == 9.0 + static_cast<double>(ns));
+  for (std::int64_t ns = 0; ns <= 4; ++ns) CHECK(x_m(motion, ns) == 9.0 - 2.0 * static_cast<double>(ns));
+  const RecordedMotion one_row{{{RealTime{3}, {1, 2, 3}}}};
+  for (const std::int64_t ns : {2, 3, 4}) CHECK(position_m(one_row, RealTime{ns}) == glm::dvec3(1, 2, 3));
+}
+
+TEST_CASE("before t = 0 every motion holds its position at 0") {
+  const ConstantVelocity ramp{kVelocity, Duration{100 * kMs}, {0.1, 0.2, 0.3}};
+  const std::array<Motion, 5> motions{Still{{1, 2, 3}}, ramp, ConstantVelocity{kVelocity, Duration{0}, {1, 1, 1}},
+                                      Sine{{1, 1, 1}, Rate{30, 1}}, RampStop{ramp, RealTime{kSecond}}};
+  for (const Motion& motion : motions) {
+    for (std::int64_t ns = -1; ns > -kSecond * 1000; ns *= 7)
+      CHECK(position_m(motion, RealTime{ns}) == position_m(motion, RealTime{0}));
+  }
+}

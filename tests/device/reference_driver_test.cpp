@@ -1,0 +1,225 @@
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <deque>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/hid/reference_driver.h"
+
+using namespace evenstep;
+using reference_device::InputReport;
+
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+/// Plays back what it was told, then has nothing (or repeats its last entry for ever).
+class ScriptedTransport final : public HidTransport {
+ public:
+  void say(HidRead::Status status, Bytes bytes = {}) { script_.push_back({status, std::move(bytes)}); }
+  void report(std::uint32_t sequence, std::int32_t x_nm = 0) {
+    const auto bytes = reference_device::encode(InputReport{sequence, 0, {x_nm, 0, 0}});
+    say(HidRead::Status::report, Bytes(bytes.begin(), bytes.end()));
+  }
+
+  HidRead read(std::span<std::byte> buffer) override {
+    ++reads;
+    if (script_.empty()) return {HidRead::Status::nothing};
+    const auto [status, bytes] = script_.front();
+    if (!endless) script_.pop_front();
+    std::copy_n(bytes.begin(), std::min(bytes.size(), buffer.size()), buffer.begin());
+    return {status, bytes.size()};
+  }
+  HidWrite write(std::span<const std::byte> report) override {
+    written.emplace_back(report.begin(), report.end());
+    return write_result;
+  }
+  std::span<const std::byte> report_descriptor() const override { return reference_device::report_descriptor(); }
+  const HidDeviceInfo& info() const override { return info_; }
+
+  bool endless = false;
+  int reads = 0;
+  HidWrite write_result = HidWrite::ok;
+  std::vector<Bytes> written;
+
+ private:
+  std::deque<std::pair<HidRead::Status, Bytes>> script_;
+  HidDeviceInfo info_{"/dev/hidraw7", 0x1209, 0x0E57, "scripted", ""};
+};
+
+struct Bench {
+  ScriptedTransport transport;
+  ReferenceDriver driver{transport};
+};
+
+}  // namespace
+
+TEST_CASE("a read drains the queue and the newest report wins") {
+  for (std::uint32_t queued = 1; queued <= 100; ++queued) {
+    Bench bench;
+    for (std::uint32_t i = 1; i <= queued; ++i) bench.transport.report(i, static_cast<std::int32_t>(i) * 1000 + 1);
+    const DeviceSample sample = bench.driver.read(RealTime{17});
+    CHECK((sample.fresh && sample.sequence == queued && sample.read_at == RealTime{17}));
+    CHECK(sample.position_m == glm::dvec3((queued * 1000 + 1) / 1e9, 0, 0));
+    CHECK((bench.driver.counters().reports == queued && bench.driver.counters().lost == 0 &&
+           bench.driver.counters().stale == 0));
+    CHECK_FALSE(bench.driver.read(RealTime{18}).fresh);
+  }
+}
+
+TEST_CASE("every missing sequence number is counted as lost, over the wrap-around too, 100,000 reports") {
+  std::mt19937_64 random(1);
+  Bench bench;
+  std::uint32_t sequence = static_cast<std::uint32_t>(-50'000);
+  bench.transport.report(sequence);
+  bench.driver.read(RealTime{0});
+  CHECK(bench.driver.counters().lost == 0);  // the first report is the base, whatever its number
+  std::int64_t lost = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const std::uint32_t gap = random() % 4 ? 0 : static_cast<std::uint32_t>(random() % (random() % 100 ? 5 : 1'000'000));
+    sequence += 1 + gap;
+    lost += gap;
+    bench.transport.report(sequence);
+    if (random() % 3) continue;
+    REQUIRE(bench.driver.read(RealTime{i}).sequence == sequence);
+    REQUIRE(bench.driver.counters().lost == lost);
+  }
+}
+
+TEST_CASE("late and repeated reports change nothing and are not lost, for every distance a queue can have") {
+  for (const std::uint32_t base : {100u, 0u, 63u, 0xFFFFFFFFu}) {
+    for (std::uint32_t behind = 0; behind <= 64; ++behind) {
+      Bench bench;
+      bench.transport.report(base, 5000);
+      bench.driver.read(RealTime{0});
+      bench.transport.report(base - behind, 9000);
+      const DeviceSample sample = bench.driver.read(RealTime{1});
+      CHECK((!sample.fresh && sample.sequence == base && sample.position_m.x == 5000 / 1e9));
+      CHECK(
+          (bench.driver.counters().lost == 0 && bench.driver.counters().stale == 1 && bench.driver.counters().reports == 2));
+    }
+  }
+}
+
+TEST_CASE("a device that counts anew is followed, without a loss") {
+  for (const std::uint32_t base : {66u, 1000u, 0x7FFFFFFFu}) {
+    Bench bench;
+    bench.transport.report(base, 5000);
+    bench.driver.read(RealTime{0});
+    bench.transport.report(1, 9000);
+    bench.transport.report(2, 9001);
+    const DeviceSample sample = bench.driver.read(RealTime{1});
+    CHECK((sample.fresh && sample.sequence == 2 && sample.position_m.x == 9001 / 1e9));
+    CHECK(bench.driver.counters().lost == 0);
+  }
+}
+
+TEST_CASE("malformed reports are counted and skipped: every wrong length and every wrong id") {
+  Bench bench;
+  std::int64_t malformed = 0;
+  const auto whole = reference_device::encode(InputReport{1, 2, {3, 4, 5}});
+  for (std::size_t size = 0; size < whole.size(); ++size, ++malformed) {
+    bench.transport.say(HidRead::Status::report, Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size)));
+  }
+  for (int id = 0; id < 256; ++id) {
+    if (id == 1) continue;
+    Bytes bytes(whole.begin(), whole.end());
+    bytes[0] = static_cast<std::byte>(id);
+    bench.transport.say(HidRead::Status::report, bytes);
+    ++malformed;
+  }
+  bench.transport.report(1, 77);
+  CHECK(bench.driver.read(RealTime{0}).position_m.x == 77 / 1e9);
+  CHECK((bench.driver.counters().malformed == malformed && bench.driver.counters().reports == 1));
+}
+
+TEST_CASE("a report longer than ours, even than the buffer, is read from its head") {
+  for (const std::size_t size : {22, 64, 65, 4096}) {
+    Bench bench;
+    const auto whole = reference_device::encode(InputReport{3, 0, {-12, 0, 0}});
+    Bytes bytes(whole.begin(), whole.end());
+    bytes.resize(size, std::byte{0xAA});
+    bench.transport.say(HidRead::Status::report, bytes);
+    CHECK(bench.driver.read(RealTime{0}).position_m.x == -12 / 1e9);
+    CHECK(bench.driver.counters().malformed == 0);
+  }
+}
+
+TEST_CASE("an interrupted read is repeated at once") {
+  Bench bench;
+  for (std::uint32_t i = 1; i <= 20; ++i) {
+    bench.transport.say(HidRead::Status::interrupted);
+    bench.transport.report(i);
+  }
+  CHECK(bench.driver.read(RealTime{0}).sequence == 20);
+}
+
+TEST_CASE("a device that never stops talking, or interrupts for ever, cannot hang a tick") {
+  Bench babbling;
+  babbling.transport.endless = true;
+  babbling.transport.report(1);
+  CHECK(babbling.driver.read(RealTime{0}).fresh);
+  CHECK(babbling.transport.reads == 1024);
+  Bench interrupted;
+  interrupted.transport.endless = true;
+  interrupted.transport.say(HidRead::Status::interrupted);
+  CHECK_FALSE(interrupted.driver.read(RealTime{0}).fresh);
+  CHECK(interrupted.transport.reads == 1024);
+}
+
+TEST_CASE("what one read leaves is there for the next: 1025 reports") {
+  Bench bench;
+  for (std::uint32_t i = 1; i <= 1025; ++i) bench.transport.report(i);
+  CHECK(bench.driver.read(RealTime{0}).sequence == 1024);
+  CHECK(bench.driver.read(RealTime{1}).sequence == 1025);
+  CHECK(bench.driver.counters().lost == 0);
+}
+
+TEST_CASE("without a fresh report the last position holds, at the new time, and stale counts") {
+  Bench bench;
+  CHECK(bench.driver.read(RealTime{1}).position_m == glm::dvec3(0));
+  bench.transport.report(9, 123'456'789);
+  bench.driver.read(RealTime{2});
+  for (std::int64_t i = 3; i < 10; ++i) {
+    const DeviceSample sample = bench.driver.read(RealTime{i});
+    CHECK((!sample.fresh && sample.sequence == 9 && sample.read_at == RealTime{i}));
+    CHECK(sample.position_m.x == 123'456'789 / 1e9);
+    CHECK(bench.driver.counters().stale == i - 1);
+  }
+}
+
+TEST_CASE("a device that is gone is an error that names it, on read and on write") {
+  Bench bench;
+  bench.transport.report(1);
+  bench.transport.say(HidRead::Status::gone);
+  CHECK_THROWS_AS(bench.driver.read(RealTime{0}), DeviceError);
+  bench.transport.write_result = HidWrite::gone;
+  CHECK_THROWS_WITH(bench.driver.write(glm::dvec3(0)), Catch::Contains("/dev/hidraw7") && Catch::Contains("scripted"));
+}
+
+TEST_CASE("forces go out in micronewtons, numbered from 1, saturated") {
+  Bench bench;
+  const std::vector<glm::dvec3> forces{{1, -2, 0.000001}, {0, 0, 0}, {1e9, -1e9, 2147.483647}};
+  for (const glm::dvec3& force : forces) bench.driver.write(force);
+  const std::vector<std::array<std::int32_t, 3>> expected{
+      {1'000'000, -2'000'000, 1}, {0, 0, 0}, {INT32_MAX, INT32_MIN, INT32_MAX}};
+  REQUIRE(bench.transport.written.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto report = reference_device::decode_output(bench.transport.written[i]);
+    REQUIRE((report && bench.transport.written[i].size() == reference_device::kOutputSize));
+    CHECK((report->sequence == i + 1 && report->force_uN == expected[i]));
+  }
+}
+
+TEST_CASE("a rejected write is counted and leaves a gap in the numbers, not an error") {
+  Bench bench;
+  bench.transport.write_result = HidWrite::rejected;
+  for (int i = 0; i < 5; ++i) bench.driver.write({1, 0, 0});
+  bench.transport.write_result = HidWrite::ok;
+  bench.driver.write({1, 0, 0});
+  CHECK(bench.driver.counters().write_failures == 5);
+  CHECK(reference_device::decode_output(bench.transport.written.back())->sequence == 6);
+}

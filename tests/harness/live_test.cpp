@@ -1,0 +1,70 @@
+// Runs on the wall clock. Nothing here asserts how fast or how late: the machine decides that. What must hold on any
+// machine is that the recorded inputs give the same run again, and that every step got its sample in order.
+
+#include "evenstep/harness/live_run.h"
+#include "scenarios.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+const std::vector<std::string> kLive{"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"", "expect=[]"};
+
+RunOutcome run_wall(const Scenario& scenario) {
+  RunOptions options;
+  options.clock = ClockKind::wall;
+  return run_scenario(scenario, options);
+}
+
+}  // namespace
+
+TEST_CASE("a run on the wall clock replays to the same hash, and shadows use its samples") {
+  for (int round = 0; round < 3; ++round) {
+    const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml", kLive));
+    INFO(outcome.failure << outcome.repeat_difference);
+    CHECK(outcome.exit == ExitCode::pass);
+    CHECK(outcome.repeat_difference.empty());
+    REQUIRE(outcome.record.strategies.size() == 4);
+    const StrategyRecord& live = strategy(outcome.record, "phase_locked");
+    const StrategyRecord& shadow = strategy(outcome.record, "direct");
+    CHECK_FALSE(live.shadow);
+    CHECK(shadow.shadow);
+    CHECK(live.steps.size() > 100);
+    REQUIRE(shadow.steps.size() == live.steps.size());
+    std::int64_t different = 0;
+    for (std::size_t n = 0; n < live.steps.size(); ++n) {
+      different += shadow.steps[n].begin != live.steps[n].begin || shadow.steps[n].end != live.steps[n].end;
+    }
+    CHECK(different == 0);
+    for (std::size_t k = 1; k < live.devices[0].ticks.size(); ++k) {
+      REQUIRE(live.devices[0].ticks[k].at > live.devices[0].ticks[k - 1].at);
+      REQUIRE(live.devices[0].ticks[k].lateness.ns >= 0);
+    }
+  }
+}
+
+TEST_CASE("two devices and the OpenCL tissue replay to the same hash") {
+  std::vector<std::string> set = small_tissue("opencl");
+  set.insert(set.end(), kLive.begin(), kLive.end());
+  const RunOutcome outcome = run_wall(read("paper/figure-1.toml", set));
+  INFO(outcome.failure << outcome.repeat_difference);
+  CHECK(outcome.exit == ExitCode::pass);
+}
+
+TEST_CASE("a run that ends inside a step replays to the same hash") {
+  for (const char* duration : {"0.3 s", "0.313 s", "0.32 s", "0.3301 s", "0.344 s"}) {
+    std::vector<std::string> set = kLive;
+    set.push_back(std::string("run.duration=\"") + duration + "\"");
+    const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml", set));
+    INFO(duration << outcome.failure << outcome.repeat_difference);
+    CHECK(outcome.exit == ExitCode::pass);
+  }
+}
+
+TEST_CASE("a minimal latency is refused on the wall clock, with the remedy") {
+  const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml"));
+  CHECK(outcome.exit == ExitCode::usage);
+  REQUIRE(outcome.errors.size() == 1);
+  CHECK_THAT(outcome.errors[0].message, Catch::Contains("--set remap.latency="));
+}

@@ -1,0 +1,46 @@
+#pragma once
+// Scenarios for tests: the shipped files, or small ones written here; never a copy of a shipped one.
+
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+#include "evenstep/harness/run.h"
+#include "evenstep/harness/scenario.h"
+
+namespace evenstep::test {
+
+inline std::string shipped(const std::string& name) { return std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/" + name; }
+
+inline Scenario read(const std::string& name, const std::vector<std::string>& set = {}) {
+  const ReadResult result = read_scenario(shipped(name), {set, std::nullopt});
+  for (const Diagnostic& error : result.errors) UNSCOPED_INFO(text(error));
+  REQUIRE(result.scenario);
+  return *result.scenario;
+}
+
+inline RunRecord run_all(const Scenario& scenario, RunOptions options = {}) {
+  const RunOutcome outcome = run_scenario(scenario, options);
+  for (const Diagnostic& error : outcome.errors) UNSCOPED_INFO(text(error));
+  INFO(outcome.failure);
+  REQUIRE(outcome.errors.empty());
+  REQUIRE(outcome.failure.empty());
+  return outcome.record;
+}
+
+inline const StrategyRecord& strategy(const RunRecord& run, const std::string& name) {
+  for (const StrategyRecord& record : run.strategies) {
+    if (record.name == name) return record;
+  }
+  FAIL("no strategy " << name);
+  throw 0;
+}
+
+/// A block small enough for many runs: 8 x 7 x 9 cut to 490 particles, two devices, everything else as the paper's.
+inline std::vector<std::string> small_tissue(const std::string& solver) {
+  return {"scene.solver=\"" + solver + "\"", "scene.lattice=[8, 7, 9]", "scene.particles=490", "run.duration=\"0.5 s\"",
+          "device.left.grab={ center = [\"10 mm\", \"15 mm\", \"40 mm\"], radius = \"6 mm\" }",
+          "device.right.grab={ center = [\"25 mm\", \"15 mm\", \"40 mm\"], radius = \"6 mm\" }"};
+}
+
+}  // namespace evenstep::test

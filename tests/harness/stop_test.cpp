@@ -1,0 +1,59 @@
+// Runs that must not go to their end: unstable steps, divergence, interrupts.
+
+#include "scenarios.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+std::vector<std::string> unstable(bool allowed) {
+  std::vector<std::string> set = small_tissue("cpu");
+  set.push_back("scene.substeps=1");   // 2.22 ms where 0.64 ms is the limit
+  set.push_back("expect=[]");
+  if (allowed) set.push_back("scene.allow_unstable=true");
+  return set;
+}
+
+}  // namespace
+
+TEST_CASE("an unstable step size is refused with limit and remedy, and a scenario may expect that") {
+  const RunOutcome outcome = run_scenario(read("paper/figure-1.toml", unstable(false)), {});
+  CHECK(outcome.exit == ExitCode::run_failed);
+  CHECK_THAT(outcome.failure, Catch::Contains("ms"));
+  CHECK_THAT(outcome.remedy, Catch::Contains("substeps"));
+
+  auto expected = unstable(false);
+  expected.push_back("expect_stop={ reason = \"unstable-step\" }");
+  CHECK(run_scenario(read("paper/figure-1.toml", expected), {}).exit == ExitCode::pass);
+}
+
+TEST_CASE("divergence stops at the first bad step, and another reason than the expected one fails") {
+  auto set = unstable(true);
+  set.push_back("expect_stop={ reason = \"diverged\", at_most_step = 400 }");
+  set.push_back("run.duration=\"1.4 s\"");
+  const RunOutcome outcome = run_scenario(read("paper/figure-1.toml", set), {});
+  INFO(outcome.failure);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK_THAT(outcome.failure, Catch::Contains("not finite"));
+
+  auto other = unstable(true);
+  other.push_back("expect_stop={ reason = \"bad-input\" }");
+  other.push_back("run.duration=\"1.4 s\"");
+  CHECK(run_scenario(read("paper/figure-1.toml", other), {}).exit == ExitCode::run_failed);
+}
+
+TEST_CASE("a run that was expected to stop and did not fails") {
+  CHECK(run_scenario(read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\"", "expect=[]", "expect_stop={ reason = \"diverged\" }"}), {}).exit ==
+        ExitCode::expectation_failed);
+}
+
+TEST_CASE("an interrupt ends a run with 130 and keeps what was done") {
+  const std::atomic<bool> interrupted{true};
+  RunOptions options;
+  options.control.interrupted = &interrupted;
+  const RunOutcome outcome = run_scenario(read("paper/figure-1-spring.toml"), options);
+  CHECK(outcome.exit == ExitCode::interrupted);
+  CHECK(outcome.record.strategies.size() == 4);
+  CHECK_FALSE(outcome.record.strategies[1].events.empty());
+}

@@ -1,0 +1,116 @@
+// The library as an embedder uses it: this room alone, no other, and its few calls.
+
+#include "evenstep/remap/remapper.h"
+
+#include <catch2/catch.hpp>
+
+#include <cstdlib>
+#include <new>
+
+#include "schedules.h"
+
+namespace {
+std::size_t allocations = 0;
+}
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+using namespace evenstep;
+using namespace evenstep::testing;
+using Vector = std::array<double, 3>;
+
+namespace {
+
+constexpr Vector kVelocity_m_per_s{0.1, -0.04, 0.02};
+Vector position_m(RealTime at) {
+  return {kVelocity_m_per_s[0] * seconds(at), kVelocity_m_per_s[1] * seconds(at), kVelocity_m_per_s[2] * seconds(at)};
+}
+double norm(const Vector& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+Vector minus(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+/// Events in time order, ties: step ends, device ticks, step begins.
+template <class OnTick, class OnStep, class OnResponse, class OnSegment>
+void play(const Schedule& schedule, OnTick tick, OnStep step, OnResponse response, OnSegment segment) {
+  std::int64_t k = 0;
+  const auto ticks_until = [&](RealTime at, bool including) {
+    for (; tick_time({1000, 1}, k) < at || (including && tick_time({1000, 1}, k) == at); ++k) tick(tick_time({1000, 1}, k));
+  };
+  for (const Segment& s : schedule) {
+    ticks_until(s.begin, true);
+    segment(s.begin);
+    for (const StepTimes& times : s.steps) {
+      ticks_until(times.begin, true);
+      step(times.begin);
+      ticks_until(times.end, false);
+      response(times.end);
+    }
+  }
+}
+
+}  // namespace
+
+TEST_CASE("constant velocity in, straight line out, both directions, 12.842 ms held or 15.064 ms interpolated") {
+  constexpr double slot_s = 1.0 / 450;
+  const double step_m = norm(kVelocity_m_per_s) * slot_s;
+  // The paper's timing: 30 Hz, V = 11.1 ms, N = 15; L from latency_budget_test.cpp, with 3 ns for the map's rounding.
+  Remapper<Vector> remap({.lead = {260'002}, .latency = {15'064'450}});
+  std::vector<Vector> in;
+  std::vector<std::pair<RealTime, Vector>> out;
+  Vector hand{};
+  bool inside = true;
+  play(Periodic{}.schedule(90),
+       [&](RealTime now) {
+         remap.sample(now, position_m(now));
+         const Reading<Vector> force = remap.force(now);
+         if (now.ns > 150'000'000) {
+           inside = inside && force.status == ReadStatus::inside;
+           out.emplace_back(now, force.value);
+         }
+       },
+       [&](RealTime now) {
+         const Reading<Vector> reading = remap.interaction(now);
+         hand = reading.value;
+         in.push_back(hand);
+         if (in.size() > 30) inside = inside && reading.status == ReadStatus::inside;
+       },
+       [&](RealTime now) { remap.response(now, hand); },   // a spring of 1 N/m
+       [&](RealTime now) { remap.segment(now); });
+  CHECK(inside);
+  REQUIRE(in.size() == 90 * 15);
+  REQUIRE(out.size() > 2000);
+  for (std::size_t n = 30; n < in.size(); ++n) {
+    const RealTime slot{tick_time({450, 1}, static_cast<std::int64_t>(n)).ns - 260'002};
+    REQUIRE(norm(minus(in[n], position_m(slot))) <= 1e-6 * step_m);                       // 1 ns is 4.5e-7 step
+    if (n > 30) REQUIRE(norm(minus(minus(in[n], in[n - 1]), minus(in[n - 1], in[n - 2]))) <= 1e-6 * step_m);
+  }
+  for (const auto& [now, force] : out) REQUIRE(norm(minus(force, position_m(now - Duration{15'064'450}))) <= 1e-6 * step_m);
+}
+
+TEST_CASE("without the remap the same timing jumps by more than four steps") {
+  std::vector<double> in;
+  double newest = 0;
+  play(Periodic{}.schedule(30), [&](RealTime now) { newest = 0.1 * seconds(now); }, [&](RealTime) { in.push_back(newest); },
+       [](RealTime) {}, [](RealTime) {});
+  double jump = 0;
+  for (std::size_t n = 32; n < in.size(); ++n) jump = std::max(jump, std::abs(in[n] - 2 * in[n - 1] + in[n - 2]));
+  CHECK(jump / (0.1 / 450) > 4);
+}
+
+TEST_CASE("a remapper allocates nothing after construction") {
+  Remapper<Vector> remap({.lead = {260'002}, .latency = {15'064'450}});
+  const Schedule schedule = Periodic{}.schedule(30);
+  double sum = 0;
+  const std::size_t before = allocations;
+  play(schedule, [&](RealTime now) { remap.sample(now, position_m(now)); sum += remap.force(now).value[0]; },
+       [&](RealTime now) { sum += remap.interaction(now).value[0]; }, [&](RealTime now) { remap.response(now, {}); },
+       [&](RealTime now) { remap.segment(now); });
+  const std::size_t after = allocations;
+  CHECK(after == before);
+  CHECK(before > 0);      // the count does count
+  CHECK(sum > 0);
+}

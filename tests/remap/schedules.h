@@ -1,0 +1,184 @@
+#pragma once
+/// Real step times for the tests of this room: the programmed periodic timing of the paper, and random ones.
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+#include "evenstep/remap/latency_budget.h"
+#include "evenstep/remap/paper_map.h"
+#include "evenstep/remap/phase_locked_map.h"
+#include "evenstep/remap/slot_map.h"
+#include "evenstep/time/digest.h"
+
+namespace evenstep::testing {
+
+struct Segment {
+  RealTime begin;
+  std::vector<StepTimes> steps;
+};
+using Schedule = std::vector<Segment>;
+
+/// Draws of a counter: the same in every library.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : key_(seed) {}
+  std::uint64_t next() { return mix(key_, ++count_); }
+  std::int64_t between(std::int64_t low, std::int64_t high) {
+    return low + static_cast<std::int64_t>(next() % static_cast<std::uint64_t>(high - low + 1));
+  }
+  double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
+  /// Mean 1, coefficient of variation `variation`.
+  double lognormal(double variation) {
+    const double sigma = std::sqrt(std::log1p(variation * variation));
+    const double normal = std::sqrt(-2 * std::log(1 - unit())) * std::cos(2 * std::numbers::pi * unit());
+    return std::exp(sigma * normal - 0.5 * sigma * sigma);
+  }
+
+ private:
+  std::uint64_t key_;
+  std::uint64_t count_ = 0;
+};
+
+/// The paper's reference case and its relatives: segment k begins at floor(k / rate), pauses for V, and its N steps fill the rest
+/// or, with an idle time, end that much before it.
+struct Periodic {
+  Rate segments{30, 1};
+  Duration visualization{11'100'000};
+  std::int32_t steps = 15;
+  Duration idle{};
+  bool steps_first = false;
+
+  Segment segment(std::int64_t k) const {
+    const RealTime begin = tick_time(segments, k);
+    const RealTime first = begin + (steps_first ? Duration{} : visualization);
+    const std::int64_t busy_ns = (tick_time(segments, k + 1) - begin - visualization - idle).ns;
+    Segment segment{begin, {}};
+    for (std::int32_t i = 0; i < steps; ++i) {
+      segment.steps.push_back({first + Duration{floor_mul_div(busy_ns, i, steps)},
+                               first + Duration{floor_mul_div(busy_ns, i + 1, steps)}, k, i});
+    }
+    return segment;
+  }
+  Schedule schedule(std::int64_t count) const {
+    Schedule schedule;
+    for (std::int64_t k = 0; k < count; ++k) schedule.push_back(segment(k));
+    return schedule;
+  }
+};
+
+/// Free running: V and step durations log-normal with the same coefficient of variation.
+inline Schedule jittered(Draw& draw, double variation, std::int64_t count, double drift_ns_per_segment = 0) {
+  Schedule schedule;
+  RealTime now{};
+  for (std::int64_t k = 0; k < count; ++k) {
+    Segment segment{now, {}};
+    const double longer = drift_ns_per_segment * static_cast<double>(k);
+    now = now + Duration{std::llround(11'100'000 * draw.lognormal(variation) + longer)};
+    for (std::int32_t i = 0; i < 15; ++i) {
+      const RealTime end = now + Duration{std::llround(22'233'333.0 / 15 * draw.lognormal(variation))};
+      segment.steps.push_back({now, end, k, i});
+      now = end;
+    }
+    schedule.push_back(segment);
+  }
+  return schedule;
+}
+
+/// Anything that can happen: N in 1..40 (or none), V in 0..50 ms, constant, uniform, log-normal or bursty steps, gaps between
+/// steps, idle time, dropped visualizations.
+inline Schedule random_schedule(Draw& draw, std::int64_t count) {
+  const std::int64_t kind = draw.between(0, 3);
+  const std::int64_t usual_steps = draw.between(1, 40);
+  const bool steps_vary = draw.between(0, 2) == 0;
+  const bool gaps = draw.between(0, 3) == 0;
+  const std::int64_t visualization_ns = draw.between(0, 50'000'000);
+  const std::int64_t step_ns = draw.between(1'000, 3'000'000);
+  const double variation = draw.unit();
+  Schedule schedule;
+  RealTime now{draw.between(-1'000'000'000, 1'000'000'000)};
+  bool slow = false;
+  for (std::int64_t k = 0; k < count; ++k) {
+    Segment segment{now, {}};
+    if (draw.between(0, 9) != 0) now = now + Duration{visualization_ns};
+    const std::int64_t steps = steps_vary ? draw.between(k == 0 ? 1 : 0, 40) : usual_steps;
+    for (std::int32_t i = 0; i < steps; ++i) {
+      if (gaps) now = now + Duration{draw.between(0, 500'000)};
+      double factor = 1;
+      if (kind == 1) factor = 2 * draw.unit();
+      if (kind == 2) factor = draw.lognormal(variation);
+      if (kind == 3) factor = (slow = draw.between(0, 7) == 0 ? !slow : slow) ? 1.6 : 0.8;
+      const RealTime end = now + Duration{1 + std::llround(factor * static_cast<double>(step_ns))};
+      segment.steps.push_back({now, end, k, i});
+      now = end;
+    }
+    if (draw.between(0, 4) == 0) now = now + Duration{draw.between(0, 10'000'000)};
+    schedule.push_back(segment);
+  }
+  return schedule;
+}
+
+struct Placed {
+  StepTimes real;
+  Slot slot;
+  RealTime emission;
+};
+
+/// The whole schedule through a map, as the haptic loop does it.
+inline std::vector<Placed> place(SlotMap& map, const Schedule& schedule) {
+  std::vector<Placed> placed;
+  for (const Segment& segment : schedule) {
+    map.boundary(static_cast<std::int64_t>(placed.size()), segment.begin);
+    for (const StepTimes& step : segment.steps) {
+      const auto n = static_cast<std::int64_t>(placed.size());
+      const Slot slot = map.read(n, step.begin);
+      placed.push_back({step, slot, map.emission(n, step.end)});
+    }
+  }
+  return placed;
+}
+inline std::vector<Placed> place(SlotMap&& map, const Schedule& schedule) { return place(map, schedule); }
+
+/// What the sizing pass makes of a map with lead 0.
+inline std::vector<MappedStep> mapped_steps(const std::vector<Placed>& placed) {
+  std::vector<MappedStep> steps;
+  for (std::size_t n = 0; n < placed.size(); ++n) {
+    if (placed[n].slot.kind != SlotKind::mapped) continue;
+    steps.push_back({static_cast<std::int64_t>(n), placed[n].real.begin, placed[n].real.end, placed[n].slot.read});
+  }
+  return steps;
+}
+
+/// Largest |R(n+1) - 2 R(n) + R(n-1)| over mapped steps from n = `from` on, in slots.
+inline double velocity_jump(const std::vector<Placed>& placed, std::size_t from, double slot_ns) {
+  std::int64_t most = 0;
+  for (std::size_t n = from + 1; n + 1 < placed.size(); ++n) {
+    if (placed[n - 1].slot.kind != SlotKind::mapped) continue;
+    most = std::max(most, std::abs(((placed[n + 1].slot.read - placed[n].slot.read) - (placed[n].slot.read - placed[n - 1].slot.read)).ns));
+  }
+  return static_cast<double>(most) / slot_ns;
+}
+
+/// Does `body` stop on an assertion? Run in a child process.
+template <class Body>
+bool asserts(Body body) {
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    std::fclose(stderr);
+    signal(SIGABRT, SIG_DFL);
+    body();
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT;
+}
+
+}  // namespace evenstep::testing

@@ -1,0 +1,44 @@
+"""Reads the samples with parsers that are not ours and looks for the values written."""
+import csv
+import json
+import pathlib
+import sys
+
+folder = pathlib.Path(sys.argv[1])
+
+
+def refuse(name):
+    raise ValueError(f"{name} is not JSON")
+
+
+summary = json.loads((folder / "summary.json").read_text("utf-8"), parse_constant=refuse)
+nasty = (folder / "nasty.txt").read_text("utf-8")
+assert summary["format"] == 1 and summary["evenstep"] == "0.1.0" and summary["verdict"] == "error"
+assert summary["scenario"] == nasty and summary["left_out"][1] == nasty
+assert summary["seed"] == 2**64 - 1 and summary["trace_hash"] == "0000000000000abc"
+first, second, third, _ = summary["expectations"]
+assert first["value"] == 4.995 and first["min"] == 4 and first["max"] is None and first["verdict"] == "pass"
+assert second["because"] == nasty and second["verdict"] == "fail" and second["line"] == 20
+assert third["value"] is None and third["verdict"] == "error"
+assert summary["metrics"]["left.interaction.direct"]["velocity_jump"] is None   # a NaN position
+assert 0 < summary["metrics"]["left.interaction.paper"]["velocity_jump"] < 1e-9
+assert summary["latency"]["paper"]["latency_ns"] == 12842223
+assert len(summary["bins"]["left.interaction.paper"]) == 1
+
+with open(folder / "series.csv", newline="", encoding="utf-8") as file:
+    rows = list(csv.reader(file))
+header, rows = rows[0], rows[1:]
+assert header[0] == "t[s]" and all(len(row) == len(header) for row in rows)
+kinds = {}
+for row in rows:
+    float(row[0])
+    kinds.setdefault((row[1], row[3]), []).append(dict(zip(header, row)))
+assert len(kinds["paper", "step"]) == 450 and len(kinds["paper", "tick"]) == 1000
+assert kinds["paper", "step"][200]["read[s]"] == "0.444184444"   # floor(200 / 450 s) - 0.26 ms
+assert float(kinds["paper", "tick"][500]["x[m]"]) == 0.05
+assert kinds["paper", "interaction_bin"][0]["underruns"] == "0" and kinds["paper", "force_bin"][0]["late"] == "0"
+
+with open(folder / "timing.csv", newline="", encoding="utf-8") as file:
+    timing = list(csv.DictReader(file))
+assert list(timing[0]) == ["segment", "kind", "index", "begin_ns", "end_ns"]
+assert len(timing) == 30 * 16 and timing[0]["kind"] == "visualization" and timing[0]["end_ns"] == "11100000"

@@ -1,0 +1,130 @@
+#include "evenstep/reports/figures.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "samples.h"
+#include "src/svg.h"
+
+using namespace evenstep;
+using Catch::Contains;
+
+namespace {
+
+std::size_t occurrences(const std::string& text, const std::string& what) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("ticks are round, inside the range, and two to twice as many as wanted: 15 decades") {
+  for (int decade = -9; decade <= 5; ++decade) {
+    for (int i = 1; i < 100; ++i) {
+      const double span = std::pow(10, decade) * (1 + 0.09 * i);
+      const internal::Range range{-0.3 * span, 0.7 * span};
+      for (const int wanted : {3, 5, 9}) {
+        const std::vector<double> ticks = internal::round_ticks(range, wanted);
+        REQUIRE(ticks.size() >= 2);
+        REQUIRE(ticks.size() <= 2 * static_cast<std::size_t>(wanted) + 1);
+        const double step = ticks[1] - ticks[0];
+        const double digit = step / std::pow(10, std::floor(std::log10(step * 1.0001)));
+        REQUIRE((std::abs(digit - 1) < 1e-6 || std::abs(digit - 2) < 1e-6 || std::abs(digit - 5) < 1e-6));
+        for (const double tick : ticks) REQUIRE((tick >= range.low - step * 1e-6 && tick <= range.high + step * 1e-6));
+      }
+    }
+  }
+}
+
+TEST_CASE("axes carry the SI prefix that keeps their numbers readable") {
+  CHECK(internal::Axis{{0, 0.12}, "position", "m"}.label() == "position [mm]");
+  CHECK(internal::Axis{{-2, 1}, "force", "N"}.label() == "force [N]");
+  CHECK(internal::Axis{{0, 3e-6}, "hand", "m"}.label() == "hand [µm]");
+  CHECK(internal::Axis{{0, 3e-3}, "off", "step"}.label() == "off [step]");
+}
+
+TEST_CASE("a range of one value, of none and of NaN still has a span") {
+  for (const auto& values : {std::vector<double>{}, {NAN}, {0}, {5}, {-5, -5, NAN}, {1, 1 + 1e-15}}) {
+    const internal::Range range = internal::Range::around(values);
+    CHECK(range.high > range.low);
+    CHECK(internal::round_ticks(range, 5).size() >= 2);
+  }
+}
+
+TEST_CASE("a long curve is decimated to the pixels, and no peak is lost") {
+  internal::Svg svg(900, 600, "t");
+  internal::Panel panel(svg, {0, 0, 800, 100}, {{0, 100'000}, "", ""}, {{0, 1}, "", ""});
+  std::vector<double> x, y;
+  for (int i = 0; i < 100'000; ++i) {
+    x.push_back(i);
+    y.push_back(i == 54'321 ? 1.0 : i == 12'345 ? 0.0 : 0.25);
+  }
+  panel.curve(x, y, {});
+  const std::string text = std::move(svg).finish();
+  CHECK(occurrences(text, ",") <= 4 * 800 + 10);
+  CHECK_THAT(text, Contains(",0.00 ") && Contains(",100.00 "));  // the peak at the top, the trough at the bottom
+}
+
+TEST_CASE("a NaN breaks a curve and leaves no number in the file that is none") {
+  internal::Svg svg(900, 600, "t");
+  internal::Panel panel(svg, {0, 0, 800, 100}, {{0, 10}, "", ""}, {{0, 1}, "", ""});
+  panel.curve({0, 1, 2, 3, 4, 5}, {0, 1, NAN, 0, 1, 0}, {});
+  const std::string text = std::move(svg).finish();
+  CHECK(occurrences(text, "<polyline") == 2);
+  CHECK_THAT(text, !Contains("nan"));
+}
+
+TEST_CASE("figure 1 shows every strategy in both panels and names the units") {
+  const RunRecord run = synthetic::reference_run();
+  for (const std::string& svg : {figure_1a_svg(run, "left"), figure_1b_svg(run, "left")}) {
+    CHECK(occurrences(svg, "<polyline") == 8);
+    for (const char* name : {"ideal", "direct", "paper", "phase_locked", "off the fitted line [step]"})
+      CHECK_THAT(svg, Contains(name));
+  }
+  CHECK_THAT(figure_1a_svg(run, "left"), Contains("simulation time [s]") && Contains("position [mm]"));
+  CHECK_THAT(figure_1b_svg(run, "left"), Contains("real time [s]") && Contains("force [N]"));
+}
+
+TEST_CASE("without a nominal speed the lower panel is in SI units") {
+  RunRecord run = synthetic::reference_run();
+  run.nominal.devices[0].speed_m_per_s.reset();
+  CHECK_THAT(figure_1a_svg(run, "left"), Contains("off the fitted line [mm]"));
+}
+
+TEST_CASE("figures 2 to 4 join each of the 15 steps to its slot and to its emission") {
+  const RunRecord run = synthetic::reference_run();
+  const std::string paper = figure_2to4_svg(run, "paper", "left"), direct = figure_2to4_svg(run, "direct", "left");
+  CHECK(occurrences(paper, "stroke=\"#555555\"") == 2 * 15);
+  CHECK(occurrences(direct, "stroke=\"#555555\"") == 2 * 15);
+  CHECK(occurrences(paper, "fill=\"#bfe5d9\"") == 15);  // slots
+  CHECK(occurrences(direct, "fill=\"#bfe5d9\"") == 0);  // direct has none, and says so
+  CHECK_THAT(direct, Contains("none: newest sample"));
+  CHECK_THAT(paper,
+             Contains("visualization") && Contains("real time [s]") && Contains("hand [mm]") && Contains("force [N]"));
+}
+
+TEST_CASE("nothing judged, an unknown device or strategy: a figure that says so") {
+  RunRecord run = synthetic::reference_run();
+  CHECK_THAT(figure_1a_svg(run, "nobody"), Contains("nothing was judged"));
+  CHECK_THAT(figure_2to4_svg(run, "nobody", "left"), Contains("nothing was judged"));
+  CHECK_THAT(figure_2to4_svg(RunRecord{}, "paper", "left"), Contains("nothing was judged"));
+  for (StrategyRecord& strategy : run.strategies) {
+    for (StepRow& step : strategy.steps) step.acquiring = true;
+  }
+  CHECK_THAT(figure_2to4_svg(run, "paper", "left"), Contains("nothing was judged"));
+}
+
+TEST_CASE("all text is 11 px or larger and inside the picture") {
+  const std::string svg = figure_2to4_svg(synthetic::nasty_run(), "paper", "left");
+  std::size_t texts = 0;
+  for (std::size_t at = svg.find("font-size=\""); at != std::string::npos; at = svg.find("font-size=\"", at + 1), ++texts) {
+    CHECK(std::stod(svg.substr(at + 11)) >= 11);
+  }
+  for (std::size_t at = svg.find("<text x=\""); at != std::string::npos; at = svg.find("<text x=\"", at + 1)) {
+    CHECK(std::stod(svg.substr(at + 9)) <= 900);
+    const double y = std::stod(svg.substr(svg.find("y=\"", at) + 3));
+    CHECK((y >= 11 && y <= 600));
+  }
+  CHECK(texts > 30);
+}

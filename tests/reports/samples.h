@@ -1,0 +1,61 @@
+#pragma once
+/// Results and a record with everything that text formats stumble over.
+
+#include <cmath>
+
+#include "evenstep/reports/verdict.h"
+#include "synthetic.h"
+
+namespace evenstep::synthetic {
+
+inline constexpr const char* kNastyText = "quote \" back\\slash <tag attr='x'> & µ 日本 \x01\x1b[31m newline\n100 %";
+
+inline RunRecord nasty_run() {
+  RunRecord run = reference_run({1'000'000'000});
+  run.scenario = kNastyText;
+  run.file = "scenarios/a&b.toml";
+  run.seed = 18446744073709551615ULL;
+  run.trace_hash = 0xabc;
+  run.left_out = {"local stiffness: not asked for", kNastyText};
+  run.strategies[1].devices[0].steps.back().position_m[0] = NAN;
+  run.strategies[2].solver.name = kNastyText;
+  return run;
+}
+
+inline std::vector<ExpectationResult> nasty_results() {
+  using Verdict = ExpectationResult::Verdict;
+  ExpectationResult pass{"scenarios/a&b.toml", 12,    1,      "left.interaction.direct",
+                         "velocity_jump",      4.995, "step", 4.0,
+                         std::nullopt,         false, "",     "",
+                         Verdict::pass};
+  ExpectationResult fail{"scenarios/a&b.toml",
+                         20,
+                         1,
+                         "left.force.µ",
+                         "schedule_latency",
+                         13.0,
+                         "ms",
+                         std::nullopt,
+                         12.842,
+                         false,
+                         kNastyText,
+                         "",
+                         Verdict::fail};
+  ExpectationResult none{"scenarios/a&b.toml",
+                         31,
+                         1,
+                         "left.force.paper",
+                         "error_at_stop",
+                         std::nullopt,
+                         "mm",
+                         1.0,
+                         1.0,
+                         false,
+                         "",
+                         "no sample was judged",
+                         Verdict::error};
+  ExpectationResult known{"scenarios/a&b.toml", 40, 1, "run", "left_out", 2.0, "", 0.0, 1.0, true, "", "", Verdict::pass};
+  return {pass, fail, none, known};
+}
+
+}  // namespace evenstep::synthetic

@@ -1,0 +1,131 @@
+#include "evenstep/reports/writers.h"
+
+#include <catch2/catch.hpp>
+#include <sstream>
+
+#include "samples.h"
+#include "src/text.h"
+
+using namespace evenstep;
+using Catch::Contains;
+using Verdict = ExpectationResult::Verdict;
+
+namespace {
+
+std::vector<std::string> lines(const std::string& text) {
+  std::vector<std::string> result;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) result.push_back(line);
+  return result;
+}
+
+std::size_t occurrences(const std::string& text, const std::string& what) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+  return count;
+}
+
+}  // namespace
+
+TEST_CASE("the worst verdict wins, in any order: error, fail, pass") {
+  const auto of = [](Verdict v) {
+    ExpectationResult r;
+    r.verdict = v;
+    return r;
+  };
+  CHECK(worst({}) == Verdict::pass);
+  for (const Verdict a : {Verdict::pass, Verdict::fail, Verdict::error}) {
+    for (const Verdict b : {Verdict::pass, Verdict::fail, Verdict::error}) CHECK(worst({of(a), of(b)}) == std::max(a, b));
+  }
+}
+
+TEST_CASE("summary.json opens as the design says") {
+  RunRecord run;
+  run.scenario = "s";
+  run.clock = "virtual";
+  run.trace_hash = 0x1234;
+  ExpectationResult result = synthetic::nasty_results()[0];
+  result.file = "x.toml";
+  const std::string json = summary_json(run, {{"run", {{"a", 1.5}, {"b", NAN}}}}, {result}, "0.1.0", "pass");
+  CHECK(json ==
+        "{\"format\":1,\"evenstep\":\"0.1.0\",\"scenario\":\"s\",\"seed\":1,\"clock\":\"virtual\",\"real_time_granted\":"
+        "true,\"verdict\":\"pass\","
+        "\"trace_hash\":\"0000000000001234\",\"expectations\":[\n{\"line\":12,\"signal\":\"left.interaction.direct\","
+        "\"metric\":\"velocity_jump\","
+        "\"value\":4.995,\"unit\":\"step\",\"min\":4,\"max\":null,\"verdict\":\"pass\",\"file\":\"x.toml\",\"expect_fail\":"
+        "false,\"because\":\"\","
+        "\"detail\":\"\"}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},\"latency\":{},\"strategies\":{},\"bins\":{},\"left_"
+        "out\":[]}\n");
+}
+
+TEST_CASE("the same record gives the same bytes") {
+  const RunRecord run = synthetic::nasty_run();
+  CHECK(summary_json(run, measure(run), {}, "1", "pass") == summary_json(run, measure(run), {}, "1", "pass"));
+  CHECK(series_csv(run) == series_csv(run));
+}
+
+TEST_CASE("JUnit tells failures from errors, with file and line, and how to run it again") {
+  const std::string xml = junit_xml(synthetic::nasty_run(), synthetic::nasty_results(), "", "evenstep run x");
+  CHECK(occurrences(xml, "<testcase ") == 4);
+  CHECK(occurrences(xml, "<failure ") == 1);
+  CHECK(occurrences(xml, "<error ") == 1);
+  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\"") == 2);  // of all suites, of this one
+  CHECK_THAT(xml, Contains("file=\"scenarios/a&amp;b.toml\" line=\"20\"") && Contains("reproduce: evenstep run x"));
+  CHECK_THAT(xml, Contains("left.force.µ schedule_latency: 13 ms, limit &lt;= 12.842 ms"));
+  for (const char c : xml) CHECK((static_cast<unsigned char>(c) >= 0x20 || c == '\n'));
+}
+
+TEST_CASE("JUnit: a run that failed is an error of its own, also without expectations") {
+  const std::string xml = junit_xml(synthetic::nasty_run(), {}, "the solver gave a NaN", "");
+  CHECK_THAT(xml, Contains(" tests=\"1\" failures=\"0\" errors=\"1\"") && Contains("name=\"run\"") &&
+                      Contains("message=\"the solver gave a NaN\""));
+}
+
+TEST_CASE("the verdict table has one aligned row per expectation and says what failed") {
+  const std::vector<std::string> rows = lines(verdict_table(synthetic::nasty_results(), false));
+  REQUIRE(rows.size() == 1 + 4 + 2);  // a reason under the failure, a detail under the error
+  const auto column_of = [&](const std::string& row, const std::string& word) {
+    return internal::display_width(row.substr(0, row.find(word)));
+  };
+  const std::size_t limit = column_of(rows[0], "limit"), where = column_of(rows[0], "where");
+  CHECK(column_of(rows[1], ">= 4 step") == limit);
+  CHECK(column_of(rows[2], "<= 12.842 ms") == limit);  // µ before it is two bytes and one column
+  CHECK(column_of(rows[4], "= 1 mm") == limit);
+  CHECK(column_of(rows[6], "0 .. 1") == limit);
+  for (const std::size_t row : {1, 2, 4, 6}) CHECK(column_of(rows[row], "scenarios/") == where);
+  CHECK_THAT(rows[1], Contains("0.995") && Contains("pass"));   // 4.995 - 4
+  CHECK_THAT(rows[2], Contains("-0.158") && Contains("FAIL"));  // 12.842 - 13
+  CHECK_THAT(rows[3], Contains("because:") && Contains("newline?100 %"));
+  CHECK_THAT(rows[4], Contains("no sample") && Contains("ERROR"));
+  CHECK_THAT(rows[5], Contains("no sample was judged"));
+  CHECK_THAT(rows[6], Contains("pass (fails as expected)"));
+}
+
+TEST_CASE("colours only where asked, and never from the scenario's text") {
+  CHECK(verdict_table(synthetic::nasty_results(), false).find('\x1b') == std::string::npos);
+  CHECK(occurrences(verdict_table(synthetic::nasty_results(), true), "\x1b[") == 2 * 4);
+}
+
+TEST_CASE("timing.csv: visualization, steps and the idle rest, by time") {
+  StrategyRecord strategy;
+  strategy.segments = {{4, {0}, {100}, {{RealTime{0}, RealTime{30}}}},
+                       {5, {100}, {200}, {{RealTime{180}, RealTime{200}}}},
+                       {6, {200}, {210}, std::nullopt}};
+  strategy.steps = {{4, {30}, {50}, {}, {}}, {4, {55}, {90}, {}, {}}, {5, {110}, {180}, {}, {}}};
+  CHECK(timing_csv(strategy) ==
+        "segment,kind,index,begin_ns,end_ns\n"
+        "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n4,idle,0,90,100\n"
+        "5,step,0,110,180\n5,visualization,0,180,200\n"
+        "6,idle,0,200,210\n");
+}
+
+TEST_CASE("series.csv quotes a name with a comma and keeps its columns") {
+  RunRecord run = synthetic::reference_run({300'000'000});
+  run.strategies.resize(1);
+  run.strategies[0].devices[0].name = "left, \"upper\"";
+  const std::vector<std::string> rows = lines(series_csv(run));
+  CHECK_THAT(rows[0], Catch::StartsWith("t[s],strategy,device,kind,"));
+  CHECK_THAT(rows[1], Contains(",\"left, \"\"upper\"\"\",step,"));
+  const std::size_t columns = occurrences(rows[0], ",");
+  for (std::size_t i = 1; i < rows.size(); ++i) CHECK(occurrences(rows[i], ",") == columns + 1);  // one comma is quoted
+}

@@ -1,0 +1,157 @@
+#!/bin/bash
+# What each room may contain, as a test: greps the tree for what the compiler cannot refuse.
+#
+#   room_rules.sh ROOT     lists every violation as file:line: [rule] text; exit 1 if there is any
+#
+# First every rule is tried on a planted violation, and on the same text in a place where it is allowed: a rule that does not
+# see the one, or complains about the other, fails the test too.
+set -u -o pipefail
+export LC_ALL=C
+
+readonly rooms='clock remap scheduler sim device reports harness apps tests bench examples cmake docs scenarios scripts'
+readonly os_clock='\b(clock_gettime|clock_nanosleep|nanosleep|steady_clock|system_clock|high_resolution_clock|sleep_for|sleep_until|usleep)\b'
+readonly threads='\b(std::(jthread|thread|async)|pthread_create)\b'
+readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\('
+readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
+readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
+
+# name @ which files (regular expression on the path) @ where it is allowed @ what must not be there
+# Paths are relative to the root. Line comments are gone by then, except for rules that start with "raw ".
+readonly rules=(
+  "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
+  "hidapi only in its transport@$source@^device/src/hid/hidapi_transport@# *include *[<\"]hidapi"
+  "OS clock only in clock@$source@^(clock|tests)/@$os_clock"
+  "threads only in live lanes, hidapi transport and sweep@$source@^(scheduler/src/live_lanes|device/src/hid/hidapi_transport|harness/src/sweep|tests/)@$threads"
+  "own random numbers@$source@^\$@$foreign_random"
+  "no unordered containers where things are hashed@^(scheduler|remap|sim|device|reports|harness)/.*$source@^\$@\bstd::unordered_"
+  "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi|toml|spdlog)"
+  "no fast math@(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh|^sim/.*$source)\$@^\$@$fast_math"
+  "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
+)
+
+scratch=$(mktemp -d) || exit 2
+trap 'rm -rf "$scratch"' EXIT
+
+# tree ROOT: the files the rules look at. This folder itself names what it forbids.
+tree() {
+  (cd "$1" && for top in $rooms CMakeLists.txt CMakePresets.json README.md; do [ -e "$top" ] && find "$top" -type f; done) |
+    grep -v '^tests/room_rules/' | sort
+}
+
+# strip ROOT: a copy of the tree in $scratch/bare without line comments (// in sources, # elsewhere but for #include and the like).
+strip() {
+  rm -rf "$scratch/bare" && mkdir "$scratch/bare" && (cd "$1" && tree . | xargs -d '\n' -r cp --parents -t "$scratch/bare")
+  find "$scratch/bare" -type f -regextype posix-extended -regex '.*\.(h|hpp|cpp|cl)' -exec sed -i 's@//.*@@' {} +
+  find "$scratch/bare" -type f \( -name CMakeLists.txt -o -name '*.cmake' -o -name '*.sh' \) -exec sed -i 's@#.*@@' {} +
+}
+
+# violations RULE ROOT, after `strip ROOT`
+violations() {
+  local name files allowed pattern where=$scratch/bare
+  IFS='@' read -r name files allowed pattern <<<"$1"
+  case $name in raw\ *) where=$2 name=${name#raw } ;; esac
+  local found
+  found=$(tree "$where" | grep -E "$files" | grep -vE "$allowed" | (cd "$where" && xargs -d '\n' -r grep -InHE -- "$pattern"))
+  [ -n "$found" ] && sed -E "s@^([^:]*:[0-9]+:)@\1 [$name] @" <<<"$found"
+}
+
+# A public header says what it is before anything else.
+headers_without_opening() {
+  (cd "$1" && tree . | grep -E '^[a-z/]*include/evenstep/.*\.h$' | xargs -d '\n' -r awk '
+    FNR == 1 && $0 != "#pragma once" { print FILENAME ":1: [header opening] must be #pragma once" }
+    FNR == 2 && !/^\/\/\/ / { print FILENAME ":2: [header opening] must be a /// comment that says what this is" }')
+}
+
+# planted PATH TEXT: a tree of that one file
+planted() {
+  rm -rf "$scratch/planted" && mkdir -p "$scratch/planted/$(dirname "$1")" && printf '%s\n' "$2" >"$scratch/planted/$1"
+  strip "$scratch/planted"
+}
+
+failures=0
+fail() { echo "room_rules: $1"; failures=$((failures + 1)); }
+
+# expect seen|unseen NUMBER_OF_RULE PATH TEXT
+tried=()
+expect() {
+  local verdict=unseen
+  planted "$3" "$4"
+  [ -n "$(violations "${rules[$2]}" "$scratch/planted")" ] && verdict=seen
+  [ "$verdict" = "$1" ] || fail "rule '${rules[$2]%%@*}' should be $1: $3: $4"
+  [ "$1" = seen ] && tried[$2]=1
+}
+
+prove_rules() {
+  expect seen 0 sim/src/solver.cpp '#include <CL/cl.h>'
+  expect seen 0 harness/src/run.cpp '#  include "CL/opencl.hpp"'
+  expect unseen 0 sim/opencl/tissue_solver.cpp '#include <CL/cl.h>'
+  expect unseen 0 sim/src/solver.cpp '// as #include <CL/cl.h> would'
+  expect seen 1 device/src/hid/reference_driver.cpp '#include <hidapi/hidapi.h>'
+  expect unseen 1 device/src/hid/hidapi_transport.cpp '#include <hidapi/hidapi.h>'
+  local call
+  for call in 'clock_gettime(CLOCK_MONOTONIC, &t);' 'clock_nanosleep(0, 0, &t, 0);' 'nanosleep(&t, 0);' 'std::chrono::steady_clock::now();' \
+    'std::chrono::system_clock::now();' 'std::chrono::high_resolution_clock::now();' 'std::this_thread::sleep_for(t);' \
+    'std::this_thread::sleep_until(t);' 'usleep(1);'; do
+    expect seen 2 scheduler/src/scheduler.cpp "$call"
+    expect unseen 2 clock/src/wall_clock.cpp "$call"
+    expect unseen 2 tests/clock/wall_test.cpp "$call"
+  done
+  for call in 'std::thread t(f);' 'std::jthread t(f);' 'std::async(f);' 'pthread_create(&t, 0, f, 0);'; do
+    expect seen 3 harness/src/run.cpp "$call"
+    expect unseen 3 harness/src/sweep_threads.cpp "$call"
+    expect unseen 3 scheduler/src/live_lanes.cpp "$call"
+    expect unseen 3 device/src/hid/hidapi_transport.cpp "$call"
+    expect unseen 3 tests/scheduler/lanes_test.cpp "$call"
+  done
+  expect unseen 3 scheduler/src/scheduler.cpp 'std::this_thread::get_id();'
+  for call in 'std::normal_distribution<double> d;' 'std::uniform_int_distribution<int> d;' 'std::random_device d;' 'int i = rand();'; do
+    expect seen 4 scheduler/src/random.cpp "$call"
+    expect seen 4 tests/sim/solver_test.cpp "$call"
+  done
+  expect unseen 4 scheduler/src/random.cpp 'int i = my_rand();'
+  for call in scheduler/src/a.cpp remap/include/evenstep/remap/a.h sim/cpu/a.cpp device/src/hid/a.cpp reports/src/a.cpp harness/src/a.cpp; do
+    expect seen 5 "$call" 'std::unordered_map<int, int> m;'
+  done
+  expect unseen 5 apps/main.cpp 'std::unordered_set<int> s;'
+  for call in 'CL/cl.h' 'hidapi/hidapi.h' 'toml++/toml.h' 'spdlog/spdlog.h'; do
+    expect seen 6 harness/include/evenstep/harness/a.h "#include <$call>"
+    expect seen 6 clock/time/include/evenstep/time/a.h "#include <$call>"
+    expect unseen 6 harness/src/a.cpp "#include <$call>"
+  done
+  expect seen 7 CMakeLists.txt 'add_compile_options(-O2 -ffast-math)'
+  expect seen 7 cmake/Options.cmake 'set(CMAKE_CXX_FLAGS "-Ofast")'
+  expect seen 7 sim/opencl/tissue_solver.cpp 'program.build("-cl-fast-relaxed-math");'
+  expect unseen 7 CMakeLists.txt '# without -ffast-math'
+  local word
+  for word in TODO FIXME XXX; do
+    expect seen 8 sim/src/solver.cpp "// $word: later"
+    expect seen 8 docs/metrics.md "$word"
+  done
+  expect unseen 8 sim/src/solver.cpp '// MAXXXX'
+  local rule
+  for rule in "${!rules[@]}"; do [ "${tried[$rule]:-0}" = 1 ] || fail "rule '${rules[$rule]%%@*}' has no planted violation"; done
+
+  planted sim/include/evenstep/sim/a.h $'#pragma once\n/// A thing.'
+  [ -z "$(headers_without_opening "$scratch/planted")" ] || fail 'the header rule refuses a good header'
+  for word in $'/// A thing.\n#pragma once' $'#pragma once\n#include <a>' $'#ifndef A_H\n/// A thing.'; do
+    planted sim/include/evenstep/sim/a.h "$word"
+    [ -n "$(headers_without_opening "$scratch/planted")" ] || fail "the header rule does not see: ${word//$'\n'/ | }"
+  done
+}
+
+check_tree() {
+  local rule found
+  [ "$(tree "$1" | wc -l)" -ge 50 ] || fail "no source tree at $1"
+  strip "$1"
+  for rule in "${rules[@]}"; do
+    found=$(violations "$rule" "$1") && fail $'\n'"$found"
+  done
+  found=$(headers_without_opening "$1")
+  [ -z "$found" ] || fail $'\n'"$found"
+}
+
+[ $# -eq 1 ] || { echo 'usage: room_rules.sh ROOT' >&2; exit 2; }
+prove_rules
+check_tree "$(realpath "$1")"
+[ "$failures" -eq 0 ] && echo "room_rules: ${#rules[@]} rules and the header opening hold"
+[ "$failures" -eq 0 ]
