@@ -1,1 +1,165 @@
-// harness/src/reader.cpp
+#include <algorithm>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "load.h"
+#include "sections.h"
+
+namespace evenstep {
+namespace internal {
+
+Table Reading::section(std::string_view name) const {
+  return {document.find(name), std::string(name), {document.place.file, 0, 0}};
+}
+
+bool Reading::sound(std::string_view name) const { return check.sound(document.find(name)); }
+
+std::string in_ms(Duration duration) { return fmt::format("{} ms", static_cast<double>(duration.ns) / 1e6); }
+
+void read_strategies(Reading& reading) {
+  if (!reading.sound("run")) return;
+  const Table run = reading.section("run");
+  Scenario& scenario = reading.scenario;
+  constexpr StrategyKind kAll[] = {StrategyKind::ideal, StrategyKind::direct, StrategyKind::paper, StrategyKind::phase_locked};
+  const auto kind_named = [&](const std::string& name) {
+    StrategyKind found = StrategyKind::ideal;
+    for (const StrategyKind kind : kAll) {
+      if (name == name_of(kind)) found = kind;
+    }
+    return found;
+  };
+  for (const Value& name : run.at("strategies").list) {
+    const StrategyKind kind = kind_named(name.text);
+    for (const StrategyKind earlier : scenario.strategies) {
+      if (earlier == kind) reading.errors.add(name.place, fmt::format("'strategies' names \"{}\" twice", name.text));
+    }
+    scenario.strategies.push_back(kind);
+  }
+  if (scenario.strategies.empty()) reading.errors.add(run.place("strategies"), "'strategies' is empty; name at least one");
+  scenario.live = kind_named(run.text("live"));
+  scenario.seed = static_cast<std::uint64_t>(run.integer("seed"));
+}
+
+void read_run(Reading& reading) {
+  if (!reading.sound("run")) return;
+  const Table run = reading.section("run");
+  Scenario& scenario = reading.scenario;
+  const bool has_trace = !scenario.timing.trace.empty();
+  Duration trace_length;
+  for (const SegmentTiming& segment : scenario.timing.trace) trace_length = std::max(trace_length, Duration{segment.end.ns});
+
+  if (run.has("duration")) {
+    scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);
+    if (has_trace && scenario.run_duration > trace_length) {
+      reading.errors.add(run.place("duration"), fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out", in_ms(trace_length)));
+    }
+  } else if (has_trace) {
+    scenario.run_duration = trace_length;
+  } else if (reading.document.find("timing") == nullptr || reading.document.find("timing")->find("trace") == nullptr) {
+    reading.errors.add(run.place("duration"), "[run] has no 'duration'; write duration = \"4 s\"");
+    return;
+  }
+  scenario.warmup = run.span("warmup", scenario.nominal, reading.errors);
+  if (scenario.nominal.known && scenario.warmup >= scenario.run_duration) {
+    reading.errors.add(run.place("warmup"), fmt::format("'warmup': {} of {} leave nothing to judge", in_ms(scenario.warmup), in_ms(scenario.run_duration)));
+  }
+}
+
+void read_remap(Reading& reading) {
+  if (!reading.sound("remap")) return;
+  const Table remap = reading.section("remap");
+  RemapSpec& spec = reading.scenario.remap;
+  spec.estimate_weight = remap.table("estimate").number("weight");
+  const Rate bandwidth = remap.rate("bandwidth");
+  spec.bandwidth_Hz = static_cast<double>(bandwidth.num) / static_cast<double>(bandwidth.den);
+  const auto budget = [&](std::string_view key) -> Budget {
+    const std::string text = remap.text(key);
+    if (text == "minimal") return {Budget::Kind::any_phase, {}};
+    if (text == "minimal-this-phase") return {Budget::Kind::this_phase, {}};
+    if (!reading.scenario.nominal.known) return {};
+    return {Budget::Kind::fixed, remap.span(key, reading.scenario.nominal, reading.errors)};
+  };
+  spec.latency = budget("latency");
+  spec.lead = budget("lead");
+}
+
+namespace {
+
+/// Where the resolved table is kept, the files it names must still be found.
+void make_paths_absolute(Value& document) {
+  const auto fix = [](Value* path) {
+    if (path == nullptr || !path->is(Value::Kind::text)) return;
+    std::error_code ignored;
+    path->text = std::filesystem::weakly_canonical(path_from(*path), ignored).string();
+  };
+  if (Value* timing = document.find("timing")) fix(timing->find("trace"));
+  Value* devices = document.find("device");
+  if (devices == nullptr) return;
+  for (Value& device : devices->list) {
+    if (Value* motion = device.find("motion")) fix(motion->find("file"));
+  }
+}
+
+/// A seed of the command line wins over the file's.
+void set_seed(Value& document, std::uint64_t seed, Errors& errors) {
+  const Place place{"--seed", 0, 0};
+  if (seed > INT64_MAX) return errors.add(place, fmt::format("{} is out of range; it must be at most {}", seed, INT64_MAX));
+  apply_override(document, fmt::format("run.seed={}", seed), errors);
+}
+
+Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors) {
+  Value document = load_document(path, errors);
+  if (errors.any()) return document;
+  for (const std::string& assignment : options.set) apply_override(document, assignment, errors);
+  if (options.seed) set_seed(document, *options.seed, errors);
+  return document;
+}
+
+/// Motions, limits and units refer to each other, so the order is part of it.
+void read_sections(Reading& reading) {
+  read_strategies(reading);
+  read_timing(reading);
+  read_run(reading);
+  read_devices(reading);
+  read_scene(reading);
+  read_remap(reading);
+  read_expectations(reading);
+  if (reading.errors.any()) return;
+  const Table top{&reading.document, "", reading.document.place};
+  reading.scenario.name = top.text("name");
+  reading.scenario.because = top.text("because");
+  for (const Value& tag : top.at("tags").list) reading.scenario.tags.push_back(tag.text);
+}
+
+}  // namespace
+}  // namespace internal
+
+const char* name_of(StrategyKind kind) {
+  switch (kind) {
+    case StrategyKind::ideal: return "ideal";
+    case StrategyKind::direct: return "direct";
+    case StrategyKind::paper: return "paper";
+    case StrategyKind::phase_locked: return "phase_locked";
+  }
+  return "";
+}
+
+ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
+  using namespace internal;
+  Errors errors;
+  Value document = load_with_overrides(path, options, errors);
+  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+
+  Scenario scenario;
+  scenario.file = path;
+  const Check check(document, errors);
+  internal::Reading reading{document, check, errors, scenario};
+  read_sections(reading);
+  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  make_paths_absolute(document);
+  scenario.resolved_toml = print_toml(document);
+  return {std::move(scenario), {}};
+}
+
+}  // namespace evenstep

@@ -1,1 +1,150 @@
-// harness/src/timing_csv.cpp
+#include "evenstep/harness/timing_csv.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "csv_rows.h"
+#include "text_file.h"
+
+namespace evenstep {
+namespace {
+
+using internal::CsvRows;
+
+enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;      // 1e6 s, the limit of every time a user gives
+
+struct Row {
+  std::int64_t segment = 0, index = 0;
+  Interval interval;
+};
+
+/// What the file has said so far.
+struct State {
+  std::vector<SegmentTiming>& segments;
+  std::int64_t number = -1;                      ///< of the open segment, as written
+  std::int64_t step_index = -1, idle_index = -1; ///< last ones of the open segment
+  bool only_idle = true;                         ///< so far in the open segment
+  RealTime first_begin;                          ///< of the whole file
+  RealTime last_step_end{0}, last_visualization_end{0};
+};
+
+bool read_row(CsvRows& rows, Row& row) {
+  if (!rows.split(5)) return false;
+  const bool fine = rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) && rows.whole(kBegin, row.interval.begin.ns) &&
+                    rows.whole(kEnd, row.interval.end.ns);
+  if (!fine) return false;
+  if (row.interval.end >= row.interval.begin) return true;
+  rows.error(kEnd, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
+  return false;
+}
+
+/// Opens the row's segment if it is not the open one.
+bool open_segment(CsvRows& rows, const Row& row, State& state) {
+  if (row.segment == state.number) return true;
+  if (state.number >= 0 && row.segment != state.number + 1) {
+    rows.error(kSegment, fmt::format("segment {} follows segment {}; segments are numbered one by one", row.segment, state.number));
+    return false;
+  }
+  if (state.segments.empty()) state.first_begin = row.interval.begin;
+  SegmentTiming segment;
+  segment.index = static_cast<std::int64_t>(state.segments.size());
+  segment.begin = row.interval.begin;
+  segment.end = row.interval.end;
+  state.segments.push_back(std::move(segment));
+  state.number = row.segment;
+  state.step_index = state.idle_index = -1;
+  state.only_idle = true;
+  return true;
+}
+
+bool increasing(CsvRows& rows, std::int64_t index, std::int64_t& last) {
+  if (index > last) {
+    last = index;
+    return true;
+  }
+  rows.error(kIndex, fmt::format("index {} follows {} in the same segment", index, last));
+  return false;
+}
+
+bool not_before(CsvRows& rows, RealTime begin, RealTime& last_end, RealTime end, std::string_view what) {
+  if (begin < last_end) {
+    rows.error(kBegin, fmt::format("begins at {} ns, before the {} before it ended at {} ns", begin.ns, what, last_end.ns));
+    return false;
+  }
+  last_end = end;
+  return true;
+}
+
+/// Begin and end of the open segment over its visualization and steps.
+void widen(SegmentTiming& segment, const Interval& interval, State& state) {
+  segment.begin = state.only_idle ? interval.begin : std::min(segment.begin, interval.begin);
+  state.only_idle = false;
+}
+
+void add_row(CsvRows& rows, const Row& row, State& state) {
+  if (!open_segment(rows, row, state)) return;
+  SegmentTiming& segment = state.segments.back();
+  const std::string_view kind = rows.cell(kKind);
+  if (kind == "idle") {
+    if (!increasing(rows, row.index, state.idle_index)) return;
+  } else if (kind == "step") {
+    if (!increasing(rows, row.index, state.step_index)) return;
+    if (!not_before(rows, row.interval.begin, state.last_step_end, row.interval.end, "step")) return;
+    segment.steps.push_back(row.interval);
+    widen(segment, row.interval, state);
+  } else if (kind == "visualization") {
+    if (segment.visualization || row.index != 0) return rows.error(kIndex, "a segment has one visualization, of index 0");
+    if (!not_before(rows, row.interval.begin, state.last_visualization_end, row.interval.end, "visualization")) return;
+    segment.visualization = row.interval;
+    widen(segment, row.interval, state);
+  } else {
+    return rows.error(kKind, fmt::format("kind '{}' must be visualization, step or idle", kind));
+  }
+  segment.end = std::max(segment.end, row.interval.end);
+  if (state.segments.size() > 1 && segment.begin <= state.segments[state.segments.size() - 2].begin) {
+    rows.error(kBegin, fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
+  }
+  if (row.interval.end.ns - state.first_begin.ns > kLongest_ns) rows.error(kEnd, "is more than 1e6 s after the first row; are these nanoseconds?");
+}
+
+void shift(Interval& interval, Duration by) {
+  interval.begin = interval.begin - by;
+  interval.end = interval.end - by;
+}
+
+void shift_to_zero(std::vector<SegmentTiming>& segments) {
+  if (segments.empty()) return;
+  const Duration origin = segments.front().begin - RealTime{};
+  for (SegmentTiming& segment : segments) {
+    segment.begin = segment.begin - origin;
+    segment.end = segment.end - origin;
+    if (segment.visualization) shift(*segment.visualization, origin);
+    for (Interval& step : segment.steps) shift(step, origin);
+  }
+}
+
+}  // namespace
+
+TimingCsv parse_timing_csv(const std::string& text, const std::string& name) {
+  TimingCsv out;
+  CsvRows rows(text, name, out.errors);
+  if (!rows.header("segment,kind,index,begin_ns,end_ns")) return out;
+  State state{out.segments};
+  while (rows.next()) {
+    Row row;
+    if (read_row(rows, row)) add_row(rows, row, state);
+  }
+  if (out.segments.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
+  if (out.errors.empty()) shift_to_zero(out.segments);
+  return out;
+}
+
+TimingCsv read_timing_csv(const std::string& path) {
+  const internal::TextFile file = internal::read_text_file(path, internal::kMostCsvBytes);
+  if (!file.error.empty()) return {{}, {{path, 0, 0, file.error}}};
+  return parse_timing_csv(file.text, path);
+}
+
+}  // namespace evenstep

@@ -342,7 +342,8 @@ TEST_CASE("no jump is lost at the edge of a bin: every place of a fault") {
     RunRecord only = run;
     only.strategies = {paper};
     double worst = 0;
-    for (const BinRow& row : bins(only, 0.1).at("left.interaction.paper")) worst = std::max(worst, row.velocity_jump);
+    const std::vector<BinRow> rows = bins(only, 0.1).at("left.interaction.paper");
+    for (const BinRow& row : rows) worst = std::max(worst, row.velocity_jump);
     CHECK(worst == Approx(2e-3).epsilon(1e-9));
     paper.devices[0].steps[n].position_m[1] = before;
   }

@@ -1,0 +1,98 @@
+// [[device]]
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "load.h"
+#include "motion_csv.h"
+#include "sections.h"
+
+namespace evenstep::internal {
+namespace {
+
+bool proper_name(const std::string& name) {
+  return !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+}
+
+void check_name(const Table& device, const std::vector<DeviceSpec>& earlier, Errors& errors) {
+  const std::string name = device.text("name");
+  if (!proper_name(name)) {
+    errors.add(device.place("name"), fmt::format("'name': \"{}\" must be letters, digits, _ and - (it is a part of signal names)", name));
+  }
+  for (const char* taken : {"run", "solver", "events", "closed_loop"}) {
+    if (name == taken) errors.add(device.place("name"), fmt::format("'name': \"{}\" is a signal of its own; choose another name", name));
+  }
+  if (std::any_of(earlier.begin(), earlier.end(), [&](const DeviceSpec& d) { return d.name == name; })) {
+    errors.add(device.place("name"), fmt::format("'name': there is a device \"{}\" already", name));
+  }
+}
+
+RecordedMotion read_recorded(const Table& motion, Errors& errors) {
+  const Value path = motion.at("file");
+  MotionCsv csv = read_motion_csv(path_from(path));
+  for (const Diagnostic& error : csv.errors) {
+    if (error.line == 0) {
+      errors.add(path.place, fmt::format("'file': '{}' {}", error.file, error.message));
+    } else {
+      errors.add({error.file, error.line, error.column}, error.message);
+    }
+  }
+  return std::move(csv.motion);
+}
+
+Motion read_motion(const Reading& reading, const Table& device) {
+  if (!device.has("motion")) return Still{};
+  const Table motion = device.table("motion");
+  const std::string kind = motion.text("kind");
+  if (kind == "still") return Still{};
+  if (kind == "sine") return Sine{motion.vector("amplitude"), motion.rate("frequency")};
+  if (kind == "recorded") return read_recorded(motion, reading.errors);
+  const ConstantVelocity ramp{motion.vector("velocity"), motion.smooth("start")};
+  if (kind == "constant-velocity") return ramp;
+  if (!reading.scenario.nominal.known) return Still{};      // [timing] is faulty: 'stop' may need its units
+  const Duration stop = motion.span("stop", reading.scenario.nominal, reading.errors);
+  if (stop < ramp.smooth_start) {
+    reading.errors.add(motion.place("stop"), fmt::format("'stop': {} is within the smooth start of {}; stop later", in_ms(stop), in_ms(ramp.smooth_start)));
+  }
+  return RampStop{ramp, RealTime{stop.ns}};
+}
+
+DeviceSpec read_device(Reading& reading, const Table& device) {
+  DeviceSpec spec;
+  spec.name = device.text("name");
+  spec.rate = device.rate("rate");
+  if (reading.scenario.nominal.known) spec.phase = device.span("phase", reading.scenario.nominal, reading.errors);
+  if (spec.phase >= period_ceil(spec.rate)) {
+    reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest", in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
+  }
+  spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
+  spec.motion.shape = read_motion(reading, device);
+  if (reading.scenario.nominal.known && device.table("motion").has("delay")) {
+    spec.motion.begin = RealTime{device.table("motion").span("delay", reading.scenario.nominal, reading.errors).ns};
+  }
+  spec.emission = device.table("render").text("emission") == "hold" ? Emission::hold : Emission::linear;
+  spec.limits = {device.si("force_limit"), device.si("slew_limit")};
+  return spec;
+}
+
+}  // namespace
+
+void read_devices(Reading& reading) {
+  const Value* devices = reading.document.find("device");
+  if (devices == nullptr || !devices->is(Value::Kind::list)) return;
+  if (devices->list.empty()) reading.errors.add(devices->place, "there is no [[device]]; a run needs one");
+  for (const Value& value : devices->list) {
+    if (reading.scenario.devices.size() >= static_cast<std::size_t>(kMaxTools)) {
+      reading.errors.add(value.place, fmt::format("more than {} devices", kMaxTools));
+      return;
+    }
+    if (!reading.check.sound(&value)) continue;
+    const Table device(&value, "device", value.place);
+    check_name(device, reading.scenario.devices, reading.errors);
+    reading.scenario.devices.push_back(read_device(reading, device));
+  }
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,30 @@
+#pragma once
+/// One function per part of a scenario. Each assumes nothing of the others but what its comment says, and skips a part that
+/// the check found faulty: what follows from a mistake is noise.
+
+#include "check.h"
+
+namespace evenstep::internal {
+
+struct Reading {
+  const Value& document;
+  const Check& check;
+  Errors& errors;
+  Scenario& scenario;
+
+  /// The section if it is there, or its defaults.
+  Table section(std::string_view name) const;
+  bool sound(std::string_view name) const;
+};
+
+void read_strategies(Reading& reading);
+void read_timing(Reading& reading);            ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
+void read_run(Reading& reading);               ///< after read_timing
+void read_devices(Reading& reading);           ///< after read_timing
+void read_scene(Reading& reading);             ///< after read_timing and read_devices
+void read_remap(Reading& reading);             ///< after read_timing
+void read_expectations(Reading& reading);      ///< after read_timing
+
+std::string in_ms(Duration duration);          ///< "11.1 ms"
+
+}  // namespace evenstep::internal
