@@ -10,7 +10,7 @@ source "$repo/scripts/setup.sh"
 
 folder=$(mktemp -d "${TMPDIR:-/tmp}/evenstep newcomer XXXXXX")
 trap 'rm -rf -- "$folder"' EXIT
-clone="$folder/a clone of evenstep"
+clone="$folder/a clone of evenstep" build=$folder/none
 newcomer=(setpriv --reuid 65534 --regid 65534 --clear-groups env -i HOME=/nonexistent PATH=/usr/local/bin:/usr/bin:/bin)
 
 seconds_between() { awk -v start="$1" -v end="$2" 'BEGIN { print end - start }'; }
