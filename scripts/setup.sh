@@ -1,0 +1,133 @@
+# shellcheck shell=bash disable=SC2154
+# From a bare clone to a built program: packages, build folder, build. Sourced by run.sh, test.sh, .ci/run and
+# scripts/newcomer_test.sh, which `set -euo pipefail` and set `repo`, the absolute path of the clone.
+# All of it writes to stderr, because stdout belongs to the program. Exit status 2: the set-up could not be done.
+
+note() { printf 'evenstep: %s\n' "$*" >&2; }
+fail() { note "$@"; exit 2; }
+
+# --- packages ---------------------------------------------------------------------------------------------------------
+
+packages_wanted() { sed -E 's/[[:space:]]*(#.*)?$//; /^$/d' "$repo/scripts/packages.txt"; }
+
+packages_missing() {
+  local wanted
+  mapfile -t wanted < <(packages_wanted)
+  # dpkg-query exits with 1 when one name is unknown to it, and prints the others all the same.
+  { dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null || true; } |
+    awk 'NR == FNR { if ($1 == "installed") installed[$2]; next } !($1 in installed)' - <(packages_wanted)
+}
+
+# run_apt ARGUMENTS... : apt-get through "${as_root[@]}". It waits for the dpkg lock by itself, but not for the locks on
+# its lists and downloads, which a machine's own daily update holds for some minutes after the first boot.
+run_apt() {
+  local log status give_up=$((SECONDS + 300))
+  log=$(mktemp) || fail "no temporary file can be made under ${TMPDIR:-/tmp}"
+  while :; do
+    status=0
+    "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive LC_ALL=C apt-get -o DPkg::Lock::Timeout=300 "$@" </dev/null 2>&1 |
+      tee -- "$log" >&2 || status=$?
+    if ((status == 0 || SECONDS >= give_up)) || ! grep -qi 'could not get lock\|unable to lock' -- "$log"; then break; fi
+    note "another program is using apt-get; trying again in 5 s"
+    sleep 5
+  done
+  rm -f -- "$log"
+  return "$status"
+}
+
+install_packages() {
+  local missing as_root=() by_hand install
+  if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+    is_configured || note "not a Debian system: nothing is installed, the build is tried with what is here. Needed, by" \
+      "their Debian names: $(packages_wanted | tr '\n' ' ')"
+    return 0
+  fi
+  mapfile -t missing < <(packages_missing)
+  ((${#missing[@]})) || return 0
+  note "packages are missing and will be installed: ${missing[*]}"
+
+  install="apt-get install -y --no-install-recommends ${missing[*]}"
+  by_hand="su -c 'apt-get update && $install'"
+  if (($(id -u) != 0)); then
+    if command -v sudo >/dev/null; then
+      by_hand="sudo apt-get update && sudo $install"
+      as_root=(sudo)
+      [[ -t 2 ]] || as_root=(sudo -n)   # nobody is there to type a password
+    fi
+    if ((${#as_root[@]} == 0)) || ! "${as_root[@]}" true; then
+      note "installing them needs root. Run this line, then try again:"
+      printf '%s\n' "$by_hand" >&2
+      exit 2
+    fi
+  fi
+  run_apt update || fail "apt-get update failed: see its errors above. Is there a network, and are the package sources right?"
+  run_apt install -y --no-install-recommends "${missing[@]}" ||
+    fail "apt-get install failed: see its errors above. Debian 12 has all of: ${missing[*]}"
+}
+
+# --- build folder -----------------------------------------------------------------------------------------------------
+
+# The first of these that belongs to us and can be written: build/ in the clone; for a read-only clone, or a build/ of
+# another user (root's after `sudo ./run.sh`), a folder in the user's cache or the temporary folder, named after user and
+# clone. Never a folder of somebody else: programs are run from it, and files of two owners in one build break it.
+build_folder() {
+  local folder name
+  name=evenstep-build-$(id -u)-$(printf '%s' "$repo" | sha256sum | cut -c1-12)
+  for folder in "$repo/build" ${XDG_CACHE_HOME:+"$XDG_CACHE_HOME/$name"} "${TMPDIR:-/tmp}/$name"; do
+    if mkdir -p -- "$folder" 2>/dev/null && [[ -O $folder && -w $folder ]]; then
+      printf '%s\n' "$folder"
+      return 0
+    fi
+  done
+  fail "no folder to build in: neither $repo/build nor ${TMPDIR:-/tmp}/$name is ours to write"
+}
+
+# --- build ------------------------------------------------------------------------------------------------------------
+
+# A cache that names another source folder came along when the clone was moved or copied.
+is_configured() {
+  local home
+  [[ -e $build/build.ninja && -e $build/CMakeCache.txt ]] || return 1
+  home=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$build/CMakeCache.txt")
+  [[ $home -ef $repo ]]
+}
+
+# logged NAME COMMAND... : the command's output goes to NAME.log in the build folder, and to stderr if the command fails.
+logged() {
+  local log=$build/$1.log
+  shift
+  "$@" >"$log" 2>&1 || { cat -- "$log" >&2; return 1; }
+}
+
+configure() {
+  note "configuring ${build/#"$repo/"/}"
+  logged configure cmake --fresh -S "$repo" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release ||
+    fail "CMake could not configure the build: see above"
+}
+
+compile() {  # compile TARGET NOTE
+  local log=(logged build)
+  # A dry run costs some milliseconds and tells whether there is anything to say.
+  if [[ $(cmake --build "$build" --target "$1" -- -n 2>&1) == *"no work to do"* ]]; then return 0; fi
+  note "$2"
+  if [[ -t 2 ]]; then log=(); fi   # ninja shows its progress there
+  "${log[@]}" cmake --build "$build" --target "$1" --parallel "$(nproc)" || fail "the build failed: see above"
+}
+
+# set_up TARGET : afterwards `build` is the build folder and TARGET in it is up to date. One caller at a time.
+set_up() {
+  build=$(build_folder)
+  # PoCL keeps compiled kernels below HOME unless told otherwise, and answers every call with error -36 where it cannot.
+  export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl-cache}
+  mkdir -p -- "$POCL_CACHE_DIR"
+  (
+    flock -n 9 || { note "waiting for another build in $build"; flock 9; }
+    install_packages
+    if is_configured; then
+      compile "$1" "building what changed"
+    else
+      configure
+      compile "$1" "building (the first time: some minutes)"
+    fi
+  ) 9>"$build/.lock" </dev/null >&2
+}

@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds, and runs all tests:
+#   ./test.sh                    all but the long ones
+#   EVENSTEP_LONG=1 ./test.sh    the long ones too
+#   ./test.sh -R remap           further arguments go to ctest
+set -euo pipefail
+repo=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
+source "$repo/scripts/setup.sh"
+
+set_up all
+without_long=(-LE '^long$')
+if [[ ${EVENSTEP_LONG:-0} != 0 ]]; then without_long=(); fi
+exec ctest --test-dir "$build" -j2 --output-on-failure --no-tests=error "${without_long[@]}" "$@"

@@ -1,0 +1,381 @@
+#!/usr/bin/env bash
+# setup_test.sh SOURCE_DIR CASE : runs one case; prints what differed and exits 1 on failure, 77 when it cannot run here.
+#
+# Nothing is installed and nothing of the project is built. dpkg-query, apt-get, sudo, id and sleep are stand-ins that write
+# each call into $work/calls; the project is a CMake project whose program is a shell script that prints what it was given.
+# shellcheck disable=SC2016   # what is quoted here is expanded in the scripts it is written into
+set -uo pipefail
+source_dir=$1
+work=$(realpath -- "$(mktemp -d "${TMPDIR:-/tmp}/evenstep setup XXXXXX")")
+trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
+chmod 755 "$work"   # some cases run as another user
+cd "$work" || exit 1
+unset XDG_CACHE_HOME EVENSTEP_LONG POCL_CACHE_DIR
+touch out err calls
+
+fail() {
+  printf 'FAILED: %s\n' "$1"
+  tail -n +1 calls out err
+  exit 1
+}
+expect_status() { [[ $status == "$1" ]] || fail "exit $status instead of $1"; }
+expect_out() { [[ $(cat out) == "$1" ]] || fail "stdout is not '$1'"; }
+expect_err() { grep -qF -- "$1" err || fail "stderr does not say '$1'"; }
+expect_calls() { [[ $(grep -v '^dpkg-query' calls) == "$1" ]] || fail "calls are not: $1"; }
+
+# --- stand-ins for the system -----------------------------------------------------------------------------------------
+
+# stand_in NAME <SCRIPT : a program in $work/bin that first writes its name and arguments into $work/calls
+stand_in() {
+  mkdir -p bin
+  { printf '#!/bin/bash\nwork=%q\necho "${0##*/}${1:+ $*}" >>"$work/calls"\n' "$work"; cat; } >"bin/$1"
+  chmod +x "bin/$1"
+}
+
+# system UID MISSING... : a Debian on which these packages are missing, seen by this user
+system() {
+  local tool
+  stand_in id <<<"echo $1"
+  shift
+  printf '%s\n' "$@" >missing
+  stand_in dpkg-query <<'END'
+status=0
+for name in "${@:4}"; do   # after -W -f FORMAT
+  if grep -qxF -- "$name" "$work/missing"; then status=1; else echo "installed $name"; fi
+done
+exit "$status"
+END
+  stand_in apt-get <<'END'
+echo "apt-get speaks on stdout"
+[ "$DEBIAN_FRONTEND" = noninteractive ] || { echo "would ask questions"; exit 100; }
+case " $* " in *" $(cat "$work/apt_fails" 2>/dev/null || echo nothing) "*) echo "E: it did not work"; exit 100 ;; esac
+if [ -s "$work/lock_held" ]; then
+  sed -i 1d "$work/lock_held"
+  echo "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 1 (apt-get)"
+  exit 100
+fi
+END
+  stand_in sleep <<<''
+  for tool in bash env sed awk grep mktemp tee rm cat tr true; do ln -sf "$(type -P "$tool")" bin/; done
+}
+
+sudo_here() {  # sudo_here accepts|refuses
+  stand_in sudo <<<'[ "$1" = -n ] && shift
+'"$([[ $1 == accepts ]] && echo 'exec "$@"' || echo 'echo "sudo: a password is required" >&2; exit 1')"
+}
+
+cat >install <<'END'
+set -euo pipefail
+repo=$1 build=$2
+source "$repo/scripts/setup.sh"
+install_packages
+END
+install() {
+  PATH=$work/bin bash install "$source_dir" "$work/build" >out 2>err </dev/null
+  status=$?
+  [[ ! -s out ]] || fail "something was written to stdout"
+}
+
+readonly update='apt-get -o DPkg::Lock::Timeout=300 update'
+readonly add='apt-get -o DPkg::Lock::Timeout=300 install -y --no-install-recommends'
+readonly as_sudo='env DEBIAN_FRONTEND=noninteractive LC_ALL=C'
+
+case_nothing_missing_means_no_apt_and_no_sudo() {
+  sudo_here accepts
+  system 1000
+  install
+  expect_status 0
+  expect_calls ''
+  [[ ! -s err ]] || fail "something was said"
+}
+case_every_listed_package_is_asked_for() {
+  local name
+  system 0
+  install
+  [[ $(grep -c . <(sed 's/#.*//; /^ *$/d' "$source_dir/scripts/packages.txt")) -ge 10 ]] || fail "no package list"
+  while read -r name _; do
+    grep -q -- "^dpkg-query .* $name\( \|$\)" calls || fail "$name is not asked for"
+  done < <(sed 's/#.*//; /^ *$/d' "$source_dir/scripts/packages.txt")
+}
+case_root_installs_exactly_what_is_missing() {
+  system 0 ninja-build catch2
+  install
+  expect_status 0
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add ninja-build catch2")"
+}
+case_each_single_missing_package_is_found() {
+  local name
+  while read -r name _; do
+    system 0 "$name"
+    : >calls
+    install
+    expect_calls "$(printf '%s\n' 'id -u' "$update" "$add $name")"
+  done < <(sed 's/#.*//; /^ *$/d' "$source_dir/scripts/packages.txt")
+}
+case_without_a_terminal_sudo_is_not_let_ask() {
+  sudo_here accepts
+  system 1000 catch2
+  install
+  expect_status 0
+  expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true' "sudo -n $as_sudo $update" "$update" "sudo -n $as_sudo $add catch2" "$add catch2")"
+}
+case_on_a_terminal_sudo_may_ask() {
+  command -v script >/dev/null || { echo "skipped: no script(1) to make a terminal"; exit 77; }
+  sudo_here accepts
+  system 1000 catch2
+  export source_dir work
+  SHELL=/bin/bash script -qec 'PATH=$work/bin bash install "$source_dir" "$work/build" >out' err >/dev/null </dev/null
+  expect_out ''
+  expect_calls "$(printf '%s\n' 'id -u' 'sudo true' "sudo $as_sudo $update" "$update" "sudo $as_sudo $add catch2" "$add catch2")"
+}
+case_sudo_that_refuses_leaves_one_line_to_paste() {
+  sudo_here refuses
+  system 1000 catch2 cmake
+  install
+  expect_status 2
+  expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true')"
+  [[ $(tail -1 err) == 'sudo apt-get update && sudo apt-get install -y --no-install-recommends cmake catch2' ]] || fail "no line to paste"
+}
+case_without_sudo_the_line_to_paste_uses_su() {
+  system 1000 catch2
+  install
+  expect_status 2
+  expect_calls 'id -u'
+  [[ $(tail -1 err) == "su -c 'apt-get update && apt-get install -y --no-install-recommends catch2'" ]] || fail "no line to paste"
+}
+case_a_failing_update_is_said_and_nothing_is_installed() {
+  system 0 catch2
+  echo update >apt_fails
+  install
+  expect_status 2
+  expect_err 'E: it did not work'
+  expect_err 'apt-get update failed'
+  expect_calls "$(printf '%s\n' 'id -u' "$update")"
+}
+case_a_failing_install_is_said() {
+  system 0 catch2
+  echo install >apt_fails
+  install
+  expect_status 2
+  expect_err 'E: it did not work'
+  expect_err 'apt-get install failed'
+}
+case_a_lock_that_another_program_holds_is_waited_for() {
+  system 0 catch2
+  printf 'once\ntwice\n' >lock_held
+  install
+  expect_status 0
+  expect_err 'another program is using apt-get'
+  expect_calls "$(printf '%s\n' 'id -u' "$update" 'sleep 5' "$update" 'sleep 5' "$update" "$add catch2")"
+}
+case_elsewhere_than_on_debian_the_packages_are_named_and_the_build_goes_on() {
+  system 0
+  rm bin/dpkg-query
+  install
+  expect_status 0
+  expect_calls ''
+  expect_err 'not a Debian system'
+  expect_err 'catch2'
+}
+
+# --- a stand-in for the project ---------------------------------------------------------------------------------------
+
+clone() {  # clone FOLDER
+  mkdir -p "$1/scenarios/paper" "$1/scenarios/recorded" "$1/.ci"
+  cp -r "$source_dir/run.sh" "$source_dir/test.sh" "$source_dir/scripts" "$1"
+  cp "$source_dir/.ci/run" "$1/.ci"
+  cat >"$1/evenstep" <<'END'
+#!/bin/bash
+printf '[%s]' "$@"; echo
+for ((i = 1; i < $#; i++)); do
+  if [[ ${!i} == --out ]]; then j=$((i + 1)); mkdir -p "${!j}/a" "${!j}/b"; out=${!j}; fi
+done
+[[ ${out-} ]] || exit 0
+echo '{"verdict":"pass","trace_hash":"0","expectations":[{"verdict":"pass"}]}' >"$out/a/summary.json"
+echo '{"verdict":"pass","trace_hash":"0","expectations":[]}' >"$out/b/summary.json"
+[[ -e $(dirname "$0")/../../scenarios/broken ]] || exit 0
+echo '{"verdict":"fail","trace_hash":"0","expectations":[{"verdict":"pass"}]}' >"$out/b/summary.json"
+exit 1
+END
+  cat >"$1/CMakeLists.txt" <<'END'
+cmake_minimum_required(VERSION 3.25)
+project(stand_in LANGUAGES NONE)
+set(program ${CMAKE_BINARY_DIR}/apps/evenstep)
+add_custom_command(OUTPUT ${program} DEPENDS ${CMAKE_SOURCE_DIR}/evenstep VERBATIM
+  COMMAND bash -n ${CMAKE_SOURCE_DIR}/evenstep COMMAND install ${CMAKE_SOURCE_DIR}/evenstep ${program}
+  COMMAND bash -c "echo built >>builds")
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/apps)
+add_custom_target(evenstep ALL DEPENDS ${program})
+enable_testing()
+add_test(NAME short COMMAND true)
+add_test(NAME breakable COMMAND test ! -e ${CMAKE_SOURCE_DIR}/broken)
+add_test(NAME slow COMMAND true)
+set_tests_properties(slow PROPERTIES LABELS long)
+END
+  stand_in dpkg-query <<<'shift 3; printf "installed %s\n" "$@"'
+  PATH=$work/bin:$PATH
+}
+call() { "$@" >out 2>err </dev/null; status=$?; }
+
+case_arguments_arrive_as_they_were_typed() {
+  clone 'a clone'
+  mkdir elsewhere
+  ln -s "$work/a clone/run.sh" elsewhere/link
+  cd elsewhere || exit 1
+  "../a clone/run.sh" check 'two words' '' './relative.toml' '*' >../out 2>../err
+  status=$?
+  cd ..
+  expect_status 0
+  expect_out '[check][two words][][./relative.toml][*]'
+  (cd elsewhere && ./link x >../out 2>../err) || fail "not through a symbolic link"
+  expect_out '[x]'
+}
+case_without_arguments_figure_1_is_run() {
+  clone 'a clone'
+  call 'a clone/run.sh'
+  expect_status 0
+  expect_out "[run][$work/a clone/scenarios/paper/figure-1.toml]"
+}
+case_what_is_built_is_not_built_again_until_a_source_changes() {
+  clone c
+  call c/run.sh a
+  [[ -s err ]] || fail "the first build says nothing"
+  call c/run.sh b
+  [[ ! -s err ]] || fail "something is said when nothing is to do"
+  [[ $(wc -l <c/build/builds) == 1 ]] || fail "built again"
+  sed -i 's/\[%s\]/<%s>/' c/evenstep
+  call c/run.sh c
+  expect_out '<c>'
+  expect_err 'building'
+}
+case_a_moved_clone_is_configured_afresh() {
+  clone before
+  call before/run.sh a
+  mv before after
+  sed -i 's/\[%s\]/<%s>/' after/evenstep
+  call after/run.sh b
+  expect_status 0
+  expect_err 'configuring'
+  expect_out '<b>'
+}
+case_a_copied_clone_leaves_the_first_alone() {
+  clone first
+  call first/run.sh a
+  cp -a first second
+  rm first/build/builds
+  sed -i 's/\[%s\]/<%s>/' second/evenstep
+  call second/run.sh b
+  expect_out '<b>'
+  [[ ! -e first/build/builds ]] || fail "the first clone was built"
+}
+case_an_interrupted_configuration_is_done_again() {
+  clone c
+  mkdir c/build
+  printf 'CMAKE_HOME_DIRECTORY:INTERNAL=%s\n' "$work/c" >c/build/CMakeCache.txt
+  call c/run.sh a
+  expect_status 0
+}
+case_a_failing_build_exits_2_and_shows_why() {
+  clone c
+  echo 'if' >>c/evenstep
+  call c/run.sh
+  expect_status 2
+  expect_out ''
+  expect_err 'syntax error'
+  expect_err 'the build failed'
+}
+case_a_failing_configuration_exits_2_and_shows_why() {
+  clone c
+  echo 'find_package(NoSuchThing REQUIRED)' >>c/CMakeLists.txt
+  call c/run.sh
+  expect_status 2
+  expect_out ''
+  expect_err 'NoSuchThing'
+}
+case_no_home_is_needed() {
+  clone c
+  call env -u HOME c/run.sh a
+  expect_status 0
+  call env HOME=/nonexistent c/run.sh a
+  expect_status 0
+}
+case_opencl_kernels_are_cached_in_the_build_folder() {
+  clone c
+  printf '#!/bin/sh\necho "$POCL_CACHE_DIR"; test -w "$POCL_CACHE_DIR"\n' >c/evenstep
+  call c/run.sh a
+  expect_status 0
+  expect_out "$work/c/build/pocl-cache"
+  call env POCL_CACHE_DIR="$work/mine" c/run.sh a
+  expect_out "$work/mine"
+}
+case_a_read_only_clone_is_built_in_a_folder_of_the_user() {
+  local as_user=()
+  clone c
+  mkdir -m 777 cache tmp
+  chmod 555 c
+  if (($(id -u) == 0)); then
+    command -v setpriv >/dev/null || { echo "skipped: root writes everywhere and setpriv is not here"; exit 77; }
+    chmod 666 calls
+    as_user=(setpriv --reuid 65534 --regid 65534 --clear-groups)
+  fi
+  sed -i 's,>>builds,>>builds,' c/CMakeLists.txt
+  call env HOME=/nonexistent TMPDIR="$work/tmp" "${as_user[@]}" c/run.sh a
+  expect_status 0
+  expect_out '[a]'
+  compgen -G 'tmp/evenstep-build-*/apps/evenstep' >/dev/null || fail "not built below TMPDIR"
+  call env HOME=/nonexistent TMPDIR="$work/tmp" XDG_CACHE_HOME="$work/cache" "${as_user[@]}" c/run.sh b
+  expect_out '[b]'
+  compgen -G 'cache/evenstep-build-*/apps/evenstep' >/dev/null || fail "not built below XDG_CACHE_HOME"
+  [[ ! -e c/build ]] || fail "something was written into the clone"
+}
+case_two_calls_at_once_build_once() {
+  local i
+  clone c
+  sed -i 's/COMMAND install/COMMAND sleep 1 COMMAND install/' c/CMakeLists.txt
+  for i in 1 2 3; do c/run.sh "$i" >"out $i" 2>"err $i" & done
+  wait
+  for i in 1 2 3; do [[ $(cat "out $i") == "[$i]" ]] || fail "call $i: $(cat "out $i" "err $i")"; done
+  [[ $(wc -l <c/build/builds) == 1 ]] || fail "built $(wc -l <c/build/builds) times"
+}
+case_tests_are_run_without_the_long_ones_unless_asked_for() {
+  clone c
+  call c/test.sh
+  expect_status 0
+  grep -q '100% tests passed, 0 tests failed out of 2' out || fail "not two tests"
+  call env EVENSTEP_LONG=1 c/test.sh
+  grep -q '100% tests passed, 0 tests failed out of 3' out || fail "not three tests"
+  call c/test.sh -R short
+  grep -q '100% tests passed, 0 tests failed out of 1' out || fail "arguments do not reach ctest"
+}
+case_a_failing_test_and_no_test_at_all_are_failures() {
+  clone c
+  touch c/broken
+  call c/test.sh
+  expect_status 8
+  rm c/broken
+  call c/test.sh -R nothing_of_this_name
+  [[ $status != 0 ]] || fail "no test at all counts as success"
+}
+case_the_check_counts_tests_and_scenarios() {
+  clone c
+  call c/.ci/run
+  expect_status 0
+  [[ $(tail -1 out) == '8 passed, 0 failed' ]] || fail "not 2 tests and 3 times 2 scenarios"
+}
+case_the_check_counts_what_failed() {
+  clone c
+  touch c/broken c/scenarios/broken
+  call c/.ci/run
+  expect_status 1
+  [[ $(tail -1 out) == '4 passed, 4 failed' ]] || fail "not 1 test and 3 scenarios"
+}
+case_the_check_counts_a_stage_that_could_not_start() {
+  clone c
+  echo 'if' >>c/evenstep
+  call c/.ci/run
+  expect_status 1
+  [[ $(tail -1 out) == '0 passed, 4 failed' ]] || fail "not 4 stages"
+}
+
+declare -F "case_$2" >/dev/null || { echo "no case $2"; exit 2; }
+"case_$2"
