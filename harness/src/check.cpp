@@ -16,6 +16,9 @@ constexpr std::string_view kSmoothWord = "smooth ";
 /// Stands in while the forms are checked: the real lengths come out of [timing] later.
 constexpr NominalUnits kSomeNominal{{1'000'000}, {1'000'000}, {1'000'000}, {1'000'000}, true};
 
+/// A division: 1e15 ns are exactly 1e6 s, the limit, which a product with 1e-9 is not.
+double in_s(Duration duration) { return static_cast<double>(duration.ns) / 1e9; }
+
 bool contains(std::string_view words, std::string_view word) {
   const std::vector<std::string_view> all = split_words(words);
   return std::find(all.begin(), all.end(), word) != all.end();
@@ -71,7 +74,7 @@ std::string prefixed_error(const Field& field, std::string_view text, std::strin
   const std::string_view rest = text.substr(word.size());
   if (time) {
     const Parsed<Duration> duration = parse_duration(rest);
-    return parsed(field, duration, seconds(duration.value), text);
+    return parsed(field, duration, in_s(duration.value), text);
   }
   const Parsed<double> ratio = parse_si(rest, Dimension::ratio);
   return parsed(field, ratio, ratio.value, text);
@@ -86,7 +89,7 @@ std::string time_or_rate_error(const Field& field, std::string_view text) {
     return parsed(field, value, static_cast<double>(value.value.num) / static_cast<double>(value.value.den), text);
   }
   const Parsed<Duration> value = parse_duration(text, field.forms & kSpan ? kSomeNominal : NominalUnits{});
-  return parsed(field, value, seconds(value.value), text);
+  return parsed(field, value, in_s(value.value), text);
 }
 
 bool starts_like_number(std::string_view text) { return !text.empty() && std::string_view("0123456789.+-").find(text.front()) != std::string_view::npos; }
@@ -226,7 +229,7 @@ glm::dvec3 Table::vector(std::string_view key) const {
 
 Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& errors) const {
   const Parsed<Duration> parsed = parse_duration(text(key), nominal);
-  if (!parsed.ok()) errors.add(place(key), fmt::format("'{}': {}", key, parsed.error));
+  if (!parsed.ok() && nominal.known) errors.add(place(key), fmt::format("'{}': {}", key, parsed.error));
   return parsed.value;
 }
 

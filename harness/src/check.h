@@ -52,7 +52,7 @@ class Table {
   Rate rate(std::string_view key) const { return parse_rate(text(key)).value; }
   /// Of kDuration.
   Duration duration(std::string_view key) const { return parse_duration(text(key)).value; }
-  /// Of kSpan; adds an error where the nominal unit makes it too long.
+  /// Of kSpan; adds an error where the nominal unit makes it too long. Nominal times unknown: [timing] has its error already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
   double lognormal(std::string_view key) const;
   Duration smooth(std::string_view key) const;

@@ -115,6 +115,7 @@ Value load(const std::string& path, const Place& named_at, std::vector<Step>& ch
   Value merged = load_bases(document, chain, errors);
   chain.pop_back();
   Value more;
+  more.place = document.place;
   if (document.find("expect_append") != nullptr) more.table.push_back({"expect_append", document.place, take(document, "expect_append")});
   merge(merged, std::move(document));
   merge(merged, std::move(more));

@@ -42,9 +42,7 @@ RecordedMotion read_recorded(const Table& motion, Errors& errors) {
   return std::move(csv.motion);
 }
 
-Motion read_motion(const Reading& reading, const Table& device) {
-  if (!device.has("motion")) return Still{};
-  const Table motion = device.table("motion");
+Motion read_shape(const ScenarioReading& reading, const Table& motion) {
   const std::string kind = motion.text("kind");
   if (kind == "still") return Still{};
   if (kind == "sine") return Sine{motion.vector("amplitude"), motion.rate("frequency")};
@@ -59,19 +57,24 @@ Motion read_motion(const Reading& reading, const Table& device) {
   return RampStop{ramp, RealTime{stop.ns}};
 }
 
-DeviceSpec read_device(Reading& reading, const Table& device) {
+ProgrammedMotion read_motion(const ScenarioReading& reading, const Table& device) {
+  if (!device.has("motion")) return {Still{}, {}};
+  const Table motion = device.table("motion");
+  ProgrammedMotion programmed{read_shape(reading, motion), {}};
+  if (motion.has("delay")) programmed.begin = RealTime{motion.span("delay", reading.scenario.nominal, reading.errors).ns};
+  return programmed;
+}
+
+DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   DeviceSpec spec;
   spec.name = device.text("name");
   spec.rate = device.rate("rate");
-  if (reading.scenario.nominal.known) spec.phase = device.span("phase", reading.scenario.nominal, reading.errors);
+  spec.phase = device.span("phase", reading.scenario.nominal, reading.errors);
   if (spec.phase >= period_ceil(spec.rate)) {
     reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest", in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
   }
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
-  spec.motion.shape = read_motion(reading, device);
-  if (reading.scenario.nominal.known && device.table("motion").has("delay")) {
-    spec.motion.begin = RealTime{device.table("motion").span("delay", reading.scenario.nominal, reading.errors).ns};
-  }
+  spec.motion = read_motion(reading, device);
   spec.emission = device.table("render").text("emission") == "hold" ? Emission::hold : Emission::linear;
   spec.limits = {device.si("force_limit"), device.si("slew_limit")};
   return spec;
@@ -79,7 +82,7 @@ DeviceSpec read_device(Reading& reading, const Table& device) {
 
 }  // namespace
 
-void read_devices(Reading& reading) {
+void read_devices(ScenarioReading& reading) {
   const Value* devices = reading.document.find("device");
   if (devices == nullptr || !devices->is(Value::Kind::list)) return;
   if (devices->list.empty()) reading.errors.add(devices->place, "there is no [[device]]; a run needs one");

@@ -16,7 +16,7 @@ struct Names {
   bool certain = true;      ///< nothing faulty: a name that is not here does not exist
 };
 
-Names collect_names(const Reading& reading) {
+Names collect_names(const ScenarioReading& reading) {
   Names names;
   names.certain = reading.sound("run") && reading.sound("device");
   if (const Value* devices = reading.document.find("device")) {
@@ -101,7 +101,7 @@ void read_limits(const Table& expect, Expectation& expectation, const NominalUni
   }
 }
 
-void read_expectation(Reading& reading, const Value& value, const Names& names) {
+void read_expectation(ScenarioReading& reading, const Value& value, const Names& names) {
   const Table expect(&value, "expect", value.place);
   Expectation expectation;
   expectation.place = value.place;
@@ -120,7 +120,7 @@ void read_expectation(Reading& reading, const Value& value, const Names& names) 
 
 }  // namespace
 
-void read_expectations(Reading& reading) {
+void read_expectations(ScenarioReading& reading) {
   const Names names = collect_names(reading);
   if (const Value* expect = reading.document.find("expect")) {
     for (const Value& value : expect->list) {

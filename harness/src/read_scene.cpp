@@ -43,7 +43,7 @@ TissueScene read_tissue(const Table& scene, Errors& errors) {
 }
 
 /// Every device of a tissue has a grab, and none of a spring.
-void read_grabs(Reading& reading, TissueScene* tissue) {
+void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
   const Value* devices = reading.document.find("device");
   if (devices == nullptr || !reading.check.sound(devices)) return;
   for (const Value& value : devices->list) {
@@ -71,7 +71,7 @@ Rate read_step_rate(const Table& scene, Rate filled) {
 
 }  // namespace
 
-void read_scene(Reading& reading) {
+void read_scene(ScenarioReading& reading) {
   if (!reading.sound("scene") || reading.document.find("scene") == nullptr) return;
   const Table table = reading.section("scene");
   Scene& scene = reading.scenario.scene;

@@ -38,7 +38,7 @@ void set_nominal_of_trace(Scenario& scenario) {
   scenario.scene.step_rate = reduced_rate(steps * kNsPerSecond, end_ns);
 }
 
-void read_trace(Reading& reading, const Table& timing) {
+void read_trace(ScenarioReading& reading, const Table& timing) {
   const Value path = timing.at("trace");
   TimingSpec& spec = reading.scenario.timing;
   spec.trace_file = path_from(path);
@@ -122,7 +122,7 @@ void check_fixed_step(const Table& timing, const Shares& shares, Duration step, 
                          in_ms(floor_ns(shares.used(step), shares.count)), in_ms(shares.segment_length())));
 }
 
-void read_programmed(Reading& reading, const Table& timing) {
+void read_programmed(ScenarioReading& reading, const Table& timing) {
   Errors& errors = reading.errors;
   const std::size_t errors_before = errors.count();
   TimingSpec& spec = reading.scenario.timing;
@@ -162,7 +162,7 @@ void read_programmed(Reading& reading, const Table& timing) {
 
 }  // namespace
 
-void read_timing(Reading& reading) {
+void read_timing(ScenarioReading& reading) {
   if (!reading.sound("timing") || reading.document.find("timing") == nullptr) return;
   const Table timing = reading.section("timing");
   if (timing.has("trace")) return read_trace(reading, timing);

@@ -9,15 +9,15 @@
 namespace evenstep {
 namespace internal {
 
-Table Reading::section(std::string_view name) const {
-  return {document.find(name), std::string(name), {document.place.file, 0, 0}};
+Table ScenarioReading::section(std::string_view name) const {
+  return {document.find(name), std::string(name), document.place};
 }
 
-bool Reading::sound(std::string_view name) const { return check.sound(document.find(name)); }
+bool ScenarioReading::sound(std::string_view name) const { return check.sound(document.find(name)); }
 
 std::string in_ms(Duration duration) { return fmt::format("{} ms", static_cast<double>(duration.ns) / 1e6); }
 
-void read_strategies(Reading& reading) {
+void read_strategies(ScenarioReading& reading) {
   if (!reading.sound("run")) return;
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
@@ -41,7 +41,7 @@ void read_strategies(Reading& reading) {
   scenario.seed = static_cast<std::uint64_t>(run.integer("seed"));
 }
 
-void read_run(Reading& reading) {
+void read_run(ScenarioReading& reading) {
   if (!reading.sound("run")) return;
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
@@ -66,7 +66,7 @@ void read_run(Reading& reading) {
   }
 }
 
-void read_remap(Reading& reading) {
+void read_remap(ScenarioReading& reading) {
   if (!reading.sound("remap")) return;
   const Table remap = reading.section("remap");
   RemapSpec& spec = reading.scenario.remap;
@@ -77,7 +77,6 @@ void read_remap(Reading& reading) {
     const std::string text = remap.text(key);
     if (text == "minimal") return {Budget::Kind::any_phase, {}};
     if (text == "minimal-this-phase") return {Budget::Kind::this_phase, {}};
-    if (!reading.scenario.nominal.known) return {};
     return {Budget::Kind::fixed, remap.span(key, reading.scenario.nominal, reading.errors)};
   };
   spec.latency = budget("latency");
@@ -117,7 +116,7 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
 }
 
 /// Motions, limits and units refer to each other, so the order is part of it.
-void read_sections(Reading& reading) {
+void read_sections(ScenarioReading& reading) {
   read_strategies(reading);
   read_timing(reading);
   read_run(reading);
@@ -154,7 +153,7 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   Scenario scenario;
   scenario.file = path;
   const Check check(document, errors);
-  internal::Reading reading{document, check, errors, scenario};
+  ScenarioReading reading{document, check, errors, scenario};
   read_sections(reading);
   if (errors.any()) return {std::nullopt, errors.sorted(path)};
   make_paths_absolute(document);

@@ -13,7 +13,6 @@ constexpr Range between(double least, double most) { return {least, most, false}
 constexpr double kLongestRun_s = 1e6;             // what int64 ns and every sum of a few of them hold with room to spare
 constexpr double kMostSteps = 1e6;                // per segment: 30 million steps per second, far beyond any device
 constexpr double kMostParticles = 1e8;            // 18 springs each: 1.8e9, the last that fits int32 indices
-constexpr double kMostSeed = 9.2e18;              // TOML integers are int64
 
 using D = Dimension;
 constexpr std::string_view kStrategies = "ideal|direct|paper|phase_locked";
@@ -45,7 +44,7 @@ const std::vector<Field> kRun{
     {.table = "run", .key = "warmup", .forms = kSpan, .default_toml = "\"0 s\"", .meaning = "Real time at the start that is not judged.",
      .range = between(0, kLongestRun_s), .example = "\"8 segments\""},
     {.table = "run", .key = "seed", .forms = kInteger, .default_toml = "1", .meaning = "Of everything drawn at random.",
-     .range = between(0, kMostSeed)},
+     .range = at_least(0)},
     {.table = "run", .key = "strategies", .forms = kWord, .shape = Shape::list, .default_toml = "[\"ideal\", \"direct\", \"paper\", \"phase_locked\"]",
      .meaning = "Run side by side over the same timing, each with a solver of its own.", .words = kStrategies},
     {.table = "run", .key = "live", .forms = kWord, .default_toml = "\"phase_locked\"",
@@ -148,7 +147,7 @@ const std::vector<Field> kDevice{
     {.table = "device.motion", .key = "start", .forms = kSmooth, .default_toml = "\"smooth 0 s\"",
      .meaning = "The velocity rises as a smoothstep over this time.", .kinds = "constant-velocity|ramp-stop", .range = between(0, kLongestRun_s),
      .example = "\"smooth 0.2 s\""},
-    {.table = "device.motion", .key = "stop", .forms = kSpan, .meaning = "Dead stop at this time.", .kinds = "ramp-stop", .required = true,
+    {.table = "device.motion", .key = "stop", .forms = kSpan, .meaning = "Dead stop at this time after its begin.", .kinds = "ramp-stop", .required = true,
      .range = above(0, kLongestRun_s), .example = "\"1 s\""},
     {.table = "device.motion", .key = "amplitude", .forms = kQuantity, .shape = Shape::three,
      .meaning = "x = amplitude (1 - cos(2 pi f t)) / 2.", .kinds = "sine", .required = true, .dimension = D::length,

@@ -6,7 +6,7 @@
 
 namespace evenstep::internal {
 
-struct Reading {
+struct ScenarioReading {
   const Value& document;
   const Check& check;
   Errors& errors;
@@ -17,13 +17,13 @@ struct Reading {
   bool sound(std::string_view name) const;
 };
 
-void read_strategies(Reading& reading);
-void read_timing(Reading& reading);            ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
-void read_run(Reading& reading);               ///< after read_timing
-void read_devices(Reading& reading);           ///< after read_timing
-void read_scene(Reading& reading);             ///< after read_timing and read_devices
-void read_remap(Reading& reading);             ///< after read_timing
-void read_expectations(Reading& reading);      ///< after read_timing
+void read_strategies(ScenarioReading& reading);
+void read_timing(ScenarioReading& reading);            ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
+void read_run(ScenarioReading& reading);               ///< after read_timing
+void read_devices(ScenarioReading& reading);           ///< after read_timing
+void read_scene(ScenarioReading& reading);             ///< after read_timing and read_devices
+void read_remap(ScenarioReading& reading);             ///< after read_timing
+void read_expectations(ScenarioReading& reading);      ///< after read_timing
 
 std::string in_ms(Duration duration);          ///< "11.1 ms"
 

@@ -66,6 +66,7 @@ int take_exponent(std::string_view& text) {
 /// Takes a decimal off the front of `text`; the error is empty if that went well.
 std::string take_decimal(std::string_view& text, Decimal& number) {
   const std::string_view whole = text;
+  number = {};
   const bool negative = !text.empty() && text.front() == '-';
   if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
   bool any = false, point = false;
@@ -161,6 +162,7 @@ NumberAndUnit split_number(std::string_view text) {
   if (!out.error.empty()) return out;
   if (!rest.empty() && rest.front() == '/') {
     rest.remove_prefix(1);
+    out.divisor = {};
     out.error = take_decimal(rest, out.divisor);
     if (out.error.empty() && out.divisor.mantissa <= 0) out.error = fmt::format("'{}' divides by zero or less", text);
   }

@@ -54,7 +54,8 @@ BestLine best_line(std::span<const StepTimes> steps) {
     if (begins[begin].n < ends[end].n) continue;
     // ceil((E - S) - (n_E - n_S) tau), exactly.
     const std::int64_t slots_ns = floor_mul_div(ends[end].n - begins[begin].n, tau.rise, tau.run);
-    return {Duration{ends[end].ns - begins[begin].ns - slots_ns}, static_cast<double>(tau.rise) / static_cast<double>(tau.run)};
+    const double slot_ns = static_cast<double>(tau.rise) / static_cast<double>(tau.run);
+    return {Duration{ends[end].ns - begins[begin].ns - slots_ns}, slot_ns};
   }
 }
 

@@ -41,12 +41,12 @@ Need least_force_delay(std::span<const MappedStep> steps, Emission emission) {
   EmissionSlots slots;
   std::optional<RealTime> slot_before;
   for (const MappedStep& step : steps) {
-    if (emission == Emission::linear && slot_before) need.require(step.end - *slot_before, step.step);
-    slot_before = slots.next(step.slot);
-    if (emission == Emission::hold) need.require(step.end - *slot_before, step.step);
+    const RealTime slot = slots.next(step.slot);
+    // Interpolated, a force is due when the interval that leads to it begins.
+    const RealTime due = emission == Emission::linear && slot_before ? *slot_before : slot;
+    need.require(step.end - due, step.step);
+    slot_before = slot;
   }
-  // Interpolation towards a successor that does not exist is not asked for: the last step must only be there itself.
-  if (emission == Emission::linear && slot_before) need.require(steps.back().end - *slot_before, steps.back().step);
   return need;
 }
 
@@ -87,11 +87,13 @@ std::size_t most_waiting_forces(std::span<const MappedStep> steps, Duration dela
 
 }  // namespace
 
-LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
+LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
+                                      Emission emission) {
   return least_latency(steps, devices, emission, newest_any_phase);
 }
 
-LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
+LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
+                                       Emission emission) {
   return least_latency(steps, devices, emission, newest_this_phase);
 }
 

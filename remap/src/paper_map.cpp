@@ -18,7 +18,8 @@ void PaperMap::boundary(std::int64_t n, RealTime begin) {
 
 std::optional<RealTime> PaperMap::slot(std::int64_t n) {
   if (step_count_ == 0) return std::nullopt;
-  const double into_segment_ns = static_cast<double>(n - first_step_) * *estimator_.length_ns() / static_cast<double>(step_count_);
+  const double step_count = static_cast<double>(step_count_);
+  const double into_segment_ns = static_cast<double>(n - first_step_) * *estimator_.length_ns() / step_count;
   return begin_ + Duration{static_cast<std::int64_t>(std::floor(into_segment_ns))};
 }
 

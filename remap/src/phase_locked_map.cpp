@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kMaxGain = 0.7;          // w; the loop is stable below 1.035 (docs/numerics.md)
 constexpr double kMaxSlopeChange = 0.5;   // rho < 1: the map is strictly monotone
+constexpr double kHang_segments = 8;      // a lag that would take 16 segments to catch up at 1.5 times the pace
 constexpr double kLeastPeriod_ns = 1.0;
 
 }  // namespace
@@ -45,22 +46,21 @@ void PhaseLockedMap::track(RealTime begin, double length_ns, double steps) {
   const double w = std::min(2 * std::numbers::pi * bandwidth_Hz_ * period_ns_ * steps * 1e-9, kMaxGain);
   const double pull_ns = std::numbers::sqrt2 * w * error_ns / steps;
   if (std::abs(pull_ns) > kMaxSlopeChange * period_ns_) {
-    relock(begin, error_ns, length_ns / steps);
+    relock(begin, error_ns, length_ns, steps);
     return;
   }
   period_ns_ += w * w * error_ns / steps;
   slope_ns_ = std::clamp(period_ns_ + pull_ns, (1 - kMaxSlopeChange) * period_ns_, (1 + kMaxSlopeChange) * period_ns_);
 }
 
-void PhaseLockedMap::relock(RealTime begin, double error_ns, double measured_period_ns) {
-  period_ns_ = std::clamp(measured_period_ns, (1 - kMaxSlopeChange) * period_ns_, (1 + kMaxSlopeChange) * period_ns_);
+void PhaseLockedMap::relock(RealTime begin, double error_ns, double length_ns, double steps) {
+  period_ns_ = std::clamp(length_ns / steps, (1 - kMaxSlopeChange) * period_ns_, (1 + kMaxSlopeChange) * period_ns_);
   period_ns_ = std::max(period_ns_, kLeastPeriod_ns);
-  slope_ns_ = period_ns_;
-  if (error_ns > 0) {
+  slope_ns_ = period_ns_ * (error_ns > 0 ? 1 + kMaxSlopeChange : 1 - kMaxSlopeChange);
+  if (error_ns > kHang_segments * period_ns_ * steps) {
     origin_ = begin;
     remainder_ns_ = 0;
-  } else {
-    slope_ns_ *= 1 - kMaxSlopeChange;
+    slope_ns_ = period_ns_;
   }
 }
 

@@ -33,7 +33,8 @@ class CpuTissue final : public TissueSolver {
  public:
   CpuTissue(const Scene& given, std::string name)
       : TissueSolver(given, std::move(name)), constants_(scene(), substep_s()), now_(lattice().cells), next_(lattice().cells),
-        velocity_(lattice().cells), active_(lattice().active.begin(), lattice().active.end()) {}
+        velocity_(lattice().cells), active_(lattice().active.begin(), lattice().active.end()),
+        mobile_(lattice().mobile.begin(), lattice().mobile.end()) {}
 
   std::uint64_t state_digest() override {
     std::uint64_t digest = kDigestStart;
@@ -50,13 +51,13 @@ class CpuTissue final : public TissueSolver {
     const std::size_t first = lattice().first;
     for (std::size_t i = first; i < first + lattice().span; ++i) {
       const Force<Real> f = spring_force(i);
-      const bool mobile = lattice().mobile[i];
-      velocity_.x[i] = mobile ? velocity_.x[i] * constants_.decay + f.x * constants_.acceleration : velocity_.x[i];
-      velocity_.y[i] = mobile ? velocity_.y[i] * constants_.decay + f.y * constants_.acceleration : velocity_.y[i];
-      velocity_.z[i] = mobile ? velocity_.z[i] * constants_.decay + f.z * constants_.acceleration : velocity_.z[i];
-      next_.x[i] = mobile ? now_.x[i] + velocity_.x[i] * constants_.step_s : now_.x[i];
-      next_.y[i] = mobile ? now_.y[i] + velocity_.y[i] * constants_.step_s : now_.y[i];
-      next_.z[i] = mobile ? now_.z[i] + velocity_.z[i] * constants_.step_s : now_.z[i];
+      const Real acceleration = constants_.acceleration * mobile_[i], h = constants_.step_s * mobile_[i];
+      velocity_.x[i] = velocity_.x[i] * constants_.decay + f.x * acceleration;
+      velocity_.y[i] = velocity_.y[i] * constants_.decay + f.y * acceleration;
+      velocity_.z[i] = velocity_.z[i] * constants_.decay + f.z * acceleration;
+      next_.x[i] = now_.x[i] + velocity_.x[i] * h;
+      next_.y[i] = now_.y[i] + velocity_.y[i] * h;
+      next_.z[i] = now_.z[i] + velocity_.z[i] * h;
     }
     std::swap(now_, next_);
     for (std::size_t tool = 0; tool < targets.size(); ++tool) {
@@ -148,7 +149,7 @@ class CpuTissue final : public TissueSolver {
 
   TissueConstants<Real> constants_;
   Field<Real> now_, next_, velocity_;   // displacement from rest, m; m/s
-  std::vector<Real> active_;            // 1 or 0, so that the selection vectorises
+  std::vector<Real> active_, mobile_;   // 1 or 0
 };
 
 }  // namespace

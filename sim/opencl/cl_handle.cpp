@@ -64,7 +64,7 @@ cl_platform_id choose_platform(const std::string& part) {
 
 }  // namespace
 
-void check_cl(cl_int code, const char* call) {
+void check_cl(cl_int code, std::string_view call) {
   if (code == CL_SUCCESS) return;
   std::string remedy = "see the OpenCL driver's own messages";
   // PoCL cannot keep compiled kernels: it reports an invalid queue.

@@ -5,12 +5,13 @@
 #include <CL/cl.h>
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace evenstep::internal {
 
 /// Throws SolverError naming the call, the code and, where there is one, the remedy.
-void check_cl(cl_int code, const char* call);
+void check_cl(cl_int code, std::string_view call);
 
 template <class Handle, cl_int (*Release)(Handle)>
 class ClHandle {

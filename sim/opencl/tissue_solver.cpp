@@ -1,6 +1,7 @@
 // The real solver: the kernels of opencl/kernels, bit for bit equal to cpu/tissue_solver.cpp in float.
 #include <fmt/format.h>
 
+#include <mutex>
 #include <vector>
 
 #include "evenstep/time/digest.h"
@@ -31,6 +32,10 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
   return options;
 }
 
+/// PoCL 3.1 corrupts itself when two threads build and first launch the same program at once (seen: CL_INVALID_KERNEL_NAME
+/// and crashes), so solvers of one process are built one after the other.
+std::mutex building;
+
 struct ClField {
   ClBuffer x, y, z;
 };
@@ -42,6 +47,7 @@ class OpenClTissue final : public TissueSolver {
     if (options.work_group_size < 1 || kChunk % local_size_ != 0) {
       throw SolverError(SolverFault::bad_scene, fmt::format("a work-group size of {}", options.work_group_size), fmt::format("a divisor of {}", kChunk));
     }
+    const std::lock_guard one_at_a_time(building);
     open(options);
     build();
     allocate();
@@ -61,7 +67,7 @@ class OpenClTissue final : public TissueSolver {
 
  protected:
   void substep(std::span<const GrabTarget> targets) override {
-    enqueue(step_[current_], lattice().span);
+    enqueue(advance_[current_], lattice().span);
     current_ = 1 - current_;
     if (grabbed_count() == 0) return;
     const cl_kernel kernel = grab_[current_].get();
@@ -127,7 +133,7 @@ class OpenClTissue final : public TissueSolver {
 
   void build() {
     std::string source = kSpringsSource;
-    source += kStepSource;
+    source += kAdvanceSource;
     if (grabbed_count() > 0) source += std::string(kGrabSource) + kGrabForceSource;
     if (needs_digest()) source += kDigestSource;
     if (needs_energy()) source += kEnergySource;
@@ -200,7 +206,7 @@ class OpenClTissue final : public TissueSolver {
     for (std::size_t from = 0; from < 2; ++from) {
       const ClField& now = displacement_[from];
       const ClField& next = displacement_[1 - from];
-      step_[from] = kernel("step", now.x, now.y, now.z, next.x, next.y, next.z, velocity_.x, velocity_.y, velocity_.z, active_, mobile_);
+      advance_[from] = kernel("advance", now.x, now.y, now.z, next.x, next.y, next.z, velocity_.x, velocity_.y, velocity_.z, active_, mobile_);
       if (grabbed_count() > 0) {
         const cl_uint count = static_cast<cl_uint>(grabbed_count()), split = static_cast<cl_uint>(lattice().grabbed[0].size());
         const cl_float4 none{};
@@ -240,7 +246,7 @@ class OpenClTissue final : public TissueSolver {
   ClKernel kernel(const char* name, const Arguments&... arguments) {
     cl_int code = CL_SUCCESS;
     ClKernel result(clCreateKernel(program_.get(), name, &code));
-    check_cl(code, "clCreateKernel");
+    check_cl(code, fmt::format("clCreateKernel({})", name));
     cl_uint index = 0;
     (set(result.get(), index++, arguments), ...);
     return result;
@@ -263,7 +269,7 @@ class OpenClTissue final : public TissueSolver {
   std::array<ClField, 2> displacement_;   // from rest, m; current_ is the newest
   ClField velocity_;
   ClBuffer active_, mobile_, grabbed_, grab_force_buffer_, cell_digests_, chunk_sums_, cell_energies_, energy_sums_;
-  std::array<ClKernel, 2> step_, grab_, grab_force_, cell_digest_, cell_energy_;   // [c] reads displacement_[c]
+  std::array<ClKernel, 2> advance_, grab_, grab_force_, cell_digest_, cell_energy_;   // [c] reads displacement_[c]
   ClKernel chunk_digest_, chunk_energy_;
   std::vector<float> force_staging_;
   std::size_t current_ = 0;

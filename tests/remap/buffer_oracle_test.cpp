@@ -34,7 +34,8 @@ std::int64_t brute_force(const std::vector<StepTimes>& steps) {
   for (std::size_t a = 0; a < steps.size(); ++a) {
     for (std::size_t b = a + 1; b < steps.size(); ++b) {
       const auto run = static_cast<std::int64_t>(b - a);
-      best = std::min({best, bracket(steps, (steps[b].end - steps[a].end).ns, run), bracket(steps, (steps[b].begin - steps[a].begin).ns, run)});
+      best = std::min(best, bracket(steps, (steps[b].end - steps[a].end).ns, run));
+      best = std::min(best, bracket(steps, (steps[b].begin - steps[a].begin).ns, run));
     }
   }
   return best;

@@ -15,7 +15,8 @@ namespace {
 constexpr Rate kRate{1000, 1};
 
 /// Reads of all steps through a ring of this capacity; `arriving` samples come in between taking the head and the read.
-std::int64_t interaction_overruns(const std::vector<MappedStep>& steps, SamplingGrid grid, Duration lead, std::size_t capacity, int arriving) {
+std::int64_t interaction_overruns(const std::vector<MappedStep>& steps, SamplingGrid grid, Duration lead,
+                                  std::size_t capacity, int arriving) {
   SampleBuffer<double> ring(capacity);
   RealTime first = steps[0].begin;
   for (const MappedStep& step : steps) first = std::min(first, step.slot - lead);
@@ -86,7 +87,9 @@ TEST_CASE("nothing overruns at the capacities given, 1000 traces; one entry less
     const LatencyBudget& b = made.budget;
     REQUIRE(interaction_overruns(made.sized, grid, b.lead, b.interaction_capacity, 1) == 0);
     REQUIRE(force_overruns(made.placed, emission, b.force_capacity, 1) == 0);
-    if (b.interaction_capacity > 2) interaction_tight += interaction_overruns(made.sized, grid, b.lead, b.interaction_capacity - 1, 1) > 0;
+    if (b.interaction_capacity > 2) {
+      interaction_tight += interaction_overruns(made.sized, grid, b.lead, b.interaction_capacity - 1, 1) > 0;
+    }
     if (b.force_capacity > 2) force_tight += force_overruns(made.placed, emission, b.force_capacity - 1, 1) > 0;
   }
   CHECK(interaction_tight > 100);

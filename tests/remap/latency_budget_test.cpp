@@ -13,7 +13,8 @@ namespace {
 enum class Kind { paper, locked };
 std::vector<MappedStep> mapped(Kind kind, const Periodic& timing = {}) {
   const Schedule schedule = timing.schedule(120);
-  return mapped_steps(kind == Kind::paper ? place(PaperMap({}, {}, 0.1), schedule) : place(PhaseLockedMap({}, {}), schedule));
+  if (kind == Kind::paper) return mapped_steps(place(PaperMap({}, {}, 0.1), schedule));
+  return mapped_steps(place(PhaseLockedMap({}, {}), schedule));
 }
 LatencyBudget any_phase(const std::vector<MappedStep>& steps, SamplingGrid grid, Emission emission = Emission::hold) {
   return least_latency_any_phase(steps, std::span(&grid, 1), emission);
@@ -47,7 +48,9 @@ TEST_CASE("at this phase the reference case needs 12.693333 ms at phase 0 and 12
   CHECK(std::abs(this_phase(locked, k1kHz).lead.ns - 111'111) <= 1);
   CHECK(std::abs(this_phase(locked, k1kHz).latency.ns - 12'693'333) <= kMapRounding_ns);
   const SamplingGrid half{{1000, 1}, RealTime{500'000}};
-  for (const auto& steps : {paper, locked}) CHECK(std::abs(this_phase(steps, half).latency.ns - 12'526'667) <= kMapRounding_ns);
+  for (const auto& steps : {paper, locked}) {
+    CHECK(std::abs(this_phase(steps, half).latency.ns - 12'526'667) <= kMapRounding_ns);
+  }
 }
 
 TEST_CASE("linear emission needs one slot more than hold: 15.064 ms in the reference case") {
@@ -87,9 +90,11 @@ TEST_CASE("periodic timing needs L = s + Z(1 - 1/N) + h - 1 ns: 300 timings with
     const SamplingGrid grid{{draw.between(250, 4000), 1}, RealTime{draw.between(0, 999'999)}};
     const double rest_ns = static_cast<double>((timing.visualization + timing.idle).ns);
     const double step_ns = (1e9 / static_cast<double>(timing.segments.num) - rest_ns) / timing.steps;
-    const double least_ns = step_ns + rest_ns * (1 - 1.0 / timing.steps) + static_cast<double>(period_ceil(grid.rate).ns - 1);
+    const double sampling_ns = static_cast<double>(period_ceil(grid.rate).ns - 1);
+    const double least_ns = step_ns + rest_ns * (1 - 1.0 / timing.steps) + sampling_ns;
     for (const Kind kind : {Kind::paper, Kind::locked}) {
-      CHECK(std::abs(static_cast<double>(any_phase(mapped(kind, timing), grid).latency.ns) - least_ns) <= kMapRounding_ns + 1);
+      const Duration latency = any_phase(mapped(kind, timing), grid).latency;
+      CHECK(std::abs(static_cast<double>(latency.ns) - least_ns) <= kMapRounding_ns + 1);
     }
   }
 }
@@ -125,7 +130,8 @@ TEST_CASE("the culprits are the steps that set lead and latency") {
   const auto at = [](std::int64_t step, std::int64_t begin, std::int64_t end, std::int64_t slot) {
     return MappedStep{step, RealTime{begin}, RealTime{end}, RealTime{slot}};
   };
-  const std::vector<MappedStep> steps{at(7, 100, 110, 50), at(8, 110, 180, 100), at(9, 180, 190, 175), at(10, 200, 210, 190)};
+  const std::vector<MappedStep> steps{at(7, 100, 110, 50), at(8, 110, 180, 100), at(9, 180, 190, 175),
+                                      at(10, 200, 210, 190)};
   const SamplingGrid grid{{100'000'000, 1}, {}};                             // h = 10 ns
   const LatencyBudget hold = any_phase(steps, grid);
   CHECK(hold.lead.ns == 175 + 9 - 180);
@@ -135,6 +141,15 @@ TEST_CASE("the culprits are the steps that set lead and latency") {
   const LatencyBudget linear = any_phase(steps, grid, Emission::linear);
   CHECK(linear.latency.ns == 180 - 50 + 4);                                  // the interval after step 7 waits for step 8
   CHECK(linear.latency_culprit == 8);
+}
+
+TEST_CASE("a single step must be there itself, held or interpolated") {
+  const MappedStep step{3, RealTime{100}, RealTime{140}, RealTime{90}};
+  for (const Emission emission : {Emission::hold, Emission::linear}) {
+    const LatencyBudget budget = least_latency_any_phase(std::span(&step, 1), {}, emission);
+    CHECK(budget.latency.ns == 50);
+    CHECK(budget.latency_culprit == 3);
+  }
 }
 
 TEST_CASE("no steps and no devices need nothing") {

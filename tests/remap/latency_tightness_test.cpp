@@ -19,9 +19,8 @@ std::vector<RealTime> ticks_around(const std::vector<MappedStep>& steps, Samplin
   }
   const Duration margin{200'000'000};
   std::vector<RealTime> ticks;
-  for (std::int64_t k = first_tick_at_or_after(grid.rate, low - margin, grid.origin); tick_time(grid.rate, k, grid.origin) <= high + margin; ++k) {
-    ticks.push_back(tick_time(grid.rate, k, grid.origin));
-  }
+  std::int64_t k = first_tick_at_or_after(grid.rate, low - margin, grid.origin);
+  for (; tick_time(grid.rate, k, grid.origin) <= high + margin; ++k) ticks.push_back(tick_time(grid.rate, k, grid.origin));
   return ticks;
 }
 
@@ -51,8 +50,8 @@ std::int64_t replay_forces(const std::vector<MappedStep>& steps, Duration lead, 
   return late;
 }
 
-/// A phase at which the step that sets the lead has its sample as late as can be: a tick 1 ns before R at a lead 1 ns too small,
-/// followed by the longest gap of the grid.
+/// A phase at which the step that sets the lead has its sample as late as can be: a tick 1 ns before R at a lead 1 ns too
+/// small, followed by the longest gap of the grid.
 SamplingGrid worst_phase(Rate rate, const MappedStep& culprit, Duration lead) {
   std::int64_t k = 0;
   while (instant_ns(rate, k + 1) - instant_ns(rate, k) < period_ceil(rate).ns) ++k;
@@ -102,6 +101,11 @@ TEST_CASE("c and L are tight at any phase and at this phase, by replay: 2500 tra
     REQUIRE(replay_interaction(steps, worst, any.lead - Duration{1}) > 0);
     REQUIRE(replay_forces(steps, any.lead, any.latency, emission) == 0);
     REQUIRE(replay_forces(steps, any.lead, any.latency - Duration{1}, emission) > 0);
+
+    if (emission == Emission::hold) {
+      REQUIRE(count_late_forces(steps, any.lead, any.latency) == 0);
+      REQUIRE(count_late_forces(steps, any.lead, any.latency - Duration{1}) > 0);
+    }
 
     // The counts that predict a run with other values agree with the replay too.
     const Duration lead = any.lead - Duration{draw.between(0, 3'000'000)};

@@ -40,7 +40,7 @@ void check_invariants(std::uint64_t seed) {
     REQUIRE(paper[n].emission > paper[n - 1].emission);
     if (locked[n].slot.kind != SlotKind::mapped) continue;
     if (locked[n - 1].slot.kind == SlotKind::mapped) REQUIRE(locked[n].slot.read > locked[n - 1].slot.read);
-    if (locked[n].emission != locked[n].slot.read + kLatency) {   // only where acquired steps end later than mapped ones emit
+    if (locked[n].emission != locked[n].slot.read + kLatency) {   // only after acquiring steps that end past it
       REQUIRE(locked[n].emission == locked[n - 1].emission + Duration{1});
       REQUIRE(locked_map.emission_repairs() > 0);
     }
@@ -65,7 +65,9 @@ void check_causality(std::uint64_t seed) {
     if (k > from) changed[k].begin = std::max(changed[k].begin, changed[k - 1].begin) + later;
     for (StepTimes& step : changed[k].steps) { step.begin = step.begin + later; step.end = step.end + later; }
   }
-  for (std::size_t k = from + 1; k < changed.size(); ++k) changed[k].begin = std::max(changed[k].begin, changed[k - 1].begin);
+  for (std::size_t k = from + 1; k < changed.size(); ++k) {
+    changed[k].begin = std::max(changed[k].begin, changed[k - 1].begin);
+  }
   std::size_t unchanged = 0;
   for (std::size_t k = 0; k <= from; ++k) unchanged += schedule[k].steps.size();
   const auto agree = [&](const std::vector<Placed>& a, const std::vector<Placed>& b) {
@@ -77,8 +79,8 @@ void check_causality(std::uint64_t seed) {
   agree(place_locked(schedule), place_locked(changed));
 }
 
-/// All times later by any whole number of ns: all reads and emissions later by as much, exactly. All times twice as long at half
-/// the bandwidth: reads twice as far, to the ns of the two floors (and 1 ns where a sum rounds across one).
+/// All times later by any whole number of ns: all reads and emissions later by as much, exactly. All times twice as long
+/// at half the bandwidth: reads twice as far, to the ns of the two floors (and 1 ns where a sum rounds across one).
 void check_equivariance(std::uint64_t seed) {
   Draw draw(seed);
   const Schedule schedule = random_schedule(draw, 10);
@@ -135,7 +137,7 @@ TEST_CASE("periodic timing is exact to 1e-6 step in deviation and velocity jump,
     for (const auto& placed : {place_paper(schedule), place_locked(schedule)}) {
       CHECK(velocity_jump(placed, 30, slot_ns) <= 1e-6);
       for (std::size_t n = 15; n < placed.size(); ++n) {
-        const double line = static_cast<double>(origin.ns) + static_cast<double>(n) * slot_ns - static_cast<double>(kLead.ns);
+        const double line = static_cast<double>((origin - kLead).ns) + static_cast<double>(n) * slot_ns;
         REQUIRE(std::abs(static_cast<double>(placed[n].slot.read.ns) - line) / slot_ns <= 1e-6);
       }
     }
@@ -153,7 +155,7 @@ TEST_CASE("10 % jitter: velocity jump of phase_locked at most 0.21 step, of pape
 }
 
 TEST_CASE("a memoryless spring shows no error of the map: its force is the line delayed by L, whatever the jitter") {
-  // x = v t, sampled at 1 kHz, read at R(n), f = k x, emitted at F(n) = R(n) + L, played linearly: k v (t - L) at every tick.
+  // x = v t, sampled at 1 kHz, read at R(n), f = k x, emitted at F(n) = R(n) + L, played linearly: k v (t - L) at each tick.
   constexpr double v = 0.1, k = 200;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Draw draw(seed);
@@ -169,7 +171,9 @@ TEST_CASE("a memoryless spring shows no error of the map: its force is the line 
     std::int64_t tick = 0;
     RealTime first{INT64_MAX}, last{};
     for (const Placed& step : placed) {
-      for (; tick_time(grid.rate, tick) <= step.real.begin; ++tick) hand.push(tick_time(grid.rate, tick), v * seconds(tick_time(grid.rate, tick)));
+      for (; tick_time(grid.rate, tick) <= step.real.begin; ++tick) {
+        hand.push(tick_time(grid.rate, tick), v * seconds(tick_time(grid.rate, tick)));
+      }
       if (step.slot.kind != SlotKind::mapped) continue;
       const Reading<double> x = hand.at(step.slot.read);
       REQUIRE(x.status == ReadStatus::inside);

@@ -84,7 +84,8 @@ TEST_CASE("the jump of paper at every boundary is T_k - T^_k, to the nanosecond,
         // The old line ends at floor(T^): one rounding of N (T^ / N).
         REQUIRE(std::abs(static_cast<double>(jump) - (static_cast<double>(length.ns) - std::floor(estimate_ns))) <= 1);
       }
-      estimate_ns = k == 0 ? static_cast<double>(length.ns) : estimate_ns + weight * (static_cast<double>(length.ns) - estimate_ns);
+      const double length_ns = static_cast<double>(length.ns);
+      estimate_ns = k == 0 ? length_ns : estimate_ns + weight * (length_ns - estimate_ns);
     }
   }
 }

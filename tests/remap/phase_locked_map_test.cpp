@@ -124,8 +124,7 @@ TEST_CASE("in lock the old line of phase_locked and the new one meet at every bo
       for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
     }
   }
-  CHECK(met > 10 * stepped);
-  CHECK(stepped > 0);
+  CHECK(met > 100 * stepped);
 }
 
 TEST_CASE("with 20 % jitter phase_locked never leaves lock: 200 seeds of 200 segments") {
@@ -234,8 +233,9 @@ TEST_CASE("the linear loop is stable for w = 1.03 and unstable for w = 1.04") {
 }
 
 TEST_CASE("phase_locked locks again after any hang, burst or change of pace: 2000 random ones") {
-  // Behind: one segment. Ahead: at most half the measured pace once P is learned (a factor 2 per segment), so the lead shrinks
-  // by T / 2 per segment; then the linear loop goes from 28 ms to 1 ns in ln(3e7) sqrt(2) / w segments. Margins: factor 2.
+  // Behind by more than 8 T^: one segment; by less: T / 2 per segment. Ahead: half the pace once P is learned (a factor 2
+  // per segment), so T / 2 per segment too. Then the linear loop goes from 28 ms to 1 ns in ln(3e7) sqrt(2) / w segments.
+  // Margin: twice all that.
   std::int64_t longest = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     Draw draw(seed);
@@ -252,7 +252,8 @@ TEST_CASE("phase_locked locks again after any hang, burst or change of pace: 200
     const Duration length{steps * draw.between(500'000, 5'000'000)};
     const double w = std::min(2 * std::numbers::pi * 2.0 * seconds(length), 0.7);
     const double ahead_ns = std::max(0.0, static_cast<double>(run.lead_of_slots().ns));
-    const auto settle = static_cast<std::int64_t>(2 * (ahead_ns / (0.5 * static_cast<double>(length.ns)) + 30 + 17 * std::numbers::sqrt2 / w));
+    const double catching_up = ahead_ns / (0.5 * static_cast<double>(length.ns)) + 16;
+    const auto settle = static_cast<std::int64_t>(2 * (catching_up + 15 + 17 * std::numbers::sqrt2 / w));
     for (std::int64_t k = 0; k < settle; ++k) run.segment(length, steps);
     longest = std::max(longest, settle);
     INFO("seed " << seed);
@@ -267,9 +268,22 @@ TEST_CASE("a simulator that hung for 1 s is even again after 60 segments") {
   run.start({});
   for (int k = 0; k < 10; ++k) run.segment({33'333'330}, 15);
   run.segment({1'000'000'000}, 15);
-  CHECK(run.segment({33'333'330}, 15) < 33'333'330);   // at once no more than a segment off
+  CHECK(run.lead_of_slots().ns == 0);                  // it steps forward to the boundary
   for (int k = 0; k < 60; ++k) run.segment({33'333'330}, 15);
   CHECK(run.segment({33'333'330}, 15) <= 2);
+}
+
+TEST_CASE("a preemption of up to 8 segments is caught up without a step: velocity jump at most 2") {
+  // The period may grow by 1.5 and the slope by 1.5 on top: from 1 to 2.25 slots per step is 1.25. Measured, over all of them
+  // and the way back: 1.25 to 1.82.
+  // Stepping forward would be 13 and up (28 ms, the lock range, in slots).
+  for (std::int64_t extra_ms = 1; extra_ms <= 260; ++extra_ms) {
+    Schedule schedule = Periodic{}.schedule(100);
+    for (std::size_t k = 20; k < schedule.size(); ++k) schedule[k].begin.ns += extra_ms * 1'000'000;
+    const std::vector<Placed> placed = place(PhaseLockedMap({}, {}), schedule);
+    REQUIRE(velocity_jump(placed, 30, 1e9 / 450) <= 2);
+    REQUIRE(std::abs((placed.back().slot.read - tick_time({450, 1}, 1499)).ns - extra_ms * 1'000'000) <= 2);
+  }
 }
 
 TEST_CASE("steps in zero time are held at 1 ns per step, and the map recovers") {
@@ -277,6 +291,12 @@ TEST_CASE("steps in zero time are held at 1 ns per step, and the map recovers") 
   PeriodicRun run(map);
   run.start({});
   run.segment({0}, 15);
+  CHECK(map.period_ns() == 1);
+  for (int k = 0; k < 300; ++k) run.segment({33'333'330}, 15);
+  CHECK(run.segment({33'333'330}, 15) <= 2);
+
+  run.segment({0}, 60);                                                  // far ahead, and then nothing but bursts:
+  for (int k = 0; k < 2000; ++k) run.segment({0}, 1);                    // halved each time, P would underflow to 0
   CHECK(map.period_ns() == 1);
   for (int k = 0; k < 300; ++k) run.segment({33'333'330}, 15);
   CHECK(run.segment({33'333'330}, 15) <= 2);

@@ -46,8 +46,8 @@ class Draw {
   std::uint64_t count_ = 0;
 };
 
-/// The paper's reference case and its relatives: segment k begins at floor(k / rate), pauses for V, and its N steps fill the rest
-/// or, with an idle time, end that much before it.
+/// The paper's reference case and its relatives: segment k begins at floor(k / rate), pauses for V, and its N steps fill
+/// the rest or, with an idle time, end that much before it.
 struct Periodic {
   Rate segments{30, 1};
   Duration visualization{11'100'000};
@@ -91,8 +91,8 @@ inline Schedule jittered(Draw& draw, double variation, std::int64_t count, doubl
   return schedule;
 }
 
-/// Anything that can happen: N in 1..40 (or none), V in 0..50 ms, constant, uniform, log-normal or bursty steps, gaps between
-/// steps, idle time, dropped visualizations.
+/// Anything that can happen: N in 1..40 (or none), V in 0..50 ms, constant, uniform, log-normal or bursty steps, gaps
+/// between steps, idle time, dropped visualizations.
 inline Schedule random_schedule(Draw& draw, std::int64_t count) {
   const std::int64_t kind = draw.between(0, 3);
   const std::int64_t usual_steps = draw.between(1, 40);
@@ -160,7 +160,9 @@ inline double velocity_jump(const std::vector<Placed>& placed, std::size_t from,
   std::int64_t most = 0;
   for (std::size_t n = from + 1; n + 1 < placed.size(); ++n) {
     if (placed[n - 1].slot.kind != SlotKind::mapped) continue;
-    most = std::max(most, std::abs(((placed[n + 1].slot.read - placed[n].slot.read) - (placed[n].slot.read - placed[n - 1].slot.read)).ns));
+    const Duration after = placed[n + 1].slot.read - placed[n].slot.read;
+    const Duration before = placed[n].slot.read - placed[n - 1].slot.read;
+    most = std::max(most, std::abs((after - before).ns));
   }
   return static_cast<double>(most) / slot_ns;
 }

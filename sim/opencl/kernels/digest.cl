@@ -2,8 +2,8 @@
 __kernel void cell_digest(__global const uint* restrict ux, __global const uint* restrict uy, __global const uint* restrict uz,
                           __global const uint* restrict vx, __global const uint* restrict vy, __global const uint* restrict vz,
                           __global ulong* restrict digests) {
-  const int index = get_global_id(0);
-  const int i = index + FIRST;
+  const size_t index = get_global_id(0);
+  const size_t i = index + FIRST;
   ulong h = (ulong)index * 0x9e3779b97f4a7c15UL;
   h += (ulong)ux[i] * 0xff51afd7ed558ccdUL;
   h += (ulong)uy[i] * 0xc4ceb9fe1a85ec53UL;
@@ -17,7 +17,7 @@ __kernel void cell_digest(__global const uint* restrict ux, __global const uint*
 }
 
 __kernel void chunk_digest(__global const ulong* restrict digests, __global ulong* restrict sums) {
-  const int chunk = get_global_id(0);
+  const size_t chunk = get_global_id(0);
   ulong sum = 0;
   for (int n = 0; n < CHUNK; ++n) sum += digests[chunk * CHUNK + n];
   sums[chunk] = sum;

@@ -11,8 +11,8 @@
 __kernel void cell_energy(__global const float* restrict ux, __global const float* restrict uy, __global const float* restrict uz,
                           __global const float* restrict vx, __global const float* restrict vy, __global const float* restrict vz,
                           __global const float* restrict active, __global float* restrict energies) {
-  const int index = get_global_id(0);
-  const int i = index + FIRST;
+  const size_t index = get_global_id(0);
+  const size_t i = index + FIRST;
   const float xi = ux[i], yi = uy[i], zi = uz[i];
   float springs = 0.0f;
   SPRINGS(ADD_STRETCH)
@@ -22,7 +22,7 @@ __kernel void cell_energy(__global const float* restrict ux, __global const floa
 }
 
 __kernel void chunk_energy(__global const float* restrict energies, __global float* restrict sums) {
-  const int chunk = get_global_id(0);
+  const size_t chunk = get_global_id(0);
   float sum = 0.0f;
   for (int n = 0; n < CHUNK; ++n) sum += energies[chunk * CHUNK + n];
   sums[chunk] = sum;

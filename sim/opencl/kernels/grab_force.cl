@@ -4,7 +4,7 @@ __kernel void grab_force(__global const uint* restrict cells, uint count, __glob
                          __global const float* restrict active, __global float* restrict forces) {
   const uint n = get_global_id(0);
   if (n >= count) return;
-  const int i = (int)cells[n];
+  const size_t i = cells[n];
   const float xi = ux[i], yi = uy[i], zi = uz[i];
   float fx = 0.0f, fy = 0.0f, fz = 0.0f;
   SPRINGS(ADD_SPRING)

@@ -1,7 +1,8 @@
 #pragma once
 /// The bound no straight-line remap can beat on a given trace: over all R(n) = a + n tau, F(n) = R(n) + L,
 ///   L* = min over tau of [max(E_n - n tau) - min(S_n - n tau)] + h - 1 ns        (any phase of the sampling)
-/// (the bracket is what best_line returns) by the upper hull of (n, E_n) and the lower hull of (n, S_n): the bracket is convex and piecewise linear in tau. O(n).
+/// by the upper hull of (n, E_n) and the lower hull of (n, S_n): the bracket, which is what best_line returns, is convex and
+/// piecewise linear in tau. O(n).
 /// Exact: slopes are compared as rationals with 128-bit products.
 
 #include <span>

@@ -13,8 +13,8 @@
 ///
 /// Periodic case: L* = s + Z (1 - 1/N) + h, Z all non-step time of a segment (docs/numerics.md).
 /// Linear emission between F(n) and F(n+1) needs step n+1's force at any tick after F(n): E(n+1) <= F(n), hence
-/// L = max(E(n+1) - slot(n)) + c; on an even map that is one slot more than hold. The last step has no successor and needs
-/// only E <= F.
+/// L = max(E(n+1) - slot(n)) + c; on an even map that is one slot more than hold. The first step has no interval before
+/// it and needs only E <= F.
 
 #include <cstdint>
 #include <span>
@@ -33,15 +33,15 @@ struct MappedStep {
   RealTime slot;
 };
 
-/// The sampling grid of one device: tick k at origin + floor(k / rate), for every k (before the first tick too: a run whose
-/// first mapped step comes within one period of the start is outside the domain).
+/// The sampling grid of one device: tick k at origin + floor(k / rate), for every k: a mapped step that begins, or reads,
+/// before a device's first tick is outside the domain.
 struct SamplingGrid {
   Rate rate{1000, 1};
   RealTime origin;
 };
 
 struct LatencyBudget {
-  Duration lead;                        ///< c; may be negative (the data is always there earlier than needed); 0 without device
+  Duration lead;                        ///< c; may be negative (data always there before it is needed); 0 without device
   Duration latency;                     ///< L
   std::int64_t lead_culprit = -1;       ///< step that sets c
   std::int64_t latency_culprit = -1;    ///< step whose end sets L
@@ -51,10 +51,13 @@ struct LatencyBudget {
 };
 
 /// Empty input: zero durations, capacities 2. Several devices: the worst of them.
-LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission);
-LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission);
+LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
+                                      Emission emission);
+LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
+                                       Emission emission);
 /// Capacities that a given c and L need on these steps, at any phase of the devices.
-LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead, Duration latency);
+LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
+                             Duration latency);
 
 /// What a run with this c and L will count, device by device: interaction reads whose sample was not there.
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);

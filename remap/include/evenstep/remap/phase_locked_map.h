@@ -7,13 +7,13 @@
 ///   in between:          slot(n) = phi + (n - n0) slope;  phi <- slot(n) at the next boundary   (continuous)
 ///
 /// T^ = P N_prev. Stable for w < 1.035 (4 - 2 sqrt(2) w - w^2 > 0). phi is an integer nanosecond plus a remainder below
-/// 1 ns, so the map does not lose precision in a long run. Acquires P and phase from the first complete segment with steps.
+/// 1 ns, so the map does not lose precision in a long run. Acquires P and phase from the first complete segment with
+/// steps.
 ///
-/// Out of lock (the slope would need more than its clamp: |e| > rho T^ / (sqrt(2) w), 28 ms in the reference case) the phase says
-/// nothing about the pace any more, and integrating it would drive P to 0, where the loop has no gain left. Then
-///   P <- clamp(T_prev / N_prev, (1 - rho) P, (1 + rho) P);
-///   slots behind (a hang):   phi <- B, slope = P: one step forward, still monotone; a hang cannot be hidden
-///   slots ahead (a burst):   slope = (1 - rho) P: continuous, at the least pace, until reality has caught up
+/// Out of lock (the slope would need more than its clamp: |e| > rho T^ / (sqrt(2) w), 28 ms in the reference case) the
+/// phase says nothing about the pace any more, and integrating it would drive P to 0, where the loop has no gain. Then
+///   P <- clamp(T_prev / N_prev, (1 - rho) P, (1 + rho) P);   slope = (1 + rho) P if behind, (1 - rho) P if ahead
+/// and only a lag of more than 8 T^ (a hang, which cannot be hidden) steps forward: phi <- B, slope = P; still monotone.
 ///
 /// Outside its domain: a segment without steps changes nothing (its length goes into the next one's error); a period that
 /// would fall below 1 ns per step (steps in zero time) is held there.
@@ -35,7 +35,7 @@ class PhaseLockedMap final : public SlotMap {
  private:
   void acquire(RealTime begin, double length_ns, double steps);
   void track(RealTime begin, double length_ns, double steps);
-  void relock(RealTime begin, double error_ns, double measured_period_ns);
+  void relock(RealTime begin, double error_ns, double length_ns, double steps);
 
   double bandwidth_Hz_;
   bool started_ = false;

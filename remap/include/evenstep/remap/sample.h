@@ -23,7 +23,9 @@ constexpr std::array<Value, N> lerp(const std::array<Value, N>& a, const std::ar
 }
 
 /// part / whole, correctly rounded (seconds would round three times).
-constexpr double ratio(Duration part, Duration whole) { return static_cast<double>(part.ns) / static_cast<double>(whole.ns); }
+constexpr double ratio(Duration part, Duration whole) {
+  return static_cast<double>(part.ns) / static_cast<double>(whole.ns);
+}
 
 enum class ReadStatus : std::uint8_t {
   inside,    ///< between two entries, or exactly on one

@@ -1,0 +1,208 @@
+#include <filesystem>
+
+#include <catch2/catch.hpp>
+#include <fmt/format.h>
+
+#include "evenstep/harness/scenario.h"
+#include "support.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+using Catch::Contains;
+
+namespace {
+
+Scenario good(const std::string& text, const ReadOptions& options = {}) {
+  ReadResult result = read_text(text, options);
+  INFO(errors_of(result));
+  REQUIRE(result.scenario);
+  REQUIRE(result.errors.empty());
+  return std::move(*result.scenario);
+}
+
+/// kSpring with [timing] replaced, and no warm-up.
+std::string with_timing(const std::string& timing) {
+  std::string text = kSpring;
+  text.erase(text.find("warmup"), text.find("[timing]") - text.find("warmup"));
+  const std::size_t from = text.find("segment = "), to = text.find("[scene]");
+  return text.replace(from, to - from, timing + "\n");
+}
+
+/// What is stored as resolved.toml must be the same scenario.
+void check_round_trip(const Scenario& scenario) {
+  const Folder folder;
+  const ReadResult again = read_scenario(folder.write("resolved.toml", scenario.resolved_toml));
+  INFO(scenario.resolved_toml << errors_of(again));
+  REQUIRE(again.scenario);
+  CHECK(describe(*again.scenario) == describe(scenario));
+  CHECK(again.scenario->resolved_toml == scenario.resolved_toml);
+}
+
+}  // namespace
+
+TEST_CASE("A spring scenario holds what its file says, and the defaults") {
+  const Scenario s = good(kSpring);
+  CHECK(s.name == "spring");
+  CHECK(s.tags == std::vector<std::string>{"ci"});
+  CHECK(s.run_duration.ns == 4'000'000'000);
+  CHECK(s.warmup.ns == 8 * 33'333'333LL);
+  CHECK(s.seed == 1);
+  CHECK(s.strategies.size() == 4);
+  CHECK(s.live == StrategyKind::phase_locked);
+  CHECK(s.timing.programmed.segment == Rate{30, 1});
+  CHECK(s.timing.programmed.visualization.ns == 11'100'000);
+  CHECK(s.timing.programmed.steps == std::vector<int>{15});
+  CHECK_FALSE(s.timing.programmed.step);
+  CHECK(s.timing.paced_by_segment);
+  CHECK(s.solver == SolverKind::cpu_double);
+  CHECK(std::get<SpringScene>(s.scene.body).stiffness_N_per_m == 200);
+  CHECK(s.scene.step_rate == Rate{450, 1});
+  CHECK(s.scene.tool_count == 1);
+  CHECK_FALSE(s.scene.needs_energy);
+  CHECK(s.nominal.segment.ns == 33'333'333);
+  CHECK(s.nominal.slot.ns == 2'222'222);
+  CHECK(s.nominal.step_run_time.ns == 1'482'222);      // (1/30 s - 11.1 ms) / 15 = 1.48222… ms
+  REQUIRE(s.devices.size() == 1);
+  CHECK(s.devices[0].rate == Rate{1000, 1});
+  CHECK(s.devices[0].limits.max_N == 100);
+  CHECK(s.devices[0].limits.max_slew_N_per_s == 1e6);
+  const auto& motion = std::get<ConstantVelocity>(s.devices[0].motion.shape);
+  CHECK(motion.velocity_m_per_s.x == 0.1);
+  CHECK(motion.smooth_start.ns == 200'000'000);
+  CHECK(s.remap.estimate_weight == 0.1);
+  CHECK(s.remap.bandwidth_Hz == 2);
+  CHECK(s.remap.latency.kind == Budget::Kind::any_phase);
+  CHECK(s.remap.lead.kind == Budget::Kind::any_phase);
+  REQUIRE(s.expectations.size() == 1);
+  CHECK(s.expectations[0].min->number == 4);
+  CHECK(s.expectations[0].min->unit == "step");
+  CHECK_FALSE(s.expectations[0].max);
+  CHECK(s.expectations[0].place.line == 18);
+  check_round_trip(s);
+}
+
+TEST_CASE("A tissue scenario with two devices holds what its file says") {
+  const Scenario s = good(kTissue);
+  CHECK(s.solver == SolverKind::opencl);
+  const auto& tissue = std::get<TissueScene>(s.scene.body);
+  CHECK(tissue.lattice == std::array<int, 3>{9, 9, 10});
+  CHECK(tissue.particle_count == 800);
+  CHECK(tissue.damping_per_s == 1e-3 / 1.25e-4);
+  REQUIRE(tissue.grabs.size() == 2);
+  CHECK(tissue.grabs[1].center_m.y == 0);
+  CHECK(tissue.grabs[0].radius_m == 6e-3);
+  CHECK(s.timing.programmed.visualization_variation == 0.1);
+  CHECK(s.timing.programmed.step_variation == 0.025);
+  CHECK(s.timing.programmed.steps == std::vector<int>{14, 15, 16});
+  CHECK(s.scene.step_rate == Rate{450, 1});
+  CHECK(s.scene.tool_count == 2);
+  CHECK(s.scene.needs_energy);
+  CHECK(s.devices[1].queue == QueuePolicy::libusb);
+  CHECK(s.devices[1].phase.ns == 500'000);
+  CHECK(s.devices[1].emission == Emission::hold);
+  CHECK(std::get<Sine>(s.devices[1].motion.shape).frequency == Rate{1, 3});
+  CHECK(std::get<RampStop>(s.devices[0].motion.shape).stop.ns == 500'000'000);
+  CHECK(s.remap.latency.kind == Budget::Kind::fixed);
+  CHECK(s.remap.latency.fixed.ns == 66'666'666);
+  REQUIRE(s.expect_stop);
+  CHECK(s.expect_stop->reason == "diverged");
+  CHECK(*s.expect_stop->at_most_step == 100);
+  check_round_trip(s);
+}
+
+TEST_CASE("Each form of [timing] gives its exact nominal times") {
+  struct { const char* timing; Rate segment; std::int64_t T, V, slot, s; Rate steps; bool paced; } const rows[] = {
+      {"segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = 15\nstep = \"real\"", {30, 1}, 33'333'333, 11'100'000, 2'222'222, 1'482'222, {450, 1}, true},
+      {"segment = \"32 ms\"\nvisualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"", {125, 4}, 32'000'000, 8'000'000, 2'000'000, 1'500'000, {500, 1}, true},
+      {"segment = \"40 ms\"\nvisualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"", {25, 1}, 40'000'000, 8'000'000, 2'500'000, 1'500'000, {400, 1}, true},
+      {"visualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"", {125, 4}, 32'000'000, 8'000'000, 2'000'000, 1'500'000, {500, 1}, false},
+      {"visualization = \"8 ms\"\nsteps = [1, 2]\nstep = \"1 ms\"", {2000, 19}, 9'500'000, 8'000'000, 6'333'333, 1'000'000, {3000, 19}, false},
+      {"segment = \"1/3 Hz\"\nvisualization = \"0 s\"\nsteps = [1, 2]", {1, 3}, 3'000'000'000, 0, 2'000'000'000, 2'000'000'000, {1, 2}, true},
+      {"segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = [14, 15]\norder = \"steps-first\"", {30, 1}, 33'333'333, 11'100'000, 2'298'850, 1'533'333, {435, 1}, true},
+  };
+  for (const auto& row : rows) {
+    INFO(row.timing);
+    const Scenario s = good(with_timing(row.timing));
+    CHECK(s.timing.programmed.segment == row.segment);
+    CHECK(s.nominal.segment.ns == row.T);
+    CHECK(s.nominal.visualization.ns == row.V);
+    CHECK(s.nominal.slot.ns == row.slot);
+    CHECK(s.nominal.step_run_time.ns == row.s);
+    CHECK(s.scene.step_rate == row.steps);
+    CHECK(s.timing.paced_by_segment == row.paced);
+    check_round_trip(s);
+  }
+  CHECK(good(with_timing(rows[0].timing)).timing.real_steps);
+  CHECK(good(with_timing(rows[6].timing)).timing.programmed.steps_first);
+}
+
+TEST_CASE("The widest timing numbers neither overflow nor lose the segment") {
+  // Longest V and s, most steps, finest rates: every product stays within 128 bits (read_timing.cpp).
+  const Scenario slow = good(with_timing("visualization = \"1e6 s\"\nsteps = 1000000\nstep = \"999999.999999999 s\""));
+  CHECK(slow.nominal.step_run_time.ns == 999'999'999'999'999);
+  const Scenario fast = good(with_timing("segment = \"99999.999999999 Hz\"\nvisualization = \"1 ns\"\nsteps = 9000"));
+  CHECK(fast.nominal.step_run_time.ns == 1);
+  CHECK(fast.nominal.segment.ns == 10'000);
+  const Scenario long_segment = good(with_timing("segment = \"1e-6 Hz\"\nvisualization = \"999999 s\"\nsteps = 1000000"));
+  CHECK(long_segment.nominal.segment.ns == 1'000'000'000'000'000);
+}
+
+TEST_CASE("A step size is taken from a duration or a rate as it is written") {
+  const auto rate_of = [](const std::string& size) { return good(kSpring, {{"scene.step_size=" + size}, {}}).scene.step_rate; };
+  CHECK(rate_of("2 ms") == Rate{500, 1});
+  CHECK(rate_of("450 Hz") == Rate{450, 1});
+  CHECK(rate_of("1000/3 Hz") == Rate{1000, 3});
+  CHECK(rate_of("fill") == Rate{450, 1});
+}
+
+TEST_CASE("A trace gives the means of the recording as nominal times, and its length as the duration") {
+  const Folder folder;
+  // Two segments of 30 and 34 us; V 10 and 12 us, one idle; 2 + 3 steps of 4 us.
+  folder.write("recorded/x.csv", "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n0,step,1,14200,18200\n"
+               "0,idle,0,18200,30100\n1,visualization,0,30100,42100\n1,step,0,42100,46100\n1,step,1,46100,50100\n1,step,2,50100,54100\n1,idle,0,54100,64100\n");
+  std::string text = with_timing("trace = \"../recorded/x.csv\"");
+  text.replace(text.find("duration = \"4 s\""), 16, "");
+  const ReadResult result = read_scenario(folder.write("sub/s.toml", text));
+  INFO(errors_of(result));
+  REQUIRE(result.scenario);
+  const Scenario& s = *result.scenario;
+  CHECK(s.run_duration.ns == 64'000);
+  CHECK(s.nominal.segment.ns == 32'000);
+  CHECK(s.nominal.visualization.ns == 11'000);
+  CHECK(s.nominal.slot.ns == 12'800);
+  CHECK(s.nominal.step_run_time.ns == 4'000);
+  CHECK(s.scene.step_rate == Rate{78'125, 1});      // 5 steps in 64 us
+  CHECK(s.timing.trace.size() == 2);
+  CHECK_FALSE(s.timing.paced_by_segment);
+  check_round_trip(s);
+  CHECK_THAT(errors_of(read_scenario(folder.path("sub/s.toml"), {{"run.duration=65 us"}, {}})),
+             Contains("--set run.duration=65 us: error: 'duration': the trace ends at 0.064 ms"));
+}
+
+TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
+  const Folder folder;
+  folder.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n0.0333333333333,1e-3,-2e-3,0.5\n");
+  std::string text = kSpring;
+  text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "), "motion = { kind = \"recorded\", file = \"hand.csv\" }\n");
+  const ReadResult result = read_scenario(folder.write("s.toml", text));
+  INFO(errors_of(result));
+  REQUIRE(result.scenario);
+  const auto& rows = std::get<RecordedMotion>(result.scenario->devices[0].motion.shape).rows;
+  REQUIRE(rows.size() == 2);
+  CHECK(rows[1].first.ns == 33'333'333);
+  CHECK(rows[1].second.y == -2e-3);
+  check_round_trip(*result.scenario);
+}
+
+TEST_CASE("Every scenario that is shipped reads and its resolved form is the same scenario") {
+  const std::filesystem::path scenarios = std::filesystem::path(EVENSTEP_SOURCE_DIR) / "scenarios";
+  if (!std::filesystem::exists(scenarios)) return;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(scenarios)) {
+    if (entry.path().extension() != ".toml") continue;
+    INFO(entry.path());
+    const ReadResult result = read_scenario(entry.path().string());
+    INFO(errors_of(result));
+    REQUIRE(result.scenario);
+    check_round_trip(*result.scenario);
+  }
+}

@@ -1,0 +1,175 @@
+#include "support.h"
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+namespace evenstep::test {
+namespace {
+
+std::string at(const Duration& d) { return fmt::format("{} ns", d.ns); }
+std::string at(const Rate& r) { return fmt::format("{}/{}", r.num, r.den); }
+std::string at(const glm::dvec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
+std::string at(const std::optional<Limit>& l) { return l ? fmt::format("{} '{}'", l->number, l->unit) : "none"; }
+std::string at(const Budget& b) { return fmt::format("{} {}", static_cast<int>(b.kind), b.fixed.ns); }
+
+struct MotionText {
+  std::string operator()(const Still& m) const { return "still " + at(m.position_m); }
+  std::string operator()(const ConstantVelocity& m) const { return fmt::format("velocity {} start {}", at(m.velocity_m_per_s), at(m.smooth_start)); }
+  std::string operator()(const Sine& m) const { return fmt::format("sine {} {}", at(m.amplitude_m), at(m.frequency)); }
+  std::string operator()(const RampStop& m) const { return fmt::format("{} stop {}", (*this)(m.ramp), m.stop.ns); }
+  std::string operator()(const RecordedMotion& m) const {
+    std::string out = "recorded";
+    for (const auto& [time, position] : m.rows) out += fmt::format(" {}:{}", time.ns, at(position));
+    return out;
+  }
+};
+
+struct SceneText {
+  std::string operator()(const SpringScene& s) const { return fmt::format("spring {}", s.stiffness_N_per_m); }
+  std::string operator()(const TissueScene& s) const {
+    std::string out = fmt::format("tissue {} {} {} spacing {} mass {} stiffness {} damping {} fixed {} substeps {} particles {}", s.lattice[0],
+                                  s.lattice[1], s.lattice[2], s.spacing_m, s.particle_mass_kg, s.stiffness_N_per_m, s.damping_per_s,
+                                  s.fixed_bottom, s.substeps, s.particle_count);
+    for (const Grab& grab : s.grabs) out += fmt::format(" grab {} {}", at(grab.center_m), grab.radius_m);
+    return out;
+  }
+};
+
+std::string timing_text(const TimingSpec& t) {
+  const ProgrammedTiming& p = t.programmed;
+  std::string out = fmt::format("segment {} V {} N {} s {} steps_first {} cv {} {} seed {} paced {} real {} trace", at(p.segment), at(p.visualization),
+                                fmt::join(p.steps, ","), p.step ? at(*p.step) : "fill", p.steps_first, p.visualization_variation, p.step_variation,
+                                p.seed, t.paced_by_segment, t.real_steps);
+  for (const SegmentTiming& segment : t.trace) {
+    out += fmt::format(" [{} {} {}", segment.index, segment.begin.ns, segment.end.ns);
+    if (segment.visualization) out += fmt::format(" V {} {}", segment.visualization->begin.ns, segment.visualization->end.ns);
+    for (const Interval& step : segment.steps) out += fmt::format(" {} {}", step.begin.ns, step.end.ns);
+    out += "]";
+  }
+  return out + "\n";
+}
+
+}  // namespace
+
+const char* const kSpring = R"(format = 1
+name = "spring"
+because = "the smallest good file"
+tags = ["ci"]
+[run]
+duration = "4 s"
+warmup = "8 segments"
+[timing]
+segment = "30 Hz"
+visualization = "11.1 ms"
+steps = 15
+[scene]
+kind = "spring"
+stiffness = "200 N/m"
+[[device]]
+name = "left"
+motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"], start = "smooth 0.2 s" }
+[[expect]]
+signal = "left.interaction.direct"
+metric = "velocity_jump"
+min = "4 step"
+)";
+
+const char* const kTissue = R"(format = 1
+[run]
+duration = "1 s"
+strategies = ["ideal", "phase_locked"]
+[timing]
+segment = "30 Hz"
+visualization = "11.1 ms"
+steps = [14, 15, 16]
+jitter = { visualization = "lognormal 10 %", step = "lognormal 2.5%" }
+[scene]
+kind = "tissue"
+lattice = [9, 9, 10]
+particles = 800
+damping = "1 mN s/m"
+[[device]]
+name = "left"
+grab = { center = ["20 mm", "20 mm", "45 mm"], radius = "6 mm" }
+motion = { kind = "ramp-stop", velocity = ["10 mm/s", "0 m/s", "0 m/s"], start = "smooth 0.1 s", stop = "0.5 s" }
+[[device]]
+name = "right"
+phase = "0.5 ms"
+queue = "libusb"
+grab = { center = ["20 mm", "0 mm", "45 mm"], radius = "6 mm" }
+motion = { kind = "sine", amplitude = ["1 mm", "0 m", "0 m"], frequency = "1/3 Hz", delay = "0.1 s" }
+render = { kind = "force", emission = "hold" }
+[remap]
+latency = "2 segments"
+[[expect]]
+signal = "*.force.*"
+metric = "jump_max"
+max = 0.5
+[[expect]]
+signal = "solver.phase_locked"
+metric = "energy_growth"
+max = 1
+[expect_stop]
+reason = "diverged"
+at_most_step = 100
+)";
+
+Folder::Folder() {
+  static std::atomic<int> count{0};
+  root_ = (std::filesystem::temp_directory_path() / fmt::format("evenstep-reader-{}-{}", getpid(), count++)).string();
+  std::filesystem::create_directories(root_);
+}
+
+Folder::~Folder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(root_, ignored);
+}
+
+std::string Folder::path(const std::string& name) const { return root_ + "/" + name; }
+
+std::string Folder::write(const std::string& name, const std::string& text) const {
+  const std::string target = path(name);
+  std::filesystem::create_directories(std::filesystem::path(target).parent_path());
+  std::ofstream(target, std::ios::binary) << text;
+  return target;
+}
+
+ReadResult read_text(const std::string& text, const ReadOptions& options) {
+  const Folder folder;
+  return read_scenario(folder.write("scenario.toml", text), options);
+}
+
+std::string errors_of(const ReadResult& result) {
+  std::string out;
+  for (Diagnostic error : result.errors) {
+    if (error.line != 0 || error.file.rfind("--", 0) != 0) error.file = std::filesystem::path(error.file).filename().string();
+    out += text(error) + "\n";
+  }
+  return out;
+}
+
+std::string describe(const Scenario& s) {
+  std::string out = fmt::format("name {}\nbecause {}\ntags {}\nduration {} warmup {} seed {} live {} strategies", s.name, s.because, fmt::join(s.tags, ","),
+                                at(s.run_duration), at(s.warmup), s.seed, name_of(s.live));
+  for (const StrategyKind kind : s.strategies) out += fmt::format(" {}", name_of(kind));
+  out += "\n" + timing_text(s.timing);
+  out += fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} group {}\n", static_cast<int>(s.solver), std::visit(SceneText{}, s.scene.body),
+                     at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy, s.scene.allow_unstable, s.work_group_size);
+  for (const DeviceSpec& d : s.devices) {
+    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {}\n", d.name, at(d.rate), at(d.phase), static_cast<int>(d.queue),
+                       std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns, static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s);
+  }
+  out += fmt::format("remap {} {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz, at(s.remap.latency), at(s.remap.lead));
+  for (const Expectation& e : s.expectations) {
+    out += fmt::format("expect {} {} '{}' min {} max {} fail {}\n", e.signal, e.metric, e.because, at(e.min), at(e.max), e.expect_fail);
+  }
+  if (s.expect_stop) out += fmt::format("stop {} {}\n", s.expect_stop->reason, s.expect_stop->at_most_step.value_or(-1));
+  return out + fmt::format("nominal {} {} {} {}\n", at(s.nominal.segment), at(s.nominal.visualization), at(s.nominal.slot), at(s.nominal.step_run_time));
+}
+
+}  // namespace evenstep::test
