@@ -10,7 +10,7 @@ work=$(realpath -- "$(mktemp -d "${TMPDIR:-/tmp}/evenstep setup XXXXXX")")
 trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
 chmod 755 "$work"   # some cases run as another user
 cd "$work" || exit 1
-unset XDG_CACHE_HOME EVENSTEP_LONG POCL_CACHE_DIR
+unset XDG_CACHE_HOME EVENSTEP_LONG POCL_CACHE_DIR DEBIAN_FRONTEND
 touch out err calls
 
 fail() {
@@ -236,6 +236,13 @@ case_arguments_arrive_as_they_were_typed() {
   expect_out '[check][two words][][./relative.toml][*]'
   (cd elsewhere && ./link x >../out 2>../err) || fail "not through a symbolic link"
   expect_out '[x]'
+}
+case_relative_paths_start_where_the_caller_is() {
+  clone c
+  printf '#!/bin/sh\npwd\n' >c/evenstep
+  mkdir elsewhere
+  (cd elsewhere && ../c/run.sh a >../out 2>../err)
+  expect_out "$work/elsewhere"
 }
 case_without_arguments_figure_1_is_run() {
   clone 'a clone'
