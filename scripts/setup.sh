@@ -14,8 +14,8 @@ packages_missing() {
   local wanted
   mapfile -t wanted < <(packages_wanted)
   # dpkg-query exits with 1 when one name is unknown to it, and prints the others all the same.
-  { dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null || true; } |
-    awk 'NR == FNR { if ($1 == "installed") installed[$2]; next } !($1 in installed)' - <(packages_wanted)
+  comm -13 <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) \
+    <(printf '%s\n' "${wanted[@]}" | sort -u)
 }
 
 # run_apt ARGUMENTS... : apt-get through "${as_root[@]}". It waits for the dpkg lock by itself, but not for the locks on

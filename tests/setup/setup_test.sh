@@ -10,7 +10,7 @@ work=$(realpath -- "$(mktemp -d "${TMPDIR:-/tmp}/evenstep setup XXXXXX")")
 trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
 chmod 755 "$work"   # some cases run as another user
 cd "$work" || exit 1
-unset XDG_CACHE_HOME EVENSTEP_LONG POCL_CACHE_DIR
+unset XDG_CACHE_HOME EVENSTEP_LONG POCL_CACHE_DIR DEBIAN_FRONTEND
 touch out err calls
 
 fail() {
@@ -56,7 +56,7 @@ if [ -s "$work/lock_held" ]; then
 fi
 END
   stand_in sleep <<<''
-  for tool in bash env sed awk grep mktemp tee rm cat tr true; do ln -sf "$(type -P "$tool")" bin/; done
+  for tool in bash env sed sort comm grep mktemp tee rm cat tr true; do ln -sf "$(type -P "$tool")" bin/; done
 }
 
 sudo_here() {  # sudo_here accepts|refuses
@@ -101,7 +101,7 @@ case_root_installs_exactly_what_is_missing() {
   system 0 ninja-build catch2
   install
   expect_status 0
-  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add ninja-build catch2")"
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add catch2 ninja-build")"
 }
 case_each_single_missing_package_is_found() {
   local name
@@ -111,6 +111,13 @@ case_each_single_missing_package_is_found() {
     install
     expect_calls "$(printf '%s\n' 'id -u' "$update" "$add $name")"
   done < <(sed 's/#.*//; /^ *$/d' "$source_dir/scripts/packages.txt")
+}
+case_on_a_bare_system_everything_is_installed() {
+  local names
+  mapfile -t names < <(sed 's/#.*//; /^ *$/d; s/ *$//' "$source_dir/scripts/packages.txt" | sort)
+  system 0 "${names[@]}"
+  install
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add ${names[*]}")"
 }
 case_without_a_terminal_sudo_is_not_let_ask() {
   sudo_here accepts
@@ -134,7 +141,7 @@ case_sudo_that_refuses_leaves_one_line_to_paste() {
   install
   expect_status 2
   expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true')"
-  [[ $(tail -1 err) == 'sudo apt-get update && sudo apt-get install -y --no-install-recommends cmake catch2' ]] || fail "no line to paste"
+  [[ $(tail -1 err) == 'sudo apt-get update && sudo apt-get install -y --no-install-recommends catch2 cmake' ]] || fail "no line to paste"
 }
 case_without_sudo_the_line_to_paste_uses_su() {
   system 1000 catch2
@@ -229,6 +236,13 @@ case_arguments_arrive_as_they_were_typed() {
   expect_out '[check][two words][][./relative.toml][*]'
   (cd elsewhere && ./link x >../out 2>../err) || fail "not through a symbolic link"
   expect_out '[x]'
+}
+case_relative_paths_start_where_the_caller_is() {
+  clone c
+  printf '#!/bin/sh\npwd\n' >c/evenstep
+  mkdir elsewhere
+  (cd elsewhere && ../c/run.sh a >../out 2>../err)
+  expect_out "$work/elsewhere"
 }
 case_without_arguments_figure_1_is_run() {
   clone 'a clone'
