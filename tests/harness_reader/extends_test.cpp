@@ -89,7 +89,7 @@ TEST_CASE("Sixteen files in a chain are read and the seventeenth is refused") {
              Contains("f1.toml:2:12: error: 'extends' is deeper than 16 files"));
 }
 
-TEST_CASE("--set changes one value, by index or by name, and needs no quotes") {
+TEST_CASE("The option --set changes one value, by index or by name, and needs no quotes") {
   const auto with = [](std::vector<std::string> set) {
     const ReadResult result = read_text(kTissue, {std::move(set), {}});
     INFO(errors_of(result));

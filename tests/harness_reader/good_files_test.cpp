@@ -110,7 +110,7 @@ TEST_CASE("A tissue scenario with two devices holds what its file says") {
   check_round_trip(s);
 }
 
-TEST_CASE("Each form of [timing] gives its exact nominal times") {
+TEST_CASE("Each form of the timing table gives its exact nominal times") {
   struct {
     const char* timing;
     Rate segment;

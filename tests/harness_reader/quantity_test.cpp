@@ -88,7 +88,7 @@ TEST_CASE("A duration that cannot be meant is refused with the remedy") {
   }
 }
 
-TEST_CASE("Nominal times are units of time once [timing] is known, with or without a plural s") {
+TEST_CASE("Nominal times are units of time once the timing table is known, with or without a plural s") {
   const NominalUnits nominal{{33'333'333}, {11'100'000}, {2'222'222}, {1'482'222}, true};
   CHECK(parse_duration("8 segments", nominal).value.ns == 8 * 33'333'333LL);
   CHECK(parse_duration("1 segment", nominal).value.ns == 33'333'333);

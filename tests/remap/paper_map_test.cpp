@@ -23,7 +23,7 @@ TEST_CASE("the segment estimate starts at the first length and then moves by wei
   }
 }
 
-TEST_CASE("a weight outside (0, 1] stops on an assertion") {
+TEST_CASE("a weight that is not above 0 and at most 1 stops on an assertion") {
   CHECK(asserts([] { SegmentEstimator{0.0}; }));
   CHECK(asserts([] { SegmentEstimator{1.0001}; }));
   CHECK_FALSE(asserts([] { SegmentEstimator{1.0}; }));

@@ -108,7 +108,7 @@ TEST_CASE("a run that broke off within a step is judged to the step before") {
   CHECK(value(run, "left.interaction.paper", "judged") == 0);
 }
 
-TEST_CASE("ticks are judged in [end of warm-up, end) once a force is sent") {
+TEST_CASE("ticks are judged from the end of warm-up to before the end once a force is sent") {
   RunRecord run = synthetic::reference_run();
   DeviceRecord& device = strategy(run, "paper").devices[0];
   const auto judged = [&] { return value(run, "left.force.paper", "judged"); };
