@@ -1,9 +1,9 @@
 #include "check.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "suggest.h"
 #include "units.h"
@@ -29,11 +29,14 @@ std::string kind_of(std::string_view table, const Value* value) {
   if (table == "timing") return value != nullptr && value->find("trace") != nullptr ? "trace" : "programmed";
   const Value* kind = value == nullptr ? nullptr : value->find("kind");
   if (kind == nullptr || !kind->is(Value::Kind::text)) return "";
-  const auto row = std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == "kind"; });
+  const auto row =
+      std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == "kind"; });
   return row != fields().end() && contains(row->words, kind->text) ? kind->text : "";
 }
 
-bool exists_for(const Field& field, std::string_view kind) { return field.kinds.empty() || kind.empty() || contains(field.kinds, kind); }
+bool exists_for(const Field& field, std::string_view kind) {
+  return field.kinds.empty() || kind.empty() || contains(field.kinds, kind);
+}
 
 /// The row of a key for this kind; any row of the key if there is none for this kind; nullptr if the key is unknown.
 const Field* row_of(std::string_view table, std::string_view key, std::string_view kind) {
@@ -55,13 +58,13 @@ std::string out_of_range(const Field& field, double number, std::string_view wri
 
 /// 11.1 where "11.1 ms" is meant.
 std::string without_unit(const Field& field, const Value& value) {
-  const Dimension dimension = (field.forms & (kDuration | kSpan | kSmooth)) ? Dimension::time
-                              : (field.forms & kRate)                       ? Dimension::rate
-                              : (field.forms & kLognormal)                  ? Dimension::ratio
-                                                                            : field.dimension;
+  const Dimension dimension = (field.forms & kRate)                           ? Dimension::rate
+                              : (field.forms & (kDuration | kSpan | kSmooth)) ? Dimension::time
+                              : (field.forms & kLognormal)                    ? Dimension::ratio
+                                                                              : field.dimension;
   const std::string_view example = info(dimension).example;
-  return fmt::format("{} has no unit; write {} such as \"{}{}\"", as_written(value), describe_forms(field), as_written(value),
-                     example.substr(example.find(' ')));
+  return fmt::format("{} has no unit; write {} such as \"{}{}\"", as_written(value), describe_forms(field),
+                     as_written(value), example.substr(example.find(' ')));
 }
 
 template <class T>
@@ -70,7 +73,8 @@ std::string parsed(const Field& field, const Parsed<T>& result, double number, s
 }
 
 std::string prefixed_error(const Field& field, std::string_view text, std::string_view word, bool time) {
-  if (text.substr(0, word.size()) != word) return fmt::format("\"{}\" must be {}, such as {}", text, describe_forms(field), example_of(field));
+  if (text.substr(0, word.size()) != word)
+    return fmt::format("\"{}\" must be {}, such as {}", text, describe_forms(field), example_of(field));
   const std::string_view rest = text.substr(word.size());
   if (time) {
     const Parsed<Duration> duration = parse_duration(rest);
@@ -83,7 +87,8 @@ std::string prefixed_error(const Field& field, std::string_view text, std::strin
 /// With kRate | kDuration: whichever unit is there.
 std::string time_or_rate_error(const Field& field, std::string_view text) {
   const Unit* unit = find_unit(split_number(text).unit);
-  const bool rate = (field.forms & kRate) && (!(field.forms & kDuration) || (unit != nullptr && unit->dimension == Dimension::rate));
+  const bool rate =
+      (field.forms & kRate) && (!(field.forms & kDuration) || (unit != nullptr && unit->dimension == Dimension::rate));
   if (rate) {
     const Parsed<Rate> value = parse_rate(text);
     return parsed(field, value, static_cast<double>(value.value.num) / static_cast<double>(value.value.den), text);
@@ -92,7 +97,9 @@ std::string time_or_rate_error(const Field& field, std::string_view text) {
   return parsed(field, value, in_s(value.value), text);
 }
 
-bool starts_like_number(std::string_view text) { return !text.empty() && std::string_view("0123456789.+-").find(text.front()) != std::string_view::npos; }
+bool starts_like_number(std::string_view text) {
+  return !text.empty() && std::string_view("0123456789.+-").find(text.front()) != std::string_view::npos;
+}
 
 std::string text_error(const Field& field, const std::string& text) {
   if (field.forms & kText) return {};
@@ -102,7 +109,8 @@ std::string text_error(const Field& field, const std::string& text) {
     if (contains(field.words, text)) return {};
     if (!(field.forms & kNumeric) || !starts_like_number(text)) {
       const std::string near(nearest(text, split_words(field.words)));
-      return fmt::format("\"{}\" must be {}{}", text, describe_forms(field), near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
+      return fmt::format("\"{}\" must be {}{}", text, describe_forms(field),
+                         near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
     }
   }
   if (field.forms & kLognormal) return prefixed_error(field, text, kLognormalWord, false);
@@ -120,8 +128,10 @@ std::string text_error(const Field& field, const std::string& text) {
 std::string error_of(const Field& field, const Value& value) {
   const std::string wrong = fmt::format("must be {}, not {}", describe_forms(field), as_written(value));
   switch (value.kind) {
-    case Value::Kind::text: return text_error(field, value.text);
-    case Value::Kind::boolean: return field.forms & kBoolean ? "" : wrong;
+    case Value::Kind::text:
+      return text_error(field, value.text);
+    case Value::Kind::boolean:
+      return field.forms & kBoolean ? "" : wrong;
     case Value::Kind::number:
       if (!std::isfinite(value.number)) return fmt::format("{} is not a number a scenario can use", value.number);
       [[fallthrough]];
@@ -129,11 +139,13 @@ std::string error_of(const Field& field, const Value& value) {
       const bool whole = value.is(Value::Kind::integer);
       const double number = whole ? static_cast<double>(value.integer) : value.number;
       if (field.forms & kLimit) return {};
-      if ((field.forms & kNumber) || (whole && (field.forms & kInteger))) return out_of_range(field, number, as_written(value));
+      if ((field.forms & kNumber) || (whole && (field.forms & kInteger)))
+        return out_of_range(field, number, as_written(value));
       if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLognormal | kSmooth)) return without_unit(field, value);
       return wrong;
     }
-    default: return wrong;
+    default:
+      return wrong;
   }
 }
 
@@ -158,9 +170,11 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
     }
     errors_.add(entry.place, fmt::format("unknown key '{}' in {}{}", entry.key, title(name), suggestion(entry.key, known)));
   } else if (!exists_for(*field, kind)) {
-    errors_.add(entry.place, name == "timing" ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
-                                              : fmt::format("'{}' means nothing with kind = \"{}\"; remove it, or write kind = \"{}\"",
-                                                            entry.key, kind, fmt::join(split_words(field->kinds), "\" or \"")));
+    errors_.add(entry.place,
+                name == "timing"
+                    ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
+                    : fmt::format("'{}' means nothing with kind = \"{}\"; remove it, or write kind = \"{}\"", entry.key,
+                                  kind, fmt::join(split_words(field->kinds), "\" or \"")));
   } else {
     value(*field, entry.value);
   }
@@ -171,8 +185,10 @@ void Check::value(const Field& field, const Value& value) {
   const bool list = value.is(Value::Kind::list);
   if (field.shape == Shape::one || (field.shape == Shape::one_or_list && !list)) {
     element(field, value);
-  } else if (!list || (field.shape == Shape::three && value.list.size() != 3) || (field.shape == Shape::one_or_list && value.list.empty())) {
-    const std::string hint = field.forms & kTable ? fmt::format("; write [[{}]]", field.key) : fmt::format(", such as {}", example_of(field));
+  } else if (!list || (field.shape == Shape::three && value.list.size() != 3) ||
+             (field.shape == Shape::one_or_list && value.list.empty())) {
+    const std::string hint =
+        field.forms & kTable ? fmt::format("; write [[{}]]", field.key) : fmt::format(", such as {}", example_of(field));
     errors_.add(value.place, fmt::format("'{}' must be {}{}", field.key, describe_forms(field), hint));
   } else {
     for (const Value& one : value.list) element(field, one);
@@ -192,7 +208,8 @@ void Check::missing(const std::string& name, const Value& value) {
     // Without a valid kind nothing can be said of the keys that depend on it.
     if (field.table != name || !field.required || value.find(field.key) != nullptr) continue;
     if (!field.kinds.empty() && (kind.empty() || !contains(field.kinds, kind))) continue;
-    const std::string remedy = !(field.forms & kTable) ? fmt::format("{} = {}", field.key, example_of(field)) : title(field.key);
+    const std::string remedy =
+        !(field.forms & kTable) ? fmt::format("{} = {}", field.key, example_of(field)) : title(field.key);
     errors_.add(value.place, fmt::format("{} has no '{}'; write {}", title(name), field.key, remedy));
   }
 }
@@ -223,7 +240,8 @@ double Table::si(std::string_view key) const { return parse_si(text(key), field(
 glm::dvec3 Table::vector(std::string_view key) const {
   const Value value = at(key);
   glm::dvec3 out{0};
-  for (int axis = 0; axis < 3; ++axis) out[axis] = parse_si(value.list[static_cast<std::size_t>(axis)].text, field(key).dimension).value;
+  for (int axis = 0; axis < 3; ++axis)
+    out[axis] = parse_si(value.list[static_cast<std::size_t>(axis)].text, field(key).dimension).value;
   return out;
 }
 
@@ -233,7 +251,9 @@ Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& 
   return parsed.value;
 }
 
-double Table::lognormal(std::string_view key) const { return parse_si(text(key).substr(kLognormalWord.size()), Dimension::ratio).value; }
+double Table::lognormal(std::string_view key) const {
+  return parse_si(text(key).substr(kLognormalWord.size()), Dimension::ratio).value;
+}
 
 Duration Table::smooth(std::string_view key) const { return parse_duration(text(key).substr(kSmoothWord.size())).value; }
 

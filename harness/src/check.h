@@ -1,11 +1,10 @@
 #pragma once
 /// A table of the file against the field table: first everything is checked, then read by typed getters that cannot fail.
 
+#include <glm/vec3.hpp>
 #include <set>
 #include <string>
 #include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "document.h"
 #include "fields.h"
@@ -34,7 +33,8 @@ class Check {
 class Table {
  public:
   /// `value` may be nullptr: then every key has its default.
-  Table(const Value* value, std::string name, Place around) : value_(value), name_(std::move(name)), around_(std::move(around)) {}
+  Table(const Value* value, std::string name, Place around)
+      : value_(value), name_(std::move(name)), around_(std::move(around)) {}
 
   bool has(std::string_view key) const { return value_ != nullptr && value_->find(key) != nullptr; }
   /// Of the key's value; of the table where the key is not there.
@@ -52,7 +52,8 @@ class Table {
   Rate rate(std::string_view key) const { return parse_rate(text(key)).value; }
   /// Of kDuration.
   Duration duration(std::string_view key) const { return parse_duration(text(key)).value; }
-  /// Of kSpan; adds an error where the nominal unit makes it too long. Nominal times unknown: [timing] has its error already.
+  /// Of kSpan; adds an error where the nominal unit makes it too long. Nominal times unknown: [timing] has its error
+  /// already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
   double lognormal(std::string_view key) const;
   Duration smooth(std::string_view key) const;

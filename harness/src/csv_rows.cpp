@@ -1,9 +1,9 @@
 #include "csv_rows.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
-
-#include <fmt/format.h>
 
 namespace evenstep::internal {
 

@@ -11,12 +11,13 @@
 namespace evenstep::internal {
 
 inline constexpr std::int64_t kMostCsvRows = 10'000'000;
-inline constexpr std::int64_t kMostCsvBytes = std::int64_t{1} << 30;      // 10 million rows of 100 bytes
-inline constexpr std::size_t kMostCsvErrors = 20;                          // of one file: a wrong column is wrong in every row
+inline constexpr std::int64_t kMostCsvBytes = std::int64_t{1} << 30;  // 10 million rows of 100 bytes
+inline constexpr std::size_t kMostCsvErrors = 20;                     // of one file: a wrong column is wrong in every row
 
 class CsvRows {
  public:
-  CsvRows(std::string_view text, std::string name, std::vector<Diagnostic>& errors) : text_(text), name_(std::move(name)), errors_(errors) {}
+  CsvRows(std::string_view text, std::string name, std::vector<Diagnostic>& errors)
+      : text_(text), name_(std::move(name)), errors_(errors) {}
 
   /// True if the first line is `header`; adds an error otherwise.
   bool header(std::string_view header);

@@ -1,9 +1,9 @@
 #include "document.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <tuple>
-
-#include <fmt/format.h>
 
 namespace evenstep::internal {
 
@@ -39,24 +39,36 @@ Value integer_value(std::int64_t integer, Place place) {
 
 std::string_view name_of(Value::Kind kind) {
   switch (kind) {
-    case Value::Kind::boolean: return "true or false";
-    case Value::Kind::integer: return "a whole number";
-    case Value::Kind::number: return "a number";
-    case Value::Kind::text: return "a string";
-    case Value::Kind::list: return "a list";
-    case Value::Kind::table: return "a table";
-    case Value::Kind::date: return "a date or time of day";
+    case Value::Kind::boolean:
+      return "true or false";
+    case Value::Kind::integer:
+      return "a whole number";
+    case Value::Kind::number:
+      return "a number";
+    case Value::Kind::text:
+      return "a string";
+    case Value::Kind::list:
+      return "a list";
+    case Value::Kind::table:
+      return "a table";
+    case Value::Kind::date:
+      return "a date or time of day";
   }
   return "";
 }
 
 std::string as_written(const Value& value) {
   switch (value.kind) {
-    case Value::Kind::boolean: return value.boolean ? "true" : "false";
-    case Value::Kind::integer: return std::to_string(value.integer);
-    case Value::Kind::number: return fmt::format("{}", value.number);
-    case Value::Kind::text: return fmt::format("\"{}\"", value.text);
-    default: return std::string(name_of(value.kind));
+    case Value::Kind::boolean:
+      return value.boolean ? "true" : "false";
+    case Value::Kind::integer:
+      return std::to_string(value.integer);
+    case Value::Kind::number:
+      return fmt::format("{}", value.number);
+    case Value::Kind::text:
+      return fmt::format("\"{}\"", value.text);
+    default:
+      return std::string(name_of(value.kind));
   }
 }
 

@@ -22,7 +22,7 @@ struct Value {
   double number = 0;
   std::string text;
   std::vector<Value> list;
-  std::vector<Entry> table;      ///< in the order of the file; names are unique
+  std::vector<Entry> table;  ///< in the order of the file; names are unique
   Place place;
 
   const Value* find(std::string_view key) const;
@@ -32,7 +32,7 @@ struct Value {
 
 struct Entry {
   std::string key;
-  Place place;                   ///< of the key
+  Place place;  ///< of the key
   Value value;
 };
 
@@ -45,7 +45,9 @@ std::string as_written(const Value& value);
 
 class Errors {
  public:
-  void add(const Place& place, std::string message) { list_.push_back({place.file, place.line, place.column, std::move(message)}); }
+  void add(const Place& place, std::string message) {
+    list_.push_back({place.file, place.line, place.column, std::move(message)});
+  }
   bool any() const { return !list_.empty(); }
   std::size_t count() const { return list_.size(); }
   /// By position; those of `first_file` first.

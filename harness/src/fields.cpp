@@ -1,10 +1,9 @@
 #include "fields.h"
 
-#include <cmath>
+#include <fmt/format.h>
 
 #include <algorithm>
-
-#include <fmt/format.h>
+#include <cmath>
 
 #include "units.h"
 
@@ -23,7 +22,9 @@ std::string with_unit(double number, const Field& field) {
   return unit.empty() ? fmt::format("{}", number) : fmt::format("{} {}", number, unit);
 }
 
-std::string_view article(std::string_view noun) { return std::string_view("aeiou").find(noun.front()) == std::string_view::npos ? "a" : "an"; }
+std::string_view article(std::string_view noun) {
+  return std::string_view("aeiou").find(noun.front()) == std::string_view::npos ? "a" : "an";
+}
 
 }  // namespace
 
@@ -53,7 +54,8 @@ std::string subtable(const Field& field) {
 std::string title(std::string_view table) {
   if (table.empty()) return "the top of the file";
   if (table.find('.') != std::string_view::npos) return std::string(table);
-  const auto named = std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table.empty() && f.key == table; });
+  const auto named =
+      std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table.empty() && f.key == table; });
   return named != fields().end() && named->shape == Shape::list ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
 }
 
@@ -69,18 +71,24 @@ std::string describe_forms(const Field& field) {
   if (field.forms & kFile) choices.emplace_back("a file");
   if (field.forms & (kDuration | kSpan)) choices.emplace_back("a time");
   if (field.forms & kRate) choices.emplace_back("a rate");
-  if (field.forms & kQuantity) choices.push_back(fmt::format("{} {}", article(info(field.dimension).name), info(field.dimension).name));
+  if (field.forms & kQuantity)
+    choices.push_back(fmt::format("{} {}", article(info(field.dimension).name), info(field.dimension).name));
   if (field.forms & kLognormal) choices.emplace_back("\"lognormal <ratio>\"");
   if (field.forms & kSmooth) choices.emplace_back("\"smooth <time>\"");
   if (field.forms & kLimit) choices.emplace_back("a limit");
   if (field.forms & kTable) choices.emplace_back("a table");
   std::string out;
-  for (std::size_t i = 0; i < choices.size(); ++i) out += (i == 0 ? "" : i + 1 == choices.size() ? " or " : ", ") + choices[i];
+  for (std::size_t i = 0; i < choices.size(); ++i)
+    out += (i == 0 ? "" : i + 1 == choices.size() ? " or " : ", ") + choices[i];
   switch (field.shape) {
-    case Shape::one: return out;
-    case Shape::list: return "a list, each " + out;
-    case Shape::one_or_list: return out + ", or a list of them";
-    case Shape::three: return "a list of three (x, y, z), each " + out;
+    case Shape::one:
+      return out;
+    case Shape::list:
+      return "a list, each " + out;
+    case Shape::one_or_list:
+      return out + ", or a list of them";
+    case Shape::three:
+      return "a list of three (x, y, z), each " + out;
   }
   return out;
 }

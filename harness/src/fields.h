@@ -16,18 +16,18 @@ namespace evenstep::internal {
 enum Form : std::uint32_t {
   kBoolean = 1 << 0,
   kInteger = 1 << 1,
-  kNumber = 1 << 2,        ///< plain, no unit
+  kNumber = 1 << 2,  ///< plain, no unit
   kText = 1 << 3,
-  kFile = 1 << 4,          ///< relative to the file that names it
-  kWord = 1 << 5,          ///< one of Field::words
+  kFile = 1 << 4,  ///< relative to the file that names it
+  kWord = 1 << 5,  ///< one of Field::words
   kDuration = 1 << 6,
-  kSpan = 1 << 7,          ///< a duration, or in the nominal units of [timing]: "8 segments"
+  kSpan = 1 << 7,  ///< a duration, or in the nominal units of [timing]: "8 segments"
   kRate = 1 << 8,
-  kQuantity = 1 << 9,      ///< SI, of Field::dimension
-  kLognormal = 1 << 10,    ///< "lognormal 10 %"
-  kSmooth = 1 << 11,       ///< "smooth 0.2 s"
-  kLimit = 1 << 12,        ///< "4 step", "12 ms", 0
-  kTable = 1 << 13,        ///< the fields of "<table>.<key>"
+  kQuantity = 1 << 9,    ///< SI, of Field::dimension
+  kLognormal = 1 << 10,  ///< "lognormal 10 %"
+  kSmooth = 1 << 11,     ///< "smooth 0.2 s"
+  kLimit = 1 << 12,      ///< "4 step", "12 ms", 0
+  kTable = 1 << 13,      ///< the fields of "<table>.<key>"
 };
 
 enum class Shape { one, list, one_or_list, three };
@@ -40,23 +40,23 @@ struct Range {
 };
 
 struct Field {
-  std::string_view table;              ///< "" the top, "timing", "device.motion"
+  std::string_view table;  ///< "" the top, "timing", "device.motion"
   std::string_view key;
   std::uint32_t forms = 0;
   Shape shape = Shape::one;
   std::string_view default_toml = "";  ///< as written in a file; empty: none
   std::string_view meaning;
-  std::string_view words = "";         ///< "fill|real"
-  std::string_view kinds = "";         ///< the key exists only where `kind` of its table is one of these: "sine|still";
-                                       ///< [timing] without a trace is of the kind "programmed"
+  std::string_view words = "";  ///< "fill|real"
+  std::string_view kinds = "";  ///< the key exists only where `kind` of its table is one of these: "sine|still";
+                                ///< [timing] without a trace is of the kind "programmed"
   bool required = false;
   Dimension dimension = Dimension::none;
   Range range = {};
-  std::string_view example = "";       ///< a value in TOML; empty: the default, or the example of its dimension
+  std::string_view example = "";  ///< a value in TOML; empty: the default, or the example of its dimension
 };
 
 const std::vector<Field>& fields();
-std::vector<std::string_view> split_words(std::string_view words);      // at '|'
+std::vector<std::string_view> split_words(std::string_view words);  // at '|'
 /// The tables in the order of the field table: "", "run", "timing" …
 std::vector<std::string_view> tables();
 /// The table that a kTable field holds: "timing.jitter"; [[expect_append]] holds the same as [[expect]].

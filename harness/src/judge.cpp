@@ -49,7 +49,7 @@ const Limit& any_limit(const Expectation& expectation) { return expectation.max 
 
 Verdict verdict_of(const ExpectationResult& result) {
   const bool holds = (!result.min || *result.value >= *result.min) && (!result.max || *result.value <= *result.max);
-  return holds != result.expect_fail ? Verdict::pass : Verdict::fail;   // NaN holds nothing
+  return holds != result.expect_fail ? Verdict::pass : Verdict::fail;
 }
 
 ExpectationResult start(const Expectation& expectation) {
@@ -84,13 +84,18 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
     return result;
   }
   result.value = base_value / shown.value;
+  if (std::isnan(base_value)) {
+    result.verdict = Verdict::error;
+    result.detail = "the value is not a number: too few samples, or the data is not finite";
+    return result;
+  }
   result.verdict = verdict_of(result);
   return result;
 }
 
 /// How far from failing, relative to the limit; the smallest is the worst of a `*`.
 double margin(const ExpectationResult& result) {
-  if (result.verdict == Verdict::error || !result.value) return -INFINITY;
+  if (result.verdict == Verdict::error || !result.value || std::isnan(*result.value)) return -INFINITY;
   double least = INFINITY;
   if (result.max) least = std::min(least, (*result.max - *result.value) / std::max(std::abs(*result.max), 1e-300));
   if (result.min) least = std::min(least, (*result.value - *result.min) / std::max(std::abs(*result.min), 1e-300));

@@ -1,9 +1,9 @@
 #include "load.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
-
-#include <fmt/format.h>
 
 #include "text_file.h"
 
@@ -59,7 +59,8 @@ bool format_is_known(const Value& document, const std::string& path, Errors& err
     return false;
   }
   if (!format->is(Value::Kind::integer) || format->integer != kScenarioFormat) {
-    errors.add(format->place, fmt::format("format = {} is not known to this version, which reads format = {}", as_written(*format), kScenarioFormat));
+    errors.add(format->place, fmt::format("format = {} is not known to this version, which reads format = {}",
+                                          as_written(*format), kScenarioFormat));
     return false;
   }
   return true;
@@ -70,7 +71,9 @@ std::string same_file_key(const std::string& path) {
   return std::filesystem::weakly_canonical(path, ignored).string();
 }
 
-struct Step { std::string path, key; };
+struct Step {
+  std::string path, key;
+};
 
 Value load(const std::string& path, const Place& named_at, std::vector<Step>& chain, Errors& errors);
 
@@ -79,8 +82,8 @@ Value load_bases(Value& document, std::vector<Step>& chain, Errors& errors) {
   Value merged;
   if (document.find("extends") == nullptr) return merged;
   const Value extends = take(document, "extends");
-  const bool texts = extends.is(Value::Kind::list) &&
-                     std::all_of(extends.list.begin(), extends.list.end(), [](const Value& v) { return v.is(Value::Kind::text); });
+  const bool texts = extends.is(Value::Kind::list) && std::all_of(extends.list.begin(), extends.list.end(),
+                                                                  [](const Value& v) { return v.is(Value::Kind::text); });
   if (!texts) {
     errors.add(extends.place, "'extends' must be a list of files, such as [\"base.toml\"]");
     return merged;
@@ -116,7 +119,8 @@ Value load(const std::string& path, const Place& named_at, std::vector<Step>& ch
   chain.pop_back();
   Value more;
   more.place = document.place;
-  if (document.find("expect_append") != nullptr) more.table.push_back({"expect_append", document.place, take(document, "expect_append")});
+  if (document.find("expect_append") != nullptr)
+    more.table.push_back({"expect_append", document.place, take(document, "expect_append")});
   merge(merged, std::move(document));
   merge(merged, std::move(more));
   append_expectations(merged, errors);
@@ -132,7 +136,7 @@ Value load_document(const std::string& path, Errors& errors) {
 
 std::string path_from(const Value& path) {
   namespace fs = std::filesystem;
-  if (path.place.line == 0) return path.text;      // written on the command line
+  if (path.place.line == 0) return path.text;  // written on the command line
   return (fs::path(path.place.file).parent_path() / path.text).lexically_normal().string();
 }
 

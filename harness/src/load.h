@@ -10,14 +10,14 @@
 namespace evenstep::internal {
 
 inline constexpr std::int64_t kScenarioFormat = 1;
-inline constexpr std::int64_t kMostScenarioBytes = 1 << 20;      // the largest of ours has 10 kB
+inline constexpr std::int64_t kMostScenarioBytes = 1 << 20;  // the largest of ours has 10 kB
 inline constexpr std::size_t kMostExtendsDepth = 16;
 
 /// Base tables first, in the order of `extends`; a later one wins. Tables merge key by key, lists replace.
 Value load_document(const std::string& path, Errors& errors);
 
-/// "timing.visualization=22.2 ms", "device.0.rate=500 Hz", "device.left.rate=500 Hz" (by name). The place of the value is the
-/// assignment itself.
+/// "timing.visualization=22.2 ms", "device.0.rate=500 Hz", "device.left.rate=500 Hz" (by name). The place of the value is
+/// the assignment itself.
 void apply_override(Value& document, const std::string& assignment, Errors& errors);
 
 /// A path in a scenario counts from the file that names it, one on the command line from the working directory.

@@ -1,9 +1,9 @@
 #include "motion_csv.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
-
-#include <fmt/format.h>
 
 #include "csv_rows.h"
 #include "text_file.h"
@@ -12,7 +12,7 @@ namespace evenstep::internal {
 namespace {
 
 constexpr double kMost_s = 1e6;
-constexpr double kMost_m = 1e3;      // no hand; a file in mm is found out
+constexpr double kMost_m = 1e3;  // no hand; a file in mm is found out
 
 /// A finite number within +-most.
 bool number(CsvRows& rows, std::size_t index, double most, double& value) {
@@ -34,7 +34,8 @@ void read_row(CsvRows& rows, std::vector<std::pair<RealTime, glm::dvec3>>& out) 
     if (!number(rows, static_cast<std::size_t>(axis) + 1, kMost_m, position[axis])) return;
   }
   const RealTime time = time_of(t_s);
-  if (!out.empty() && time <= out.back().first) return rows.error(0, fmt::format("{} s is not later than the row before, by 1 ns or more", rows.cell(0)));
+  if (!out.empty() && time <= out.back().first)
+    return rows.error(0, fmt::format("{} s is not later than the row before, by 1 ns or more", rows.cell(0)));
   out.emplace_back(time, position);
 }
 

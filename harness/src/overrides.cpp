@@ -1,7 +1,7 @@
 // --set path=value
-#include <charconv>
-
 #include <fmt/format.h>
+
+#include <charconv>
 
 #include "load.h"
 
@@ -24,7 +24,8 @@ Value* element(Value& list, std::string_view which, const Place& place, Errors& 
     if (name->text == which) return &candidate;
     names += (names.empty() ? "" : ", ") + name->text;
   }
-  errors.add(place, fmt::format("there is no element named '{}'; write an index from 0{}{}", which, names.empty() ? "" : " or one of: ", names));
+  errors.add(place, fmt::format("there is no element named '{}'; write an index from 0{}{}", which,
+                                names.empty() ? "" : " or one of: ", names));
   return nullptr;
 }
 

@@ -13,7 +13,7 @@ using internal::Unit;
 using internal::UnitKind;
 
 constexpr __int128 kNsPerSecond = 1'000'000'000;
-constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;      // 1e6 s: the sum of a few stays far inside int64
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s: the sum of a few stays far inside int64
 
 __int128 power_of_ten(int exponent) {
   __int128 power = 1;
@@ -23,22 +23,30 @@ __int128 power_of_ten(int exponent) {
 
 const Duration* nominal_length(const NominalUnits& nominal, UnitKind kind) {
   switch (kind) {
-    case UnitKind::segment: return &nominal.segment;
-    case UnitKind::visualization: return &nominal.visualization;
-    case UnitKind::slot: return &nominal.slot;
-    case UnitKind::step_run_time: return &nominal.step_run_time;
-    case UnitKind::plain: break;
+    case UnitKind::segment:
+      return &nominal.segment;
+    case UnitKind::visualization:
+      return &nominal.visualization;
+    case UnitKind::slot:
+      return &nominal.slot;
+    case UnitKind::step_run_time:
+      return &nominal.step_run_time;
+    case UnitKind::plain:
+      break;
   }
   return nullptr;
 }
 
 /// number * unit_ns, floored; `exact` is false if something was cut off. |result| is limited to a little over 1e6 s.
-struct WholeNs { std::int64_t ns = 0; bool exact = true; };
+struct WholeNs {
+  std::int64_t ns = 0;
+  bool exact = true;
+};
 WholeNs whole_ns(Decimal number, __int128 unit_ns) {
   constexpr std::int64_t kTooLong = kLongest_ns + 1;
   const bool negative = number.mantissa < 0;
   if (number.mantissa == 0 || unit_ns == 0) return {};
-  if (number.exponent > 15) return {negative ? -kTooLong : kTooLong};       // >= 1e16 units of at least 1 ns
+  if (number.exponent > 15) return {negative ? -kTooLong : kTooLong};  // >= 1e16 units of at least 1 ns
   // |mantissa| < 1e18 and unit_ns <= 3.6e12 (an hour): the product stays below 3.6e30 < 2^127.
   __int128 product = static_cast<__int128>(number.mantissa) * unit_ns;
   WholeNs out;
@@ -59,7 +67,8 @@ WholeNs whole_ns(Decimal number, __int128 unit_ns) {
 /// The unit of `wanted`, or the error.
 Parsed<const Unit*> unit_of(const internal::NumberAndUnit& split, std::string_view text, Dimension wanted) {
   const internal::DimensionInfo& dimension = internal::info(wanted);
-  if (!split.error.empty()) return {nullptr, fmt::format("{}; write a {} such as \"{}\"", split.error, dimension.name, dimension.example)};
+  if (!split.error.empty())
+    return {nullptr, fmt::format("{}; write a {} such as \"{}\"", split.error, dimension.name, dimension.example)};
   if (split.unit.empty()) {
     return {nullptr, fmt::format("'{}' has no unit; write a {} such as \"{}\"", text, dimension.name, dimension.example)};
   }
@@ -81,15 +90,17 @@ Parsed<Duration> parse_duration(std::string_view text, const NominalUnits& nomin
 
   WholeNs value;
   if (const Duration* length = nominal_length(nominal, unit.value->kind)) {
-    if (!nominal.known) return {{}, fmt::format("'{}' is not known here: [timing] itself defines it; write the time in ms", split.unit)};
-    value = whole_ns(split.number, length->ns);      // nominal times are floors themselves: a floor, not an error
+    if (!nominal.known)
+      return {{}, fmt::format("'{}' is not known here: [timing] itself defines it; write the time in ms", split.unit)};
+    value = whole_ns(split.number, length->ns);  // nominal times are floors themselves: a floor, not an error
   } else {
     Decimal number = split.number;
     number.exponent += unit.value->exponent;
     value = whole_ns(number, unit.value->scale * kNsPerSecond);
     if (!value.exact) return {{}, fmt::format("'{}' is finer than 1 ns, the resolution of time here", text)};
   }
-  if (value.ns > kLongest_ns || value.ns < -kLongest_ns) return {{}, fmt::format("'{}' is longer than 1e6 s, the longest time here", text)};
+  if (value.ns > kLongest_ns || value.ns < -kLongest_ns)
+    return {{}, fmt::format("'{}' is longer than 1e6 s, the longest time here", text)};
   return {Duration{value.ns}, {}};
 }
 
@@ -124,7 +135,8 @@ Parsed<double> parse_si(std::string_view text, Dimension dimension) {
   }
   const Parsed<const Unit*> unit = unit_of(split, text, dimension);
   if (!unit.ok()) return {{}, unit.error};
-  if (unit.value->kind != UnitKind::plain) return {{}, fmt::format("'{}' is a nominal time; write the time in ms", split.unit)};
+  if (unit.value->kind != UnitKind::plain)
+    return {{}, fmt::format("'{}' is a nominal time; write the time in ms", split.unit)};
   const Decimal scaled{split.number.mantissa, split.number.exponent + unit.value->exponent};
   return {internal::to_double(scaled) * static_cast<double>(unit.value->scale), {}};
 }
@@ -148,10 +160,13 @@ Parsed<double> unit_factor(std::string_view unit, std::string_view base, double 
   }
   if (unit == "step") {
     if (base != "m" && base != "N") return {{}, fmt::format("'step' measures a length or a force, not '{}'", base)};
-    if (!(step_value > 0)) return {{}, "'step' has no value here: it needs a motion with a nominal speed (and, for force, a stiffness)"};
+    if (!(step_value > 0))
+      return {{}, "'step' has no value here: it needs a motion with a nominal speed (and, for force, a stiffness)"};
     return {step_value, {}};
   }
-  const Dimension wanted = base == "1" ? Dimension::ratio : internal::info_of_base(base) ? internal::info_of_base(base)->dimension : Dimension::none;
+  const Dimension wanted = base == "1"                    ? Dimension::ratio
+                           : internal::info_of_base(base) ? internal::info_of_base(base)->dimension
+                                                          : Dimension::none;
   const Unit* found = internal::find_unit(unit);
   if (found == nullptr || found->dimension != wanted) return {{}, internal::not_a_unit(unit, wanted)};
   if (const Duration* length = nominal_length(nominal, found->kind)) {

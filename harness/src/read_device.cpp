@@ -1,7 +1,7 @@
 // [[device]]
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "load.h"
 #include "motion_csv.h"
@@ -19,10 +19,12 @@ bool proper_name(const std::string& name) {
 void check_name(const Table& device, const std::vector<DeviceSpec>& earlier, Errors& errors) {
   const std::string name = device.text("name");
   if (!proper_name(name)) {
-    errors.add(device.place("name"), fmt::format("'name': \"{}\" must be letters, digits, _ and - (it is a part of signal names)", name));
+    errors.add(device.place("name"),
+               fmt::format("'name': \"{}\" must be letters, digits, _ and - (it is a part of signal names)", name));
   }
   for (const char* taken : {"run", "solver", "events", "closed_loop"}) {
-    if (name == taken) errors.add(device.place("name"), fmt::format("'name': \"{}\" is a signal of its own; choose another name", name));
+    if (name == taken)
+      errors.add(device.place("name"), fmt::format("'name': \"{}\" is a signal of its own; choose another name", name));
   }
   if (std::any_of(earlier.begin(), earlier.end(), [&](const DeviceSpec& d) { return d.name == name; })) {
     errors.add(device.place("name"), fmt::format("'name': there is a device \"{}\" already", name));
@@ -49,10 +51,11 @@ Motion read_shape(const ScenarioReading& reading, const Table& motion) {
   if (kind == "recorded") return read_recorded(motion, reading.errors);
   const ConstantVelocity ramp{motion.vector("velocity"), motion.smooth("start")};
   if (kind == "constant-velocity") return ramp;
-  if (!reading.scenario.nominal.known) return Still{};      // [timing] is faulty: 'stop' may need its units
+  if (!reading.scenario.nominal.known) return Still{};  // [timing] is faulty: 'stop' may need its units
   const Duration stop = motion.span("stop", reading.scenario.nominal, reading.errors);
   if (stop < ramp.smooth_start) {
-    reading.errors.add(motion.place("stop"), fmt::format("'stop': {} is within the smooth start of {}; stop later", in_ms(stop), in_ms(ramp.smooth_start)));
+    reading.errors.add(motion.place("stop"), fmt::format("'stop': {} is within the smooth start of {}; stop later",
+                                                         in_ms(stop), in_ms(ramp.smooth_start)));
   }
   return RampStop{ramp, RealTime{stop.ns}};
 }
@@ -71,7 +74,8 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   spec.rate = device.rate("rate");
   spec.phase = device.span("phase", reading.scenario.nominal, reading.errors);
   if (spec.phase >= period_ceil(spec.rate)) {
-    reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest", in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
+    reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest",
+                                                          in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
   }
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
   spec.motion = read_motion(reading, device);

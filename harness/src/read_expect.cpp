@@ -1,7 +1,7 @@
 // [[expect]] and [expect_stop]
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "sections.h"
 #include "suggest.h"
@@ -13,7 +13,7 @@ namespace {
 /// What signals may name. Read leniently, so that a mistake in [[device]] does not make every signal unknown.
 struct Names {
   std::vector<std::string_view> devices, strategies;
-  bool certain = true;      ///< nothing faulty: a name that is not here does not exist
+  bool certain = true;  ///< nothing faulty: a name that is not here does not exist
 };
 
 Names collect_names(const ScenarioReading& reading) {
@@ -62,8 +62,11 @@ std::string signal_error(std::string_view signal, const Names& names) {
     error = unknown_part("device", parts[0], names.devices);
     if (error.empty()) error = unknown_part("strategy", parts[2], names.strategies);
   } else {
-    return fmt::format("'{}' is not a signal; write <device>.interaction.<strategy>, <device>.force.<strategy>, <device>.buffers.<strategy>, "
-                       "solver.<strategy>, events.<lane>.<name> or run", signal);
+    return fmt::format(
+        "'{}' is not a signal; write <device>.interaction.<strategy>, <device>.force.<strategy>, "
+        "<device>.buffers.<strategy>, "
+        "solver.<strategy>, events.<lane>.<name> or run",
+        signal);
   }
   return names.certain ? error : "";
 }
@@ -81,7 +84,8 @@ bool contradict(const Limit& min, const Limit& max, const NominalUnits& nominal)
   const Unit* max_unit = find_unit(max.unit);
   if (min_unit == nullptr || max_unit == nullptr || min_unit->dimension != max_unit->dimension) return false;
   const std::string_view base = info(min_unit->dimension).base;
-  const Parsed<double> min_factor = unit_factor(min.unit, base, 0, nominal), max_factor = unit_factor(max.unit, base, 0, nominal);
+  const Parsed<double> min_factor = unit_factor(min.unit, base, 0, nominal),
+                       max_factor = unit_factor(max.unit, base, 0, nominal);
   return min_factor.ok() && max_factor.ok() && min.number * min_factor.value > max.number * max_factor.value;
 }
 
@@ -96,8 +100,9 @@ void read_limits(const Table& expect, Expectation& expectation, const NominalUni
   if (expect.has("min")) expectation.min = read_limit(expect, "min");
   if (expect.has("max")) expectation.max = read_limit(expect, "max");
   if (expectation.min && expectation.max && contradict(*expectation.min, *expectation.max, nominal)) {
-    errors.add(expect.place("min"), fmt::format("'min': {} {} is above max, {} {}; nothing can hold", expectation.min->number, expectation.min->unit,
-                                                expectation.max->number, expectation.max->unit));
+    errors.add(expect.place("min"),
+               fmt::format("'min': {} {} is above max, {} {}; nothing can hold", expectation.min->number,
+                           expectation.min->unit, expectation.max->number, expectation.max->unit));
   }
 }
 
@@ -111,7 +116,8 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   expectation.expect_fail = expect.boolean("expect_fail");
   const std::string error = signal_error(expectation.signal, names);
   if (!error.empty()) reading.errors.add(expect.place("signal"), fmt::format("'signal': {}", error));
-  if (expectation.metric.empty()) reading.errors.add(expect.place("metric"), "'metric' is empty; name a number of docs/metrics.md");
+  if (expectation.metric.empty())
+    reading.errors.add(expect.place("metric"), "'metric' is empty; name a number of docs/metrics.md");
   read_limits(expect, expectation, reading.scenario.nominal, reading.errors);
   // Energy costs a pass over all springs per step, so the scene computes it only where it is asked for.
   if (expectation.metric.starts_with("energy_")) reading.scenario.scene.needs_energy = true;

@@ -13,19 +13,22 @@ void read_lattice(const Table& scene, TissueScene& tissue, Errors& errors) {
   std::int64_t sites = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     tissue.lattice[axis] = static_cast<int>(lattice.list[axis].integer);
-    sites *= tissue.lattice[axis];      // at most 1e12
+    sites *= tissue.lattice[axis];  // at most 1e12
   }
   tissue.particle_count = scene.has("particles") ? scene.integer("particles") : sites;
   const std::int64_t layer = std::int64_t{tissue.lattice[0]} * tissue.lattice[1];
   constexpr std::int64_t kMostParticles = 100'000'000;
   if (tissue.particle_count > sites) {
-    errors.add(scene.place("particles"), fmt::format("'particles': {} do not fit the {} sites of the lattice; write at most {}, or a larger lattice",
-                                                     tissue.particle_count, sites, sites));
+    errors.add(scene.place("particles"),
+               fmt::format("'particles': {} do not fit the {} sites of the lattice; write at most {}, or a larger lattice",
+                           tissue.particle_count, sites, sites));
   } else if (tissue.particle_count <= sites - layer) {
-    errors.add(scene.place("particles"), fmt::format("'particles': {} of {} sites would cut more than the top layer of {}; write a smaller lattice",
-                                                     tissue.particle_count, sites, layer));
+    errors.add(scene.place("particles"),
+               fmt::format("'particles': {} of {} sites would cut more than the top layer of {}; write a smaller lattice",
+                           tissue.particle_count, sites, layer));
   } else if (tissue.particle_count > kMostParticles) {
-    errors.add(scene.place("lattice"), fmt::format("'lattice': {} particles are more than the limit of {}", tissue.particle_count, kMostParticles));
+    errors.add(scene.place("lattice"),
+               fmt::format("'lattice': {} particles are more than the limit of {}", tissue.particle_count, kMostParticles));
   }
 }
 
@@ -49,12 +52,16 @@ void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
   for (const Value& value : devices->list) {
     const Table device(&value, "device", value.place);
     if (tissue == nullptr) {
-      if (device.has("grab")) reading.errors.add(device.place("grab"), "'grab' means nothing with a spring; remove it, or write kind = \"tissue\"");
+      if (device.has("grab"))
+        reading.errors.add(device.place("grab"),
+                           "'grab' means nothing with a spring; remove it, or write kind = \"tissue\"");
       continue;
     }
     if (!device.has("grab")) {
-      reading.errors.add(value.place, "[[device]] has no 'grab', which kind = \"tissue\" needs; write grab = { center = [\"65 mm\", \"65 mm\", "
-                                      "\"135 mm\"], radius = \"6 mm\" }");
+      reading.errors.add(
+          value.place,
+          "[[device]] has no 'grab', which kind = \"tissue\" needs; write grab = { center = [\"65 mm\", \"65 mm\", "
+          "\"135 mm\"], radius = \"6 mm\" }");
       continue;
     }
     const Table grab = device.table("grab");
@@ -76,7 +83,9 @@ void read_scene(ScenarioReading& reading) {
   const Table table = reading.section("scene");
   Scene& scene = reading.scenario.scene;
   const std::string solver = table.text("solver");
-  reading.scenario.solver = solver == "opencl" ? SolverKind::opencl : solver == "cpu" ? SolverKind::cpu_float : SolverKind::cpu_double;
+  reading.scenario.solver = solver == "opencl" ? SolverKind::opencl
+                            : solver == "cpu"  ? SolverKind::cpu_float
+                                               : SolverKind::cpu_double;
   scene.step_rate = read_step_rate(table, scene.step_rate);
   scene.tool_count = static_cast<int>(reading.scenario.devices.size());
   if (table.text("kind") == "spring") {

@@ -1,7 +1,7 @@
 // [timing]
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "evenstep/harness/timing_csv.h"
 #include "load.h"
@@ -12,7 +12,9 @@ namespace evenstep::internal {
 namespace {
 
 constexpr __int128 kNsPerSecond = 1'000'000'000;
-constexpr Duration kShortestSegment{10'000};      // with at most 1e9 steps in a list every product below stays in 128 bits
+// From 10 us, every product below stays in 128 bits (at most 1e9 steps in a list); up to 9 s, a whole number of ns is an
+// exact rate (kMostRateDen).
+constexpr Duration kShortestSegment{10'000}, kLongestSegment{kMostRateDen};
 constexpr std::size_t kMostStepCounts = 1000;
 
 Duration floor_ns(__int128 num, __int128 den) { return {static_cast<std::int64_t>(num / den)}; }
@@ -51,7 +53,8 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
     }
   }
   if (!csv.errors.empty()) return;
-  const bool any_step = std::any_of(csv.segments.begin(), csv.segments.end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
+  const bool any_step =
+      std::any_of(csv.segments.begin(), csv.segments.end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
   if (!any_step || csv.segments.back().end.ns <= 0) {
     reading.errors.add(path.place, fmt::format("'trace': '{}' holds no step, so there is nothing to run", spec.trace_file));
     return;
@@ -83,7 +86,8 @@ Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& er
   programmed.steps.clear();
   if (steps.is(Value::Kind::integer)) programmed.steps.push_back(static_cast<int>(steps.integer));
   for (const Value& count : steps.list) programmed.steps.push_back(static_cast<int>(count.integer));
-  if (programmed.steps.size() > kMostStepCounts) errors.add(steps.place, fmt::format("'steps' lists more than {} values", kMostStepCounts));
+  if (programmed.steps.size() > kMostStepCounts)
+    errors.add(steps.place, fmt::format("'steps' lists more than {} values", kMostStepCounts));
   for (const int count : programmed.steps) shares.sum += count;
   shares.count = static_cast<__int128>(programmed.steps.size());
   shares.visualization = timing.duration("visualization");
@@ -94,15 +98,31 @@ Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& er
 bool read_segment(const Table& timing, Shares& shares, Errors& errors) {
   const std::string text = timing.text("segment");
   const Parsed<Rate> rate = parse_rate(text);
-  shares.segment = rate.ok() ? rate.value : reduced_rate(kNsPerSecond, parse_duration(text).value.ns);
-  if (shares.segment_length() >= kShortestSegment && shares.segment_length() <= Duration{1'000'000'000'000'000}) return true;
-  errors.add(timing.place("segment"), fmt::format("'segment': \"{}\" is out of range; it must be between 10 us and 1e6 s", text));
-  return false;
+  const Duration length = rate.ok() ? Duration{instant_ns(rate.value, 1)} : parse_duration(text).value;
+  if (length < kShortestSegment || length > kLongestSegment) {
+    errors.add(timing.place("segment"),
+               fmt::format("'segment': \"{}\" is out of range; it must be between 10 us and 9 s", text));
+    return false;
+  }
+  shares.segment = rate.ok() ? rate.value : reduced_rate(kNsPerSecond, length.ns);
+  return true;
+}
+
+/// Without a segment: T = V + mean N * s.
+bool join_segment(const Table& timing, Shares& shares, Duration step, Errors& errors) {
+  const __int128 length_ns = shares.used(step) / shares.count;
+  if (length_ns < kShortestSegment.ns || length_ns > kLongestSegment.ns) {
+    errors.add(timing.place("step"), "'step': V + N s is out of range; it must be between 10 us and 9 s");
+    return false;
+  }
+  shares.segment = reduced_rate(kNsPerSecond * shares.count, shares.used(step));
+  return true;
 }
 
 /// s = (T - V) / mean N.
 Duration fill(const Table& timing, const Shares& shares, Errors& errors) {
-  const std::string lengths = fmt::format("V = {} of a segment of T = {}", in_ms(shares.visualization), in_ms(shares.segment_length()));
+  const std::string lengths =
+      fmt::format("V = {} of a segment of T = {}", in_ms(shares.visualization), in_ms(shares.segment_length()));
   if (!shares.fits({0}) || shares.filled_step().ns < 1) {
     errors.add(timing.place("visualization"),
                fmt::format("'visualization': {} leaves no time for steps; make it shorter, or the segment longer", lengths));
@@ -114,11 +134,13 @@ Duration fill(const Table& timing, const Shares& shares, Errors& errors) {
 void check_fixed_step(const Table& timing, const Shares& shares, Duration step, Errors& errors) {
   if (shares.fits(step)) return;
   if (step > shares.segment_length()) {
-    errors.add(timing.place("step"), fmt::format("'step': {} is longer than the segment of {}", in_ms(step), in_ms(shares.segment_length())));
+    errors.add(timing.place("step"),
+               fmt::format("'step': {} is longer than the segment of {}", in_ms(step), in_ms(shares.segment_length())));
     return;
   }
   errors.add(timing.place("step"),
-             fmt::format("'step': V + N s = {} is longer than the segment of {}; write step = \"fill\", fewer steps, or leave 'segment' out",
+             fmt::format("'step': V + N s = {} is longer than the segment of {}; write step = \"fill\", fewer steps, or "
+                         "leave 'segment' out",
                          in_ms(floor_ns(shares.used(step), shares.count)), in_ms(shares.segment_length())));
 }
 
@@ -136,14 +158,13 @@ void read_programmed(ScenarioReading& reading, const Table& timing) {
   if (spec.paced_by_segment) {
     if (!read_segment(timing, shares, errors)) return;
   } else if (programmed.step) {
-    shares.segment = reduced_rate(kNsPerSecond * shares.count, shares.used(*programmed.step));
+    if (!join_segment(timing, shares, *programmed.step, errors)) return;
   } else {
-    errors.add(timing.place("segment"), fmt::format("[timing] has no 'segment', which step = \"{}\" needs; write segment = \"30 Hz\"", step_text));
+    errors.add(timing.place("segment"),
+               fmt::format("[timing] has no 'segment', which step = \"{}\" needs; write segment = \"30 Hz\"", step_text));
     return;
   }
-  if (programmed.step) {
-    if (spec.paced_by_segment) check_fixed_step(timing, shares, *programmed.step, errors);
-  }
+  if (programmed.step && spec.paced_by_segment) check_fixed_step(timing, shares, *programmed.step, errors);
   const Duration step = programmed.step ? *programmed.step : fill(timing, shares, errors);
   if (errors.count() > errors_before) return;
 

@@ -1,7 +1,7 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
-
-#include <fmt/format.h>
 
 #include "load.h"
 #include "sections.h"
@@ -21,7 +21,8 @@ void read_strategies(ScenarioReading& reading) {
   if (!reading.sound("run")) return;
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
-  constexpr StrategyKind kAll[] = {StrategyKind::ideal, StrategyKind::direct, StrategyKind::paper, StrategyKind::phase_locked};
+  constexpr StrategyKind kAll[] = {StrategyKind::ideal, StrategyKind::direct, StrategyKind::paper,
+                                   StrategyKind::phase_locked};
   const auto kind_named = [&](const std::string& name) {
     StrategyKind found = StrategyKind::ideal;
     for (const StrategyKind kind : kAll) {
@@ -52,7 +53,9 @@ void read_run(ScenarioReading& reading) {
   if (run.has("duration")) {
     scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);
     if (has_trace && scenario.run_duration > trace_length) {
-      reading.errors.add(run.place("duration"), fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out", in_ms(trace_length)));
+      reading.errors.add(run.place("duration"),
+                         fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out",
+                                     in_ms(trace_length)));
     }
   } else if (has_trace) {
     scenario.run_duration = trace_length;
@@ -62,7 +65,8 @@ void read_run(ScenarioReading& reading) {
   }
   scenario.warmup = run.span("warmup", scenario.nominal, reading.errors);
   if (scenario.nominal.known && scenario.warmup >= scenario.run_duration) {
-    reading.errors.add(run.place("warmup"), fmt::format("'warmup': {} of {} leave nothing to judge", in_ms(scenario.warmup), in_ms(scenario.run_duration)));
+    reading.errors.add(run.place("warmup"), fmt::format("'warmup': {} of {} leave nothing to judge", in_ms(scenario.warmup),
+                                                        in_ms(scenario.run_duration)));
   }
 }
 
@@ -136,10 +140,14 @@ void read_sections(ScenarioReading& reading) {
 
 const char* name_of(StrategyKind kind) {
   switch (kind) {
-    case StrategyKind::ideal: return "ideal";
-    case StrategyKind::direct: return "direct";
-    case StrategyKind::paper: return "paper";
-    case StrategyKind::phase_locked: return "phase_locked";
+    case StrategyKind::ideal:
+      return "ideal";
+    case StrategyKind::direct:
+      return "direct";
+    case StrategyKind::paper:
+      return "paper";
+    case StrategyKind::phase_locked:
+      return "phase_locked";
   }
   return "";
 }

@@ -1,9 +1,8 @@
 // JSON Schema for editors, from the field table. Draft-04: the newest that Taplo reads.
-#include <cmath>
+#include <fmt/format.h>
 
 #include <algorithm>
-
-#include <fmt/format.h>
+#include <cmath>
 
 #include "evenstep/harness/scenario.h"
 #include "fields.h"
@@ -27,7 +26,8 @@ std::string quoted(std::string_view text) {
 std::string unit_pattern(const Field& field) {
   std::vector<std::string> names;
   for (const Unit& unit : units()) {
-    const bool time = (field.forms & (kDuration | kSpan)) && unit.dimension == Dimension::time && (unit.kind == UnitKind::plain || (field.forms & kSpan));
+    const bool time = (field.forms & (kDuration | kSpan)) && unit.dimension == Dimension::time &&
+                      (unit.kind == UnitKind::plain || (field.forms & kSpan));
     const bool rate = (field.forms & kRate) && unit.dimension == Dimension::rate;
     const bool quantity = (field.forms & kQuantity) && unit.dimension == field.dimension;
     const bool limit = (field.forms & kLimit) != 0;
@@ -35,7 +35,8 @@ std::string unit_pattern(const Field& field) {
   }
   if (field.forms & kLimit) names.emplace_back("steps?");
   const bool bare = field.forms & kLimit;
-  return fmt::format("^[+-]?[0-9.]+([eE][+-]?[0-9]+)?{} *({}){}$", field.forms & kRate ? "(/[0-9.]+)?" : "", fmt::join(names, "|"), bare ? "?" : "");
+  return fmt::format("^[+-]?[0-9.]+([eE][+-]?[0-9]+)?{} *({}){}$", field.forms & kRate ? "(/[0-9.]+)?" : "",
+                     fmt::join(names, "|"), bare ? "?" : "");
 }
 
 std::string numeric(const Field& field, std::string_view type) {
@@ -62,7 +63,8 @@ std::vector<std::string> alternatives(const Field& field) {
   if (field.forms & kLimit) out.emplace_back("{\"type\": \"number\"}");
   if (field.forms & (kText | kFile)) out.emplace_back("{\"type\": \"string\"}");
   if (field.forms & kLognormal) out.emplace_back("{\"type\": \"string\", \"pattern\": \"^lognormal [0-9.]+ *%$\"}");
-  if (field.forms & kSmooth) out.emplace_back("{\"type\": \"string\", \"pattern\": \"^smooth [0-9.]+ *(ns|us|ms|s|min|h)$\"}");
+  if (field.forms & kSmooth)
+    out.emplace_back("{\"type\": \"string\", \"pattern\": \"^smooth [0-9.]+ *(ns|us|ms|s|min|h)$\"}");
   if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) {
     out.push_back(fmt::format("{{\"type\": \"string\", \"pattern\": {}}}", quoted(unit_pattern(field))));
   }
@@ -77,10 +79,14 @@ std::string any_of(const std::vector<std::string>& choices) {
 std::string shaped(const Field& field) {
   const std::string one = any_of(alternatives(field));
   switch (field.shape) {
-    case Shape::one: return one;
-    case Shape::list: return fmt::format("{{\"type\": \"array\", \"items\": {}}}", one);
-    case Shape::one_or_list: return fmt::format("{{\"anyOf\": [{}, {{\"type\": \"array\", \"minItems\": 1, \"items\": {}}}]}}", one, one);
-    case Shape::three: return fmt::format("{{\"type\": \"array\", \"minItems\": 3, \"maxItems\": 3, \"items\": {}}}", one);
+    case Shape::one:
+      return one;
+    case Shape::list:
+      return fmt::format("{{\"type\": \"array\", \"items\": {}}}", one);
+    case Shape::one_or_list:
+      return fmt::format("{{\"anyOf\": [{}, {{\"type\": \"array\", \"minItems\": 1, \"items\": {}}}]}}", one, one);
+    case Shape::three:
+      return fmt::format("{{\"type\": \"array\", \"minItems\": 3, \"maxItems\": 3, \"items\": {}}}", one);
   }
   return one;
 }
@@ -92,9 +98,11 @@ std::string property(std::string_view table, std::string_view key) {
     if (field.table != table || field.key != key) continue;
     const std::string schema = shaped(field);
     if (std::find(schemas.begin(), schemas.end(), schema) == schemas.end()) schemas.push_back(schema);
-    meanings.push_back(std::string(field.meaning) + (field.default_toml.empty() ? "" : fmt::format(" Default: {}.", field.default_toml)));
+    meanings.push_back(std::string(field.meaning) +
+                       (field.default_toml.empty() ? "" : fmt::format(" Default: {}.", field.default_toml)));
   }
-  return fmt::format("{}: {{\"description\": {}, \"allOf\": [{}]}}", quoted(key), quoted(fmt::format("{}", fmt::join(meanings, " | "))), any_of(schemas));
+  return fmt::format("{}: {{\"description\": {}, \"allOf\": [{}]}}", quoted(key),
+                     quoted(fmt::format("{}", fmt::join(meanings, " | "))), any_of(schemas));
 }
 
 /// Keys of other kinds stay allowed here; `evenstep check` names them.
@@ -106,18 +114,21 @@ std::string table_schema(std::string_view table) {
     if (field.key != last) properties.push_back(property(table, field.key));
     last = field.key;
     // A base file need not be complete, so only what every file must have is required at the top.
-    if (field.required && field.kinds.empty() && (!table.empty() || field.key == "format")) required.push_back(quoted(field.key));
+    if (field.required && field.kinds.empty() && (!table.empty() || field.key == "format"))
+      required.push_back(quoted(field.key));
   }
   const std::string must = required.empty() ? "" : fmt::format(", \"required\": [{}]", fmt::join(required, ", "));
-  return fmt::format("{{\"type\": \"object\", \"additionalProperties\": false{}, \"properties\": {{\n{}\n}}}}", must, fmt::join(properties, ",\n"));
+  return fmt::format("{{\"type\": \"object\", \"additionalProperties\": false{}, \"properties\": {{\n{}\n}}}}", must,
+                     fmt::join(properties, ",\n"));
 }
 
 }  // namespace
 }  // namespace internal
 
 std::string scenario_schema() {
-  return fmt::format("{{\"$schema\": \"http://json-schema.org/draft-04/schema#\", \"title\": \"evenstep scenario\", \"allOf\": [{}]}}\n",
-                     internal::table_schema(""));
+  return fmt::format(
+      "{{\"$schema\": \"http://json-schema.org/draft-04/schema#\", \"title\": \"evenstep scenario\", \"allOf\": [{}]}}\n",
+      internal::table_schema(""));
 }
 
 }  // namespace evenstep

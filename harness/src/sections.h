@@ -18,13 +18,13 @@ struct ScenarioReading {
 };
 
 void read_strategies(ScenarioReading& reading);
-void read_timing(ScenarioReading& reading);            ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
-void read_run(ScenarioReading& reading);               ///< after read_timing
-void read_devices(ScenarioReading& reading);           ///< after read_timing
-void read_scene(ScenarioReading& reading);             ///< after read_timing and read_devices
-void read_remap(ScenarioReading& reading);             ///< after read_timing
-void read_expectations(ScenarioReading& reading);      ///< after read_timing
+void read_timing(ScenarioReading& reading);        ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
+void read_run(ScenarioReading& reading);           ///< after read_timing
+void read_devices(ScenarioReading& reading);       ///< after read_timing
+void read_scene(ScenarioReading& reading);         ///< after read_timing and read_devices
+void read_remap(ScenarioReading& reading);         ///< after read_timing
+void read_expectations(ScenarioReading& reading);  ///< after read_timing
 
-std::string in_ms(Duration duration);          ///< "11.1 ms"
+std::string in_ms(Duration duration);  ///< "11.1 ms"
 
 }  // namespace evenstep::internal

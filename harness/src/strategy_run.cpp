@@ -149,7 +149,13 @@ void finish_record(const SlotMap& map, Solver& solver, const SolverStep& step, c
                    const Scenario& scenario, StrategyRecord& record) {
   record.emission_repairs = map.emission_repairs();
   record.solver = solver_record(solver, step.seconds, scenario.scene.needs_energy);
-  for (std::size_t tool = 0; tool < lanes.size(); ++tool) record.devices[tool].counters = counters_of(lanes[tool]);
+  for (std::size_t tool = 0; tool < lanes.size(); ++tool) {
+    DeviceRecord& device = record.devices[tool];
+    device.counters = counters_of(lanes[tool]);
+    for (std::size_t n = 0; n < device.steps.size(); ++n) {
+      device.steps[n].true_position_m = to_vec3(position_m(scenario.devices[tool].motion, record.steps[n].read));
+    }
+  }
 }
 
 StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {

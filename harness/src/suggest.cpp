@@ -1,8 +1,8 @@
 #include "suggest.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 namespace evenstep::internal {
 namespace {

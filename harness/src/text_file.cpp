@@ -1,10 +1,10 @@
 #include "text_file.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 #include <system_error>
-
-#include <fmt/format.h>
 
 namespace evenstep::internal {
 
@@ -15,7 +15,8 @@ TextFile read_text_file(const std::string& path, std::int64_t most_bytes) {
   if (!fs::exists(status)) {
     const fs::path folder = fs::path(path).parent_path();
     std::error_code ignored;
-    if (!folder.empty() && !fs::exists(folder, ignored)) return {{}, fmt::format("no such file: there is no folder '{}'", folder.string())};
+    if (!folder.empty() && !fs::exists(folder, ignored))
+      return {{}, fmt::format("no such file: there is no folder '{}'", folder.string())};
     return {{}, "no such file"};
   }
   if (fs::is_directory(status)) return {{}, "is a directory, not a file"};

@@ -8,7 +8,7 @@ namespace evenstep::internal {
 
 struct TextFile {
   std::string text;
-  std::string error;      ///< empty: ok
+  std::string error;  ///< empty: ok
 };
 
 /// Errors: not there (with the folder that is missing, if that is why), a directory, larger than `most_bytes`, unreadable.

@@ -1,8 +1,8 @@
 #include "evenstep/harness/timing_csv.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
+
+#include <algorithm>
 
 #include "csv_rows.h"
 #include "text_file.h"
@@ -13,7 +13,7 @@ namespace {
 using internal::CsvRows;
 
 enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
-constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;      // 1e6 s, the limit of every time a user gives
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit of every time a user gives
 
 struct Row {
   std::int64_t segment = 0, index = 0;
@@ -23,17 +23,17 @@ struct Row {
 /// What the file has said so far.
 struct State {
   std::vector<SegmentTiming>& segments;
-  std::int64_t number = -1;                      ///< of the open segment, as written
-  std::int64_t step_index = -1, idle_index = -1; ///< last ones of the open segment
-  bool only_idle = true;                         ///< so far in the open segment
-  RealTime first_begin;                          ///< of the whole file
+  std::int64_t number = -1;                       ///< of the open segment, as written
+  std::int64_t step_index = -1, idle_index = -1;  ///< last ones of the open segment
+  bool only_idle = true;                          ///< so far in the open segment
+  RealTime first_begin;                           ///< of the whole file
   RealTime last_step_end{0}, last_visualization_end{0};
 };
 
 bool read_row(CsvRows& rows, Row& row) {
   if (!rows.split(5)) return false;
-  const bool fine = rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) && rows.whole(kBegin, row.interval.begin.ns) &&
-                    rows.whole(kEnd, row.interval.end.ns);
+  const bool fine = rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) &&
+                    rows.whole(kBegin, row.interval.begin.ns) && rows.whole(kEnd, row.interval.end.ns);
   if (!fine) return false;
   if (row.interval.end >= row.interval.begin) return true;
   rows.error(kEnd, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
@@ -44,7 +44,8 @@ bool read_row(CsvRows& rows, Row& row) {
 bool open_segment(CsvRows& rows, const Row& row, State& state) {
   if (row.segment == state.number) return true;
   if (state.number >= 0 && row.segment != state.number + 1) {
-    rows.error(kSegment, fmt::format("segment {} follows segment {}; segments are numbered one by one", row.segment, state.number));
+    rows.error(kSegment,
+               fmt::format("segment {} follows segment {}; segments are numbered one by one", row.segment, state.number));
     return false;
   }
   if (state.segments.empty()) state.first_begin = row.interval.begin;
@@ -104,9 +105,11 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
   }
   segment.end = std::max(segment.end, row.interval.end);
   if (state.segments.size() > 1 && segment.begin <= state.segments[state.segments.size() - 2].begin) {
-    rows.error(kBegin, fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
+    rows.error(kBegin,
+               fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
   }
-  if (row.interval.end.ns - state.first_begin.ns > kLongest_ns) rows.error(kEnd, "is more than 1e6 s after the first row; are these nanoseconds?");
+  if (row.interval.end.ns - state.first_begin.ns > kLongest_ns)
+    rows.error(kEnd, "is more than 1e6 s after the first row; are these nanoseconds?");
 }
 
 void shift(Interval& interval, Duration by) {

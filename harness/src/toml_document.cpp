@@ -1,9 +1,9 @@
 // The only file that sees toml++ (it costs 2.5 s to compile).
-#include <algorithm>
-#include <sstream>
-
 #include <fmt/format.h>
 #include <toml++/toml.h>
+
+#include <algorithm>
+#include <sstream>
 
 #include "document.h"
 
@@ -29,7 +29,7 @@ bool too_many_dots(const std::string& text, std::int64_t& line) {
 }
 
 Place place_of(const toml::source_region& source, const Place& around) {
-  if (source.begin.line == 0) return around;      // tables that a dotted key implies have no place of their own
+  if (source.begin.line == 0) return around;  // tables that a dotted key implies have no place of their own
   return {around.file, source.begin.line, source.begin.column};
 }
 
@@ -73,13 +73,20 @@ toml::array array_of(const Value& value);
 template <class Sink>
 void give(const Value& value, Sink sink) {
   switch (value.kind) {
-    case Value::Kind::boolean: return sink(value.boolean);
-    case Value::Kind::integer: return sink(value.integer);
-    case Value::Kind::number: return sink(value.number);
-    case Value::Kind::text: return sink(value.text);
-    case Value::Kind::table: return sink(table_of(value));
-    case Value::Kind::list: return sink(array_of(value));
-    case Value::Kind::date: return;      // no key takes one: never in a table that was read without error
+    case Value::Kind::boolean:
+      return sink(value.boolean);
+    case Value::Kind::integer:
+      return sink(value.integer);
+    case Value::Kind::number:
+      return sink(value.number);
+    case Value::Kind::text:
+      return sink(value.text);
+    case Value::Kind::table:
+      return sink(table_of(value));
+    case Value::Kind::list:
+      return sink(array_of(value));
+    case Value::Kind::date:
+      return;  // no key takes one: never in a table that was read without error
   }
 }
 

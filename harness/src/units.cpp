@@ -1,12 +1,12 @@
 #include "units.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cctype>
+#include <charconv>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "suggest.h"
 
@@ -29,10 +29,10 @@ constexpr std::array<DimensionInfo, 11> kDimensions{{
 
 /// What people of other tools write.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kHabits{{
-    {"sec", "s"}, {"secs", "s"}, {"second", "s"}, {"seconds", "s"}, {"msec", "ms"}, {"msecs", "ms"}, {"millis", "ms"},
-    {"milliseconds", "ms"}, {"usec", "us"}, {"µs", "us"}, {"μs", "us"}, {"µm", "um"}, {"μm", "um"}, {"nsec", "ns"},
-    {"minutes", "min"}, {"hours", "h"}, {"percent", "%"}, {"mps", "m/s"}, {"fps", "Hz"}, {"Ns/m", "N s/m"},
-    {"N*s/m", "N s/m"}, {"µN", "uN"},
+    {"sec", "s"},     {"secs", "s"},          {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},   {"msecs", "ms"},
+    {"millis", "ms"}, {"milliseconds", "ms"}, {"usec", "us"},     {"µs", "us"},     {"μs", "us"},     {"µm", "um"},
+    {"μm", "um"},     {"nsec", "ns"},         {"minutes", "min"}, {"hours", "h"},   {"percent", "%"}, {"mps", "m/s"},
+    {"fps", "Hz"},    {"Ns/m", "N s/m"},      {"N*s/m", "N s/m"}, {"µN", "uN"},
 }};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -95,37 +95,67 @@ std::string take_decimal(std::string_view& text, Decimal& number) {
 const std::vector<Unit>& units() {
   using D = Dimension;
   static const std::vector<Unit> table{
-      {"ns", D::time, 1, -9}, {"us", D::time, 1, -6}, {"ms", D::time, 1, -3}, {"s", D::time, 1, 0},
-      {"min", D::time, 60, 0}, {"h", D::time, 3600, 0},
-      {"segment", D::time, 1, 0, UnitKind::segment, true}, {"visualization", D::time, 1, 0, UnitKind::visualization, true},
-      {"slot", D::time, 1, 0, UnitKind::slot, true}, {"step_run_time", D::time, 1, 0, UnitKind::step_run_time, true},
-      {"nm", D::length, 1, -9}, {"um", D::length, 1, -6}, {"mm", D::length, 1, -3}, {"cm", D::length, 1, -2},
+      {"ns", D::time, 1, -9},
+      {"us", D::time, 1, -6},
+      {"ms", D::time, 1, -3},
+      {"s", D::time, 1, 0},
+      {"min", D::time, 60, 0},
+      {"h", D::time, 3600, 0},
+      {"segment", D::time, 1, 0, UnitKind::segment, true},
+      {"visualization", D::time, 1, 0, UnitKind::visualization, true},
+      {"slot", D::time, 1, 0, UnitKind::slot, true},
+      {"step_run_time", D::time, 1, 0, UnitKind::step_run_time, true},
+      {"nm", D::length, 1, -9},
+      {"um", D::length, 1, -6},
+      {"mm", D::length, 1, -3},
+      {"cm", D::length, 1, -2},
       {"m", D::length, 1, 0},
-      {"um/s", D::velocity, 1, -6}, {"mm/s", D::velocity, 1, -3}, {"cm/s", D::velocity, 1, -2}, {"m/s", D::velocity, 1, 0},
-      {"uN", D::force, 1, -6}, {"mN", D::force, 1, -3}, {"N", D::force, 1, 0}, {"kN", D::force, 1, 3},
-      {"mN/s", D::slew, 1, -3}, {"N/s", D::slew, 1, 0}, {"kN/s", D::slew, 1, 3}, {"N/ms", D::slew, 1, 3},
-      {"N/m", D::stiffness, 1, 0}, {"N/mm", D::stiffness, 1, 3}, {"kN/m", D::stiffness, 1, 3},
-      {"mN s/m", D::damping, 1, -3}, {"N s/m", D::damping, 1, 0},
-      {"ug", D::mass, 1, -9}, {"mg", D::mass, 1, -6}, {"g", D::mass, 1, -3}, {"kg", D::mass, 1, 0},
-      {"mHz", D::rate, 1, -3}, {"Hz", D::rate, 1, 0}, {"kHz", D::rate, 1, 3},
+      {"um/s", D::velocity, 1, -6},
+      {"mm/s", D::velocity, 1, -3},
+      {"cm/s", D::velocity, 1, -2},
+      {"m/s", D::velocity, 1, 0},
+      {"uN", D::force, 1, -6},
+      {"mN", D::force, 1, -3},
+      {"N", D::force, 1, 0},
+      {"kN", D::force, 1, 3},
+      {"mN/s", D::slew, 1, -3},
+      {"N/s", D::slew, 1, 0},
+      {"kN/s", D::slew, 1, 3},
+      {"N/ms", D::slew, 1, 3},
+      {"N/m", D::stiffness, 1, 0},
+      {"N/mm", D::stiffness, 1, 3},
+      {"kN/m", D::stiffness, 1, 3},
+      {"mN s/m", D::damping, 1, -3},
+      {"N s/m", D::damping, 1, 0},
+      {"ug", D::mass, 1, -9},
+      {"mg", D::mass, 1, -6},
+      {"g", D::mass, 1, -3},
+      {"kg", D::mass, 1, 0},
+      {"mHz", D::rate, 1, -3},
+      {"Hz", D::rate, 1, 0},
+      {"kHz", D::rate, 1, 3},
       {"%", D::ratio, 1, -2},
   };
   return table;
 }
 
 const DimensionInfo& info(Dimension dimension) {
-  return *std::find_if(kDimensions.begin(), kDimensions.end(), [&](const DimensionInfo& i) { return i.dimension == dimension; });
+  return *std::find_if(kDimensions.begin(), kDimensions.end(),
+                       [&](const DimensionInfo& i) { return i.dimension == dimension; });
 }
 
 const DimensionInfo* info_of_base(std::string_view base) {
-  const auto found = std::find_if(kDimensions.begin(), kDimensions.end(), [&](const DimensionInfo& i) { return i.base == base; });
+  const auto found =
+      std::find_if(kDimensions.begin(), kDimensions.end(), [&](const DimensionInfo& i) { return i.base == base; });
   return found == kDimensions.end() ? nullptr : &*found;
 }
 
 const Unit* find_unit(std::string_view name) {
   for (const Unit& unit : units()) {
     if (unit.name == name) return &unit;
-    if (unit.word && name.size() == unit.name.size() + 1 && name.back() == 's' && name.substr(0, unit.name.size()) == unit.name) return &unit;
+    if (unit.word && name.size() == unit.name.size() + 1 && name.back() == 's' &&
+        name.substr(0, unit.name.size()) == unit.name)
+      return &unit;
   }
   return nullptr;
 }
@@ -152,7 +182,8 @@ std::string not_a_unit(std::string_view name, Dimension wanted) {
     }
   }
   const std::string hint = meant.empty() ? suggestion(name, known) : fmt::format("; did you mean '{}'?", meant);
-  return any ? fmt::format("'{}' is not a unit{}", name, hint) : fmt::format("'{}' is not a unit of {}{}", name, info(wanted).name, hint);
+  return any ? fmt::format("'{}' is not a unit{}", name, hint)
+             : fmt::format("'{}' is not a unit of {}{}", name, info(wanted).name, hint);
 }
 
 NumberAndUnit split_number(std::string_view text) {

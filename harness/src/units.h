@@ -11,8 +11,8 @@
 namespace evenstep::internal {
 
 enum class UnitKind {
-  plain,        ///< a fixed multiple of the base unit
-  segment,      ///< nominal times of [timing]
+  plain,    ///< a fixed multiple of the base unit
+  segment,  ///< nominal times of [timing]
   visualization,
   slot,
   step_run_time,
@@ -21,10 +21,10 @@ enum class UnitKind {
 struct Unit {
   std::string_view name;
   Dimension dimension;
-  std::int64_t scale;       ///< whole: 1, 60, 3600
-  int exponent;             ///< "ms": 1 * 10^-3 s
+  std::int64_t scale;  ///< whole: 1, 60, 3600
+  int exponent;        ///< "ms": 1 * 10^-3 s
   UnitKind kind = UnitKind::plain;
-  bool word = false;        ///< a word: takes a plural s
+  bool word = false;  ///< a word: takes a plural s
 };
 
 const std::vector<Unit>& units();
@@ -38,19 +38,20 @@ const DimensionInfo* info_of_base(std::string_view base);
 
 /// The unit written so ("segments" finds segment), or nullptr.
 const Unit* find_unit(std::string_view name);
-/// "'msec' is not a unit of time; did you mean 'ms'?" or "'Hz' is a unit of rate, not of time". Dimension::none: of anything.
+/// "'msec' is not a unit of time; did you mean 'ms'?" or "'Hz' is a unit of rate, not of time". Dimension::none: of
+/// anything.
 std::string not_a_unit(std::string_view name, Dimension wanted);
 
 /// A decimal number, exactly.
 struct Decimal {
-  std::int64_t mantissa = 0;      ///< |mantissa| < 10^18
-  int exponent = 0;               ///< |exponent| <= 400
+  std::int64_t mantissa = 0;  ///< |mantissa| < 10^18
+  int exponent = 0;           ///< |exponent| <= 400
 };
 
 /// "  -1.5e-3 kHz " -> {-15, -4} and "kHz". Error: no number, NaN or infinity, more than 18 digits.
 struct NumberAndUnit {
   Decimal number;
-  Decimal divisor{1, 0};          ///< of "1/3 Hz"; 1 otherwise
+  Decimal divisor{1, 0};  ///< of "1/3 Hz"; 1 otherwise
   std::string_view unit;
   std::string error;
 };

@@ -1,7 +1,7 @@
-#include <filesystem>
+#include <fmt/format.h>
 
 #include <catch2/catch.hpp>
-#include <fmt/format.h>
+#include <filesystem>
 
 #include "evenstep/harness/scenario.h"
 #include "support.h"
@@ -13,9 +13,12 @@ using Catch::Contains;
 TEST_CASE("A file wins over its bases, later bases over earlier ones; tables merge, lists replace, expect_append adds") {
   const Folder folder;
   folder.write("base.toml", kSpring);
-  folder.write("sub/other.toml", "format = 1\nextends = [\"../base.toml\"]\ntags = [\"a\", \"b\"]\n[timing]\nsteps = 10\n[run]\nseed = 7\n");
-  const ReadResult result = read_scenario(folder.write("top.toml", "format = 1\nextends = [\"base.toml\", \"sub/other.toml\"]\nname = \"top\"\n"
-                                                       "timing.visualization = \"12 ms\"\n[[expect_append]]\nsignal = \"run\"\nmetric = \"x\"\nmax = 1\n"));
+  folder.write("sub/other.toml",
+               "format = 1\nextends = [\"../base.toml\"]\ntags = [\"a\", \"b\"]\n[timing]\nsteps = 10\n[run]\nseed = 7\n");
+  const ReadResult result = read_scenario(
+      folder.write("top.toml",
+                   "format = 1\nextends = [\"base.toml\", \"sub/other.toml\"]\nname = \"top\"\n"
+                   "timing.visualization = \"12 ms\"\n[[expect_append]]\nsignal = \"run\"\nmetric = \"x\"\nmax = 1\n"));
   INFO(errors_of(result));
   REQUIRE(result.scenario);
   const Scenario& s = *result.scenario;
@@ -46,12 +49,17 @@ TEST_CASE("An error in a base file is reported at the base's line, one of the fi
         "top.toml:4:13: error: 'stiffness': 'N' is a unit of force, not of stiffness\n"
         "base.toml:10:17: error: 'visualization': 'mm' is a unit of length, not of time\n");
   folder.write("broken.toml", "format = 1\nname = \n");
-  CHECK_THAT(errors_of(read_scenario(folder.write("b.toml", "format = 1\nextends = [\"broken.toml\"]\n"))), Contains("broken.toml:2:"));
-  CHECK_THAT(errors_of(read_scenario(folder.write("c.toml", "format = 1\nextends = [\"d.toml\"]\n"))), Contains("c.toml:2:12: error: '") && Contains("d.toml' no such file"));
+  CHECK_THAT(errors_of(read_scenario(folder.write("b.toml", "format = 1\nextends = [\"broken.toml\"]\n"))),
+             Contains("broken.toml:2:"));
+  CHECK_THAT(errors_of(read_scenario(folder.write("c.toml", "format = 1\nextends = [\"d.toml\"]\n"))),
+             Contains("c.toml:2:12: error: '") && Contains("d.toml' no such file"));
   folder.write("old.toml", "name = \"no format\"\n");
-  CHECK_THAT(errors_of(read_scenario(folder.write("e.toml", "format = 1\nextends = [\"old.toml\"]\n"))), Contains("old.toml:1:1: error: no 'format'"));
-  CHECK_THAT(errors_of(read_scenario(folder.write("f.toml", "format = 1\nextends = \"old.toml\"\n"))), Contains("f.toml:2:11: error: 'extends' must be a list of files"));
-  CHECK_THAT(errors_of(read_scenario(folder.write("g.toml", "format = 1\nexpect_append = 1\n"))), Contains("g.toml:2:17: error: 'expect_append' must be a list"));
+  CHECK_THAT(errors_of(read_scenario(folder.write("e.toml", "format = 1\nextends = [\"old.toml\"]\n"))),
+             Contains("old.toml:1:1: error: no 'format'"));
+  CHECK_THAT(errors_of(read_scenario(folder.write("f.toml", "format = 1\nextends = \"old.toml\"\n"))),
+             Contains("f.toml:2:11: error: 'extends' must be a list of files"));
+  CHECK_THAT(errors_of(read_scenario(folder.write("g.toml", "format = 1\nexpect_append = 1\n"))),
+             Contains("g.toml:2:17: error: 'expect_append' must be a list"));
 }
 
 TEST_CASE("Files that extend each other in a circle are refused with the chain; a base used twice is not a circle") {
@@ -60,8 +68,8 @@ TEST_CASE("Files that extend each other in a circle are refused with the chain; 
   folder.write("b.toml", "format = 1\nextends = [\"./c.toml\"]\n");
   folder.write("c.toml", "format = 1\nextends = [\"a.toml\"]\n");
   const std::string errors = errors_of(read_scenario(folder.path("a.toml")));
-  CHECK_THAT(errors, Contains("c.toml:2:12: error: 'extends' goes in a circle: " + folder.path("a.toml") + " -> " + folder.path("b.toml") + " -> " +
-                              folder.path("c.toml") + " -> " + folder.path("a.toml")));
+  CHECK_THAT(errors, Contains("c.toml:2:12: error: 'extends' goes in a circle: " + folder.path("a.toml") + " -> " +
+                              folder.path("b.toml") + " -> " + folder.path("c.toml") + " -> " + folder.path("a.toml")));
   folder.write("self.toml", "format = 1\nextends = [\"self.toml\"]\n");
   CHECK_THAT(errors_of(read_scenario(folder.path("self.toml"))), Contains("goes in a circle"));
 
@@ -74,9 +82,11 @@ TEST_CASE("Files that extend each other in a circle are refused with the chain; 
 TEST_CASE("Sixteen files in a chain are read and the seventeenth is refused") {
   const Folder folder;
   folder.write("f0.toml", kSpring);
-  for (int i = 1; i <= 16; ++i) folder.write(fmt::format("f{}.toml", i), fmt::format("format = 1\nextends = [\"f{}.toml\"]\n", i - 1));
+  for (int i = 1; i <= 16; ++i)
+    folder.write(fmt::format("f{}.toml", i), fmt::format("format = 1\nextends = [\"f{}.toml\"]\n", i - 1));
   CHECK(errors_of(read_scenario(folder.path("f15.toml"))) == "");
-  CHECK_THAT(errors_of(read_scenario(folder.path("f16.toml"))), Contains("f1.toml:2:12: error: 'extends' is deeper than 16 files"));
+  CHECK_THAT(errors_of(read_scenario(folder.path("f16.toml"))),
+             Contains("f1.toml:2:12: error: 'extends' is deeper than 16 files"));
 }
 
 TEST_CASE("--set changes one value, by index or by name, and needs no quotes") {
@@ -93,7 +103,7 @@ TEST_CASE("--set changes one value, by index or by name, and needs no quotes") {
   CHECK(with({"device.right.rate=500 Hz"}).devices[1].rate == Rate{500, 1});
   CHECK(with({"device.right.motion.frequency=2 Hz"}).devices[1].name == "right");
   CHECK(with({"run.seed=3", "run.seed=4"}).seed == 4);
-  CHECK(with({"remap.estimate.weight=0.5"}).remap.estimate_weight == 0.5);      // the table is made
+  CHECK(with({"remap.estimate.weight=0.5"}).remap.estimate_weight == 0.5);  // the table is made
   CHECK(with({"name=a = b"}).name == "a = b");
   CHECK(with({"expect.0.max=0.25"}).expectations[0].max->number == 0.25);
   CHECK(with({"scene.allow_unstable=true"}).scene.allow_unstable);
@@ -103,9 +113,14 @@ TEST_CASE("--set changes one value, by index or by name, and needs no quotes") {
 }
 
 TEST_CASE("A mistake in --set is reported as one, with the assignment") {
-  struct { const char* set; const char* error; } const rows[] = {
-      {"timing.visualization=22.2 m", "--set timing.visualization=22.2 m: error: 'visualization': 'm' is a unit of length, not of time"},
-      {"timing.vis=22.2 ms", "--set timing.vis=22.2 ms: error: unknown key 'vis' in [timing]; did you mean 'visualization'?"},
+  struct {
+    const char* set;
+    const char* error;
+  } const rows[] = {
+      {"timing.visualization=22.2 m",
+       "--set timing.visualization=22.2 m: error: 'visualization': 'm' is a unit of length, not of time"},
+      {"timing.vis=22.2 ms",
+       "--set timing.vis=22.2 ms: error: unknown key 'vis' in [timing]; did you mean 'visualization'?"},
       {"timing.steps=0", "--set timing.steps=0: error: 'steps': 0 is out of range"},
       {"timing.steps", "error: write path=value"},
       {"=3", "error: write path=value"},
@@ -126,5 +141,6 @@ TEST_CASE("A mistake in --set is reported as one, with the assignment") {
   }
   // A line break smuggles no second key in: the text is a name.
   CHECK(read_text(kTissue, {{"name=1\nformat = 2"}, {}}).scenario->name == "1\nformat = 2");
-  CHECK_THAT(errors_of(read_text(kSpring, {{}, UINT64_MAX})), Contains("--seed: error: 18446744073709551615 is out of range"));
+  CHECK_THAT(errors_of(read_text(kSpring, {{}, UINT64_MAX})),
+             Contains("--seed: error: 18446744073709551615 is out of range"));
 }

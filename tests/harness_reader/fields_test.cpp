@@ -1,12 +1,12 @@
 // The field table against what people read: every key is accepted, has a meaning, is in the schema and in the document.
 #include "fields.h"
 
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
 #include <fstream>
 #include <iostream>
 #include <sstream>
-
-#include <catch2/catch.hpp>
-#include <fmt/format.h>
 
 #include "check.h"
 #include "evenstep/harness/scenario.h"
@@ -33,12 +33,16 @@ std::string key_tables() {
     for (const Field& field : fields()) {
       if (field.table != table) continue;
       const std::string range = describe_range(field);
-      const std::string fallback = field.required ? "obligatory" : field.default_toml.empty() ? "-" : fmt::format("`{}`", field.default_toml);
+      const std::string fallback = field.required               ? "obligatory"
+                                   : field.default_toml.empty() ? "-"
+                                                                : fmt::format("`{}`", field.default_toml);
       std::string kinds;
-      for (const std::string_view kind : split_words(field.kinds)) kinds += fmt::format("{}`{}`", kinds.empty() ? "" : ", ", kind);
-      const bool timing = table == "timing";      // its only kinds are with and without a trace, which the text says
-      out += fmt::format("| `{}` | {}{} | {} | {}{} |\n", field.key, cell(describe_forms(field)), range.empty() ? "" : ", " + range, cell(fallback),
-                         kinds.empty() || timing ? "" : kinds + ": ", cell(std::string(field.meaning)));
+      for (const std::string_view kind : split_words(field.kinds))
+        kinds += fmt::format("{}`{}`", kinds.empty() ? "" : ", ", kind);
+      const bool timing = table == "timing";  // its only kinds are with and without a trace, which the text says
+      out += fmt::format("| `{}` | {}{} | {} | {}{} |\n", field.key, cell(describe_forms(field)),
+                         range.empty() ? "" : ", " + range, cell(fallback), kinds.empty() || timing ? "" : kinds + ": ",
+                         cell(std::string(field.meaning)));
     }
   }
   return out;
@@ -46,8 +50,8 @@ std::string key_tables() {
 
 std::string unit_table() {
   std::string out = "\n| of | units |\n|---|---|\n";
-  for (const Dimension d : {Dimension::time, Dimension::length, Dimension::velocity, Dimension::force, Dimension::slew, Dimension::stiffness,
-                            Dimension::damping, Dimension::mass, Dimension::rate, Dimension::ratio}) {
+  for (const Dimension d : {Dimension::time, Dimension::length, Dimension::velocity, Dimension::force, Dimension::slew,
+                            Dimension::stiffness, Dimension::damping, Dimension::mass, Dimension::rate, Dimension::ratio}) {
     std::string names;
     for (const Unit& unit : units()) {
       if (unit.dimension == d) names += fmt::format("{}`{}`", names.empty() ? "" : ", ", unit.name);
@@ -64,60 +68,48 @@ std::string document() {
   return text.str();
 }
 
-/// A table that holds one key of each name, with its example; kinds as asked for.
-Value table_with(const Field& field) {
-  Value table = parse_toml_value("{}", {"x.toml", 1, 1});
-  const auto set = [&](std::string_view key, std::string_view toml) {
-    if (table.find(key) == nullptr) table.table.push_back({std::string(key), {"x.toml", 1, 1}, parse_toml_value(toml, {"x.toml", 1, 1})});
-  };
-  const std::vector<std::string_view> kinds = split_words(field.kinds);
-  if (!kinds.empty() && field.table != "timing") set("kind", fmt::format("\"{}\"", kinds.front()));
-  set(field.key, example_of(field));
+const Place kHere{"x.toml", 1, 1};
+
+Value around(std::string_view key, Value value) {
+  Value table = parse_toml_value("{}", kHere);
+  table.table.push_back({std::string(key), kHere, std::move(value)});
   return table;
+}
+
+/// A document of this one key (and the kind it needs): whatever else it lacks, nothing may be wrong with the key.
+void check_alone(const Field& field, std::string_view toml) {
+  INFO(field.table << "." << field.key << " = " << toml);
+  Value document = around(field.key, parse_toml_value(toml, kHere));
+  const std::vector<std::string_view> kinds = split_words(field.kinds);
+  if (!kinds.empty() && field.table != "timing") {
+    document.table.push_back({"kind", kHere, text_value(std::string(kinds.front()), kHere)});
+  }
+  for (std::string_view path = field.table; !path.empty();) {
+    const std::size_t dot = path.rfind('.');
+    const std::string_view key = dot == std::string_view::npos ? path : path.substr(dot + 1);
+    if (key == "device" || key == "expect") {
+      Value list = parse_toml_value("[]", kHere);
+      list.list.push_back(std::move(document));
+      document = std::move(list);
+    }
+    document = around(key, std::move(document));
+    path = dot == std::string_view::npos ? std::string_view() : path.substr(0, dot);
+  }
+  Errors errors;
+  const Check check(document, errors);
+  for (const Diagnostic& error : errors.sorted("")) CHECK_THAT(error.message, Contains(" has no '"));
 }
 
 }  // namespace
 
-TEST_CASE("Every key has a meaning that ends as a sentence, and an example that its own check accepts") {
+TEST_CASE("Every key has a meaning that is a sentence, and its example and default pass its own check") {
   for (const Field& field : fields()) {
     INFO(field.table << " " << field.key);
-    CHECK_FALSE(field.meaning.empty());
+    REQUIRE_FALSE(field.meaning.empty());
     CHECK((field.meaning.back() == '.' || field.meaning.back() == ')'));
     if (field.forms & kTable) continue;
-    // A document of this one key: whatever else it lacks, nothing is wrong with the key.
-    Value document = table_with(field);
-    std::string path(field.table);
-    while (!path.empty()) {
-      const std::size_t dot = path.rfind('.');
-      const std::string key = dot == std::string::npos ? path : path.substr(dot + 1);
-      Value outer = parse_toml_value("{}", {"x.toml", 1, 1});
-      Value inner = std::move(document);
-      if (key == "device" || key == "expect") {
-        Value list = parse_toml_value("[]", {"x.toml", 1, 1});
-        list.list.push_back(std::move(inner));
-        inner = std::move(list);
-      }
-      outer.table.push_back({key, {"x.toml", 1, 1}, std::move(inner)});
-      document = std::move(outer);
-      path = dot == std::string::npos ? "" : path.substr(0, dot);
-    }
-    Errors errors;
-    const Check check(document, errors);
-    for (const Diagnostic& error : errors.sorted("")) {
-      INFO(error.message);
-      CHECK_THAT(error.message, Contains(" has no '"));
-    }
-  }
-}
-
-TEST_CASE("Every default is a value its own check accepts") {
-  for (Field field : fields()) {
-    if (field.default_toml.empty()) continue;
-    INFO(field.table << " " << field.key);
-    const bool unknown_kind = field.kinds.empty();
-    CHECK((unknown_kind || !split_words(field.kinds).empty()));
-    const Value value = parse_toml_value(field.default_toml, {"x.toml", 1, 1});
-    CHECK(value.is(Value::Kind::text) == (field.default_toml.front() == '"'));      // it is TOML, not fallen back to a string
+    check_alone(field, example_of(field));
+    if (!field.default_toml.empty()) check_alone(field, field.default_toml);
   }
 }
 
@@ -128,17 +120,19 @@ TEST_CASE("A scenario with every key of its kind spelled out at its default is t
     for (const Field& field : fields()) {
       const std::vector<std::string_view> kinds = split_words(field.kinds);
       const bool exists = kinds.empty() || std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
-      if (field.table == table && exists && !field.default_toml.empty() && field.key != but) lines += fmt::format("{} = {}\n", field.key, field.default_toml);
+      if (field.table == table && exists && !field.default_toml.empty() && field.key != but)
+        lines += fmt::format("{} = {}\n", field.key, field.default_toml);
     }
     return lines;
   };
   const ReadResult plain = test::read_text(text);
-  text.replace(text.find("warmup"), 0, "seed = 1\nstrategies = [\"ideal\", \"direct\", \"paper\", \"phase_locked\"]\nlive = \"phase_locked\"\n");
+  text.replace(text.find("warmup"), 0,
+               "seed = 1\nstrategies = [\"ideal\", \"direct\", \"paper\", \"phase_locked\"]\nlive = \"phase_locked\"\n");
   text.replace(text.find("steps = "), 0, spelled("timing", "programmed", ""));
   text.replace(text.find("stiffness"), 0, spelled("scene", "spring", "stiffness"));
   text.replace(text.find("motion"), 0, spelled("device", "", ""));
-  text += "[remap]\n" + spelled("remap", "", "") + "[remap.estimate]\n" + spelled("remap.estimate", "", "") + "[remap.underrun]\n" +
-          spelled("remap.underrun", "", "");
+  text += "[remap]\n" + spelled("remap", "", "") + "[remap.estimate]\n" + spelled("remap.estimate", "", "") +
+          "[remap.underrun]\n" + spelled("remap.underrun", "", "");
   const ReadResult full = test::read_text(text);
   INFO(text << test::errors_of(full));
   REQUIRE(full.scenario);
@@ -147,8 +141,10 @@ TEST_CASE("A scenario with every key of its kind spelled out at its default is t
 
 TEST_CASE("The document holds exactly the keys and units of the tables") {
   const std::string text = document();
-  for (const auto& [marker, expected] : {std::pair<std::string, std::string>{"keys", key_tables()}, {"units", unit_table()}}) {
-    const std::string begin = fmt::format("<!-- {}: begin (test_harness_reader \"[.print-{}]\" prints this) -->\n", marker, marker);
+  for (const auto& [marker, expected] :
+       {std::pair<std::string, std::string>{"keys", key_tables()}, {"units", unit_table()}}) {
+    const std::string begin =
+        fmt::format("<!-- {}: begin (test_harness_reader \"[.print-{}]\" prints this) -->\n", marker, marker);
     const std::string end = fmt::format("<!-- {}: end -->", marker);
     const std::size_t from = text.find(begin), to = text.find(end);
     REQUIRE(from != std::string::npos);
@@ -171,11 +167,16 @@ TEST_CASE("The schema is JSON of draft 4 that names every key and word once more
   int depth = 0;
   bool in_string = false;
   for (std::size_t i = 0; i < schema.size(); ++i) {
-    if (in_string && schema[i] == '\\') ++i;
-    else if (schema[i] == '"') in_string = !in_string;
-    else if (in_string) REQUIRE(schema[i] != '\n');
-    else if (schema[i] == '{' || schema[i] == '[') ++depth;
-    else if (schema[i] == '}' || schema[i] == ']') REQUIRE(--depth >= 0);
+    if (in_string && schema[i] == '\\')
+      ++i;
+    else if (schema[i] == '"')
+      in_string = !in_string;
+    else if (in_string)
+      REQUIRE(schema[i] != '\n');
+    else if (schema[i] == '{' || schema[i] == '[')
+      ++depth;
+    else if (schema[i] == '}' || schema[i] == ']')
+      REQUIRE(--depth >= 0);
   }
   CHECK(depth == 0);
   CHECK_FALSE(in_string);

@@ -19,7 +19,7 @@ std::string changed(std::string base, const std::string& from, const std::string
 struct Mistake {
   const char* from;
   const char* to;
-  const char* error;      ///< with its place: "scenario.toml:10:17: error: …"
+  const char* error;  ///< with its place: "scenario.toml:10:17: error: …"
 };
 
 void check_each(const char* base, const std::vector<Mistake>& mistakes) {
@@ -34,141 +34,195 @@ void check_each(const char* base, const std::vector<Mistake>& mistakes) {
 }  // namespace
 
 TEST_CASE("A key, a word or a form that does not exist is named where it stands, with what was meant") {
-  check_each(kSpring, {
-      {"steps = 15", "vsi = 15", "scenario.toml:11:1: error: unknown key 'vsi' in [timing]; did you mean 'visualization'?"},
-      {"steps = 15", "steps = 15\nqqq = 1", "scenario.toml:12:1: error: unknown key 'qqq' in [timing]; known: segment, visualization"},
-      {"steps = 15", "", "scenario.toml:8:1: error: [timing] has no 'steps'; write steps = 15"},
-      {"[timing]", "[tming]", "scenario.toml:8:2: error: unknown key 'tming' in the top of the file; did you mean 'timing'?"},
-      {"kind = \"spring\"", "kind = \"sprang\"", "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\" or \"tissue\"; did you mean 'spring'?"},
-      {"kind = \"spring\"", "", "[scene] has no 'kind'; write kind = \"spring\""},
-      {"stiffness = \"200 N/m\"", "lattice = [1, 1, 1]", "scenario.toml:14:1: error: 'lattice' means nothing with kind = \"spring\"; remove it, or write kind = \"tissue\""},
-      {"kind = \"constant-velocity\"", "kind = \"still\"", "'velocity' means nothing with kind = \"still\"; remove it, or write kind = \"constant-velocity\" or \"ramp-stop\""},
-      {"steps = 15", "steps = 15.0", "scenario.toml:11:9: error: 'steps': must be a whole number, or a list of them, not 15"},
-      {"steps = 15", "steps = \"15\"", "'steps': \"15\" must be a whole number, or a list of them, without quotes"},
-      {"steps = 15", "steps = []", "'steps' must be a whole number, or a list of them, such as 15"},
-      {"steps = 15", "steps = [14, 0]", "scenario.toml:11:14: error: 'steps': 0 is out of range; it must be at least 1 and at most 1000000"},
-      {"tags = [\"ci\"]", "tags = \"ci\"", "'tags' must be a list, each a string"},
-      {"tags = [\"ci\"]", "tags = [1]", "'tags': must be a list, each a string, not 1"},
-      {"name = \"spring\"", "name = 2020-01-01", "not a date or time of day"},
-      {"[run]", "[[run]]", "'run': must be a table, not a list"},
-      {"[[device]]", "[device]", "'device' must be a list, each a table; write [[device]]"},
-      {"[\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]", "[\"0.1 m/s\"]", "'velocity' must be a list of three (x, y, z), each a velocity, such as [\"0.1 m/s\""},
-      {"smooth 0.2 s", "quick", "'start': \"quick\" must be \"smooth <time>\", such as \"smooth 0.2 s\""},
-      {"smooth 0.2 s", "smooth -1 s", "'start': \"smooth -1 s\" is out of range; it must be at least 0 s"},
-  });
+  check_each(
+      kSpring,
+      {
+          {"steps = 15", "vsi = 15",
+           "scenario.toml:11:1: error: unknown key 'vsi' in [timing]; did you mean 'visualization'?"},
+          {"steps = 15", "steps = 15\nqqq = 1",
+           "scenario.toml:12:1: error: unknown key 'qqq' in [timing]; known: segment, visualization"},
+          {"steps = 15", "", "scenario.toml:8:1: error: [timing] has no 'steps'; write steps = 15"},
+          {"[timing]", "[tming]",
+           "scenario.toml:8:2: error: unknown key 'tming' in the top of the file; did you mean 'timing'?"},
+          {"kind = \"spring\"", "kind = \"sprang\"",
+           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\" or \"tissue\"; did you mean 'spring'?"},
+          {"kind = \"spring\"", "", "[scene] has no 'kind'; write kind = \"spring\""},
+          {"stiffness = \"200 N/m\"", "lattice = [1, 1, 1]",
+           "scenario.toml:14:1: error: 'lattice' means nothing with kind = \"spring\"; remove it, or write kind = "
+           "\"tissue\""},
+          {"kind = \"constant-velocity\"", "kind = \"still\"",
+           "'velocity' means nothing with kind = \"still\"; remove it, or write kind = \"constant-velocity\" or "
+           "\"ramp-stop\""},
+          {"steps = 15", "steps = 15.0",
+           "scenario.toml:11:9: error: 'steps': must be a whole number, or a list of them, not 15"},
+          {"steps = 15", "steps = \"15\"", "'steps': \"15\" must be a whole number, or a list of them, without quotes"},
+          {"steps = 15", "steps = []", "'steps' must be a whole number, or a list of them, such as 15"},
+          {"steps = 15", "steps = [14, 0]",
+           "scenario.toml:11:14: error: 'steps': 0 is out of range; it must be at least 1 and at most 1000000"},
+          {"tags = [\"ci\"]", "tags = \"ci\"", "'tags' must be a list, each a string"},
+          {"tags = [\"ci\"]", "tags = [1]", "'tags': must be a list, each a string, not 1"},
+          {"name = \"spring\"", "name = 2020-01-01", "not a date or time of day"},
+          {"[run]", "[[run]]", "'run': must be a table, not a list"},
+          {"[[device]]", "[device]", "'device' must be a list, each a table; write [[device]]"},
+          {"[\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]", "[\"0.1 m/s\"]",
+           "'velocity' must be a list of three (x, y, z), each a velocity, such as [\"0.1 m/s\""},
+          {"smooth 0.2 s", "quick", "'start': \"quick\" must be \"smooth <time>\", such as \"smooth 0.2 s\""},
+          {"smooth 0.2 s", "smooth -1 s", "'start': \"smooth -1 s\" is out of range; it must be at least 0 s"},
+      });
 }
 
 TEST_CASE("A value without a unit, with a wrong one or out of range is named with the remedy") {
-  check_each(kSpring, {
-      {"visualization = \"11.1 ms\"", "visualization = 11.1", "scenario.toml:10:17: error: 'visualization': 11.1 has no unit; write a time such as \"11.1 ms\""},
-      {"segment = \"30 Hz\"", "segment = 30", "'segment': 30 has no unit; write a time or a rate such as \"30 "},
-      {"200 N/m", "200", "'stiffness': '200' has no unit; write a stiffness such as \"200 N/m\""},
-      {"11.1 ms", "11.1 msec", "scenario.toml:10:17: error: 'visualization': 'msec' is not a unit of time; did you mean 'ms'?"},
-      {"11.1 ms", "30 Hz", "'visualization': 'Hz' is a unit of rate, not of time"},
-      {"11.1 ms", "-1 ms", "'visualization': \"-1 ms\" is out of range; it must be at least 0 s"},
-      {"11.1 ms", "nan ms", "'visualization': 'nan ms' does not begin with a number"},
-      {"11.1 ms", "1 segment", "'segment' is not known here: [timing] itself defines it"},
-      {"visualization = \"11.1 ms\"", "visualization = nan", "'visualization': nan is not a number a scenario can use"},
-      {"visualization = \"11.1 ms\"", "visualization = inf", "'visualization': inf is not a number a scenario can use"},
-      {"duration = \"4 s\"", "duration = \"0 s\"", "scenario.toml:6:12: error: 'duration': \"0 s\" is out of range; it must be above 0 s and at most 1000000 s"},
-      {"duration = \"4 s\"", "duration = \"-4 s\"", "'duration': \"-4 s\" is out of range"},
-      {"duration = \"4 s\"", "duration = \"1000001 s\"", "'1000001 s' is longer than 1e6 s"},
-      {"duration = \"4 s\"", "duration = \"1e9 segments\"", "'1e9 segments' is longer than 1e6 s"},
-      {"duration = \"4 s\"", "", "scenario.toml:5:1: error: [run] has no 'duration'; write duration = \"4 s\""},
-      {"8 segments", "121 segments", "scenario.toml:7:10: error: 'warmup': 4033.333293 ms of 4000 ms leave nothing to judge"},
-      {"steps = 15", "steps = 0", "'steps': 0 is out of range"},
-      {"steps = 15", "steps = 1000000001", "'steps': 1000000001 is out of range; it must be at least 1 and at most 1000000"},
-      {"warmup = \"8 segments\"", "seed = -1", "'seed': -1 is out of range"},
-      {"name = \"left\"", "name = \"left\"\nrate = \"0 Hz\"", "'rate': '0 Hz' is not above 0 Hz"},
-      {"name = \"left\"", "name = \"left\"\nforce_limit = \"0 N\"", "'force_limit': \"0 N\" is out of range; it must be above 0 N"},
-      {"name = \"left\"", "name = \"left\"\nphase = \"-1 ms\"", "'phase': \"-1 ms\" is out of range"},
-      {"name = \"left\"", "name = \"left\"\nphase = \"1 ms\"", "'phase': 1 ms is a period of 1 ms or more; write the rest"},
-      {"[[expect]]", "[remap]\nestimate = { weight = 0 }\n[[expect]]", "'weight': 0 is out of range; it must be above 0 and at most 1"},
-      {"[[expect]]", "[remap]\nestimate = { weight = nan }\n[[expect]]", "'weight': nan is not a number"},
-      {"[[expect]]", "[remap]\nlatency = \"-1 ms\"\n[[expect]]", "'latency': \"-1 ms\" is out of range"},
-      {"[[expect]]", "[remap]\nlatency = \"minmal\"\n[[expect]]", "did you mean 'minimal'?"},
-      {"[[expect]]", "[remap]\nunderrun = { force = \"zero\" }\n[[expect]]", "'force': \"zero\" must be \"hold\""},
-  });
+  check_each(
+      kSpring,
+      {
+          {"visualization = \"11.1 ms\"", "visualization = 11.1",
+           "scenario.toml:10:17: error: 'visualization': 11.1 has no unit; write a time such as \"11.1 ms\""},
+          {"segment = \"30 Hz\"", "segment = 30", "'segment': 30 has no unit; write a time or a rate such as \"30 Hz\""},
+          {"200 N/m", "200", "'stiffness': '200' has no unit; write a stiffness such as \"200 N/m\""},
+          {"11.1 ms", "11.1 msec",
+           "scenario.toml:10:17: error: 'visualization': 'msec' is not a unit of time; did you mean 'ms'?"},
+          {"11.1 ms", "30 Hz", "'visualization': 'Hz' is a unit of rate, not of time"},
+          {"11.1 ms", "-1 ms", "'visualization': \"-1 ms\" is out of range; it must be at least 0 s"},
+          {"11.1 ms", "nan ms", "'visualization': 'nan ms' does not begin with a number"},
+          {"11.1 ms", "1 segment", "'segment' is not known here: [timing] itself defines it"},
+          {"visualization = \"11.1 ms\"", "visualization = nan", "'visualization': nan is not a number a scenario can use"},
+          {"visualization = \"11.1 ms\"", "visualization = inf", "'visualization': inf is not a number a scenario can use"},
+          {"duration = \"4 s\"", "duration = \"0 s\"",
+           "scenario.toml:6:12: error: 'duration': \"0 s\" is out of range; it must be above 0 s and at most 1000000 s"},
+          {"duration = \"4 s\"", "duration = \"-4 s\"", "'duration': \"-4 s\" is out of range"},
+          {"duration = \"4 s\"", "duration = \"1000001 s\"", "'1000001 s' is longer than 1e6 s"},
+          {"duration = \"4 s\"", "duration = \"1e9 segments\"", "'1e9 segments' is longer than 1e6 s"},
+          {"duration = \"4 s\"", "", "scenario.toml:5:1: error: [run] has no 'duration'; write duration = \"4 s\""},
+          {"8 segments", "121 segments",
+           "scenario.toml:7:10: error: 'warmup': 4033.333293 ms of 4000 ms leave nothing to judge"},
+          {"steps = 15", "steps = 0", "'steps': 0 is out of range"},
+          {"steps = 15", "steps = 1000000001",
+           "'steps': 1000000001 is out of range; it must be at least 1 and at most 1000000"},
+          {"warmup = \"8 segments\"", "seed = -1", "'seed': -1 is out of range"},
+          {"name = \"left\"", "name = \"left\"\nrate = \"0 Hz\"", "'rate': '0 Hz' is not above 0 Hz"},
+          {"name = \"left\"", "name = \"left\"\nforce_limit = \"0 N\"",
+           "'force_limit': \"0 N\" is out of range; it must be above 0 N"},
+          {"name = \"left\"", "name = \"left\"\nphase = \"-1 ms\"", "'phase': \"-1 ms\" is out of range"},
+          {"name = \"left\"", "name = \"left\"\nphase = \"1 ms\"",
+           "'phase': 1 ms is a period of 1 ms or more; write the rest"},
+          {"[[expect]]", "[remap]\nestimate = { weight = 0 }\n[[expect]]",
+           "'weight': 0 is out of range; it must be above 0 and at most 1"},
+          {"[[expect]]", "[remap]\nestimate = { weight = nan }\n[[expect]]", "'weight': nan is not a number"},
+          {"[[expect]]", "[remap]\nlatency = \"-1 ms\"\n[[expect]]", "'latency': \"-1 ms\" is out of range"},
+          {"[[expect]]", "[remap]\nlatency = \"minmal\"\n[[expect]]", "did you mean 'minimal'?"},
+          {"[[expect]]", "[remap]\nunderrun = { force = \"zero\" }\n[[expect]]", "'force': \"zero\" must be \"hold\""},
+      });
 }
 
 TEST_CASE("Timings that cannot be are named with the numbers that clash") {
-  check_each(kSpring, {
-      {"11.1 ms", "33.4 ms", "scenario.toml:10:17: error: 'visualization': V = 33.4 ms of a segment of T = 33.333333 ms leaves no time for steps"},
-      {"11.1 ms", "33.333333 ms", "leaves no time for steps"},      // a third of a nanosecond for 15 steps
-      {"steps = 15", "steps = 15\nstep = \"1.5 ms\"", "scenario.toml:12:8: error: 'step': V + N s = 33.6 ms is longer than the segment of 33.333333 ms"},
-      {"steps = 15", "steps = 15\nstep = \"40 ms\"", "'step': 40 ms is longer than the segment of 33.333333 ms"},
-      {"steps = 15", "steps = 15\nstep = \"0 s\"", "'step': \"0 s\" is out of range"},
-      {"steps = 15", "steps = 15\nstep = \"fil\"", "'step': \"fil\" must be \"fill\", \"real\" or a time; did you mean 'fill'?"},
-      {"segment = \"30 Hz\"", "", "scenario.toml:8:1: error: [timing] has no 'segment', which step = \"fill\" needs"},
-      {"segment = \"30 Hz\"", "segment = \"1 us\"", "'segment': \"1 us\" is out of range; it must be between 10 us and 1e6 s"},
-      {"segment = \"30 Hz\"", "segment = \"-1 s\"", "'segment': \"-1 s\" is out of range"},
-      {"steps = 15", "steps = 15\njitter = { step = \"gaussian 3 %\" }", "'step': \"gaussian 3 %\" must be \"lognormal <ratio>\", such as \"lognormal 10 %\""},
-      {"steps = 15", "steps = 15\njitter = { step = \"lognormal -3 %\" }", "is out of range"},
-      {"steps = 15", "steps = 15\njitter = { step = \"lognormal 3 ms\" }", "'ms' is a unit of time, not of ratio"},
-      {"steps = 15", "steps = 15\njitter = { step = 10 }", "'step': 10 has no unit"},
-      {"steps = 15", "steps = 15\ntrace = \"x.csv\"", "scenario.toml:9:1: error: 'segment' does not go with 'trace': the recording says it all"},
-  });
+  check_each(
+      kSpring,
+      {
+          {"11.1 ms", "33.4 ms",
+           "scenario.toml:10:17: error: 'visualization': V = 33.4 ms of a segment of T = 33.333333 ms leaves no time for "
+           "steps"},
+          {"11.1 ms", "33.333333 ms", "leaves no time for steps"},  // a third of a nanosecond for 15 steps
+          {"steps = 15", "steps = 15\nstep = \"1.5 ms\"",
+           "scenario.toml:12:8: error: 'step': V + N s = 33.6 ms is longer than the segment of 33.333333 ms"},
+          {"steps = 15", "steps = 15\nstep = \"40 ms\"", "'step': 40 ms is longer than the segment of 33.333333 ms"},
+          {"steps = 15", "steps = 15\nstep = \"0 s\"", "'step': \"0 s\" is out of range"},
+          {"steps = 15", "steps = 15\nstep = \"fil\"",
+           "'step': \"fil\" must be \"fill\", \"real\" or a time; did you mean 'fill'?"},
+          {"segment = \"30 Hz\"", "", "scenario.toml:8:1: error: [timing] has no 'segment', which step = \"fill\" needs"},
+          {"segment = \"30 Hz\"", "segment = \"1 us\"",
+           "'segment': \"1 us\" is out of range; it must be between 10 us and 9 s"},
+          {"segment = \"30 Hz\"", "segment = \"9.000000001 s\"", "'segment': \"9.000000001 s\" is out of range"},
+          {"segment = \"30 Hz\"", "step = \"10 s\"",
+           "scenario.toml:9:8: error: 'step': V + N s is out of range; it must be between 10 us and 9 s"},
+          {"segment = \"30 Hz\"", "segment = \"-1 s\"", "'segment': \"-1 s\" is out of range"},
+          {"steps = 15", "steps = 15\njitter = { step = \"gaussian 3 %\" }",
+           "'step': \"gaussian 3 %\" must be \"lognormal <ratio>\", such as \"lognormal 10 %\""},
+          {"steps = 15", "steps = 15\njitter = { step = \"lognormal -3 %\" }", "is out of range"},
+          {"steps = 15", "steps = 15\njitter = { step = \"lognormal 3 ms\" }", "'ms' is a unit of time, not of ratio"},
+          {"steps = 15", "steps = 15\njitter = { step = 10 }", "'step': 10 has no unit"},
+          {"steps = 15", "steps = 15\ntrace = \"x.csv\"",
+           "scenario.toml:9:1: error: 'segment' does not go with 'trace': the recording says it all"},
+      });
   std::string many = "steps = [1";
   for (int i = 0; i < 1000; ++i) many += ", 1";
   CHECK_THAT(errors_of(read_text(changed(kSpring, "steps = 15", many + "]"))), Contains("lists more than 1000 values"));
 }
 
 TEST_CASE("Strategies, devices and expectations must fit each other") {
-  check_each(kSpring, {
-      {"warmup = \"8 segments\"", "strategies = [\"direct\", \"direct\"]", "scenario.toml:7:25: error: 'strategies' names \"direct\" twice"},
-      {"warmup = \"8 segments\"", "strategies = []", "'strategies' is empty; name at least one"},
-      {"warmup = \"8 segments\"", "strategies = [\"phaselocked\"]", "did you mean 'phase_locked'?"},
-      {"warmup = \"8 segments\"", "live = \"ideal\"", "'live': \"ideal\" must be \"direct\", \"paper\" or \"phase_locked\""},
-      {"warmup = \"8 segments\"", "strategies = [\"ideal\"]", "scenario.toml:19:10: error: 'signal': there is no strategy 'direct'; this scenario has: ideal"},
-      {"name = \"left\"", "name = \"le ft\"", "'name': \"le ft\" must be letters, digits, _ and -"},
-      {"name = \"left\"", "name = \"\"", "'name': \"\" must be letters, digits, _ and -"},
-      {"name = \"left\"", "name = \"solver\"", "is a signal of its own"},
-      {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"left\"", "scenario.toml:18:8: error: 'name': there is a device \"left\" already"},
-      {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"b\"\n[[device]]\nname = \"c\"", "scenario.toml:19:1: error: more than 2 devices"},
-      {"name = \"left\"", "name = \"left\"\ngrab = { center = [\"0 m\", \"0 m\", \"0 m\"], radius = \"1 mm\" }", "'grab' means nothing with a spring"},
-      {"left.interaction.direct", "right.interaction.direct", "scenario.toml:19:10: error: 'signal': there is no device 'right'; this scenario has: left"},
-      {"left.interaction.direct", "left.interactoin.direct", "'interactoin' is not a signal of a device; did you mean 'interaction'?"},
-      {"left.interaction.direct", "left.interaction", "'left.interaction' is not a signal; write <device>.interaction.<strategy>"},
-      {"left.interaction.direct", "left..direct", "is not a signal"},
-      {"left.interaction.direct", "", "'' is not a signal"},
-      {"left.interaction.direct", "solver.warp", "there is no strategy 'warp'"},
-      {"min = \"4 step\"", "", "scenario.toml:18:1: error: [[expect]] has no limit; write min, max or equals"},
-      {"min = \"4 step\"", "min = \"4 stip\"", "'min': 'stip' is not a unit; did you mean 'step'?"},
-      {"min = \"4 step\"", "min = \"4 step\"\nmax = \"3 step\"", "scenario.toml:21:7: error: 'min': 4 step is above max, 3 step; nothing can hold"},
-      {"min = \"4 step\"", "min = \"1 ms\"\nmax = \"999 us\"", "nothing can hold"},
-      {"min = \"4 step\"", "min = \"2 segments\"\nmax = \"60 ms\"", "nothing can hold"},
-      {"min = \"4 step\"", "min = 1\nequals = 1", "'equals' is min and max in one; remove the other"},
-      {"min = \"4 step\"", "min = nan", "'min': nan is not a number"},
-      {"min = \"4 step\"", "min = true", "'min': must be a limit, not true"},
-      {"metric = \"velocity_jump\"", "", "[[expect]] has no 'metric'"},
-      {"metric = \"velocity_jump\"", "metric = \"\"", "'metric' is empty"},
-      {"[[expect]]", "[expect_stop]\nreason = \"tired\"\n[[expect]]", "'reason': \"tired\" must be \"unstable-step\", \"diverged\" or \"bad-input\""},
-  });
-  for (const char* signal : {"run", "solver.*", "*.*", "events.device.tick", "*.interaction.direct", "left.*.*", "left.buffers.paper", "events.*.*"}) {
+  check_each(kSpring,
+             {
+                 {"warmup = \"8 segments\"", "strategies = [\"direct\", \"direct\"]",
+                  "scenario.toml:7:25: error: 'strategies' names \"direct\" twice"},
+                 {"warmup = \"8 segments\"", "strategies = []", "'strategies' is empty; name at least one"},
+                 {"warmup = \"8 segments\"", "strategies = [\"phaselocked\"]", "did you mean 'phase_locked'?"},
+                 {"warmup = \"8 segments\"", "live = \"ideal\"",
+                  "'live': \"ideal\" must be \"direct\", \"paper\" or \"phase_locked\""},
+                 {"warmup = \"8 segments\"", "strategies = [\"ideal\"]",
+                  "scenario.toml:19:10: error: 'signal': there is no strategy 'direct'; this scenario has: ideal"},
+                 {"name = \"left\"", "name = \"le ft\"", "'name': \"le ft\" must be letters, digits, _ and -"},
+                 {"name = \"left\"", "name = \"\"", "'name': \"\" must be letters, digits, _ and -"},
+                 {"name = \"left\"", "name = \"solver\"", "is a signal of its own"},
+                 {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"left\"",
+                  "scenario.toml:18:8: error: 'name': there is a device \"left\" already"},
+                 {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"b\"\n[[device]]\nname = \"c\"",
+                  "scenario.toml:19:1: error: more than 2 devices"},
+                 {"name = \"left\"", "name = \"left\"\ngrab = { center = [\"0 m\", \"0 m\", \"0 m\"], radius = \"1 mm\" }",
+                  "'grab' means nothing with a spring"},
+                 {"left.interaction.direct", "right.interaction.direct",
+                  "scenario.toml:19:10: error: 'signal': there is no device 'right'; this scenario has: left"},
+                 {"left.interaction.direct", "left.interactoin.direct",
+                  "'interactoin' is not a signal of a device; did you mean 'interaction'?"},
+                 {"left.interaction.direct", "left.interaction",
+                  "'left.interaction' is not a signal; write <device>.interaction.<strategy>"},
+                 {"left.interaction.direct", "left..direct", "is not a signal"},
+                 {"left.interaction.direct", "", "'' is not a signal"},
+                 {"left.interaction.direct", "solver.warp", "there is no strategy 'warp'"},
+                 {"min = \"4 step\"", "", "scenario.toml:18:1: error: [[expect]] has no limit; write min, max or equals"},
+                 {"min = \"4 step\"", "min = \"4 stip\"", "'min': 'stip' is not a unit; did you mean 'step'?"},
+                 {"min = \"4 step\"", "min = \"4 step\"\nmax = \"3 step\"",
+                  "scenario.toml:21:7: error: 'min': 4 step is above max, 3 step; nothing can hold"},
+                 {"min = \"4 step\"", "min = \"1 ms\"\nmax = \"999 us\"", "nothing can hold"},
+                 {"min = \"4 step\"", "min = \"2 segments\"\nmax = \"60 ms\"", "nothing can hold"},
+                 {"min = \"4 step\"", "min = 1\nequals = 1", "'equals' is min and max in one; remove the other"},
+                 {"min = \"4 step\"", "min = nan", "'min': nan is not a number"},
+                 {"min = \"4 step\"", "min = true", "'min': must be a limit, not true"},
+                 {"metric = \"velocity_jump\"", "", "[[expect]] has no 'metric'"},
+                 {"metric = \"velocity_jump\"", "metric = \"\"", "'metric' is empty"},
+                 {"[[expect]]", "[expect_stop]\nreason = \"tired\"\n[[expect]]",
+                  "'reason': \"tired\" must be \"unstable-step\", \"diverged\" or \"bad-input\""},
+             });
+  for (const char* signal : {"run", "solver.*", "*.*", "events.device.tick", "*.interaction.direct", "left.*.*",
+                             "left.buffers.paper", "events.*.*"}) {
     INFO(signal);
     CHECK(errors_of(read_text(changed(kSpring, "left.interaction.direct", signal))) == "");
   }
 }
 
 TEST_CASE("A tissue must fit its lattice and its devices") {
-  check_each(kTissue, {
-      {"particles = 800", "particles = 811", "scenario.toml:13:13: error: 'particles': 811 do not fit the 810 sites of the lattice; write at most 810"},
-      {"particles = 800", "particles = 729", "'particles': 729 of 810 sites would cut more than the top layer of 81; write a smaller lattice"},
-      {"lattice = [9, 9, 10]", "lattice = [9, 0, 10]", "'lattice': 0 is out of range"},
-      {"lattice = [9, 9, 10]", "lattice = [9, 9]", "'lattice' must be a list of three (x, y, z), each a whole number, such as [27, 27, 28]"},
-      {"lattice = [9, 9, 10]\nparticles = 800", "lattice = [1000, 1000, 101]", "101000000 particles are more than the limit of 100000000"},
-      {"particles = 800", "spacing = \"0 m\"", "'spacing': \"0 m\" is out of range"},
-      {"particles = 800", "mass = \"0 g\"", "'mass': \"0 g\" is out of range"},
-      {"particles = 800", "substeps = 0", "'substeps': 0 is out of range"},
-      {"particles = 800", "substeps = \"many\"", "'substeps': \"many\" must be \"auto\" or a whole number"},
-      {"particles = 800", "fixed = \"top\"", "'fixed': \"top\" must be \"bottom\" or \"none\""},
-      {"grab = { center = [\"20 mm\", \"20 mm\", \"45 mm\"], radius = \"6 mm\" }", "", "scenario.toml:15:1: error: [[device]] has no 'grab', which kind = \"tissue\" needs"},
-      {", radius = \"6 mm\"", "", "device.grab has no 'radius'; write radius = \"6 mm\""},
-      {"stop = \"0.5 s\"", "stop = \"0.05 s\"", "'stop': 50 ms is within the smooth start of 100 ms; stop later"},
-      {", stop = \"0.5 s\"", "", "device.motion has no 'stop'; write stop = \"1 s\""},
-      {"frequency = \"1/3 Hz\"", "frequency = \"1/0 Hz\"", "divides by zero"},
-      {"queue = \"libusb\"", "queue = \"usb\"", "'queue': \"usb\" must be \"hidraw\" or \"libusb\""},
-  });
+  check_each(kTissue,
+             {
+                 {"particles = 800", "particles = 811",
+                  "scenario.toml:13:13: error: 'particles': 811 do not fit the 810 sites of the lattice; write at most 810"},
+                 {"particles = 800", "particles = 729",
+                  "'particles': 729 of 810 sites would cut more than the top layer of 81; write a smaller lattice"},
+                 {"lattice = [9, 9, 10]", "lattice = [9, 0, 10]", "'lattice': 0 is out of range"},
+                 {"lattice = [9, 9, 10]", "lattice = [9, 9]",
+                  "'lattice' must be a list of three (x, y, z), each a whole number, such as [27, 27, 28]"},
+                 {"lattice = [9, 9, 10]\nparticles = 800", "lattice = [1000, 1000, 101]",
+                  "101000000 particles are more than the limit of 100000000"},
+                 {"particles = 800", "spacing = \"0 m\"", "'spacing': \"0 m\" is out of range"},
+                 {"particles = 800", "mass = \"0 g\"", "'mass': \"0 g\" is out of range"},
+                 {"particles = 800", "substeps = 0", "'substeps': 0 is out of range"},
+                 {"particles = 800", "substeps = \"many\"", "'substeps': \"many\" must be \"auto\" or a whole number"},
+                 {"particles = 800", "fixed = \"top\"", "'fixed': \"top\" must be \"bottom\" or \"none\""},
+                 {"grab = { center = [\"20 mm\", \"20 mm\", \"45 mm\"], radius = \"6 mm\" }", "",
+                  "scenario.toml:15:1: error: [[device]] has no 'grab', which kind = \"tissue\" needs"},
+                 {", radius = \"6 mm\"", "", "device.grab has no 'radius'; write radius = \"6 mm\""},
+                 {"stop = \"0.5 s\"", "stop = \"0.05 s\"", "'stop': 50 ms is within the smooth start of 100 ms; stop later"},
+                 {", stop = \"0.5 s\"", "", "device.motion has no 'stop'; write stop = \"1 s\""},
+                 {"frequency = \"1/3 Hz\"", "frequency = \"1/0 Hz\"", "divides by zero"},
+                 {"queue = \"libusb\"", "queue = \"usb\"", "'queue': \"usb\" must be \"hidraw\" or \"libusb\""},
+             });
 }
 
 TEST_CASE("All mistakes of a file are reported at once, by position") {
@@ -182,20 +236,23 @@ TEST_CASE("All mistakes of a file are reported at once, by position") {
         "scenario.toml:10:17: error: 'visualization': 'msec' is not a unit of time; did you mean 'ms'?\n"
         "scenario.toml:14:13: error: 'stiffness': 'N' is a unit of force, not of stiffness\n");
   // The signal was not judged against a [run] that is faulty itself; with that mended, it is.
-  CHECK_THAT(errors_of(read_text(changed(text, "durration", "duration"))), Contains("scenario.toml:19:10: error: 'signal': there is no device 'x'"));
+  CHECK_THAT(errors_of(read_text(changed(text, "durration", "duration"))),
+             Contains("scenario.toml:19:10: error: 'signal': there is no device 'x'"));
 }
 
 TEST_CASE("A file of an unknown format, with a syntax error or a duplicate key is refused with its place") {
   check_each(kSpring, {
-      {"format = 1\n", "", "scenario.toml:1:1: error: no 'format'; write format = 1 at the top"},
-      {"format = 1", "format = 2", "scenario.toml:1:10: error: format = 2 is not known to this version, which reads format = 1"},
-      {"format = 1", "format = \"1\"", "format = \"1\" is not known"},
-      {"steps = 15", "steps = 15\nsteps = 16", "scenario.toml:12:"},
-      {"steps = 15", "steps = 15 Hz", "scenario.toml:11:"},
-      {"steps = 15", "steps = ", "scenario.toml:11:"},
-      {"because = \"the", "because = \"\xff\xfe", "scenario.toml:3:"},
-      {"steps = 15", "a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s.t.u.v.w.x.y.z.a.b.c.d.e.f.g.h.i.j = 1", "scenario.toml:11:1: error: more than 32 dots in one line"},
-  });
+                          {"format = 1\n", "", "scenario.toml:1:1: error: no 'format'; write format = 1 at the top"},
+                          {"format = 1", "format = 2",
+                           "scenario.toml:1:10: error: format = 2 is not known to this version, which reads format = 1"},
+                          {"format = 1", "format = \"1\"", "format = \"1\" is not known"},
+                          {"steps = 15", "steps = 15\nsteps = 16", "scenario.toml:12:"},
+                          {"steps = 15", "steps = 15 Hz", "scenario.toml:11:"},
+                          {"steps = 15", "steps = ", "scenario.toml:11:"},
+                          {"because = \"the", "because = \"\xff\xfe", "scenario.toml:3:"},
+                          {"steps = 15", "a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s.t.u.v.w.x.y.z.a.b.c.d.e.f.g.h.i.j = 1",
+                           "scenario.toml:11:1: error: more than 32 dots in one line"},
+                      });
 }
 
 TEST_CASE("A file that is not there, a folder, or one past the size limit is refused") {
@@ -207,7 +264,8 @@ TEST_CASE("A file that is not there, a folder, or one past the size limit is ref
   const std::size_t limit = 1 << 20;
   const std::string full = head + std::string(limit - head.size(), '\n');
   CHECK(errors_of(read_scenario(folder.write("full.toml", full))) == "");
-  CHECK_THAT(errors_of(read_scenario(folder.write("over.toml", full + "\n"))), Contains("over.toml: error: is larger than 1048576 bytes"));
+  CHECK_THAT(errors_of(read_scenario(folder.write("over.toml", full + "\n"))),
+             Contains("over.toml: error: is larger than 1048576 bytes"));
   CHECK_THAT(errors_of(read_scenario(folder.write("empty.toml", ""))), Contains("empty.toml:1:1: error: no 'format'"));
 }
 
@@ -222,18 +280,22 @@ TEST_CASE("A trace or a motion file that is wrong is reported with its own line,
   timing.replace(timing.find("segment = "), timing.find("[scene]") - timing.find("segment = "), "trace = \"bad.csv\"\n");
   const auto with = [&](const std::string& text) { return errors_of(read_scenario(folder.write("s.toml", text))); };
   CHECK_THAT(with(timing), Contains("bad.csv:2:12: error: ends at 4 ns"));
-  CHECK_THAT(with(changed(timing, "bad.csv", "nothere.csv")), Contains("s.toml:9:9: error: 'trace': '") && Contains("nothere.csv' no such file"));
-  CHECK_THAT(with(changed(timing, "bad.csv", "idle.csv")), Contains("s.toml:9:9: error: 'trace': '") && Contains("holds no step"));
+  CHECK_THAT(with(changed(timing, "bad.csv", "nothere.csv")),
+             Contains("s.toml:9:9: error: 'trace': '") && Contains("nothere.csv' no such file"));
+  CHECK_THAT(with(changed(timing, "bad.csv", "idle.csv")),
+             Contains("s.toml:9:9: error: 'trace': '") && Contains("holds no step"));
   CHECK_THAT(with(changed(timing, "bad.csv", "")), Contains("'trace': names no file"));
   std::string motion = kSpring;
-  motion.replace(motion.find("motion = "), motion.find("[[expect]]") - motion.find("motion = "), "motion = { kind = \"recorded\", file = \"hand.csv\" }\n");
+  motion.replace(motion.find("motion = "), motion.find("[[expect]]") - motion.find("motion = "),
+                 "motion = { kind = \"recorded\", file = \"hand.csv\" }\n");
   const std::string errors = with(motion);
   CHECK_THAT(errors, Contains("hand.csv:3:1: error: 0 s is not later than the row before"));
   CHECK_THAT(errors, Contains("hand.csv:4:3: error: 'nan' is not a number"));
   CHECK_THAT(errors, Contains("hand.csv:5:1: error: 3 cells, where a row has 4"));
   CHECK_THAT(errors, Contains("hand.csv:6:7: error: '3 ' is not a number"));
   CHECK_THAT(errors, Contains("hand.csv:7:3: error: '1e4' is not a number between -1000 and 1000"));
-  CHECK_THAT(with(changed(motion, "hand.csv", "nothere.csv")), Contains("s.toml:17:") && Contains("nothere.csv' no such file"));
+  CHECK_THAT(with(changed(motion, "hand.csv", "nothere.csv")),
+             Contains("s.toml:17:") && Contains("nothere.csv' no such file"));
   CHECK_THAT(with(changed(motion, "hand.csv", "head.csv")), Contains("the first line must be t_s,x_m,y_m,z_m"));
   CHECK_THAT(with(changed(motion, "hand.csv", "none_at_all.csv")), Contains("no rows"));
 }

@@ -1,6 +1,5 @@
-#include <random>
-
 #include <catch2/catch.hpp>
+#include <random>
 
 #include "evenstep/harness/scenario.h"
 #include "evenstep/harness/timing_csv.h"
@@ -17,11 +16,21 @@ std::string mutated(std::string text, std::mt19937_64& random) {
   for (int i = 0; i < changes && !text.empty(); ++i) {
     const std::size_t at = random() % text.size();
     switch (random() % 5) {
-      case 0: text[at] = static_cast<char>(random()); break;
-      case 1: text[at] = "0123456789.-+eE\"'[]{}=,# \n"[random() % 26]; break;
-      case 2: text.erase(at, 1 + random() % 8); break;
-      case 3: text.insert(at, 1, static_cast<char>(random())); break;
-      default: text.insert(at, text.substr(random() % text.size(), 1 + random() % 40)); break;
+      case 0:
+        text[at] = static_cast<char>(random());
+        break;
+      case 1:
+        text[at] = "0123456789.-+eE\"'[]{}=,# \n"[random() % 26];
+        break;
+      case 2:
+        text.erase(at, 1 + random() % 8);
+        break;
+      case 3:
+        text.insert(at, 1, static_cast<char>(random()));
+        break;
+      default:
+        text.insert(at, text.substr(random() % text.size(), 1 + random() % 40));
+        break;
     }
   }
   return text;
@@ -30,7 +39,7 @@ std::string mutated(std::string text, std::mt19937_64& random) {
 }  // namespace
 
 TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place, and what is read reads back") {
-  std::mt19937_64 random(20'070'101);      // fixed seed: the same files on every run
+  std::mt19937_64 random(20'070'101);  // fixed seed: the same files on every run
   const Folder folder;
   int read = 0, refused = 0;
   for (int i = 0; i < 10'000; ++i) {
@@ -38,7 +47,8 @@ TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place,
     const ReadResult result = read_scenario(folder.write("s.toml", text));
     if (result.scenario.has_value() != result.errors.empty()) FAIL("neither read nor refused:\n" << text);
     for (const Diagnostic& error : result.errors) {
-      if (error.message.empty() || error.line < 1 || error.column < 1) FAIL("an error without a place:\n" << text << evenstep::text(error));
+      if (error.message.empty() || error.line < 1 || error.column < 1)
+        FAIL("an error without a place:\n" << text << evenstep::text(error));
     }
     if (!result.scenario) {
       ++refused;
@@ -46,7 +56,8 @@ TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place,
       ++read;
       if (read % 10 != 0) continue;
       const ReadResult again = read_scenario(folder.write("r.toml", result.scenario->resolved_toml));
-      if (!again.scenario || describe(*again.scenario) != describe(*result.scenario)) FAIL("does not read back:\n" << text << errors_of(again));
+      if (!again.scenario || describe(*again.scenario) != describe(*result.scenario))
+        FAIL("does not read back:\n" << text << errors_of(again));
     }
   }
   // Both ways out are taken; most damage is found.
@@ -56,8 +67,9 @@ TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place,
 
 TEST_CASE("Ten thousand damaged recordings are each read or refused") {
   std::mt19937_64 random(30);
-  const std::string good = "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n0,idle,0,18200,30100\n"
-                           "1,visualization,0,30100,42100\n1,step,0,42100,46100\n1,step,1,46100,50100\n";
+  const std::string good =
+      "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n0,idle,0,18200,30100\n"
+      "1,visualization,0,30100,42100\n1,step,0,42100,46100\n1,step,1,46100,50100\n";
   int read = 0;
   for (int i = 0; i < 10'000; ++i) {
     const TimingCsv csv = parse_timing_csv(mutated(good, random), "x.csv");

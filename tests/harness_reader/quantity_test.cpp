@@ -1,7 +1,8 @@
 #include "evenstep/harness/quantity.h"
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
+
+#include <catch2/catch.hpp>
 
 #include "rational.h"
 #include "suggest.h"
@@ -36,7 +37,10 @@ TEST_CASE("A duration is read to the exact nanosecond, without a double in betwe
 }
 
 TEST_CASE("Every count of nanoseconds up to 10 us and around each power of ten reads back in each unit") {
-  struct { const char* unit; int digits; } const rows[] = {{"ns", 0}, {"us", 3}, {"ms", 6}, {"s", 9}};
+  struct {
+    const char* unit;
+    int digits;
+  } const rows[] = {{"ns", 0}, {"us", 3}, {"ms", 6}, {"s", 9}};
   const auto check = [&](std::int64_t value) {
     for (const auto& row : rows) {
       std::int64_t scale = 1;
@@ -47,12 +51,16 @@ TEST_CASE("Every count of nanoseconds up to 10 us and around each power of ten r
   };
   for (std::int64_t value = 0; value <= 10'000; ++value) check(value);
   for (std::int64_t power = 100'000; power <= 1'000'000'000'000'000; power *= 10) {
-    for (std::int64_t value = power - 3; value <= std::min<std::int64_t>(power + 3, 1'000'000'000'000'000); ++value) check(value);
+    for (std::int64_t value = power - 3; value <= std::min<std::int64_t>(power + 3, 1'000'000'000'000'000); ++value)
+      check(value);
   }
 }
 
 TEST_CASE("A duration that cannot be meant is refused with the remedy") {
-  struct { const char* text; const char* error; } const rows[] = {
+  struct {
+    const char* text;
+    const char* error;
+  } const rows[] = {
       {"11.1", "'11.1' has no unit; write a time such as \"11.1 ms\""},
       {"11.1 msec", "'msec' is not a unit of time; did you mean 'ms'?"},
       {"11.1 MS", "did you mean 'ms'?"},
@@ -88,14 +96,17 @@ TEST_CASE("Nominal times are units of time once [timing] is known, with or witho
   CHECK(parse_duration("3 slots", nominal).value.ns == 6'666'666);
   CHECK(parse_duration("2 step_run_times", nominal).value.ns == 2'964'444);
   CHECK_FALSE(parse_duration("1e9 segments", nominal).ok());
-  CHECK_FALSE(parse_duration("1 mss", nominal).ok());      // symbols take no plural
+  CHECK_FALSE(parse_duration("1 mss", nominal).ok());  // symbols take no plural
 }
 
 TEST_CASE("A rate is an exact fraction in lowest terms") {
-  struct { const char* text; Rate rate; } const rows[] = {
-      {"30 Hz", {30, 1}},     {"1/3 Hz", {1, 3}},   {"2.5 kHz", {2500, 1}}, {"33.3 Hz", {333, 10}}, {"2/6 kHz", {1000, 3}},
-      {"1e3 Hz", {1000, 1}},  {"0.5Hz", {1, 2}},    {"500 mHz", {1, 2}},    {"1000/3Hz", {1000, 3}}, {"1.5/4.5 Hz", {1, 3}},
-      {"1e-6 Hz", {1, 1'000'000}}, {"1e9 Hz", {1'000'000'000, 1}},
+  struct {
+    const char* text;
+    Rate rate;
+  } const rows[] = {
+      {"30 Hz", {30, 1}},      {"1/3 Hz", {1, 3}},     {"2.5 kHz", {2500, 1}},      {"33.3 Hz", {333, 10}},
+      {"2/6 kHz", {1000, 3}},  {"1e3 Hz", {1000, 1}},  {"0.5Hz", {1, 2}},           {"500 mHz", {1, 2}},
+      {"1000/3Hz", {1000, 3}}, {"1.5/4.5 Hz", {1, 3}}, {"1e-6 Hz", {1, 1'000'000}}, {"1e9 Hz", {1'000'000'000, 1}},
   };
   for (const auto& row : rows) {
     INFO(row.text);
@@ -103,7 +114,8 @@ TEST_CASE("A rate is an exact fraction in lowest terms") {
     REQUIRE(parsed.error == "");
     CHECK(parsed.value == row.rate);
   }
-  for (const char* bad : {"0 Hz", "-1 Hz", "1/0 Hz", "30", "30 hz", "30 ms", "2e9 Hz", "1e-7 Hz", "1/ Hz", "nan Hz", "1e-30 Hz", "1e30 kHz"}) {
+  for (const char* bad :
+       {"0 Hz", "-1 Hz", "1/0 Hz", "30", "30 hz", "30 ms", "2e9 Hz", "1e-7 Hz", "1/ Hz", "nan Hz", "1e-30 Hz", "1e30 kHz"}) {
     INFO(bad);
     CHECK_FALSE(parse_rate(bad).ok());
   }
@@ -112,12 +124,17 @@ TEST_CASE("A rate is an exact fraction in lowest terms") {
 
 TEST_CASE("An SI value is the double nearest to what is written") {
   using D = Dimension;
-  struct { const char* text; D dimension; double value; } const rows[] = {
-      {"5 mm", D::length, 5e-3},          {"0.3 nm", D::length, 3e-10},   {"2 cm", D::length, 0.02},        {"0.1 m/s", D::velocity, 0.1},
-      {"10 mm/s", D::velocity, 0.01},     {"3 uN", D::force, 3e-6},       {"2 kN", D::force, 2000},         {"200 N/m", D::stiffness, 200},
-      {"0.3 N/mm", D::stiffness, 300},    {"0.2 kN/m", D::stiffness, 200}, {"1e-3 N s/m", D::damping, 1e-3}, {"0.125 g", D::mass, 1.25e-4},
-      {"7 ug", D::mass, 7e-9},            {"10 %", D::ratio, 0.1},        {"2 kHz", D::rate, 2000},         {"3 h", D::time, 10800},
-      {"1000 kN/s", D::slew, 1e6},        {"0.1", D::none, 0.1},
+  struct {
+    const char* text;
+    D dimension;
+    double value;
+  } const rows[] = {
+      {"5 mm", D::length, 5e-3},       {"0.3 nm", D::length, 3e-10},     {"2 cm", D::length, 0.02},
+      {"0.1 m/s", D::velocity, 0.1},   {"10 mm/s", D::velocity, 0.01},   {"3 uN", D::force, 3e-6},
+      {"2 kN", D::force, 2000},        {"200 N/m", D::stiffness, 200},   {"0.3 N/mm", D::stiffness, 300},
+      {"0.2 kN/m", D::stiffness, 200}, {"1e-3 N s/m", D::damping, 1e-3}, {"0.125 g", D::mass, 1.25e-4},
+      {"7 ug", D::mass, 7e-9},         {"10 %", D::ratio, 0.1},          {"2 kHz", D::rate, 2000},
+      {"3 h", D::time, 10800},         {"1000 kN/s", D::slew, 1e6},      {"0.1", D::none, 0.1},
   };
   for (const auto& row : rows) {
     INFO(row.text);
@@ -133,7 +150,8 @@ TEST_CASE("An SI value is the double nearest to what is written") {
 TEST_CASE("Each unit measures exactly one dimension") {
   using D = Dimension;
   for (const internal::Unit& unit : internal::units()) {
-    for (const D dimension : {D::time, D::length, D::velocity, D::force, D::stiffness, D::damping, D::mass, D::rate, D::ratio, D::slew}) {
+    for (const D dimension :
+         {D::time, D::length, D::velocity, D::force, D::stiffness, D::damping, D::mass, D::rate, D::ratio, D::slew}) {
       INFO(unit.name);
       const bool plain = unit.kind == internal::UnitKind::plain;
       CHECK(parse_si(fmt::format("2 {}", unit.name), dimension).ok() == (plain && unit.dimension == dimension));
@@ -168,12 +186,13 @@ TEST_CASE("A rate of a long recording is within 1 / (den * 9e9) of the quotient 
   std::uint64_t state = 1;
   for (int i = 0; i < 20'000; ++i) {
     state = state * 6364136223846793005u + 1442695040888963407u;
-    const std::int64_t steps = 1 + static_cast<std::int64_t>(state >> 44);                  // up to 1e6
-    const std::int64_t length_ns = 1'000'000 + static_cast<std::int64_t>((state >> 14) & 0xff'ffff'ffff);      // up to 18 min
+    const std::int64_t steps = 1 + static_cast<std::int64_t>(state >> 44);                                 // up to 1e6
+    const std::int64_t length_ns = 1'000'000 + static_cast<std::int64_t>((state >> 14) & 0xff'ffff'ffff);  // up to 18 min
     const Rate rate = internal::reduced_rate(static_cast<__int128>(steps) * 1'000'000'000, length_ns);
     REQUIRE(rate.den <= internal::kMostRateDen);
     // |num/den - p/q| * q * 9e9 < 1, all in integers: |num q - p den| * 9e9 < den, by long division.
-    __int128 difference = static_cast<__int128>(steps) * 1'000'000'000 * rate.den - static_cast<__int128>(rate.num) * length_ns;
+    __int128 difference =
+        static_cast<__int128>(steps) * 1'000'000'000 * rate.den - static_cast<__int128>(rate.num) * length_ns;
     if (difference < 0) difference = -difference;
     REQUIRE(difference * internal::kMostRateDen <= length_ns);
   }

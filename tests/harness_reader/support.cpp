@@ -1,12 +1,11 @@
 #include "support.h"
 
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <filesystem>
 #include <fstream>
-
-#include <unistd.h>
-
-#include <fmt/format.h>
 
 namespace evenstep::test {
 namespace {
@@ -19,7 +18,9 @@ std::string at(const Budget& b) { return fmt::format("{} {}", static_cast<int>(b
 
 struct MotionText {
   std::string operator()(const Still& m) const { return "still " + at(m.position_m); }
-  std::string operator()(const ConstantVelocity& m) const { return fmt::format("velocity {} start {}", at(m.velocity_m_per_s), at(m.smooth_start)); }
+  std::string operator()(const ConstantVelocity& m) const {
+    return fmt::format("velocity {} start {}", at(m.velocity_m_per_s), at(m.smooth_start));
+  }
   std::string operator()(const Sine& m) const { return fmt::format("sine {} {}", at(m.amplitude_m), at(m.frequency)); }
   std::string operator()(const RampStop& m) const { return fmt::format("{} stop {}", (*this)(m.ramp), m.stop.ns); }
   std::string operator()(const RecordedMotion& m) const {
@@ -32,9 +33,10 @@ struct MotionText {
 struct SceneText {
   std::string operator()(const SpringScene& s) const { return fmt::format("spring {}", s.stiffness_N_per_m); }
   std::string operator()(const TissueScene& s) const {
-    std::string out = fmt::format("tissue {} {} {} spacing {} mass {} stiffness {} damping {} fixed {} substeps {} particles {}", s.lattice[0],
-                                  s.lattice[1], s.lattice[2], s.spacing_m, s.particle_mass_kg, s.stiffness_N_per_m, s.damping_per_s,
-                                  s.fixed_bottom, s.substeps, s.particle_count);
+    std::string out =
+        fmt::format("tissue {} {} {} spacing {} mass {} stiffness {} damping {} fixed {} substeps {} particles {}",
+                    s.lattice[0], s.lattice[1], s.lattice[2], s.spacing_m, s.particle_mass_kg, s.stiffness_N_per_m,
+                    s.damping_per_s, s.fixed_bottom, s.substeps, s.particle_count);
     for (const Grab& grab : s.grabs) out += fmt::format(" grab {} {}", at(grab.center_m), grab.radius_m);
     return out;
   }
@@ -42,12 +44,14 @@ struct SceneText {
 
 std::string timing_text(const TimingSpec& t) {
   const ProgrammedTiming& p = t.programmed;
-  std::string out = fmt::format("segment {} V {} N {} s {} steps_first {} cv {} {} seed {} paced {} real {} trace", at(p.segment), at(p.visualization),
-                                fmt::join(p.steps, ","), p.step ? at(*p.step) : "fill", p.steps_first, p.visualization_variation, p.step_variation,
-                                p.seed, t.paced_by_segment, t.real_steps);
+  std::string out =
+      fmt::format("segment {} V {} N {} s {} steps_first {} cv {} {} seed {} paced {} real {} trace", at(p.segment),
+                  at(p.visualization), fmt::join(p.steps, ","), p.step ? at(*p.step) : "fill", p.steps_first,
+                  p.visualization_variation, p.step_variation, p.seed, t.paced_by_segment, t.real_steps);
   for (const SegmentTiming& segment : t.trace) {
     out += fmt::format(" [{} {} {}", segment.index, segment.begin.ns, segment.end.ns);
-    if (segment.visualization) out += fmt::format(" V {} {}", segment.visualization->begin.ns, segment.visualization->end.ns);
+    if (segment.visualization)
+      out += fmt::format(" V {} {}", segment.visualization->begin.ns, segment.visualization->end.ns);
     for (const Interval& step : segment.steps) out += fmt::format(" {} {}", step.begin.ns, step.end.ns);
     out += "]";
   }
@@ -147,29 +151,36 @@ ReadResult read_text(const std::string& text, const ReadOptions& options) {
 std::string errors_of(const ReadResult& result) {
   std::string out;
   for (Diagnostic error : result.errors) {
-    if (error.line != 0 || error.file.rfind("--", 0) != 0) error.file = std::filesystem::path(error.file).filename().string();
+    if (error.line != 0 || error.file.rfind("--", 0) != 0)
+      error.file = std::filesystem::path(error.file).filename().string();
     out += text(error) + "\n";
   }
   return out;
 }
 
 std::string describe(const Scenario& s) {
-  std::string out = fmt::format("name {}\nbecause {}\ntags {}\nduration {} warmup {} seed {} live {} strategies", s.name, s.because, fmt::join(s.tags, ","),
-                                at(s.run_duration), at(s.warmup), s.seed, name_of(s.live));
+  std::string out =
+      fmt::format("name {}\nbecause {}\ntags {}\nduration {} warmup {} seed {} live {} strategies", s.name, s.because,
+                  fmt::join(s.tags, ","), at(s.run_duration), at(s.warmup), s.seed, name_of(s.live));
   for (const StrategyKind kind : s.strategies) out += fmt::format(" {}", name_of(kind));
   out += "\n" + timing_text(s.timing);
-  out += fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} group {}\n", static_cast<int>(s.solver), std::visit(SceneText{}, s.scene.body),
-                     at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy, s.scene.allow_unstable, s.work_group_size);
+  out += fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} group {}\n", static_cast<int>(s.solver),
+                     std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
+                     s.scene.allow_unstable, s.work_group_size);
   for (const DeviceSpec& d : s.devices) {
-    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {}\n", d.name, at(d.rate), at(d.phase), static_cast<int>(d.queue),
-                       std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns, static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s);
+    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {}\n", d.name, at(d.rate),
+                       at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,
+                       static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s);
   }
-  out += fmt::format("remap {} {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz, at(s.remap.latency), at(s.remap.lead));
+  out += fmt::format("remap {} {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz, at(s.remap.latency),
+                     at(s.remap.lead));
   for (const Expectation& e : s.expectations) {
-    out += fmt::format("expect {} {} '{}' min {} max {} fail {}\n", e.signal, e.metric, e.because, at(e.min), at(e.max), e.expect_fail);
+    out += fmt::format("expect {} {} '{}' min {} max {} fail {}\n", e.signal, e.metric, e.because, at(e.min), at(e.max),
+                       e.expect_fail);
   }
   if (s.expect_stop) out += fmt::format("stop {} {}\n", s.expect_stop->reason, s.expect_stop->at_most_step.value_or(-1));
-  return out + fmt::format("nominal {} {} {} {}\n", at(s.nominal.segment), at(s.nominal.visualization), at(s.nominal.slot), at(s.nominal.step_run_time));
+  return out + fmt::format("nominal {} {} {} {}\n", at(s.nominal.segment), at(s.nominal.visualization), at(s.nominal.slot),
+                           at(s.nominal.step_run_time));
 }
 
 }  // namespace evenstep::test

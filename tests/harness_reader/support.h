@@ -27,7 +27,7 @@ std::string errors_of(const ReadResult& result);
 /// Every value of a scenario but its file name and places, one per line: two scenarios are the same if this is.
 std::string describe(const Scenario& scenario);
 
-extern const char* const kSpring;      ///< a good scenario of each kind
+extern const char* const kSpring;  ///< a good scenario of each kind
 extern const char* const kTissue;
 
 }  // namespace evenstep::test

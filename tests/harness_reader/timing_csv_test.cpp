@@ -1,8 +1,7 @@
 #include "evenstep/harness/timing_csv.h"
 
-#include <filesystem>
-
 #include <catch2/catch.hpp>
+#include <filesystem>
 
 #include "csv_rows.h"
 #include "support.h"
@@ -20,8 +19,10 @@ std::string first_error(const std::string& rows) {
 }  // namespace
 
 TEST_CASE("A recording is shifted to begin at 0, keeps its gaps, and idle rows only move the end") {
-  const TimingCsv csv = parse_timing_csv(kHeader + "7,visualization,0,1000,1100\r\n7,step,0,1110,1200\n7,idle,0,1200,1300\n"
-                                         "8,step,1,1300,1400\n8,step,3,1400,1400\n", "x.csv");
+  const TimingCsv csv = parse_timing_csv(kHeader +
+                                             "7,visualization,0,1000,1100\r\n7,step,0,1110,1200\n7,idle,0,1200,1300\n"
+                                             "8,step,1,1300,1400\n8,step,3,1400,1400\n",
+                                         "x.csv");
   REQUIRE(csv.errors.empty());
   REQUIRE(csv.segments.size() == 2);
   const SegmentTiming& first = csv.segments[0];
@@ -39,23 +40,29 @@ TEST_CASE("A recording is shifted to begin at 0, keeps its gaps, and idle rows o
 }
 
 TEST_CASE("A visualization may overlap the steps of its own and of the next segment") {
-  const TimingCsv csv = parse_timing_csv(kHeader + "0,visualization,0,0,100\n0,step,0,10,50\n0,step,1,50,90\n0,step,2,90,120\n"
-                                         "1,visualization,0,105,200\n1,step,0,120,150\n", "x.csv");
+  const TimingCsv csv = parse_timing_csv(kHeader +
+                                             "0,visualization,0,0,100\n0,step,0,10,50\n0,step,1,50,90\n0,step,2,90,120\n"
+                                             "1,visualization,0,105,200\n1,step,0,120,150\n",
+                                         "x.csv");
   REQUIRE(csv.errors.empty());
   CHECK(csv.segments[0].end.ns == 120);
   CHECK(csv.segments[1].begin.ns == 105);
 }
 
 TEST_CASE("Steps may open a segment: it begins with the first of them") {
-  const TimingCsv csv = parse_timing_csv(kHeader + "0,step,0,5,10\n0,visualization,0,10,30\n1,idle,0,30,40\n1,step,0,40,50\n", "x.csv");
+  const TimingCsv csv =
+      parse_timing_csv(kHeader + "0,step,0,5,10\n0,visualization,0,10,30\n1,idle,0,30,40\n1,step,0,40,50\n", "x.csv");
   REQUIRE(csv.errors.empty());
   CHECK(csv.segments[0].begin.ns == 0);
   CHECK(csv.segments[0].visualization->begin.ns == 5);
-  CHECK(csv.segments[1].begin.ns == 35);      // the step, not the idle time before it
+  CHECK(csv.segments[1].begin.ns == 35);  // the step, not the idle time before it
 }
 
 TEST_CASE("A mistake in a recording is named with its line and column") {
-  struct { const char* rows; const char* error; } const table[] = {
+  struct {
+    const char* rows;
+    const char* error;
+  } const table[] = {
       {"0,step,0,0\n", "x.csv:2:1: error: 4 cells, where a row has 5"},
       {"0,step,0,0,1,2\n", "x.csv:2:1: error: 6 cells"},
       {"0,step,0,0,1\n0,step,1,1.5,2\n", "x.csv:3:10: error: '1.5' is not a whole number"},
@@ -84,7 +91,8 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
     INFO(row.rows);
     CHECK_THAT(first_error(row.rows), Contains(row.error));
   }
-  for (const char* header : {"", "0,step,0,0,1\n", "segment,kind,index,begin_ns\n", "\xef\xbb\xbfsegment,kind,index,begin_ns,end_ns\n"}) {
+  for (const char* header :
+       {"", "0,step,0,0,1\n", "segment,kind,index,begin_ns\n", "\xef\xbb\xbfsegment,kind,index,begin_ns,end_ns\n"}) {
     const TimingCsv csv = parse_timing_csv(header, "x.csv");
     REQUIRE(csv.errors.size() == 1);
     CHECK_THAT(text(csv.errors[0]), Contains("x.csv:1:1: error: the first line must be segment,kind,index,begin_ns,end_ns"));

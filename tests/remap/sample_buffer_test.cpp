@@ -65,6 +65,7 @@ TEST_CASE("lerp is exact at both entries of binary fractions, constant where the
     CHECK(r[1] == -1 + 2 * w);
     CHECK(r[2] == 0.1);
   }
+  for (int i = 0; i <= 97; ++i) CHECK(lerp(0.1, 0.1, i / 97.0) == 0.1);   // weights that round
   static_assert(lerp(3.0, 7.0, 0.0) == 3.0);
   static_assert(lerp(3.0f, 7.0f, 0.5) == 5.0f);
 }

@@ -47,12 +47,11 @@ class TimedRing {
 
   /// Entry `index` (0 = first ever pushed). False if it is not yet, or no longer, in the ring.
   bool get(std::uint64_t index, Entry& entry) const {
-    const std::uint64_t before = head();
-    if (index >= before || before - index > capacity_) return false;
+    if (index >= head()) return false;
     std::array<std::uint64_t, kWords> words;
     const Slot& slot = slots_[index % (capacity_ + 1)];
     for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
-    // The writer may be filling entry `head` now; its slot held entry head - (capacity + 1), which `<=` above excludes.
+    // The writer may be filling entry `head` now; its slot held entry head - (capacity + 1), which is out of reach here.
     if (head_.load(std::memory_order_relaxed) - index > capacity_) return false;
     std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));
     return true;
