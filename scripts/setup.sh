@@ -92,26 +92,38 @@ is_configured() {
   [[ $home -ef $repo ]]
 }
 
-# logged NAME COMMAND... : the command's output goes to NAME.log in the build folder, and to stderr if the command fails.
-logged() {
-  local log=$build/$1.log
-  shift
-  "$@" >"$log" 2>&1 || { cat -- "$log" >&2; return 1; }
-}
-
 configure() {
   note "configuring ${build/#"$repo/"/}"
-  logged configure cmake --fresh -S "$repo" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release ||
+  cmake --fresh -S "$repo" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >"$build/configure.log" 2>&1 || {
+    cat -- "$build/configure.log" >&2
     fail "CMake could not configure the build: see above"
+  }
 }
 
-compile() {  # compile TARGET NOTE
-  local log=(logged build)
-  # A dry run costs some milliseconds and tells whether there is anything to say.
-  if [[ $(cmake --build "$build" --target "$1" -- -n 2>&1) == *"no work to do"* ]]; then return 0; fi
-  note "$2"
-  if [[ -t 2 ]]; then log=(); fi   # ninja shows its progress there
-  "${log[@]}" cmake --build "$build" --target "$1" --parallel "$(nproc)" || fail "the build failed: see above"
+# compile TARGET NOTE : says NOTE if there is anything to build. The whole output is in build.log.
+compile() {
+  cmake --build "$build" --target "$1" --parallel "$(nproc)" 2>&1 | tee -- "$build/build.log" | show_progress "$2" || {
+    [[ -t 2 ]] || cat -- "$build/build.log" >&2
+    fail "the build failed: see above"
+  }
+}
+
+# Ninja's lines on stdin: NOTE before the first that builds something; on a terminal a running count, and in full whatever
+# else there is to read (the compiler's words).
+show_progress() {  # show_progress NOTE
+  local line building=
+  while IFS= read -r line; do
+    case $line in
+      *'Re-checking globbed directories'* | *'Re-running CMake'* | 'ninja: no work to do.' | '-- '*) ;;
+      '['[0-9]*/*)
+        [[ $building ]] || note "$1"
+        building=yes
+        if [[ -t 2 ]]; then printf '\r%s\e[K' "${line%%]*}]"; fi
+        ;;
+      *) if [[ -t 2 ]]; then printf '\r\e[K%s\n' "$line"; fi ;;
+    esac
+  done
+  if [[ $building && -t 2 ]]; then printf '\r\e[K'; fi
 }
 
 # set_up TARGET : afterwards `build` is the build folder and TARGET in it is up to date. One caller at a time.

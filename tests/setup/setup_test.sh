@@ -212,6 +212,7 @@ add_custom_command(OUTPUT ${program} DEPENDS ${CMAKE_SOURCE_DIR}/evenstep VERBAT
   COMMAND bash -n ${CMAKE_SOURCE_DIR}/evenstep COMMAND install ${CMAKE_SOURCE_DIR}/evenstep ${program}
   COMMAND bash -c "echo built >>builds")
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/apps)
+file(GLOB checked_by_every_build CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/scenarios/*)
 add_custom_target(evenstep ALL DEPENDS ${program})
 enable_testing()
 add_test(NAME short COMMAND true)
