@@ -22,7 +22,7 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
     const auto& [x, y, z] = constants.rest_m[s];
     springs += fmt::format("S({},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]));
   }
-  std::string options = fmt::format("-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DMASS={} -DFIRST={} -DCHUNK={}", springs,
+  std::string options = fmt::format("-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DMASS={} -DFIRST={}UL -DCHUNK={}", springs,
                                     hex(constants.step_s), hex(constants.acceleration), hex(constants.decay), hex(constants.stiffness_N_per_m),
                                     hex(constants.mass_kg), lattice.first, kChunk);
   cl_device_fp_config config = 0;
