@@ -9,7 +9,9 @@ namespace {
 class SpringSolver final : public Solver {
  public:
   explicit SpringSolver(double stiffness_N_per_m) : stiffness_N_per_m_(stiffness_N_per_m) {
-    if (!std::isfinite(stiffness_N_per_m)) throw SolverError(SolverFault::bad_scene, "the spring's stiffness is not finite", "a stiffness in N/m");
+    if (!std::isfinite(stiffness_N_per_m) || stiffness_N_per_m <= 0) {
+      throw SolverError(SolverFault::bad_scene, "the spring's stiffness is not positive", "a stiffness in N/m");
+    }
     info_.name = "cpu-double";
     info_.particles = 0;
     info_.left_out = {"particles", "substeps", "state digest", "energy"};
@@ -19,7 +21,8 @@ class SpringSolver final : public Solver {
     for (std::size_t tool = 0; tool < positions_m.size(); ++tool) {
       const glm::dvec3& x = positions_m[tool];
       if (!std::isfinite(x.x) || !std::isfinite(x.y) || !std::isfinite(x.z)) {
-        throw SolverError(SolverFault::bad_input, "a tool position is not finite", "check the device's reports or the recorded motion");
+        throw SolverError(SolverFault::bad_input, "a tool position is not finite",
+                          "check the device's reports or the recorded motion");
       }
       response.force_N[tool] = x * -stiffness_N_per_m_;
     }

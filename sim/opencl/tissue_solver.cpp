@@ -22,9 +22,9 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
     const auto& [x, y, z] = constants.rest_m[s];
     springs += fmt::format("S({},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]));
   }
-  std::string options = fmt::format("-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DMASS={} -DFIRST={} -DCHUNK={}", springs,
+  std::string options = fmt::format("-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}", springs,
                                     hex(constants.step_s), hex(constants.acceleration), hex(constants.decay), hex(constants.stiffness_N_per_m),
-                                    hex(constants.mass_kg), lattice.first, kChunk);
+                                    hex(constants.half_mass_kg), hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
   cl_device_fp_config config = 0;
   check_cl(clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
   // GPUs default to 2.5 to 3 ulp for / and sqrt.
@@ -55,16 +55,6 @@ class OpenClTissue final : public TissueSolver {
     warm_up();
   }
 
-  std::uint64_t state_digest() override {
-    enqueue(cell_digest_[current_], lattice().span);
-    enqueue(chunk_digest_, chunks());
-    std::vector<std::uint64_t> sums(chunks());
-    read(chunk_sums_, sums.size() * sizeof(std::uint64_t), sums.data());
-    std::uint64_t digest = kDigestStart;
-    for (const std::uint64_t sum : sums) digest = mix(digest, sum);
-    return digest;
-  }
-
  protected:
   void substep(std::span<const GrabTarget> targets) override {
     enqueue(advance_[current_], lattice().span);
@@ -93,6 +83,16 @@ class OpenClTissue final : public TissueSolver {
     for (std::size_t n = 0; n < forces_N.size(); ++n) {
       forces_N[n] = {force_staging_[3 * n], force_staging_[3 * n + 1], force_staging_[3 * n + 2]};
     }
+  }
+
+  std::uint64_t digest() override {
+    enqueue(cell_digest_[current_], lattice().span);
+    enqueue(chunk_digest_, chunks());
+    std::vector<std::uint64_t> sums(chunks());
+    read(chunk_sums_, sums.size() * sizeof(std::uint64_t), sums.data());
+    std::uint64_t digest = kDigestStart;
+    for (const std::uint64_t sum : sums) digest = mix(digest, sum);
+    return digest;
   }
 
   double energy() override {
@@ -214,7 +214,7 @@ class OpenClTissue final : public TissueSolver {
         grab_force_[from] = kernel("grab_force", grabbed_, count, now.x, now.y, now.z, active_, grab_force_buffer_);
       }
       if (needs_digest()) cell_digest_[from] = kernel("cell_digest", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, cell_digests_);
-      if (needs_energy()) cell_energy_[from] = kernel("cell_energy", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, active_, cell_energies_);
+      if (needs_energy()) cell_energy_[from] = kernel("cell_energy", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, active_, mobile_, cell_energies_);
     }
     if (needs_digest()) chunk_digest_ = kernel("chunk_digest", cell_digests_, chunk_sums_);
     if (needs_energy()) chunk_energy_ = kernel("chunk_energy", cell_energies_, energy_sums_);
@@ -228,7 +228,7 @@ class OpenClTissue final : public TissueSolver {
       substep(std::span(nowhere.data(), lattice().grabbed.size()));
       std::vector<std::array<double, 3>> ignored(grabbed_count());
       grab_forces(ignored);
-      if (needs_digest()) state_digest();
+      if (needs_digest()) digest();
       if (needs_energy()) energy();
     }
     to_rest();

@@ -35,6 +35,11 @@ struct Lattice {
   std::int64_t springs = 0;
   std::int64_t most_springs_of_a_particle = 0;
   std::int64_t particle_with_most_springs = -1;  ///< site index x + nx (y + ny z)
+
+ private:
+  /// Adds the cell to the tool that holds it, if one does.
+  bool grab(const TissueScene& scene, std::size_t cell, const glm::dvec3& position_m);
+  void count_springs(const TissueScene& scene);
 };
 
 /// Throws SolverError (bad_scene): sizes, mass, spacing, stiffness, damping, grabs.

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cfloat>
 #include <cmath>
+#include <limits>
 
 namespace evenstep::internal {
 namespace {
@@ -37,7 +39,8 @@ TissueConstants<Real>::TissueConstants(const TissueScene& scene, double substep)
   acceleration = static_cast<Real>(scene.stiffness_N_per_m * substep / scene.particle_mass_kg);
   decay = static_cast<Real>(1 - scene.damping_per_s * substep);
   stiffness_N_per_m = static_cast<Real>(scene.stiffness_N_per_m);
-  mass_kg = static_cast<Real>(scene.particle_mass_kg);
+  half_mass_kg = static_cast<Real>(scene.particle_mass_kg / 2);
+  quarter_stiffness_N_per_m = static_cast<Real>(scene.stiffness_N_per_m / 4);
 }
 template struct TissueConstants<float>;
 template struct TissueConstants<double>;
@@ -67,51 +70,61 @@ TissueSolver::TissueSolver(const Scene& scene, std::string name)
 ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m) {
   const std::size_t tools = lattice_.grabbed.size();
   assert(positions_m.size() == tools);
-  for (std::size_t tool = 0; tool < tools; ++tool) {
-    if (!finite(positions_m[tool])) {
-      throw SolverError(SolverFault::bad_input, fmt::format("step {}: the position of tool {} is not finite", steps_, tool),
-                        "check the device's reports or the recorded motion");
-    }
-  }
+  for (std::size_t tool = 0; tool < tools; ++tool) check_position(tool, positions_m[tool]);
   if (origin_m_.empty()) {
     origin_m_.assign(positions_m.begin(), positions_m.end());
     offset_m_.assign(tools, glm::dvec3(0));
   }
-  std::vector<glm::dvec3>& from_m = offset_m_;
   std::array<glm::dvec3, kMaxTools> moved_m{};
-  for (std::size_t tool = 0; tool < tools; ++tool) moved_m[tool] = positions_m[tool] - origin_m_[tool] - from_m[tool];
+  for (std::size_t tool = 0; tool < tools; ++tool) moved_m[tool] = positions_m[tool] - origin_m_[tool] - offset_m_[tool];
 
   std::array<GrabTarget, kMaxTools> targets;
   const double step_s = substep_s_ * info_.substeps;
   for (int s = 1; s <= info_.substeps; ++s) {
+    const double part = static_cast<double>(s) / info_.substeps;
     for (std::size_t tool = 0; tool < tools; ++tool) {
-      const double part = static_cast<double>(s) / info_.substeps;
-      for (int axis = 0; axis < 3; ++axis) {
-        targets[tool].offset_m[static_cast<std::size_t>(axis)] = from_m[tool][axis] + moved_m[tool][axis] * part;
-        targets[tool].velocity_m_per_s[static_cast<std::size_t>(axis)] = moved_m[tool][axis] / step_s;
-      }
+      const glm::dvec3 offset_m = offset_m_[tool] + moved_m[tool] * part, velocity_m_per_s = moved_m[tool] / step_s;
+      targets[tool] = {{offset_m.x, offset_m.y, offset_m.z}, {velocity_m_per_s.x, velocity_m_per_s.y, velocity_m_per_s.z}};
     }
     substep(std::span(targets.data(), tools));
   }
   for (std::size_t tool = 0; tool < tools; ++tool) offset_m_[tool] = positions_m[tool] - origin_m_[tool];
 
-  grab_forces(grab_forces_N_);
-  ToolResponse response;
-  std::size_t i = 0;
-  for (std::size_t tool = 0; tool < tools; ++tool) {
-    for (std::size_t n = 0; n < lattice_.grabbed[tool].size(); ++n, ++i) {
-      const auto& [x, y, z] = grab_forces_N_[i];
-      response.force_N[tool] += glm::dvec3(x, y, z);
-    }
-    if (!finite(response.force_N[tool]) && !verdict_.non_finite) {
-      verdict_.non_finite = true;
-      verdict_.first_bad_step = steps_;
-    }
-  }
+  const ToolResponse response = sum_forces();
+  for (std::size_t tool = 0; tool < tools; ++tool) note_finite(finite(response.force_N[tool]));
   if (needs_energy_) balance_energy(std::span(moved_m.data(), tools), response);
   last_response_ = response;
   ++steps_;
   return response;
+}
+
+void TissueSolver::check_position(std::size_t tool, const glm::dvec3& position_m) const {
+  const glm::dvec3 away_m = origin_m_.empty() ? position_m : position_m - origin_m_[tool];
+  const double reach_m = std::max({std::abs(away_m.x), std::abs(away_m.y), std::abs(away_m.z)});
+  if (finite(position_m) && reach_m <= FLT_MAX) return;
+  throw SolverError(SolverFault::bad_input, fmt::format("step {}: the position of tool {} is not finite", steps_, tool),
+                    "check the device's reports or the recorded motion");
+}
+
+ToolResponse TissueSolver::sum_forces() {
+  grab_forces(grab_forces_N_);
+  ToolResponse response;
+  auto next = grab_forces_N_.begin();
+  for (std::size_t tool = 0; tool < lattice_.grabbed.size(); ++tool) {
+    glm::dvec3& sum_N = response.force_N[tool];
+    for (std::size_t n = 0; n < lattice_.grabbed[tool].size(); ++n, ++next) sum_N += glm::dvec3((*next)[0], (*next)[1], (*next)[2]);
+    // Forces are hashed, and which NaN an operation returns is up to the device: report one and the same.
+    for (double* component : {&sum_N.x, &sum_N.y, &sum_N.z}) {
+      if (std::isnan(*component)) *component = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+  return response;
+}
+
+void TissueSolver::note_finite(bool is_finite) {
+  if (is_finite || verdict_.non_finite) return;
+  verdict_.non_finite = true;
+  verdict_.first_bad_step = steps_;
 }
 
 /// The hand does work -f dx on the tissue (f is what the hand feels; trapezoid over the step). Damping only takes energy
@@ -122,6 +135,11 @@ void TissueSolver::balance_energy(std::span<const glm::dvec3> moved_m, const Too
     work_J_ -= mean_N.x * moved_m[tool].x + mean_N.y * moved_m[tool].y + mean_N.z * moved_m[tool].z;
   }
   verdict_.energy_J = energy();
+  note_finite(std::isfinite(verdict_.energy_J) && std::isfinite(work_J_));
+  if (verdict_.non_finite) {
+    verdict_.energy_growth = std::numeric_limits<double>::infinity();
+    return;
+  }
   energy_scale_J_ = std::max({energy_scale_J_, std::abs(work_J_), verdict_.energy_J});
   worst_excess_J_ = std::max(worst_excess_J_, verdict_.energy_J - work_J_);
   verdict_.energy_growth = energy_scale_J_ > 0 ? worst_excess_J_ / energy_scale_J_ : 0;

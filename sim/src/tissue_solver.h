@@ -26,7 +26,8 @@ struct TissueConstants {
   Real acceleration{};                                     ///< k step / m: velocity change per metre of (1 - L/len) d
   Real decay{};                                            ///< 1 - damping step
   Real stiffness_N_per_m{};
-  Real mass_kg{};
+  Real half_mass_kg{};
+  Real quarter_stiffness_N_per_m{};                        ///< a spring's energy k x^2 / 2 is shared by its two ends
 };
 extern template struct TissueConstants<float>;
 extern template struct TissueConstants<double>;
@@ -35,6 +36,7 @@ class TissueSolver : public Solver {
  public:
   TissueSolver(const Scene& scene, std::string name);
   ToolResponse step(std::span<const glm::dvec3> positions_m) final;
+  std::uint64_t state_digest() final { return needs_digest_ ? digest() : 0; }
   void reset() final;
   SolverVerdict verdict() final;
   const SolverInfo& info() const final { return info_; }
@@ -44,7 +46,8 @@ class TissueSolver : public Solver {
   virtual void substep(std::span<const GrabTarget> targets) = 0;
   /// Spring force on every grabbed particle (tool after tool, in the order of Lattice::grabbed), newtons.
   virtual void grab_forces(std::span<std::array<double, 3>> forces_N) = 0;
-  virtual double energy() = 0;
+  virtual std::uint64_t digest() = 0;   ///< only where needs_digest()
+  virtual double energy() = 0;          ///< joules; only where needs_energy()
   virtual void to_rest() = 0;
 
   const TissueScene& scene() const { return scene_; }
@@ -56,6 +59,9 @@ class TissueSolver : public Solver {
   void set_device(std::string device) { info_.device = std::move(device); }
 
  private:
+  void check_position(std::size_t tool, const glm::dvec3& position_m) const;
+  ToolResponse sum_forces();
+  void note_finite(bool is_finite);
   void balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response);
 
   TissueScene scene_;
@@ -71,7 +77,7 @@ class TissueSolver : public Solver {
   double work_J_ = 0, energy_scale_J_ = 0, worst_excess_J_ = 0;
 };
 
-/// Digest of one chunk's sum after the ones before it.
+/// The digest before the first chunk's sum is mixed in.
 constexpr std::uint64_t kDigestStart = 0x6576656e73746570ULL;   // "evenstep"
 
 }  // namespace evenstep::internal

@@ -7,7 +7,7 @@ __kernel void advance(__global const float* restrict ux, __global const float* r
   const float xi = ux[i], yi = uy[i], zi = uz[i];
   float fx = 0.0f, fy = 0.0f, fz = 0.0f;
   SPRINGS(ADD_SPRING)
-  // mobile is 1 or 0: multiplied, because a selection between loaded and computed values keeps PoCL from vectorising (5x).
+  // mobile is 1 or 0: a product cannot become a branch.
   const float acceleration = ACCELERATION * mobile[i], h = STEP * mobile[i];
   const float wx = vx[i] * DECAY + fx * acceleration;
   const float wy = vy[i] * DECAY + fy * acceleration;

@@ -1,16 +1,19 @@
 // Digest of the particle state: an integer mix per cell, then sums over fixed chunks, so that no work-group size matters.
-__kernel void cell_digest(__global const uint* restrict ux, __global const uint* restrict uy, __global const uint* restrict uz,
-                          __global const uint* restrict vx, __global const uint* restrict vy, __global const uint* restrict vz,
+// Every NaN counts as the same one: which of its payloads an operation returns is up to the device.
+#define BITS(VALUE) ((ulong)(isnan(VALUE) ? 0x7fc00000u : as_uint(VALUE)))
+
+__kernel void cell_digest(__global const float* restrict ux, __global const float* restrict uy, __global const float* restrict uz,
+                          __global const float* restrict vx, __global const float* restrict vy, __global const float* restrict vz,
                           __global ulong* restrict digests) {
   const size_t index = get_global_id(0);
   const size_t i = index + FIRST;
   ulong h = (ulong)index * 0x9e3779b97f4a7c15UL;
-  h += (ulong)ux[i] * 0xff51afd7ed558ccdUL;
-  h += (ulong)uy[i] * 0xc4ceb9fe1a85ec53UL;
-  h += (ulong)uz[i] * 0xbf58476d1ce4e5b9UL;
-  h += (ulong)vx[i] * 0x94d049bb133111ebUL;
-  h += (ulong)vy[i] * 0xd6e8feb86659fd93UL;
-  h += (ulong)vz[i] * 0xa0761d6478bd642fUL;
+  h += BITS(ux[i]) * 0xff51afd7ed558ccdUL;
+  h += BITS(uy[i]) * 0xc4ceb9fe1a85ec53UL;
+  h += BITS(uz[i]) * 0xbf58476d1ce4e5b9UL;
+  h += BITS(vx[i]) * 0x94d049bb133111ebUL;
+  h += BITS(vy[i]) * 0xd6e8feb86659fd93UL;
+  h += BITS(vz[i]) * 0xa0761d6478bd642fUL;
   h ^= h >> 32;
   h *= 0xe7037ed1a0b428dbUL;
   digests[index] = h ^ (h >> 29);
