@@ -33,6 +33,12 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   return command;
 }
 
+/// runs/ here; where this folder cannot be written, one of the user's own among the temporary files.
+fs::path default_place() {
+  if (::access(".", W_OK | X_OK) == 0) return "runs";
+  return fs::temp_directory_path() / fmt::format("evenstep-runs-{}", ::getuid());
+}
+
 /// Where each scenario's run folder goes; the same stem in two folders gets its folder's name in front.
 std::vector<std::string> run_folders(const std::vector<std::string>& files, const std::string& out) {
   if (files.size() == 1 && !out.empty()) return {out};
@@ -43,7 +49,7 @@ std::vector<std::string> run_folders(const std::vector<std::string>& files, cons
     const fs::path path(file);
     std::string name = path.stem().string();
     if (stems[name] > 1) name = path.parent_path().filename().string() + "-" + name;
-    folders.push_back((fs::path(out.empty() ? "runs" : out) / name).string());
+    folders.push_back(((out.empty() ? default_place() : fs::path(out)) / name).string());
   }
   return folders;
 }
@@ -60,6 +66,9 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   if (!outcome.record.strategies.empty()) {
     fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s CPU (solver {:.2f} s)\n", outcome.record.trace_hash,
                outcome.record.strategies.size(), seconds(scenario.run_duration), outcome.cpu_seconds, outcome.solver_seconds);
+    if (outcome.record.clock == "wall" && outcome.repeat_difference.empty() && outcome.exit != ExitCode::interrupted) {
+      fmt::print("the recorded inputs replay to the same trace\n");
+    }
     fmt::print("figures and data in {}\n", folder);
   }
   if (outcome.exit != ExitCode::pass) fmt::print("again: {}\n", reproduce);

@@ -23,6 +23,28 @@ RingSizes live_rings(const StrategyPlan& plan) {
   return {4 * plan.interaction_capacity + 64, 4 * plan.force_capacity + 64};
 }
 
+/// step = "real": a segment's steps run one after the other as fast as the solver makes them, without a programmed floor.
+class RealSteps final : public StepTiming {
+ public:
+  explicit RealSteps(std::unique_ptr<StepTiming> programmed) : programmed_(std::move(programmed)) {}
+  bool next(SegmentTiming& segment) override {
+    if (!programmed_->next(segment)) return false;
+    if (segment.steps.empty()) return true;
+    const RealTime start = segment.steps.front().begin;
+    for (Interval& step : segment.steps) step = {start, start};
+    return true;
+  }
+
+ private:
+  std::unique_ptr<StepTiming> programmed_;
+};
+
+std::unique_ptr<StepTiming> make_live_timing(const Scenario& scenario) {
+  std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  if (scenario.timing.real_steps) timing = std::make_unique<RealSteps>(std::move(timing));
+  return timing;
+}
+
 bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed || status.end == RunEnd::limit; }
 
 /// The step that was running when the run ended: launched, never heard of again. A replay must launch it too.
@@ -82,7 +104,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   StrategyRecord& record = recording.record = start_record(scenario, plan);
   const std::unique_ptr<Solver> solver = make_scenario_solver(scenario);
   const std::unique_ptr<SlotMap> map = make_map(scenario, plan.kind, plan.lead, plan.latency);
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_live_timing(scenario);
 
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);

@@ -62,6 +62,21 @@ TEST_CASE("a run that ends inside a step replays to the same hash") {
   }
 }
 
+TEST_CASE("steps as fast as the solver makes them replay to the same hash") {
+  std::vector<std::string> set = kLive;
+  set.push_back("timing.step=\"real\"");
+  const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml", set));
+  INFO(outcome.failure << outcome.repeat_difference);
+  CHECK(outcome.exit == ExitCode::pass);
+  // Without a programmed floor nothing waits between a step's completion and the next launch.
+  const StrategyRecord& live = strategy(outcome.record, "phase_locked");
+  std::int64_t pauses = 0;
+  for (std::size_t n = 1; n < live.steps.size(); ++n) {
+    pauses += live.steps[n].segment == live.steps[n - 1].segment && live.steps[n].begin != live.steps[n - 1].end;
+  }
+  CHECK(pauses == 0);
+}
+
 TEST_CASE("a minimal latency is refused on the wall clock, with the remedy") {
   const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml"));
   CHECK(outcome.exit == ExitCode::usage);
