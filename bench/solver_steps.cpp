@@ -12,7 +12,7 @@ namespace {
 using namespace evenstep;
 
 constexpr double kSpeed_m_per_s = 0.1;
-constexpr Rate kStepRate{2000, 1};   // 0.5 ms: one substep is below the limit of 0.645 ms
+constexpr Rate kStepRate{2000, 1};  // 0.5 ms: one substep is below the limit of 0.645 ms
 
 Scene paper_scene(bool digest, bool energy) {
   TissueScene tissue;

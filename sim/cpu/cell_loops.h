@@ -36,14 +36,14 @@ struct Vectors {
 
 /// Vector from cell i to its neighbour s: (u_j - u_i) + r keeps the digits that positions far from the origin would lose.
 template <class Real>
-EVENSTEP_INLINE Vector<Real> to_neighbour(const Vectors<const Real>& u, const TissueConstants<Real>& constants, std::ptrdiff_t i,
-                                          std::ptrdiff_t j, int s) {
+EVENSTEP_INLINE Vector<Real> to_neighbour(const Vectors<const Real>& u, const TissueConstants<Real>& constants,
+                                          std::ptrdiff_t i, std::ptrdiff_t j, int s) {
   const auto& rest_m = constants.rest_m[static_cast<std::size_t>(s)];
   return {(u.x[j] - u.x[i]) + rest_m[0], (u.y[j] - u.y[i]) + rest_m[1], (u.z[j] - u.z[i]) + rest_m[2]};
 }
 
-/// Sum over the 18 springs of (1 - L / len) d: the force over k. A spring of no length has no direction and so no force: the smallest normal
-/// float under the root changes no bit of any other.
+/// Sum over the 18 springs of (1 - L / len) d: the force over k. A spring of no length has no direction and so no force: the
+/// smallest normal float under the root changes no bit of any other.
 template <class Real>
 EVENSTEP_INLINE Vector<Real> spring_force(const Vectors<const Real>& u, const Real* __restrict active, const Offsets& offset,
                                           const TissueConstants<Real>& constants, std::ptrdiff_t i) {
@@ -63,9 +63,9 @@ EVENSTEP_INLINE Vector<Real> spring_force(const Vectors<const Real>& u, const Re
 
 /// advance.cl
 template <class Real>
-EVENSTEP_WIDE void advance(std::ptrdiff_t count, const Vectors<const Real> u, const Vectors<Real> next, const Vectors<Real> v,
-                           const Real* __restrict active, const Real* __restrict mobile, const Offsets& offset,
-                           const TissueConstants<Real>& constants) {
+EVENSTEP_WIDE void advance(std::ptrdiff_t count, const Vectors<const Real> u, const Vectors<Real> next,
+                           const Vectors<Real> v, const Real* __restrict active, const Real* __restrict mobile,
+                           const Offsets& offset, const TissueConstants<Real>& constants) {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const Vector<Real> f = spring_force(u, active, offset, constants, i);
     const Real acceleration = constants.acceleration * mobile[i], h = constants.step_s * mobile[i];
@@ -98,13 +98,16 @@ EVENSTEP_WIDE void cell_energy(std::ptrdiff_t count, const Vectors<const Real> u
 }
 
 /// digest.cl. Every NaN counts as the same one: which of its payloads an operation returns is up to the processor.
-EVENSTEP_INLINE std::uint64_t bits(float value) { return value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u; }
+EVENSTEP_INLINE std::uint64_t bits(float value) {
+  return value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
+}
 EVENSTEP_INLINE std::uint64_t bits(double value) {
   return value == value ? std::bit_cast<std::uint64_t>(value) : 0x7ff8000000000000u;
 }
 
 template <class Real>
-EVENSTEP_WIDE std::uint64_t chunk_digest(std::ptrdiff_t begin, std::ptrdiff_t end, const Vectors<const Real> u, const Vectors<const Real> v) {
+EVENSTEP_WIDE std::uint64_t chunk_digest(std::ptrdiff_t begin, std::ptrdiff_t end, const Vectors<const Real> u,
+                                         const Vectors<const Real> v) {
   std::uint64_t sum = 0;
   for (std::ptrdiff_t i = begin; i < end; ++i) {
     std::uint64_t h = static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15u;

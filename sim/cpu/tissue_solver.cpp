@@ -15,13 +15,19 @@ template <class Real>
 class CpuTissue final : public TissueSolver {
  public:
   CpuTissue(const Scene& given, std::string name)
-      : TissueSolver(given, std::move(name)), constants_(scene(), substep_s()), now_(lattice().cells), next_(lattice().cells),
-        velocity_(lattice().cells), active_(lattice().active.begin(), lattice().active.end()),
-        mobile_(lattice().mobile.begin(), lattice().mobile.end()), energies_(needs_energy() ? lattice().span : 0) {}
+      : TissueSolver(given, std::move(name)),
+        constants_(scene(), substep_s()),
+        now_(lattice().cells),
+        next_(lattice().cells),
+        velocity_(lattice().cells),
+        active_(lattice().active.begin(), lattice().active.end()),
+        mobile_(lattice().mobile.begin(), lattice().mobile.end()),
+        energies_(needs_energy() ? lattice().span : 0) {}
 
  protected:
   void substep(std::span<const GrabTarget> targets) override {
-    advance<Real>(count(), read(now_), write(next_), write(velocity_), first(active_), first(mobile_), lattice().offset, constants_);
+    advance<Real>(count(), read(now_), write(next_), write(velocity_), first(active_), first(mobile_), lattice().offset,
+                  constants_);
     std::swap(now_, next_);
     for (std::size_t tool = 0; tool < targets.size(); ++tool) {
       const auto& [u, v] = targets[tool];
@@ -47,12 +53,14 @@ class CpuTissue final : public TissueSolver {
   std::uint64_t digest() override {
     std::uint64_t digest = kDigestStart;
     constexpr auto chunk = static_cast<std::ptrdiff_t>(kChunk);
-    for (std::ptrdiff_t i = 0; i < count(); i += chunk) digest = mix(digest, chunk_digest<Real>(i, i + chunk, read(now_), read(velocity_)));
+    for (std::ptrdiff_t i = 0; i < count(); i += chunk)
+      digest = mix(digest, chunk_digest<Real>(i, i + chunk, read(now_), read(velocity_)));
     return digest;
   }
 
   double energy() override {
-    cell_energy<Real>(count(), read(now_), read(velocity_), first(active_), first(mobile_), lattice().offset, constants_, energies_.data());
+    cell_energy<Real>(count(), read(now_), read(velocity_), first(active_), first(mobile_), lattice().offset, constants_,
+                      energies_.data());
     double total = 0;
     for (std::size_t chunk = 0; chunk < energies_.size(); chunk += kChunk) {
       Real sum = 0;
@@ -85,9 +93,9 @@ class CpuTissue final : public TissueSolver {
   Vectors<Real> write(Field& field) const { return {first(field.x), first(field.y), first(field.z)}; }
 
   TissueConstants<Real> constants_;
-  Field now_, next_, velocity_;         // displacement from rest, m; m/s
-  std::vector<Real> active_, mobile_;   // 1 or 0
-  std::vector<Real> energies_;          // span, J
+  Field now_, next_, velocity_;        // displacement from rest, m; m/s
+  std::vector<Real> active_, mobile_;  // 1 or 0
+  std::vector<Real> energies_;         // span, J
 };
 
 /// Asked before anything is allocated: the system grants more than it has, and ends the program when it is used.
@@ -96,10 +104,11 @@ std::unique_ptr<Solver> make_cpu_tissue(const Scene& scene, std::string name) {
   const auto& tissue = std::get<TissueScene>(scene.body);
   check_tissue(tissue, scene.tool_count);
   const double there = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  const double per_cell = 9.0 * sizeof(Real) + 2.0 * sizeof(Real) + 2.0 + (scene.needs_energy ? sizeof(Real) : 0.0);
-  const double needed = per_cell * (tissue.lattice[0] + 1.0) * (tissue.lattice[1] + 1.0) * (tissue.lattice[2] + 2.0);
+  // 9 fields, 2 masks and perhaps the energies in Real, 2 masks in bytes.
+  const double needed = cells_of(tissue) * (sizeof(Real) * (scene.needs_energy ? 12.0 : 11.0) + 2);
   if (needed > there) {
-    throw SolverError(SolverFault::out_of_memory, fmt::format("the scene needs {:.3g} bytes of memory, there are {:.3g}", needed, there),
+    throw SolverError(SolverFault::out_of_memory,
+                      fmt::format("the scene needs {:.3g} bytes of memory, there are {:.3g}", needed, there),
                       "fewer particles");
   }
   return std::make_unique<CpuTissue<Real>>(scene, std::move(name));

@@ -13,12 +13,15 @@ struct CodeName {
   cl_int code;
   const char* name;
 };
-constexpr CodeName kNames[] = {{-1, "CL_DEVICE_NOT_FOUND"}, {-2, "CL_DEVICE_NOT_AVAILABLE"}, {-3, "CL_COMPILER_NOT_AVAILABLE"},
-                               {-4, "CL_MEM_OBJECT_ALLOCATION_FAILURE"}, {-5, "CL_OUT_OF_RESOURCES"}, {-6, "CL_OUT_OF_HOST_MEMORY"},
-                               {-11, "CL_BUILD_PROGRAM_FAILURE"}, {-30, "CL_INVALID_VALUE"}, {-36, "CL_INVALID_COMMAND_QUEUE"},
-                               {-38, "CL_INVALID_MEM_OBJECT"}, {-43, "CL_INVALID_BUILD_OPTIONS"}, {-46, "CL_INVALID_KERNEL_NAME"},
-                               {-48, "CL_INVALID_KERNEL"}, {-51, "CL_INVALID_ARG_SIZE"}, {-52, "CL_INVALID_KERNEL_ARGS"},
-                               {-54, "CL_INVALID_WORK_GROUP_SIZE"}, {-61, "CL_INVALID_BUFFER_SIZE"}, {-1001, "CL_PLATFORM_NOT_FOUND_KHR"}};
+constexpr CodeName kNames[] = {{-1, "CL_DEVICE_NOT_FOUND"},       {-2, "CL_DEVICE_NOT_AVAILABLE"},
+                               {-3, "CL_COMPILER_NOT_AVAILABLE"}, {-4, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+                               {-5, "CL_OUT_OF_RESOURCES"},       {-6, "CL_OUT_OF_HOST_MEMORY"},
+                               {-11, "CL_BUILD_PROGRAM_FAILURE"}, {-30, "CL_INVALID_VALUE"},
+                               {-36, "CL_INVALID_COMMAND_QUEUE"}, {-38, "CL_INVALID_MEM_OBJECT"},
+                               {-43, "CL_INVALID_BUILD_OPTIONS"}, {-46, "CL_INVALID_KERNEL_NAME"},
+                               {-48, "CL_INVALID_KERNEL"},        {-51, "CL_INVALID_ARG_SIZE"},
+                               {-52, "CL_INVALID_KERNEL_ARGS"},   {-54, "CL_INVALID_WORK_GROUP_SIZE"},
+                               {-61, "CL_INVALID_BUFFER_SIZE"},   {-1001, "CL_PLATFORM_NOT_FOUND_KHR"}};
 
 std::string name_of(cl_int code) {
   for (const CodeName& known : kNames) {
@@ -47,7 +50,8 @@ cl_platform_id choose_platform(const std::string& part) {
   cl_uint count = 0;
   const cl_int code = clGetPlatformIDs(0, nullptr, &count);
   if (code != CL_SUCCESS || count == 0) {
-    throw SolverError(SolverFault::unavailable, "no OpenCL platform is installed", "install pocl-opencl-icd (runs OpenCL on the processor), or a GPU's driver");
+    throw SolverError(SolverFault::unavailable, "no OpenCL platform is installed",
+                      "install pocl-opencl-icd (runs OpenCL on the processor), or a GPU's driver");
   }
   std::vector<cl_platform_id> platforms(count);
   check_cl(clGetPlatformIDs(count, platforms.data(), nullptr), "clGetPlatformIDs");
@@ -69,15 +73,20 @@ void check_cl(cl_int code, std::string_view call) {
   std::string remedy = "see the OpenCL driver's own messages";
   // PoCL cannot keep compiled kernels: it reports an invalid queue.
   if (code == CL_INVALID_COMMAND_QUEUE) remedy = "with PoCL: set POCL_CACHE_DIR to a folder that can be written";
-  const bool memory = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_RESOURCES || code == CL_OUT_OF_HOST_MEMORY;
-  throw SolverError(memory ? SolverFault::out_of_memory : SolverFault::unavailable, fmt::format("{} failed: {}", call, name_of(code)), remedy);
+  const bool memory =
+      code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_RESOURCES || code == CL_OUT_OF_HOST_MEMORY;
+  throw SolverError(memory ? SolverFault::out_of_memory : SolverFault::unavailable,
+                    fmt::format("{} failed: {}", call, name_of(code)), remedy);
 }
 
 ClDevice choose_device(const std::string& platform_part, const std::string& device_part) {
   const cl_platform_id platform = choose_platform(platform_part);
   cl_uint count = 0;
   if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS || count == 0) {
-    throw SolverError(SolverFault::unavailable, fmt::format("the OpenCL platform '{}' has no device", platform_name(platform)), "check its driver; for PoCL the variable POCL_DEVICES");
+    throw SolverError(SolverFault::unavailable,
+                      fmt::format("the OpenCL platform '{}' has no device", platform_name(platform)),
+                      "check its driver; PoCL needs a folder that it can write in POCL_CACHE_DIR, and a driver that it "
+                      "knows in POCL_DEVICES");
   }
   std::vector<cl_device_id> devices(count);
   check_cl(clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(), nullptr), "clGetDeviceIDs");
@@ -87,7 +96,8 @@ ClDevice choose_device(const std::string& platform_part, const std::string& devi
     if (name.find(device_part) != std::string::npos) return {platform, device, name};
     known += (known.empty() ? "'" : ", '") + name + "'";
   }
-  throw SolverError(SolverFault::unavailable, fmt::format("no OpenCL device is called '{}'", device_part), "one of " + known);
+  throw SolverError(SolverFault::unavailable, fmt::format("no OpenCL device is called '{}'", device_part),
+                    "one of " + known);
 }
 
 }  // namespace evenstep::internal

@@ -19,8 +19,13 @@ class ClHandle {
   ClHandle() = default;
   explicit ClHandle(Handle handle) : handle_(handle) {}
   ClHandle(ClHandle&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
-  ClHandle& operator=(ClHandle&& other) noexcept { std::swap(handle_, other.handle_); return *this; }
-  ~ClHandle() { if (handle_) Release(handle_); }
+  ClHandle& operator=(ClHandle&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~ClHandle() {
+    if (handle_) Release(handle_);
+  }
   Handle get() const { return handle_; }
 
  private:

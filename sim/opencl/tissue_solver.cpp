@@ -1,4 +1,6 @@
 // The real solver: the kernels of opencl/kernels, bit for bit equal to cpu/tissue_solver.cpp in float.
+#include "src/tissue_solver.h"
+
 #include <fmt/format.h>
 
 #include <mutex>
@@ -8,7 +10,6 @@
 #include "opencl/cl_handle.h"
 #include "opencl/opencl_solver.h"
 #include "opencl_kernels.h"
-#include "src/tissue_solver.h"
 
 namespace evenstep::internal {
 namespace {
@@ -22,9 +23,11 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
     const auto& [x, y, z] = constants.rest_m[s];
     springs += fmt::format("S({},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]));
   }
-  std::string options = fmt::format("-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}", springs,
-                                    hex(constants.step_s), hex(constants.acceleration), hex(constants.decay), hex(constants.stiffness_N_per_m),
-                                    hex(constants.half_mass_kg), hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
+  std::string options = fmt::format(
+      "-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} "
+      "-DFIRST={}UL -DCHUNK={}",
+      springs, hex(constants.step_s), hex(constants.acceleration), hex(constants.decay), hex(constants.stiffness_N_per_m),
+      hex(constants.half_mass_kg), hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
   cl_device_fp_config config = 0;
   check_cl(clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
   // GPUs default to 2.5 to 3 ulp for / and sqrt.
@@ -40,15 +43,33 @@ struct ClField {
   ClBuffer x, y, z;
 };
 
+/// Asked before anything is allocated: some drivers grant more than they have, and fail at the first launch.
+void check_memory(const Scene& scene, const ClDevice& device) {
+  cl_ulong there = 0, largest = 0;
+  check_cl(clGetDeviceInfo(device.device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof there, &there, nullptr), "clGetDeviceInfo");
+  check_cl(clGetDeviceInfo(device.device, CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof largest, &largest, nullptr),
+           "clGetDeviceInfo");
+  // 9 fields, 2 masks and perhaps the energies of 4 bytes, perhaps the digests of 8.
+  const double one = cells_of(std::get<TissueScene>(scene.body)) * (scene.needs_state_digest ? 8 : 4);
+  const double needed =
+      cells_of(std::get<TissueScene>(scene.body)) * (44 + (scene.needs_energy ? 4 : 0) + (scene.needs_state_digest ? 8 : 0));
+  if (needed <= static_cast<double>(there) && one <= static_cast<double>(largest)) return;
+  throw SolverError(
+      SolverFault::out_of_memory,
+      fmt::format("the scene needs {:.3g} bytes of device memory ({:.3g} in one piece), '{}' has {:.3g} ({:.3g})", needed,
+                  one, device.name, static_cast<double>(there), static_cast<double>(largest)),
+      "fewer particles, or another device");
+}
+
 class OpenClTissue final : public TissueSolver {
  public:
-  OpenClTissue(const Scene& given, const SolverOptions& options)
-      : TissueSolver(given, "opencl"), constants_(scene(), substep_s()), local_size_(static_cast<std::size_t>(options.work_group_size)) {
-    if (options.work_group_size < 1 || kChunk % local_size_ != 0) {
-      throw SolverError(SolverFault::bad_scene, fmt::format("a work-group size of {}", options.work_group_size), fmt::format("a divisor of {}", kChunk));
-    }
+  OpenClTissue(const Scene& given, const SolverOptions& options, ClDevice device)
+      : TissueSolver(given, "opencl"),
+        constants_(scene(), substep_s()),
+        local_size_(static_cast<std::size_t>(options.work_group_size)),
+        device_(std::move(device)) {
     const std::lock_guard one_at_a_time(building);
-    open(options);
+    open();
     build();
     allocate();
     bind();
@@ -109,7 +130,9 @@ class OpenClTissue final : public TissueSolver {
     const float zero = 0;
     for (const ClField* field : {&displacement_[0], &displacement_[1], &velocity_}) {
       for (const ClBuffer* component : {&field->x, &field->y, &field->z}) {
-        check_cl(clEnqueueFillBuffer(queue_.get(), component->get(), &zero, sizeof zero, 0, lattice().cells * sizeof(float), 0, nullptr, nullptr), "clEnqueueFillBuffer");
+        check_cl(clEnqueueFillBuffer(queue_.get(), component->get(), &zero, sizeof zero, 0, lattice().cells * sizeof(float),
+                                     0, nullptr, nullptr),
+                 "clEnqueueFillBuffer");
       }
     }
     check_cl(clFinish(queue_.get()), "clFinish");
@@ -120,14 +143,14 @@ class OpenClTissue final : public TissueSolver {
   std::size_t chunks() const { return lattice().span / kChunk; }
   std::size_t padded_grabs() const { return (grabbed_count() + local_size_ - 1) / local_size_ * local_size_; }
 
-  void open(const SolverOptions& options) {
-    device_ = choose_device(options.opencl_platform, options.opencl_device);
+  void open() {
     set_device(device_.name);
     cl_int code = CL_SUCCESS;
-    const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM, reinterpret_cast<cl_context_properties>(device_.platform), 0};
+    const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
+                                                reinterpret_cast<cl_context_properties>(device_.platform), 0};
     context_ = ClContext(clCreateContext(properties, 1, &device_.device, nullptr, nullptr, &code));
     check_cl(code, "clCreateContext");
-    queue_ = ClQueue(clCreateCommandQueue(context_.get(), device_.device, 0, &code));   // in order
+    queue_ = ClQueue(clCreateCommandQueue(context_.get(), device_.device, 0, &code));  // in order
     check_cl(code, "clCreateCommandQueue");
   }
 
@@ -148,7 +171,9 @@ class OpenClTissue final : public TissueSolver {
       clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
       std::string log(size, '\0');
       clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
-      throw SolverError(SolverFault::unavailable, "the OpenCL kernels do not build: " + std::string(log.c_str()), "with PoCL: set POCL_CACHE_DIR to a folder that can be written; otherwise report it with the device's name");
+      throw SolverError(
+          SolverFault::unavailable, "the OpenCL kernels do not build: " + std::string(log.c_str()),
+          "with PoCL: set POCL_CACHE_DIR to a folder that can be written; otherwise report it with the device's name");
     }
     check_cl(code, "clBuildProgram");
   }
@@ -165,19 +190,7 @@ class OpenClTissue final : public TissueSolver {
     return {buffer(bytes), buffer(bytes), buffer(bytes)};
   }
 
-  void check_memory() {
-    cl_ulong there = 0, largest = 0;
-    check_cl(clGetDeviceInfo(device_.device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof there, &there, nullptr), "clGetDeviceInfo");
-    check_cl(clGetDeviceInfo(device_.device, CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof largest, &largest, nullptr), "clGetDeviceInfo");
-    const std::size_t arrays = 9 + 2 + (needs_digest() ? 2 : 0) + (needs_energy() ? 1 : 0);
-    const std::size_t one = lattice().cells * sizeof(float), needed = arrays * one;
-    if (needed <= there && one <= largest) return;
-    throw SolverError(SolverFault::out_of_memory, fmt::format("the scene needs {} bytes of device memory ({} in one piece), '{}' has {} ({})", needed, one, device_.name, there, largest),
-                      "fewer particles, or another device");
-  }
-
   void allocate() {
-    check_memory();
     displacement_[0] = field();
     displacement_[1] = field();
     velocity_ = field();
@@ -206,15 +219,22 @@ class OpenClTissue final : public TissueSolver {
     for (std::size_t from = 0; from < 2; ++from) {
       const ClField& now = displacement_[from];
       const ClField& next = displacement_[1 - from];
-      advance_[from] = kernel("advance", now.x, now.y, now.z, next.x, next.y, next.z, velocity_.x, velocity_.y, velocity_.z, active_, mobile_);
+      advance_[from] = kernel("advance", now.x, now.y, now.z, next.x, next.y, next.z, velocity_.x, velocity_.y, velocity_.z,
+                              active_, mobile_);
       if (grabbed_count() > 0) {
-        const cl_uint count = static_cast<cl_uint>(grabbed_count()), split = static_cast<cl_uint>(lattice().grabbed[0].size());
+        const cl_uint count = static_cast<cl_uint>(grabbed_count()),
+                      split = static_cast<cl_uint>(lattice().grabbed[0].size());
         const cl_float4 none{};
-        grab_[from] = kernel("grab", grabbed_, count, split, none, none, none, none, now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z);
+        grab_[from] = kernel("grab", grabbed_, count, split, none, none, none, none, now.x, now.y, now.z, velocity_.x,
+                             velocity_.y, velocity_.z);
         grab_force_[from] = kernel("grab_force", grabbed_, count, now.x, now.y, now.z, active_, grab_force_buffer_);
       }
-      if (needs_digest()) cell_digest_[from] = kernel("cell_digest", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, cell_digests_);
-      if (needs_energy()) cell_energy_[from] = kernel("cell_energy", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, active_, mobile_, cell_energies_);
+      if (needs_digest())
+        cell_digest_[from] =
+            kernel("cell_digest", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, cell_digests_);
+      if (needs_energy())
+        cell_energy_[from] = kernel("cell_energy", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, active_,
+                                    mobile_, cell_energies_);
     }
     if (needs_digest()) chunk_digest_ = kernel("chunk_digest", cell_digests_, chunk_sums_);
     if (needs_energy()) chunk_energy_ = kernel("chunk_energy", cell_energies_, energy_sums_);
@@ -254,10 +274,12 @@ class OpenClTissue final : public TissueSolver {
   /// `count` is a multiple of the work-group size, except for the few chunk sums.
   void enqueue(const ClKernel& kernel, std::size_t count) {
     const std::size_t* local = count % local_size_ == 0 ? &local_size_ : nullptr;
-    check_cl(clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr), "clEnqueueNDRangeKernel");
+    check_cl(clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr),
+             "clEnqueueNDRangeKernel");
   }
   void read(const ClBuffer& from, std::size_t bytes, void* to) {
-    check_cl(clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, nullptr), "clEnqueueReadBuffer");
+    check_cl(clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, nullptr),
+             "clEnqueueReadBuffer");
   }
 
   TissueConstants<float> constants_;
@@ -266,10 +288,10 @@ class OpenClTissue final : public TissueSolver {
   ClContext context_;
   ClQueue queue_;
   ClProgram program_;
-  std::array<ClField, 2> displacement_;   // from rest, m; current_ is the newest
+  std::array<ClField, 2> displacement_;  // from rest, m; current_ is the newest
   ClField velocity_;
   ClBuffer active_, mobile_, grabbed_, grab_force_buffer_, cell_digests_, chunk_sums_, cell_energies_, energy_sums_;
-  std::array<ClKernel, 2> advance_, grab_, grab_force_, cell_digest_, cell_energy_;   // [c] reads displacement_[c]
+  std::array<ClKernel, 2> advance_, grab_, grab_force_, cell_digest_, cell_energy_;  // [c] reads displacement_[c]
   ClKernel chunk_digest_, chunk_energy_;
   std::vector<float> force_staging_;
   std::size_t current_ = 0;
@@ -278,7 +300,14 @@ class OpenClTissue final : public TissueSolver {
 }  // namespace
 
 std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SolverOptions& options) {
-  return std::make_unique<OpenClTissue>(scene, options);
+  check_tissue(std::get<TissueScene>(scene.body), scene.tool_count);
+  if (options.work_group_size < 1 || kChunk % static_cast<std::size_t>(options.work_group_size) != 0) {
+    throw SolverError(SolverFault::bad_scene, fmt::format("a work-group size of {}", options.work_group_size),
+                      fmt::format("a divisor of {}", kChunk));
+  }
+  ClDevice device = choose_device(options.opencl_platform, options.opencl_device);
+  check_memory(scene, device);
+  return std::make_unique<OpenClTissue>(scene, options, std::move(device));
 }
 
 }  // namespace evenstep::internal

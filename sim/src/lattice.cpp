@@ -10,9 +10,8 @@
 namespace evenstep::internal {
 namespace {
 
-/// Far more than a haptic scene needs; a state of 64 million cells is 2 GB in float.
+/// So that a cell's index fits the 32 bits of a grab list.
 constexpr std::int64_t kMostSitesPerAxis = 1024;
-constexpr std::int64_t kMostSites = 64'000'000;
 
 std::int64_t sites(const TissueScene& scene) {
   return static_cast<std::int64_t>(scene.lattice[0]) * scene.lattice[1] * scene.lattice[2];
@@ -23,18 +22,36 @@ void require(bool holds, const std::string& what, const std::string& remedy) {
 }
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
-std::string millimetres(const glm::dvec3& v) { return fmt::format("({:g}, {:g}, {:g}) mm", v.x * 1e3, v.y * 1e3, v.z * 1e3); }
+std::string millimetres(const glm::dvec3& v) {
+  return fmt::format("({:g}, {:g}, {:g}) mm", v.x * 1e3, v.y * 1e3, v.z * 1e3);
+}
 
 /// Positive and finite in float too, with its square and reciprocal: from 1e-15 to 1e15.
 void require_positive(double value, const char* name, const char* unit) {
-  require(value >= 1e-15 && value <= 1e15, fmt::format("a {} of {:g} {}", name, value, unit), fmt::format("a positive {}", name));
+  require(value >= 1e-15 && value <= 1e15, fmt::format("a {} of {:g} {}", name, value, unit),
+          fmt::format("a positive {}", name));
 }
 
 }  // namespace
 
-const std::array<Neighbour, kNeighbours> kNeighbourhood{{{-1, 0, 0},  {1, 0, 0},  {0, -1, 0}, {0, 1, 0},  {0, 0, -1},  {0, 0, 1},
-                                                         {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}, {1, 1, 0},  {-1, 0, -1}, {1, 0, -1},
-                                                         {-1, 0, 1},  {1, 0, 1},  {0, -1, -1}, {0, 1, -1}, {0, -1, 1},  {0, 1, 1}}};
+const std::array<Neighbour, kNeighbours> kNeighbourhood{{{-1, 0, 0},
+                                                         {1, 0, 0},
+                                                         {0, -1, 0},
+                                                         {0, 1, 0},
+                                                         {0, 0, -1},
+                                                         {0, 0, 1},
+                                                         {-1, -1, 0},
+                                                         {1, -1, 0},
+                                                         {-1, 1, 0},
+                                                         {1, 1, 0},
+                                                         {-1, 0, -1},
+                                                         {1, 0, -1},
+                                                         {-1, 0, 1},
+                                                         {1, 0, 1},
+                                                         {0, -1, -1},
+                                                         {0, 1, -1},
+                                                         {0, -1, 1},
+                                                         {0, 1, 1}}};
 
 Lattice::Lattice(const TissueScene& scene) {
   const auto [nx, ny, nz] = scene.lattice;
@@ -86,7 +103,8 @@ bool Lattice::grab(const TissueScene& scene, std::size_t cell, const glm::dvec3&
 void Lattice::count_springs(const TissueScene& scene) {
   const auto [nx, ny, nz] = scene.lattice;
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
-    const std::size_t cell = first + static_cast<std::size_t>(site % nx + (nx + 1) * (site / nx % ny + (ny + 1) * (site / nx / ny)));
+    const std::size_t cell =
+        first + static_cast<std::size_t>(site % nx + (nx + 1) * (site / nx % ny + (ny + 1) * (site / nx / ny)));
     std::int64_t count = 0;
     for (const std::ptrdiff_t o : offset) count += active[cell + static_cast<std::size_t>(o)];
     springs += count;
@@ -97,23 +115,30 @@ void Lattice::count_springs(const TissueScene& scene) {
   springs /= 2;
 }
 
+double cells_of(const TissueScene& scene) {
+  const double px = scene.lattice[0] + 1.0, py = scene.lattice[1] + 1.0;
+  return px * py * (scene.lattice[2] + 2.0) + 2 * (px + 1) + kChunk;
+}
+
 void check_tissue(const TissueScene& scene, int tool_count) {
   for (const int n : scene.lattice) {
     require(n >= 2 && n <= kMostSitesPerAxis, fmt::format("a lattice axis of {} sites", n),
             fmt::format("2 to {} per axis", kMostSitesPerAxis));
   }
-  require(sites(scene) <= kMostSites, fmt::format("a lattice of {} sites", sites(scene)), fmt::format("at most {}", kMostSites));
   require(scene.particle_count >= 1 && scene.particle_count <= sites(scene),
-          fmt::format("{} particles on a lattice of {} sites", scene.particle_count, sites(scene)), "1 to as many as the lattice has");
+          fmt::format("{} particles on a lattice of {} sites", scene.particle_count, sites(scene)),
+          "1 to as many as the lattice has");
   require_positive(scene.particle_mass_kg, "particle mass", "kg");
   require_positive(scene.spacing_m, "spacing", "m");
   require_positive(scene.stiffness_N_per_m, "stiffness", "N/m");
-  require(scene.damping_per_s >= 0 && scene.damping_per_s <= 1e15, fmt::format("a damping of {:g} /s", scene.damping_per_s), "zero or more");
+  require(scene.damping_per_s >= 0 && scene.damping_per_s <= 1e15, fmt::format("a damping of {:g} /s", scene.damping_per_s),
+          "zero or more");
   require(scene.substeps >= 0 && scene.substeps <= kMaxSubsteps, fmt::format("{} substeps", scene.substeps),
           fmt::format("1 to {}, or \"auto\"", kMaxSubsteps));
-  require(tool_count >= 0 && tool_count <= kMaxTools, fmt::format("{} tools", tool_count), fmt::format("at most {}", kMaxTools));
-  require(static_cast<std::size_t>(tool_count) == scene.grabs.size(), fmt::format("{} tools but {} grabs", tool_count, scene.grabs.size()),
-          "one grab per device");
+  require(tool_count >= 0 && tool_count <= kMaxTools, fmt::format("{} tools", tool_count),
+          fmt::format("at most {}", kMaxTools));
+  require(static_cast<std::size_t>(tool_count) == scene.grabs.size(),
+          fmt::format("{} tools but {} grabs", tool_count, scene.grabs.size()), "one grab per device");
   for (const Grab& grab : scene.grabs) {
     require(finite(grab.center_m) && std::isfinite(grab.radius_m) && grab.radius_m >= 0, "a grab that is not finite",
             "a centre and a radius in metres");

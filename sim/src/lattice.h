@@ -14,7 +14,7 @@
 namespace evenstep::internal {
 
 inline constexpr int kNeighbours = 18;
-inline constexpr std::size_t kChunk = 256;   ///< cells per partial sum; no result depends on any other grouping
+inline constexpr std::size_t kChunk = 256;  ///< cells per partial sum; no result depends on any other grouping
 
 struct Neighbour {
   int dx, dy, dz;
@@ -25,13 +25,13 @@ extern const std::array<Neighbour, kNeighbours> kNeighbourhood;
 struct Lattice {
   explicit Lattice(const TissueScene& scene);
 
-  std::size_t first = 0;                         ///< first cell that can be a particle
-  std::size_t span = 0;                          ///< cells from `first` that a solver runs over; a multiple of kChunk
-  std::size_t cells = 0;                         ///< size of every array
+  std::size_t first = 0;  ///< first cell that can be a particle
+  std::size_t span = 0;   ///< cells from `first` that a solver runs over; a multiple of kChunk
+  std::size_t cells = 0;  ///< size of every array
   std::array<std::ptrdiff_t, kNeighbours> offset{};
-  std::vector<std::uint8_t> active;              ///< cells: is a particle
-  std::vector<std::uint8_t> mobile;              ///< cells: moves by its forces (neither fixed nor grabbed)
-  std::vector<std::vector<std::uint32_t>> grabbed;   ///< per tool: cells, increasing
+  std::vector<std::uint8_t> active;                 ///< cells: is a particle
+  std::vector<std::uint8_t> mobile;                 ///< cells: moves by its forces (neither fixed nor grabbed)
+  std::vector<std::vector<std::uint32_t>> grabbed;  ///< per tool: cells, increasing
   std::int64_t springs = 0;
   std::int64_t most_springs_of_a_particle = 0;
   std::int64_t particle_with_most_springs = -1;  ///< site index x + nx (y + ny z)
@@ -41,6 +41,9 @@ struct Lattice {
   bool grab(const TissueScene& scene, std::size_t cell, const glm::dvec3& position_m);
   void count_springs(const TissueScene& scene);
 };
+
+/// At least Lattice::cells, known before anything is allocated. A double: the largest scene has 10^9.
+double cells_of(const TissueScene& scene);
 
 /// Throws SolverError (bad_scene): sizes, mass, spacing, stiffness, damping, grabs.
 void check_tissue(const TissueScene& scene, int tool_count);

@@ -7,14 +7,18 @@ namespace evenstep {
 
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options) {
   if (scene.tool_count < 0 || scene.tool_count > kMaxTools) {
-    throw SolverError(SolverFault::bad_scene, std::to_string(scene.tool_count) + " tools", "at most " + std::to_string(kMaxTools));
+    throw SolverError(SolverFault::bad_scene, std::to_string(scene.tool_count) + " tools",
+                      "at most " + std::to_string(kMaxTools));
   }
   // A spring is one multiplication: it has no device, and every solver kind gives it the same bits.
   if (std::holds_alternative<SpringScene>(scene.body)) return internal::make_spring_solver(scene);
   switch (kind) {
-    case SolverKind::cpu_float: return internal::make_cpu_tissue_float(scene);
-    case SolverKind::cpu_double: return internal::make_cpu_tissue_double(scene);
-    case SolverKind::opencl: return internal::make_opencl_tissue(scene, options);
+    case SolverKind::cpu_float:
+      return internal::make_cpu_tissue_float(scene);
+    case SolverKind::cpu_double:
+      return internal::make_cpu_tissue_double(scene);
+    case SolverKind::opencl:
+      return internal::make_opencl_tissue(scene, options);
   }
   return nullptr;
 }

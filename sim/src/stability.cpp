@@ -11,7 +11,7 @@
 namespace evenstep {
 namespace {
 
-constexpr double kLatticeSymbol = 24, kLatticeSymbolAtRest = 12;   // the header derives them
+constexpr double kLatticeSymbol = 24, kLatticeSymbolAtRest = 12;  // the header derives them
 
 /// Largest h with h^2 lambda + 2 h d <= 4, in the form that does not cancel where damping dominates.
 double largest_step_s(double lambda_per_s2, double damping_per_s) {
@@ -38,7 +38,8 @@ int auto_substeps(const TissueScene& scene, Rate step_rate) {
   const double step_s = period_s(step_rate), longest_s = kStepSafety * step_limit(scene).step_s;
   const double needed = std::ceil(step_s / longest_s);
   if (!(needed <= kMaxSubsteps)) {
-    throw SolverError(SolverFault::unstable_step, fmt::format("a step of {:g} ms needs {:g} substeps of {:g} ms", step_s * 1e3, needed, longest_s * 1e3),
+    throw SolverError(SolverFault::unstable_step,
+                      fmt::format("a step of {:g} ms needs {:g} substeps of {:g} ms", step_s * 1e3, needed, longest_s * 1e3),
                       fmt::format("at most {}: less stiffness or damping, more mass, or shorter steps", kMaxSubsteps));
   }
   return std::max(1, static_cast<int>(needed));

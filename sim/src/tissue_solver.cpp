@@ -33,7 +33,7 @@ TissueConstants<Real>::TissueConstants(const TissueScene& scene, double substep)
     const Neighbour& n = kNeighbourhood[s];
     rest_m[s] = {spacing * static_cast<Real>(n.dx), spacing * static_cast<Real>(n.dy), spacing * static_cast<Real>(n.dz)};
     const auto& [x, y, z] = rest_m[s];
-    length_m[s] = std::sqrt(x * x + y * y + z * z);   // as the kernels do: at rest 1 - L/len is exactly 0
+    length_m[s] = std::sqrt(x * x + y * y + z * z);  // as the kernels do: at rest 1 - L/len is exactly 0
   }
   step_s = static_cast<Real>(substep);
   acceleration = static_cast<Real>(scene.stiffness_N_per_m * substep / scene.particle_mass_kg);
@@ -47,7 +47,9 @@ template struct TissueConstants<double>;
 
 TissueSolver::TissueSolver(const Scene& scene, std::string name)
     : scene_((check_tissue(std::get<TissueScene>(scene.body), scene.tool_count), std::get<TissueScene>(scene.body))),
-      lattice_(scene_), needs_energy_(scene.needs_energy), needs_digest_(scene.needs_state_digest) {
+      lattice_(scene_),
+      needs_energy_(scene.needs_energy),
+      needs_digest_(scene.needs_state_digest) {
   info_.name = std::move(name);
   info_.particles = scene_.particle_count;
   info_.springs = lattice_.springs;
@@ -56,11 +58,13 @@ TissueSolver::TissueSolver(const Scene& scene, std::string name)
   info_.left_out = left_out_of(scene, scene_);
   substep_s_ = period_s(scene.step_rate) / info_.substeps;
   if (substep_s_ > info_.limit->step_s && !scene.allow_unstable) {
-    throw SolverError(SolverFault::unstable_step,
-                      fmt::format("a substep of {:.4g} ms is above the limit of {:.4g} ms that holds in every configuration (the rest-state "
-                                  "limit is {:.4g} ms; particle {} sets it)", substep_s_ * 1e3, info_.limit->step_s * 1e3,
-                                  info_.limit->rest_state_step_s * 1e3, info_.limit->particle),
-                      fmt::format("substeps = \"auto\" or at least {}", auto_substeps(scene_, scene.step_rate)));
+    throw SolverError(
+        SolverFault::unstable_step,
+        fmt::format(
+            "a substep of {:.4g} ms is above the limit of {:.4g} ms that holds in every configuration (the rest-state "
+            "limit is {:.4g} ms; particle {} sets it)",
+            substep_s_ * 1e3, info_.limit->step_s * 1e3, info_.limit->rest_state_step_s * 1e3, info_.limit->particle),
+        fmt::format("substeps = \"auto\" or at least {}", auto_substeps(scene_, scene.step_rate)));
   }
   std::size_t grabbed = 0;
   for (const auto& cells : lattice_.grabbed) grabbed += cells.size();
@@ -112,7 +116,8 @@ ToolResponse TissueSolver::sum_forces() {
   auto next = grab_forces_N_.begin();
   for (std::size_t tool = 0; tool < lattice_.grabbed.size(); ++tool) {
     glm::dvec3& sum_N = response.force_N[tool];
-    for (std::size_t n = 0; n < lattice_.grabbed[tool].size(); ++n, ++next) sum_N += glm::dvec3((*next)[0], (*next)[1], (*next)[2]);
+    for (std::size_t n = 0; n < lattice_.grabbed[tool].size(); ++n, ++next)
+      sum_N += glm::dvec3((*next)[0], (*next)[1], (*next)[2]);
     // Forces are hashed, and which NaN an operation returns is up to the device: report one and the same.
     for (double* component : {&sum_N.x, &sum_N.y, &sum_N.z}) {
       if (std::isnan(*component)) *component = std::numeric_limits<double>::quiet_NaN();

@@ -20,14 +20,14 @@ struct GrabTarget {
 template <class Real>
 struct TissueConstants {
   TissueConstants(const TissueScene& scene, double substep_s);
-  std::array<std::array<Real, 3>, kNeighbours> rest_m{};   ///< vector to the neighbour at rest
-  std::array<Real, kNeighbours> length_m{};                ///< sqrt(x x + y y + z z) of it, in Real
+  std::array<std::array<Real, 3>, kNeighbours> rest_m{};  ///< vector to the neighbour at rest
+  std::array<Real, kNeighbours> length_m{};               ///< sqrt(x x + y y + z z) of it, in Real
   Real step_s{};
-  Real acceleration{};                                     ///< k step / m: velocity change per metre of (1 - L/len) d
-  Real decay{};                                            ///< 1 - damping step
+  Real acceleration{};  ///< k step / m: velocity change per metre of (1 - L/len) d
+  Real decay{};         ///< 1 - damping step
   Real stiffness_N_per_m{};
   Real half_mass_kg{};
-  Real quarter_stiffness_N_per_m{};                        ///< a spring's energy k x^2 / 2 is shared by its two ends
+  Real quarter_stiffness_N_per_m{};  ///< a spring's energy k x^2 / 2 is shared by its two ends
 };
 extern template struct TissueConstants<float>;
 extern template struct TissueConstants<double>;
@@ -46,8 +46,8 @@ class TissueSolver : public Solver {
   virtual void substep(std::span<const GrabTarget> targets) = 0;
   /// Spring force on every grabbed particle (tool after tool, in the order of Lattice::grabbed), newtons.
   virtual void grab_forces(std::span<std::array<double, 3>> forces_N) = 0;
-  virtual std::uint64_t digest() = 0;   ///< only where needs_digest()
-  virtual double energy() = 0;          ///< joules; only where needs_energy()
+  virtual std::uint64_t digest() = 0;  ///< only where needs_digest()
+  virtual double energy() = 0;         ///< joules; only where needs_energy()
   virtual void to_rest() = 0;
 
   const TissueScene& scene() const { return scene_; }
@@ -70,7 +70,7 @@ class TissueSolver : public Solver {
   SolverInfo info_;
   double substep_s_ = 0;
   std::vector<std::array<double, 3>> grab_forces_N_;
-  std::vector<glm::dvec3> origin_m_, offset_m_;   // per tool: first sample; displacement since
+  std::vector<glm::dvec3> origin_m_, offset_m_;  // per tool: first sample; displacement since
   ToolResponse last_response_;
   SolverVerdict verdict_;
   std::int64_t steps_ = 0;
@@ -78,6 +78,6 @@ class TissueSolver : public Solver {
 };
 
 /// The digest before the first chunk's sum is mixed in.
-constexpr std::uint64_t kDigestStart = 0x6576656e73746570ULL;   // "evenstep"
+constexpr std::uint64_t kDigestStart = 0x6576656e73746570ULL;  // "evenstep"
 
 }  // namespace evenstep::internal

@@ -3,18 +3,17 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "evenstep/time/time.h"
 
 namespace evenstep {
 
 inline constexpr int kMaxTools = 2;
-inline constexpr int kMaxSubsteps = 100'000;   ///< per step: more is a mistake in the units of mass or stiffness
+inline constexpr int kMaxSubsteps = 100'000;  ///< per step: more is a mistake in the units of mass or stiffness
 
 /// F = -k x on every tool: memoryless, so constant velocity must give a linear force. The force reported is what the
 /// hand feels: -k x.
@@ -35,23 +34,23 @@ struct Grab {
 /// x-fastest order (of the top layer, the one farthest from the fixed one).
 struct TissueScene {
   std::array<int, 3> lattice{27, 27, 28};
-  std::int64_t particle_count = 20'270;      ///< <= product of lattice
+  std::int64_t particle_count = 20'270;  ///< <= product of lattice
   double spacing_m = 5e-3;
   double particle_mass_kg = 1.25e-4;
   double stiffness_N_per_m = 50;
-  double damping_per_s = 0;                  ///< mass-proportional: v <- (1 - h damping) v + h f / m in a substep of h
-  bool fixed_bottom = true;                  ///< layer z = 0 does not move
-  int substeps = 0;                          ///< per step; 0 = "auto": least that meets the configuration-free bound
-  std::vector<Grab> grabs;                   ///< one per tool
+  double damping_per_s = 0;  ///< mass-proportional: v <- (1 - h damping) v + h f / m in a substep of h
+  bool fixed_bottom = true;  ///< layer z = 0 does not move
+  int substeps = 0;          ///< per step; 0 = "auto": least that meets the configuration-free bound
+  std::vector<Grab> grabs;   ///< one per tool
 };
 
 struct Scene {
   std::variant<SpringScene, TissueScene> body;
-  Rate step_rate{450, 1};                    ///< 1 / step_size: simulated seconds per step, constant (the paper's premise)
+  Rate step_rate{450, 1};  ///< 1 / step_size: simulated seconds per step, constant (the paper's premise)
   int tool_count = 1;
-  bool needs_state_digest = true;            ///< somebody calls Solver::state_digest
-  bool needs_energy = false;                 ///< an expectation asks for it
-  bool allow_unstable = false;               ///< [scene] allow_unstable
+  bool needs_state_digest = true;  ///< somebody calls Solver::state_digest
+  bool needs_energy = false;       ///< an expectation asks for it
+  bool allow_unstable = false;     ///< [scene] allow_unstable
 };
 
 enum class SolverKind { cpu_float, cpu_double, opencl };

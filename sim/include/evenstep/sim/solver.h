@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,22 +12,20 @@
 #include <string>
 #include <vector>
 
-#include <glm/vec3.hpp>
-
 #include "evenstep/sim/scene.h"
 #include "evenstep/sim/stability.h"
 
 namespace evenstep {
 
 struct ToolResponse {
-  std::array<glm::dvec3, kMaxTools> force_N{};   ///< on the hand, one per tool; unused entries are zero
+  std::array<glm::dvec3, kMaxTools> force_N{};  ///< on the hand, one per tool; unused entries are zero
 };
 
 /// What a solver says of a finished run.
 struct SolverVerdict {
   bool non_finite = false;
-  std::int64_t first_bad_step = -1;     ///< first step after which a force (or the energy, if needed) was not finite; -1 = none
-  double energy_J = 0;                  ///< E now: springs + kinetic energy of the free particles; 0 unless Scene::needs_energy
+  std::int64_t first_bad_step = -1;  ///< first step after which a force (or the energy, if needed) was not finite; -1 = none
+  double energy_J = 0;               ///< E now: springs + kinetic energy of the free particles; 0 unless Scene::needs_energy
   /// What physics does not explain: max over steps n of (E_n - W_n), 0 at least, over max over n of max(E_n, |W_n|).
   /// W_n = -sum of (f_i-1 + f_i)/2 (x_i - x_i-1) is the tools' work, f the force on the hand. Stable runs stay near 0 (the
   /// order of the step size), a diverging one reaches 1, a non-finite one infinity. 0 unless Scene::needs_energy.
@@ -34,13 +33,13 @@ struct SolverVerdict {
 };
 
 struct SolverInfo {
-  std::string name;                     ///< "cpu-double", "opencl"
-  std::string device;                   ///< "pthread-…", empty for cpu
+  std::string name;    ///< "cpu-double", "opencl"
+  std::string device;  ///< "pthread-…", empty for cpu
   std::int64_t particles = 0;
   std::int64_t springs = 0;
   int substeps = 1;
-  std::optional<StepLimit> limit;       ///< none for the spring
-  std::vector<std::string> left_out;    ///< what this scene does not need and so does not exist in it
+  std::optional<StepLimit> limit;     ///< none for the spring
+  std::vector<std::string> left_out;  ///< what this scene does not need and so does not exist in it
 };
 
 enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
@@ -62,7 +61,8 @@ class Solver {
  public:
   virtual ~Solver() = default;
   /// One step with the tools at `positions_m` (tool_count entries; substeps move linearly from the positions before). A
-  /// position that is not finite, or more than float holds away from the first, throws SolverError and moves nothing. Blocks until the forces are known. One thread at a time.
+  /// position that is not finite, or more than float holds away from the first, throws SolverError and moves nothing. Blocks
+  /// until the forces are known. One thread at a time.
   virtual ToolResponse step(std::span<const glm::dvec3> positions_m) = 0;
   /// Digest of all particle positions and velocities, bit for bit, independent of threads and work-group size, equal for
   /// cpu float and opencl (all NaNs count as one). 0 for the spring and without Scene::needs_state_digest.
@@ -74,15 +74,15 @@ class Solver {
 };
 
 struct SolverOptions {
-  std::string opencl_platform;          ///< part of the platform's name; empty = PoCL if there, otherwise the first
-  std::string opencl_device;            ///< part of the device's name; empty = the first
-  int work_group_size = 64;             ///< a divisor of 256; results do not depend on it
+  std::string opencl_platform;  ///< part of the platform's name; empty = PoCL if there, otherwise the first
+  std::string opencl_device;    ///< part of the device's name; empty = the first
+  int work_group_size = 64;     ///< a divisor of 256; results do not depend on it
 };
 
 /// Throws SolverError: no platform (with the package to install), out of memory (size asked for and there), unstable
-/// substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that holds nothing. A spring
-/// is one multiplication in double for every kind. OpenCL kernels are built and warmed
-/// up before it returns (a first launch can take 250 ms).
+/// substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that holds nothing. A
+/// spring is one multiplication in double for every kind. OpenCL kernels are built and warmed up before it returns (a first
+/// launch can take 250 ms).
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
 
 }  // namespace evenstep
