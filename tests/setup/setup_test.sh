@@ -375,14 +375,14 @@ case_the_check_counts_tests_and_scenarios() {
   clone c
   call c/.ci/run
   expect_status 0
-  [[ $(tail -1 out) == '8 passed, 0 failed' ]] || fail "not 2 tests and 3 times 2 scenarios"
+  [[ $(tail -1 out) == '9 passed, 0 failed' ]] || fail "not 3 tests (the long one too) and 3 times 2 scenarios"
 }
 case_the_check_counts_what_failed() {
   clone c
   touch c/broken c/scenarios/broken
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '4 passed, 4 failed' ]] || fail "not 1 test and 3 scenarios"
+  [[ $(tail -1 out) == '5 passed, 4 failed' ]] || fail "not 2 tests and 3 scenarios"
 }
 case_the_check_counts_a_stage_that_could_not_start() {
   clone c
