@@ -136,7 +136,6 @@ class OpenClTissue final : public TissueSolver {
       }
     }
     check_cl(clFinish(queue_.get()), "clFinish");
-    current_ = 0;
   }
 
  private:
