@@ -162,7 +162,7 @@ TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
 
 TEST_CASE("Solvers built and run on four threads at once make the runs that they make alone", "[contract]") {
   TissueScene unlike_others = small_block();
-  unlike_others.stiffness_N_per_m = 21;   // in a fresh build folder nothing in PoCL's cache: all four compile
+  unlike_others.stiffness_N_per_m = 21;  // in a fresh build folder nothing in PoCL's cache: all four compile
   const Scene scene = scene_of(unlike_others, 1.0 / 450);
   std::array<Run, 4> together;
   {
