@@ -35,10 +35,6 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
   return options;
 }
 
-/// PoCL 3.1 corrupts itself when two threads build and first launch the same program at once (seen: CL_INVALID_KERNEL_NAME
-/// and crashes), so solvers of one process are built one after the other.
-std::mutex building;
-
 struct ClField {
   ClBuffer x, y, z;
 };
@@ -68,7 +64,6 @@ class OpenClTissue final : public TissueSolver {
         constants_(scene(), substep_s()),
         local_size_(static_cast<std::size_t>(options.work_group_size)),
         device_(std::move(device)) {
-    const std::lock_guard one_at_a_time(building);
     open();
     build();
     allocate();
@@ -136,7 +131,6 @@ class OpenClTissue final : public TissueSolver {
       }
     }
     check_cl(clFinish(queue_.get()), "clFinish");
-    current_ = 0;
   }
 
  private:
@@ -299,12 +293,16 @@ class OpenClTissue final : public TissueSolver {
 
 }  // namespace
 
+/// PoCL 3.1 corrupts itself when two threads look for devices, or build and first launch the same program, at once (seen: no
+/// device, CL_INVALID_KERNEL_NAME, crashes), so the solvers of a process are made one after the other.
 std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SolverOptions& options) {
   check_tissue(std::get<TissueScene>(scene.body), scene.tool_count);
   if (options.work_group_size < 1 || kChunk % static_cast<std::size_t>(options.work_group_size) != 0) {
     throw SolverError(SolverFault::bad_scene, fmt::format("a work-group size of {}", options.work_group_size),
                       fmt::format("a divisor of {}", kChunk));
   }
+  static std::mutex making;
+  const std::lock_guard one_at_a_time(making);
   ClDevice device = choose_device(options.opencl_platform, options.opencl_device);
   check_memory(scene, device);
   return std::make_unique<OpenClTissue>(scene, options, std::move(device));

@@ -14,6 +14,9 @@ void require_equal(Solver& reference, Solver& other, int tools, int steps, bool 
                        got = step(other, tools, wandering_tools(n % 200));
     INFO("step " << n);
     REQUIRE(same_bits(expected, got));
+    for (const glm::dvec3& force_N : got.force_N) {
+      if (std::isnan(force_N.x)) REQUIRE(same_bits(force_N.x, std::numeric_limits<double>::quiet_NaN()));
+    }
     REQUIRE(reference.state_digest() == other.state_digest());
     REQUIRE(same_bits(reference.verdict().energy_J, other.verdict().energy_J));
     REQUIRE(same_bits(reference.verdict().energy_growth, other.verdict().energy_growth));
