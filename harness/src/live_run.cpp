@@ -12,7 +12,7 @@
 namespace evenstep {
 namespace {
 
-/// Long enough for both lanes to be built and scheduled before t = 0.
+/// Long enough for both lanes to be set up and scheduled before t = 0.
 constexpr Duration kStartDelay{100'000'000};
 /// Below the kernel's own threaded interrupts (50), the device above the simulation.
 constexpr int kDevicePriority = 45;
@@ -101,28 +101,18 @@ std::string wall_clock_objection(const Scenario& scenario) {
 
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
   LiveRecording recording;
-  StrategyRecord& record = recording.record = start_record(scenario, plan);
-  const std::unique_ptr<Solver> solver = make_scenario_solver(scenario);
-  const std::unique_ptr<SlotMap> map = make_map(scenario, plan.kind, plan.lead, plan.latency);
-  const std::unique_ptr<StepTiming> timing = make_live_timing(scenario);
-
+  const std::string name = name_of(plan.kind);
+  std::unique_ptr<Solver> solver = make_scenario_solver(scenario);   // may compile for a second: before t = 0 is chosen
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   SimulatedDevices devices(scenario, device_clock);
   DeviceExchange exchange(live_rings(plan), emissions_of(scenario), devices.drivers(), &recording.inputs);
-  SolverStep step(*solver, exchange.tool_count(), scenario.scene.needs_state_digest);
-  StepRecorder step_recorder(record);
-  std::vector<DeviceLane> lanes = device_lanes(scenario, devices.drivers());
-  std::vector<DeviceRecorder> recorders(record.devices.begin(), record.devices.end());
-
+  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices.drivers());
   WorkerExecutor worker(simulation_clock);
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
-  for (std::size_t tool = 0; tool < lanes.size(); ++tool) {
-    device.spawn(device_lane(device, lanes[tool], exchange, recorders[tool]));
-  }
-  simulation.spawn(simulation_lane(simulation, *timing, *map, step, exchange, step_recorder));
+  lanes.spawn(device, simulation);
 
   const RealTime end{scenario.run_duration.ns};
   RunStatus device_status;
@@ -130,41 +120,29 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   quiet.progress = nullptr;
   LaneThread device_thread([&] {
     recording.device_grant = request_real_time(kDevicePriority);
-    device_status = run_in_slices(device, end, record.name, quiet);
+    device_status = run_in_slices(device, end, name, quiet);
     if (ended_badly(device_status)) simulation.request_stop();
   });
   recording.simulation_grant = request_real_time(kSimulationPriority);
-  const RunStatus simulation_status = run_in_slices(simulation, end, record.name, control);
+  const RunStatus simulation_status = run_in_slices(simulation, end, name, control);
   if (ended_badly(simulation_status)) device.request_stop();   // nobody makes forces any more
   device_thread.join();
-  throw_if_failed(device_status, record.name);
-  throw_if_failed(simulation_status, record.name);
+  throw_if_failed(device_status, name);
+  throw_if_failed(simulation_status, name);
 
-  keep_events(merge(simulation.events(), device.events()), record);
-  finish_record(*map, *solver, step, lanes, scenario, record);
-  recording.timing = timing_of(record, simulation.events(), end);
+  recording.record = lanes.finish(merge(simulation.events(), device.events()));
+  recording.timing = timing_of(recording.record, simulation.events(), end);
   return recording;
 }
 
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control) {
-  StrategyRecord record = start_record(scenario, plan);
-  const std::unique_ptr<Solver> solver = make_scenario_solver(scenario);
-  const std::unique_ptr<SlotMap> map = make_map(scenario, plan.kind, plan.lead, plan.latency);
-  const std::unique_ptr<StepTiming> timing = make_replayed_timing(recording.timing);
   RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, true);
-  SolverStep step(*solver, exchange.tool_count(), scenario.scene.needs_state_digest);
-  StepRecorder step_recorder(record);
-  std::vector<DeviceLane> lanes = device_lanes(scenario, {});
-  std::vector<DeviceRecorder> recorders(record.devices.begin(), record.devices.end());
-
+  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), exchange, make_replayed_timing(recording.timing), {});
   VirtualClock device_clock, simulation_clock;
   InlineExecutor executor;
   Scheduler simulation(simulation_clock, executor, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, executor, {control.limits, control.permute_ties, true});
-  for (std::size_t tool = 0; tool < lanes.size(); ++tool) {
-    device.spawn(device_lane(device, lanes[tool], exchange, recorders[tool]));
-  }
-  simulation.spawn(simulation_lane(simulation, *timing, *map, step, exchange, step_recorder));
+  lanes.spawn(device, simulation);
 
   // Each lane goes as far as the other one had got when the recording was made: the recorded heads say how far.
   const RealTime end{scenario.run_duration.ns};
@@ -175,19 +153,15 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
   for (;;) {
     const auto tick = next_before_end(device);
     const auto event = next_before_end(simulation);
-    if (!tick && !event) break;
     const bool tick_ready = tick && exchange.next_tick_ready();
     const bool event_ready = event && (event->lane != Lane::launch || exchange.next_step_ready());
-    if (!tick_ready && !event_ready) break;   // the recording ended inside a step
+    if (!tick_ready && !event_ready) break;   // both at their end
     const bool tick_first = tick_ready && (!event_ready || tick->time <= event->time);
-    Scheduler& lane = tick_first ? device : simulation;
-    if (!lane.run_one()) break;
+    if (!(tick_first ? device : simulation).run_one()) break;
   }
-  throw_if_failed(device.status(), record.name);
-  throw_if_failed(simulation.status(), record.name);
-
-  keep_events(merge(simulation.events(), device.events()), record);
-  finish_record(*map, *solver, step, lanes, scenario, record);
+  throw_if_failed(device.status(), name_of(plan.kind));
+  throw_if_failed(simulation.status(), name_of(plan.kind));
+  StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()));
   record.shadow = true;
   return record;
 }
@@ -195,7 +169,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
 StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control) {
   VirtualClock clock;
   RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, false);
-  StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, *make_replayed_timing(recording.timing), {}}, control);
+  StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, make_replayed_timing(recording.timing), {}}, control);
   record.shadow = true;
   return record;
 }

@@ -1,8 +1,6 @@
 // The lanes on two schedulers, driven in lock step, give the events and the forces of one scheduler.
 
 #include "evenstep/clock/virtual_clock.h"
-#include "evenstep/harness/haptic_loop.h"
-#include "evenstep/harness/recorder.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/harness/strategy_run.h"
 #include "scenarios.h"
@@ -20,21 +18,14 @@ TEST_CASE("the lanes on two schedulers in lock step give the same forces and the
       if (plan.kind == StrategyKind::ideal) continue;
       const StrategyRecord together = run_strategy(scenario, plan, {});
 
-      StrategyRecord record = start_record(scenario, plan);
       VirtualClock device_clock, simulation_clock;
       SimulatedDevices devices(scenario, device_clock);
-      const auto solver = make_scenario_solver(scenario);
-      const auto timing = make_timing(scenario);
-      const auto map = make_map(scenario, plan.kind, plan.lead, plan.latency);
-      DeviceExchange exchange({plan.interaction_capacity, plan.force_capacity}, emissions_of(scenario), devices.drivers());
-      SolverStep step(*solver, exchange.tool_count(), scenario.scene.needs_state_digest);
-      StepRecorder step_recorder(record);
-      std::vector<DeviceLane> lanes = device_lanes(scenario, devices.drivers());
-      std::vector<DeviceRecorder> recorders(record.devices.begin(), record.devices.end());
+      const std::vector<Emission> emissions = emissions_of(scenario);
+      DeviceExchange exchange({plan.interaction_capacity, plan.force_capacity}, emissions, devices.drivers());
+      StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), exchange, make_timing(scenario), devices.drivers());
       InlineExecutor executor;
       Scheduler simulation(simulation_clock, executor), device(device_clock, executor);
-      device.spawn(device_lane(device, lanes[0], exchange, recorders[0]));
-      simulation.spawn(simulation_lane(simulation, *timing, *map, step, exchange, step_recorder));
+      lanes.spawn(device, simulation);
       const RealTime end{scenario.run_duration.ns};
       for (;;) {
         const auto a = device.next(), b = simulation.next();
@@ -43,7 +34,7 @@ TEST_CASE("the lanes on two schedulers in lock step give the same forces and the
         const bool device_first = a_runs && (!b_runs || std::pair(a->time, a->lane) < std::pair(b->time, b->lane));
         REQUIRE((device_first ? device : simulation).run_one());
       }
-      keep_events(merge(simulation.events(), device.events()), record);
+      const StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()));
 
       INFO(file << " " << record.name);
       CHECK(record.trace_hash == together.trace_hash);

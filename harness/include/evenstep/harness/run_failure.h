@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "evenstep/sim/solver.h"
+
 namespace evenstep {
 
 /// A run that could not go on: solver, device, limit. `reason` is one of [expect_stop]'s words.
@@ -17,5 +19,8 @@ class RunFailure : public std::runtime_error {
   std::string remedy;
   std::int64_t step;
 };
+
+/// A solver's error as the run's.
+RunFailure run_failure(const SolverError& error);
 
 }  // namespace evenstep

@@ -4,17 +4,17 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "evenstep/harness/exchange.h"
-#include "evenstep/harness/haptic_loop.h"
 #include "evenstep/harness/run_failure.h"
 #include "evenstep/harness/scenario.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/strategy_lanes.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/scheduler/scheduler.h"
-#include "evenstep/sim/solver.h"
 
 namespace evenstep {
 
@@ -35,18 +35,11 @@ StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, 
 struct LaneParts {
   Clock& clock;
   Exchange& exchange;
-  StepTiming& timing;
+  std::unique_ptr<StepTiming> timing;
   std::vector<HapticDevice*> devices;   ///< empty: a shadow
 };
 /// Both lanes on one scheduler.
-StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, const LaneParts& parts, const RunControl& control);
-
-StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan);
-std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario);
-void finish_record(const SlotMap& map, Solver& solver, const SolverStep& step, const std::vector<DeviceLane>& lanes,
-                   const Scenario& scenario, StrategyRecord& record);
-/// Fills events, names, counts and the chain.
-void keep_events(const std::vector<Event>& events, StrategyRecord& record);
+StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control);
 /// Turns a scheduler's failed status into RunFailure; returns if there is none.
 void throw_if_failed(const RunStatus& status, const std::string& strategy);
 /// Runs in slices of virtual or wall time, so that an interrupt is heard and progress is shown.

@@ -1,0 +1,97 @@
+#include "evenstep/harness/strategy_lanes.h"
+
+#include <map>
+
+#include "evenstep/harness/run_failure.h"
+#include "evenstep/harness/simulated_devices.h"
+
+namespace evenstep {
+namespace {
+
+StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) {
+  StrategyRecord record;
+  record.name = name_of(plan.kind);
+  for (const DeviceSpec& device : scenario.devices) {
+    DeviceRecord& kept = record.devices.emplace_back();
+    kept.name = device.name;
+  }
+  const auto& [steps, any, here] = plan.sizing;
+  record.latency = {plan.lead, plan.latency, any.lead, any.latency, here.lead, here.latency, any.lead_culprit,
+                    any.latency_culprit, static_cast<std::int64_t>(plan.interaction_capacity),
+                    static_cast<std::int64_t>(plan.force_capacity), plan.predicted_interaction_underruns,
+                    plan.predicted_late_forces};
+  return record;
+}
+
+SolverRecord solver_record(Solver& solver, double seconds, bool has_energy) {
+  const SolverInfo& info = solver.info();
+  const SolverVerdict verdict = solver.verdict();
+  SolverRecord record{info.name, info.device, info.particles, info.substeps};
+  if (info.limit) {
+    record.step_limit_s = info.limit->step_s;
+    record.rest_state_step_limit_s = info.limit->rest_state_step_s;
+  }
+  record.non_finite = verdict.non_finite;
+  record.first_bad_step = verdict.first_bad_step;
+  record.energy_growth = verdict.energy_growth;
+  record.has_energy = has_energy;
+  record.left_out = info.left_out;
+  record.solver_seconds = seconds;
+  return record;
+}
+
+void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
+  std::map<std::string, std::uint16_t> names;
+  std::uint64_t hash = 0;
+  record.events.reserve(events.size());
+  for (const Event& event : events) {
+    hash = chain(hash, event);
+    const auto [name, added] = names.try_emplace(event.name.text, static_cast<std::uint16_t>(record.event_names.size()));
+    if (added) record.event_names.emplace_back(event.name.text);
+    record.events.push_back({event.time, static_cast<std::uint8_t>(event.lane), name->second, hash});
+    ++record.event_counts[std::string(lane_name(event.lane)) + "." + event.name.text];
+  }
+  record.trace_hash = hash;
+}
+
+}  // namespace
+
+std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario) {
+  SolverOptions options;
+  options.work_group_size = scenario.work_group_size;
+  try {
+    return make_solver(scenario.solver, scenario.scene, options);
+  } catch (const SolverError& error) {
+    throw run_failure(error);
+  }
+}
+
+StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver, Exchange& exchange,
+                             std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices)
+    : scenario_(scenario), exchange_(exchange), solver_(std::move(solver)),
+      map_(make_map(scenario, plan.kind, plan.lead, plan.latency)), timing_(std::move(timing)), record_(start_record(scenario, plan)),
+      step_(*solver_, exchange.tool_count(), scenario.scene.needs_state_digest), step_recorder_(record_),
+      lanes_(device_lanes(scenario, devices)), device_recorders_(record_.devices.begin(), record_.devices.end()) {}
+
+void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation) {
+  for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
+    device.spawn(device_lane(device, lanes_[tool], exchange_, device_recorders_[tool]));
+  }
+  simulation.spawn(simulation_lane(simulation, *timing_, *map_, step_, exchange_, step_recorder_));
+}
+
+StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
+  keep_events(events, record_);
+  record_.emission_repairs = map_->emission_repairs();
+  record_.solver = solver_record(*solver_, step_.seconds, scenario_.scene.needs_energy);
+  for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
+    DeviceRecord& device = record_.devices[tool];
+    device.counters = counters_of(lanes_[tool]);
+    for (std::size_t n = 0; n < device.steps.size(); ++n) {
+      device.steps[n].true_position_m = to_vec3(position_m(scenario_.devices[tool].motion, record_.steps[n].read));
+    }
+  }
+  return std::move(record_);
+}
+
+}  // namespace evenstep
