@@ -1,5 +1,7 @@
-// One substep of symplectic Euler for every cell; fixed, grabbed and ghost cells stay where they are. (`step` is a built-in.)
-__kernel void advance(__global const float* restrict ux, __global const float* restrict uy, __global const float* restrict uz,
+// One substep of symplectic Euler for every cell; fixed, grabbed and ghost cells stay where they are.
+// (`step` is a built-in.)
+__kernel void advance(__global const float* restrict ux, __global const float* restrict uy,
+                      __global const float* restrict uz,
                       __global float* restrict next_x, __global float* restrict next_y, __global float* restrict next_z,
                       __global float* restrict vx, __global float* restrict vy, __global float* restrict vz,
                       __global const float* restrict active, __global const float* restrict mobile) {

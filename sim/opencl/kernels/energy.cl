@@ -8,8 +8,10 @@
     springs += active[i + (OFFSET)] * (stretch * stretch);                        \
   }
 
-__kernel void cell_energy(__global const float* restrict ux, __global const float* restrict uy, __global const float* restrict uz,
-                          __global const float* restrict vx, __global const float* restrict vy, __global const float* restrict vz,
+__kernel void cell_energy(__global const float* restrict ux, __global const float* restrict uy,
+                          __global const float* restrict uz,
+                          __global const float* restrict vx, __global const float* restrict vy,
+                          __global const float* restrict vz,
                           __global const float* restrict active, __global const float* restrict mobile,
                           __global float* restrict energies) {
   const size_t index = get_global_id(0);
