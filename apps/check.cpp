@@ -2,6 +2,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 
 namespace evenstep::app {
@@ -61,9 +62,16 @@ ExitCode check(const std::vector<std::string>& paths, const std::vector<std::str
     const ReadResult read = read_scenario(file, {set, std::nullopt});
     std::vector<Diagnostic> errors = read.errors;
     if (read.scenario) errors = check_expectations(*read.scenario);
+    if (errors.empty()) {
+      try {
+        explain(*read.scenario);
+        continue;
+      } catch (const SolverError& error) {
+        errors.push_back({file, 0, 0, std::string(error.what()) + "; " + error.remedy()});
+      }
+    }
     print(errors);
-    if (errors.empty()) explain(*read.scenario);
-    else code = ExitCode::usage;
+    code = ExitCode::usage;
   }
   return code;
 }
