@@ -20,32 +20,37 @@ void explain_solver(const Scenario& scenario) {
   const auto& tissue = std::get<TissueScene>(scenario.scene.body);
   const StepLimit limit = step_limit(tissue);
   const int substeps = tissue.substeps > 0 ? tissue.substeps : auto_substeps(tissue, rate);
-  fmt::print("  scene        tissue, {} particles on {} x {} x {}, {:.6g} N/m\n", tissue.particle_count, tissue.lattice[0], tissue.lattice[1],
-             tissue.lattice[2], tissue.stiffness_N_per_m);
-  fmt::print("  stability    {} substeps of {:.4g} ms; limit {:.4g} ms in every configuration ({:.4g} ms at rest, not safe)\n", substeps,
-             1e3 * period_s(rate) / substeps, 1e3 * limit.step_s, 1e3 * limit.rest_state_step_s);
+  fmt::print("  scene        tissue, {} particles on {} x {} x {}, {:.6g} N/m\n", tissue.particle_count, tissue.lattice[0],
+             tissue.lattice[1], tissue.lattice[2], tissue.stiffness_N_per_m);
+  fmt::print(
+      "  stability    {} substeps of {:.4g} ms; limit {:.4g} ms in every configuration ({:.4g} ms at rest, not safe)\n",
+      substeps, 1e3 * period_s(rate) / substeps, 1e3 * limit.step_s, 1e3 * limit.rest_state_step_s);
 }
 
 void explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
-  fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration), seconds(scenario.warmup), scenario.seed);
+  fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration),
+             seconds(scenario.warmup), scenario.seed);
   const NominalUnits& nominal = scenario.nominal;
-  fmt::print("  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n", ms(nominal.segment),
-             ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
-             scenario.timing.trace.empty() ? "" : fmt::format(" (means of {} recorded segments)", scenario.timing.trace.size()));
+  fmt::print(
+      "  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n", ms(nominal.segment),
+      ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
+      scenario.timing.trace.empty() ? "" : fmt::format(" (means of {} recorded segments)", scenario.timing.trace.size()));
   explain_solver(scenario);
   for (const DeviceSpec& device : scenario.devices) {
-    fmt::print("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name, device.rate.num, device.rate.den, ms(device.phase),
-               device.emission == Emission::linear ? "linear" : "hold");
+    fmt::print("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name, device.rate.num, device.rate.den,
+               ms(device.phase), device.emission == Emission::linear ? "linear" : "hold");
   }
   for (const StrategyPlan& plan : plan(scenario)) {
-    fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind), ms(plan.lead), ms(plan.latency),
-               plan.interaction_capacity, plan.force_capacity);
+    fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
+               ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
     if (plan.sizing.steps.empty()) continue;
     const auto& [steps, any, here] = plan.sizing;
-    fmt::print("               least: any device phase {:.6f} ms (lead {:.6f}, step {}), this phase {:.6f} ms (lead {:.6f}, step {})\n",
-               ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
+    fmt::print(
+        "               least: any device phase {:.6f} ms (lead {:.6f}, step {}), this phase {:.6f} ms (lead {:.6f}, step "
+        "{})\n",
+        ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
     fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
                plan.predicted_late_forces);
   }

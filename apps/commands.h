@@ -28,7 +28,8 @@ ExitCode check(const std::vector<std::string>& paths, const std::vector<std::str
 ExitCode list(const std::vector<std::string>& paths);
 ExitCode diff(const std::string& a, const std::string& b);
 
-/// Files as given, folders as all *.toml below them in order of path. Prints an error and returns nullopt if one is not there.
+/// Files as given, folders as all *.toml below them in order of path. Prints an error and returns nullopt if one is not
+/// there.
 std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths);
 void print(const std::vector<Diagnostic>& errors);
 

@@ -8,15 +8,19 @@
 namespace evenstep::app {
 
 ExitCode list(const std::vector<std::string>& paths) {
-  const std::vector<std::string> folders =
-      !paths.empty() ? paths : std::filesystem::is_directory("scenarios") ? std::vector<std::string>{"scenarios"} : std::vector<std::string>{};
+  const std::vector<std::string> folders = !paths.empty() ? paths
+                                           : std::filesystem::is_directory("scenarios")
+                                               ? std::vector<std::string>{"scenarios"}
+                                               : std::vector<std::string>{};
   const std::optional<std::vector<std::string>> files = scenario_files(folders);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;
   for (const std::string& file : *files) {
     const ReadResult read = read_scenario(file);
-    if (read.scenario) fmt::print("{:<48} {}\n", file, read.scenario->name);
-    else code = ExitCode::usage;
+    if (read.scenario)
+      fmt::print("{:<48} {}\n", file, read.scenario->name);
+    else
+      code = ExitCode::usage;
     print(read.errors);
   }
   if (!files->empty()) fmt::print("\n");

@@ -35,18 +35,25 @@ int main(int argc, char** argv) {
   cli.name("evenstep");
   cli.set_version_flag("--version", std::string("evenstep ") + kVersion);
   cli.require_subcommand(1);
-  cli.footer("Exit: 0 pass, 1 expectation failed, 2 usage or scenario error, 3 run failed, 4 not reproducible, 130 interrupted.");
+  cli.footer(
+      "Exit: 0 pass, 1 expectation failed, 2 usage or scenario error, 3 run failed, 4 not reproducible, 130 interrupted.");
 
   app::RunArguments run;
   CLI::App* run_command = cli.add_subcommand("run", "run scenarios and judge their expectations");
   run_command->add_option("scenario", run.paths, "scenario files, or folders of them")->required();
   run_command->add_option("--clock", run.clock, "virtual (default) or wall")->check(CLI::IsMember({"virtual", "wall"}));
   run_command->add_option("--seed", run.seed, "instead of [run] seed");
-  run_command->add_option("--set", run.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"")->expected(1)->take_all();
-  run_command->add_option("--out", run.out, "run folder (one scenario) or folder of run folders (several); default runs/<name>");
+  run_command->add_option("--set", run.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"")
+      ->expected(1)
+      ->take_all();
+  run_command->add_option("--out", run.out,
+                          "run folder (one scenario) or folder of run folders (several); default runs/<name>");
   run_command->add_flag("--repeat", run.repeat, "run twice; exit 4 and name the first differing event if the traces differ");
-  run_command->add_option("--permute-ties", run.permute_ties, "shuffle the order of simultaneous events of one lane with this seed");
-  run_command->add_option("--threads", run.threads, "strategies side by side; 0 = one per core (results do not depend on it)")->check(CLI::Range(0, 1024));
+  run_command->add_option("--permute-ties", run.permute_ties,
+                          "shuffle the order of simultaneous events of one lane with this seed");
+  run_command
+      ->add_option("--threads", run.threads, "strategies side by side; 0 = one per core (results do not depend on it)")
+      ->check(CLI::Range(0, 1024));
   run_command->add_flag("--json", run.json, "print summary.json of each run instead of tables");
 
   std::vector<std::string> check_paths, check_set;
@@ -55,7 +62,8 @@ int main(int argc, char** argv) {
   check_command->add_option("--set", check_set, "path=value, overrides the file")->expected(1)->take_all();
 
   std::vector<std::string> list_paths;
-  CLI::App* list_command = cli.add_subcommand("list", "what a scenario can name: scenarios found, strategies, solvers, metrics");
+  CLI::App* list_command =
+      cli.add_subcommand("list", "what a scenario can name: scenarios found, strategies, solvers, metrics");
   list_command->add_option("folder", list_paths, "where to look for scenarios (default: scenarios)");
 
   std::string diff_a, diff_b;
@@ -74,11 +82,16 @@ int main(int argc, char** argv) {
   }
   try {
     ExitCode code = ExitCode::pass;
-    if (*run_command) code = app::run(run, interrupted);
-    else if (*check_command) code = app::check(check_paths, check_set);
-    else if (*list_command) code = app::list(list_paths);
-    else if (*diff_command) code = app::diff(diff_a, diff_b);
-    else if (*schema_command) std::fputs(scenario_schema().c_str(), stdout);
+    if (*run_command)
+      code = app::run(run, interrupted);
+    else if (*check_command)
+      code = app::check(check_paths, check_set);
+    else if (*list_command)
+      code = app::list(list_paths);
+    else if (*diff_command)
+      code = app::diff(diff_a, diff_b);
+    else if (*schema_command)
+      std::fputs(scenario_schema().c_str(), stdout);
     if (std::fflush(stdout) != 0) return static_cast<int>(ExitCode::run_failed);
     return static_cast<int>(code);
   } catch (const std::exception& error) {

@@ -11,7 +11,7 @@ class Progress {
  public:
   explicit Progress(bool terminal) : terminal_(terminal) {}
   ~Progress();
-  void update(const std::string& strategy, double fraction);   ///< any thread
+  void update(const std::string& strategy, double fraction);  ///< any thread
 
  private:
   std::mutex mutex_;

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 namespace {
 
 std::string quoted(const std::string& word) {
-  if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos) return word;
+  if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
+    return word;
   std::string out = "'";
   for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
@@ -54,7 +55,8 @@ std::vector<std::string> run_folders(const std::vector<std::string>& files, cons
   return folders;
 }
 
-void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder, const std::string& reproduce) {
+void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
+                   const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
   fmt::print("{}", verdict_table(outcome.results, colour));
   if (!outcome.failure.empty()) fmt::print("stopped: {}\n", outcome.failure);
@@ -64,8 +66,9 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
     fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's\n");
   }
   if (!outcome.record.strategies.empty()) {
-    fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s CPU (solver {:.2f} s)\n", outcome.record.trace_hash,
-               outcome.record.strategies.size(), seconds(scenario.run_duration), outcome.cpu_seconds, outcome.solver_seconds);
+    fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s CPU (solver {:.2f} s)\n",
+               outcome.record.trace_hash, outcome.record.strategies.size(), seconds(scenario.run_duration),
+               outcome.cpu_seconds, outcome.solver_seconds);
     if (outcome.record.clock == "wall" && outcome.repeat_difference.empty() && outcome.exit != ExitCode::interrupted) {
       fmt::print("the recorded inputs replay to the same trace\n");
     }
@@ -76,17 +79,24 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
 
 std::string_view word(ExitCode code) {
   switch (code) {
-    case ExitCode::pass: return "PASS";
-    case ExitCode::expectation_failed: return "FAIL";
-    case ExitCode::usage: return "ERROR in the scenario";
-    case ExitCode::run_failed: return "ERROR, the run failed";
-    case ExitCode::not_reproducible: return "NOT REPRODUCIBLE";
-    case ExitCode::interrupted: return "INTERRUPTED";
+    case ExitCode::pass:
+      return "PASS";
+    case ExitCode::expectation_failed:
+      return "FAIL";
+    case ExitCode::usage:
+      return "ERROR in the scenario";
+    case ExitCode::run_failed:
+      return "ERROR, the run failed";
+    case ExitCode::not_reproducible:
+      return "NOT REPRODUCIBLE";
+    case ExitCode::interrupted:
+      return "INTERRUPTED";
   }
   return "";
 }
 
-ExitCode run_one(const std::string& file, const std::string& folder, const RunArguments& arguments, const std::atomic<bool>& interrupted) {
+ExitCode run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
+                 const std::atomic<bool>& interrupted) {
   const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
   if (!read.scenario) {
     print(read.errors);
@@ -94,7 +104,8 @@ ExitCode run_one(const std::string& file, const std::string& folder, const RunAr
   }
   const Scenario& scenario = *read.scenario;
   if (!arguments.json) {
-    fmt::print("evenstep {}  {}  ({})  seed {}  clock {}\n", kVersion, scenario.name, scenario.file, scenario.seed, arguments.clock);
+    fmt::print("evenstep {}  {}  ({})  seed {}  clock {}\n", kVersion, scenario.name, scenario.file, scenario.seed,
+               arguments.clock);
     std::fflush(stdout);
   }
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {

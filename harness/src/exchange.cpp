@@ -73,7 +73,11 @@ Reading<glm::dvec3> IdealExchange::hand(int tool, const Slot& slot) {
 
 RecordedExchange::RecordedExchange(RingSizes sizes, std::span<const Emission> emissions,
                                    const std::vector<DeviceInputs>& inputs, bool use_heads)
-    : Exchange(sizes, emissions), inputs_(inputs), use_heads_(use_heads), next_tick_(inputs.size(), 0), next_step_(inputs.size(), 0) {
+    : Exchange(sizes, emissions),
+      inputs_(inputs),
+      use_heads_(use_heads),
+      next_tick_(inputs.size(), 0),
+      next_step_(inputs.size(), 0) {
   assert(inputs.size() == emissions.size());
 }
 

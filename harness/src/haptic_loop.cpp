@@ -1,17 +1,9 @@
 #include "evenstep/harness/haptic_loop.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
-
-#include "evenstep/clock/wall_clock.h"
-#include "evenstep/harness/run_failure.h"
 
 namespace evenstep {
 namespace {
-
-bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 /// Where the visualization stops the steps: before them, after them ("steps-first"), or not at all.
 struct Pause {
@@ -26,17 +18,6 @@ Pause pause_of(const SegmentTiming& segment, bool own_lane) {
 }
 
 }  // namespace
-
-void SolverStep::run() {
-  const double started_s = monotonic_seconds();
-  response = solver_.step(std::span(positions_m.data(), static_cast<std::size_t>(tool_count_)));
-  for (const glm::dvec3& force_N : response.force_N) {
-    if (!is_finite(force_N)) throw RunFailure("diverged", fmt::format("step {}: the solver's force is not finite", step_), "a smaller step size or substeps = \"auto\"", step_);
-  }
-  if (digest_) state_digest = solver_.state_digest();
-  ++step_;
-  seconds += monotonic_seconds() - started_s;
-}
 
 Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record) {
   for (std::int64_t k = 0;; ++k) {
@@ -56,26 +37,26 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
   SegmentTiming segment;
   for (std::int64_t n = 0; timing.next(segment);) {
     co_await scheduler.until(segment.begin, Lane::launch, "segment");
-    const bool own_lane = segment.overlaps();                             // drawn by a thread of its own: no pause here
-    map.boundary(n, own_lane ? segment.begin : scheduler.now());          // 3 b: the segment, split into slots
+    const bool own_lane = segment.overlaps();                     // drawn by a thread of its own: no pause here
+    map.boundary(n, own_lane ? segment.begin : scheduler.now());  // 3 b: the segment, split into slots
     record.segment(segment, scheduler.now());
     const Pause pause = pause_of(segment, own_lane);
     if (pause.before_steps) {
-      co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");   // 3 d: the large delay
+      co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");  // 3 d: the large delay
     }
     for (const Interval& step : segment.steps) {
-      co_await scheduler.until(step.begin, Lane::launch, "launch");       // after the sample of the same instant
+      co_await scheduler.until(step.begin, Lane::launch, "launch");  // after the sample of the same instant
       const RealTime began = scheduler.now();
-      const Slot slot = map.read(n, began);                               // 3 c: the slot's time
+      const Slot slot = map.read(n, began);  // 3 c: the slot's time
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
-        const Reading<glm::dvec3> hand = exchange.hand(tool, slot);       // 3 a: the buffered hand
+        const Reading<glm::dvec3> hand = exchange.hand(tool, slot);  // 3 a: the buffered hand
         solver.positions_m[static_cast<std::size_t>(tool)] = hand.value;
         record.hand(tool, hand);
       }
-      co_await scheduler.external(step.end, &solver, "step");             // 4 b: a constant amount of simulation time
-      const RealTime emission = map.emission(n, scheduler.now());         // 4 d: the inverse of 3 c
+      co_await scheduler.external(step.end, &solver, "step");      // 4 b: a constant amount of simulation time
+      const RealTime emission = map.emission(n, scheduler.now());  // 4 d: the inverse of 3 c
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
-        exchange.respond(tool, emission, solver.response.force_N[static_cast<std::size_t>(tool)]);   // 4 e: evenly
+        exchange.respond(tool, emission, solver.response.force_N[static_cast<std::size_t>(tool)]);  // 4 e: evenly
       }
       record.step(scheduler, segment, slot, began, emission, solver);
       ++n;

@@ -16,8 +16,10 @@ using Verdict = ExpectationResult::Verdict;
 std::vector<std::string> split(std::string_view text) {
   std::vector<std::string> parts(1);
   for (const char c : text) {
-    if (c == '.') parts.emplace_back();
-    else parts.back() += c;
+    if (c == '.')
+      parts.emplace_back();
+    else
+      parts.back() += c;
   }
   return parts;
 }
@@ -25,9 +27,8 @@ std::vector<std::string> split(std::string_view text) {
 bool matches(const std::string& pattern, const std::string& signal) {
   if (pattern == signal) return true;
   const std::vector<std::string> wanted = split(pattern), given = split(signal);
-  return wanted.size() == given.size() && std::equal(wanted.begin(), wanted.end(), given.begin(), [](const auto& w, const auto& g) {
-           return w == "*" || w == g;
-         });
+  return wanted.size() == given.size() && std::equal(wanted.begin(), wanted.end(), given.begin(),
+                                                     [](const auto& w, const auto& g) { return w == "*" || w == g; });
 }
 
 struct Bounds {
@@ -35,8 +36,8 @@ struct Bounds {
 };
 
 /// Factor from the limit's unit to the metric's base unit, or an error text.
-Parsed<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal, const Scenario& scenario,
-                         const Nominal& nominal) {
+Parsed<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
+                         const Scenario& scenario, const Nominal& nominal) {
   const std::optional<double> step = step_unit(nominal, signal);
   if (limit.unit == "step" && !step) {
     return {0, fmt::format("'{}' has no unit 'step': that needs a device with a constant nominal speed{}", signal,
@@ -77,7 +78,8 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
     if (factor.ok()) out = limit->unit == result.unit ? limit->number : limit->number * factor.value / shown.value;
     return factor.error;
   };
-  for (const std::string& error : {shown.error, in_shown_unit(expectation.min, result.min), in_shown_unit(expectation.max, result.max)}) {
+  for (const std::string& error :
+       {shown.error, in_shown_unit(expectation.min, result.min), in_shown_unit(expectation.max, result.max)}) {
     if (error.empty()) continue;
     result.verdict = Verdict::error;
     result.detail = error;
@@ -142,10 +144,11 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
       continue;
     }
     if (std::find(known->begin(), known->end(), expectation.metric) == known->end()) {
-      error(fmt::format("unknown metric '{}' for signal '{}'; known: {}", expectation.metric, expectation.signal, fmt::join(*known, ", ")));
+      error(fmt::format("unknown metric '{}' for signal '{}'; known: {}", expectation.metric, expectation.signal,
+                        fmt::join(*known, ", ")));
       continue;
     }
-    if (expectation.signal.find('*') != std::string::npos) continue;   // units are checked for each signal it matches
+    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked for each signal it matches
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;
       const Parsed<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);

@@ -19,9 +19,7 @@ constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
 
 /// On a wall clock lanes run late; rings hold four times what the programmed timing needs and at least 64 entries.
-RingSizes live_rings(const StrategyPlan& plan) {
-  return {4 * plan.interaction_capacity + 64, 4 * plan.force_capacity + 64};
-}
+RingSizes live_rings(const StrategyPlan& plan) { return {4 * plan.interaction_capacity + 64, 4 * plan.force_capacity + 64}; }
 
 /// step = "real": a segment's steps run one after the other as fast as the solver makes them, without a programmed floor.
 class RealSteps final : public StepTiming {
@@ -48,7 +46,8 @@ std::unique_ptr<StepTiming> make_live_timing(const Scenario& scenario) {
 bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed || status.end == RunEnd::limit; }
 
 /// The step that was running when the run ended: launched, never heard of again. A replay must launch it too.
-void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::size_t finished, std::vector<SegmentTiming>& segments) {
+void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::size_t finished,
+                         std::vector<SegmentTiming>& segments) {
   std::size_t launched = 0;
   RealTime last_launch;
   for (const Event& event : events) {
@@ -71,7 +70,8 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
     if (row.visualization) {
       const Duration length = (*row.visualization)[1] - (*row.visualization)[0];
       RealTime begin = row.begin;
-      if (!segment.steps.empty() && segment.steps.front().begin < begin + length) begin = segment.steps.back().end;   // steps first
+      if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
+        begin = segment.steps.back().end;  // steps first
       segment.visualization = Interval{begin, begin + length};
     }
     segments.push_back(std::move(segment));
@@ -102,7 +102,7 @@ std::string wall_clock_objection(const Scenario& scenario) {
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
   LiveRecording recording;
   const std::string name = name_of(plan.kind);
-  std::unique_ptr<Solver> solver = make_scenario_solver(scenario);   // may compile for a second: before t = 0 is chosen
+  std::unique_ptr<Solver> solver = make_scenario_solver(scenario);  // may compile for a second: before t = 0 is chosen
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   SimulatedDevices devices(scenario, device_clock);
@@ -125,7 +125,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   });
   recording.simulation_grant = request_real_time(kSimulationPriority);
   const RunStatus simulation_status = run_in_slices(simulation, end, name, control);
-  if (ended_badly(simulation_status)) device.request_stop();   // nobody makes forces any more
+  if (ended_badly(simulation_status)) device.request_stop();  // nobody makes forces any more
   device_thread.join();
   throw_if_failed(device_status, name);
   throw_if_failed(simulation_status, name);
@@ -135,7 +135,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   return recording;
 }
 
-StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control) {
+StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
+                      const RunControl& control) {
   RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, true);
   StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), exchange, make_replayed_timing(recording.timing), {});
   VirtualClock device_clock, simulation_clock;
@@ -155,7 +156,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
     const auto event = next_before_end(simulation);
     const bool tick_ready = tick && exchange.next_tick_ready();
     const bool event_ready = event && (event->lane != Lane::launch || exchange.next_step_ready());
-    if (!tick_ready && !event_ready) break;   // both at their end
+    if (!tick_ready && !event_ready) break;  // both at their end
     const bool tick_first = tick_ready && (!event_ready || tick->time <= event->time);
     if (!(tick_first ? device : simulation).run_one()) break;
   }
@@ -166,7 +167,8 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
   return record;
 }
 
-StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control) {
+StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
+                          const RunControl& control) {
   VirtualClock clock;
   RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, false);
   StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, make_replayed_timing(recording.timing), {}}, control);

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "evenstep/harness/haptic_loop.h"
+#include "evenstep/harness/solver_step.h"
 
 namespace evenstep {
 namespace {
@@ -15,10 +15,13 @@ void note(Scheduler& scheduler, const glm::dvec3& v) {
 
 StepRead step_read(ReadStatus status) {
   switch (status) {
-    case ReadStatus::inside: return StepRead::inside;
-    case ReadStatus::overrun: return StepRead::overrun;
+    case ReadStatus::inside:
+      return StepRead::inside;
+    case ReadStatus::overrun:
+      return StepRead::overrun;
     case ReadStatus::underrun:
-    case ReadStatus::empty: return StepRead::underrun;
+    case ReadStatus::empty:
+      return StepRead::underrun;
   }
   return StepRead::underrun;
 }

@@ -48,7 +48,8 @@ RunRecord start_run(const Scenario& scenario, const RunOptions& options) {
   return run;
 }
 
-void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run) {
+void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options,
+                 RunRecord& run) {
   // The twins that deviation_from_ideal needs and the scenario does not list: one per lead, since the forces of an even
   // schedule do not depend on when they are emitted.
   std::vector<StrategyPlan> all = plans;
@@ -62,10 +63,12 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
     }
   }
   std::vector<StrategyRecord> records(all.size());
-  internal::parallel_for(all.size(), options.threads, [&](std::size_t i) { records[i] = run_strategy(scenario, all[i], options.control); });
+  internal::parallel_for(all.size(), options.threads,
+                         [&](std::size_t i) { records[i] = run_strategy(scenario, all[i], options.control); });
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const auto twin = twin_of_lead.find(plans[i].lead.ns);
-    if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end()) records[i].twin_force_N = forces_of(records[twin->second]);
+    if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end())
+      records[i].twin_force_N = forces_of(records[twin->second]);
   }
   records.resize(plans.size());
   run.strategies = std::move(records);
@@ -79,10 +82,14 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
   const bool interrupted = options.control.interrupted && options.control.interrupted->load();
   for (const StrategyPlan& plan : plans) {
-    if (plan.kind == scenario.live) run.strategies.push_back(recording.record);
-    else if (interrupted) continue;
-    else if (plan.kind == StrategyKind::ideal) run.strategies.push_back(run_strategy(scenario, plan, options.control));
-    else run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
+    if (plan.kind == scenario.live)
+      run.strategies.push_back(recording.record);
+    else if (interrupted)
+      continue;
+    else if (plan.kind == StrategyKind::ideal)
+      run.strategies.push_back(run_strategy(scenario, plan, options.control));
+    else
+      run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
   }
   if (interrupted) return;
   const StrategyRecord twin = replay(scenario, *live, recording, options.control);
@@ -97,8 +104,10 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
 RunRecord run_once(const Scenario& scenario, const RunOptions& options, std::string& difference) {
   RunRecord run = start_run(scenario, options);
   const std::vector<StrategyPlan> plans = plan(scenario);
-  if (options.clock == ClockKind::wall) run_wall(scenario, plans, options, run, difference);
-  else run_virtual(scenario, plans, options, run);
+  if (options.clock == ClockKind::wall)
+    run_wall(scenario, plans, options, run, difference);
+  else
+    run_virtual(scenario, plans, options, run);
   run.trace_hash = hash_of(run.strategies);
   for (const StrategyRecord& strategy : run.strategies) {
     if (run.left_out.empty()) run.left_out = strategy.solver.left_out;
@@ -114,12 +123,18 @@ std::string compare(const RunRecord& a, const RunRecord& b) {
 
 int severity(ExitCode code) {
   switch (code) {
-    case ExitCode::pass: return 0;
-    case ExitCode::expectation_failed: return 1;
-    case ExitCode::not_reproducible: return 2;
-    case ExitCode::usage: return 3;
-    case ExitCode::run_failed: return 4;
-    case ExitCode::interrupted: return 5;
+    case ExitCode::pass:
+      return 0;
+    case ExitCode::expectation_failed:
+      return 1;
+    case ExitCode::not_reproducible:
+      return 2;
+    case ExitCode::usage:
+      return 3;
+    case ExitCode::run_failed:
+      return 4;
+    case ExitCode::interrupted:
+      return 5;
   }
   return 4;
 }
@@ -151,12 +166,14 @@ Nominal nominal_of(const Scenario& scenario) {
   for (const DeviceSpec& device : scenario.devices) {
     Nominal::Device& named = nominal.devices.emplace_back();
     named.name = device.name;
-    if (const auto* constant = std::get_if<ConstantVelocity>(&device.motion.shape)) named.speed_m_per_s = glm::length(constant->velocity_m_per_s);
+    if (const auto* constant = std::get_if<ConstantVelocity>(&device.motion.shape))
+      named.speed_m_per_s = glm::length(constant->velocity_m_per_s);
     if (spring) named.stiffness_N_per_m = spring->stiffness_N_per_m;
     named.hold_emission = device.emission == Emission::hold;
     named.rate = device.rate;
     named.first_tick = RealTime{device.phase.ns};
-    if (const auto* stop = std::get_if<RampStop>(&device.motion.shape)) named.stop_at = stop->stop + (device.motion.begin - RealTime{0});
+    if (const auto* stop = std::get_if<RampStop>(&device.motion.shape))
+      named.stop_at = stop->stop + (device.motion.begin - RealTime{0});
   }
   return nominal;
 }
@@ -200,9 +217,14 @@ RunOutcome run_scenario(const Scenario& given, const RunOptions& options) {
     outcome.exit = ExitCode::expectation_failed;
   }
   switch (worst(outcome.results)) {
-    case ExpectationResult::Verdict::pass: break;
-    case ExpectationResult::Verdict::fail: outcome.exit = worse(outcome.exit, ExitCode::expectation_failed); break;
-    case ExpectationResult::Verdict::error: outcome.exit = worse(outcome.exit, ExitCode::usage); break;
+    case ExpectationResult::Verdict::pass:
+      break;
+    case ExpectationResult::Verdict::fail:
+      outcome.exit = worse(outcome.exit, ExitCode::expectation_failed);
+      break;
+    case ExpectationResult::Verdict::error:
+      outcome.exit = worse(outcome.exit, ExitCode::usage);
+      break;
   }
   if (!outcome.repeat_difference.empty()) outcome.exit = worse(outcome.exit, ExitCode::not_reproducible);
   return outcome;

@@ -6,11 +6,14 @@ namespace {
 /// The words of [expect_stop] reason.
 std::string reason_of(const SolverError& error) {
   switch (error.fault()) {
-    case SolverFault::unstable_step: return "unstable-step";
-    case SolverFault::bad_input: return "bad-input";
+    case SolverFault::unstable_step:
+      return "unstable-step";
+    case SolverFault::bad_input:
+      return "bad-input";
     case SolverFault::unavailable:
     case SolverFault::bad_scene:
-    case SolverFault::out_of_memory: return "solver";
+    case SolverFault::out_of_memory:
+      return "solver";
   }
   return "solver";
 }

@@ -25,12 +25,15 @@ struct File {
 
 std::string_view verdict_word(ExitCode code) {
   switch (code) {
-    case ExitCode::pass: return "pass";
+    case ExitCode::pass:
+      return "pass";
     case ExitCode::expectation_failed:
-    case ExitCode::not_reproducible: return "fail";
+    case ExitCode::not_reproducible:
+      return "fail";
     case ExitCode::usage:
     case ExitCode::run_failed:
-    case ExitCode::interrupted: return "error";
+    case ExitCode::interrupted:
+      return "error";
   }
   return "error";
 }
@@ -41,7 +44,7 @@ std::vector<File> files_of(const Scenario& scenario, const RunOutcome& outcome, 
   files.push_back({"summary.json", summary_of(outcome)});
   files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
   files.push_back({"resolved.toml", scenario.resolved_toml});
-  if (run.strategies.empty()) return files;   // the run failed before it began
+  if (run.strategies.empty()) return files;  // the run failed before it began
   files.push_back({"series.csv", series_csv(run)});
   const std::vector<std::byte> events = events_bin(run);
   files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
@@ -60,7 +63,7 @@ std::vector<File> files_of(const Scenario& scenario, const RunOutcome& outcome, 
 
 fs::path absolute_folder(const std::string& folder) {
   fs::path path = fs::absolute(folder).lexically_normal();
-  return path.has_filename() ? path : path.parent_path();   // "runs/x/" means "runs/x"
+  return path.has_filename() ? path : path.parent_path();  // "runs/x/" means "runs/x"
 }
 
 /// A folder we may replace: absent, empty, or a run folder of ours.
@@ -85,26 +88,31 @@ std::string run_folder_objection(const std::string& folder) {
   try {
     const fs::path path = absolute_folder(folder);
     if (!replaceable(path)) {
-      return fmt::format("'{}' exists and is not a run folder (no summary.json in it); give another place with --out", folder);
+      return fmt::format("'{}' exists and is not a run folder (no summary.json in it); give another place with --out",
+                         folder);
     }
     fs::create_directories(path.parent_path());
     if (::access(path.parent_path().c_str(), W_OK | X_OK) != 0) {
-      return fmt::format("cannot write into '{}': {}; give a writable place with --out", path.parent_path().string(), std::strerror(errno));
+      return fmt::format("cannot write into '{}': {}; give a writable place with --out", path.parent_path().string(),
+                         std::strerror(errno));
     }
     return {};
   } catch (const fs::filesystem_error& error) {
-    return fmt::format("cannot use '{}' as run folder: {}; give a writable place with --out", folder, error.code().message());
+    return fmt::format("cannot use '{}' as run folder: {}; give a writable place with --out", folder,
+                       error.code().message());
   }
 }
 
-std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
+std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
+                             const std::string& reproduce) {
   const fs::path path = absolute_folder(folder);
   const fs::path aside = path.parent_path() / fmt::format(".{}.writing-{}", path.filename().string(), ::getpid());
   const fs::path old = path.parent_path() / fmt::format(".{}.old-{}", path.filename().string(), ::getpid());
   try {
     fs::create_directories(aside);
     for (const File& file : files_of(scenario, outcome, reproduce)) write_file(aside / file.name, file.content);
-    if (!replaceable(path)) throw std::runtime_error(fmt::format("'{}' is not a run folder and is left alone", path.string()));
+    if (!replaceable(path))
+      throw std::runtime_error(fmt::format("'{}' is not a run folder and is left alone", path.string()));
     if (fs::exists(path)) fs::rename(path, old);
     fs::rename(aside, path);
     fs::remove_all(old);

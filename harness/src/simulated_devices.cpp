@@ -32,8 +32,8 @@ std::vector<DeviceLane> device_lanes(const Scenario& scenario, const std::vector
   std::vector<DeviceLane> lanes;
   for (std::size_t tool = 0; tool < scenario.devices.size(); ++tool) {
     const DeviceSpec& device = scenario.devices[tool];
-    lanes.push_back({static_cast<int>(tool), device.rate, RealTime{device.phase.ns}, devices.empty() ? nullptr : devices[tool],
-                     ForceGuard(device.limits)});
+    lanes.push_back({static_cast<int>(tool), device.rate, RealTime{device.phase.ns},
+                     devices.empty() ? nullptr : devices[tool], ForceGuard(device.limits)});
   }
   return lanes;
 }

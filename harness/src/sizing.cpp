@@ -29,9 +29,12 @@ bool is_remap(StrategyKind kind) { return kind == StrategyKind::paper || kind ==
 
 Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
   switch (budget.kind) {
-    case Budget::Kind::any_phase: return any_phase;
-    case Budget::Kind::this_phase: return this_phase;
-    case Budget::Kind::fixed: return budget.fixed;
+    case Budget::Kind::any_phase:
+      return any_phase;
+    case Budget::Kind::this_phase:
+      return this_phase;
+    case Budget::Kind::fixed:
+      return budget.fixed;
   }
   return budget.fixed;
 }
@@ -75,10 +78,14 @@ std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario) {
 
 std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, Duration latency) {
   switch (kind) {
-    case StrategyKind::direct: return std::make_unique<DirectMap>();
-    case StrategyKind::paper: return std::make_unique<PaperMap>(lead, latency, scenario.remap.estimate_weight);
-    case StrategyKind::phase_locked: return std::make_unique<PhaseLockedMap>(lead, latency, scenario.remap.bandwidth_Hz);
-    case StrategyKind::ideal: return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency);
+    case StrategyKind::direct:
+      return std::make_unique<DirectMap>();
+    case StrategyKind::paper:
+      return std::make_unique<PaperMap>(lead, latency, scenario.remap.estimate_weight);
+    case StrategyKind::phase_locked:
+      return std::make_unique<PhaseLockedMap>(lead, latency, scenario.remap.bandwidth_Hz);
+    case StrategyKind::ideal:
+      return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency);
   }
   return nullptr;
 }
@@ -119,7 +126,8 @@ Sizing size_map(const Scenario& scenario, StrategyKind kind) {
 std::vector<StrategyPlan> plan(const Scenario& scenario) {
   std::vector<StrategyPlan> plans;
   for (const StrategyKind kind : scenario.strategies) {
-    plans.push_back(is_remap(kind) ? plan_remap(scenario, kind) : StrategyPlan{kind, {}, {}, kDirectCapacity, kDirectCapacity});
+    plans.push_back(is_remap(kind) ? plan_remap(scenario, kind)
+                                   : StrategyPlan{kind, {}, {}, kDirectCapacity, kDirectCapacity});
   }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
   auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });

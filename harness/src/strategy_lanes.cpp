@@ -16,9 +16,17 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
     kept.name = device.name;
   }
   const auto& [steps, any, here] = plan.sizing;
-  record.latency = {plan.lead, plan.latency, any.lead, any.latency, here.lead, here.latency, any.lead_culprit,
-                    any.latency_culprit, static_cast<std::int64_t>(plan.interaction_capacity),
-                    static_cast<std::int64_t>(plan.force_capacity), plan.predicted_interaction_underruns,
+  record.latency = {plan.lead,
+                    plan.latency,
+                    any.lead,
+                    any.latency,
+                    here.lead,
+                    here.latency,
+                    any.lead_culprit,
+                    any.latency_culprit,
+                    static_cast<std::int64_t>(plan.interaction_capacity),
+                    static_cast<std::int64_t>(plan.force_capacity),
+                    plan.predicted_interaction_underruns,
                     plan.predicted_late_forces};
   return record;
 }
@@ -66,12 +74,18 @@ std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario) {
   }
 }
 
-StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver, Exchange& exchange,
-                             std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices)
-    : scenario_(scenario), exchange_(exchange), solver_(std::move(solver)),
-      map_(make_map(scenario, plan.kind, plan.lead, plan.latency)), timing_(std::move(timing)), record_(start_record(scenario, plan)),
-      step_(*solver_, exchange.tool_count(), scenario.scene.needs_state_digest), step_recorder_(record_),
-      lanes_(device_lanes(scenario, devices)), device_recorders_(record_.devices.begin(), record_.devices.end()) {}
+StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver,
+                             Exchange& exchange, std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices)
+    : scenario_(scenario),
+      exchange_(exchange),
+      solver_(std::move(solver)),
+      map_(make_map(scenario, plan.kind, plan.lead, plan.latency)),
+      timing_(std::move(timing)),
+      record_(start_record(scenario, plan)),
+      step_(*solver_, exchange.tool_count(), scenario.scene.needs_state_digest),
+      step_recorder_(record_),
+      lanes_(device_lanes(scenario, devices)),
+      device_recorders_(record_.devices.begin(), record_.devices.end()) {}
 
 void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation) {
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {

@@ -11,7 +11,8 @@ namespace evenstep {
 
 void throw_if_failed(const RunStatus& status, const std::string& strategy) {
   if (status.end == RunEnd::limit) {
-    throw RunFailure("limit", strategy + ": " + status.message, "a lane may be waiting for its own instant; raise the limit if the run is really that long");
+    throw RunFailure("limit", strategy + ": " + status.message,
+                     "a lane may be waiting for its own instant; raise the limit if the run is really that long");
   }
   if (status.end != RunEnd::failed) return;
   try {
@@ -22,18 +23,22 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy) {
     const RunFailure failure = run_failure(error);
     throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy);
   } catch (const DeviceError& error) {
-    throw RunFailure("device", strategy + ": " + error.what(), "check the device's cable and permissions; `evenstep list` shows what a scenario can name");
+    throw RunFailure("device", strategy + ": " + error.what(),
+                     "check the device's cable and permissions; `evenstep list` shows what a scenario can name");
   } catch (const std::exception& error) {
-    throw RunFailure("solver", strategy + ": " + error.what(), "this is a defect of evenstep; please report it with the scenario");
+    throw RunFailure("solver", strategy + ": " + error.what(),
+                     "this is a defect of evenstep; please report it with the scenario");
   }
 }
 
 RunStatus run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control) {
-  constexpr Duration kSlice{20'000'000};   // 20 ms: an interrupt is heard within a human's patience on both clocks
+  constexpr Duration kSlice{20'000'000};  // 20 ms: an interrupt is heard within a human's patience on both clocks
   RunStatus status;
   for (RealTime until = RealTime{0} + kSlice;; until = until + kSlice) {
     status = scheduler.run(std::min(until, end));
-    if (status.end == RunEnd::failed || status.end == RunEnd::limit || status.end == RunEnd::stopped || status.end == RunEnd::idle) break;
+    if (status.end == RunEnd::failed || status.end == RunEnd::limit || status.end == RunEnd::stopped ||
+        status.end == RunEnd::idle)
+      break;
     if (until >= end) break;
     if (control.interrupted && control.interrupted->load()) break;
     if (control.progress) control.progress(strategy, seconds(until) / seconds(end));
@@ -43,12 +48,14 @@ RunStatus run_in_slices(Scheduler& scheduler, RealTime end, const std::string& s
 }
 
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control) {
-  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), parts.exchange, std::move(parts.timing), std::move(parts.devices));
+  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), parts.exchange, std::move(parts.timing),
+                      std::move(parts.devices));
   std::unique_ptr<Executor> executor = std::make_unique<InlineExecutor>();
   if (control.worker_thread) executor = std::make_unique<WorkerExecutor>(parts.clock);
   Scheduler scheduler(parts.clock, *executor, {control.limits, control.permute_ties, true});
   lanes.spawn(scheduler, scheduler);
-  throw_if_failed(run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control), name_of(plan.kind));
+  throw_if_failed(run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control),
+                  name_of(plan.kind));
   return lanes.finish(scheduler.events());
 }
 

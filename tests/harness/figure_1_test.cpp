@@ -27,7 +27,9 @@ std::int64_t missing(const RunRecord& run, const std::string& name) {
   for (const StepSample& sample : strategy(run, name).devices[0].steps) count += sample.read == StepRead::underrun;
   return count;
 }
-std::string ns(std::int64_t value) { return std::to_string(value / 1'000'000) + "." + std::to_string(1'000'000 + value % 1'000'000).substr(1) + " ms"; }
+std::string ns(std::int64_t value) {
+  return std::to_string(value / 1'000'000) + "." + std::to_string(1'000'000 + value % 1'000'000).substr(1) + " ms";
+}
 
 }  // namespace
 
@@ -36,7 +38,8 @@ TEST_CASE("the shipped figure-1-spring scenario holds every expectation") {
                            "paper/no-visualization.toml", "paper/ties.toml"}) {
     const RunOutcome outcome = run_scenario(read(file), {});
     for (const ExpectationResult& result : outcome.results) {
-      INFO(file << ":" << result.line << " " << result.signal << " " << result.metric << " " << result.value.value_or(NAN) << " " << result.detail);
+      INFO(file << ":" << result.line << " " << result.signal << " " << result.metric << " " << result.value.value_or(NAN)
+                << " " << result.detail);
       CHECK(result.verdict == ExpectationResult::Verdict::pass);
     }
     CHECK(outcome.exit == ExitCode::pass);
@@ -50,7 +53,7 @@ TEST_CASE("the least latencies are the closed form's, to the nanosecond") {
     INFO(name_of(hold[i].kind));
     CHECK(std::abs(hold[i].latency.ns - kHold_ns) <= 2);
     CHECK(std::abs(linear[i].latency.ns - kLinear_ns) <= 2);
-    CHECK(std::abs(hold[i].lead.ns - 260'000) <= 2);   // h - V/N
+    CHECK(std::abs(hold[i].lead.ns - 260'000) <= 2);  // h - V/N
     // This phase (0): reads fall on the grid of 1/9 ms, the worst 1/9 ms before its tick: c = 0.111111 ms, L = 12.693333 ms.
     CHECK(std::abs(hold[i].sizing.this_phase.lead.ns - 111'111) <= 1);
     CHECK(std::abs(hold[i].sizing.this_phase.latency.ns - 12'693'333) <= 2);
@@ -104,16 +107,19 @@ TEST_CASE("V + s underruns at phase 0 and not at phase 0.5 ms") {
 TEST_CASE("a run counts the underruns that the sizing pass predicts, at any lead and latency") {
   for (const char* lead : {"0 ms", "0.05 ms", "0.2 ms", "1 ms"}) {
     for (const char* latency : {"8 ms", "12 ms", "12.7 ms", "14 ms"}) {
-      const Scenario scenario = read("paper/figure-1-spring-hold.toml",
-                                     {std::string("remap.lead=") + lead, std::string("remap.latency=") + latency, "run.duration=2 s",
-                                      "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }"});
+      const Scenario scenario =
+          read("paper/figure-1-spring-hold.toml",
+               {std::string("remap.lead=") + lead, std::string("remap.latency=") + latency, "run.duration=2 s",
+                "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }"});
       const RunOutcome outcome = run_scenario(scenario, {});
       for (const std::string name : {"paper", "phase_locked"}) {
         INFO(name << " lead " << lead << " latency " << latency);
         const LatencyRecord& predicted = strategy(outcome.record, name).latency;
-        CHECK(outcome.metrics.at("left.interaction." + name).at("underruns") == static_cast<double>(predicted.predicted_interaction_underruns));
-        if (name == "phase_locked") {   // `paper` repairs backward steps by later emissions: fewer are late than predicted
-          CHECK(outcome.metrics.at("left.force." + name).at("underruns") == static_cast<double>(predicted.predicted_late_forces));
+        CHECK(outcome.metrics.at("left.interaction." + name).at("underruns") ==
+              static_cast<double>(predicted.predicted_interaction_underruns));
+        if (name == "phase_locked") {  // `paper` repairs backward steps by later emissions: fewer are late than predicted
+          CHECK(outcome.metrics.at("left.force." + name).at("underruns") ==
+                static_cast<double>(predicted.predicted_late_forces));
         }
       }
     }
@@ -133,7 +139,7 @@ TEST_CASE("on an even schedule the remap hands the solver what direct does, bit 
     }
     INFO(name);
     if (std::string(name) != "ideal") CHECK(different == 0);
-    CHECK(farthest_m < 0.51e-9);   // reports are whole nanometres
+    CHECK(farthest_m < 0.51e-9);  // reports are whole nanometres
   }
 }
 
@@ -147,15 +153,16 @@ TEST_CASE("every launch on a tick sees that tick's sample") {
     const std::size_t tick = static_cast<std::size_t>(direct.steps[n].begin.ns / 1'000'000);
     seen += direct.devices[0].steps[n].position_m == direct.devices[0].ticks[tick].position_m;
   }
-  CHECK(ties == 1000);   // 4 s of segments of 32 ms with 8 launches on a tick each
+  CHECK(ties == 1000);  // 4 s of segments of 32 ms with 8 launches on a tick each
   CHECK(seen == ties);
 }
 
 TEST_CASE("leaving strategies out changes no other's trace") {
   const RunRecord all = run_all(read("paper/figure-1-spring.toml"));
   for (const char* alone : {"direct", "paper", "phase_locked"}) {
-    const RunRecord run = run_all(read("paper/figure-1-spring.toml", {std::string("run.strategies=[\"") + alone + "\"]", std::string("run.live=\"") + alone + "\"",
-                                                                      "expect=[]"}));
+    const RunRecord run =
+        run_all(read("paper/figure-1-spring.toml", {std::string("run.strategies=[\"") + alone + "\"]",
+                                                    std::string("run.live=\"") + alone + "\"", "expect=[]"}));
     CHECK(strategy(run, alone).trace_hash == strategy(all, alone).trace_hash);
   }
 }

@@ -33,7 +33,7 @@ TEST_CASE("tissue: the hash does not depend on solver, threads, worker or work-g
   RunOptions worker;
   worker.control.worker_thread = true;
   CHECK(hash_of(small_tissue("opencl"), worker) == reference);
-  CHECK(hash_of(small_tissue("cpu-double")) != reference);   // other arithmetic: the hash would see it
+  CHECK(hash_of(small_tissue("cpu-double")) != reference);  // other arithmetic: the hash would see it
 }
 
 TEST_CASE("with jitter the hash is that of the seed") {
@@ -49,10 +49,12 @@ TEST_CASE("with jitter the hash is that of the seed") {
 }
 
 TEST_CASE("a hand a few nanometres away changes the hash") {
-  const std::uint64_t reference = run_all(read("paper/figure-1-spring.toml", {"expect=[]", "run.duration=\"0.4 s\""})).trace_hash;
+  const std::uint64_t reference =
+      run_all(read("paper/figure-1-spring.toml", {"expect=[]", "run.duration=\"0.4 s\""})).trace_hash;
   const std::uint64_t other =
       run_all(read("paper/figure-1-spring.toml", {"expect=[]", "run.duration=\"0.4 s\"",
-                                                  "device.left.motion.velocity=[\"0.1 m/s\", \"0 m/s\", \"20 um/s\"]"})).trace_hash;
+                                                  "device.left.motion.velocity=[\"0.1 m/s\", \"0 m/s\", \"20 um/s\"]"}))
+          .trace_hash;
   CHECK(reference != other);
 }
 
@@ -60,6 +62,7 @@ TEST_CASE("permuting the order of simultaneous events keeps every expectation") 
   for (const std::uint64_t seed : {1ULL, 2ULL, 3ULL, 4ULL, 5ULL}) {
     RunOptions options;
     options.control.permute_ties = seed;
-    for (const char* file : {"paper/figure-1-spring.toml", "paper/ties.toml"}) CHECK(run_scenario(read(file), options).exit == ExitCode::pass);
+    for (const char* file : {"paper/figure-1-spring.toml", "paper/ties.toml"})
+      CHECK(run_scenario(read(file), options).exit == ExitCode::pass);
   }
 }

@@ -9,7 +9,8 @@ using namespace evenstep::test;
 
 namespace {
 
-const std::vector<std::string> kLive{"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"", "expect=[]"};
+const std::vector<std::string> kLive{"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"",
+                                     "expect=[]"};
 
 RunOutcome run_wall(const Scenario& scenario) {
   RunOptions options;

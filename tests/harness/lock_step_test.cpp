@@ -22,7 +22,8 @@ TEST_CASE("the lanes on two schedulers in lock step give the same forces and the
       SimulatedDevices devices(scenario, device_clock);
       const std::vector<Emission> emissions = emissions_of(scenario);
       DeviceExchange exchange({plan.interaction_capacity, plan.force_capacity}, emissions, devices.drivers());
-      StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), exchange, make_timing(scenario), devices.drivers());
+      StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), exchange, make_timing(scenario),
+                          devices.drivers());
       InlineExecutor executor;
       Scheduler simulation(simulation_clock, executor), device(device_clock, executor);
       lanes.spawn(device, simulation);

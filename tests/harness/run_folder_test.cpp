@@ -1,12 +1,13 @@
 // The run folder: whole or not at all.
 
+#include "evenstep/harness/run_folder.h"
+
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <set>
 
-#include "evenstep/harness/run_folder.h"
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -34,12 +35,13 @@ TEST_CASE("a run folder holds every file, and nothing is left beside it") {
   const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
   const RunOutcome outcome = run_scenario(scenario, {});
   const std::string folder = (temporary.path / "run").string();
-  for (int again = 0; again < 2; ++again) {   // the second time it replaces its own
+  for (int again = 0; again < 2; ++again) {  // the second time it replaces its own
     CHECK(run_folder_objection(folder) == "");
     CHECK(write_run_folder(folder, scenario, outcome, "evenstep run x") == "");
     CHECK(names_in(temporary.path) == std::set<std::string>{"run"});
-    CHECK(names_in(folder) == std::set<std::string>{"summary.json", "junit.xml", "series.csv", "timing.csv", "events.bin", "resolved.toml",
-                                                    "figure-1a-left.svg", "figure-1b-left.svg", "figure-2to4.svg"});
+    CHECK(names_in(folder) == std::set<std::string>{"summary.json", "junit.xml", "series.csv", "timing.csv", "events.bin",
+                                                    "resolved.toml", "figure-1a-left.svg", "figure-1b-left.svg",
+                                                    "figure-2to4.svg"});
     for (const auto& entry : fs::directory_iterator(folder)) CHECK(entry.file_size() > 100);
   }
 }
@@ -58,14 +60,16 @@ TEST_CASE("a folder that is not a run folder is left alone") {
 
 TEST_CASE("the timing of a run replays to the same steps") {
   const TemporaryFolder temporary;
-  const std::vector<std::string> set{"run.duration=\"0.7 s\"", "expect=[]", "run.strategies=[\"direct\"]", "run.live=\"direct\"",
+  const std::vector<std::string> set{"run.duration=\"0.7 s\"", "expect=[]", "run.strategies=[\"direct\"]",
+                                     "run.live=\"direct\"",
                                      "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }"};
   const Scenario scenario = read("paper/figure-1-spring.toml", set);
   const RunOutcome outcome = run_scenario(scenario, {});
   const std::string folder = (temporary.path / "run").string();
   REQUIRE(write_run_folder(folder, scenario, outcome, "") == "");
   std::ofstream(temporary.path / "again.toml")
-      << "format = 1\nname = \"again\"\n[run]\nstrategies = [\"direct\"]\nlive = \"direct\"\n[timing]\ntrace = \"run/timing.csv\"\n"
+      << "format = 1\nname = \"again\"\n[run]\nstrategies = [\"direct\"]\nlive = \"direct\"\n[timing]\ntrace = "
+         "\"run/timing.csv\"\n"
          "[scene]\nsolver = \"cpu-double\"\nkind = \"spring\"\nstiffness = \"200 N/m\"\nstep_size = \"450 Hz\"\n"
          "[[device]]\nname = \"left\"\nrate = \"1 kHz\"\nmotion = { kind = \"still\" }\n";
   const ReadResult again = read_scenario((temporary.path / "again.toml").string());
@@ -74,7 +78,7 @@ TEST_CASE("the timing of a run replays to the same steps") {
   const auto& first = outcome.record.strategies[0].steps;
   const RunRecord replayed_run = run_all(*again.scenario);
   const auto& second = replayed_run.strategies[0].steps;
-  REQUIRE(second.size() + 1 >= first.size());   // the trace ends with the last step: its completion is not before the end
+  REQUIRE(second.size() + 1 >= first.size());  // the trace ends with the last step: its completion is not before the end
   for (std::size_t n = 0; n < second.size(); ++n) {
     REQUIRE(first[n].begin == second[n].begin);
     REQUIRE(first[n].end == second[n].end);

@@ -38,7 +38,10 @@ inline const StrategyRecord& strategy(const RunRecord& run, const std::string& n
 
 /// A block small enough for many runs: 8 x 7 x 9 cut to 490 particles, two devices, everything else as the paper's.
 inline std::vector<std::string> small_tissue(const std::string& solver) {
-  return {"scene.solver=\"" + solver + "\"", "scene.lattice=[8, 7, 9]", "scene.particles=490", "run.duration=\"0.5 s\"",
+  return {"scene.solver=\"" + solver + "\"",
+          "scene.lattice=[8, 7, 9]",
+          "scene.particles=490",
+          "run.duration=\"0.5 s\"",
           "device.left.grab={ center = [\"10 mm\", \"15 mm\", \"40 mm\"], radius = \"6 mm\" }",
           "device.right.grab={ center = [\"25 mm\", \"15 mm\", \"40 mm\"], radius = \"6 mm\" }"};
 }

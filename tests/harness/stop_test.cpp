@@ -9,7 +9,7 @@ namespace {
 
 std::vector<std::string> unstable(bool allowed) {
   std::vector<std::string> set = small_tissue("cpu");
-  set.push_back("scene.substeps=1");   // 2.22 ms where 0.64 ms is the limit
+  set.push_back("scene.substeps=1");  // 2.22 ms where 0.64 ms is the limit
   set.push_back("expect=[]");
   if (allowed) set.push_back("scene.allow_unstable=true");
   return set;
@@ -44,8 +44,10 @@ TEST_CASE("divergence stops at the first bad step, and another reason than the e
 }
 
 TEST_CASE("a run that was expected to stop and did not fails") {
-  CHECK(run_scenario(read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\"", "expect=[]", "expect_stop={ reason = \"diverged\" }"}), {}).exit ==
-        ExitCode::expectation_failed);
+  CHECK(run_scenario(read("paper/figure-1-spring.toml",
+                          {"run.duration=\"0.6 s\"", "expect=[]", "expect_stop={ reason = \"diverged\" }"}),
+                     {})
+            .exit == ExitCode::expectation_failed);
 }
 
 TEST_CASE("an interrupt ends a run with 130 and keeps what was done") {

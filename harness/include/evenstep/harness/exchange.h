@@ -23,15 +23,15 @@ namespace evenstep {
 /// What one device tick took from outside.
 struct TickInput {
   DeviceSample sample;
-  RealTime played_at;             ///< live clock when the force was looked up
-  std::uint64_t force_head = 0;   ///< forces visible then
-  std::uint64_t order = 0;        ///< counts the ticks of all devices in the order they ran
+  RealTime played_at;            ///< live clock when the force was looked up
+  std::uint64_t force_head = 0;  ///< forces visible then
+  std::uint64_t order = 0;       ///< counts the ticks of all devices in the order they ran
 };
 
 /// One device's recorded inputs: enough for an exact virtual twin of a live run.
 struct DeviceInputs {
-  std::vector<TickInput> ticks;                       ///< in order of ticks run
-  std::vector<std::uint64_t> interaction_heads;       ///< per step
+  std::vector<TickInput> ticks;                  ///< in order of ticks run
+  std::vector<std::uint64_t> interaction_heads;  ///< per step
 };
 
 /// The force of one tick as the schedule gives it, before the guard.
@@ -76,7 +76,7 @@ class Exchange {
     SampleBuffer<glm::dvec3> interaction;
     ForceSchedule<glm::dvec3> forces;
   };
-  std::deque<Link> links_;   // a Link does not move: its rings are shared between threads
+  std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };
 
 /// Reads real (or simulated) devices; keeps what it learnt when asked to.
@@ -111,7 +111,8 @@ class IdealExchange final : public DeviceExchange {
 /// heads allow: `next_*_ready`). Without: a shadow, another strategy over the same samples and completions.
 class RecordedExchange final : public Exchange {
  public:
-  RecordedExchange(RingSizes sizes, std::span<const Emission> emissions, const std::vector<DeviceInputs>& inputs, bool use_heads);
+  RecordedExchange(RingSizes sizes, std::span<const Emission> emissions, const std::vector<DeviceInputs>& inputs,
+                   bool use_heads);
   /// The next tick (of the device whose turn it is) finds the forces that its recorded head names.
   bool next_tick_ready() const;
   /// The next step finds the samples that its recorded heads name.

@@ -3,42 +3,23 @@
 /// on a wall clock (each lane with a scheduler and a thread of its own) and in replay; `direct`, `paper`, `phase_locked`
 /// and `ideal` differ only in the map and the exchange they are handed.
 
-#include <array>
-
 #include "evenstep/device/force_guard.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/harness/exchange.h"
 #include "evenstep/harness/recorder.h"
+#include "evenstep/harness/solver_step.h"
 #include "evenstep/remap/slot_map.h"
 #include "evenstep/scheduler/scheduler.h"
 #include "evenstep/scheduler/step_timing.h"
-#include "evenstep/sim/solver.h"
 
 namespace evenstep {
-
-/// One step of the solver as work for an executor; owned by whoever owns the solver.
-class SolverStep final : public Work {
- public:
-  explicit SolverStep(Solver& solver, int tool_count, bool digest) : solver_(solver), tool_count_(tool_count), digest_(digest) {}
-  std::array<glm::dvec3, kMaxTools> positions_m{};   ///< in
-  ToolResponse response;                             ///< out
-  std::uint64_t state_digest = 0;                    ///< out
-  double seconds = 0;                                ///< host time spent so far; reported, never hashed
-  void run() override;
-
- private:
-  Solver& solver_;
-  int tool_count_;
-  bool digest_;
-  std::int64_t step_ = 0;
-};
 
 /// The device's tick grid and what stands between the schedule and the motor.
 struct DeviceLane {
   int tool = 0;
   Rate rate;
   RealTime first_tick;
-  HapticDevice* device = nullptr;   ///< nullptr: a shadow, nobody feels its force
+  HapticDevice* device = nullptr;  ///< nullptr: a shadow, nobody feels its force
   ForceGuard guard;
 };
 

@@ -14,9 +14,9 @@
 namespace evenstep {
 
 struct LiveRecording {
-  StrategyRecord record;                  ///< of the live strategy
+  StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
-  std::vector<SegmentTiming> timing;      ///< segments and steps as they really ran
+  std::vector<SegmentTiming> timing;  ///< segments and steps as they really ran
   RealTimeGrant device_grant, simulation_grant;
 };
 
@@ -25,7 +25,9 @@ std::string wall_clock_objection(const Scenario& scenario);
 
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control);
 /// The exact twin. Its trace_hash equals the recording's, or the run was not reproducible.
-StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control);
-StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording, const RunControl& control);
+StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
+                      const RunControl& control);
+StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
+                          const RunControl& control);
 
 }  // namespace evenstep

@@ -18,7 +18,8 @@ inline Vec3 to_vec3(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 class DeviceRecorder {
  public:
   explicit DeviceRecorder(DeviceRecord& record) : record_(record) {}
-  void tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played, const glm::dvec3& force_N);
+  void tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
+            const glm::dvec3& force_N);
 
  private:
   DeviceRecord& record_;

@@ -19,13 +19,20 @@ enum class ClockKind { virtual_clock, wall };
 
 struct RunOptions {
   ClockKind clock = ClockKind::virtual_clock;
-  int threads = 0;                          ///< strategies side by side; 0 = one per core
-  bool repeat = false;                      ///< run twice and compare the traces
+  int threads = 0;      ///< strategies side by side; 0 = one per core
+  bool repeat = false;  ///< run twice and compare the traces
   RunControl control;
 };
 
 /// Exit codes of the command line. Several files: the worst wins, in this order: 130 > 3 > 2 > 4 > 1 > 0.
-enum class ExitCode : int { pass = 0, expectation_failed = 1, usage = 2, run_failed = 3, not_reproducible = 4, interrupted = 130 };
+enum class ExitCode : int {
+  pass = 0,
+  expectation_failed = 1,
+  usage = 2,
+  run_failed = 3,
+  not_reproducible = 4,
+  interrupted = 130
+};
 ExitCode worse(ExitCode a, ExitCode b);
 
 struct RunOutcome {
@@ -33,11 +40,11 @@ struct RunOutcome {
   RunRecord record;
   Metrics metrics;
   std::vector<ExpectationResult> results;
-  std::vector<Diagnostic> errors;           ///< scenario errors found only now (unknown metric, no unit `step`)
-  std::string failure, remedy;              ///< the run failed: what happened, what to do
-  std::string repeat_difference;            ///< not reproducible: the first differing event
-  double cpu_seconds = 0;                   ///< of the process, all threads
-  double solver_seconds = 0;                ///< launch + wait, summed over strategies
+  std::vector<Diagnostic> errors;  ///< scenario errors found only now (unknown metric, no unit `step`)
+  std::string failure, remedy;     ///< the run failed: what happened, what to do
+  std::string repeat_difference;   ///< not reproducible: the first differing event
+  double cpu_seconds = 0;          ///< of the process, all threads
+  double solver_seconds = 0;       ///< launch + wait, summed over strategies
 };
 RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options);
 

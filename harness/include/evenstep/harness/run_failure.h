@@ -15,7 +15,7 @@ class RunFailure : public std::runtime_error {
  public:
   RunFailure(std::string why, const std::string& what, std::string cure, std::int64_t at_step = -1)
       : std::runtime_error(what), reason(std::move(why)), remedy(std::move(cure)), step(at_step) {}
-  std::string reason;     ///< "unstable-step", "diverged", "bad-input", "solver", "device", "limit"
+  std::string reason;  ///< "unstable-step", "diverged", "bad-input", "solver", "device", "limit"
   std::string remedy;
   std::int64_t step;
 };

@@ -11,7 +11,8 @@ namespace evenstep {
 /// Whether `folder` can be written, before a long run is spent on it. Empty, or the reason with the remedy.
 std::string run_folder_objection(const std::string& folder);
 /// Empty, or what went wrong.
-std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce);
+std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
+                             const std::string& reproduce);
 
 /// The text of summary.json.
 std::string summary_of(const RunOutcome& outcome);

@@ -21,7 +21,7 @@ std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 Emission strictest_emission(const Scenario& scenario);
 
 struct Sizing {
-  std::vector<MappedStep> steps;     ///< mapped steps that end within the run, with lead 0
+  std::vector<MappedStep> steps;  ///< mapped steps that end within the run, with lead 0
   LatencyBudget any_phase;
   LatencyBudget this_phase;
 };

@@ -21,7 +21,7 @@ namespace evenstep {
 struct RunControl {
   std::optional<std::uint64_t> permute_ties;
   SchedulerLimits limits;
-  bool worker_thread = false;                             ///< run the solver on a worker even in virtual time (same bits)
+  bool worker_thread = false;  ///< run the solver on a worker even in virtual time (same bits)
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(const std::string& strategy, double fraction)> progress;
 };
@@ -36,7 +36,7 @@ struct LaneParts {
   Clock& clock;
   Exchange& exchange;
   std::unique_ptr<StepTiming> timing;
-  std::vector<HapticDevice*> devices;   ///< empty: a shadow
+  std::vector<HapticDevice*> devices;  ///< empty: a shadow
 };
 /// Both lanes on one scheduler.
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control);

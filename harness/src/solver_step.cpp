@@ -1,0 +1,31 @@
+#include "evenstep/harness/solver_step.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <span>
+
+#include "evenstep/clock/wall_clock.h"
+#include "evenstep/harness/run_failure.h"
+
+namespace evenstep {
+namespace {
+
+bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+}  // namespace
+
+void SolverStep::run() {
+  const double started_s = monotonic_seconds();
+  response = solver_.step(std::span(positions_m.data(), static_cast<std::size_t>(tool_count_)));
+  for (const glm::dvec3& force_N : response.force_N) {
+    if (is_finite(force_N)) continue;
+    throw RunFailure("diverged", fmt::format("step {}: the solver's force is not finite", step_),
+                     "a smaller step size or substeps = \"auto\"", step_);
+  }
+  if (digest_) state_digest = solver_.state_digest();
+  ++step_;
+  seconds += monotonic_seconds() - started_s;
+}
+
+}  // namespace evenstep
