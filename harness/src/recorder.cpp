@@ -65,7 +65,6 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
     if (slot.kind == SlotKind::acquiring) read = StepRead::acquiring;
     record_.devices[device].steps.push_back(
         {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), read});
-    if (read == StepRead::overrun) ++record_.interaction_overruns;
   }
 }
 

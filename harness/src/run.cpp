@@ -178,10 +178,8 @@ Nominal nominal_of(const Scenario& scenario) {
   return nominal;
 }
 
-RunOutcome run_scenario(const Scenario& given, const RunOptions& options) {
+RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options) {
   RunOutcome outcome;
-  Scenario scenario = given;
-  scenario.scene.needs_energy = asks_for(scenario, "energy_growth");
   outcome.errors = check_expectations(scenario);
   if (options.clock == ClockKind::wall) {
     const std::string objection = wall_clock_objection(scenario);

@@ -97,7 +97,6 @@ struct StrategyRecord {
   LatencyRecord latency;
   SolverRecord solver;
   std::int64_t emission_repairs = 0;
-  std::int64_t interaction_overruns = 0;
   std::vector<std::string> event_names;
   std::vector<EventRow> events;
   std::map<std::string, std::int64_t> event_counts;   ///< "<lane>.<name>" -> count
