@@ -59,3 +59,17 @@ TEST_CASE("an interrupt ends a run with 130 and keeps what was done") {
   CHECK(outcome.record.strategies.size() == 4);
   CHECK_FALSE(outcome.record.strategies[1].events.empty());
 }
+
+TEST_CASE("a limit ends a run with its name and value, never with a hang") {
+  for (const auto& [limits, name] : {std::pair{SchedulerLimits{.total_events = 1000}, "total"},
+                                     std::pair{SchedulerLimits{.events_per_instant = 1}, "instant"},
+                                     std::pair{SchedulerLimits{.pending_events = 1}, "pending"}}) {
+    RunOptions options;
+    options.control.limits = limits;
+    const RunOutcome outcome = run_scenario(read("paper/ties.toml"), options);
+    INFO(outcome.failure);
+    CHECK(outcome.exit == ExitCode::run_failed);
+    CHECK_THAT(outcome.failure, Catch::Contains(name));
+    CHECK_FALSE(outcome.remedy.empty());
+  }
+}
