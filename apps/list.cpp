@@ -27,10 +27,10 @@ ExitCode list(const std::vector<std::string>& paths) {
   fmt::print("strategies  ideal direct paper phase_locked\n");
   fmt::print("solvers     opencl cpu cpu-double\n");
   fmt::print("motions     still constant-velocity sine ramp-stop recorded\n");
-  for (const char* signal : {"<device>.interaction.<strategy>", "<device>.force.<strategy>", "<device>.buffers.<strategy>",
-                             "solver.<strategy>", "events.<lane>.<name>", "run"}) {
+  for (const char* signal : {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY",
+                             "solver.STRATEGY", "events.device.tick", "run"}) {
     const auto metrics = metrics_of_signal(signal);
-    if (metrics) fmt::print("{:<32} {}\n", signal, fmt::join(*metrics, " "));
+    if (metrics) fmt::print("{:<28} {}\n", signal, fmt::join(*metrics, " "));
   }
   return code;
 }
