@@ -30,20 +30,26 @@ std::string name_of(cl_int code) {
   return fmt::format("OpenCL error {}", code);
 }
 
-std::string platform_name(cl_platform_id platform) {
+/// A text property by OpenCL's two calls: its size, then its bytes. query(size, bytes, size_out) is clGet...Info.
+template <class Query>
+std::string text_of(const char* call, Query query) {
   std::size_t size = 0;
-  check_cl(clGetPlatformInfo(platform, CL_PLATFORM_NAME, 0, nullptr, &size), "clGetPlatformInfo");
-  std::string name(size, '\0');
-  check_cl(clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, name.data(), nullptr), "clGetPlatformInfo");
-  return name.c_str();
+  check_cl(query(0, nullptr, &size), call);
+  std::string text(size, '\0');
+  check_cl(query(size, text.data(), nullptr), call);
+  return text.c_str();  // without the terminating zero
+}
+
+std::string platform_name(cl_platform_id platform) {
+  return text_of("clGetPlatformInfo", [&](std::size_t size, void* bytes, std::size_t* size_out) {
+    return clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, bytes, size_out);
+  });
 }
 
 std::string device_name(cl_device_id device) {
-  std::size_t size = 0;
-  check_cl(clGetDeviceInfo(device, CL_DEVICE_NAME, 0, nullptr, &size), "clGetDeviceInfo");
-  std::string name(size, '\0');
-  check_cl(clGetDeviceInfo(device, CL_DEVICE_NAME, size, name.data(), nullptr), "clGetDeviceInfo");
-  return name.c_str();
+  return text_of("clGetDeviceInfo", [&](std::size_t size, void* bytes, std::size_t* size_out) {
+    return clGetDeviceInfo(device, CL_DEVICE_NAME, size, bytes, size_out);
+  });
 }
 
 cl_platform_id choose_platform(const std::string& part) {
