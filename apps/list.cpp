@@ -24,7 +24,9 @@ ExitCode list(const std::vector<std::string>& paths) {
     print(read.errors);
   }
   if (!files->empty()) fmt::print("\n");
-  fmt::print("strategies  ideal direct paper phase_locked\n");
+  fmt::print("strategies ");
+  for (const StrategyKind kind : kAllStrategies) fmt::print(" {}", name_of(kind));
+  fmt::print("\n");
   fmt::print("solvers     opencl cpu cpu-double\n");
   fmt::print("motions     still constant-velocity sine ramp-stop recorded\n");
   for (const char* signal : {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY",

@@ -5,10 +5,26 @@
 
 namespace evenstep {
 
-Exchange::Exchange(RingSizes sizes, std::span<const Emission> emissions) {
-  for (const Emission emission : emissions) {
-    links_.emplace_back(sizes, emission);
-  }
+namespace {
+
+/// A late sample is looked for this often: a step on a wall clock gives away no more than this.
+constexpr Duration kLookAgain{50'000};
+
+std::unique_ptr<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spec, Rate rate) {
+  return spec ? make_filter<glm::dvec3>(*spec, rate) : nullptr;
+}
+
+}  // namespace
+
+Exchange::Link::Link(const LinkSpec& link)
+    : spec(link),
+      interaction(link.samples, link.interaction),
+      forces(link.forces, link.emission, link.force),
+      interaction_filter(filter_of(link.interaction_filter, link.step_rate)),
+      force_filter(filter_of(link.force_filter, link.ticks.rate)) {}
+
+Exchange::Exchange(const std::vector<LinkSpec>& links) {
+  for (const LinkSpec& link : links) links_.emplace_back(link);
 }
 
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
@@ -19,13 +35,29 @@ DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
 
 Played Exchange::play(int tool, const Scheduler& scheduler) {
   const TickInput input = look(tool, scheduler);
-  return {input.played_at, links_[static_cast<std::size_t>(tool)].forces.at(input.played_at, input.force_head)};
+  Link& link = links_[static_cast<std::size_t>(tool)];
+  Played played{input.played_at, link.forces.at(input.played_at, input.force_head)};
+  if (link.force_filter) played.force_N.value = link.force_filter->next(played.force_N.value);
+  return played;
 }
 
 Reading<glm::dvec3> Exchange::hand(int tool, const Slot& slot) {
-  const SampleBuffer<glm::dvec3>& buffer = links_[static_cast<std::size_t>(tool)].interaction;
+  Link& link = links_[static_cast<std::size_t>(tool)];
   const std::uint64_t head = interaction_head(tool);
-  return slot.kind == SlotKind::mapped ? buffer.at(slot.read, head) : buffer.newest(head);
+  if (slot.kind == SlotKind::mapped) return link.interaction.at(slot.read, head);
+  Reading<glm::dvec3> newest = link.interaction.newest(head);
+  if (link.interaction_filter) newest.value = link.interaction_filter->next(newest.value);
+  return newest;
+}
+
+bool Exchange::must_wait(int tool, const Reading<glm::dvec3>& hand) const {
+  return links_[static_cast<std::size_t>(tool)].spec.gate && hand.status == ReadStatus::underrun;
+}
+
+RealTime Exchange::next_sample(int tool, const Slot& slot, RealTime now) const {
+  const SamplingGrid& ticks = links_[static_cast<std::size_t>(tool)].spec.ticks;
+  const RealTime due = tick_time(ticks.rate, first_tick_at_or_after(ticks.rate, slot.read, ticks.origin), ticks.origin);
+  return due > now ? due : now + kLookAgain;
 }
 
 void Exchange::respond(int tool, RealTime emission, const glm::dvec3& force_N) {
@@ -35,9 +67,9 @@ void Exchange::respond(int tool, RealTime emission, const glm::dvec3& force_N) {
 TickInput Exchange::look(int tool, const Scheduler& scheduler) { return {{}, scheduler.live_now(), forces(tool)}; }
 std::uint64_t Exchange::interaction_head(int tool) { return samples(tool); }
 
-DeviceExchange::DeviceExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+DeviceExchange::DeviceExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
                                std::vector<DeviceInputs>* keep)
-    : Exchange(sizes, emissions), devices_(std::move(devices)), keep_(keep) {
+    : Exchange(links), devices_(std::move(devices)), keep_(keep) {
   if (keep_) keep_->resize(devices_.size());
 }
 
@@ -63,22 +95,22 @@ std::uint64_t DeviceExchange::interaction_head(int tool) {
   return head;
 }
 
-IdealExchange::IdealExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+IdealExchange::IdealExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
                              std::vector<ProgrammedMotion> motions)
-    : DeviceExchange(sizes, emissions, std::move(devices)), motions_(std::move(motions)) {}
+    : DeviceExchange(links, std::move(devices)), motions_(std::move(motions)) {}
 
 Reading<glm::dvec3> IdealExchange::hand(int tool, const Slot& slot) {
   return {position_m(motions_[static_cast<std::size_t>(tool)], slot.read), ReadStatus::inside, slot.read};
 }
 
-RecordedExchange::RecordedExchange(RingSizes sizes, std::span<const Emission> emissions,
-                                   const std::vector<DeviceInputs>& inputs, bool use_heads)
-    : Exchange(sizes, emissions),
+RecordedExchange::RecordedExchange(const std::vector<LinkSpec>& links, const std::vector<DeviceInputs>& inputs,
+                                   bool use_heads)
+    : Exchange(links),
       inputs_(inputs),
       use_heads_(use_heads),
       next_tick_(inputs.size(), 0),
       next_step_(inputs.size(), 0) {
-  assert(inputs.size() == emissions.size());
+  assert(inputs.size() == links.size());
 }
 
 bool RecordedExchange::next_tick_ready() const {

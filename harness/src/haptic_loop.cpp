@@ -2,23 +2,9 @@
 
 #include <algorithm>
 
+#include "evenstep/harness/segment_pace.h"
+
 namespace evenstep {
-namespace {
-
-/// Where the visualization stops the steps: before them, after them ("steps-first"), or not at all.
-struct Pause {
-  bool before_steps = false;
-  bool after_steps = false;
-  Duration length;
-};
-Pause pause_of(const SegmentTiming& segment, bool own_lane) {
-  if (own_lane || !segment.visualization) return {};
-  const bool first = segment.steps.empty() || segment.visualization->begin < segment.steps.front().begin;
-  return {first, !first, segment.visualization->end - segment.visualization->begin};
-}
-
-}  // namespace
-
 Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record) {
   for (std::int64_t k = 0;; ++k) {
     const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
@@ -35,26 +21,35 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
 Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
                      StepRecorder& record) {
   SegmentTiming segment;
+  Postponement pushed;  // by the waits of a gate
   for (std::int64_t n = 0; timing.next(segment);) {
-    co_await scheduler.until(segment.begin, Lane::launch, "segment");
-    const bool own_lane = segment.overlaps();                     // drawn by a thread of its own: no pause here
-    map.boundary(n, own_lane ? segment.begin : scheduler.now());  // 3 b: the segment, split into slots
+    co_await scheduler.until(pushed.begin(segment.begin), Lane::launch, "segment");
+    const bool own_lane = segment.overlaps();  // drawn by a thread of its own: no pause here
+    map.boundary(n, own_lane ? segment.begin : scheduler.now() - pushed.by());  // 3 b: the segment, split into slots
     record.segment(segment, scheduler.now());
     const Pause pause = pause_of(segment, own_lane);
     if (pause.before_steps) {
+      pushed.end(segment.visualization->end);
       co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");  // 3 d: the large delay
     }
     for (const Interval& step : segment.steps) {
-      co_await scheduler.until(step.begin, Lane::launch, "launch");  // after the sample of the same instant
-      const RealTime began = scheduler.now();
-      const Slot slot = map.read(n, began);  // 3 c: the slot's time
+      co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");  // after the sample of the same instant
+      const RealTime launched = scheduler.now();
+      const Slot slot = map.read(n, launched);  // 3 c: the slot's time
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
-        const Reading<glm::dvec3> hand = exchange.hand(tool, slot);  // 3 a: the buffered hand
+        Reading<glm::dvec3> hand = exchange.hand(tool, slot);  // 3 a: the buffered hand
+        while (exchange.must_wait(tool, hand)) {
+          co_await scheduler.until(exchange.next_sample(tool, slot, scheduler.now()), Lane::launch, "gate");
+          hand = exchange.hand(tool, slot);
+        }
         solver.positions_m[static_cast<std::size_t>(tool)] = hand.value;
-        record.hand(tool, hand);
+        record.hand(tool, n, slot, hand, scheduler.now() - launched);
       }
-      co_await scheduler.external(step.end, &solver, "step");      // 4 b: a constant amount of simulation time
-      const RealTime emission = map.emission(n, scheduler.now());  // 4 d: the inverse of 3 c
+      const RealTime began = scheduler.now();
+      pushed.wait(began - launched);
+      solver.begins(began);
+      co_await scheduler.external(pushed.end(step.end), &solver, "step");  // 4 b: a constant amount of simulation time
+      const RealTime emission = map.emission(n, scheduler.now());          // 4 d: the inverse of 3 c
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
         exchange.respond(tool, emission, solver.response.force_N[static_cast<std::size_t>(tool)]);  // 4 e: evenly
       }
@@ -62,6 +57,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       ++n;
     }
     if (pause.after_steps) {
+      pushed.end(segment.visualization->end);
       co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");
     }
   }

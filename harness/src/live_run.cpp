@@ -19,7 +19,11 @@ constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
 
 /// On a wall clock lanes run late; rings hold four times what the programmed timing needs and at least 64 entries.
-RingSizes live_rings(const StrategyPlan& plan) { return {4 * plan.interaction_capacity + 64, 4 * plan.force_capacity + 64}; }
+std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan) {
+  plan.interaction_capacity = 4 * plan.interaction_capacity + 64;
+  plan.force_capacity = 4 * plan.force_capacity + 64;
+  return links_of(scenario, plan);
+}
 
 /// step = "real": a segment's steps run one after the other as fast as the solver makes them, without a programmed floor.
 class RealSteps final : public StepTiming {
@@ -95,6 +99,11 @@ std::string wall_clock_objection(const Scenario& scenario) {
   if (std::any_of(trace.begin(), trace.end(), [](const SegmentTiming& segment) { return segment.overlaps(); })) {
     return "a trace whose visualization overlaps its steps runs on the virtual clock only";
   }
+  if (scenario.remap.interaction_underrun == InteractionUnderrun::gate) {
+    return "[remap] underrun: the gate changes the programmed schedule, which a wall clock does not let it do; write "
+           "interaction = \"clamp\" or \"extrapolate\"";
+  }
+  if (!scenario.keep_rows) return "[run] keep = \"summary\" leaves out the events that a live run is replayed from";
   if (scenario.live == StrategyKind::ideal) return "[run] live cannot be \"ideal\": it knows the future";
   return {};
 }
@@ -102,11 +111,11 @@ std::string wall_clock_objection(const Scenario& scenario) {
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
   LiveRecording recording;
   const std::string name = name_of(plan.kind);
-  std::unique_ptr<Solver> solver = make_scenario_solver(scenario);  // may compile for a second: before t = 0 is chosen
+  std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);  // may compile for a second: before t = 0 is chosen
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   SimulatedDevices devices(scenario, device_clock);
-  DeviceExchange exchange(live_rings(plan), emissions_of(scenario), devices.drivers(), &recording.inputs);
+  DeviceExchange exchange(live_links(scenario, plan), devices.drivers(), &recording.inputs);
   StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices.drivers());
   WorkerExecutor worker(simulation_clock);
   InlineExecutor no_work;
@@ -137,8 +146,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
 
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control) {
-  RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, true);
-  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), exchange, make_replayed_timing(recording.timing), {});
+  RecordedExchange exchange(live_links(scenario, plan), recording.inputs, true);
+  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange, make_replayed_timing(recording.timing), {});
   VirtualClock device_clock, simulation_clock;
   InlineExecutor executor;
   Scheduler simulation(simulation_clock, executor, {control.limits, control.permute_ties, true});
@@ -170,7 +179,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
 StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                           const RunControl& control) {
   VirtualClock clock;
-  RecordedExchange exchange(live_rings(plan), emissions_of(scenario), recording.inputs, false);
+  RecordedExchange exchange(live_links(scenario, plan), recording.inputs, false);
   StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, make_replayed_timing(recording.timing), {}}, control);
   record.shadow = true;
   return record;

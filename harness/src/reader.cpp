@@ -21,14 +21,9 @@ void read_strategies(ScenarioReading& reading) {
   if (!reading.sound("run")) return;
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
-  constexpr StrategyKind kAll[] = {StrategyKind::ideal, StrategyKind::direct, StrategyKind::paper,
-                                   StrategyKind::phase_locked};
-  const auto kind_named = [&](const std::string& name) {
-    StrategyKind found = StrategyKind::ideal;
-    for (const StrategyKind kind : kAll) {
-      if (name == name_of(kind)) found = kind;
-    }
-    return found;
+  const auto kind_named = [](const std::string& name) {
+    return *std::find_if(kAllStrategies.begin(), kAllStrategies.end(),
+                         [&](StrategyKind kind) { return name == name_of(kind); });  // the field table knows no other name
   };
   for (const Value& name : run.at("strategies").list) {
     const StrategyKind kind = kind_named(name.text);
@@ -40,6 +35,7 @@ void read_strategies(ScenarioReading& reading) {
   if (scenario.strategies.empty()) reading.errors.add(run.place("strategies"), "'strategies' is empty; name at least one");
   scenario.live = kind_named(run.text("live"));
   scenario.seed = static_cast<std::uint64_t>(run.integer("seed"));
+  scenario.keep_rows = run.text("keep") == "all";
 }
 
 void read_run(ScenarioReading& reading) {
@@ -68,23 +64,6 @@ void read_run(ScenarioReading& reading) {
     reading.errors.add(run.place("warmup"), fmt::format("'warmup': {} of {} leave nothing to judge", in_ms(scenario.warmup),
                                                         in_ms(scenario.run_duration)));
   }
-}
-
-void read_remap(ScenarioReading& reading) {
-  if (!reading.sound("remap")) return;
-  const Table remap = reading.section("remap");
-  RemapSpec& spec = reading.scenario.remap;
-  spec.estimate_weight = remap.table("estimate").number("weight");
-  const Rate bandwidth = remap.rate("bandwidth");
-  spec.bandwidth_Hz = static_cast<double>(bandwidth.num) / static_cast<double>(bandwidth.den);
-  const auto budget = [&](std::string_view key) -> Budget {
-    const std::string text = remap.text(key);
-    if (text == "minimal") return {Budget::Kind::any_phase, {}};
-    if (text == "minimal-this-phase") return {Budget::Kind::this_phase, {}};
-    return {Budget::Kind::fixed, remap.span(key, reading.scenario.nominal, reading.errors)};
-  };
-  spec.latency = budget("latency");
-  spec.lead = budget("lead");
 }
 
 namespace {
@@ -148,9 +127,29 @@ const char* name_of(StrategyKind kind) {
       return "paper";
     case StrategyKind::phase_locked:
       return "phase_locked";
+    case StrategyKind::predict:
+      return "predict";
+    case StrategyKind::filtered:
+      return "filtered";
+    case StrategyKind::variable_step:
+      return "variable_step";
   }
   return "";
 }
+
+const char* name_of(InteractionUnderrun policy) {
+  switch (policy) {
+    case InteractionUnderrun::clamp:
+      return "clamp";
+    case InteractionUnderrun::gate:
+      return "gate";
+    case InteractionUnderrun::extrapolate:
+      return "extrapolate";
+  }
+  return "";
+}
+
+const char* name_of(ForceUnderrun policy) { return policy == ForceUnderrun::hold ? "hold" : "extrapolate"; }
 
 ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   using namespace internal;

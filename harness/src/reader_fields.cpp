@@ -15,7 +15,7 @@ constexpr double kMostSteps = 1e6;                // per segment: 30 million ste
 constexpr double kMostParticles = 1e8;            // 18 springs each: 1.8e9, the last that fits int32 indices
 
 using D = Dimension;
-constexpr std::string_view kStrategies = "ideal|direct|paper|phase_locked";
+constexpr std::string_view kStrategies = "ideal|direct|paper|phase_locked|predict|filtered|variable_step";
 
 // clang-format off: a row reads as a row
 const std::vector<Field> kTop{
@@ -60,6 +60,9 @@ const std::vector<Field> kRun{
     {.table = "run", .key = "live", .forms = kWord, .default_toml = "\"phase_locked\"",
      .meaning = "The one that has the device on a wall clock. (`ideal` knows the motion beforehand; no hand grants that.)",
      .words = "direct|paper|phase_locked"},
+    {.table = "run", .key = "keep", .forms = kWord, .default_toml = "\"all\"",
+     .meaning = "`summary`: series.csv has the 1 s bins only and there is no events.bin: for runs of many minutes.",
+     .words = "all|summary"},
 };
 
 const std::vector<Field> kTiming{
@@ -222,15 +225,38 @@ const std::vector<Field> kRemap{
      .words = "minimal|minimal-this-phase",
      .range = between(0, kLongestRun_s)},
     {.table = "remap", .key = "underrun", .forms = kTable, .meaning = "What is used when data is missing."},
+    {.table = "remap", .key = "predict_window", .forms = kSpan, .default_toml = "\"8 ms\"",
+     .meaning = "Strategy `predict` takes the hand's velocity from so much of the past.", .range = above(0, 1)},
+    {.table = "remap", .key = "filter", .forms = kTable, .meaning = "Of strategy `filtered`: `direct`, smoothed."},
     {.table = "remap.estimate", .key = "kind", .forms = kWord, .default_toml = "\"ewma\"",
      .meaning = "Exponentially weighted moving average.",
      .words = "ewma"},
     {.table = "remap.estimate", .key = "weight", .forms = kNumber, .default_toml = "0.1",
      .meaning = "Of the newest segment.", .range = above(0, 1)},
     {.table = "remap.underrun", .key = "interaction", .forms = kWord, .default_toml = "\"clamp\"",
-     .meaning = "The newest sample.", .words = "clamp"},
-    {.table = "remap.underrun", .key = "force", .forms = kWord, .default_toml = "\"hold\"", .meaning = "The last force.",
-     .words = "hold"},
+     .meaning = "`clamp`: the newest sample. `gate`: the step waits for its sample. `extrapolate`: the line through the "
+                "last 4 ms of samples, at most 10 ms on.",
+     .words = "clamp|gate|extrapolate"},
+    {.table = "remap.underrun", .key = "force", .forms = kWord, .default_toml = "\"hold\"",
+     .meaning = "`hold`: the last force. `extrapolate`: the line through the last two, at most 10 ms on; needs `linear` "
+                "emission.",
+     .words = "hold|extrapolate"},
+    {.table = "remap.filter", .key = "kind", .forms = kWord, .default_toml = "\"butterworth\"",
+     .meaning = "`butterworth`: second order low-pass. `one-euro`: a first order low-pass whose cutoff rises with speed.",
+     .words = "moving-average|butterworth|one-euro"},
+    {.table = "remap.filter", .key = "on", .forms = kWord, .default_toml = "\"force\"",
+     .meaning = "`interaction`: of what the steps read. `force`: of what the device's ticks play.",
+     .words = "interaction|force"},
+    {.table = "remap.filter", .key = "window", .forms = kSpan, .default_toml = "\"1 segment\"",
+     .meaning = "What is averaged.", .kinds = "moving-average", .range = above(0, kLongestRun_s)},
+    {.table = "remap.filter", .key = "cutoff", .forms = kRate, .default_toml = "\"10 Hz\"",
+     .meaning = "Where it is down by 3 dB.", .kinds = "butterworth", .range = above(0, 100'000)},
+    {.table = "remap.filter", .key = "min_cutoff", .forms = kRate, .default_toml = "\"1 Hz\"",
+     .meaning = "Cutoff at rest.", .kinds = "one-euro", .range = above(0, 100'000)},
+    {.table = "remap.filter", .key = "beta", .forms = kNumber, .default_toml = "1.0",
+     .meaning = "Hz more of cutoff per m/s (interaction) or N/s (force).", .kinds = "one-euro", .range = at_least(0)},
+    {.table = "remap.filter", .key = "derivative_cutoff", .forms = kRate, .default_toml = "\"1 Hz\"",
+     .meaning = "Of the low-pass on the speed.", .kinds = "one-euro", .range = above(0, 100'000)},
 };
 
 const std::vector<Field> kExpect{

@@ -13,19 +13,6 @@ void note(Scheduler& scheduler, const glm::dvec3& v) {
   scheduler.note(v.z);
 }
 
-StepRead step_read(ReadStatus status) {
-  switch (status) {
-    case ReadStatus::inside:
-      return StepRead::inside;
-    case ReadStatus::overrun:
-      return StepRead::overrun;
-    case ReadStatus::underrun:
-    case ReadStatus::empty:
-      return StepRead::underrun;
-  }
-  return StepRead::underrun;
-}
-
 }  // namespace
 
 void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
@@ -45,9 +32,21 @@ void StepRecorder::segment(const SegmentTiming& segment, RealTime began) {
   record_.segments.push_back(row);
 }
 
-void StepRecorder::hand(int tool, const Reading<glm::dvec3>& hand) {
-  const std::size_t device = static_cast<std::size_t>(tool);
-  reads_[device] = step_read(hand.status);
+StepRead StepRecorder::read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const {
+  if (slot.kind == SlotKind::newest) return StepRead::newest;
+  if (slot.kind == SlotKind::acquiring) return StepRead::acquiring;
+  if (hand.status == ReadStatus::overrun) return StepRead::overrun;
+  if (hand.status == ReadStatus::inside) return waited.ns > 0 ? StepRead::gated : StepRead::inside;
+  return kind_ == StrategyKind::predict ? StepRead::predicted : StepRead::underrun;
+}
+
+void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) {
+  const StepRead read = read_of(slot, hand, waited);
+  reads_[static_cast<std::size_t>(tool)] = read;
+  if (read != StepRead::underrun && read != StepRead::gated) return;
+  const Duration lateness = read == StepRead::gated ? waited : slot.read - hand.newest;
+  record_.underruns.push_back({n, static_cast<std::uint32_t>(tool), UnderrunRow::Side::interaction, lateness,
+                               name_of(remap_.interaction_underrun)});
 }
 
 void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
@@ -55,16 +54,17 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
   scheduler.note(static_cast<std::uint64_t>(slot.read.ns));
   scheduler.note(static_cast<std::uint64_t>(emission.ns));
   scheduler.note(solver.state_digest);
+  const auto n = static_cast<std::int64_t>(record_.steps.size());
   record_.steps.push_back({segment.index, began, scheduler.now(), slot.read, emission, slot.kind == SlotKind::mapped,
-                           slot.kind == SlotKind::acquiring});
-  for (std::size_t device = 0; device < record_.devices.size(); ++device) {
+                           slot.kind == SlotKind::acquiring, solver.simulated_s()});
+  for (std::uint32_t device = 0; device < record_.devices.size(); ++device) {
     note(scheduler, solver.positions_m[device]);
     note(scheduler, solver.response.force_N[device]);
-    StepRead read = reads_[device];
-    if (slot.kind == SlotKind::newest) read = StepRead::newest;
-    if (slot.kind == SlotKind::acquiring) read = StepRead::acquiring;
     record_.devices[device].steps.push_back(
-        {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), read});
+        {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), reads_[device]});
+    if (slot.kind != SlotKind::mapped || scheduler.now() <= emission) continue;
+    record_.underruns.push_back(
+        {n, device, UnderrunRow::Side::force, scheduler.now() - emission, name_of(remap_.force_underrun)});
   }
 }
 

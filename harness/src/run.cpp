@@ -45,6 +45,7 @@ RunRecord start_run(const Scenario& scenario, const RunOptions& options) {
   run.seed = scenario.seed;
   run.clock = options.clock == ClockKind::wall ? "wall" : "virtual";
   run.nominal = nominal_of(scenario);
+  run.keep_rows = scenario.keep_rows;
   return run;
 }
 

@@ -16,10 +16,25 @@ std::vector<HapticDevice*> SimulatedDevices::drivers() {
   return drivers;
 }
 
-std::vector<Emission> emissions_of(const Scenario& scenario) {
-  std::vector<Emission> emissions;
-  for (const DeviceSpec& device : scenario.devices) emissions.push_back(device.emission);
-  return emissions;
+std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& plan) {
+  const RemapSpec& remap = scenario.remap;
+  LinkSpec common;
+  common.samples = plan.interaction_capacity;
+  common.forces = plan.force_capacity;
+  common.gate = is_remap(plan.kind) && remap.interaction_underrun == InteractionUnderrun::gate;
+  if (is_remap(plan.kind) && remap.interaction_underrun == InteractionUnderrun::extrapolate) common.interaction = kExtrapolate;
+  if (is_remap(plan.kind) && remap.force_underrun == ForceUnderrun::extrapolate) common.force = kExtrapolate;
+  if (plan.kind == StrategyKind::predict) common.interaction = predict_from(remap.predict_window);
+  if (plan.kind == StrategyKind::filtered) (remap.filter_force ? common.force_filter : common.interaction_filter) = remap.filter;
+  common.step_rate = scenario.scene.step_rate;
+
+  std::vector<LinkSpec> links(scenario.devices.size(), common);
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  for (std::size_t tool = 0; tool < links.size(); ++tool) {
+    links[tool].emission = scenario.devices[tool].emission;
+    links[tool].ticks = grids[tool];
+  }
+  return links;
 }
 
 std::vector<ProgrammedMotion> motions_of(const Scenario& scenario) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "evenstep/harness/segment_pace.h"
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
 
@@ -25,8 +26,6 @@ class EvenTiming final : public StepTiming {
   std::int64_t n_ = 0;
 };
 
-bool is_remap(StrategyKind kind) { return kind == StrategyKind::paper || kind == StrategyKind::phase_locked; }
-
 Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
   switch (budget.kind) {
     case Budget::Kind::any_phase:
@@ -42,16 +41,75 @@ Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
 /// Rings for a strategy that reads the newest sample and plays each force at once: the current and the one before.
 constexpr std::size_t kDirectCapacity = 4;
 
+/// Samples that lie in a window of the past, at any phase.
+std::size_t samples_in(Duration window, const std::vector<SamplingGrid>& grids) {
+  std::size_t most = 0;
+  for (const SamplingGrid& grid : grids)
+    most = std::max(most, static_cast<std::size_t>(first_tick_at_or_after(grid.rate, RealTime{window.ns})) + 1);
+  return most;
+}
+
+/// How a gate delays steps: not at all, or until the tick that brings the sample of slot - lead. At any phase that tick
+/// comes at most a period less 1 ns after it.
+struct GateModel {
+  Duration lead;
+  bool any_phase = false;
+
+  RealTime opens(RealTime slot, const SamplingGrid& device) const {
+    const RealTime read = slot - lead;
+    if (any_phase) return read + period_ceil(device.rate) - Duration{1};
+    return tick_time(device.rate, first_tick_at_or_after(device.rate, read, device.origin), device.origin);
+  }
+};
+
+/// The haptic loop without its lanes: every mapped step that ends within the run, with lead 0.
+std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const GateModel* gate) {
+  std::vector<MappedStep> steps;
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, {});
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  const RealTime end{scenario.run_duration.ns};
+  Postponement pushed;
+  SegmentTiming segment;
+  for (std::int64_t n = 0; timing->next(segment) && pushed.begin(segment.begin) < end;) {
+    map->boundary(n, segment.begin);
+    const Pause pause = pause_of(segment, segment.overlaps());
+    if (pause.before_steps) pushed.end(segment.visualization->end);
+    for (const Interval& step : segment.steps) {
+      RealTime began = pushed.begin(step.begin);
+      const Slot slot = map->read(n, began);
+      if (gate && slot.kind == SlotKind::mapped) {
+        const RealTime launched = began;
+        for (const SamplingGrid& grid : grids) began = std::max(began, gate->opens(slot.read, grid));
+        pushed.wait(began - launched);
+      }
+      const RealTime ended = pushed.end(step.end);
+      if (slot.kind == SlotKind::mapped && ended < end) steps.push_back({n, began, ended, slot.read});
+      map->emission(n, ended);
+      ++n;
+    }
+    if (pause.after_steps) pushed.end(segment.visualization->end);
+  }
+  return steps;
+}
+
 StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   StrategyPlan plan{kind};
   plan.sizing = size_map(scenario, kind);
+  plan.lead = chosen(scenario.remap.lead, plan.sizing.any_phase.lead, plan.sizing.this_phase.lead);
+  const bool gated = scenario.remap.interaction_underrun == InteractionUnderrun::gate;
+  if (gated) plan.sizing = size_gated_map(scenario, kind, plan.lead);
   const auto& [steps, any, here] = plan.sizing;
-  plan.lead = chosen(scenario.remap.lead, any.lead, here.lead);
-  // The least L is max(E - slot) + c: with another lead it moves with that lead.
-  plan.latency = chosen(scenario.remap.latency, any.latency - any.lead + plan.lead, here.latency - here.lead + plan.lead);
+  // The least L is max(E - slot) + c: with another lead it moves with that lead. A gate's is for its lead already.
+  const auto with_lead = [&](const LatencyBudget& least) {
+    return gated ? least.latency : least.latency - least.lead + plan.lead;
+  };
+  plan.latency = chosen(scenario.remap.latency, with_lead(any), with_lead(here));
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency);
   plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
+  if (scenario.remap.interaction_underrun == InteractionUnderrun::extrapolate)
+    plan.interaction_capacity += samples_in(kExtrapolate.window, grids);
   plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
 
   const RealTime judged_from{scenario.warmup.ns};
@@ -65,7 +123,22 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   return plan;
 }
 
+/// No latency at all: each step is given the position that the hand will have when the step's force is due, and it is due
+/// as soon as it can be: R(n) = F(n) = slot(n) + D, D = max(E - slot), a lead of -D.
+StrategyPlan plan_predict(const Scenario& scenario) {
+  StrategyPlan plan{StrategyKind::predict};
+  plan.sizing = size_map(scenario, plan.kind);
+  const auto& [steps, any, here] = plan.sizing;
+  plan.lead = any.lead - any.latency;
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  plan.interaction_capacity = samples_in(scenario.remap.predict_window, grids) + kDirectCapacity;
+  plan.force_capacity = std::max(capacities_for(steps, grids, plan.lead, plan.latency).force_capacity, kDirectCapacity);
+  return plan;
+}
+
 }  // namespace
+
+bool is_remap(StrategyKind kind) { return kind == StrategyKind::paper || kind == StrategyKind::phase_locked; }
 
 std::unique_ptr<StepTiming> make_timing(const Scenario& scenario) {
   if (!scenario.timing.trace.empty()) return make_replayed_timing(scenario.timing.trace);
@@ -79,10 +152,13 @@ std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario) {
 std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, Duration latency) {
   switch (kind) {
     case StrategyKind::direct:
+    case StrategyKind::filtered:
+    case StrategyKind::variable_step:
       return std::make_unique<DirectMap>();
     case StrategyKind::paper:
       return std::make_unique<PaperMap>(lead, latency, scenario.remap.estimate_weight);
     case StrategyKind::phase_locked:
+    case StrategyKind::predict:
       return std::make_unique<PhaseLockedMap>(lead, latency, scenario.remap.bandwidth_Hz);
     case StrategyKind::ideal:
       return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency);
@@ -104,30 +180,37 @@ Emission strictest_emission(const Scenario& scenario) {
 
 Sizing size_map(const Scenario& scenario, StrategyKind kind) {
   Sizing sizing;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
-  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, {});
-  const RealTime end{scenario.run_duration.ns};
-  SegmentTiming segment;
-  for (std::int64_t n = 0; timing->next(segment) && segment.begin < end;) {
-    map->boundary(n, segment.begin);
-    for (const Interval& step : segment.steps) {
-      const Slot slot = map->read(n, step.begin);
-      if (slot.kind == SlotKind::mapped && step.end < end) sizing.steps.push_back({n, step.begin, step.end, slot.read});
-      map->emission(n, step.end);
-      ++n;
-    }
-  }
+  sizing.steps = walk(scenario, kind, nullptr);
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   sizing.any_phase = least_latency_any_phase(sizing.steps, grids, strictest_emission(scenario));
   sizing.this_phase = least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario));
   return sizing;
 }
 
+Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead) {
+  Sizing sizing = size_map(scenario, kind);
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  const auto with_lead = [&](LatencyBudget& budget, LatencyBudget gated) {
+    budget.latency = gated.latency - gated.lead + lead;
+    budget.latency_culprit = gated.latency_culprit;
+  };
+  const GateModel worst{lead, true}, here{lead, false};
+  with_lead(sizing.any_phase,
+            least_latency_any_phase(walk(scenario, kind, &worst), grids, strictest_emission(scenario)));
+  sizing.steps = walk(scenario, kind, &here);
+  with_lead(sizing.this_phase, least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario)));
+  return sizing;
+}
+
 std::vector<StrategyPlan> plan(const Scenario& scenario) {
   std::vector<StrategyPlan> plans;
   for (const StrategyKind kind : scenario.strategies) {
-    plans.push_back(is_remap(kind) ? plan_remap(scenario, kind)
-                                   : StrategyPlan{kind, {}, {}, kDirectCapacity, kDirectCapacity});
+    if (kind == StrategyKind::predict)
+      plans.push_back(plan_predict(scenario));
+    else if (is_remap(kind))
+      plans.push_back(plan_remap(scenario, kind));
+    else
+      plans.push_back({kind, {}, {}, kDirectCapacity, kDirectCapacity});
   }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
   auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });

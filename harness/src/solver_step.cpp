@@ -15,9 +15,17 @@ bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite
 
 }  // namespace
 
+void SolverStep::begins(RealTime began) {
+  simulated_s_ = advanced_s_;
+  if (variable_ && began_) step_s_ = static_cast<double>((began - *began_).ns) / 1e9;
+  began_ = began;
+  advanced_s_ += step_s_;
+}
+
 void SolverStep::run() {
   const double started_s = monotonic_seconds();
-  response = solver_.step(std::span(positions_m.data(), static_cast<std::size_t>(tool_count_)));
+  const std::span<const glm::dvec3> tools(positions_m.data(), static_cast<std::size_t>(tool_count_));
+  response = variable_ ? solver_.step(tools, step_s_) : solver_.step(tools);
   for (const glm::dvec3& force_N : response.force_N) {
     if (is_finite(force_N)) continue;
     throw RunFailure("diverged", fmt::format("step {}: the solver's force is not finite", step_),

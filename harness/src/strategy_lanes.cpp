@@ -11,6 +11,7 @@ namespace {
 StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) {
   StrategyRecord record;
   record.name = name_of(plan.kind);
+  record.variable_step = plan.kind == StrategyKind::variable_step;
   for (const DeviceSpec& device : scenario.devices) {
     DeviceRecord& kept = record.devices.emplace_back();
     kept.name = device.name;
@@ -48,6 +49,12 @@ SolverRecord solver_record(Solver& solver, double seconds, bool has_energy) {
   return record;
 }
 
+Scene scene_of(const Scenario& scenario, StrategyKind kind) {
+  Scene scene = scenario.scene;
+  scene.variable_step = kind == StrategyKind::variable_step;
+  return scene;
+}
+
 void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
   std::map<std::string, std::uint16_t> names;
   std::uint64_t hash = 0;
@@ -64,11 +71,11 @@ void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
 
 }  // namespace
 
-std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario) {
+std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyKind kind) {
   SolverOptions options;
   options.work_group_size = scenario.work_group_size;
   try {
-    return make_solver(scenario.solver, scenario.scene, options);
+    return make_solver(scenario.solver, scene_of(scenario, kind), options);
   } catch (const SolverError& error) {
     throw run_failure(error);
   }
@@ -77,13 +84,14 @@ std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario) {
 StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver,
                              Exchange& exchange, std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices)
     : scenario_(scenario),
+      scene_(scene_of(scenario, plan.kind)),
       exchange_(exchange),
       solver_(std::move(solver)),
       map_(make_map(scenario, plan.kind, plan.lead, plan.latency)),
       timing_(std::move(timing)),
       record_(start_record(scenario, plan)),
-      step_(*solver_, exchange.tool_count(), scenario.scene.needs_state_digest),
-      step_recorder_(record_),
+      step_(*solver_, scene_),
+      step_recorder_(record_, plan.kind, scenario.remap),
       lanes_(device_lanes(scenario, devices)),
       device_recorders_(record_.devices.begin(), record_.devices.end()) {}
 

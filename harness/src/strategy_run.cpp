@@ -48,27 +48,28 @@ RunStatus run_in_slices(Scheduler& scheduler, RealTime end, const std::string& s
 }
 
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control) {
-  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), parts.exchange, std::move(parts.timing),
+  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), parts.exchange, std::move(parts.timing),
                       std::move(parts.devices));
   std::unique_ptr<Executor> executor = std::make_unique<InlineExecutor>();
   if (control.worker_thread) executor = std::make_unique<WorkerExecutor>(parts.clock);
-  Scheduler scheduler(parts.clock, *executor, {control.limits, control.permute_ties, true});
+  Scheduler scheduler(parts.clock, *executor, {control.limits, control.permute_ties, scenario.keep_rows});
   lanes.spawn(scheduler, scheduler);
   throw_if_failed(run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control),
                   name_of(plan.kind));
-  return lanes.finish(scheduler.events());
+  StrategyRecord record = lanes.finish(scheduler.events());
+  record.trace_hash = scheduler.trace_hash();  // also where no events are kept
+  return record;
 }
 
 StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
   VirtualClock clock;
   SimulatedDevices devices(scenario, clock);
-  const std::vector<Emission> emissions = emissions_of(scenario);
-  const RingSizes rings{plan.interaction_capacity, plan.force_capacity};
+  const std::vector<LinkSpec> links = links_of(scenario, plan);
   if (plan.kind == StrategyKind::ideal) {
-    IdealExchange exchange(rings, emissions, devices.drivers(), motions_of(scenario));
+    IdealExchange exchange(links, devices.drivers(), motions_of(scenario));
     return run_lanes(scenario, plan, {clock, exchange, make_even_timing(scenario), devices.drivers()}, control);
   }
-  DeviceExchange exchange(rings, emissions, devices.drivers());
+  DeviceExchange exchange(links, devices.drivers());
   return run_lanes(scenario, plan, {clock, exchange, make_timing(scenario), devices.drivers()}, control);
 }
 

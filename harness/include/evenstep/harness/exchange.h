@@ -4,15 +4,16 @@
 /// determine passes through here: the device's samples, live reads of the clock, and the head each ring read saw. On a wall
 /// clock these are kept (`DeviceInputs`); giving the same back replays the run exactly.
 
-#include <array>
 #include <deque>
 #include <memory>
-#include <span>
+#include <optional>
 #include <vector>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/motion.h"
+#include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
+#include "evenstep/remap/latency_budget.h"
 #include "evenstep/remap/sample_buffer.h"
 #include "evenstep/remap/slot_map.h"
 #include "evenstep/scheduler/scheduler.h"
@@ -40,14 +41,23 @@ struct Played {
   Reading<glm::dvec3> force_N;
 };
 
-struct RingSizes {
-  std::size_t interaction = 0;
-  std::size_t force = 0;
+/// One device's two rings and what happens on their way.
+struct LinkSpec {
+  std::size_t samples = 0;                ///< capacity of the ring of samples
+  std::size_t forces = 0;                 ///< capacity of the ring of forces
+  Emission emission = Emission::linear;
+  SamplingGrid ticks;                     ///< when its samples are due
+  Extrapolation interaction;              ///< a read newer than the newest sample; default: clamp
+  Extrapolation force;                    ///< a tick past the last emission time; default: hold
+  bool gate = false;                      ///< a step waits for its sample
+  /// Strategy `filtered`: of what the steps read (at the step rate), or of what the ticks play (at the device's rate).
+  std::optional<FilterSpec> interaction_filter, force_filter;
+  Rate step_rate{450, 1};
 };
 
 class Exchange {
  public:
-  Exchange(RingSizes sizes, std::span<const Emission> emissions);
+  explicit Exchange(const std::vector<LinkSpec>& links);
   virtual ~Exchange() = default;
   int tool_count() const { return static_cast<int>(links_.size()); }
 
@@ -60,6 +70,10 @@ class Exchange {
   // Simulation lane.
   /// The hand at a slot's time, or the newest sample where the slot is not mapped.
   virtual Reading<glm::dvec3> hand(int tool, const Slot& slot);
+  /// Policy `gate`: the step may not begin with this reading.
+  bool must_wait(int tool, const Reading<glm::dvec3>& hand) const;
+  /// When to look again: at the tick that brings the sample; where that one is late, soon after `now`.
+  RealTime next_sample(int tool, const Slot& slot, RealTime now) const;
   void respond(int tool, RealTime emission, const glm::dvec3& force_N);
 
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
@@ -72,9 +86,11 @@ class Exchange {
 
  private:
   struct Link {
-    Link(RingSizes sizes, Emission emission) : interaction(sizes.interaction), forces(sizes.force, emission) {}
+    explicit Link(const LinkSpec& spec);
+    LinkSpec spec;
     SampleBuffer<glm::dvec3> interaction;
     ForceSchedule<glm::dvec3> forces;
+    std::unique_ptr<Filter<glm::dvec3>> interaction_filter, force_filter;  // nullptr: none
   };
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };
@@ -82,7 +98,7 @@ class Exchange {
 /// Reads real (or simulated) devices; keeps what it learnt when asked to.
 class DeviceExchange : public Exchange {
  public:
-  DeviceExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+  DeviceExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
                  std::vector<DeviceInputs>* keep = nullptr);
 
  protected:
@@ -99,7 +115,7 @@ class DeviceExchange : public Exchange {
 /// The reference twin: reads the programmed motion itself, so that no buffer and no sampling stands between.
 class IdealExchange final : public DeviceExchange {
  public:
-  IdealExchange(RingSizes sizes, std::span<const Emission> emissions, std::vector<HapticDevice*> devices,
+  IdealExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
                 std::vector<ProgrammedMotion> motions);
   Reading<glm::dvec3> hand(int tool, const Slot& slot) override;
 
@@ -111,8 +127,7 @@ class IdealExchange final : public DeviceExchange {
 /// heads allow: `next_*_ready`). Without: a shadow, another strategy over the same samples and completions.
 class RecordedExchange final : public Exchange {
  public:
-  RecordedExchange(RingSizes sizes, std::span<const Emission> emissions, const std::vector<DeviceInputs>& inputs,
-                   bool use_heads);
+  RecordedExchange(const std::vector<LinkSpec>& links, const std::vector<DeviceInputs>& inputs, bool use_heads);
   /// The next tick (of the device whose turn it is) finds the forces that its recorded head names.
   bool next_tick_ready() const;
   /// The next step finds the samples that its recorded heads name.

@@ -4,6 +4,7 @@
 #include <glm/vec3.hpp>
 
 #include "evenstep/harness/exchange.h"
+#include "evenstep/harness/scenario.h"
 #include "evenstep/remap/slot_map.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/scheduler/scheduler.h"
@@ -27,15 +28,21 @@ class DeviceRecorder {
 
 class StepRecorder {
  public:
-  explicit StepRecorder(StrategyRecord& record) : record_(record) {}
+  StepRecorder(StrategyRecord& record, StrategyKind kind, const RemapSpec& remap)
+      : record_(record), kind_(kind), remap_(remap) {}
   /// A segment began at `began` (later than programmed on a wall clock).
   void segment(const SegmentTiming& segment, RealTime began);
-  void hand(int tool, const Reading<glm::dvec3>& hand);
+  /// What step n reads, after having waited for it (policy `gate`).
+  void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
   void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began, RealTime emission,
             const SolverStep& solver);
 
  private:
+  StepRead read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const;
+
   StrategyRecord& record_;
+  StrategyKind kind_;
+  const RemapSpec& remap_;
   std::array<StepRead, kMaxTools> reads_{};
 };
 

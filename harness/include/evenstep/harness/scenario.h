@@ -1,6 +1,7 @@
 #pragma once
 /// A scenario, resolved: what a file says after `extends`, `--set` and defaults. Field table: harness/src/reader_fields.cpp.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,13 +12,17 @@
 #include "evenstep/device/motion.h"
 #include "evenstep/harness/diagnostic.h"
 #include "evenstep/harness/quantity.h"
+#include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/sim/scene.h"
 
 namespace evenstep {
 
-enum class StrategyKind { ideal, direct, paper, phase_locked };
+enum class StrategyKind { ideal, direct, paper, phase_locked, predict, filtered, variable_step };
+inline constexpr std::array kAllStrategies{StrategyKind::ideal,   StrategyKind::direct,   StrategyKind::paper,
+                                           StrategyKind::phase_locked, StrategyKind::predict, StrategyKind::filtered,
+                                           StrategyKind::variable_step};
 const char* name_of(StrategyKind kind);
 
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
@@ -35,11 +40,22 @@ struct DeviceSpec {
 /// A latency or lead: minimal for any phase, minimal for this phase, or a duration.
 struct Budget { enum class Kind { any_phase, this_phase, fixed } kind = Kind::any_phase; Duration fixed; };
 
+/// What a step does whose sample is not there yet, and a tick whose force is not.
+enum class InteractionUnderrun { clamp, gate, extrapolate };
+enum class ForceUnderrun { hold, extrapolate };
+const char* name_of(InteractionUnderrun policy);
+const char* name_of(ForceUnderrun policy);
+
 struct RemapSpec {
   double estimate_weight = 0.1;
   double bandwidth_Hz = 2.0;
   Budget latency;
   Budget lead;
+  InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
+  ForceUnderrun force_underrun = ForceUnderrun::hold;
+  Duration predict_window;                      ///< `predict` takes the hand's velocity from so much of the past
+  FilterSpec filter;                            ///< of strategy `filtered`
+  bool filter_force = true;                     ///< on the force at the ticks; false: on the interaction at the steps
 };
 
 struct TimingSpec {
@@ -67,6 +83,7 @@ struct Scenario {
   std::uint64_t seed = 1;
   std::vector<StrategyKind> strategies;
   StrategyKind live = StrategyKind::phase_locked;
+  bool keep_rows = true;                        ///< false: the run folder has bins and metrics only
 
   TimingSpec timing;
   SolverKind solver = SolverKind::opencl;

@@ -10,6 +10,7 @@
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/harness/haptic_loop.h"
 #include "evenstep/harness/scenario.h"
+#include "evenstep/harness/sizing.h"
 
 namespace evenstep {
 
@@ -24,7 +25,8 @@ class SimulatedDevices {
   std::deque<ReferenceDriver> drivers_;
 };
 
-std::vector<Emission> emissions_of(const Scenario& scenario);
+/// The links of one strategy with the ring sizes of its plan.
+std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& plan);
 std::vector<ProgrammedMotion> motions_of(const Scenario& scenario);
 /// One lane per device; `devices` empty: shadows, nobody feels their force.
 std::vector<DeviceLane> device_lanes(const Scenario& scenario, const std::vector<HapticDevice*>& devices);

@@ -19,6 +19,8 @@ std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, D
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 /// Linear if any device interpolates: the stricter need.
 Emission strictest_emission(const Scenario& scenario);
+/// Reads at slots of a map, and so has a lead and a latency to choose.
+bool is_remap(StrategyKind kind);
 
 struct Sizing {
   std::vector<MappedStep> steps;  ///< mapped steps that end within the run, with lead 0
@@ -26,6 +28,9 @@ struct Sizing {
   LatencyBudget this_phase;
 };
 Sizing size_map(const Scenario& scenario, StrategyKind kind);
+/// The same for a gate with this lead: steps begin when their sample is there, and what follows is pushed back. `lead` of
+/// the budgets is what would spare all waiting, `latency` the least with the lead given.
+Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead);
 
 /// What one strategy runs with, and what the sizing pass says of it.
 struct StrategyPlan {

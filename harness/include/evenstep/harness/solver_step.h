@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "evenstep/scheduler/work.h"
 #include "evenstep/sim/solver.h"
@@ -12,18 +13,31 @@ namespace evenstep {
 /// One step of the solver as work for an executor; owned by whoever owns the solver.
 class SolverStep final : public Work {
  public:
-  explicit SolverStep(Solver& solver, int tool_count, bool digest)
-      : solver_(solver), tool_count_(tool_count), digest_(digest) {}
+  SolverStep(Solver& solver, const Scene& scene)
+      : solver_(solver),
+        tool_count_(scene.tool_count),
+        digest_(scene.needs_state_digest),
+        variable_(scene.variable_step),
+        step_s_(period_s(scene.step_rate)) {}
   std::array<glm::dvec3, kMaxTools> positions_m{};  ///< in
   ToolResponse response;                            ///< out
   std::uint64_t state_digest = 0;                   ///< out
   double seconds = 0;                               ///< host time spent so far; reported, never hashed
+  /// The step about to run begins at `began`: with a variable step size it advances by the real time since the one before
+  /// (the first one by the nominal step size).
+  void begins(RealTime began);
   void run() override;
+  /// Simulation time advanced before the step just run.
+  double simulated_s() const { return simulated_s_; }
 
  private:
   Solver& solver_;
   int tool_count_;
   bool digest_;
+  bool variable_;
+  double step_s_;  // of the step about to run
+  double simulated_s_ = 0, advanced_s_ = 0;
+  std::optional<RealTime> began_;
   std::int64_t step_ = 0;
 };
 

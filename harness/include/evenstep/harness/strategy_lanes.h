@@ -16,7 +16,7 @@
 namespace evenstep {
 
 /// The scenario's solver, built and warmed up: on a wall clock before t = 0 is chosen. Throws RunFailure.
-std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario);
+std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyKind kind);
 
 class StrategyLanes {
  public:
@@ -34,6 +34,7 @@ class StrategyLanes {
 
  private:
   const Scenario& scenario_;
+  Scene scene_;  // the scenario's, as this strategy integrates it
   Exchange& exchange_;
   std::unique_ptr<Solver> solver_;
   std::unique_ptr<SlotMap> map_;
