@@ -70,6 +70,21 @@ std::size_t most_ticks(Rate rate, Duration span) {
   return span.ns <= 0 ? 0 : static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{span.ns}));
 }
 
+/// max over n of #{m <= n: F(m) > F(n) - window}: forces that the line past force n starts behind.
+std::size_t most_forces_within(std::span<const MappedStep> steps, Duration window) {
+  std::size_t most = 0;
+  std::size_t oldest = 0;                                // first m with F(m) > F(n) - window
+  EmissionSlots newest_slots;
+  EmissionSlots oldest_slots;
+  RealTime oldest_slot = steps.empty() ? RealTime{} : oldest_slots.next(steps[0].slot);
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const RealTime newest_slot = newest_slots.next(steps[n].slot);
+    while (oldest < n && oldest_slot <= newest_slot - window) oldest_slot = oldest_slots.next(steps[++oldest].slot);
+    most = std::max(most, n + 1 - oldest);
+  }
+  return window.ns <= 0 ? 0 : most;
+}
+
 /// max over n of #{m <= n: F(m) >= E(n)}: forces that wait when force n is pushed, itself included.
 std::size_t most_waiting_forces(std::span<const MappedStep> steps, Duration delay) {
   std::size_t most = 0;
@@ -98,16 +113,17 @@ LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::s
 }
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
-                             Duration latency) {
+                             Duration latency, Duration sample_window, Duration force_window) {
   std::size_t most_samples = 0;
   for (const SamplingGrid& device : devices) {
+    most_samples = std::max(most_samples, most_ticks(device.rate, sample_window));
     for (const MappedStep& step : steps) {
       most_samples = std::max(most_samples, most_ticks(device.rate, step.begin - (step.slot - lead)));
     }
   }
   LatencyBudget budget{lead, latency};
   budget.interaction_capacity = most_samples + 2;
-  budget.force_capacity = most_waiting_forces(steps, latency - lead) + 2;
+  budget.force_capacity = std::max(most_waiting_forces(steps, latency - lead), most_forces_within(steps, force_window)) + 2;
   return budget;
 }
 

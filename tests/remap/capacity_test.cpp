@@ -13,6 +13,7 @@ using namespace evenstep::testing;
 namespace {
 
 constexpr Rate kRate{1000, 1};
+constexpr SamplingGrid kGrid{kRate, {}};
 
 /// Reads of all steps through a ring of this capacity; `arriving` samples come in between taking the head and the read.
 std::int64_t interaction_overruns(const std::vector<MappedStep>& steps, SamplingGrid grid, Duration lead,
@@ -110,4 +111,43 @@ TEST_CASE("a larger latency needs a larger force ring, and capacities_for gives 
     CHECK(force_overruns(placed, Emission::hold, budget.force_capacity, 1) == 0);
     CHECK(force_overruns(placed, Emission::hold, budget.force_capacity - 1, 1) > 0);
   }
+}
+
+TEST_CASE("the windows of underrun policies find their base at the capacities given; one entry less loses it: 1000 traces") {
+  // Values are their own times, so that a continued line is the time asked for, and a lost base is a value held.
+  std::int64_t samples_tight = 0, forces_tight = 0;
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    Draw draw(seed + 5000);
+    const Case made = make_case(seed, {kRate, {}}, Emission::linear);
+    if (made.placed.size() < 2) continue;
+    const Duration window{draw.between(1, 40'000'000)};
+    const LatencyBudget budget = capacities_for(made.sized, std::span(&kGrid, 1), made.budget.lead, made.budget.latency,
+                                                window, window);
+    REQUIRE(budget.interaction_capacity >= made.budget.interaction_capacity);
+    REQUIRE(budget.force_capacity >= made.budget.force_capacity);
+    const auto lost_in = [&](auto&& ring, const std::vector<RealTime>& times) {
+      std::int64_t lost = 0;
+      for (std::size_t n = 0; n < times.size(); ++n) {
+        ring.push(times[n], static_cast<double>((times[n] - times[0]).ns));
+        if (n == 0 || times[n - 1] - window < times[0]) continue;    // no base was ever there
+        // One has arrived since the head was taken.
+        const Reading<double> reading = ring.at(times[n - 1] + window, n);
+        const double line = static_cast<double>((times[n - 1] + window - times[0]).ns);
+        lost += std::abs(reading.value - line) > 1;
+      }
+      return lost;
+    };
+    std::vector<RealTime> ticks, emissions;
+    for (std::int64_t k = 0; k < 100; ++k) ticks.push_back(tick_time(kRate, k));
+    for (const Placed& step : made.placed) emissions.push_back(step.emission);
+    const Extrapolation policy{window, {INT64_MAX}};
+    INFO("seed " << seed);
+    REQUIRE(lost_in(SampleBuffer<double>(budget.interaction_capacity, policy), ticks) == 0);
+    REQUIRE(lost_in(ForceSchedule<double>(budget.force_capacity, Emission::linear, policy), emissions) == 0);
+    const std::size_t fewer_samples = budget.interaction_capacity - 1, fewer_forces = budget.force_capacity - 1;
+    samples_tight += fewer_samples >= 2 && lost_in(SampleBuffer<double>(fewer_samples, policy), ticks) > 0;
+    forces_tight += fewer_forces >= 2 && lost_in(ForceSchedule<double>(fewer_forces, Emission::linear, policy), emissions) > 0;
+  }
+  CHECK(samples_tight > 100);
+  CHECK(forces_tight > 100);
 }

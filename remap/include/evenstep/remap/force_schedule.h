@@ -3,6 +3,7 @@
 /// the value at its own time. "hold" plays the latest F(n) <= tick; "linear" interpolates between F(n) and F(n+1) and
 /// therefore needs one slot more latency (docs/numerics.md).
 
+#include "evenstep/remap/extrapolation.h"
 #include "evenstep/remap/sample.h"
 #include "evenstep/remap/timed_ring.h"
 
@@ -13,7 +14,10 @@ enum class Emission : std::uint8_t { hold, linear };
 template <class Value>
 class ForceSchedule {
  public:
-  ForceSchedule(std::size_t capacity, Emission emission) : ring_(capacity), emission_(emission) {}
+  /// `past_newest` is the underrun policy of linear emission. Emission::hold ignores it: it plays the latest force that is
+  /// due, so that none is ever missing.
+  ForceSchedule(std::size_t capacity, Emission emission, Extrapolation past_newest = kHoldNewest)
+      : ring_(capacity), emission_(emission), past_newest_(past_newest) {}
 
   /// Emission times must increase (SlotMap::emission_time repairs those of maps that step back).
   void push(RealTime emission, const Value& value) { ring_.push(emission, value); }
@@ -23,7 +27,7 @@ class ForceSchedule {
 
   /// The value to send at `at`, seeing the first `head` entries. status:
   ///   inside    as scheduled
-  ///   underrun  linear only: `at` lies past the last emission time known; its value is held (policy "hold")
+  ///   underrun  linear only: `at` lies past the last emission time known; value by the policy
   ///   empty     before the first emission time, or nothing pushed: Value{} (no force yet)
   ///   overrun   the entry needed has left the ring
   /// hold cannot see that an entry is missing (it only ever looks back): the step's own `late` says so.
@@ -33,6 +37,7 @@ class ForceSchedule {
  private:
   TimedRing<Value> ring_;
   Emission emission_;
+  Extrapolation past_newest_;
 };
 
 template <class Value>
@@ -44,7 +49,8 @@ Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
   const RealTime newest = later.time;
   if (newest <= at) {
     const bool past = emission_ == Emission::linear && newest < at;
-    return {later.value, past ? ReadStatus::underrun : ReadStatus::inside, newest};
+    if (past) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
+    return {later.value, ReadStatus::inside, newest};
   }
   for (std::uint64_t index = head - 1;; --index) {
     Entry earlier;

@@ -22,6 +22,8 @@ struct RemapperOptions {
   Duration latency;
   Emission emission = Emission::linear;
   double bandwidth_Hz = 2.0;
+  Extrapolation past_newest_sample = kHoldNewest;   ///< underrun policies; the capacities must hold their windows
+  Extrapolation past_newest_force = kHoldNewest;
   std::size_t interaction_capacity = 64;
   std::size_t force_capacity = 64;
 };
@@ -30,7 +32,8 @@ template <class Value>
 class Remapper {
  public:
   explicit Remapper(const RemapperOptions& options)
-      : interaction_(options.interaction_capacity), forces_(options.force_capacity, options.emission),
+      : interaction_(options.interaction_capacity, options.past_newest_sample),
+        forces_(options.force_capacity, options.emission, options.past_newest_force),
         map_(options.lead, options.latency, options.bandwidth_Hz) {}
 
   // Haptic thread.

@@ -29,7 +29,7 @@ constexpr double ratio(Duration part, Duration whole) {
 
 enum class ReadStatus : std::uint8_t {
   inside,    ///< between two entries, or exactly on one
-  underrun,  ///< newer than the newest entry: its value is held ("clamp")
+  underrun,  ///< newer than the newest entry: value by the buffer's policy (extrapolation.h)
   overrun,   ///< older than the ring holds: the oldest value is returned (Value{} if even the newest entry of that head
              ///< has left) and must not be used as if it were right
   empty,     ///< nothing was ever pushed: Value{}

@@ -1,7 +1,9 @@
 #pragma once
 /// The interaction buffer (paper, Figure 3 a): samples of the hand in real time, read by linear interpolation at a slot's
-/// time. The result says whether the buffer really held that time.
+/// time. The result says whether the buffer really held that time; a read past the newest sample is answered by the
+/// underrun policy it was built with.
 
+#include "evenstep/remap/extrapolation.h"
 #include "evenstep/remap/sample.h"
 #include "evenstep/remap/timed_ring.h"
 
@@ -10,13 +12,14 @@ namespace evenstep {
 template <class Value>
 class SampleBuffer {
  public:
-  explicit SampleBuffer(std::size_t capacity) : ring_(capacity) {}
+  explicit SampleBuffer(std::size_t capacity, Extrapolation past_newest = kHoldNewest)
+      : ring_(capacity), past_newest_(past_newest) {}
 
   void push(RealTime read_at, const Value& value) { ring_.push(read_at, value); }
   std::uint64_t head() const { return ring_.head(); }
   std::size_t capacity() const { return ring_.capacity(); }
 
-  /// The value at `at`, seeing the first `head` entries only.
+  /// The value at `at`, seeing the first `head` entries only. Past the newest of them: `underrun`, value by the policy.
   Reading<Value> at(RealTime at, std::uint64_t head) const;
   Reading<Value> at(RealTime time) const { return at(time, head()); }
   /// The newest of the first `head` entries ("direct").
@@ -24,6 +27,7 @@ class SampleBuffer {
 
  private:
   TimedRing<Value> ring_;
+  Extrapolation past_newest_;
 };
 
 template <class Value>
@@ -40,7 +44,7 @@ Reading<Value> SampleBuffer<Value>::at(RealTime at, std::uint64_t head) const {
   if (head == 0) return {};
   if (!ring_.get(head - 1, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
-  if (at > newest) return {later.value, ReadStatus::underrun, newest};
+  if (at > newest) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
   for (std::uint64_t index = head - 1; at < later.time; --index) {   // newest first: reads lie near the head
     typename TimedRing<Value>::Entry earlier;
     if (index == 0 || !ring_.get(index - 1, earlier)) return {later.value, ReadStatus::overrun, newest};
