@@ -10,8 +10,9 @@ namespace {
 /// A late sample is looked for this often: a step on a wall clock gives away no more than this.
 constexpr Duration kLookAgain{50'000};
 
-std::unique_ptr<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spec, Rate rate) {
-  return spec ? make_filter<glm::dvec3>(*spec, rate) : nullptr;
+std::optional<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spec, Rate rate) {
+  if (!spec) return std::nullopt;
+  return make_filter<glm::dvec3>(*spec, rate);
 }
 
 }  // namespace

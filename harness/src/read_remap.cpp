@@ -28,35 +28,37 @@ void read_underrun(ScenarioReading& reading, const Table& underrun) {
 
 double in_Hz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }
 
-/// A filter of so slow a signal: the steps', or that of the slowest device's ticks.
-Rate filtered_rate(const Scenario& scenario) {
-  if (!scenario.remap.filter_force) return scenario.scene.step_rate;
-  const auto slowest = std::min_element(scenario.devices.begin(), scenario.devices.end(),
-                                        [](const auto& a, const auto& b) { return in_Hz(a.rate) < in_Hz(b.rate); });
-  return slowest == scenario.devices.end() ? Rate{} : slowest->rate;
+/// The signals that the filter would be used on: the steps', or that of each device's ticks.
+std::vector<Rate> filtered_rates(const Scenario& scenario) {
+  if (!scenario.remap.filter_force) return {scenario.scene.step_rate};
+  std::vector<Rate> rates;
+  for (const DeviceSpec& device : scenario.devices) rates.push_back(device.rate);
+  return rates;
 }
 
 void read_filter(ScenarioReading& reading, const Table& filter) {
   RemapSpec& spec = reading.scenario.remap;
   spec.filter_force = filter.text("on") == "force";
-  const double rate_Hz = in_Hz(filtered_rate(reading.scenario));
-  const auto cutoff = [&](std::string_view key) {
-    const double cutoff_Hz = in_Hz(filter.rate(key));
-    if (!(cutoff_Hz < rate_Hz / 2)) {
-      reading.errors.add(filter.place(key), fmt::format("'{}': {} Hz cannot be filtered out of a signal of {} Hz; it must be "
-                                                        "below half of that",
-                                                        key, cutoff_Hz, rate_Hz));
-    }
-    return cutoff_Hz;
-  };
   const std::string kind = filter.text("kind");
-  if (kind == "moving-average") {
-    const Duration window = filter.span("window", reading.scenario.nominal, reading.errors);
-    spec.filter = moving_average(std::max<std::int64_t>(1, std::llround(seconds(window) * rate_Hz)));
-  } else if (kind == "butterworth") {
-    spec.filter = butterworth(cutoff("cutoff"));
+  std::string_view limited = "cutoff";
+  if (kind == "butterworth") {
+    spec.filter = ButterworthSpec{in_Hz(filter.rate("cutoff"))};
+  } else if (kind == "one-euro") {
+    limited = "min_cutoff";
+    spec.filter = OneEuroSpec{in_Hz(filter.rate("min_cutoff")), filter.number("beta"), in_Hz(filter.rate("derivative_cutoff"))};
   } else {
-    spec.filter = one_euro(cutoff("min_cutoff"), filter.number("beta"), cutoff("derivative_cutoff"));
+    limited = "window";
+    spec.filter = MovingAverageSpec{};
+    spec.filter_window = filter.span("window", reading.scenario.nominal, reading.errors);
+  }
+  for (const Rate rate : filtered_rates(reading.scenario)) {
+    if (in_domain(filter_at(spec, rate), rate)) continue;
+    reading.errors.add(filter.place(limited),
+                       limited == "window"
+                           ? fmt::format("'window': more than {} samples of {} Hz", kMaxAveragedSamples, in_Hz(rate))
+                           : fmt::format("'{}': \"{}\" cannot be filtered out of a signal of {} Hz; it must be below half of "
+                                         "that",
+                                         limited, filter.text(limited), in_Hz(rate)));
   }
 }
 
@@ -83,3 +85,13 @@ void read_remap(ScenarioReading& reading) {
 }
 
 }  // namespace evenstep::internal
+
+namespace evenstep {
+
+FilterSpec filter_at(const RemapSpec& remap, Rate rate) {
+  if (!std::holds_alternative<MovingAverageSpec>(remap.filter)) return remap.filter;
+  const double samples = seconds(remap.filter_window) * static_cast<double>(rate.num) / static_cast<double>(rate.den);
+  return MovingAverageSpec{static_cast<int>(std::clamp(std::round(samples), 1.0, kMaxAveragedSamples + 1.0))};
+}
+
+}  // namespace evenstep

@@ -22,10 +22,9 @@ std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& pla
   common.samples = plan.interaction_capacity;
   common.forces = plan.force_capacity;
   common.gate = is_remap(plan.kind) && remap.interaction_underrun == InteractionUnderrun::gate;
-  if (is_remap(plan.kind) && remap.interaction_underrun == InteractionUnderrun::extrapolate) common.interaction = kExtrapolate;
-  if (is_remap(plan.kind) && remap.force_underrun == ForceUnderrun::extrapolate) common.force = kExtrapolate;
-  if (plan.kind == StrategyKind::predict) common.interaction = predict_from(remap.predict_window);
-  if (plan.kind == StrategyKind::filtered) (remap.filter_force ? common.force_filter : common.interaction_filter) = remap.filter;
+  if (is_remap(plan.kind) && remap.interaction_underrun == InteractionUnderrun::extrapolate) common.interaction = kContinueLine;
+  if (is_remap(plan.kind) && remap.force_underrun == ForceUnderrun::extrapolate) common.force = kContinueLine;
+  if (plan.kind == StrategyKind::predict) common.interaction = {remap.predict_window, kPredictHand.furthest};
   common.step_rate = scenario.scene.step_rate;
 
   std::vector<LinkSpec> links(scenario.devices.size(), common);
@@ -33,6 +32,11 @@ std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& pla
   for (std::size_t tool = 0; tool < links.size(); ++tool) {
     links[tool].emission = scenario.devices[tool].emission;
     links[tool].ticks = grids[tool];
+    if (plan.kind != StrategyKind::filtered) continue;
+    if (remap.filter_force)
+      links[tool].force_filter = filter_at(remap, grids[tool].rate);
+    else
+      links[tool].interaction_filter = filter_at(remap, common.step_rate);
   }
   return links;
 }

@@ -41,14 +41,6 @@ Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
 /// Rings for a strategy that reads the newest sample and plays each force at once: the current and the one before.
 constexpr std::size_t kDirectCapacity = 4;
 
-/// Samples that lie in a window of the past, at any phase.
-std::size_t samples_in(Duration window, const std::vector<SamplingGrid>& grids) {
-  std::size_t most = 0;
-  for (const SamplingGrid& grid : grids)
-    most = std::max(most, static_cast<std::size_t>(first_tick_at_or_after(grid.rate, RealTime{window.ns})) + 1);
-  return most;
-}
-
 /// How a gate delays steps: not at all, or until the tick that brings the sample of slot - lead. At any phase that tick
 /// comes at most a period less 1 ns after it.
 struct GateModel {
@@ -106,10 +98,11 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   };
   plan.latency = chosen(scenario.remap.latency, with_lead(any), with_lead(here));
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency);
+  const bool lines = scenario.remap.interaction_underrun == InteractionUnderrun::extrapolate;
+  const bool force_lines = scenario.remap.force_underrun == ForceUnderrun::extrapolate;
+  const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency, lines ? kContinueLine.window : Duration{},
+                                             force_lines ? kContinueLine.window : Duration{});
   plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
-  if (scenario.remap.interaction_underrun == InteractionUnderrun::extrapolate)
-    plan.interaction_capacity += samples_in(kExtrapolate.window, grids);
   plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
 
   const RealTime judged_from{scenario.warmup.ns};
@@ -131,8 +124,9 @@ StrategyPlan plan_predict(const Scenario& scenario) {
   const auto& [steps, any, here] = plan.sizing;
   plan.lead = any.lead - any.latency;
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  plan.interaction_capacity = samples_in(scenario.remap.predict_window, grids) + kDirectCapacity;
-  plan.force_capacity = std::max(capacities_for(steps, grids, plan.lead, plan.latency).force_capacity, kDirectCapacity);
+  const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency, scenario.remap.predict_window);
+  plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
+  plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
   return plan;
 }
 

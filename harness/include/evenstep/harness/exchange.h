@@ -90,7 +90,7 @@ class Exchange {
     LinkSpec spec;
     SampleBuffer<glm::dvec3> interaction;
     ForceSchedule<glm::dvec3> forces;
-    std::unique_ptr<Filter<glm::dvec3>> interaction_filter, force_filter;  // nullptr: none
+    std::optional<Filter<glm::dvec3>> interaction_filter, force_filter;
   };
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };

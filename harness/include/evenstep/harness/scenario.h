@@ -54,9 +54,13 @@ struct RemapSpec {
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
   Duration predict_window;                      ///< `predict` takes the hand's velocity from so much of the past
-  FilterSpec filter;                            ///< of strategy `filtered`
+  FilterSpec filter;                            ///< of strategy `filtered`; filter_at has the samples of an average
+  Duration filter_window;                       ///< of a moving average
   bool filter_force = true;                     ///< on the force at the ticks; false: on the interaction at the steps
 };
+
+/// The filter of `filtered` for a signal that comes at `rate`.
+FilterSpec filter_at(const RemapSpec& remap, Rate rate);
 
 struct TimingSpec {
   ProgrammedTiming programmed;
