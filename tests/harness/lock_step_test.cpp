@@ -20,9 +20,8 @@ TEST_CASE("the lanes on two schedulers in lock step give the same forces and the
 
       VirtualClock device_clock, simulation_clock;
       SimulatedDevices devices(scenario, device_clock);
-      const std::vector<Emission> emissions = emissions_of(scenario);
-      DeviceExchange exchange({plan.interaction_capacity, plan.force_capacity}, emissions, devices.drivers());
-      StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario), exchange, make_timing(scenario),
+      DeviceExchange exchange(links_of(scenario, plan), devices.drivers());
+      StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange, make_timing(scenario),
                           devices.drivers());
       InlineExecutor executor;
       Scheduler simulation(simulation_clock, executor), device(device_clock, executor);
