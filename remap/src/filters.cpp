@@ -10,9 +10,12 @@ constexpr double kPi = 3.14159265358979323846;
 bool positive(double value) { return value > 0 && std::isfinite(value); }
 
 bool within(const MovingAverageSpec& spec, double) { return spec.samples >= 1 && spec.samples <= kMaxAveragedSamples; }
-bool within(const ButterworthSpec& spec, double rate_Hz) { return positive(spec.cutoff_Hz) && spec.cutoff_Hz < rate_Hz / 2; }
+bool within(const ButterworthSpec& spec, double rate_Hz) {
+  return positive(spec.cutoff_Hz) && spec.cutoff_Hz < rate_Hz / 2;
+}
 bool within(const OneEuroSpec& spec, double) {
-  return positive(spec.min_cutoff_Hz) && spec.beta >= 0 && std::isfinite(spec.beta) && positive(spec.derivative_cutoff_Hz);
+  const bool has_slope = spec.beta >= 0 && std::isfinite(spec.beta);
+  return positive(spec.min_cutoff_Hz) && has_slope && positive(spec.derivative_cutoff_Hz);
 }
 
 }  // namespace
@@ -25,7 +28,7 @@ bool in_domain(const FilterSpec& spec, Rate rate) {
 namespace internal {
 
 ButterworthCoefficients butterworth_coefficients(double cutoff_Hz, Rate rate) {
-  const double angle = kPi * (cutoff_Hz / hertz(rate));  // the quotient first: it cannot round past 1/2, nor tan past its pole
+  const double angle = kPi * (cutoff_Hz / hertz(rate));  // the quotient first: it cannot round past tan's pole
   const double g = reproducible::sin(angle) / reproducible::cos(angle);
   const double a1 = 1 / (1 + g * (g + std::sqrt(2.0)));
   return {a1, g * a1, g * (g * a1)};

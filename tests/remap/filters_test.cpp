@@ -18,7 +18,7 @@ constexpr long double kPi = 3.14159265358979323846264338327950288L;
 constexpr Rate kRate{1000, 1};
 constexpr long double kRate_Hz = 1000;
 
-/// Transfer functions as textbooks write them, in z^-1 and long double; OneEuro: of its first-order filter at min_cutoff.
+/// Transfer functions as textbooks write them, in z^-1; of OneEuro that of its first-order filter at min_cutoff.
 Complex transfer(const MovingAverageSpec& spec, Complex z1) {
   Complex sum = 0, power = 1;
   for (int i = 0; i < spec.samples; ++i, power *= z1) sum += power;
@@ -45,10 +45,14 @@ long double delay_samples(const ButterworthSpec& spec) {
 }
 long double delay_samples(const OneEuroSpec& spec) { return kRate_Hz / (2 * kPi * spec.min_cutoff_Hz); }
 
+long double delay_samples(const FilterSpec& spec) {
+  return std::visit([](const auto& kind) { return delay_samples(kind); }, spec);
+}
+
 /// beta = 0: OneEuro is linear.
 const std::vector<FilterSpec> kLinear{
-    MovingAverageSpec{1},  MovingAverageSpec{2},   MovingAverageSpec{15},  MovingAverageSpec{64}, MovingAverageSpec{333},
-    ButterworthSpec{0.5},  ButterworthSpec{5},     ButterworthSpec{30},    ButterworthSpec{250},  ButterworthSpec{499},
+    MovingAverageSpec{1},   MovingAverageSpec{2},  MovingAverageSpec{15}, MovingAverageSpec{333},
+    ButterworthSpec{0.5},   ButterworthSpec{5},    ButterworthSpec{30},   ButterworthSpec{250},   ButterworthSpec{499},
     OneEuroSpec{0.5, 0, 1}, OneEuroSpec{20, 0, 1}, OneEuroSpec{600, 0, 10}};
 
 /// Samples after which what came before is gone: exp(-60) of it.
@@ -56,11 +60,12 @@ int settling_samples(const FilterSpec& spec) {
   if (const auto* average = std::get_if<MovingAverageSpec>(&spec)) return average->samples;
   const auto* butterworth = std::get_if<ButterworthSpec>(&spec);
   if (butterworth == nullptr) {
-    const double w = 2 * 3.15 * std::get<OneEuroSpec>(spec).min_cutoff_Hz / 1000;  // y keeps 1 / (1 + w) of its distance
-    return static_cast<int>(60 / std::log(1 + w)) + 2;
+    const double w = 2 * 3.14159 * std::get<OneEuroSpec>(spec).min_cutoff_Hz / 1000;
+    return static_cast<int>(60 / std::log(1 + w)) + 2;  // y keeps 1 - a = 1 / (1 + w) of its distance
   }
-  const double g = std::tan(3.14159 * butterworth->cutoff_Hz / 1000);  // product of the poles: the radius squared
-  return static_cast<int>(-120 / std::log(std::abs((1 - std::sqrt(2.0) * g + g * g) / (1 + std::sqrt(2.0) * g + g * g)))) + 2;
+  const double g = std::tan(3.14159 * butterworth->cutoff_Hz / 1000), root = std::sqrt(2.0);
+  const double radius_squared = std::abs((1 - root * g + g * g) / (1 + root * g + g * g));  // product of the poles
+  return static_cast<int>(-120 / std::log(radius_squared)) + 2;
 }
 
 /// In [-1, 1), the same everywhere.
@@ -88,10 +93,9 @@ TEST_CASE("a filtered sine has the gain and phase of the transfer function at ev
         const double y = filter.next(static_cast<double>(turning.imag()));
         if (n >= settled) worst = std::max(worst, std::abs(y - (response * turning).imag()));
       }
-      INFO("spec " << spec.index() << " of delay "
-                   << std::visit([](const auto& kind) { return delay_samples(kind); }, spec) << " at " << hertz << " Hz");
-      // A whole second is a whole number of turns: gain and phase are right wherever every sample is. Each rounds a few
-      // 2^-53; they stay for about as many samples as the delay (450 at most): 1e-13 with all of one sign.
+      INFO("kind " << spec.index() << ", delay " << delay_samples(spec) << ", " << hertz << " Hz");
+      // A second is a whole number of turns: where every sample is right, gain and phase are. Each rounds by a few
+      // 2^-53, which stay for about as many samples as the delay (450 at most): 1e-13 with all of one sign.
       CHECK(worst < 2e-13L);
     }
   }
@@ -145,8 +149,8 @@ TEST_CASE("after a step every filter arrives at the new value") {
     filter.next(-0.7);
     double y = -0.7;
     for (int n = 0; n < settling_samples(spec); ++n) y = filter.next(0.3);
-    // What an integrator adds per sample is the distance left over the delay (450 samples at most): it stops within half a
-    // unit in the last place times that.
+    // What an integrator adds per sample is the distance left over the delay (450 samples at most): it stops within
+    // half a unit in the last place times that.
     CHECK(std::abs(y - 0.3) < 450 * 0x1p-53);
   }
 }
@@ -155,7 +159,7 @@ TEST_CASE("behind a ramp every filter lags by its delay at 0 Hz") {
   const double speed = 0x1p-10;  // per sample: the ramp itself is exact
   for (const FilterSpec& spec : kLinear) {
     Filter<double> filter = make_filter<double>(spec, kRate);
-    const long double delay = std::visit([](const auto& kind) { return delay_samples(kind); }, spec);
+    const long double delay = delay_samples(spec);
     const int settled = settling_samples(spec);
     double y = 0;
     for (int n = 0; n <= settled; ++n) y = filter.next(n * speed);
@@ -175,7 +179,20 @@ TEST_CASE("a moving average is the mean of its window from the first sample on, 
       // 40 differences below 2 in size, summed: 40 * 2^-53 of 80 at worst, over 40.
       REQUIRE(std::abs(y - sum / samples) < 80 * 0x1p-53L);
       // Whole numbers add up exactly; 1/n is right to half a unit in the last place.
-      if (n >= samples - 1) REQUIRE(std::abs(whole - (n - (samples - 1) / 2.0) * samples) <= samples * samples * 0x1p-53);
+      const double half_a_window_ago = (n - (samples - 1) / 2.0) * samples;
+      if (n >= samples - 1) REQUIRE(std::abs(whole - half_a_window_ago) <= samples * samples * 0x1p-53);
+    }
+  }
+}
+
+TEST_CASE("a moving average is that of its window to the bit, however long it has run") {
+  for (const int samples : {3, 8, 31}) {
+    for (int earlier = 0; earlier < 2 * samples; ++earlier) {
+      Filter<double> fresh = make_filter<double>(MovingAverageSpec{samples}, kRate), old = fresh;
+      for (int n = 0; n < earlier; ++n) old.next(1e6 * noise(n));
+      double a = 0, b = 0;
+      for (int n = 0; n < samples; ++n) a = fresh.next(noise(-n)), b = old.next(noise(-n));
+      REQUIRE(same_bits(a, b));
     }
   }
 }
@@ -239,8 +256,8 @@ TEST_CASE("at steady speed a one euro filter is the first-order filter of the cu
           lag = x - filter.next(x);
           mirrored = -x - negative.next(-x);
         }
-        // 60 s settle even 0.1 Hz and the derivative's 1 Hz (time constants 1.6 s and 0.16 s) to exp(-37). The position of up
-        // to 120 rounds by 7e-15; times the speed's noise gain the lag is still right to 1e-9 of it.
+        // 60 s settle even 0.1 Hz and the derivative's 1 Hz (time constants 1.6 s and 0.16 s) to exp(-37). Positions of
+        // up to 120 round by 7e-15, a few hundred of which add up; where they are that large the lag is 1e-3 at least.
         CHECK(lag == Approx(static_cast<double>(speed / (2 * kPi * cutoff_Hz))).epsilon(1e-8));
         CHECK(same_bits(mirrored, -lag));
       }
@@ -293,7 +310,7 @@ TEST_CASE("linear filters treat the components of every value type alike, bit fo
     Filter<double> one = make_filter<double>(spec, kRate), two = one;
     Filter<std::array<double, 2>> array = make_filter<std::array<double, 2>>(spec, kRate);
     Filter<glm::dvec3> vector = make_filter<glm::dvec3>(spec, kRate);
-    Filter<std::array<std::array<double, 1>, 2>> nested = make_filter<std::array<std::array<double, 1>, 2>>(spec, kRate);
+    auto nested = make_filter<std::array<std::array<double, 1>, 2>>(spec, kRate);
     for (int n = 0; n < 400; ++n) {
       const double x = noise(n), y = 1e3 * noise(-n - 2), a = one.next(x), b = two.next(y);
       const std::array<double, 2> both = array.next({x, y});

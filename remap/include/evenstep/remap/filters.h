@@ -1,28 +1,29 @@
 #pragma once
-/// Low-pass filters for a signal sampled at even times: what one would smooth bunched forces or positions with. The paper
-/// rejects them (introduction: enough smoothing to hide the bursts also "dampens the desired haptic changes"); they are here
-/// so that this can be measured. T = 1 / rate below; x_n goes in, y_n comes out at once.
+/// Low-pass filters for a signal sampled at even times: what one would smooth bunched forces or positions with. The
+/// paper rejects them (introduction: enough smoothing to hide the bursts also "dampens the desired haptic changes");
+/// they are here so that this can be measured. T = 1 / rate below; x_n goes in, y_n comes out at once.
 ///
 /// MovingAverage, n samples:  y = (x_i + x_i-1 + ... + x_i-n+1) / n
-///   gain |sin(pi f n T) / (n sin(pi f T))|, zero at multiples of 1 / (n T); group delay (n - 1) T / 2 at every frequency
-///   (Smith, The Scientist and Engineer's Guide to DSP, 1997, ch. 15); -3 dB at 0.443 / (T sqrt(n^2 - 1)), to 3 % from n = 2.
-/// Butterworth, second order, cutoff f_c:  the bilinear transform of 1 / (s^2 + sqrt(2) s + 1), s = (1 - z^-1) / (g (1 + z^-1)),
-///   pre-warped by g = tan(pi f_c T), so that the -3 dB point is f_c itself (Oppenheim and Schafer, Discrete-Time Signal
-///   Processing, ch. 7). Group delay T / (sqrt(2) g) at 0 Hz, about 0.225 / f_c. Run as two trapezoidal integrators
-///   (Zavalishin, The Art of VA Filter Design, ch. 4): equal to the direct form in exact arithmetic, without its loss of
-///   digits where f_c T is small.
-/// OneEuro (Casiez, Roussel, Vogel: 1 Euro Filter, CHI 2012, algorithm 1): y <- y + a (x - y), a first-order low-pass with
+///   Gain |sin(pi f n T) / (n sin(pi f T))|, zero at multiples of 1 / (n T); group delay (n - 1) T / 2 at every
+///   frequency (Smith, The Scientist and Engineer's Guide to DSP, 1997, ch. 15); -3 dB at 0.443 / (T sqrt(n^2 - 1)),
+///   to 3 % from n = 2.
+/// Butterworth, second order, cutoff f_c:  1 / (s^2 + sqrt(2) s + 1) at s = (1 - z^-1) / (g (1 + z^-1))
+///   The bilinear transform, pre-warped by g = tan(pi f_c T), so that the -3 dB point is f_c itself (Oppenheim and
+///   Schafer, Discrete-Time Signal Processing, ch. 7). Group delay T / (sqrt(2) g) at 0 Hz, about 0.225 / f_c. Run as
+///   two trapezoidal integrators (Zavalishin, The Art of VA Filter Design, ch. 4): equal to the direct form in exact
+///   arithmetic, without its loss of digits where f_c T is small.
+/// OneEuro (Casiez, Roussel, Vogel: 1 Euro Filter, CHI 2012, algorithm 1): a first-order low-pass with
 ///   a(f) = w / (1 + w), w = 2 pi f T, whose cutoff follows the speed:
-///     d <- d + a(derivative_cutoff) ((x - y) / T - d),    f = min_cutoff + beta |d|,    y <- y + a(f) (x - y).
-///   The difference is to the previous *filtered* value, as published (and in the authors' code since 2023; older copies take
-///   the raw one). Of a vector, |d| is the norm: one cutoff for all components, whatever the axes. At steady speed v the lag is
-///   |v| (1 - a) / a T, d = v / a(f), and so f^2 - (min_cutoff + beta |v|) f - beta |v| / (2 pi T) = 0.
-///   At a fixed f: group delay T (1 - a) / a = 1 / (2 pi f) at 0 Hz; gain a / sqrt(1 - 2 b cos(2 pi f' T) + b^2), b = 1 - a,
-///   is -3 dB at cos(2 pi f' T) = 1 - a^2 / (2 b), which is f where f T is small, and nowhere for a > 2 (sqrt(2) - 1).
+///     d <- d + a(derivative_cutoff) ((x - y) / T - d),    f = min_cutoff + beta |d|,    y <- y + a(f) (x - y)
+///   The difference is to the previous *filtered* value, as published (and in the authors' code since 2023; older
+///   copies take the raw one). Of a vector, |d| is the norm: one cutoff for all components, whatever the axes. At
+///   steady speed v the lag is |v| / (2 pi f) and d = v / a(f): f^2 - (min_cutoff + beta |v|) f = beta |v| / (2 pi T).
+///   At a fixed f: group delay 1 / (2 pi f) at 0 Hz; with b = 1 - a the gain a / sqrt(1 - 2 b cos(2 pi f' T) + b^2) is
+///   -3 dB at cos(2 pi f' T) = 1 - a^2 / (2 b), which is f where f T is small, and nowhere for a > 2 (sqrt(2) - 1).
 ///
-/// The first sample is taken as having been there for ever: it comes out as it is and there is no start-up transient. A constant
-/// comes out as the very same bits for ever. Coefficients and states have the same bits everywhere (no libm). Values: see sample.h.
-/// A sample that is not finite stays in the state (of MovingAverage: for n samples).
+/// The first sample is taken as having been there for ever: it comes out as it is, without a start-up transient. A
+/// constant comes out as the very same bits for ever. Coefficients and states have the same bits everywhere (no libm).
+/// Values: see sample.h. A sample that is not finite stays in the state (of MovingAverage: for n samples).
 
 #include <array>
 #include <cassert>
@@ -55,8 +56,8 @@ using FilterSpec = std::variant<MovingAverageSpec, ButterworthSpec, OneEuroSpec>
 /// Whether the parameters are within the limits above. A filter made of others is a programming error (asserted).
 bool in_domain(const FilterSpec& spec, Rate rate);
 
-/// Size of a value: |x|, or the Euclidean norm of a std::array of values or of a vector with members x, y, z. Specialize it
-/// for other types that OneEuro filters.
+/// Size of a value: |x|, or the Euclidean norm of a std::array of values or of a vector with members x, y, z.
+/// Specialize it for other types that OneEuro filters.
 template <class Value>
 struct Norm {
   double operator()(const Value& value) const {
@@ -136,8 +137,8 @@ class Butterworth {
  public:
   Butterworth(const ButterworthSpec& spec, Rate rate) : a_(butterworth_coefficients(spec.cutoff_Hz, rate)) {}
 
-  /// band = (s1 + g (x - s2)) a1 and low = s2 + g band solve both trapezoidal integrators at once; their states then move on
-  /// to 2 band - s1 and 2 low - s2.
+  /// band = (s1 + g (x - s2)) a1 and low = s2 + g band solve both trapezoidal integrators at once; their states then
+  /// move on to 2 band - s1 and 2 low - s2.
   Value next(const Value& x) {
     if (!started_) state_2_ = x;
     started_ = true;
