@@ -34,6 +34,10 @@ const char* name_of(StepRead read) {
       return "newest";
     case StepRead::acquiring:
       return "acquiring";
+    case StepRead::gated:
+      return "gated";
+    case StepRead::predicted:
+      return "predicted";
   }
   return "unknown";
 }
