@@ -46,8 +46,11 @@ std::vector<File> files_of(const Scenario& scenario, const RunOutcome& outcome, 
   files.push_back({"resolved.toml", scenario.resolved_toml});
   if (run.strategies.empty()) return files;  // the run failed before it began
   files.push_back({"series.csv", series_csv(run)});
-  const std::vector<std::byte> events = events_bin(run);
-  files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
+  files.push_back({"underruns.csv", underruns_csv(run)});
+  if (run.keep_rows) {
+    const std::vector<std::byte> events = events_bin(run);
+    files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
+  }
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.name == "ideal") continue;
     files.push_back({"timing.csv", timing_csv(strategy)});
@@ -57,6 +60,7 @@ std::vector<File> files_of(const Scenario& scenario, const RunOutcome& outcome, 
     files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name)});
     files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name)});
   }
+  if (const auto figure = error_over_time_svg(run)) files.push_back({"error-over-time.svg", *figure});
   files.push_back({"figure-2to4.svg", figure_2to4_svg(run, name_of(scenario.live), run.nominal.devices.front().name)});
   return files;
 }

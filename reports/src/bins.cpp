@@ -17,7 +17,7 @@ struct Timeline {
 
 Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device,
                               const std::vector<std::size_t>& steps, double slot_s) {
-  Timeline timeline{internal::interaction_series(device, steps, slot_s), {}, {}};
+  Timeline timeline{internal::interaction_series(strategy, device, steps, slot_s), {}, {}};
   for (const std::size_t n : steps) {
     timeline.at.push_back(strategy.steps[n].begin);
     if (device.steps[n].read == StepRead::underrun) timeline.underruns.push_back(strategy.steps[n].begin);

@@ -6,6 +6,7 @@
 #include "evenstep/reports/measures.h"
 #include "src/judged.h"
 #include "src/line_fit.h"
+#include "src/strategy_looks.h"
 #include "src/svg.h"
 
 namespace evenstep {
@@ -13,8 +14,6 @@ namespace {
 
 using internal::Axis;
 using internal::Range;
-using internal::Stroke;
-namespace colour = internal::colour;
 
 constexpr double kWidth = 900, kHeight = 600;
 constexpr internal::Box kUpper{86, 62, 880, 310}, kLower{86, 346, 880, 550};
@@ -36,25 +35,6 @@ Span shown_span(const Nominal& nominal) {
   const RealTime middle = nominal.judged_from + Duration{(nominal.end - nominal.judged_from).ns / 2};
   const Duration half{nominal.segment.ns * kSegmentsShown / 2};
   return {std::max(middle - half, nominal.judged_from), std::min(middle + half, nominal.end)};
-}
-
-/// Curves that lie on each other must all be seen: broad and pale below, thin and dark on top.
-struct Look {
-  const char* strategy;
-  Stroke stroke;
-};
-constexpr std::array kLooks = std::to_array<Look>({{"ideal", {"#c4c4c4", 7, "", 1}},
-                                                   {"direct", {colour::kVermilion, 1.6, "", 1}},
-                                                   {"paper", {colour::kSkyBlue, 3.4, "14 6", 1}},
-                                                   {"phase_locked", {colour::kBlack, 1.6, "2 4", 1}}});
-constexpr std::array kOtherLooks = std::to_array<Stroke>(
-    {{colour::kPurple, 2, "12 4 2 4", 1}, {colour::kOrange, 2, "6 3", 1}, {colour::kBlue, 2, "1 3", 1}});
-
-Stroke look_of(const std::string& strategy, std::size_t index) {
-  for (const Look& look : kLooks) {
-    if (strategy == look.strategy) return look.stroke;
-  }
-  return kOtherLooks[index % kOtherLooks.size()];
 }
 
 /// The axis along which the curves reach farthest.
@@ -93,16 +73,6 @@ Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, 
   return Range::around(all, 0.08);
 }
 
-/// One line: room for the eight strategies of the design.
-void draw_legend(internal::Svg& svg, const std::vector<Curve>& curves) {
-  double x = kUpper.left;
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    svg.line({x, 44}, {x + 34, 44}, look_of(curves[i].strategy, i));
-    svg.text({x + 40, 48}, curves[i].strategy);
-    x += 62 + 7.6 * static_cast<double>(curves[i].strategy.size());
-  }
-}
-
 std::string draw(std::vector<Curve> curves, const Panels& panels) {
   internal::Svg svg(kWidth, kHeight, panels.title);
   std::erase_if(curves, [](const Curve& curve) { return curve.value.size() < 3; });
@@ -126,10 +96,12 @@ std::string draw(std::vector<Curve> curves, const Panels& panels) {
   upper.draw_axes(false, false);
   lower.draw_axes(true, true);
   for (std::size_t i = 0; i < curves.size(); ++i) {
-    upper.curve(curves[i].t_s, along(curves[i].value, axis), look_of(curves[i].strategy, i));
-    lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), look_of(curves[i].strategy, i));
+    upper.curve(curves[i].t_s, along(curves[i].value, axis), internal::look_of(curves[i].strategy, i));
+    lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), internal::look_of(curves[i].strategy, i));
   }
-  draw_legend(svg, curves);
+  std::vector<std::string> names;
+  for (const Curve& curve : curves) names.push_back(curve.strategy);
+  internal::draw_legend(svg, {kUpper.left, 44}, names);
   return std::move(svg).finish();
 }
 
@@ -149,7 +121,7 @@ std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
     const DeviceRecord* record = find(strategy, device);
     for (const std::size_t n : internal::judged_steps(strategy, run.nominal)) {
       if (!record || !span.holds(strategy.steps[n].begin)) continue;
-      curve.t_s.push_back(static_cast<double>(n) * run.nominal.slot_s);
+      curve.t_s.push_back(internal::simulation_time_s(strategy, n, run.nominal.slot_s));
       curve.value.push_back(record->steps.at(n).position_m);
     }
     curves.push_back(std::move(curve));

@@ -12,13 +12,17 @@ namespace evenstep::internal {
 std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal);
 std::vector<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nominal);
 
-/// A vector signal over its own time, relative to the end of warm-up (interaction: to simulation time 0 of the first
+/// Simulation time at which step n begins: n * slot, or what a strategy of variable steps recorded.
+double simulation_time_s(const StrategyRecord& strategy, std::size_t n, double slot_s);
+
+/// A vector signal over its own time, relative to the end of warm-up (interaction: to the simulation time of the first
 /// judged step), so that a long run loses no digits.
 struct Series {
   std::vector<double> t_s;
   std::vector<Vec3> value;
 };
-Series interaction_series(const DeviceRecord& device, const std::vector<std::size_t>& steps, double slot_s);
+Series interaction_series(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
+                          double slot_s);
 Series force_series(const DeviceRecord& device, const std::vector<std::size_t>& ticks, RealTime origin);
 
 /// When the force of a tick really left: the scheduled time plus its lateness (none in virtual time).

@@ -4,6 +4,7 @@
 
 #include "evenstep/reports/measures.h"
 #include "src/judged.h"
+#include "src/sine_response.h"
 #include "src/vec3.h"
 
 namespace evenstep {
@@ -75,18 +76,30 @@ void put_step_ratio(Values& values, const Series& series, std::optional<double> 
   put(values, "step_ratio_min", smallest);
 }
 
-void put_error_at_stop(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
-                       const std::vector<std::size_t>& steps, std::optional<RealTime> stop) {
-  if (!stop) return;
-  internal::Peak peak;
-  bool judged = false;
+/// Distance from the true position: over all steps that know it, and over those around the stop.
+void put_errors(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
+                const std::vector<std::size_t>& steps, std::optional<RealTime> stop) {
+  internal::Peak all, at_stop;
+  bool any = false, any_at_stop = false;
   for (const std::size_t n : steps) {
+    if (!device.steps[n].true_position_m) continue;
+    const double error_m = internal::norm(internal::minus(device.steps[n].position_m, *device.steps[n].true_position_m));
+    all.add(error_m);
+    any = true;
     const RealTime read = strategy.steps[n].read;
-    if (!device.steps[n].true_position_m || read < *stop - kAroundStop || read > *stop + kAroundStop) continue;
-    peak.add(internal::norm(internal::minus(device.steps[n].position_m, *device.steps[n].true_position_m)));
-    judged = true;
+    if (!stop || read < *stop - kAroundStop || read > *stop + kAroundStop) continue;
+    at_stop.add(error_m);
+    any_at_stop = true;
   }
-  put(values, "error_at_stop", peak.value, judged);
+  put(values, "error_max", all.value, any);
+  put(values, "error_at_stop", at_stop.value, any_at_stop);
+}
+
+void put_sine(Values& values, const std::optional<internal::SineResponse>& response) {
+  if (!response) return;
+  put(values, "gain", response->gain.value_or(0), response->gain.has_value());
+  put(values, "phase_delay", response->delay_s);
+  put(values, "distortion", response->distortion);
 }
 
 Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,
@@ -94,7 +107,7 @@ Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, 
   Values values;
   put(values, "judged", static_cast<double>(steps.size()));
   if (steps.empty()) return values;
-  const Series series = internal::interaction_series(device, steps, run.nominal.slot_s);
+  const Series series = internal::interaction_series(strategy, device, steps, run.nominal.slot_s);
   put_line(values, series);
   put_step_ratio(values, series, step_unit(run.nominal, device.name + ".interaction." + strategy.name));
   Spread latency;
@@ -113,7 +126,8 @@ Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, 
   put(values, "underrun_rate", segment_rate(strategy, steps, underrun));
   put(values, "overruns", count_of(steps, [&](std::size_t n) { return device.steps[n].read == StepRead::overrun; }));
   const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
-  put_error_at_stop(values, strategy, device, steps, nominal ? nominal->stop_at : std::nullopt);
+  put_errors(values, strategy, device, steps, nominal ? nominal->stop_at : std::nullopt);
+  put_sine(values, internal::interaction_response(run, strategy, device, steps));
   return values;
 }
 
@@ -207,10 +221,32 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   put(values, "felt", static_cast<double>(felt(strategy, device, steps, ticks, hold)));
   put_latencies(values, strategy, device, steps);
   put_deviation_from_ideal(values, strategy, device_index, steps);
+  put_sine(values, internal::force_response(run, strategy, device, steps, ticks));
   return values;
 }
 
-Values buffer_values(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps) {
+/// How late samples and forces were, in judged steps; 0 where none was.
+void put_lateness_of_underruns(Values& values, const StrategyRecord& strategy, std::size_t device,
+                               const std::vector<std::size_t>& steps) {
+  std::int64_t gated = 0;
+  Duration gate_wait, interaction, force;
+  for (const UnderrunRow& row : strategy.underruns) {
+    if (row.device != device || !std::binary_search(steps.begin(), steps.end(), static_cast<std::size_t>(row.step)))
+      continue;
+    Duration& most = row.side == UnderrunRow::Side::interaction ? interaction : force;
+    most = std::max(most, row.lateness);
+    if (row.policy != "gate") continue;
+    ++gated;
+    gate_wait = gate_wait + row.lateness;
+  }
+  put(values, "gated", static_cast<double>(gated));
+  put(values, "gate_wait", nearest_s(gate_wait));
+  put(values, "interaction_lateness_max", nearest_s(interaction));
+  put(values, "force_lateness_max", nearest_s(force));
+}
+
+Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, const std::vector<std::size_t>& steps) {
+  const DeviceRecord& device = strategy.devices[device_index];
   const LatencyRecord& latency = strategy.latency;
   Values values;
   put(values, "interaction_capacity", static_cast<double>(latency.interaction_capacity));
@@ -229,10 +265,25 @@ Values buffer_values(const StrategyRecord& strategy, const DeviceRecord& device,
   put(values, "underruns", count_of(steps, underrun) + count_of(steps, late));
   put(values, "underrun_rate", segment_rate(strategy, steps, [&](std::size_t n) { return underrun(n) || late(n); }));
   put(values, "overruns", count_of(steps, [&](std::size_t n) { return device.steps[n].read == StepRead::overrun; }));
+  put_lateness_of_underruns(values, strategy, device_index, steps);
   return values;
 }
 
-Values solver_values(const SolverRecord& solver, double slot_s) {
+/// Mean length of the segments as they ran, from first step to first step: from the first that was judged whole to the last.
+void put_segment_mean(Values& values, const StrategyRecord& strategy, const std::vector<std::size_t>& steps) {
+  const StepRow *first = nullptr, *last = nullptr;
+  for (const std::size_t n : steps) {
+    if (n > 0 && strategy.steps[n - 1].segment == strategy.steps[n].segment) continue;
+    if (!first) first = &strategy.steps[n];
+    last = &strategy.steps[n];
+  }
+  if (first == last) return;
+  const auto segments = static_cast<double>(last->segment - first->segment);
+  put(values, "segment_mean", static_cast<double>((last->begin - first->begin).ns) / segments / 1e9);
+}
+
+Values solver_values(const StrategyRecord& strategy, const std::vector<std::size_t>& steps, double slot_s) {
+  const SolverRecord& solver = strategy.solver;
   Values values;
   put(values, "energy_growth", solver.energy_growth, solver.has_energy);
   put(values, "non_finite", solver.non_finite ? 1 : 0);
@@ -243,6 +294,9 @@ Values solver_values(const SolverRecord& solver, double slot_s) {
   put(values, "step_limit", solver.step_limit_s, solver.step_limit_s > 0);
   put(values, "rest_state_step_limit", solver.rest_state_step_limit_s, solver.rest_state_step_limit_s > 0);
   put(values, "solver_seconds", solver.solver_seconds);
+  put(values, "steps_over_limit", static_cast<double>(solver.steps_over_limit), solver.variable_step);
+  put(values, "step_over_limit_max", solver.step_over_limit_max, solver.variable_step);
+  put_segment_mean(values, strategy, steps);
   return values;
 }
 
@@ -287,9 +341,9 @@ Metrics measure(const RunRecord& run) {
       const DeviceRecord& device = strategy.devices[d];
       metrics[device.name + ".interaction." + strategy.name] = interaction_values(run, strategy, device, steps);
       metrics[device.name + ".force." + strategy.name] = force_values(run, strategy, d, steps);
-      metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, device, steps);
+      metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, d, steps);
     }
-    metrics["solver." + strategy.name] = solver_values(strategy.solver, run.nominal.slot_s);
+    metrics["solver." + strategy.name] = solver_values(strategy, steps, run.nominal.slot_s);
     for (const auto& [event, count] : strategy.event_counts)
       metrics["events." + event]["sometimes"] += static_cast<double>(count);
   }

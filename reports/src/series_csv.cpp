@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "evenstep/reports/writers.h"
+#include "src/judged.h"
 #include "src/text.h"
 
 namespace evenstep {
@@ -13,14 +14,6 @@ constexpr const char* kHeader =
     "t[s],strategy,device,kind,index,simulation_time[s],read[s],emission[s],end[s],x[m],y[m],z[m],fx[N],fy[N],fz[N],state,"
     "lateness[s],"
     "deviation_max[m],velocity_jump[m],underruns,force_deviation_max[N],force_velocity_jump[N],late\n";
-
-/// RFC 4180.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + '"';
-}
 
 const char* name_of(StepRead read) {
   switch (read) {
@@ -34,6 +27,10 @@ const char* name_of(StepRead read) {
       return "newest";
     case StepRead::acquiring:
       return "acquiring";
+    case StepRead::gated:
+      return "gated";
+    case StepRead::predicted:
+      return "predicted";
   }
   return "unknown";
 }
@@ -45,7 +42,7 @@ void put_steps(Out out, const StrategyRecord& strategy, const DeviceRecord& devi
     const StepRow& step = strategy.steps[n];
     const StepSample& sample = device.steps[n];
     fmt::format_to(out, "{},{},step,{},{},{},{},{},{},{},{},{},{},{},{},,,,,,,\n", internal::exact_seconds(step.begin), who,
-                   n, static_cast<double>(n) * slot_s, internal::exact_seconds(step.read),
+                   n, internal::simulation_time_s(strategy, n, slot_s), internal::exact_seconds(step.read),
                    internal::exact_seconds(step.emission), internal::exact_seconds(step.end), sample.position_m[0],
                    sample.position_m[1], sample.position_m[2], sample.force_N[0], sample.force_N[1], sample.force_N[2],
                    name_of(sample.read));
@@ -78,9 +75,11 @@ std::string series_csv(const RunRecord& run) {
   const Out out = std::back_inserter(csv);
   for (const StrategyRecord& strategy : run.strategies) {
     for (const DeviceRecord& device : strategy.devices) {
-      const std::string who = csv_field(strategy.name) + ',' + csv_field(device.name);
-      put_steps(out, strategy, device, who, run.nominal.slot_s);
-      put_ticks(out, device, who);
+      const std::string who = internal::csv_field(strategy.name) + ',' + internal::csv_field(device.name);
+      if (run.keep_rows) {
+        put_steps(out, strategy, device, who, run.nominal.slot_s);
+        put_ticks(out, device, who);
+      }
       put_bins(out, all_bins.at(device.name + ".interaction." + strategy.name), who, true);
       put_bins(out, all_bins.at(device.name + ".force." + strategy.name), who, false);
     }

@@ -26,7 +26,11 @@ constexpr std::array kInteraction = std::to_array<MetricUnit>({{"judged", "count
                                                                {"underruns", "count"},
                                                                {"underrun_rate", "1"},
                                                                {"overruns", "count"},
-                                                               {"error_at_stop", "m"}});
+                                                               {"error_at_stop", "m"},
+                                                               {"error_max", "m"},
+                                                               {"gain", "1"},
+                                                               {"phase_delay", "s"},
+                                                               {"distortion", "1"}});
 constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
                                                          {"velocity_jump", "N"},
                                                          {"deviation_max", "N"},
@@ -53,7 +57,10 @@ constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
                                                          {"lost", "count"},
                                                          {"malformed", "count"},
                                                          {"stale", "count"},
-                                                         {"write_failures", "count"}});
+                                                         {"write_failures", "count"},
+                                                         {"gain", "1"},
+                                                         {"phase_delay", "s"},
+                                                         {"distortion", "1"}});
 constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacity", "count"},
                                                            {"force_capacity", "count"},
                                                            {"underruns", "count"},
@@ -66,7 +73,11 @@ constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacit
                                                            {"lead", "s"},
                                                            {"latency", "s"},
                                                            {"latency_any_phase", "s"},
-                                                           {"latency_this_phase", "s"}});
+                                                           {"latency_this_phase", "s"},
+                                                           {"gated", "count"},
+                                                           {"gate_wait", "s"},
+                                                           {"interaction_lateness_max", "s"},
+                                                           {"force_lateness_max", "s"}});
 constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"},
                                                           {"non_finite", "count"},
                                                           {"first_bad_step", "count"},
@@ -75,7 +86,10 @@ constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"}
                                                           {"particles", "count"},
                                                           {"step_limit", "s"},
                                                           {"rest_state_step_limit", "s"},
-                                                          {"solver_seconds", "s"}});
+                                                          {"solver_seconds", "s"},
+                                                          {"steps_over_limit", "count"},
+                                                          {"step_over_limit_max", "1"},
+                                                          {"segment_mean", "s"}});
 constexpr std::array kEvents =
     std::to_array<MetricUnit>({{"sometimes", "count"}, {"lateness_p50", "s"}, {"lateness_p99", "s"}, {"lateness_max", "s"}});
 constexpr std::array kRun = std::to_array<MetricUnit>(

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -31,6 +32,14 @@ std::string tick_text(double value, double step) {
   const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step * 1.000001))));
   if (decimals > 4 || step >= 1e5) return fmt::format("{:.3g}", value);
   return fmt::format("{:.{}f}", value, decimals);
+}
+
+/// "10⁻⁶"
+std::string power_of_ten(double exponent) {
+  constexpr std::array kDigits = std::to_array<const char*>({"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"});
+  std::string text = "10";
+  for (const char c : fmt::format("{:.0f}", exponent)) text += c == '-' ? "⁻" : kDigits[static_cast<std::size_t>(c - '0')];
+  return text;
 }
 
 bool finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y); }
@@ -133,7 +142,7 @@ std::vector<double> round_ticks(Range range, int wanted) {
 }
 
 double Axis::factor() const {
-  if (unit != "m" && unit != "s" && unit != "N") return 1;
+  if (decades || (unit != "m" && unit != "s" && unit != "N")) return 1;
   const double size = std::max(std::abs(range.low), std::abs(range.high));
   return size >= 0.5 ? 1 : size >= 0.5e-3 ? 1e-3 : size >= 0.5e-6 ? 1e-6 : 1e-9;
 }
@@ -157,9 +166,10 @@ void Panel::draw_y() {
   const int wanted = std::max(2, static_cast<int>((box_.bottom - box_.top) / 40));
   const double step = tick_step(shown, wanted);
   for (const double tick : round_ticks(shown, wanted)) {
+    if (y_.decades && tick != std::round(tick)) continue;
     const double y = y_at(tick * f);
     svg_.line({box_.left, y}, {box_.right, y}, {colour::kGrid, 1});
-    svg_.text({box_.left - 6, y + 4}, tick_text(tick, step), Svg::Anchor::end, 11);
+    svg_.text({box_.left - 6, y + 4}, y_.decades ? power_of_ten(tick) : tick_text(tick, step), Svg::Anchor::end, 11);
   }
   svg_.text_upwards({box_.left - 56, (box_.top + box_.bottom) / 2}, y_.label());
 }

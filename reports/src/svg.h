@@ -64,6 +64,7 @@ struct Axis {
   Range range;
   std::string name;  ///< "position"
   std::string unit;  ///< "m"; prefixes only for m, s and N
+  bool decades = false;  ///< values and range are log10 of what the numbers say; no prefix
   double factor() const;
   std::string label() const;  ///< "position [mm]"
 };

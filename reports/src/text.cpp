@@ -105,6 +105,13 @@ std::size_t display_width(std::string_view text) {
   return width;
 }
 
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+  return out + '"';
+}
+
 std::string exact_seconds(RealTime t) {
   const std::uint64_t magnitude = t.ns < 0 ? -static_cast<std::uint64_t>(t.ns) : static_cast<std::uint64_t>(t.ns);
   return fmt::format("{}{}.{:09}", t.ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);

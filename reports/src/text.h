@@ -20,6 +20,8 @@ std::string json_string(std::string_view text);
 std::string json_number(double value);
 /// For text and attributes of XML 1.0: characters that it does not allow are left out, line breaks in attributes kept.
 std::string xml_escape(std::string_view text);
+/// A field of RFC 4180, quoted where it has to be.
+std::string csv_field(const std::string& text);
 /// Columns on a terminal: 0 for combining marks, 2 for East Asian wide characters and emoji.
 std::size_t display_width(std::string_view text);
 

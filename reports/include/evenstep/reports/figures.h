@@ -2,6 +2,7 @@
 /// SVG of the paper's figures for this very run: axes with units, legend, colour-blind palette plus dashes; decimated to
 /// the pixels drawn.
 
+#include <optional>
 #include <string>
 
 #include "evenstep/reports/run_record.h"
@@ -16,5 +17,9 @@ std::string figure_1b_svg(const RunRecord& run, const std::string& device);
 /// Figures 2 to 4 for one segment of `strategy`: samples of the hand, slots, real steps, emission times, and the lines that
 /// join each step to its slot (3 c) and its force to its emission (4 d).
 std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy, const std::string& device);
+
+/// Error against run time, from bins() of 1 s, every device and strategy: largest deviation and velocity jump (logarithmic),
+/// underruns so far; interaction on the left, force on the right. nullopt: no signal has ten bins, nothing would show.
+std::optional<std::string> error_over_time_svg(const RunRecord& run);
 
 }  // namespace evenstep

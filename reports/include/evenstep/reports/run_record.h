@@ -15,7 +15,9 @@ namespace evenstep {
 
 using Vec3 = std::array<double, 3>;
 
-enum class StepRead : std::uint8_t { inside, underrun, overrun, newest, acquiring };
+/// gated: the step waited for its sample, then read it inside. predicted: beyond the newest sample by design. Neither is
+/// an underrun.
+enum class StepRead : std::uint8_t { inside, underrun, overrun, newest, acquiring, gated, predicted };
 
 /// One step of one strategy.
 struct StepRow {
@@ -26,6 +28,7 @@ struct StepRow {
   RealTime emission;     ///< F(n)
   bool mapped = false;   ///< false: newest sample (direct) or acquiring
   bool acquiring = false;
+  double simulated_s = 0;  ///< simulation time of the step; read only where StrategyRecord::variable_step, else n * slot
 };
 
 /// One device's part of a step (same index as StepRow).
@@ -33,7 +36,7 @@ struct StepSample {
   Vec3 position_m{};     ///< x_n handed to the solver
   Vec3 force_N{};        ///< f_n
   StepRead read = StepRead::inside;
-  std::optional<Vec3> true_position_m;   ///< the programmed motion at R(n), where the motion is known: for error_at_stop
+  std::optional<Vec3> true_position_m;   ///< the programmed motion at R(n), where the motion is known
 };
 
 /// One device tick.
@@ -68,6 +71,16 @@ struct SegmentRow {
   std::optional<std::array<RealTime, 2>> visualization;
 };
 
+/// One read beyond the newest sample, one wait for a sample, or one late force; one row per step and device.
+struct UnderrunRow {
+  enum class Side : std::uint8_t { interaction, force };
+  std::int64_t step = 0;
+  std::uint32_t device = 0;   ///< index into StrategyRecord::devices
+  Side side = Side::interaction;
+  Duration lateness;          ///< interaction: R(n) - newest sample seen, gate: how long the step waited; force: E(n) - F(n)
+  std::string policy;         ///< "clamp", "gate", "extrapolate" or "hold"
+};
+
 struct EventRow {
   RealTime time;
   std::uint8_t lane = 0;       ///< 0 completion, 1 device, 2 launch
@@ -87,6 +100,9 @@ struct SolverRecord {
   bool has_energy = false;
   std::vector<std::string> left_out;   ///< what the scene does not need and so does not exist in it
   double solver_seconds = 0;   ///< launch + wait; reported, never hashed
+  bool variable_step = false;            ///< the steps are as long as the strategy made them: then the two below count
+  std::int64_t steps_over_limit = 0;     ///< steps longer than substeps * step limit
+  double step_over_limit_max = 0;        ///< largest (step / substeps) / step limit
 };
 
 struct StrategyRecord {
@@ -98,10 +114,12 @@ struct StrategyRecord {
   SolverRecord solver;
   std::int64_t emission_repairs = 0;
   std::vector<std::string> event_names;
-  std::vector<EventRow> events;
+  std::vector<EventRow> events;             ///< empty where RunRecord::keep_rows is false
+  std::vector<UnderrunRow> underruns;       ///< by step, of the whole run
   std::map<std::string, std::int64_t> event_counts;   ///< "<lane>.<name>" -> count
   std::uint64_t trace_hash = 0;
   std::vector<Vec3> twin_force_N;           ///< per step and device (step-major), of the ideal twin with this lead; may be empty
+  bool variable_step = false;               ///< the interaction runs over StepRow::simulated_s instead of n * slot
   bool shadow = false;                      ///< replayed from a live run: its forces never reached the hand
 };
 
@@ -111,8 +129,23 @@ struct Nominal {
   double slot_s = 0;                        ///< step_size: simulated seconds per step
   RealTime judged_from;                     ///< end of warm-up
   RealTime end;                             ///< duration
-  struct Device { std::string name; std::optional<double> speed_m_per_s; std::optional<double> stiffness_N_per_m; bool hold_emission = false; Rate rate; RealTime first_tick; std::optional<RealTime> stop_at; };
-  std::vector<Device> devices;              ///< stiffness: only a spring has one
+  /// x = A (1 - cos(2 pi f (t - begin))) / 2 from `begin` on, plus where it starts: A is its whole travel.
+  struct Sine {
+    Vec3 amplitude_m{};                     ///< A
+    double frequency_Hz = 0;                ///< f
+    double begin_s = 0;
+  };
+  struct Device {
+    std::string name;
+    std::optional<double> speed_m_per_s;
+    std::optional<double> stiffness_N_per_m;   ///< only a spring has one
+    bool hold_emission = false;
+    Rate rate;
+    RealTime first_tick;
+    std::optional<RealTime> stop_at;
+    std::optional<Sine> sine = std::nullopt;   ///< only a sine motion has one
+  };
+  std::vector<Device> devices;
 };
 
 struct RunRecord {
@@ -125,6 +158,7 @@ struct RunRecord {
   std::vector<StrategyRecord> strategies;
   std::uint64_t trace_hash = 0;             ///< hash of the (strategy name, chain) pairs
   std::vector<std::string> left_out;
+  bool keep_rows = true;                    ///< false (long runs): no events, and series.csv holds the bins only
 };
 
 }  // namespace evenstep

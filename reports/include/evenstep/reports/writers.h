@@ -14,8 +14,10 @@ namespace evenstep {
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
                          const std::string& version, const std::string& verdict);
 std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error, const std::string& reproduce);
-/// First column t[s]; one block per strategy and device: see docs/metrics.md.
+/// First column t[s]; one block per strategy and device: see docs/metrics.md. Without RunRecord::keep_rows the bins only.
 std::string series_csv(const RunRecord& run);
+/// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, warm-up included.
+std::string underruns_csv(const RunRecord& run);
 /// segment,kind,index,begin_ns,end_ns: what the first strategy that is not `ideal` really ran; a scenario can replay it.
 std::string timing_csv(const StrategyRecord& strategy);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
