@@ -16,10 +16,9 @@ bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite
 }  // namespace
 
 void SolverStep::begins(RealTime began) {
-  simulated_s_ = advanced_s_;
   if (variable_ && began_) step_s_ = static_cast<double>((began - *began_).ns) / 1e9;
+  if (began_) simulated_s_ += step_s_;
   began_ = began;
-  advanced_s_ += step_s_;
 }
 
 void SolverStep::run() {

@@ -27,7 +27,8 @@ class SolverStep final : public Work {
   /// (the first one by the nominal step size).
   void begins(RealTime began);
   void run() override;
-  /// Simulation time advanced before the step just run.
+  /// Simulation time at which the tools reach `positions_m`, counted from the first step's: n step sizes where they are
+  /// constant.
   double simulated_s() const { return simulated_s_; }
 
  private:
@@ -36,7 +37,7 @@ class SolverStep final : public Work {
   bool digest_;
   bool variable_;
   double step_s_;  // of the step about to run
-  double simulated_s_ = 0, advanced_s_ = 0;
+  double simulated_s_ = 0;
   std::optional<RealTime> began_;
   std::int64_t step_ = 0;
 };

@@ -1,0 +1,240 @@
+// Underrun policies and the strategies that stand beside the map, in the whole loop.
+
+#include <cmath>
+
+#include "evenstep/harness/sizing.h"
+#include "scenarios.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+const std::string kSpring = "paper/figure-1-spring.toml";
+constexpr double kStep_m = 0.1 / 450;  // 0.1 m/s
+
+std::vector<std::string> with(std::vector<std::string> set, const std::vector<std::string>& more) {
+  set.insert(set.end(), more.begin(), more.end());
+  return set;
+}
+std::vector<std::string> jitter(int percent) {
+  const std::string cv = "\"lognormal " + std::to_string(percent) + " %\"";
+  return {"timing.jitter={ visualization = " + cv + ", step = " + cv + " }"};
+}
+const std::vector<std::string> kGate{"remap.underrun={ interaction = \"gate\" }", "remap.lead=\"0 ms\"", "expect=[]"};
+
+std::vector<UnderrunRow> rows(const StrategyRecord& record, UnderrunRow::Side side) {
+  std::vector<UnderrunRow> out;
+  for (const UnderrunRow& row : record.underruns) {
+    if (row.side == side) out.push_back(row);
+  }
+  return out;
+}
+Duration total(const std::vector<UnderrunRow>& rows) {
+  Duration sum;
+  for (const UnderrunRow& row : rows) sum = sum + row.lateness;
+  return sum;
+}
+std::int64_t count(const StrategyRecord& record, StepRead read) {
+  std::int64_t count = 0;
+  for (const StepSample& sample : record.devices[0].steps) count += sample.read == read;
+  return count;
+}
+double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
+  INFO(signal << " " << name << " " << outcome.failure);
+  REQUIRE(outcome.metrics.count(signal));
+  REQUIRE(outcome.metrics.at(signal).count(name));
+  return outcome.metrics.at(signal).at(name);
+}
+
+}  // namespace
+
+TEST_CASE("a gate waits in all as long as the lead that it was not given, and no longer") {
+  // Step n needs its tick at R(n) <= S(n) + W(n), W what was waited before. So W rises to the largest need, which is the
+  // least lead of this phase, and stays: reads do not move with the waits (the map is told work time).
+  for (const int percent : {0, 1, 10}) {
+    const std::vector<std::string> timing = percent == 0 ? std::vector<std::string>{} : jitter(percent);
+    const Scenario free = read(kSpring, with(timing, {"run.duration=\"10 s\"", "expect=[]"}));
+    const Scenario gated = read(kSpring, with(with(timing, {"run.duration=\"10 s\""}), kGate));
+    const RunRecord run = run_all(gated);
+    for (const StrategyPlan& plan : plan(free)) {
+      if (!is_remap(plan.kind)) continue;
+      const StrategyRecord& record = strategy(run, name_of(plan.kind));
+      INFO(percent << " % " << record.name);
+      CHECK(count(record, StepRead::underrun) == 0);
+      const std::vector<UnderrunRow> waits = rows(record, UnderrunRow::Side::interaction);
+      CHECK(static_cast<std::int64_t>(waits.size()) == count(record, StepRead::gated));
+      REQUIRE(!waits.empty());
+      // A wait later in the run than the gated run's last step is not in it: at most, and within the last need.
+      CHECK(total(waits).ns <= plan.sizing.this_phase.lead.ns);
+      if (percent == 0) CHECK(std::abs(total(waits).ns - plan.sizing.this_phase.lead.ns) <= 2);
+      for (const UnderrunRow& wait : waits) CHECK(wait.policy == "gate");
+    }
+  }
+}
+
+TEST_CASE("a gated run loses as much time as it waited once, so that its segments stay as long as they were") {
+  const RunRecord free = run_all(read(kSpring, with(jitter(10), {"run.duration=\"30 s\"", "expect=[]"})));
+  const RunRecord gated = run_all(read(kSpring, with(with(jitter(10), {"run.duration=\"30 s\""}), kGate)));
+  for (const char* name : {"paper", "phase_locked"}) {
+    const StrategyRecord &a = strategy(free, name), &b = strategy(gated, name);
+    REQUIRE(b.segments.size() > 800);
+    const std::size_t last = b.segments.size() - 1;
+    const auto length = [last](const StrategyRecord& r) { return (r.segments[last].begin - r.segments[0].begin).ns; };
+    INFO(name);
+    const std::int64_t lost_ns = length(b) - length(a);
+    CHECK(lost_ns >= 0);
+    CHECK(lost_ns <= total(rows(b, UnderrunRow::Side::interaction)).ns);
+    CHECK(static_cast<double>(lost_ns) <= 1e-3 * static_cast<double>(length(a)));  // ratcheting costs 4 %
+  }
+}
+
+TEST_CASE("the least latency of a gated schedule lets no force be late at this phase, and one nanosecond less does") {
+  for (const int percent : {0, 10}) {
+    const std::vector<std::string> base =
+        with(with(percent == 0 ? std::vector<std::string>{} : jitter(percent), kGate), {"run.strategies=[\"phase_locked\"]"});
+    const StrategyPlan least = plan(read(kSpring, with(base, {"remap.latency=\"minimal-this-phase\""}))).front();
+    for (const int less : {0, 1}) {
+      const std::string latency = "remap.latency=\"" + std::to_string(least.latency.ns - less) + " ns\"";
+      const RunRecord run = run_all(read("paper/figure-1-spring-hold.toml", with(base, {latency})));
+      const RunRecord linear = run_all(read(kSpring, with(base, {latency})));
+      // The linear latency is a slot more than the step's own end needs: on the hold scene nothing is late by far.
+      CHECK(rows(strategy(run, "phase_locked"), UnderrunRow::Side::force).empty());
+      CHECK(rows(strategy(linear, "phase_locked"), UnderrunRow::Side::force).empty());
+    }
+    const StrategyPlan hold =
+        plan(read("paper/figure-1-spring-hold.toml", with(base, {"remap.latency=\"minimal-this-phase\""}))).front();
+    for (const int less : {0, 1}) {
+      const std::string latency = "remap.latency=\"" + std::to_string(hold.latency.ns - less) + " ns\"";
+      const RunRecord run = run_all(read("paper/figure-1-spring-hold.toml", with(base, {latency})));
+      INFO(percent << " % " << latency);
+      CHECK(rows(strategy(run, "phase_locked"), UnderrunRow::Side::force).empty() == (less == 0));
+    }
+  }
+}
+
+TEST_CASE("on the line that a hand moves on, extrapolation replaces every missing sample exactly") {
+  // Lead 0: periodic timing at phase 0 misses samples in every segment. Clamped, the newest sample is used.
+  const std::vector<std::string> base{"remap.lead=\"0 ms\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};
+  const RunOutcome clamped = run_scenario(read(kSpring, base), {});
+  const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ interaction = \"extrapolate\" }"})), {});
+  const std::string signal = "left.interaction.phase_locked";
+  CHECK(metric(clamped, signal, "underruns") == metric(line, signal, "underruns"));
+  CHECK(metric(line, signal, "underruns") > 100);
+  CHECK(metric(clamped, signal, "velocity_jump") > 0.02 * kStep_m);  // a sample is up to 1/9 ms too old
+  CHECK(metric(line, signal, "velocity_jump") <= 1e-6 * kStep_m);
+  const StrategyRecord& record = strategy(line.record, "phase_locked");
+  for (const UnderrunRow& row : record.underruns) {
+    CHECK(row.policy == "extrapolate");
+    CHECK(row.lateness.ns > 0);
+    CHECK(row.lateness.ns <= 111'112);  // reads fall on a grid of 1/9 ms
+  }
+}
+
+TEST_CASE("late forces of a spring on a line, extrapolated, are the line; held, they are not") {
+  const std::vector<std::string> base{"remap.latency=\"11 ms\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};
+  const RunOutcome held = run_scenario(read(kSpring, base), {});
+  const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ force = \"extrapolate\" }"})), {});
+  const std::string signal = "left.force.phase_locked";
+  const double step_N = 200 * kStep_m;
+  CHECK(metric(held, signal, "late") > 100);
+  CHECK(metric(held, signal, "late") == metric(line, signal, "late"));
+  CHECK(metric(held, signal, "deviation_max") > 0.1 * step_N);
+  CHECK(metric(line, signal, "deviation_max") <= 1e-6 * step_N);
+  const auto late = rows(strategy(line.record, "phase_locked"), UnderrunRow::Side::force);
+  REQUIRE(!late.empty());
+  CHECK(late.front().policy == "extrapolate");
+}
+
+TEST_CASE("every underrun that is counted is a row of the log, with its lateness") {
+  const std::vector<std::string> set = with(jitter(10), {"remap.latency=\"14 ms\"", "remap.lead=\"0.5 ms\"",
+                                                         "run.warmup=\"0 s\"", "expect=[]"});
+  const RunOutcome outcome = run_scenario(read(kSpring, set), {});
+  for (const char* name : {"paper", "phase_locked"}) {
+    const StrategyRecord& record = strategy(outcome.record, name);
+    const auto interaction = rows(record, UnderrunRow::Side::interaction), force = rows(record, UnderrunRow::Side::force);
+    INFO(name);
+    CHECK(static_cast<double>(interaction.size()) ==
+          metric(outcome, std::string("left.interaction.") + name, "underruns"));
+    CHECK(static_cast<double>(force.size()) == metric(outcome, std::string("left.force.") + name, "underruns"));
+    CHECK(!interaction.empty());
+    CHECK(!force.empty());
+    for (const UnderrunRow& row : force) {
+      const StepRow& step = record.steps[static_cast<std::size_t>(row.step)];
+      CHECK(row.lateness == step.end - step.emission);
+      CHECK(row.lateness.ns > 0);
+    }
+    for (const UnderrunRow& row : interaction) CHECK(row.lateness.ns > 0);
+  }
+}
+
+TEST_CASE("predict has no latency and is exact on a line; its forces come on time") {
+  const std::vector<std::string> base{"run.strategies=[\"predict\"]", "expect=[]"};
+  const RunOutcome outcome = run_scenario(read(kSpring, base), {});
+  const StrategyRecord& record = strategy(outcome.record, "predict");
+  CHECK(metric(outcome, "left.interaction.predict", "velocity_jump") <= 1e-6 * kStep_m);
+  CHECK(metric(outcome, "left.interaction.predict", "underruns") == 0);
+  CHECK(metric(outcome, "left.force.predict", "late") == 0);
+  CHECK(metric(outcome, "left.force.predict", "schedule_latency") == 0);
+  CHECK(count(record, StepRead::predicted) > 1000);
+  for (const StepRow& step : record.steps) {
+    if (step.mapped) REQUIRE(step.read == step.emission);
+  }
+}
+
+TEST_CASE("after a dead stop predict runs on by its horizon, where a remap does not run on at all") {
+  // x = x0 + v t until the stop. Predicted over a window w from a newest sample at the stop: v times the distance of R to
+  // it. With hold emission the longest such distance is s + V (1 - 1/N) less what the newest sample is before S, and more
+  // than s: 0.5 mm at 0.5 m/s would be 1 ms; at 0.1 m/s it is 5 ms.
+  const std::vector<std::string> base{
+      "run.strategies=[\"phase_locked\", \"predict\"]",
+      "device.left.motion={ kind = \"ramp-stop\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.2 s\", "
+      "stop = \"2 s\" }",
+      "expect=[]"};
+  const RunOutcome outcome = run_scenario(read(kSpring, base), {});
+  CHECK(metric(outcome, "left.interaction.predict", "error_at_stop") >= 0.5e-3);
+  CHECK(metric(outcome, "left.interaction.predict", "error_at_stop") <= 0.1 * 16e-3);
+  // Interpolation cuts the corner of the stop: at most v h / 4 = 25 um with the stop in the middle of two samples.
+  CHECK(metric(outcome, "left.interaction.phase_locked", "error_at_stop") <= 25e-6);
+}
+
+TEST_CASE("a filter delays and weakens what a remap only delays") {
+  for (const char* kind : {"moving-average", "butterworth", "one-euro"}) {
+    for (const char* on : {"interaction", "force"}) {
+      const std::vector<std::string> base{
+          "run.strategies=[\"direct\", \"filtered\", \"phase_locked\"]",
+          std::string("remap.filter={ kind = \"") + kind + "\", on = \"" + on + "\" }",
+          "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"5 Hz\" }",
+          "expect=[]"};
+      const RunOutcome outcome = run_scenario(read(kSpring, base), {});
+      INFO(kind << " on " << on);
+      const auto force = [&](const std::string& name, const char* what) {
+        return metric(outcome, "left.force." + name, what);
+      };
+      CHECK(force("phase_locked", "gain") > 0.999);  // linear between samples 1 ms and forces 2.2 ms apart
+      CHECK(force("phase_locked", "gain") < 1.0);
+      CHECK(force("filtered", "gain") < 0.99);
+      CHECK(force("filtered", "distortion") < force("direct", "distortion"));
+      CHECK(force("filtered", "distortion") > force("phase_locked", "distortion"));
+      CHECK(force("filtered", "phase_delay") > force("direct", "phase_delay"));
+    }
+  }
+}
+
+TEST_CASE("a filter on the force changes no step") {
+  const RunRecord run = run_all(read(kSpring, {"run.strategies=[\"direct\", \"filtered\"]", "expect=[]"}));
+  const StrategyRecord &direct = strategy(run, "direct"), &filtered = strategy(run, "filtered");
+  REQUIRE(direct.steps.size() == filtered.steps.size());
+  for (std::size_t n = 0; n < direct.steps.size(); ++n) {
+    REQUIRE(direct.devices[0].steps[n].force_N == filtered.devices[0].steps[n].force_N);
+  }
+}
+
+TEST_CASE("variable steps keep simulation time beside real time") {
+  const RunOutcome outcome = run_scenario(read(kSpring, {"run.strategies=[\"variable_step\"]", "expect=[]"}), {});
+  const StrategyRecord& record = strategy(outcome.record, "variable_step");
+  for (const StepRow& step : record.steps) {  // summed: 1,800 roundings of 4 s
+    REQUIRE(std::abs(step.simulated_s - seconds(step.begin - record.steps[0].begin)) <= 1e-12);
+  }
+  CHECK(metric(outcome, "left.interaction.variable_step", "deviation_max") <= 1e-6 * kStep_m);
+}
