@@ -14,9 +14,10 @@ class SpringSolver final : public Solver {
     }
     info_.name = "cpu-double";
     info_.particles = 0;
-    info_.left_out = {"particles", "substeps", "state digest", "energy"};
+    info_.left_out = {"particles", "substeps", "variable step", "state digest", "energy"};
   }
-  ToolResponse step(std::span<const glm::dvec3> positions_m) override {
+  /// Of any length: it remembers nothing.
+  ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double>) override {
     ToolResponse response;
     for (std::size_t tool = 0; tool < positions_m.size(); ++tool) {
       const glm::dvec3& x = positions_m[tool];

@@ -38,6 +38,8 @@ class CpuTissue final : public TissueSolver {
     }
   }
 
+  void set_substep(double substep_s) override { constants_.set_substep(scene(), substep_s); }
+
   void grab_forces(std::span<std::array<double, 3>> forces_N) override {
     std::size_t n = 0;
     for (const auto& cells : lattice().grabbed) {

@@ -17,17 +17,23 @@ namespace {
 /// "%a" is exact; a decimal rendering of 20.0f is not even a float literal.
 std::string hex(float value) { return fmt::format("{:a}f", value); }
 
-std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, cl_device_id device) {
+std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, bool variable_step,
+                          cl_device_id device) {
   std::string springs;
   for (std::size_t s = 0; s < kNeighbours; ++s) {
     const auto& [x, y, z] = constants.rest_m[s];
     springs += fmt::format("S({},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]));
   }
   std::string options = fmt::format(
-      "-DSPRINGS(S)={} -DSTEP={} -DACCELERATION={} -DDECAY={} -DSTIFFNESS={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} "
-      "-DFIRST={}UL -DCHUNK={}",
-      springs, hex(constants.step_s), hex(constants.acceleration), hex(constants.decay), hex(constants.stiffness_N_per_m),
-      hex(constants.half_mass_kg), hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
+      "-DSPRINGS(S)={} -DSTIFFNESS={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}", springs,
+      hex(constants.stiffness_N_per_m), hex(constants.half_mass_kg), hex(constants.quarter_stiffness_N_per_m),
+      lattice.first, kChunk);
+  if (variable_step) {
+    options += " -DVARIABLE_STEP";
+  } else {
+    options += fmt::format(" -DSTEP={} -DACCELERATION={} -DDECAY={}", hex(constants.step_s),
+                           hex(constants.acceleration), hex(constants.decay));
+  }
   cl_device_fp_config config = 0;
   check_cl(clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
   // GPUs default to 2.5 to 3 ulp for / and sqrt.
@@ -86,6 +92,11 @@ class OpenClTissue final : public TissueSolver {
       set(kernel, first_argument + 1, velocity);
     }
     enqueue(grab_[current_], padded_grabs());
+  }
+
+  void set_substep(double substep_s) override {
+    constants_.set_substep(scene(), substep_s);
+    bind_substep();
   }
 
   void grab_forces(std::span<std::array<double, 3>> forces_N) override {
@@ -158,7 +169,7 @@ class OpenClTissue final : public TissueSolver {
     cl_int code = CL_SUCCESS;
     program_ = ClProgram(clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
     check_cl(code, "clCreateProgramWithSource");
-    const std::string options = build_options(constants_, lattice(), device_.device);
+    const std::string options = build_options(constants_, lattice(), variable_step(), device_.device);
     code = clBuildProgram(program_.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
     if (code == CL_BUILD_PROGRAM_FAILURE) {
       std::size_t size = 0;
@@ -230,8 +241,19 @@ class OpenClTissue final : public TissueSolver {
         cell_energy_[from] = kernel("cell_energy", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, active_,
                                     mobile_, cell_energies_);
     }
+    if (variable_step()) bind_substep();
     if (needs_digest()) chunk_digest_ = kernel("chunk_digest", cell_digests_, chunk_sums_);
     if (needs_energy()) chunk_energy_ = kernel("chunk_energy", cell_energies_, energy_sums_);
+  }
+
+  /// The substep's length is an argument only of kernels built for one that varies (advance.cl).
+  void bind_substep() {
+    constexpr cl_uint first_argument = 11;
+    for (const ClKernel& advance : advance_) {
+      set(advance.get(), first_argument, constants_.step_s);
+      set(advance.get(), first_argument + 1, constants_.acceleration);
+      set(advance.get(), first_argument + 2, constants_.decay);
+    }
   }
 
   /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0.

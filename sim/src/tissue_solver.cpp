@@ -19,6 +19,7 @@ std::vector<std::string> left_out_of(const Scene& scene, const TissueScene& tiss
   if (tissue.damping_per_s == 0) left_out.push_back("damping");
   if (!tissue.fixed_bottom) left_out.push_back("fixed particles");
   if (scene.tool_count < kMaxTools) left_out.push_back(scene.tool_count == 0 ? "tools" : "second tool");
+  if (!scene.variable_step) left_out.push_back("variable step");
   if (!scene.needs_energy) left_out.push_back("energy");
   if (!scene.needs_state_digest) left_out.push_back("state digest");
   return left_out;
@@ -27,7 +28,7 @@ std::vector<std::string> left_out_of(const Scene& scene, const TissueScene& tiss
 }  // namespace
 
 template <class Real>
-TissueConstants<Real>::TissueConstants(const TissueScene& scene, double substep) {
+TissueConstants<Real>::TissueConstants(const TissueScene& scene, double substep_s) {
   const Real spacing = static_cast<Real>(scene.spacing_m);
   for (std::size_t s = 0; s < kNeighbours; ++s) {
     const Neighbour& n = kNeighbourhood[s];
@@ -35,12 +36,16 @@ TissueConstants<Real>::TissueConstants(const TissueScene& scene, double substep)
     const auto& [x, y, z] = rest_m[s];
     length_m[s] = std::sqrt(x * x + y * y + z * z);  // as the kernels do: at rest 1 - L/len is exactly 0
   }
-  step_s = static_cast<Real>(substep);
-  acceleration = static_cast<Real>(scene.stiffness_N_per_m * substep / scene.particle_mass_kg);
-  decay = static_cast<Real>(1 - scene.damping_per_s * substep);
+  set_substep(scene, substep_s);
   stiffness_N_per_m = static_cast<Real>(scene.stiffness_N_per_m);
   half_mass_kg = static_cast<Real>(scene.particle_mass_kg / 2);
   quarter_stiffness_N_per_m = static_cast<Real>(scene.stiffness_N_per_m / 4);
+}
+template <class Real>
+void TissueConstants<Real>::set_substep(const TissueScene& scene, double substep_s) {
+  step_s = static_cast<Real>(substep_s);
+  acceleration = static_cast<Real>(scene.stiffness_N_per_m * substep_s / scene.particle_mass_kg);
+  decay = static_cast<Real>(1 - scene.damping_per_s * substep_s);
 }
 template struct TissueConstants<float>;
 template struct TissueConstants<double>;
@@ -49,14 +54,15 @@ TissueSolver::TissueSolver(const Scene& scene, std::string name)
     : scene_((check_tissue(std::get<TissueScene>(scene.body), scene.tool_count), std::get<TissueScene>(scene.body))),
       lattice_(scene_),
       needs_energy_(scene.needs_energy),
-      needs_digest_(scene.needs_state_digest) {
+      needs_digest_(scene.needs_state_digest),
+      variable_step_(scene.variable_step) {
   info_.name = std::move(name);
   info_.particles = scene_.particle_count;
   info_.springs = lattice_.springs;
   info_.limit = step_limit(scene_);
   info_.substeps = scene_.substeps > 0 ? scene_.substeps : auto_substeps(scene_, scene.step_rate);
   info_.left_out = left_out_of(scene, scene_);
-  substep_s_ = period_s(scene.step_rate) / info_.substeps;
+  nominal_substep_s_ = substep_s_ = period_s(scene.step_rate) / info_.substeps;
   if (substep_s_ > info_.limit->step_s && !scene.allow_unstable) {
     throw SolverError(
         SolverFault::unstable_step,
@@ -71,10 +77,12 @@ TissueSolver::TissueSolver(const Scene& scene, std::string name)
   grab_forces_N_.resize(grabbed);
 }
 
-ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m) {
+ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m, std::optional<double> length_s) {
   const std::size_t tools = lattice_.grabbed.size();
   assert(positions_m.size() == tools);
   for (std::size_t tool = 0; tool < tools; ++tool) check_position(tool, positions_m[tool]);
+  if (length_s) check_length(*length_s);
+  take_length(length_s ? *length_s / info_.substeps : nominal_substep_s_);
   if (origin_m_.empty()) {
     origin_m_.assign(positions_m.begin(), positions_m.end());
     offset_m_.assign(tools, glm::dvec3(0));
@@ -108,6 +116,24 @@ void TissueSolver::check_position(std::size_t tool, const glm::dvec3& position_m
   if (finite(position_m) && reach_m <= FLT_MAX) return;
   throw SolverError(SolverFault::bad_input, fmt::format("step {}: the position of tool {} is not finite", steps_, tool),
                     "check the device's reports or the recorded motion");
+}
+
+void TissueSolver::check_length(double step_s) const {
+  if (!variable_step_) {
+    throw SolverError(SolverFault::bad_input, fmt::format("step {}: a length of its own, but steps are constant", steps_),
+                      "Scene::variable_step");
+  }
+  if (step_s >= 1e-15 && step_s <= 1e15) return;  // with its square and reciprocal a number in float too
+  throw SolverError(SolverFault::bad_input, fmt::format("step {}: a length of {:g} s", steps_, step_s),
+                    "a positive length");
+}
+
+void TissueSolver::take_length(double substep_s) {
+  if (substep_s != substep_s_) set_substep(substep_s);
+  substep_s_ = substep_s;
+  const double over_limit = substep_s / info_.limit->step_s;
+  verdict_.steps_over_limit += over_limit > 1;
+  verdict_.step_over_limit_max = std::max(verdict_.step_over_limit_max, over_limit);
 }
 
 ToolResponse TissueSolver::sum_forces() {

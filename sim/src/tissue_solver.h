@@ -20,6 +20,7 @@ struct GrabTarget {
 template <class Real>
 struct TissueConstants {
   TissueConstants(const TissueScene& scene, double substep_s);
+  void set_substep(const TissueScene& scene, double substep_s);
   std::array<std::array<Real, 3>, kNeighbours> rest_m{};  ///< vector to the neighbour at rest
   std::array<Real, kNeighbours> length_m{};               ///< sqrt(x x + y y + z z) of it, in Real
   Real step_s{};
@@ -35,7 +36,7 @@ extern template struct TissueConstants<double>;
 class TissueSolver : public Solver {
  public:
   TissueSolver(const Scene& scene, std::string name);
-  ToolResponse step(std::span<const glm::dvec3> positions_m) final;
+  ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s) final;
   std::uint64_t state_digest() final { return needs_digest_ ? digest() : 0; }
   void reset() final;
   SolverVerdict verdict() final;
@@ -44,6 +45,8 @@ class TissueSolver : public Solver {
  protected:
   /// One substep of every particle, then the grabbed ones to their targets.
   virtual void substep(std::span<const GrabTarget> targets) = 0;
+  /// Length of the substeps to come, where variable_step().
+  virtual void set_substep(double substep_s) = 0;
   /// Spring force on every grabbed particle (tool after tool, in the order of Lattice::grabbed), newtons.
   virtual void grab_forces(std::span<std::array<double, 3>> forces_N) = 0;
   virtual std::uint64_t digest() = 0;  ///< only where needs_digest()
@@ -52,7 +55,8 @@ class TissueSolver : public Solver {
 
   const TissueScene& scene() const { return scene_; }
   const Lattice& lattice() const { return lattice_; }
-  double substep_s() const { return substep_s_; }
+  double substep_s() const { return substep_s_; }  ///< before the first step: the nominal one
+  bool variable_step() const { return variable_step_; }
   bool needs_energy() const { return needs_energy_; }
   bool needs_digest() const { return needs_digest_; }
   std::size_t grabbed_count() const { return grab_forces_N_.size(); }
@@ -60,15 +64,17 @@ class TissueSolver : public Solver {
 
  private:
   void check_position(std::size_t tool, const glm::dvec3& position_m) const;
+  void check_length(double step_s) const;
+  void take_length(double substep_s);
   ToolResponse sum_forces();
   void note_finite(bool is_finite);
   void balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response);
 
   TissueScene scene_;
   Lattice lattice_;
-  bool needs_energy_, needs_digest_;
+  bool needs_energy_, needs_digest_, variable_step_;
   SolverInfo info_;
-  double substep_s_ = 0;
+  double nominal_substep_s_ = 0, substep_s_ = 0;
   std::vector<std::array<double, 3>> grab_forces_N_;
   std::vector<glm::dvec3> origin_m_, offset_m_;  // per tool: first sample; displacement since
   ToolResponse last_response_;

@@ -150,14 +150,16 @@ TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
   using Names = std::vector<std::string>;
   TissueScene everything = small_block();
   everything.damping_per_s = 1;
-  CHECK(names(scene_of(everything, 1e-3, true)).empty());
+  Scene all = scene_of(everything, 1e-3, true);
+  all.variable_step = true;
+  CHECK(names(all).empty());
   Scene nothing = scene_of(small_block(), 1e-3);
   nothing.needs_state_digest = false;
-  CHECK(names(nothing) == Names{"damping", "energy", "state digest"});
+  CHECK(names(nothing) == Names{"damping", "energy", "state digest", "variable step"});
   TissueScene bare = small_block();
   bare.fixed_bottom = false;
   bare.grabs.clear();
-  CHECK(names(scene_of(bare, 1e-3)) == Names{"damping", "energy", "fixed particles", "tools"});
+  CHECK(names(scene_of(bare, 1e-3)) == Names{"damping", "energy", "fixed particles", "tools", "variable step"});
 }
 
 TEST_CASE("Solvers built and run on four threads at once make the runs that they make alone", "[contract]") {

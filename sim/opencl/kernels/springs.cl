@@ -1,6 +1,7 @@
 // Shared by all kernels. The host defines, as exact hexadecimal constants:
 //   SPRINGS(S)      S(offset, rx, ry, rz, L) for the 18 neighbours, in the order of summation
-//   STEP, ACCELERATION, DECAY, STIFFNESS, HALF_MASS, QUARTER_STIFFNESS, FIRST, CHUNK
+//   STIFFNESS, HALF_MASS, QUARTER_STIFFNESS, FIRST, CHUNK
+//   STEP, ACCELERATION, DECAY of a constant step, or else VARIABLE_STEP
 // One spring: d = (u_j - u_i) + r, force over k: (1 - L / len) d. The smallest normal number under the root changes no
 // bit of a spring longer than 1e-15 m, and gives one of no length, which has no direction, no force instead of 0/0.
 // Products with 1 or 0 instead of branches, and size_t indices (an int index turns every load into a gather), so that the

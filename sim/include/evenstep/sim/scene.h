@@ -51,6 +51,7 @@ struct Scene {
   bool needs_state_digest = true;  ///< somebody calls Solver::state_digest
   bool needs_energy = false;       ///< an expectation asks for it
   bool allow_unstable = false;     ///< [scene] allow_unstable
+  bool variable_step = false;      ///< somebody gives Solver::step lengths of their own
 };
 
 enum class SolverKind { cpu_float, cpu_double, opencl };

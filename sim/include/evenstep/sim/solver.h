@@ -1,6 +1,6 @@
 #pragma once
 /// Metres to newtons: a solver takes the tools' positions, advances the scene by exactly one step (a constant amount of
-/// simulation time) and says what the tools feel. It never sees a clock.
+/// simulation time, unless the scene asks for a variable one) and says what the tools feel. It never sees a clock.
 
 #include <array>
 #include <cstdint>
@@ -30,6 +30,8 @@ struct SolverVerdict {
   /// W_n = -sum of (f_i-1 + f_i)/2 (x_i - x_i-1) is the tools' work, f the force on the hand. Stable runs stay near 0 (the
   /// order of the step size), a diverging one reaches 1, a non-finite one infinity. 0 unless Scene::needs_energy.
   double energy_growth = 0;
+  std::int64_t steps_over_limit = 0;  ///< steps whose substeps were longer than StepLimit::step_s
+  double step_over_limit_max = 0;     ///< longest substep so far over StepLimit::step_s; above 1 nothing is proven
 };
 
 struct SolverInfo {
@@ -63,7 +65,15 @@ class Solver {
   /// One step with the tools at `positions_m` (tool_count entries; substeps move linearly from the positions before). A
   /// position that is not finite, or more than float holds away from the first, throws SolverError and moves nothing. Blocks
   /// until the forces are known. One thread at a time.
-  virtual ToolResponse step(std::span<const glm::dvec3> positions_m) = 0;
+  ///
+  /// `step_s`: the length of this step in simulated seconds, instead of the nominal 1 / step_rate (which given here is the
+  /// same step, bit for bit). 1e-15 to 1e15 and only with Scene::variable_step, otherwise SolverError. There are as many
+  /// substeps as in the nominal step, so each is h = step_s / substeps long:
+  ///   v <- (1 - h damping) v + h f(u) / m,    u <- u + h v
+  /// The state is the displacement u and the velocity v, not a displacement per step, so this is well defined for any
+  /// sequence of h. It is not stable for any (stability.h): steps above the limit run, the verdict counts them, and a run
+  /// that diverges is reported as ever. The spring has no memory and so no use for a length.
+  virtual ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s = std::nullopt) = 0;
   /// Digest of all particle positions and velocities, bit for bit, independent of threads and work-group size, equal for
   /// cpu float and opencl (all NaNs count as one). 0 for the spring and without Scene::needs_state_digest.
   virtual std::uint64_t state_digest() = 0;

@@ -15,6 +15,13 @@
 /// Gershgorin's 2 x (springs of the busiest particle) is 36 on a full row, but smaller on very thin blocks: the lesser
 /// counts.
 ///
+/// It is a limit for steps of one length. Where the length changes, a mode grows if the product of its step matrices does:
+/// of two alternating lengths, without damping, if w^2 (h1 + h2)^2 - (w^2 h1 h2)^2 > 4. A longer pattern can resonate with
+/// a mode that makes a whole number of half turns in it while each step is far below that mode's own limit (one long step
+/// and 14 of half its length: 1.4 times per round at 0.58 of 2 / w; Skeel, Variable step size destabilizes the
+/// Stoermer/leapfrog/Verlet method, BIT 33, 1993). So where the step follows the run time (Scene::variable_step), a step
+/// above the limit is one way to diverge, not the only one.
+///
 /// The rest-state limit (12 k/m) is printed beside it and is not safe: a stretched block diverges below it.
 
 #include <cstdint>
