@@ -95,6 +95,8 @@ std::string wall_clock_objection(const Scenario& scenario) {
   if (std::any_of(trace.begin(), trace.end(), [](const SegmentTiming& segment) { return segment.overlaps(); })) {
     return "a trace whose visualization overlaps its steps runs on the virtual clock only";
   }
+  if (scenario.timing.programmed.order == SegmentOrder::concurrent)
+    return "[timing] order = \"concurrent\" runs on the virtual clock only";
   if (scenario.live == StrategyKind::ideal) return "[run] live cannot be \"ideal\": it knows the future";
   return {};
 }
