@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::string_view kLognormalWord = "lognormal ";
 constexpr std::string_view kSmoothWord = "smooth ";
+constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
 /// Stands in while the forms are checked: the real lengths come out of [timing] later.
 constexpr NominalUnits kSomeNominal{{1'000'000}, {1'000'000}, {1'000'000}, {1'000'000}, true};
 
@@ -26,11 +27,13 @@ bool contains(std::string_view words, std::string_view word) {
 
 /// What `Field::kinds` of this table is compared with; empty if it is not known (then no key is refused for it).
 std::string kind_of(std::string_view table, const Value* value) {
-  if (table == "timing") return value != nullptr && value->find("trace") != nullptr ? "trace" : "programmed";
-  const Value* kind = value == nullptr ? nullptr : value->find("kind");
-  if (kind == nullptr || !kind->is(Value::Kind::text)) return "";
+  const std::string_view key = table == "timing" ? "order" : "kind";
   const auto row =
-      std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == "kind"; });
+      std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == key; });
+  if (table == "timing" && value != nullptr && value->find("trace") != nullptr) return "trace";
+  const Value* kind = value == nullptr ? nullptr : value->find(key);
+  if (kind == nullptr && table == "timing") return std::string(split_words(row->words).front());  // its default
+  if (kind == nullptr || !kind->is(Value::Kind::text)) return "";
   return row != fields().end() && contains(row->words, kind->text) ? kind->text : "";
 }
 
@@ -58,10 +61,12 @@ std::string out_of_range(const Field& field, double number, std::string_view wri
 
 /// 11.1 where "11.1 ms" is meant.
 std::string without_unit(const Field& field, const Value& value) {
-  const Dimension dimension = (field.forms & kRate)                           ? Dimension::rate
-                              : (field.forms & (kDuration | kSpan | kSmooth)) ? Dimension::time
-                              : (field.forms & kLognormal)                    ? Dimension::ratio
-                                                                              : field.dimension;
+  if (field.forms & kSegments)
+    return fmt::format("{} has no unit; write \"{} segments\"", as_written(value), as_written(value));
+  const Dimension dimension = (field.forms & kRate)                                     ? Dimension::rate
+                              : (field.forms & (kDuration | kSpan | kSmooth | kPareto)) ? Dimension::time
+                              : (field.forms & kLognormal)                              ? Dimension::ratio
+                                                                                        : field.dimension;
   const std::string_view example = info(dimension).example;
   return fmt::format("{} has no unit; write {} such as \"{}{}\"", as_written(value), describe_forms(field),
                      as_written(value), example.substr(example.find(' ')));
@@ -82,6 +87,38 @@ std::string prefixed_error(const Field& field, std::string_view text, std::strin
   }
   const Parsed<double> ratio = parse_si(rest, Dimension::ratio);
   return parsed(field, ratio, ratio.value, text);
+}
+
+/// "pareto 3 ms cap 40 ms" in its two times; a text of another shape has none.
+struct ParetoParts {
+  std::string_view least, most;
+};
+ParetoParts pareto_parts(std::string_view text) {
+  const std::size_t cap = text.find(kCapWord);
+  if (text.substr(0, kParetoWord.size()) != kParetoWord || cap == std::string_view::npos) return {};
+  return {text.substr(kParetoWord.size(), cap - kParetoWord.size()), text.substr(cap + kCapWord.size())};
+}
+
+std::string pareto_error(const Field& field, std::string_view text) {
+  const ParetoParts parts = pareto_parts(text);
+  if (parts.least.empty() || parts.most.empty())
+    return fmt::format("\"{}\" must be {}, such as {}", text, describe_forms(field), example_of(field));
+  const Parsed<Duration> least = parse_duration(parts.least), most = parse_duration(parts.most);
+  if (!least.ok()) return least.error;
+  if (!most.ok()) return most.error;
+  const std::string range = out_of_range(field, in_s(least.value), fmt::format("\"{}\"", text));
+  if (!range.empty() || least.value <= most.value)
+    return range.empty() ? out_of_range(field, in_s(most.value), text) : range;
+  return fmt::format("\"{}\": the cap is below the least cost; write the smaller time first", text);
+}
+
+/// The number of "8 segments".
+Parsed<double> parse_segments(std::string_view text) {
+  const NumberAndUnit split = split_number(text);
+  const Unit* unit = split.error.empty() ? find_unit(split.unit) : nullptr;
+  if (unit == nullptr || unit->kind != UnitKind::segment || split.divisor.mantissa != 1)
+    return {{}, fmt::format("'{}' must be a number of segments, such as \"8 segments\"", text)};
+  return {to_double(split.number), {}};
 }
 
 /// With kRate | kDuration: whichever unit is there.
@@ -115,6 +152,11 @@ std::string text_error(const Field& field, const std::string& text) {
   }
   if (field.forms & kLognormal) return prefixed_error(field, text, kLognormalWord, false);
   if (field.forms & kSmooth) return prefixed_error(field, text, kSmoothWord, true);
+  if (field.forms & kPareto) return pareto_error(field, text);
+  if (field.forms & kSegments) {
+    const Parsed<double> count = parse_segments(text);
+    return parsed(field, count, count.value, text);
+  }
   if (field.forms & (kDuration | kSpan | kRate)) return time_or_rate_error(field, text);
   if (field.forms & kLimit) return parse_limit(text).error;
   if (field.forms & kQuantity) {
@@ -141,7 +183,8 @@ std::string error_of(const Field& field, const Value& value) {
       if (field.forms & kLimit) return {};
       if ((field.forms & kNumber) || (whole && (field.forms & kInteger)))
         return out_of_range(field, number, as_written(value));
-      if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLognormal | kSmooth)) return without_unit(field, value);
+      if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLognormal | kSmooth | kPareto | kSegments))
+        return without_unit(field, value);
       return wrong;
     }
     default:
@@ -170,11 +213,12 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
     }
     errors_.add(entry.place, fmt::format("unknown key '{}' in {}{}", entry.key, title(name), suggestion(entry.key, known)));
   } else if (!exists_for(*field, kind)) {
+    const std::string_view of = name == "timing" ? "order" : "kind";
     errors_.add(entry.place,
-                name == "timing"
+                kind == "trace"
                     ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
-                    : fmt::format("'{}' means nothing with kind = \"{}\"; remove it, or write kind = \"{}\"", entry.key,
-                                  kind, fmt::join(split_words(field->kinds), "\" or \"")));
+                    : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of,
+                                  kind, of, fmt::join(split_words(field->kinds), "\" or \"")));
   } else {
     value(*field, entry.value);
   }
@@ -187,8 +231,8 @@ void Check::value(const Field& field, const Value& value) {
     element(field, value);
   } else if (!list || (field.shape == Shape::three && value.list.size() != 3) ||
              (field.shape == Shape::one_or_list && value.list.empty())) {
-    const std::string hint =
-        field.forms & kTable ? fmt::format("; write [[{}]]", field.key) : fmt::format(", such as {}", example_of(field));
+    const std::string hint = (field.forms & kTable) && field.table.empty() ? fmt::format("; write [[{}]]", field.key)
+                                                                           : fmt::format(", such as {}", example_of(field));
     errors_.add(value.place, fmt::format("'{}' must be {}{}", field.key, describe_forms(field), hint));
   } else {
     for (const Value& one : value.list) element(field, one);
@@ -253,6 +297,21 @@ Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& 
 
 double Table::lognormal(std::string_view key) const {
   return parse_si(text(key).substr(kLognormalWord.size()), Dimension::ratio).value;
+}
+
+ParetoText Table::pareto(std::string_view key) const {
+  const std::string written = text(key);
+  const ParetoParts parts = pareto_parts(written);
+  return {parse_duration(parts.least).value, parse_duration(parts.most).value};
+}
+
+double Table::segments(std::string_view key) const { return parse_segments(text(key)).value; }
+
+std::vector<Table> Table::tables(std::string_view key) const {
+  std::vector<Table> out;
+  if (!has(key)) return out;
+  for (const Value& one : value_->find(key)->list) out.emplace_back(&one, subtable(field(key)), one.place);
+  return out;
 }
 
 Duration Table::smooth(std::string_view key) const { return parse_duration(text(key).substr(kSmoothWord.size())).value; }

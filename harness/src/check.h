@@ -29,6 +29,11 @@ class Check {
   std::set<const Value*> faulty_;
 };
 
+/// "pareto 3 ms cap 40 ms"
+struct ParetoText {
+  Duration least, most;
+};
+
 /// A sound table, read key by key; a key that is not there has its default.
 class Table {
  public:
@@ -57,6 +62,9 @@ class Table {
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
   double lognormal(std::string_view key) const;
   Duration smooth(std::string_view key) const;
+  ParetoText pareto(std::string_view key) const;
+  double segments(std::string_view key) const;  ///< of kSegments
+  std::vector<Table> tables(std::string_view key) const;
 
  private:
   const Field& field(std::string_view key) const;

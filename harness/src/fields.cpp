@@ -11,8 +11,10 @@ namespace evenstep::internal {
 namespace {
 
 std::string_view base_unit_of(const Field& field) {
-  if (field.forms & (kDuration | kSpan | kSmooth)) return "s";
+  if (field.forms & (kDuration | kSpan | kSmooth | kPareto)) return "s";
+  if (field.forms & kSegments) return "segments";
   if (field.forms & kRate) return "Hz";
+  if (field.dimension == Dimension::ratio) return "";
   if (field.forms & kQuantity) return info(field.dimension).base;
   return "";
 }
@@ -75,6 +77,8 @@ std::string describe_forms(const Field& field) {
     choices.push_back(fmt::format("{} {}", article(info(field.dimension).name), info(field.dimension).name));
   if (field.forms & kLognormal) choices.emplace_back("\"lognormal <ratio>\"");
   if (field.forms & kSmooth) choices.emplace_back("\"smooth <time>\"");
+  if (field.forms & kPareto) choices.emplace_back("\"pareto <time> cap <time>\"");
+  if (field.forms & kSegments) choices.emplace_back("a number of segments");
   if (field.forms & kLimit) choices.emplace_back("a limit");
   if (field.forms & kTable) choices.emplace_back("a table");
   std::string out;

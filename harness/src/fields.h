@@ -28,6 +28,8 @@ enum Form : std::uint32_t {
   kSmooth = 1 << 11,     ///< "smooth 0.2 s"
   kLimit = 1 << 12,      ///< "4 step", "12 ms", 0
   kTable = 1 << 13,      ///< the fields of "<table>.<key>"
+  kPareto = 1 << 14,     ///< "pareto 3 ms cap 40 ms"
+  kSegments = 1 << 15,   ///< "8 segments", where their length does not matter
 };
 
 enum class Shape { one, list, one_or_list, three };
@@ -48,7 +50,7 @@ struct Field {
   std::string_view meaning;
   std::string_view words = "";  ///< "fill|real"
   std::string_view kinds = "";  ///< the key exists only where `kind` of its table is one of these: "sine|still";
-                                ///< [timing] without a trace is of the kind "programmed"
+                                ///< the kind of [timing] is its `order`, or "trace"
   bool required = false;
   Dimension dimension = Dimension::none;
   Range range = {};

@@ -104,6 +104,8 @@ std::string wall_clock_objection(const Scenario& scenario) {
            "interaction = \"clamp\" or \"extrapolate\"";
   }
   if (!scenario.keep_rows) return "[run] keep = \"summary\" leaves out the events that a live run is replayed from";
+  if (scenario.timing.programmed.order == SegmentOrder::concurrent)
+    return "[timing] order = \"concurrent\" runs on the virtual clock only";
   if (scenario.live == StrategyKind::ideal) return "[run] live cannot be \"ideal\": it knows the future";
   return {};
 }

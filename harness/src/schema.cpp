@@ -63,6 +63,11 @@ std::vector<std::string> alternatives(const Field& field) {
   if (field.forms & kLimit) out.emplace_back("{\"type\": \"number\"}");
   if (field.forms & (kText | kFile)) out.emplace_back("{\"type\": \"string\"}");
   if (field.forms & kLognormal) out.emplace_back("{\"type\": \"string\", \"pattern\": \"^lognormal [0-9.]+ *%$\"}");
+  if (field.forms & kPareto) {
+    out.emplace_back(
+        "{\"type\": \"string\", \"pattern\": \"^pareto [0-9.]+ *(ns|us|ms|s|min|h) cap [0-9.]+ *(ns|us|ms|s|min|h)$\"}");
+  }
+  if (field.forms & kSegments) out.emplace_back("{\"type\": \"string\", \"pattern\": \"^[0-9.]+ *segments?$\"}");
   if (field.forms & kSmooth)
     out.emplace_back("{\"type\": \"string\", \"pattern\": \"^smooth [0-9.]+ *(ns|us|ms|s|min|h)$\"}");
   if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) {

@@ -13,7 +13,7 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::array<DimensionInfo, 11> kDimensions{{
+constexpr std::array<DimensionInfo, 12> kDimensions{{
     {Dimension::none, "plain number", "1", "0.1"},
     {Dimension::time, "time", "s", "11.1 ms"},
     {Dimension::length, "length", "m", "5 mm"},
@@ -25,6 +25,7 @@ constexpr std::array<DimensionInfo, 11> kDimensions{{
     {Dimension::mass, "mass", "kg", "0.125 g"},
     {Dimension::rate, "rate", "Hz", "30 Hz"},
     {Dimension::ratio, "ratio", "1", "10 %"},
+    {Dimension::drift, "ratio per time", "1/s", "10 %/s"},
 }};
 
 /// What people of other tools write.
@@ -135,6 +136,7 @@ const std::vector<Unit>& units() {
       {"Hz", D::rate, 1, 0},
       {"kHz", D::rate, 1, 3},
       {"%", D::ratio, 1, -2},
+      {"%/s", D::drift, 1, -2},
   };
   return table;
 }

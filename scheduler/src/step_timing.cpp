@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cstddef>
-#include <numeric>
 #include <utility>
 
-#include "evenstep/scheduler/random.h"
+#include "timing_models.h"
 
 namespace evenstep {
 namespace {
@@ -18,7 +17,7 @@ class PeriodicTiming final : public StepTiming {
         visualization_(timing.visualization),
         step_count_(timing.steps.front()),
         step_(timing.step),
-        steps_first_(timing.steps_first) {
+        steps_first_(timing.order == SegmentOrder::steps_first) {
     // Every T_k is floor(T) or ceil(T), and whole nanoseconds that fit in T fit in floor(T).
     const Duration shortest_segment{instant_ns(segment_rate_, 1)};
     assert(visualization_ + step_.value_or(Duration{1}) * step_count_ <= shortest_segment);
@@ -29,6 +28,7 @@ class PeriodicTiming final : public StepTiming {
     segment.index = index_;
     segment.begin = tick_time(segment_rate_, index_);
     segment.end = tick_time(segment_rate_, index_ + 1);
+    segment.concurrent = false;
     ++index_;
 
     const RealTime first_step = steps_first_ ? segment.begin : segment.begin + visualization_;
@@ -57,30 +57,22 @@ class PeriodicTiming final : public StepTiming {
   std::int64_t index_ = 0;
 };
 
-/// (T - V) / mean(N) to the nearest ns; with T = 1e9 den / num that is (1e9 den - V num) count / (num sum).
-Duration mean_filling_step(const ProgrammedTiming& timing) {
-  const std::int64_t sum = std::accumulate(timing.steps.begin(), timing.steps.end(), std::int64_t{0});
-  if (sum == 0) return {0};  // no segment has a step
-  const auto count = static_cast<std::int64_t>(timing.steps.size());
-  const __int128 numerator = (static_cast<__int128>(1'000'000'000) * timing.segment.den -
-                              static_cast<__int128>(timing.visualization.ns) * timing.segment.num) *
-                             count;
-  const __int128 denominator = static_cast<__int128>(timing.segment.num) * sum;
-  return {static_cast<std::int64_t>((2 * numerator + denominator) / (2 * denominator))};
-}
+/// 1 + r B: what drift makes of a duration in a segment that begins at B.
+double drift_factor(double drift_per_s, RealTime begin) { return 1.0 + drift_per_s * seconds(begin); }
 
-class FreeRunningTiming final : public StepTiming {
+/// Visualization and steps take turns. Free-running, or paced: then a segment waits for its tick of the grid.
+class TakingTurns final : public StepTiming {
  public:
-  explicit FreeRunningTiming(const ProgrammedTiming& timing)
-      : timing_(timing),
-        step_mean_(timing.step ? *timing.step : mean_filling_step(timing)),
-        visualization_stream_(timing.seed, "timing.visualization"),
-        step_stream_(timing.seed, "timing.step"),
-        step_count_stream_(timing.seed, "timing.step_count") {
-    const int most_steps = *std::max_element(timing.steps.begin(), timing.steps.end());
-    assert(most_steps == 0 || step_mean_.ns > 0);
-    assert(timing.visualization.ns > 0 || most_steps > 0);  // or time would stand still
-    static_cast<void>(most_steps);
+  explicit TakingTurns(const ProgrammedTiming& timing)
+      : order_(timing.order),
+        grid_(timing.paced ? std::optional<Rate>(timing.segment) : std::nullopt),
+        drift_per_s_(timing.drift_per_s),
+        first_step_(timing.first_step),
+        means_(timing),
+        visualizations_(timing),
+        steps_(timing),
+        step_counts_(timing.seed, "timing.step_count") {
+    assert(timing.slowdown == 1);
   }
 
   bool next(SegmentTiming& segment) override {
@@ -88,17 +80,21 @@ class FreeRunningTiming final : public StepTiming {
     segment.begin = end_;
     segment.visualization.reset();
     segment.steps.clear();
+    segment.concurrent = false;
+    const internal::MeansInForce::Means& means = means_.at(segment.begin);
+    const double drift = drift_factor(drift_per_s_, segment.begin);
+    const std::optional<Duration> visualization = visualizations_.next(means.visualization, drift);
 
-    if (!timing_.steps_first) append_visualization(segment);
-    const auto step_count =
-        timing_.steps[step_count_stream_.below(static_cast<std::uint64_t>(index_), timing_.steps.size())];
-    for (int i = 0; i < step_count; ++i) {
-      segment.steps.push_back(append(log_normal(step_stream_, step_number_++, step_mean_, timing_.step_variation)));
+    if (order_ == SegmentOrder::visualization_first) append_visualization(segment, visualization);
+    const int count = means.steps[step_counts_.below(static_cast<std::uint64_t>(index_), means.steps.size())];
+    for (int i = 0; i < count; ++i) append_step(segment, means.step, drift);
+    if (order_ == SegmentOrder::steps_first) {
+      if (grid_ && visualization) end_ = std::max(end_, tick_time(*grid_, index_ + 1) - *visualization);
+      append_visualization(segment, visualization);
     }
-    if (timing_.steps_first) append_visualization(segment);
-
-    segment.end = end_;
     ++index_;
+    if (grid_) end_ = std::max(end_, tick_time(*grid_, index_));
+    segment.end = end_;
     return true;
   }
 
@@ -107,21 +103,74 @@ class FreeRunningTiming final : public StepTiming {
     const RealTime begin = std::exchange(end_, end_ + duration);
     return {begin, end_};
   }
-  void append_visualization(SegmentTiming& segment) {
-    if (timing_.visualization.ns == 0) return;
-    const auto draw = static_cast<std::uint64_t>(index_);
-    segment.visualization =
-        append(log_normal(visualization_stream_, draw, timing_.visualization, timing_.visualization_variation));
+  void append_visualization(SegmentTiming& segment, std::optional<Duration> duration) {
+    if (!duration) return;
+    segment.visualization = append(*duration);
+    after_visualization_ = true;
+  }
+  void append_step(SegmentTiming& segment, Duration mean, double drift) {
+    const bool first = std::exchange(after_visualization_, false);
+    segment.steps.push_back(append(steps_.next(mean, first ? drift * (1.0 + first_step_) : drift)));
   }
 
-  ProgrammedTiming timing_;
-  Duration step_mean_;
-  RandomStream visualization_stream_;
-  RandomStream step_stream_;
-  RandomStream step_count_stream_;
+  SegmentOrder order_;
+  std::optional<Rate> grid_;
+  double drift_per_s_, first_step_;
+  internal::MeansInForce means_;
+  internal::VisualizationCost visualizations_;
+  internal::StepCost steps_;
+  RandomStream step_counts_;
   RealTime end_{};
+  bool after_visualization_ = false;
   std::int64_t index_ = 0;
-  std::uint64_t step_number_ = 0;
+};
+
+/// Visualizations in a lane of their own, steps without a gap beside them.
+class SideBySide final : public StepTiming {
+ public:
+  explicit SideBySide(const ProgrammedTiming& timing)
+      : grid_(timing.paced ? std::optional<Rate>(timing.segment) : std::nullopt),
+        drift_per_s_(timing.drift_per_s),
+        slowdown_(timing.slowdown),
+        means_(timing),
+        visualizations_(timing),
+        steps_(timing) {
+    assert(timing.visualization.ns > 0 && timing.first_step == 0 && timing.slowdown >= 1);
+    assert(timing.paced || timing.dropped_visualization == 0);  // or a segment would have no length
+  }
+
+  bool next(SegmentTiming& segment) override {
+    segment.index = index_++;
+    segment.begin = boundary_;
+    segment.visualization.reset();
+    segment.steps.clear();
+    segment.concurrent = true;
+    const internal::MeansInForce::Means& means = means_.at(segment.begin);
+    const double drift = drift_factor(drift_per_s_, segment.begin);
+
+    RealTime visualized = segment.begin;
+    if (const std::optional<Duration> visualization = visualizations_.next(means.visualization, drift)) {
+      visualized = segment.begin + *visualization;
+      segment.visualization = Interval{segment.begin, visualized};
+    }
+    boundary_ = grid_ ? std::max(visualized, tick_time(*grid_, index_)) : visualized;
+    while (step_begin_ < boundary_) {
+      const Duration step = steps_.next(means.step, step_begin_ < visualized ? drift * slowdown_ : drift);
+      segment.steps.push_back({step_begin_, step_begin_ + step});
+      step_begin_ = step_begin_ + step;
+    }
+    segment.end = segment.steps.empty() ? boundary_ : std::max(boundary_, step_begin_);
+    return true;
+  }
+
+ private:
+  std::optional<Rate> grid_;
+  double drift_per_s_, slowdown_;
+  internal::MeansInForce means_;
+  internal::VisualizationCost visualizations_;
+  internal::StepCost steps_;
+  RealTime boundary_{}, step_begin_{};
+  std::int64_t index_ = 0;
 };
 
 class ReplayedTiming final : public StepTiming {
@@ -142,20 +191,46 @@ class ReplayedTiming final : public StepTiming {
 }  // namespace
 
 bool SegmentTiming::overlaps() const {
+  if (concurrent) return true;
   if (!visualization) return false;
   return std::any_of(steps.begin(), steps.end(), [this](const Interval& step) {
     return std::max(step.begin, visualization->begin) < std::min(step.end, visualization->end);
   });
 }
 
+namespace {
+
+[[maybe_unused]] bool counts_are_good(const std::vector<int>& steps) {
+  return std::all_of(steps.begin(), steps.end(), [](int count) { return count >= 0; });
+}
+
+/// `steps` (of the beginning or of a change) and what goes with them take time: or time would stand still.
+[[maybe_unused]] bool time_passes(const ProgrammedTiming& timing) {
+  const int most_steps = *std::max_element(timing.steps.begin(), timing.steps.end());
+  if (timing.dropped_visualization == 1 && most_steps == 0) return false;
+  return (timing.visualization.ns > 0 || most_steps > 0) && (most_steps == 0 || starting_step(timing).ns > 0);
+}
+
+}  // namespace
+
 std::unique_ptr<StepTiming> make_programmed_timing(const ProgrammedTiming& timing) {
   assert(timing.segment.num > 0 && timing.segment.den > 0 && timing.visualization.ns >= 0 && !timing.steps.empty());
-  assert(std::all_of(timing.steps.begin(), timing.steps.end(), [](int count) { return count >= 0; }));
+  assert(counts_are_good(timing.steps));
   assert(!timing.step || timing.step->ns > 0);
-  assert(timing.visualization_variation >= 0 && timing.step_variation >= 0);
-  const bool periodic = timing.steps.size() == 1 && timing.visualization_variation == 0 && timing.step_variation == 0;
-  if (periodic) return std::make_unique<PeriodicTiming>(timing);
-  return std::make_unique<FreeRunningTiming>(timing);
+  assert(timing.visualization_variation >= 0 && timing.step_variation >= 0 && timing.first_step > -1);
+  assert(timing.dropped_visualization >= 0 && timing.merged_visualization >= 0);
+  assert(timing.dropped_visualization + timing.merged_visualization <= 1);
+  assert(!timing.preemption || (timing.preemption->least.ns > 0 && timing.preemption->least <= timing.preemption->most));
+  assert(!timing.preemption || timing.preemption->tail > 0);
+  assert(std::all_of(timing.changes.begin(), timing.changes.end(), [&](const TimingChange& change) {
+    const bool no_lane = timing.order == SegmentOrder::concurrent && change.visualization == Duration{0};
+    return counts_are_good(change.steps) && !no_lane && (!change.step || change.step->ns > 0);
+  }));
+  assert(!timing.regimes || (timing.regimes->factor > 0 && timing.regimes->mean_length >= 1));
+  if (is_periodic(timing)) return std::make_unique<PeriodicTiming>(timing);
+  assert(time_passes(timing));
+  if (timing.order == SegmentOrder::concurrent) return std::make_unique<SideBySide>(timing);
+  return std::make_unique<TakingTurns>(timing);
 }
 
 std::unique_ptr<StepTiming> make_replayed_timing(std::vector<SegmentTiming> segments) {

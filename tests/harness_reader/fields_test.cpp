@@ -39,9 +39,9 @@ std::string key_tables() {
       std::string kinds;
       for (const std::string_view kind : split_words(field.kinds))
         kinds += fmt::format("{}`{}`", kinds.empty() ? "" : ", ", kind);
-      const bool timing = table == "timing";  // its only kinds are with and without a trace, which the text says
+      const bool every = field.table == "timing" && split_words(field.kinds).size() == 3;  // all but a trace
       out += fmt::format("| `{}` | {}{} | {} | {}{} |\n", field.key, cell(describe_forms(field)),
-                         range.empty() ? "" : ", " + range, cell(fallback), kinds.empty() || timing ? "" : kinds + ": ",
+                         range.empty() ? "" : ", " + range, cell(fallback), kinds.empty() || every ? "" : kinds + ": ",
                          cell(std::string(field.meaning)));
     }
   }
@@ -51,7 +51,8 @@ std::string key_tables() {
 std::string unit_table() {
   std::string out = "\n| of | units |\n|---|---|\n";
   for (const Dimension d : {Dimension::time, Dimension::length, Dimension::velocity, Dimension::force, Dimension::slew,
-                            Dimension::stiffness, Dimension::damping, Dimension::mass, Dimension::rate, Dimension::ratio}) {
+                            Dimension::stiffness, Dimension::damping, Dimension::mass, Dimension::rate, Dimension::ratio,
+                            Dimension::drift}) {
     std::string names;
     for (const Unit& unit : units()) {
       if (unit.dimension == d) names += fmt::format("{}`{}`", names.empty() ? "" : ", ", unit.name);
@@ -81,13 +82,14 @@ void check_alone(const Field& field, std::string_view toml) {
   INFO(field.table << "." << field.key << " = " << toml);
   Value document = around(field.key, parse_toml_value(toml, kHere));
   const std::vector<std::string_view> kinds = split_words(field.kinds);
-  if (!kinds.empty() && field.table != "timing") {
-    document.table.push_back({"kind", kHere, text_value(std::string(kinds.front()), kHere)});
+  const std::string kind_key = field.table == "timing" ? "order" : "kind";
+  if (!kinds.empty() && field.key != kind_key) {
+    document.table.push_back({kind_key, kHere, text_value(std::string(kinds.front()), kHere)});
   }
   for (std::string_view path = field.table; !path.empty();) {
     const std::size_t dot = path.rfind('.');
     const std::string_view key = dot == std::string_view::npos ? path : path.substr(dot + 1);
-    if (key == "device" || key == "expect") {
+    if (key == "device" || key == "expect" || key == "changes") {
       Value list = parse_toml_value("[]", kHere);
       list.list.push_back(std::move(document));
       document = std::move(list);
@@ -128,7 +130,7 @@ TEST_CASE("A scenario with every key of its kind spelled out at its default is t
   const ReadResult plain = test::read_text(text);
   text.replace(text.find("warmup"), 0,
                "seed = 1\nstrategies = [\"ideal\", \"direct\", \"paper\", \"phase_locked\"]\nlive = \"phase_locked\"\n");
-  text.replace(text.find("steps = "), 0, spelled("timing", "programmed", ""));
+  text.replace(text.find("steps = "), 0, spelled("timing", "visualization-first", ""));
   text.replace(text.find("stiffness"), 0, spelled("scene", "spring", "stiffness"));
   text.replace(text.find("motion"), 0, spelled("device", "", ""));
   text += "[remap]\n" + spelled("remap", "", "") + "[remap.estimate]\n" + spelled("remap.estimate", "", "") +

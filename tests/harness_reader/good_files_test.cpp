@@ -53,7 +53,6 @@ TEST_CASE("A spring scenario holds what its file says, and the defaults") {
   CHECK(s.timing.programmed.visualization.ns == 11'100'000);
   CHECK(s.timing.programmed.steps == std::vector<int>{15});
   CHECK_FALSE(s.timing.programmed.step);
-  CHECK(s.timing.paced_by_segment);
   CHECK(s.solver == SolverKind::cpu_double);
   CHECK(std::get<SpringScene>(s.scene.body).stiffness_N_per_m == 200);
   CHECK(s.scene.step_rate == Rate{450, 1});
@@ -116,7 +115,6 @@ TEST_CASE("Each form of the timing table gives its exact nominal times") {
     Rate segment;
     std::int64_t T, V, slot, s;
     Rate steps;
-    bool paced;
   } const rows[] = {
       {"segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = 15\nstep = \"real\"",
        {30, 1},
@@ -124,56 +122,49 @@ TEST_CASE("Each form of the timing table gives its exact nominal times") {
        11'100'000,
        2'222'222,
        1'482'222,
-       {450, 1},
-       true},
+       {450, 1}},
       {"segment = \"32 ms\"\nvisualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"",
        {125, 4},
        32'000'000,
        8'000'000,
        2'000'000,
        1'500'000,
-       {500, 1},
-       true},
+       {500, 1}},
       {"segment = \"40 ms\"\nvisualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"",
        {25, 1},
        40'000'000,
        8'000'000,
        2'500'000,
        1'500'000,
-       {400, 1},
-       true},
+       {400, 1}},
       {"visualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"",
        {125, 4},
        32'000'000,
        8'000'000,
        2'000'000,
        1'500'000,
-       {500, 1},
-       false},
+       {500, 1}},
       {"visualization = \"8 ms\"\nsteps = [1, 2]\nstep = \"1 ms\"",
        {2000, 19},
        9'500'000,
        8'000'000,
        6'333'333,
        1'000'000,
-       {3000, 19},
-       false},
+       {3000, 19}},
       {"segment = \"1/3 Hz\"\nvisualization = \"0 s\"\nsteps = [1, 2]",
        {1, 3},
        3'000'000'000,
        0,
        2'000'000'000,
        2'000'000'000,
-       {1, 2},
-       true},
+       {1, 2}},
       {"segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = [14, 15]\norder = \"steps-first\"",
        {30, 1},
        33'333'333,
        11'100'000,
        2'298'850,
        1'533'333,
-       {435, 1},
-       true},
+       {435, 1}},
   };
   for (const auto& row : rows) {
     INFO(row.timing);
@@ -184,11 +175,10 @@ TEST_CASE("Each form of the timing table gives its exact nominal times") {
     CHECK(s.nominal.slot.ns == row.slot);
     CHECK(s.nominal.step_run_time.ns == row.s);
     CHECK(s.scene.step_rate == row.steps);
-    CHECK(s.timing.paced_by_segment == row.paced);
     check_round_trip(s);
   }
   CHECK(good(with_timing(rows[0].timing)).timing.real_steps);
-  CHECK(good(with_timing(rows[6].timing)).timing.programmed.steps_first);
+  CHECK(good(with_timing(rows[6].timing)).timing.programmed.order == SegmentOrder::steps_first);
 }
 
 TEST_CASE("The widest timing numbers neither overflow nor lose the segment") {
@@ -236,7 +226,6 @@ TEST_CASE("A trace gives the means of the recording as nominal times, and its le
   CHECK(s.nominal.step_run_time.ns == 4'000);
   CHECK(s.scene.step_rate == Rate{78'125, 1});  // 5 steps in 64 us
   CHECK(s.timing.trace.size() == 2);
-  CHECK_FALSE(s.timing.paced_by_segment);
   check_round_trip(s);
   CHECK_THAT(errors_of(read_scenario(folder.path("sub/s.toml"), {{"run.duration=65 us"}, {}})),
              Contains("--set run.duration=65 us: error: 'duration': the trace ends at 0.064 ms"));

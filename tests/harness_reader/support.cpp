@@ -45,9 +45,21 @@ struct SceneText {
 std::string timing_text(const TimingSpec& t) {
   const ProgrammedTiming& p = t.programmed;
   std::string out =
-      fmt::format("segment {} V {} N {} s {} steps_first {} cv {} {} seed {} paced {} real {} trace", at(p.segment),
-                  at(p.visualization), fmt::join(p.steps, ","), p.step ? at(*p.step) : "fill", p.steps_first,
-                  p.visualization_variation, p.step_variation, p.seed, t.paced_by_segment, t.real_steps);
+      fmt::format("segment {} V {} N {} s {} order {} cv {} {} seed {} paced {} real {}", at(p.segment),
+                  at(p.visualization), fmt::join(p.steps, ","), p.step ? at(*p.step) : "fill", static_cast<int>(p.order),
+                  p.visualization_variation, p.step_variation, p.seed, p.paced, t.real_steps);
+  out += fmt::format(" first {} slowdown {} drift {} dropped {} merged {}", p.first_step, p.slowdown, p.drift_per_s,
+                     p.dropped_visualization, p.merged_visualization);
+  if (p.spikes) out += fmt::format(" spikes {} {}", p.spikes->rate_Hz, at(p.spikes->cost));
+  if (p.preemption)
+    out += fmt::format(" preemption {} {} {} {}", p.preemption->rate_Hz, at(p.preemption->least), at(p.preemption->most),
+                       p.preemption->tail);
+  if (p.regimes) out += fmt::format(" regimes {} {}", p.regimes->factor, p.regimes->mean_length);
+  for (const TimingChange& change : p.changes) {
+    out += fmt::format(" change {} V {} s {} N {}", change.at.ns, change.visualization ? at(*change.visualization) : "same",
+                       change.step ? at(*change.step) : "same", fmt::join(change.steps, ","));
+  }
+  out += " trace";
   for (const SegmentTiming& segment : t.trace) {
     out += fmt::format(" [{} {} {}", segment.index, segment.begin.ns, segment.end.ns);
     if (segment.visualization)

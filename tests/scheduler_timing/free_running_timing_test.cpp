@@ -35,7 +35,7 @@ std::vector<NamedTiming> free_running() {
   };
   for (std::size_t i = 0, count = all.size(); i < count; ++i) {
     all.push_back(all[i]);
-    all.back().timing.steps_first = true;
+    all.back().timing.order = SegmentOrder::steps_first;
   }
   return all;
 }
@@ -69,7 +69,7 @@ void check_log_normal(const std::vector<Duration>& durations, Duration mean, dou
 
 TEST_CASE("a free-running schedule has no idle time and each part begins where the one before ended") {
   for (const auto& [description, programmed] : free_running()) {
-    INFO(description << (programmed.steps_first ? ", steps first" : ", visualization first"));
+    INFO(description << (programmed.order == SegmentOrder::steps_first ? ", steps first" : ", visualization first"));
     const auto segments = play(programmed, 1'000);
     CHECK(disorder(segments) == 0);
     std::int64_t wrong = 0;
@@ -77,8 +77,8 @@ TEST_CASE("a free-running schedule has no idle time and each part begins where t
       wrong += idle(segment) != Duration{0};
       wrong += segment.visualization.has_value() != (programmed.visualization.ns > 0);
       if (!segment.visualization) continue;
-      wrong +=
-          programmed.steps_first ? segment.visualization->end != segment.end : segment.visualization->begin != segment.begin;
+      wrong += programmed.order == SegmentOrder::steps_first ? segment.visualization->end != segment.end
+                                                             : segment.visualization->begin != segment.begin;
     }
     CHECK(wrong == 0);
   }
@@ -160,7 +160,7 @@ TEST_CASE("draws belong to the step and the segment, not to the order of drawing
 
   SECTION("steps first: the same durations in another order") {
     ProgrammedTiming steps_first = jittered(0.1);
-    steps_first.steps_first = true;
+    steps_first.order = SegmentOrder::steps_first;
     const auto segments = play(steps_first, 1'000);
     CHECK(step_durations(segments) == step_durations(reference));
     CHECK(visualization_durations(segments) == visualization_durations(reference));

@@ -35,7 +35,7 @@ std::vector<NamedTiming> fills() {
   };
   for (std::size_t i = 0, count = all.size(); i < count; ++i) {
     all.push_back(all[i]);
-    all.back().timing.steps_first = true;
+    all.back().timing.order = SegmentOrder::steps_first;
   }
   return all;
 }
@@ -84,7 +84,7 @@ TEST_CASE("the paper's boundaries are floor(k 1e9 / 30) over 10^6 segments: they
 
 TEST_CASE("filling steps share the rest of every segment evenly to 1 ns and leave nothing idle") {
   for (const auto& [description, programmed] : fills()) {
-    INFO(description << (programmed.steps_first ? ", steps first" : ", visualization first"));
+    INFO(description << (programmed.order == SegmentOrder::steps_first ? ", steps first" : ", visualization first"));
     const auto segments = play(programmed, 300);
     CHECK(disorder(segments) == 0);
     std::int64_t wrong = 0;
@@ -111,9 +111,11 @@ TEST_CASE("the visualization begins the segment, or ends it where the steps come
       if (!segment.visualization) continue;
       const Interval visualization = *segment.visualization;
       wrong += length(visualization) != programmed.visualization;
-      wrong += programmed.steps_first ? visualization.end != segment.end : visualization.begin != segment.begin;
+      wrong += programmed.order == SegmentOrder::steps_first ? visualization.end != segment.end
+                                                             : visualization.begin != segment.begin;
       if (segment.steps.empty()) continue;
-      wrong += segment.steps.front().begin != (programmed.steps_first ? segment.begin : visualization.end);
+      wrong +=
+          segment.steps.front().begin != (programmed.order == SegmentOrder::steps_first ? segment.begin : visualization.end);
     }
     CHECK(wrong == 0);
   }
@@ -140,7 +142,8 @@ TEST_CASE("a fixed step shorter than the fill keeps the boundaries of the rate; 
   for (const bool steps_first : {false, true}) {
     for (const std::int64_t step_ns : {1LL, 1'000'000LL, 1'482'221LL, 1'482'222LL}) {
       INFO("steps first " << steps_first << ", step " << step_ns);
-      const ProgrammedTiming programmed{.step = Duration{step_ns}, .steps_first = steps_first};
+      const ProgrammedTiming programmed{
+          .step = Duration{step_ns}, .order = steps_first ? SegmentOrder::steps_first : SegmentOrder::visualization_first};
       const auto segments = play(programmed, 1'000);
       CHECK(disorder(segments) == 0);
       std::int64_t wrong = 0;

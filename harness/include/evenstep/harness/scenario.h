@@ -64,7 +64,6 @@ FilterSpec filter_at(const RemapSpec& remap, Rate rate);
 
 struct TimingSpec {
   ProgrammedTiming programmed;
-  bool paced_by_segment = true;                 ///< a segment rate was given
   bool real_steps = false;                      ///< step = "real": no programmed floor on a wall clock
   std::vector<SegmentTiming> trace;             ///< non-empty: replay this and nothing else
   std::string trace_file;

@@ -1,0 +1,142 @@
+#include "read_timing_models.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "sections.h"
+
+namespace evenstep::internal {
+namespace {
+
+double hertz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }
+
+void read_additions(const Table& table, ProgrammedTiming& timing) {
+  if (table.has("spikes")) {
+    const Table spikes = table.table("spikes");
+    timing.spikes = Spikes{hertz(spikes.rate("rate")), spikes.duration("cost")};
+  }
+  if (table.has("preemption")) {
+    const Table preemption = table.table("preemption");
+    const ParetoText cost = preemption.pareto("cost");
+    timing.preemption = Preemption{hertz(preemption.rate("rate")), cost.least, cost.most, preemption.number("tail")};
+  }
+  if (table.has("regimes")) {
+    const Table regimes = table.table("regimes");
+    timing.regimes = Regimes{regimes.number("factor"), regimes.segments("mean_length")};
+  }
+}
+
+TimingChange read_change(const Table& entry, const ProgrammedTiming& timing, Errors& errors) {
+  TimingChange change;
+  change.at = RealTime{entry.duration("at").ns};
+  if (entry.has("visualization")) change.visualization = entry.duration("visualization");
+  if (entry.has("step")) change.step = entry.duration("step");
+  if (entry.has("steps")) change.steps = read_step_counts(entry, errors);
+  if (!change.visualization && !change.step && change.steps.empty())
+    errors.add(entry.place("at"), "'changes': this entry changes nothing; write visualization, step or steps");
+  if (timing.order != SegmentOrder::concurrent) return change;
+  if (!change.steps.empty())
+    errors.add(entry.place("steps"),
+               "'steps' cannot change with order = \"concurrent\", where the step decides; write step");
+  if (change.visualization == Duration{0})
+    errors.add(entry.place("visualization"), "'visualization': order = \"concurrent\" needs one; write a longer time");
+  return change;
+}
+
+void read_changes(const Table& table, ProgrammedTiming& timing, Errors& errors) {
+  for (const Table& entry : table.tables("changes")) {
+    timing.changes.push_back(read_change(entry, timing, errors));
+    if (timing.changes.size() < 2) continue;
+    const TimingChange &earlier = *(timing.changes.end() - 2), &later = timing.changes.back();
+    if (later.at > earlier.at) continue;
+    errors.add(entry.place("at"), fmt::format("'at': {} is not after the change before it, at {}; sort the entries",
+                                              in_ms({later.at.ns}), in_ms({earlier.at.ns})));
+  }
+}
+
+/// What speaks of visualizations needs one, now or after a change.
+void check_visualization_exists(const Table& table, const ProgrammedTiming& timing, Errors& errors) {
+  const bool later = std::any_of(timing.changes.begin(), timing.changes.end(), [](const TimingChange& change) {
+    return change.visualization.value_or(Duration{0}).ns > 0;
+  });
+  if (timing.visualization.ns > 0 || later) return;
+  for (const char* key : {"first_step", "regimes", "dropped_visualization", "merged_visualization"}) {
+    const bool says_nothing = key == std::string_view("first_step") && timing.first_step == 0;
+    if (!table.has(key) || says_nothing) continue;
+    errors.add(table.place(key), fmt::format("'{}' means nothing with visualization = \"0 s\"; remove it", key));
+  }
+}
+
+void check_shares(const Table& table, const ProgrammedTiming& timing, Errors& errors) {
+  if (timing.dropped_visualization + timing.merged_visualization > 1) {
+    errors.add(table.place("merged_visualization"),
+               fmt::format("'merged_visualization': {} and {} dropped are more than all segments; together at most 100 %",
+                           table.text("merged_visualization"), table.text("dropped_visualization")));
+  }
+  if (timing.order == SegmentOrder::concurrent && timing.dropped_visualization > 0 && !timing.paced) {
+    errors.add(
+        table.place("dropped_visualization"),
+        "'dropped_visualization': with order = \"concurrent\" a segment without one has no length; write paced = true "
+        "and segment = \"30 Hz\"");
+  }
+}
+
+/// Mean work of a segment: of the visualization alone where steps do not wait for it.
+double work_ns(const ProgrammedTiming& timing) { return mean_timing(timing).segment_ns; }
+
+}  // namespace
+
+std::vector<int> read_step_counts(const Table& table, Errors& errors) {
+  const Value steps = table.at("steps");
+  std::vector<int> counts;
+  if (steps.is(Value::Kind::integer)) counts.push_back(static_cast<int>(steps.integer));
+  for (const Value& count : steps.list) counts.push_back(static_cast<int>(count.integer));
+  if (counts.size() > kMostStepCounts)
+    errors.add(steps.place, fmt::format("'steps' lists more than {} values", kMostStepCounts));
+  return counts;
+}
+
+void read_timing_models(const Table& table, ProgrammedTiming& timing, Errors& errors) {
+  const Table jitter = table.table("jitter");
+  if (jitter.has("visualization")) timing.visualization_variation = jitter.lognormal("visualization");
+  if (jitter.has("step")) timing.step_variation = jitter.lognormal("step");
+  if (timing.order == SegmentOrder::concurrent) {
+    timing.slowdown = table.number("slowdown");
+  } else {
+    timing.first_step = table.si("first_step");
+  }
+  timing.drift_per_s = table.si("drift");
+  timing.dropped_visualization = table.si("dropped_visualization");
+  timing.merged_visualization = table.si("merged_visualization");
+  read_additions(table, timing);
+  read_changes(table, timing, errors);
+  check_visualization_exists(table, timing, errors);
+  check_shares(table, timing, errors);
+}
+
+void check_pace(const Table& table, const ProgrammedTiming& timing, Errors& errors) {
+  if (!timing.paced || is_periodic(timing)) return;
+  // The means of "fill" are rounded to ns, so up to N / 2 ns may be over.
+  const double segment_ns = 1e9 / hertz(timing.segment), rounding_ns = 0.5 * mean_timing(timing).steps + 1;
+  const auto refuse = [&](std::string_view key, const Place& place, double work) {
+    errors.add(place,
+               fmt::format("'{}': the mean work of a segment, {:.6g} ms, is longer than the segment of {:.6g} ms, so a "
+                           "paced schedule never catches up; make 'step' or 'visualization' shorter, or leave "
+                           "'paced' out",
+                           key, work * 1e-6, segment_ns * 1e-6));
+  };
+  if (work_ns(timing) > segment_ns + rounding_ns) return refuse("paced", table.place("paced"), work_ns(timing));
+  ProgrammedTiming changed = timing;
+  changed.step = starting_step(timing);
+  const std::vector<Table> entries = table.tables("changes");
+  for (std::size_t i = 0; i < timing.changes.size(); ++i) {
+    const TimingChange& change = timing.changes[i];
+    if (change.visualization) changed.visualization = *change.visualization;
+    if (change.step) changed.step = change.step;
+    if (!change.steps.empty()) changed.steps = change.steps;
+    if (work_ns(changed) > segment_ns + rounding_ns) return refuse("changes", entries[i].place("at"), work_ns(changed));
+  }
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,107 @@
+#pragma once
+/// What a piece of work costs: the models of step_timing.h, each on its own. None knows when anything runs.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/scheduler/random.h"
+#include "evenstep/scheduler/step_timing.h"
+
+namespace evenstep::internal {
+
+/// floor(duration * factor + 1/2), at least 1 ns and at most 2^62 ns. factor = 1 gives the duration.
+Duration scaled(Duration duration, double factor);
+
+/// V, s and N as `changes` leave them.
+class MeansInForce {
+ public:
+  struct Means {
+    Duration visualization;
+    Duration step;
+    std::vector<int> steps;
+  };
+  explicit MeansInForce(const ProgrammedTiming& timing);
+  /// Of a segment that begins at `begin`; to be asked in order of time.
+  const Means& at(RealTime begin);
+
+ private:
+  Means means_;
+  std::vector<TimingChange> changes_;
+  std::size_t next_change_ = 0;
+};
+
+/// Whether a piece of work of length d is hit: probability 1 - exp(-rate d).
+double hit_probability(double rate_Hz, Duration work);
+/// u in (0, 1) to a cost: the inverse CDF.
+Duration bounded_pareto(const Preemption& preemption, double u);
+double mean_of(const Preemption& preemption);
+
+/// What spikes add to step n of length d.
+class SpikeCost {
+ public:
+  explicit SpikeCost(const ProgrammedTiming& timing);
+  Duration of(std::uint64_t n, Duration work) const;
+
+ private:
+  std::optional<Spikes> spikes_;
+  RandomStream hits_;
+};
+
+/// What pre-emption adds to piece of work n of length d. Steps and visualizations have streams of their own.
+class PreemptionCost {
+ public:
+  PreemptionCost(const ProgrammedTiming& timing, const std::string& component);
+  Duration of(std::uint64_t n, Duration work) const;
+
+ private:
+  std::optional<Preemption> preemption_;
+  RandomStream hits_, costs_;
+};
+
+/// The factor on V that `regimes` gives segment k; to be asked once per segment, in order.
+class RegimeChain {
+ public:
+  explicit RegimeChain(const ProgrammedTiming& timing);
+  double next_factor();
+
+ private:
+  std::optional<Regimes> regimes_;
+  RandomStream stream_;
+  std::uint64_t k_ = 0;
+  bool slow_ = false;
+};
+
+/// Visualization k; none where it is dropped or there is none. To be asked once per segment, in order.
+class VisualizationCost {
+ public:
+  explicit VisualizationCost(const ProgrammedTiming& timing);
+  std::optional<Duration> next(Duration mean, double drift);
+
+ private:
+  int count(std::uint64_t k) const;  ///< 0 dropped, 2 merged
+
+  double variation_, dropped_, merged_;
+  RandomStream lengths_, counts_;
+  RegimeChain regime_;
+  PreemptionCost preemption_;
+  std::uint64_t k_ = 0;
+};
+
+/// Step n = 0, 1, ...
+class StepCost {
+ public:
+  explicit StepCost(const ProgrammedTiming& timing);
+  /// factor: drift and the place in the segment.
+  Duration next(Duration mean, double factor);
+
+ private:
+  double variation_;
+  RandomStream lengths_;
+  SpikeCost spikes_;
+  PreemptionCost preemption_;
+  std::uint64_t n_ = 0;
+};
+
+}  // namespace evenstep::internal
