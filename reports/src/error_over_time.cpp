@@ -16,10 +16,11 @@ using internal::Range;
 
 constexpr double kBin_s = 1;
 constexpr std::size_t kLeastBins = 10;
-constexpr double kDecades = 9;  // shown at most: below a billionth of the largest error there is only rounding
+constexpr double kMargin = 0.05;  // of the span, below the lowest value: broad curves stay inside
+constexpr double kDecades = 9;    // shown at most: below a billionth of the largest error there is only rounding
 
 // Per device a block of three panels (deviation, jump, underruns) in two columns (interaction, force).
-constexpr double kWidth = 1100, kHead = 58, kBlock = 560, kPanelHeight = 140, kPanelDistance = 160;
+constexpr double kWidth = 1100, kHead = 58, kBlock = 540, kPanelHeight = 140, kPanelDistance = 160;
 struct Column {
   const char* kind;
   double left, right;
@@ -52,7 +53,7 @@ Signal signal_of(const RunRecord& run, const std::map<std::string, std::vector<B
 }
 
 /// A bin's value stands in its middle; a missing bin breaks the curve.
-std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error) {
+std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error, double end_s) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
     Curve& curve = curves.emplace_back(Curve{strategy, {}, {}});
@@ -61,7 +62,7 @@ std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error) {
         curve.t_s.push_back(rows[b].from_s);
         curve.value.push_back(NAN);
       }
-      curve.t_s.push_back(rows[b].from_s + kBin_s / 2);
+      curve.t_s.push_back((rows[b].from_s + std::min(rows[b].from_s + kBin_s, end_s)) / 2);
       curve.value.push_back(rows[b].*error / signal.unit_size);
     }
   }
@@ -69,7 +70,7 @@ std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error) {
 }
 
 /// Underruns up to the end of each bin, from none at the begin of the first.
-std::vector<Curve> underrun_curves(const Signal& signal) {
+std::vector<Curve> underrun_curves(const Signal& signal, double end_s) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
     Curve& curve = curves.emplace_back(Curve{strategy, {}, {}});
@@ -77,14 +78,14 @@ std::vector<Curve> underrun_curves(const Signal& signal) {
     curve.t_s.push_back(rows.front().from_s);
     curve.value.push_back(0);
     for (const BinRow& row : rows) {
-      curve.t_s.push_back(row.from_s + kBin_s);
+      curve.t_s.push_back(std::min(row.from_s + kBin_s, end_s));
       curve.value.push_back(static_cast<double>(row.underruns_so_far));
     }
   }
   return curves;
 }
 
-/// log10 of every value, and whole decades around them. What is 0, or too small to matter, lies on the lower edge.
+/// log10 of every value, and whole decades around them. What is 0, or too small to matter, lies on the lowest one.
 Range to_decades(std::vector<Curve>& curves) {
   double least = INFINITY, most = 0;
   for (const Curve& curve : curves) {
@@ -97,13 +98,13 @@ Range to_decades(std::vector<Curve>& curves) {
   Range range{-1, 1};
   if (most > 0) {
     range.high = std::ceil(std::log10(most) + 0.02);
-    range.low = std::clamp(std::floor(std::log10(least)), range.high - kDecades, range.high - 2);
+    range.low = std::clamp(std::floor(std::log10(least) - 0.02), range.high - kDecades, range.high - 2);
   }
   for (Curve& curve : curves) {
     for (double& value : curve.value)
       value = value > 0 || std::isnan(value) ? std::max(std::log10(value), range.low) : range.low;
   }
-  return range;
+  return {range.low - kMargin * (range.high - range.low), range.high};
 }
 
 Range count_range(const std::vector<Curve>& curves) {
@@ -111,17 +112,17 @@ Range count_range(const std::vector<Curve>& curves) {
   for (const Curve& curve : curves) {
     for (const double value : curve.value) most = std::max(most, value);
   }
-  return {0, most * 1.08};
+  return {-kMargin * most, most * 1.08};
 }
 
 void draw_signal(internal::Svg& svg, const Signal& signal, const Range& time_s, const Column& column, double top) {
   svg.text({column.left, top + 12}, signal.name, internal::Svg::Anchor::start, 13, true);
-  std::vector<Curve> deviation = error_curves(signal, &BinRow::deviation_max);
-  std::vector<Curve> jump = error_curves(signal, &BinRow::velocity_jump);
-  const std::vector<Curve> underruns = underrun_curves(signal);
+  std::vector<Curve> deviation = error_curves(signal, &BinRow::deviation_max, time_s.high);
+  std::vector<Curve> jump = error_curves(signal, &BinRow::velocity_jump, time_s.high);
+  const std::vector<Curve> underruns = underrun_curves(signal, time_s.high);
   const Axis deviation_axis{to_decades(deviation), "deviation max", signal.unit, true};
   const Axis jump_axis{to_decades(jump), "velocity jump", signal.unit, true};
-  const Axis underrun_axis{count_range(underruns), "underruns so far", "1"};
+  const Axis underrun_axis{count_range(underruns), "underruns so far", "count"};
   double y = top + 22;
   const auto panel = [&](const std::vector<Curve>& curves, const Axis& axis, bool last) {
     internal::Panel drawn(svg, {column.left, y, column.right, y + kPanelHeight}, {time_s, "run time", "s"}, axis);
@@ -139,15 +140,9 @@ void draw_signal(internal::Svg& svg, const Signal& signal, const Range& time_s, 
 
 std::optional<std::string> error_over_time_svg(const RunRecord& run) {
   const auto all = bins(run, kBin_s);
-  Range time_s{INFINITY, -INFINITY};
-  bool enough = false;
-  for (const auto& [signal, rows] : all) {
-    enough = enough || rows.size() >= kLeastBins;
-    if (rows.empty()) continue;
-    time_s.low = std::min(time_s.low, rows.front().from_s);
-    time_s.high = std::max(time_s.high, rows.back().from_s + kBin_s);
-  }
+  const bool enough = std::any_of(all.begin(), all.end(), [](const auto& s) { return s.second.size() >= kLeastBins; });
   if (!enough) return std::nullopt;
+  const Range time_s{0, seconds(run.nominal.end - RealTime{})};
   const std::vector<Nominal::Device>& devices = run.nominal.devices;
   internal::Svg svg(kWidth, kHead + kBlock * static_cast<double>(devices.size()), "Error against run time");
   std::vector<std::string> strategies;

@@ -163,7 +163,7 @@ double Panel::y_at(double y) const {
 void Panel::draw_y() {
   const double f = y_.factor();
   const Range shown{y_.range.low / f, y_.range.high / f};
-  const int wanted = std::max(2, static_cast<int>((box_.bottom - box_.top) / 40));
+  const int wanted = std::max(2, static_cast<int>((box_.bottom - box_.top) / (y_.decades ? 24 : 40)));
   const double step = tick_step(shown, wanted);
   for (const double tick : round_ticks(shown, wanted)) {
     if (y_.decades && tick != std::round(tick)) continue;

@@ -38,6 +38,12 @@ assert kinds["paper", "step"][200]["read[s]"] == "0.444184444"   # floor(200 / 4
 assert float(kinds["paper", "tick"][500]["x[m]"]) == 0.05
 assert kinds["paper", "interaction_bin"][0]["underruns"] == "0" and kinds["paper", "force_bin"][0]["late"] == "0"
 
+with open(folder / "underruns.csv", newline="", encoding="utf-8") as file:
+    underruns = list(csv.DictReader(file))
+assert underruns[0] == {"strategy": "paper", "device": "left", "side": "interaction", "step": "200", "lateness_ns": "1234567",
+                        "policy": "gate"}
+assert len(underruns) == 2 and underruns[1]["side"] == "force" and underruns[1]["policy"] == "hold"
+
 with open(folder / "timing.csv", newline="", encoding="utf-8") as file:
     timing = list(csv.DictReader(file))
 assert list(timing[0]) == ["segment", "kind", "index", "begin_ns", "end_ns"]

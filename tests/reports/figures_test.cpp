@@ -128,3 +128,73 @@ TEST_CASE("all text is 11 px or larger and inside the picture") {
   }
   CHECK(texts > 30);
 }
+
+namespace {
+
+std::vector<double> numbers_after(const std::string& text, const std::string& key) {
+  std::vector<double> numbers;
+  for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1))
+    numbers.push_back(std::stod(text.substr(at + key.size())));
+  return numbers;
+}
+
+/// y of every point of every curve.
+std::vector<double> heights(const std::string& svg) {
+  std::vector<double> ys;
+  for (std::size_t at = svg.find("points=\""); at != std::string::npos; at = svg.find("points=\"", at + 1)) {
+    const std::size_t end = svg.find('"', at + 8);
+    for (std::size_t comma = svg.find(',', at); comma < end; comma = svg.find(',', comma + 1))
+      ys.push_back(std::stod(svg.substr(comma + 1)));
+  }
+  return ys;
+}
+
+}  // namespace
+
+TEST_CASE("error over time: three panels of interaction and of force with every strategy, from ten bins on") {
+  CHECK_FALSE(error_over_time_svg(RunRecord{}));
+  CHECK_FALSE(error_over_time_svg(synthetic::reference_run({9'200'000'000})));  // judged from 0.27 s on: nine bins
+  const std::string svg = error_over_time_svg(synthetic::reference_run({9'500'000'000})).value();
+  CHECK(occurrences(svg, "<polyline") == 6 * 4);
+  for (const char* text :
+       {"left.interaction", "left.force", "ideal", "direct", "paper", "phase_locked", "deviation max [step]",
+        "velocity jump [step]", "underruns so far [count]", "run time [s]", ">10⁻⁶<", ">10⁰<"})
+    CHECK_THAT(svg, Contains(text));
+  for (const double size : numbers_after(svg, "font-size=\"")) CHECK(size >= 11);
+  for (const double x : numbers_after(svg, "<text x=\"")) CHECK((x > 0 && x < 1100));
+}
+
+TEST_CASE("error over time: one block per device; SI units where there is no step") {
+  RunRecord run = synthetic::reference_run({11'000'000'000});
+  run.nominal.devices.push_back(run.nominal.devices[0]);
+  run.nominal.devices[1].name = "right";
+  run.nominal.devices[1].speed_m_per_s.reset();
+  for (StrategyRecord& strategy : run.strategies) {
+    strategy.devices.push_back(strategy.devices[0]);
+    strategy.devices[1].name = "right";
+  }
+  const std::string svg = error_over_time_svg(run).value();
+  CHECK(occurrences(svg, "<polyline") == 2 * 6 * 4);
+  CHECK(occurrences(svg, "deviation max [step]") == 2);
+  CHECK_THAT(svg, Contains("right.force") && Contains("deviation max [m]") && Contains("velocity jump [N]"));
+  for (const double y : heights(svg)) CHECK((y > 0 && y < 58 + 2 * 540));
+}
+
+TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without samples break a curve") {
+  RunRecord run = synthetic::reference_run({12'000'000'000});
+  run.strategies.resize(1);
+  StrategyRecord& only = run.strategies[0];
+  for (StepSample& sample : only.devices[0].steps) sample.position_m = {1, 2, 3};  // still: no error at all
+  const std::string still = error_over_time_svg(run).value();
+  CHECK(occurrences(still, "<polyline") == 6);
+  CHECK_THAT(still, !Contains("nan") && !Contains("inf"));
+  for (std::size_t n = 0; n < only.steps.size(); ++n) {
+    const double at = seconds(only.steps[n].begin - RealTime{});
+    only.steps[n].acquiring = at > 4 && at < 6.5;  // one bin whole
+    if (at > 9 && at < 9.1) only.devices[0].steps[n].position_m[0] = NAN;
+  }
+  const std::string broken = error_over_time_svg(run).value();
+  // Deviation and jump fall into three pieces, the count does not.
+  CHECK(occurrences(broken, "<polyline") == 2 * 3 + 1 + 3);
+  CHECK_THAT(broken, !Contains("nan") && !Contains("inf"));
+}

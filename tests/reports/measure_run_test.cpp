@@ -245,6 +245,90 @@ TEST_CASE("error_at_stop looks at 0.2 s around the stop and needs the true posit
   CHECK(value(run, "left.interaction.paper", "error_at_stop") == Approx(1e-4).epsilon(1e-12));
 }
 
+TEST_CASE("error_max is the largest distance from the true position over all judged steps that know it") {
+  RunRecord run = synthetic::reference_run();
+  StrategyRecord& paper = strategy(run, "paper");
+  CHECK_FALSE(has(run, "left.interaction.paper", "error_max"));
+  std::vector<StepSample>& steps = paper.devices[0].steps;
+  for (std::size_t n = 0; n < steps.size(); n += 2) steps[n].true_position_m = steps[n].position_m;  // the others: unknown
+  CHECK(value(run, "left.interaction.paper", "error_max") == 0);
+  CHECK_FALSE(has(run, "left.interaction.paper", "error_at_stop"));
+  (*steps[kFirstJudged - 2].true_position_m)[1] += 1;  // warm-up
+  for (std::size_t n = kFirstJudged; n < steps.size(); n += 2) {
+    (*steps[n].true_position_m)[1] += 3e-4;
+    (*steps[n].true_position_m)[2] -= n == 600 ? 4e-4 : 0;
+    if (n == 598) CHECK(value(run, "left.interaction.paper", "error_max") == Approx(3e-4).epsilon(1e-12));
+  }
+  CHECK(value(run, "left.interaction.paper", "error_max") == Approx(5e-4).epsilon(1e-12));
+}
+
+TEST_CASE("lateness and waits are those of judged steps, of this device, each side by itself") {
+  RunRecord run = synthetic::reference_run();
+  StrategyRecord& paper = strategy(run, "paper");
+  paper.devices.push_back(paper.devices[0]);
+  paper.devices[1].name = "right";
+  for (const char* metric : {"gated", "gate_wait", "interaction_lateness_max", "force_lateness_max"})
+    CHECK(value(run, "left.buffers.paper", metric) == 0);
+  using Side = UnderrunRow::Side;
+  const auto n = static_cast<std::int64_t>(kFirstJudged);
+  paper.underruns = {
+      {3, 0, Side::interaction, {90'000'000}, "gate"},  // warm-up
+      {n, 0, Side::interaction, {1'000'000}, "gate"},     {n, 1, Side::interaction, {7'000'000}, "gate"},
+      {n + 1, 0, Side::interaction, {2'500'000}, "gate"}, {n + 2, 0, Side::interaction, {4'000'000}, "clamp"},
+      {n + 2, 0, Side::force, {3'000'000}, "hold"},       {n + 5, 0, Side::force, {2'000'000}, "extrapolate"}};
+  CHECK(value(run, "left.buffers.paper", "gated") == 2);
+  CHECK(value(run, "left.buffers.paper", "gate_wait") == 3.5e-3);
+  CHECK(value(run, "left.buffers.paper", "interaction_lateness_max") == 4e-3);
+  CHECK(value(run, "left.buffers.paper", "force_lateness_max") == 3e-3);
+  CHECK(value(run, "right.buffers.paper", "gated") == 1);
+  CHECK(value(run, "right.buffers.paper", "gate_wait") == 7e-3);
+  CHECK(value(run, "right.buffers.paper", "force_lateness_max") == 0);
+  CHECK(value(run, "left.buffers.direct", "gated") == 0);
+}
+
+TEST_CASE("neither a gated nor a predicted step is an underrun") {
+  RunRecord run = synthetic::reference_run();
+  std::vector<StepSample>& steps = strategy(run, "paper").devices[0].steps;
+  for (std::size_t n = 0; n < steps.size(); ++n) steps[n].read = n % 2 ? StepRead::gated : StepRead::predicted;
+  CHECK(value(run, "left.interaction.paper", "underruns") == 0);
+  CHECK(value(run, "left.buffers.paper", "interaction_underruns") == 0);
+  for (const BinRow& row : bins(run).at("left.interaction.paper")) CHECK(row.underruns_so_far == 0);
+}
+
+TEST_CASE("segment_mean is the length as run, from the first segment judged whole, also with segments of no step") {
+  for (const std::int64_t ratchet_ns : {0, 1, 1'000'000}) {
+    RunRecord run = synthetic::reference_run();
+    StrategyRecord& paper = strategy(run, "paper");
+    std::erase_if(paper.steps, [](const StepRow& step) { return step.segment == 20; });
+    paper.devices[0].steps.resize(paper.steps.size());
+    for (StepRow& step : paper.steps) step.begin = step.begin + Duration{step.segment * ratchet_ns};
+    // Warm-up ends within a segment: judged from the next one on. An instant of 30 Hz is floored to 1 ns.
+    for (const std::int64_t later_ns : {0, 20'000'000}) {
+      run.nominal.judged_from = tick_time(synthetic::kSegmentRate, 8) + Duration{later_ns};
+      const double mean_s = 1.0 / 30 + static_cast<double>(ratchet_ns) * 1e-9;
+      CHECK(value(run, "solver.paper", "segment_mean") == Approx(mean_s).margin(1e-10));
+    }
+    run.nominal.judged_from = paper.steps[paper.steps.size() - 15].begin;  // one segment left: no length
+    CHECK_FALSE(has(run, "solver.paper", "segment_mean"));
+  }
+}
+
+TEST_CASE("a strategy of variable steps is judged over its own simulation time, and has its own solver verdicts") {
+  RunRecord run = synthetic::reference_run({3'000'000'000});
+  StrategyRecord& direct = strategy(run, "direct");
+  for (StepRow& step : direct.steps) step.simulated_s = 40 + seconds(step.begin - RealTime{});
+  CHECK(value(run, "left.interaction.direct", "deviation_max") / kStep_m > 2);  // over n * slot: the burst
+  CHECK_FALSE(has(run, "solver.direct", "steps_over_limit"));
+  CHECK_FALSE(has(run, "solver.direct", "step_over_limit_max"));
+  direct.variable_step = direct.solver.variable_step = true;
+  direct.solver.steps_over_limit = 7;
+  direct.solver.step_over_limit_max = 5.66;
+  CHECK(value(run, "left.interaction.direct", "deviation_max") / kStep_m < 1e-9);  // x = v z, exactly
+  for (const BinRow& row : bins(run).at("left.interaction.direct")) CHECK(row.deviation_max / kStep_m < 1e-9);
+  CHECK(value(run, "solver.direct", "steps_over_limit") == 7);
+  CHECK(value(run, "solver.direct", "step_over_limit_max") == 5.66);
+}
+
 TEST_CASE("no nominal speed: no step ratio; a NaN position is a NaN metric") {
   RunRecord run = synthetic::reference_run();
   strategy(run, "paper").devices[0].steps[kFirstJudged + 3].position_m[0] = NAN;

@@ -19,6 +19,8 @@ inline RunRecord nasty_run() {
   run.left_out = {"local stiffness: not asked for", kNastyText};
   run.strategies[1].devices[0].steps.back().position_m[0] = NAN;
   run.strategies[2].solver.name = kNastyText;
+  run.strategies[2].underruns = {{200, 0, UnderrunRow::Side::interaction, {1'234'567}, "gate"},
+                                 {201, 0, UnderrunRow::Side::force, {1}, "hold"}};
   return run;
 }
 

@@ -46,10 +46,13 @@ TEST_CASE("every metric that a run gives is known, has a unit and stands in docs
   page << file.rdbuf();
   RunRecord run = synthetic::reference_run();
   run.clock = "wall";
+  run.nominal.devices[0].sine = Nominal::Sine{{0.01, 0, 0}, 2, 0};
   for (StrategyRecord& strategy : run.strategies) {
     strategy.event_counts["device.tick"] = 2000;
     strategy.solver.has_energy = true;
     strategy.solver.step_limit_s = 0.1;
+    strategy.solver.variable_step = true;
+    strategy.devices[0].steps.back().true_position_m = Vec3{};
     strategy.devices[0].counters = {{"reports", 1},        {"lost", 0},    {"malformed", 0}, {"stale", 0},
                                     {"write_failures", 0}, {"clamped", 0}, {"slewed", 0},    {"non_finite", 0}};
   }

@@ -129,3 +129,38 @@ TEST_CASE("series.csv quotes a name with a comma and keeps its columns") {
   const std::size_t columns = occurrences(rows[0], ",");
   for (std::size_t i = 1; i < rows.size(); ++i) CHECK(occurrences(rows[i], ",") == columns + 1);  // one comma is quoted
 }
+
+TEST_CASE("series.csv names how a step read, shows variable steps, and holds bins alone where no rows are kept") {
+  RunRecord run = synthetic::reference_run();
+  run.strategies.resize(1);
+  StrategyRecord& only = run.strategies[0];
+  only.devices[0].steps[0].read = StepRead::gated;
+  only.devices[0].steps[1].read = StepRead::predicted;
+  only.steps[1].simulated_s = 0.0625;
+  std::vector<std::string> rows = lines(series_csv(run));
+  CHECK_THAT(rows[1], Contains(",gated,"));
+  CHECK_THAT(rows[2], Contains(",predicted,") && !Contains(",step,1,0.0625,"));
+  only.variable_step = true;
+  CHECK_THAT(lines(series_csv(run))[2], Contains(",step,1,0.0625,"));
+  only.variable_step = false;
+  run.keep_rows = false;
+  const std::vector<std::string> bins_only = lines(series_csv(run));
+  REQUIRE(bins_only.size() == 1 + 2 + 2);
+  CHECK(bins_only[0] == rows[0]);
+  CHECK(std::vector(bins_only.begin() + 1, bins_only.end()) == std::vector(rows.end() - 4, rows.end()));
+}
+
+TEST_CASE("underruns.csv: the header always, then every row") {
+  RunRecord run;
+  const std::string header = "strategy,device,side,step,lateness_ns,policy\n";
+  CHECK(underruns_csv(run) == header);
+  run = synthetic::reference_run({300'000'000});
+  run.strategies[1].devices[0].name = "a,b";
+  run.strategies[1].underruns = {{0, 0, UnderrunRow::Side::interaction, {12}, "clamp"},
+                                 {9'000'000'000, 0, UnderrunRow::Side::force, {INT64_MAX}, "extrapolate"}};
+  CHECK(underruns_csv(run) == header +
+                                  "direct,\"a,b\",interaction,0,12,clamp\n"
+                                  "direct,\"a,b\",force,9000000000,9223372036854775807,extrapolate\n");
+  run.strategies[0].underruns.assign(100'000, {1, 0, UnderrunRow::Side::force, {1}, "hold"});
+  CHECK(lines(underruns_csv(run)).size() == 1 + 100'000 + 2);
+}
