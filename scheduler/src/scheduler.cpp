@@ -47,7 +47,11 @@ struct Scheduler::State {
     return status.end == RunEnd::stopped || status.end == RunEnd::limit || status.end == RunEnd::failed;
   }
 
-  bool within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at);
+  bool within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
+    if (count > limit) exceeded(limit, limit_name, event, at);
+    return count <= limit;
+  }
+  [[gnu::cold]] void exceeded(std::int64_t limit, const char* limit_name, EventName event, RealTime at);
   bool room_for(EventName event);
   void wake_at(RealTime at, Lane lane, Suspended& await);
   void launch(External& await);
@@ -62,13 +66,10 @@ struct Scheduler::State {
 
 // ---- Limits
 
-bool Scheduler::State::within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
-  if (count <= limit) return true;
-  if (!over()) {
-    status = {RunEnd::limit, std::string("limit ") + limit_name + " = " + std::to_string(limit) + " exceeded by event '" +
-                                 event.text + "' at " + std::to_string(at.ns) + " ns", nullptr};
-  }
-  return false;
+void Scheduler::State::exceeded(std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
+  if (over()) return;
+  status = {RunEnd::limit, std::string("limit ") + limit_name + " = " + std::to_string(limit) + " exceeded by event '" +
+                               event.text + "' at " + std::to_string(at.ns) + " ns", nullptr};
 }
 
 bool Scheduler::State::room_for(EventName event) {
@@ -141,7 +142,9 @@ bool Scheduler::State::advance(RealTime end) {
 }
 
 void Scheduler::State::run_next() {
-  const auto [key, await] = queue.pop();
+  const EventKey key = queue.top().key;
+  Suspended* const await = queue.top().lane;
+  queue.take();
   events_at_instant = key.time() == now ? events_at_instant + 1 : 1;
   last = key;
   now = key.time();
@@ -155,6 +158,7 @@ void Scheduler::State::run_next() {
   running_event = true;
   handle.resume();
   running_event = false;
+  queue.close_gap();  // the lane has ended, or its next event is not in the queue yet
 
   const Event event{now, key.lane(), name, payload};
   hash = chain(hash, event);
@@ -241,6 +245,7 @@ bool Scheduler::run_one() {
 }
 
 std::optional<Scheduler::Key> Scheduler::next() const {
+  state_->queue.close_gap();
   if (state_->queue.empty()) return std::nullopt;
   const EventKey key = state_->queue.top().key;
   return Key{key.time(), key.lane()};
