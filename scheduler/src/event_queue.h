@@ -80,28 +80,24 @@ class EventQueue {
     Scheduler::Suspended* lane = nullptr;
   };
 
-  std::size_t size() const { return count_ - (gap_ ? 1 : 0); }
-  bool empty() const { return size() == 0; }
+  std::size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
   /// The first in the order. Not between take() and close_gap().
   const Item& top() const { return heap_.front(); }
   /// Removes the first, leaving a gap that the next push() fills. Until then top() is still to be read.
-  void take() { gap_ = true; }
+  void take() {
+    gap_ = true;
+    --count_;
+  }
   /// After take(), before anything else is asked but push() and size().
   void close_gap() {
-    if (!gap_) return;
-    gap_ = false;
-    const Item last = heap_[--count_];
-    heap_[count_] = {};
-    heap_.pop_back();
-    if (count_ > 0) sink(last.key, last.lane);
+    if (gap_) fill_gap_with_last();
   }
   void push(EventKey key, Scheduler::Suspended& lane) {
-    if (gap_) {
-      gap_ = false;
-      sink(key, &lane);
-    } else {
-      rise(key, &lane);
-    }
+    ++count_;
+    if (!gap_) return add_leaf(key, &lane);
+    gap_ = false;
+    sink(key, &lane);
   }
 
  private:
@@ -128,10 +124,10 @@ class EventQueue {
     heap[gap].key = key;
     heap[gap].lane = lane;
   }
-  /// Adds an item as the last leaf, or above it where its parent comes before it.
-  [[gnu::noinline]] void rise(EventKey key, Scheduler::Suspended* lane) {
+  /// As the last leaf, or above it where its parent comes before it.
+  [[gnu::noinline]] void add_leaf(EventKey key, Scheduler::Suspended* lane) {
     heap_.emplace_back();
-    std::size_t gap = count_++;
+    std::size_t gap = count_ - 1;
     while (gap > 0) {
       const std::size_t parent = (gap - 1) / kChildren;
       if (heap_[parent].key < key) break;
@@ -141,10 +137,17 @@ class EventQueue {
     heap_[gap].key = key;
     heap_[gap].lane = lane;
   }
+  [[gnu::noinline]] void fill_gap_with_last() {
+    gap_ = false;
+    const Item last = heap_[count_];
+    heap_[count_] = {};
+    heap_.pop_back();
+    if (count_ > 0) sink(last.key, last.lane);
+  }
 
   std::size_t count_ = 0;
   std::vector<Item> heap_ = std::vector<Item>(kChildren - 1);  // count_ items, then past_all(): every group is complete
-  bool gap_ = false;                                           // the root was taken
+  bool gap_ = false;                                           // the root was taken: one item more
 };
 
 }  // namespace evenstep::internal
