@@ -1,7 +1,10 @@
 #pragma once
 /// The pending events in the order of the contract: (time, lane, sequence) packed into one 128-bit number, so that an
-/// event is compared once. A binary heap in an array: evenstep's own lanes keep fewer than 20 events pending, where it
-/// stays within two cache lines a level; no allocation once the array has grown.
+/// event is compared once. A heap of four children in an array: half the levels of a binary one, and the children of a node
+/// lie side by side; no allocation once the array has grown.
+///
+/// The lane whose event is being run almost always waits for something next. So taking the first event leaves a gap at the
+/// root, the next push falls into it, and one walk down replaces a walk down and a walk up.
 
 #include <algorithm>
 #include <cstdint>
@@ -18,20 +21,28 @@ namespace evenstep::internal {
 inline constexpr int kSequenceBits = 56;  // 7e16 events: a run of 50 million events per second lasts 45 years
 inline constexpr std::uint64_t kSequenceMask = (std::uint64_t{1} << kSequenceBits) - 1;
 
-/// time (64 bits, sign flipped so that it orders unsigned) | lane (8) | sequence (56)
+/// time (64 bits, sign flipped so that it orders unsigned) | lane (8) | sequence (56). Two words, compared as one number.
 class EventKey {
  public:
   constexpr EventKey() = default;
   constexpr EventKey(RealTime time, Lane lane, std::uint64_t sequence)
-      : bits_(static_cast<unsigned __int128>(static_cast<std::uint64_t>(time.ns) ^ kSign) << 64 |
-              static_cast<std::uint64_t>(lane) << kSequenceBits | (sequence & kSequenceMask)) {}
-  constexpr RealTime time() const { return {static_cast<std::int64_t>(static_cast<std::uint64_t>(bits_ >> 64) ^ kSign)}; }
-  constexpr Lane lane() const { return static_cast<Lane>(static_cast<std::uint64_t>(bits_) >> kSequenceBits); }
-  friend constexpr bool operator<(EventKey a, EventKey b) { return a.bits_ < b.bits_; }
+      : high_(static_cast<std::uint64_t>(time.ns) ^ kSign),
+        low_(static_cast<std::uint64_t>(lane) << kSequenceBits | (sequence & kSequenceMask)) {}
+  /// After every event.
+  static constexpr EventKey past_all() {
+    EventKey key;
+    key.high_ = key.low_ = ~std::uint64_t{0};
+    return key;
+  }
+  constexpr RealTime time() const { return {static_cast<std::int64_t>(high_ ^ kSign)}; }
+  constexpr Lane lane() const { return static_cast<Lane>(low_ >> kSequenceBits); }
+  friend constexpr bool operator<(EventKey a, EventKey b) { return a.number() < b.number(); }
 
  private:
   static constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
-  unsigned __int128 bits_ = 0;
+  constexpr unsigned __int128 number() const { return static_cast<unsigned __int128>(high_) << 64 | low_; }
+  std::uint64_t high_ = kSign;
+  std::uint64_t low_ = 0;
 };
 
 /// Numbers the awaits in the order in which they were made. With a seed the numbers go through a bijection of 56-bit
@@ -65,29 +76,78 @@ class TieOrder {
 class EventQueue {
  public:
   struct Item {
-    EventKey key;
+    EventKey key = EventKey::past_all();
     Scheduler::Suspended* lane = nullptr;
   };
 
-  bool empty() const { return heap_.empty(); }
-  std::size_t size() const { return heap_.size(); }
+  std::size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+  /// The first in the order. Not between take() and close_gap().
   const Item& top() const { return heap_.front(); }
-  void push(EventKey key, Scheduler::Suspended& lane) {
-    heap_.push_back({key, &lane});
-    std::push_heap(heap_.begin(), heap_.end(), Later{});
+  /// Removes the first, leaving a gap that the next push() fills. Until then top() is still to be read.
+  void take() {
+    gap_ = true;
+    --count_;
   }
-  Item pop() {
-    std::pop_heap(heap_.begin(), heap_.end(), Later{});
-    const Item item = heap_.back();
-    heap_.pop_back();
-    return item;
+  /// After take(), before anything else is asked but push() and size().
+  void close_gap() {
+    if (gap_) fill_gap_with_last();
+  }
+  void push(EventKey key, Scheduler::Suspended& lane) {
+    ++count_;
+    if (!gap_) return add_leaf(key, &lane);
+    gap_ = false;
+    sink(key, &lane);
   }
 
  private:
-  struct Later {  // a type, not a function: so that it is inlined
-    bool operator()(const Item& a, const Item& b) const { return b.key < a.key; }
-  };
-  std::vector<Item> heap_;
+  static constexpr std::size_t kChildren = 4;
+
+  /// Which of two neighbours comes first. An addition, not a choice: which one it is is anybody's guess, and a branch
+  /// guessed wrong costs more than the whole comparison.
+  static std::size_t first_of_two(const Item* heap, std::size_t i) { return i + (heap[i + 1].key < heap[i].key); }
+
+  // Both take an item in two parts: copied as a whole, its words would be stored apart and loaded together, for which the
+  // processor waits.
+
+  /// Puts an item into the gap at the root, or below it where no child comes before it.
+  void sink(EventKey key, Scheduler::Suspended* lane) {
+    Item* const heap = heap_.data();
+    std::size_t gap = 0;
+    for (std::size_t child; (child = gap * kChildren + 1) < count_;) {
+      const std::size_t a = first_of_two(heap, child), b = first_of_two(heap, child + 2);
+      const std::size_t least = a + (b - a) * (heap[b].key < heap[a].key);
+      if (key < heap[least].key) break;
+      heap[gap] = heap[least];
+      gap = least;
+    }
+    heap[gap].key = key;
+    heap[gap].lane = lane;
+  }
+  /// As the last leaf, or above it where its parent comes before it.
+  [[gnu::noinline]] void add_leaf(EventKey key, Scheduler::Suspended* lane) {
+    heap_.emplace_back();
+    std::size_t gap = count_ - 1;
+    while (gap > 0) {
+      const std::size_t parent = (gap - 1) / kChildren;
+      if (heap_[parent].key < key) break;
+      heap_[gap] = heap_[parent];
+      gap = parent;
+    }
+    heap_[gap].key = key;
+    heap_[gap].lane = lane;
+  }
+  [[gnu::noinline]] void fill_gap_with_last() {
+    gap_ = false;
+    const Item last = heap_[count_];
+    heap_[count_] = {};
+    heap_.pop_back();
+    if (count_ > 0) sink(last.key, last.lane);
+  }
+
+  std::size_t count_ = 0;
+  std::vector<Item> heap_ = std::vector<Item>(kChildren - 1);  // count_ items, then past_all(): every group is complete
+  bool gap_ = false;                                           // the root was taken: one item more
 };
 
 }  // namespace evenstep::internal

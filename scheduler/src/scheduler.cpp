@@ -29,7 +29,7 @@ struct Scheduler::State {
   std::atomic<bool> stop{false};     // written by any thread
   std::int64_t in_flight = 0;        // wall clock: started work whose completion is not in the queue yet
 
-  RealTime now;                      // of the event being run, or of the last one
+  RealTime& now;                     // the scheduler's
   EventKey last{{}, Lane::completion, 0};
   bool running_event = false;
   std::uint64_t payload = 0;
@@ -40,18 +40,23 @@ struct Scheduler::State {
   RunStatus status;
 
   State(Scheduler& s, Clock& c, Executor& e, SchedulerOptions o)
-      : scheduler(s), clock(c), executor(e), options(std::move(o)), is_virtual(c.is_virtual()), ties(options.permute_ties) {}
+      : scheduler(s), clock(c), executor(e), options(std::move(o)), is_virtual(c.is_virtual()), ties(options.permute_ties), now(s.now_) {}
 
   RealTime live_now() const { return is_virtual ? now : clock.now(); }
   bool over() const {
     return status.end == RunEnd::stopped || status.end == RunEnd::limit || status.end == RunEnd::failed;
   }
 
-  bool within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at);
+  bool within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
+    if (count > limit) exceeded(limit, limit_name, event, at);
+    return count <= limit;
+  }
+  [[gnu::cold]] void exceeded(std::int64_t limit, const char* limit_name, EventName event, RealTime at);
   bool room_for(EventName event);
   void wake_at(RealTime at, Lane lane, Suspended& await);
   void launch(External& await);
 
+  void run(RealTime end, std::int64_t most_events);
   void admit_completed();
   bool advance(RealTime end);
   void run_next();
@@ -62,13 +67,10 @@ struct Scheduler::State {
 
 // ---- Limits
 
-bool Scheduler::State::within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
-  if (count <= limit) return true;
-  if (!over()) {
-    status = {RunEnd::limit, std::string("limit ") + limit_name + " = " + std::to_string(limit) + " exceeded by event '" +
-                                 event.text + "' at " + std::to_string(at.ns) + " ns", nullptr};
-  }
-  return false;
+void Scheduler::State::exceeded(std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
+  if (over()) return;
+  status = {RunEnd::limit, std::string("limit ") + limit_name + " = " + std::to_string(limit) + " exceeded by event '" +
+                               event.text + "' at " + std::to_string(at.ns) + " ns", nullptr};
 }
 
 bool Scheduler::State::room_for(EventName event) {
@@ -104,7 +106,7 @@ void Scheduler::State::launch(External& await) {
 
 /// Wall clock: finished work becomes an event at the later of its stamp and its programmed end. The sequence number is
 /// that of its launch, as under a virtual clock, so that a replay of the recorded key times breaks ties the same way.
-void Scheduler::State::admit_completed() {
+[[gnu::always_inline]] inline void Scheduler::State::admit_completed() {
   InFlight* next = nullptr;
   for (InFlight* work = inbox.take_all(); work != nullptr; work = next) {
     next = work->next;
@@ -116,7 +118,7 @@ void Scheduler::State::admit_completed() {
 }
 
 /// Waits until the next event with time < end is due: true. False when there is none, or the run is over.
-bool Scheduler::State::advance(RealTime end) {
+[[gnu::always_inline]] inline bool Scheduler::State::advance(RealTime end) {
   for (;;) {
     admit_completed();
     if (over()) return false;
@@ -140,8 +142,10 @@ bool Scheduler::State::advance(RealTime end) {
          within(event_count + 1, options.limits.total_events, "total_events", lane->name, key.time());
 }
 
-void Scheduler::State::run_next() {
-  const auto [key, await] = queue.pop();
+[[gnu::always_inline]] inline void Scheduler::State::run_next() {
+  const EventKey key = queue.top().key;
+  Suspended* const await = queue.top().lane;
+  queue.take();
   events_at_instant = key.time() == now ? events_at_instant + 1 : 1;
   last = key;
   now = key.time();
@@ -155,16 +159,21 @@ void Scheduler::State::run_next() {
   running_event = true;
   handle.resume();
   running_event = false;
+  queue.close_gap();  // the lane has ended, or its next event is not in the queue yet
 
-  const Event event{now, key.lane(), name, payload};
-  hash = chain(hash, event);
+  hash = chain(hash, {now, key.lane(), name, payload});
   ++event_count;
-  if (options.keep_events) events.push_back(event);
-  note_end_of(handle);
+  if (options.keep_events) events.push_back({now, key.lane(), name, payload});
+  if (handle.done()) note_end_of(handle);
+}
+
+/// One loop with its two halves in it: a call each would cost an event a tenth of its time.
+void Scheduler::State::run(RealTime end, std::int64_t most_events) {
+  for (std::int64_t i = 0; i < most_events && advance(end); ++i) run_next();
 }
 
 void Scheduler::State::note_end_of(std::coroutine_handle<Task::promise_type> handle) {
-  if (!handle.done() || !handle.promise().failure || over()) return;
+  if (!handle.promise().failure || over()) return;
   status = {RunEnd::failed, "unknown exception", handle.promise().failure};
   try {
     std::rethrow_exception(status.failure);
@@ -189,14 +198,7 @@ Scheduler::Scheduler(Clock& clock, Executor& executor, SchedulerOptions options)
     : state_(std::make_unique<State>(*this, clock, executor, std::move(options))) {}
 Scheduler::~Scheduler() { state_->drain(); }
 
-RealTime Scheduler::now() const noexcept { return state_->now; }
 RealTime Scheduler::live_now() const noexcept { return state_->live_now(); }
-
-Scheduler::Until Scheduler::until(RealTime at, Lane lane, EventName name) noexcept { return {{this, name}, at, lane}; }
-Scheduler::Until Scheduler::turn(Lane lane, EventName name) noexcept { return until(now(), lane, name); }
-Scheduler::External Scheduler::external(RealTime programmed_end, Work* work, EventName name) noexcept {
-  return {{this, name}, programmed_end, work};
-}
 
 void Scheduler::Until::await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept {
   handle = lane_handle;
@@ -219,7 +221,7 @@ void Scheduler::spawn(Task task) {
   assert(state_->event_count == 0 && !state_->running_event && "lanes start before the run");
   const auto handle = state_->tasks.emplace_back(std::move(task)).handle_;
   handle.resume();
-  state_->note_end_of(handle);
+  if (handle.done()) state_->note_end_of(handle);
 }
 
 void Scheduler::note(std::uint64_t digest) noexcept {
@@ -229,18 +231,19 @@ void Scheduler::note(std::uint64_t digest) noexcept {
 void Scheduler::note(double value) noexcept { note(std::bit_cast<std::uint64_t>(value)); }
 
 RunStatus Scheduler::run(RealTime end) {
-  while (state_->advance(end)) state_->run_next();
+  state_->run(end, INT64_MAX);
   state_->drain();
   return state_->status;
 }
 
 bool Scheduler::run_one() {
-  if (!state_->advance(kNever)) return false;
-  state_->run_next();
-  return true;
+  const std::int64_t before = state_->event_count;
+  state_->run(kNever, 1);
+  return state_->event_count > before;
 }
 
 std::optional<Scheduler::Key> Scheduler::next() const {
+  state_->queue.close_gap();
   if (state_->queue.empty()) return std::nullopt;
   const EventKey key = state_->queue.top().key;
   return Key{key.time(), key.lane()};

@@ -69,7 +69,7 @@ class Scheduler {
   struct Suspended;
 
   /// Frozen during an event; 0 before the first.
-  RealTime now() const noexcept;
+  RealTime now() const noexcept { return now_; }
   /// A live read of the clock; equals now() under a virtual clock. Whoever uses it records it.
   RealTime live_now() const noexcept;
 
@@ -112,6 +112,7 @@ class Scheduler {
 
  private:
   struct State;
+  RealTime now_;  ///< of the event being run, or of the last one; here, so that a lane reads it without a call
   std::unique_ptr<State> state_;
 };
 
@@ -139,6 +140,13 @@ struct Scheduler::External : Suspended {
   void await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept;
   Arrival await_resume();
 };
+
+// Inline: an awaitable is made where its lane keeps it.
+inline Scheduler::Until Scheduler::until(RealTime at, Lane lane, EventName name) noexcept { return {{this, name}, at, lane}; }
+inline Scheduler::Until Scheduler::turn(Lane lane, EventName name) noexcept { return until(now_, lane, name); }
+inline Scheduler::External Scheduler::external(RealTime programmed_end, Work* work, EventName name) noexcept {
+  return {{this, name}, programmed_end, work};
+}
 
 static_assert(std::is_trivially_copyable_v<Scheduler::Until> && std::is_trivially_copyable_v<Scheduler::External>,
               "g++ 12 destroys non-trivial temporaries inside co_await twice");
