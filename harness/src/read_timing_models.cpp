@@ -9,17 +9,17 @@
 namespace evenstep::internal {
 namespace {
 
-double hertz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }
+double in_Hz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }
 
 void read_additions(const Table& table, ProgrammedTiming& timing) {
   if (table.has("spikes")) {
     const Table spikes = table.table("spikes");
-    timing.spikes = Spikes{hertz(spikes.rate("rate")), spikes.duration("cost")};
+    timing.spikes = Spikes{in_Hz(spikes.rate("rate")), spikes.duration("cost")};
   }
   if (table.has("preemption")) {
     const Table preemption = table.table("preemption");
     const ParetoText cost = preemption.pareto("cost");
-    timing.preemption = Preemption{hertz(preemption.rate("rate")), cost.least, cost.most, preemption.number("tail")};
+    timing.preemption = Preemption{in_Hz(preemption.rate("rate")), cost.least, cost.most, preemption.number("tail")};
   }
   if (table.has("regimes")) {
     const Table regimes = table.table("regimes");
@@ -118,7 +118,7 @@ void read_timing_models(const Table& table, ProgrammedTiming& timing, Errors& er
 void check_pace(const Table& table, const ProgrammedTiming& timing, Errors& errors) {
   if (!timing.paced || is_periodic(timing)) return;
   // The means of "fill" are rounded to ns, so up to N / 2 ns may be over.
-  const double segment_ns = 1e9 / hertz(timing.segment), rounding_ns = 0.5 * mean_timing(timing).steps + 1;
+  const double segment_ns = 1e9 / in_Hz(timing.segment), rounding_ns = 0.5 * mean_timing(timing).steps + 1;
   const auto refuse = [&](std::string_view key, const Place& place, double work) {
     errors.add(place,
                fmt::format("'{}': the mean work of a segment, {:.6g} ms, is longer than the segment of {:.6g} ms, so a "

@@ -8,6 +8,7 @@
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
+#include "evenstep/harness/recorder.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/reports/writers.h"
 #include "judge.h"
@@ -173,6 +174,10 @@ Nominal nominal_of(const Scenario& scenario) {
     named.hold_emission = device.emission == Emission::hold;
     named.rate = device.rate;
     named.first_tick = RealTime{device.phase.ns};
+    if (const auto* sine = std::get_if<Sine>(&device.motion.shape)) {
+      const double frequency_Hz = static_cast<double>(sine->frequency.num) / static_cast<double>(sine->frequency.den);
+      named.sine = Nominal::Sine{to_vec3(sine->amplitude_m), frequency_Hz, seconds(device.motion.begin - RealTime{0})};
+    }
     if (const auto* stop = std::get_if<RampStop>(&device.motion.shape))
       named.stop_at = stop->stop + (device.motion.begin - RealTime{0});
   }

@@ -32,7 +32,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
   return record;
 }
 
-SolverRecord solver_record(Solver& solver, double seconds, bool has_energy) {
+SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   const SolverInfo& info = solver.info();
   const SolverVerdict verdict = solver.verdict();
   SolverRecord record{info.name, info.device, info.particles, info.substeps};
@@ -43,7 +43,10 @@ SolverRecord solver_record(Solver& solver, double seconds, bool has_energy) {
   record.non_finite = verdict.non_finite;
   record.first_bad_step = verdict.first_bad_step;
   record.energy_growth = verdict.energy_growth;
-  record.has_energy = has_energy;
+  record.variable_step = scene.variable_step;
+  record.steps_over_limit = verdict.steps_over_limit;
+  record.step_over_limit_max = verdict.step_over_limit_max;
+  record.has_energy = scene.needs_energy;
   record.left_out = info.left_out;
   record.solver_seconds = seconds;
   return record;
@@ -105,7 +108,7 @@ void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation) {
 StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
   keep_events(events, record_);
   record_.emission_repairs = map_->emission_repairs();
-  record_.solver = solver_record(*solver_, step_.seconds, scenario_.scene.needs_energy);
+  record_.solver = solver_record(*solver_, scene_, step_.seconds);
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
     DeviceRecord& device = record_.devices[tool];
     device.counters = counters_of(lanes_[tool]);
