@@ -26,7 +26,7 @@ ExitCode list(const std::vector<std::string>& paths) {
   if (!files->empty()) fmt::print("\n");
   fmt::print("strategies  ideal direct paper phase_locked\n");
   fmt::print("solvers     opencl cpu cpu-double\n");
-  fmt::print("motions     still constant-velocity sine ramp-stop recorded\n");
+  fmt::print("motions     still constant-velocity sine ramp-stop stick-slip recorded\n");
   for (const char* signal : {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY",
                              "solver.STRATEGY", "events.device.tick", "run"}) {
     const auto metrics = metrics_of_signal(signal);
