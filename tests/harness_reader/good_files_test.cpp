@@ -261,8 +261,8 @@ TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
 TEST_CASE("A stick-slip motion reads its times, also in units of the timing, and begins after its delay") {
   std::string text = kSpring;
   text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
-               "motion = { kind = \"stick-slip\", velocity = [\"0.1 m/s\", \"0 m/s\", \"-20 mm/s\"], stick = \"2 segments\", "
-               "slip = \"12.5 ms\", delay = \"1 s\" }\n");
+               "motion = { kind = \"stick-slip\", velocity = [\"0.1 m/s\", \"0 m/s\", \"-20 mm/s\"], "
+               "stick = \"2 segments\", slip = \"12.5 ms\", delay = \"1 s\" }\n");
   // Where no nominal speed exists, a limit has no step to be counted in.
   text.replace(text.find("min = \"4 step\""), 14, "min = \"1 mm\"");
   const Scenario s = good(text);
