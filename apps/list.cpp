@@ -28,7 +28,7 @@ ExitCode list(const std::vector<std::string>& paths) {
   for (const StrategyKind kind : kAllStrategies) fmt::print(" {}", name_of(kind));
   fmt::print("\n");
   fmt::print("solvers     opencl cpu cpu-double\n");
-  fmt::print("motions     still constant-velocity sine ramp-stop recorded\n");
+  fmt::print("motions     still constant-velocity sine ramp-stop stick-slip recorded\n");
   for (const char* signal : {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY",
                              "solver.STRATEGY", "events.device.tick", "run"}) {
     const auto metrics = metrics_of_signal(signal);

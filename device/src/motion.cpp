@@ -42,6 +42,18 @@ glm::dvec3 at_time(const Sine& motion, RealTime at) {
 
 glm::dvec3 at_time(const RampStop& motion, RealTime at) { return at_time(motion.ramp, std::min(at, motion.stop)); }
 
+glm::dvec3 at_time(const StickSlip& motion, RealTime at) {
+  assert(motion.stick.ns >= 0 && motion.slip.ns > 0);
+  if (at.ns <= 0) return glm::dvec3(0);
+  const std::int64_t period_ns = motion.stick.ns + motion.slip.ns;
+  const std::int64_t into_ns = at.ns % period_ns;
+  const __int128 slipped = static_cast<__int128>(std::max<std::int64_t>(0, into_ns - motion.stick.ns)) * period_ns;
+  const auto whole_ns = static_cast<std::int64_t>(slipped / motion.slip.ns);
+  const double rest_ns = static_cast<double>(static_cast<std::int64_t>(slipped % motion.slip.ns)) /
+                         static_cast<double>(motion.slip.ns);
+  return motion.velocity_m_per_s * ((static_cast<double>(at.ns - into_ns + whole_ns) + rest_ns) / 1e9);
+}
+
 glm::dvec3 at_time(const RecordedMotion& motion, RealTime at) {
   const auto& rows = motion.rows;
   assert(!rows.empty());

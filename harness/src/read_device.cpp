@@ -44,14 +44,22 @@ RecordedMotion read_recorded(const Table& motion, Errors& errors) {
   return std::move(csv.motion);
 }
 
+Motion read_stick_slip(const ScenarioReading& reading, const Table& motion) {
+  const NominalUnits& nominal = reading.scenario.nominal;
+  return StickSlip{motion.vector("velocity"), motion.span("stick", nominal, reading.errors),
+                   motion.span("slip", nominal, reading.errors)};
+}
+
 Motion read_shape(const ScenarioReading& reading, const Table& motion) {
   const std::string kind = motion.text("kind");
   if (kind == "still") return Still{};
   if (kind == "sine") return Sine{motion.vector("amplitude"), motion.rate("frequency")};
   if (kind == "recorded") return read_recorded(motion, reading.errors);
+  const bool spans_known = reading.scenario.nominal.known;  // if not, [timing] is faulty: they may need its units
+  if (kind == "stick-slip") return spans_known ? read_stick_slip(reading, motion) : Motion(Still{});
   const ConstantVelocity ramp{motion.vector("velocity"), motion.smooth("start")};
   if (kind == "constant-velocity") return ramp;
-  if (!reading.scenario.nominal.known) return Still{};  // [timing] is faulty: 'stop' may need its units
+  if (!spans_known) return Still{};
   const Duration stop = motion.span("stop", reading.scenario.nominal, reading.errors);
   if (stop < ramp.smooth_start) {
     reading.errors.add(motion.place("stop"), fmt::format("'stop': {} is within the smooth start of {}; stop later",

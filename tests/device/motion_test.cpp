@@ -119,6 +119,64 @@ TEST_CASE("a ramp stop is its ramp until the stop and stands from then on") {
   }
 }
 
+TEST_CASE("a stick-slip motion holds, slips evenly to the mean line, and is on it at every period") {
+  struct {
+    Duration stick, slip;
+  } const rows[] = {{{90 * kMs}, {10 * kMs}},   {{1}, {1}},        {{0}, {7}},          {{66'666'666}, {12'500'000}},
+                    {{kSecond}, {333'333'333}}, {{3 * kMs}, {1}},  {{1}, {3 * kMs + 1}}};
+  for (const auto& [stick, slip] : rows) {
+    const StickSlip motion{kVelocity, stick, slip};
+    const std::int64_t period = stick.ns + slip.ns;
+    for (std::int64_t k = 0; k <= 4000; ++k) {
+      const std::int64_t ns = period < 1000 ? k : period / 399 * k;
+      const std::int64_t since = ns / period * period, into = ns - since;
+      const long double slipped = into <= stick.ns ? 0 : static_cast<long double>(into - stick.ns) / slip.ns * period;
+      const glm::dvec3 position = position_m(motion, RealTime{ns});
+      for (int axis = 0; axis < 3; ++axis) {
+        // Five roundings (velocity, fraction, sum, seconds, product) of at most 2^-53 of a value below 4.
+        const long double expected = static_cast<long double>(kVelocity[axis]) * ((since + slipped) / 1e9L);
+        REQUIRE(std::abs(position[axis] - expected) <= 20 * 0x1p-53L);
+      }
+      // Bit for bit: the hold is the start of its period, and that is the mean line.
+      if (into <= stick.ns) REQUIRE(position == position_m(motion, RealTime{since}));
+      REQUIRE(position_m(motion, RealTime{since}) == position_m(ConstantVelocity{kVelocity}, RealTime{since}));
+    }
+  }
+}
+
+TEST_CASE("a stick-slip motion never moves back, and is below its mean line by no more than v times the stick") {
+  const StickSlip motion{{0.1, 0, 0}, Duration{90 * kMs + 1}, Duration{10 * kMs}};
+  double before = 0;
+  for (std::int64_t ns = 0; ns < kSecond; ns += 12'345) {
+    const double x = x_m(motion, ns), behind = 0.1 * static_cast<double>(ns) / 1e9 - x;
+    REQUIRE(x >= before);
+    REQUIRE((behind >= -1e-17 && behind <= 0.1 * 0.090000001 + 1e-16));
+    before = x;
+  }
+}
+
+TEST_CASE("a stick-slip motion without a stick is constant velocity, bit for bit") {
+  for (const std::int64_t slip : {std::int64_t{1}, std::int64_t{7}, 10 * kMs, kSecond + 1}) {
+    for (std::int64_t k = 0; k < 2000; ++k) {
+      const RealTime at{k * 7'654'321};
+      const glm::dvec3 line = position_m(ConstantVelocity{kVelocity}, at);
+      REQUIRE(position_m(StickSlip{kVelocity, Duration{0}, Duration{slip}}, at) == line);
+    }
+  }
+}
+
+TEST_CASE("at 0.1 m/s a stick-slip motion is on whole nanometres wherever its bracket is whole microseconds") {
+  // Slip of a tenth: a microsecond moves it by 10 times 100 nm.
+  const StickSlip motion{{0.1, -0.1, 0}, Duration{90 * kMs}, Duration{10 * kMs}};
+  for (std::int64_t us = 0; us < 20'000'000; us += 37) {
+    const std::int64_t into = us % 100'000, run_us = us - into + std::max<std::int64_t>(0, into - 90'000) * 10;
+    const glm::dvec3 position = position_m(motion, RealTime{us * 1000});
+    REQUIRE(std::abs(position.x - static_cast<long double>(run_us * 100) / 1e9L) <= 7e-16L);  // as constant velocity
+    const auto nm = static_cast<std::int32_t>(run_us * 100);
+    REQUIRE(reference_device::to_nm(position) == std::array<std::int32_t, 3>{nm, -nm, 0});
+  }
+}
+
 TEST_CASE("a recorded motion goes through its rows, straight between them, and holds its ends") {
   // Whole numbers whose quarters are exact, so that equality may be asked for.
   const RecordedMotion motion{
@@ -134,8 +192,10 @@ TEST_CASE("a recorded motion goes through its rows, straight between them, and h
 
 TEST_CASE("before t = 0 every motion holds its position at 0") {
   const ConstantVelocity ramp{kVelocity, Duration{100 * kMs}, {0.1, 0.2, 0.3}};
-  const std::array<Motion, 5> motions{Still{{1, 2, 3}}, ramp, ConstantVelocity{kVelocity, Duration{0}, {1, 1, 1}},
-                                      Sine{{1, 1, 1}, Rate{30, 1}}, RampStop{ramp, RealTime{kSecond}}};
+  const std::array<Motion, 7> motions{Still{{1, 2, 3}}, ramp, ConstantVelocity{kVelocity, Duration{0}, {1, 1, 1}},
+                                      Sine{{1, 1, 1}, Rate{30, 1}}, RampStop{ramp, RealTime{kSecond}},
+                                      StickSlip{kVelocity, Duration{kMs}, Duration{kMs}},
+                                      StickSlip{kVelocity, Duration{0}, Duration{1}}};
   for (const Motion& motion : motions) {
     for (std::int64_t ns = -1; ns > -kSecond * 1000; ns *= 7)
       CHECK(position_m(motion, RealTime{ns}) == position_m(motion, RealTime{0}));

@@ -247,6 +247,22 @@ TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
   check_round_trip(*result.scenario);
 }
 
+TEST_CASE("A stick-slip motion reads its times, also in units of the timing, and begins after its delay") {
+  std::string text = kSpring;
+  text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
+               "motion = { kind = \"stick-slip\", velocity = [\"0.1 m/s\", \"0 m/s\", \"-20 mm/s\"], "
+               "stick = \"2 segments\", slip = \"12.5 ms\", delay = \"1 s\" }\n");
+  // Where no nominal speed exists, a limit has no step to be counted in.
+  text.replace(text.find("min = \"4 step\""), 14, "min = \"1 mm\"");
+  const Scenario s = good(text);
+  const auto& motion = std::get<StickSlip>(s.devices[0].motion.shape);
+  CHECK(motion.velocity_m_per_s == glm::dvec3(0.1, 0, -0.02));
+  CHECK(motion.stick.ns == 66'666'666);
+  CHECK(motion.slip.ns == 12'500'000);
+  CHECK(s.devices[0].motion.begin.ns == 1'000'000'000);
+  check_round_trip(s);
+}
+
 TEST_CASE("Every scenario that is shipped reads and its resolved form is the same scenario") {
   const std::filesystem::path scenarios = std::filesystem::path(EVENSTEP_SOURCE_DIR) / "scenarios";
   if (!std::filesystem::exists(scenarios)) return;

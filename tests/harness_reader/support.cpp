@@ -23,6 +23,9 @@ struct MotionText {
   }
   std::string operator()(const Sine& m) const { return fmt::format("sine {} {}", at(m.amplitude_m), at(m.frequency)); }
   std::string operator()(const RampStop& m) const { return fmt::format("{} stop {}", (*this)(m.ramp), m.stop.ns); }
+  std::string operator()(const StickSlip& m) const {
+    return fmt::format("stick-slip {} {} {}", at(m.velocity_m_per_s), m.stick.ns, m.slip.ns);
+  }
   std::string operator()(const RecordedMotion& m) const {
     std::string out = "recorded";
     for (const auto& [time, position] : m.rows) out += fmt::format(" {}:{}", time.ns, at(position));

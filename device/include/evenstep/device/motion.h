@@ -24,10 +24,16 @@ struct ConstantVelocity { glm::dvec3 velocity_m_per_s{0}; Duration smooth_start{
 struct Sine { glm::dvec3 amplitude_m{0}; Rate frequency{1, 1}; };
 /// Constant velocity with smooth start, then a dead stop at `stop`.
 struct RampStop { ConstantVelocity ramp; RealTime stop; };
+/// A hand that sticks and slips below the line x = v t. In the period that begins at j P, P = stick + slip, it holds
+/// v j P for `stick` and then moves evenly, P / slip times as fast as v, to v (j + 1) P:
+///   x = v (j P + P max(0, t - j P - stick) / slip)
+/// stick >= 0 (none: the line itself, without a smooth start), slip > 0. The time in brackets is found in integers, its
+/// fraction of a nanosecond is one rounding more than ConstantVelocity has: whole nanometres are kept as there.
+struct StickSlip { glm::dvec3 velocity_m_per_s{0}; Duration stick{0}; Duration slip{1}; };
 /// Linear between rows (strictly increasing times, at least one); holds the ends.
 struct RecordedMotion { std::vector<std::pair<RealTime, glm::dvec3>> rows; };
 
-using Motion = std::variant<Still, ConstantVelocity, Sine, RampStop, RecordedMotion>;
+using Motion = std::variant<Still, ConstantVelocity, Sine, RampStop, StickSlip, RecordedMotion>;
 
 glm::dvec3 position_m(const Motion& motion, RealTime at);
 
