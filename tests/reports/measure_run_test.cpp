@@ -292,7 +292,8 @@ TEST_CASE("neither a gated nor a predicted step is an underrun") {
   for (std::size_t n = 0; n < steps.size(); ++n) steps[n].read = n % 2 ? StepRead::gated : StepRead::predicted;
   CHECK(value(run, "left.interaction.paper", "underruns") == 0);
   CHECK(value(run, "left.buffers.paper", "interaction_underruns") == 0);
-  for (const BinRow& row : bins(run).at("left.interaction.paper")) CHECK(row.underruns_so_far == 0);
+  const std::vector<BinRow> rows = bins(run).at("left.interaction.paper");
+  for (const BinRow& row : rows) CHECK(row.underruns_so_far == 0);
 }
 
 TEST_CASE("segment_mean is the length as run, from the first segment judged whole, also with segments of no step") {
@@ -324,7 +325,8 @@ TEST_CASE("a strategy of variable steps is judged over its own simulation time, 
   direct.solver.steps_over_limit = 7;
   direct.solver.step_over_limit_max = 5.66;
   CHECK(value(run, "left.interaction.direct", "deviation_max") / kStep_m < 1e-9);  // x = v z, exactly
-  for (const BinRow& row : bins(run).at("left.interaction.direct")) CHECK(row.deviation_max / kStep_m < 1e-9);
+  const std::vector<BinRow> rows = bins(run).at("left.interaction.direct");
+  for (const BinRow& row : rows) CHECK(row.deviation_max / kStep_m < 1e-9);
   CHECK(value(run, "solver.direct", "steps_over_limit") == 7);
   CHECK(value(run, "solver.direct", "step_over_limit_max") == 5.66);
 }
