@@ -20,24 +20,29 @@ inline std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, int s
 
 inline Duration length(const Interval& interval) { return interval.end - interval.begin; }
 
-/// In order, disjoint, inside the segment; the segments touch. Returns the number of violations.
+/// In order, disjoint, inside the segment; the segments touch. Where the visualization has a lane of its own, steps are
+/// disjoint and in order by themselves, begin in their segment and may end in a later one. Returns the number of violations.
 inline std::int64_t disorder(const std::vector<SegmentTiming>& segments) {
-  std::int64_t wrong = 0;
-  RealTime boundary{0};
-  std::int64_t index = 0;
-  for (const SegmentTiming& segment : segments) {
-    wrong += segment.index != index++ || segment.begin != boundary || segment.end < segment.begin || segment.overlaps();
-    RealTime last = segment.begin;
+  std::int64_t wrong = 0, index = 0;
+  RealTime boundary{0}, last{0};
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    const SegmentTiming& segment = segments[k];
+    const RealTime end = k + 1 < segments.size() ? segments[k + 1].begin : segment.end;
+    wrong += segment.index != index++ || segment.begin < boundary || end < segment.begin || segment.end < end;
+    if (!segment.concurrent) {
+      wrong += segment.begin != boundary || segment.end != end || segment.overlaps();
+      last = segment.begin;
+    }
     for (const Interval& step : segment.steps) {
-      wrong += step.begin < last || step.end <= step.begin;
+      wrong += step.begin < last || step.end <= step.begin || step.end > segment.end;
+      wrong += step.begin < segment.begin || step.begin >= end;
       last = step.end;
     }
-    wrong += last > segment.end;
     if (const auto& visualization = segment.visualization) {
-      wrong += visualization->begin < segment.begin || visualization->end > segment.end ||
-               visualization->end <= visualization->begin;
+      wrong +=
+          visualization->begin < segment.begin || visualization->end > end || visualization->end <= visualization->begin;
     }
-    boundary = segment.end;
+    boundary = end;
   }
   return wrong;
 }

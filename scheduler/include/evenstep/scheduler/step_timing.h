@@ -114,7 +114,8 @@ struct ProgrammedTiming {
 /// Concurrent: visualizations follow each other, paced or back to back; steps follow each other beside them and are never
 ///   stopped. Segment k lasts from the begin of visualization k to the next one's and holds the steps that begin in it, so
 ///   N varies. `steps` only serves "fill": s = (V / slowdown + T - V) / N, where T = V if not paced; that gives N steps per
-///   segment on average. (Steps that straddle an end of V make it (slowdown - 1)^2 / (2 slowdown) fewer: 0.08 at 1.5.)
+///   segment on average. (Where it is paced and the phase of the steps to V is even, those that straddle an end of V make it
+///   (slowdown - 1)^2 / (2 slowdown) fewer: 0.08 at 1.5.)
 ///
 /// Length of step n, in segment k: d = floor(X_n (1 + r B_k) f + 1/2), and then d + spike_n + preemption_n;
 /// of visualization k:             d = floor(Y_k (1 + r B_k) c_k + 1/2), and then d + preemption_k.
