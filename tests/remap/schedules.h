@@ -124,6 +124,12 @@ inline Schedule random_schedule(Draw& draw, std::int64_t count) {
   return schedule;
 }
 
+inline std::vector<StepTimes> flat(const Schedule& schedule) {
+  std::vector<StepTimes> steps;
+  for (const Segment& segment : schedule) steps.insert(steps.end(), segment.steps.begin(), segment.steps.end());
+  return steps;
+}
+
 struct Placed {
   StepTimes real;
   Slot slot;
