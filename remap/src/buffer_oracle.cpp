@@ -1,6 +1,6 @@
 #include "evenstep/remap/buffer_oracle.h"
 
-#include <vector>
+#include <deque>
 
 namespace evenstep {
 namespace {
@@ -12,29 +12,35 @@ struct Point {
 
 /// A slope in ns per step, as the exact fraction rise / run with run > 0.
 struct Slope {
-  std::int64_t rise;
-  std::int64_t run;
+  std::int64_t rise = 0;
+  std::int64_t run = 1;
+  Slope() = default;
   Slope(Point a, Point b) : rise(b.ns - a.ns), run(b.n - a.n) {}
   friend bool operator<=(Slope a, Slope b) {
     return static_cast<__int128>(a.rise) * b.run <= static_cast<__int128>(b.rise) * a.run;
   }
+  friend bool operator<(Slope a, Slope b) { return !(b <= a); }
 };
 
 /// One point more on the hull whose slopes fall (upper) or rise (lower) from left to right.
-void extend_upper(std::vector<Point>& hull, Point p) {
+template <class Hull>
+void extend_upper(Hull& hull, Point p) {
   while (hull.size() >= 2 && Slope(hull[hull.size() - 2], hull.back()) <= Slope(hull.back(), p)) hull.pop_back();
   hull.push_back(p);
 }
-void extend_lower(std::vector<Point>& hull, Point p) {
+template <class Hull>
+void extend_lower(Hull& hull, Point p) {
   while (hull.size() >= 2 && Slope(hull.back(), p) <= Slope(hull[hull.size() - 2], hull.back())) hull.pop_back();
   hull.push_back(p);
 }
 
-}  // namespace
+struct Line {
+  Duration latency;
+  Slope slot;
+};
 
-BestLine best_line(std::span<const StepTimes> steps) {
-  if (steps.empty()) return {};
-  if (steps.size() == 1) return {steps[0].end - steps[0].begin};
+/// Two steps or more.
+Line least_bracket(std::span<const StepTimes> steps) {
   std::vector<Point> ends;
   std::vector<Point> begins;
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -54,9 +60,124 @@ BestLine best_line(std::span<const StepTimes> steps) {
     if (begins[begin].n < ends[end].n) continue;
     // ceil((E - S) - (n_E - n_S) tau), exactly.
     const std::int64_t slots_ns = floor_mul_div(ends[end].n - begins[begin].n, tau.rise, tau.run);
-    const double slot_ns = static_cast<double>(tau.rise) / static_cast<double>(tau.run);
-    return {Duration{ends[end].ns - begins[begin].ns - slots_ns}, slot_ns};
+    return {Duration{ends[end].ns - begins[begin].ns - slots_ns}, tau};
   }
+}
+
+/// The tube, and the taut string through it as the list of its bends.
+class Funnel {
+ public:
+  Funnel(std::span<const StepTimes> steps, Duration latency, Duration sampling_term, Slope slot)
+      : steps_(steps), latency_(latency), sampling_term_(sampling_term), slot_(slot) {}
+
+  /// Least and largest R(n).
+  Point low(std::size_t n) const { return {static_cast<std::int64_t>(n), (steps_[n].end - latency_).ns}; }
+  Point high(std::size_t n) const { return {static_cast<std::int64_t>(n), (steps_[n].begin - sampling_term_).ns}; }
+
+  std::vector<Point> bends();
+  /// Where a line of slope tau* fits: a point of it, in the middle between its bounds.
+  Point middle() const { return {bottom_.n, bottom_.ns + (rise_above(bottom_, top_) >> 1)}; }
+
+ private:
+  /// floor of how far b lies above the line of slope tau* through a.
+  std::int64_t rise_above(Point a, Point b) const {
+    return b.ns - a.ns + floor_mul_div(a.n - b.n, slot_.rise, slot_.run);
+  }
+  bool above(Point a, Point b) const {   // b strictly above the line through a
+    return static_cast<__int128>(b.ns - a.ns) * slot_.run > static_cast<__int128>(b.n - a.n) * slot_.rise;
+  }
+  bool free_start();
+  void narrow(Point low, Point high);
+  void free_end();
+
+  std::span<const StepTimes> steps_;
+  Duration latency_;
+  Duration sampling_term_;
+  Slope slot_;
+  Point bottom_{};             // of the lines of slope tau*, the highest lower bound and the lowest upper one so far
+  Point top_{};
+  std::deque<Point> lower_;    // from the apex: concave over the lower bounds
+  std::deque<Point> upper_;    // from the apex: convex under the upper bounds
+  std::vector<Point> bends_;
+};
+
+/// The first bend is where lines of slope tau* cease to fit: at the bound that the first step to be missed lies beyond.
+/// False: they fit all steps.
+bool Funnel::free_start() {
+  bottom_ = low(0);
+  top_ = high(0);
+  for (std::size_t n = 1; n < steps_.size(); ++n) {
+    if (above(top_, low(n))) { bends_.push_back(top_); return true; }
+    if (above(high(n), bottom_)) { bends_.push_back(bottom_); return true; }
+    if (!above(low(n), bottom_)) bottom_ = low(n);
+    if (!above(top_, high(n))) top_ = high(n);
+  }
+  return false;
+}
+
+/// The bounds of one step more. A bound beyond the opposite chain pulls the string around that chain's points: they are
+/// bends, and the apex moves there. The other chain then is the new bound alone: what it had lay within the old funnel.
+void Funnel::narrow(Point low, Point high) {
+  extend_upper(lower_, low);
+  while (lower_.size() == 2 && upper_.size() >= 2 && Slope(upper_[0], upper_[1]) < Slope(lower_[0], low)) {
+    upper_.pop_front();
+    bends_.push_back(upper_[0]);
+    lower_ = {upper_[0], low};
+  }
+  extend_lower(upper_, high);
+  while (upper_.size() == 2 && lower_.size() >= 2 && Slope(upper_[0], high) < Slope(lower_[0], lower_[1])) {
+    lower_.pop_front();
+    bends_.push_back(lower_[0]);
+    upper_ = {lower_[0], high};
+  }
+}
+
+/// From the apex on with slope tau*, or along the chain that stands in the way until it does not any more.
+void Funnel::free_end() {
+  for (; lower_.size() >= 2 && slot_ < Slope(lower_[0], lower_[1]); lower_.pop_front()) bends_.push_back(lower_[1]);
+  for (; upper_.size() >= 2 && Slope(upper_[0], upper_[1]) < slot_; upper_.pop_front()) bends_.push_back(upper_[1]);
+}
+
+std::vector<Point> Funnel::bends() {
+  if (!free_start()) return {};
+  lower_ = upper_ = {bends_[0]};
+  for (auto n = static_cast<std::size_t>(bends_[0].n) + 1; n < steps_.size(); ++n) narrow(low(n), high(n));
+  free_end();
+  return bends_;
+}
+
+}  // namespace
+
+BestLine best_line(std::span<const StepTimes> steps) {
+  if (steps.empty()) return {};
+  if (steps.size() == 1) return {steps[0].end - steps[0].begin};
+  const Line line = least_bracket(steps);
+  return {line.latency, static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run)};
+}
+
+TautString taut_string(std::span<const StepTimes> steps, Duration latency, Duration sampling_term) {
+  TautString string;
+  const Slope slot = steps.size() < 2 ? Slope{} : least_bracket(steps).slot;
+  Funnel funnel(steps, latency, sampling_term, slot);
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    if (funnel.low(n).ns <= funnel.high(n).ns) continue;
+    string.infeasible_step = n;
+    return string;
+  }
+  if (steps.empty()) return string;
+  const std::vector<Point> bends = funnel.bends();
+  for (const Point& bend : bends) string.bends.push_back(static_cast<std::size_t>(bend.n));
+  const std::vector<Point> through = bends.empty() ? std::vector<Point>{funnel.middle()} : bends;
+  std::size_t next = 0;   // first bend at or after n
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const auto n = static_cast<std::int64_t>(i);
+    while (next < through.size() && through[next].n < n) ++next;
+    const bool between = next > 0 && next < through.size();
+    const Point from = through[next > 0 ? next - 1 : 0];
+    const Slope slope = between ? Slope(from, through[next]) : slot;
+    string.reads.push_back(RealTime{from.ns + floor_mul_div(n - from.n, slope.rise, slope.run)});
+  }
+  return string;
 }
 
 }  // namespace evenstep

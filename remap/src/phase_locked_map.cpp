@@ -58,14 +58,15 @@ void PhaseLockedMap::track(RealTime begin, double length_ns, double steps) {
     period_ns_ = last_.period_ns = std::max((before.length_ns + length_ns) / (before.steps + steps), kLeastPeriod_ns);
   }
   const double w = std::min(2 * std::numbers::pi * bandwidth_Hz_ * period_ns_ * steps * 1e-9, kMaxGain);
-  const double pull_ns = std::numbers::sqrt2 * w * error_ns / steps;
+  const LoopGains gains = loop_gains(w);
+  const double pull_ns = gains.slope * error_ns / steps;
   if (std::abs(pull_ns) > kMaxSlopeChange * period_ns_) {
     relock(begin, error_ns, measured_ns, steps);
     return;
   }
   const bool phase_only = restart || closing(error_ns, w);
   closing_ns_ = phase_only ? error_ns : 0;
-  if (!phase_only) period_ns_ += w * w * error_ns / steps;
+  if (!phase_only) period_ns_ += gains.period * error_ns / steps;
   slope_ns_ = within_slope_change(period_ns_ + pull_ns, period_ns_);
   const bool odd = std::abs(off) > kOddSegment && (off > 0) == (error_ns > 0);
   if (odd && std::abs(measured_ns - period_ns_) > std::abs(pull_ns)) {

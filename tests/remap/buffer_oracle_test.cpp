@@ -9,12 +9,6 @@ using namespace evenstep::testing;
 
 namespace {
 
-std::vector<StepTimes> flat(const Schedule& schedule) {
-  std::vector<StepTimes> steps;
-  for (const Segment& segment : schedule) steps.insert(steps.end(), segment.steps.begin(), segment.steps.end());
-  return steps;
-}
-
 /// ceil of max(E - n rise/run) - min(S - n rise/run), exactly, in units of 1/run.
 std::int64_t bracket(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run) {
   __int128 most = 0, least = 0;

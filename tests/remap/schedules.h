@@ -91,10 +91,10 @@ inline Schedule jittered(Draw& draw, double variation, std::int64_t count, doubl
   return schedule;
 }
 
-/// Anything that can happen: N in 1..40 (or none), V in 0..50 ms, constant, uniform, log-normal or bursty steps, gaps
-/// between steps, idle time, dropped visualizations.
+/// Anything that can happen: N in 1..40 (or none), V in 0..50 ms, constant, uniform, log-normal, bursty (Gilbert) or
+/// heavy-tailed (Pareto) steps, gaps between steps, idle time, dropped visualizations.
 inline Schedule random_schedule(Draw& draw, std::int64_t count) {
-  const std::int64_t kind = draw.between(0, 3);
+  const std::int64_t kind = draw.between(0, 4);
   const std::int64_t usual_steps = draw.between(1, 40);
   const bool steps_vary = draw.between(0, 2) == 0;
   const bool gaps = draw.between(0, 3) == 0;
@@ -114,6 +114,7 @@ inline Schedule random_schedule(Draw& draw, std::int64_t count) {
       if (kind == 1) factor = 2 * draw.unit();
       if (kind == 2) factor = draw.lognormal(variation);
       if (kind == 3) factor = (slow = draw.between(0, 7) == 0 ? !slow : slow) ? 1.6 : 0.8;
+      if (kind == 4) factor = std::min(0.4 / std::pow(1 - draw.unit(), 1 / 1.5), 100.0);
       const RealTime end = now + Duration{1 + std::llround(factor * static_cast<double>(step_ns))};
       segment.steps.push_back({now, end, k, i});
       now = end;
@@ -122,6 +123,12 @@ inline Schedule random_schedule(Draw& draw, std::int64_t count) {
     schedule.push_back(segment);
   }
   return schedule;
+}
+
+inline std::vector<StepTimes> flat(const Schedule& schedule) {
+  std::vector<StepTimes> steps;
+  for (const Segment& segment : schedule) steps.insert(steps.end(), segment.steps.begin(), segment.steps.end());
+  return steps;
 }
 
 struct Placed {

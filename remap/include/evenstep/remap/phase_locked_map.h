@@ -24,9 +24,18 @@
 /// Outside its domain: a segment without steps changes nothing (its length goes into the next one's error); a period that
 /// would fall below 1 ns per step (steps in zero time) is held there.
 
+#include <numbers>
+
 #include "evenstep/remap/slot_map.h"
 
 namespace evenstep {
+
+/// What the error e at a boundary does: P grows by period * e / N, and the slope is P + slope * e / N.
+struct LoopGains {
+  double period = 0;
+  double slope = 0;
+};
+constexpr LoopGains loop_gains(double w) { return {w * w, std::numbers::sqrt2 * w}; }
 
 class PhaseLockedMap final : public SlotMap {
  public:

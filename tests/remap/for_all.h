@@ -1,0 +1,68 @@
+#pragma once
+/// Properties over many random schedules. A property returns what it found wrong, or nullptr; the first failure is shrunk
+/// to the fewest segments that still fail and printed with its seed.
+
+#include <catch2/catch.hpp>
+
+#include <sstream>
+
+#include "schedules.h"
+
+namespace evenstep::testing {
+
+constexpr std::uint64_t kMany = 100'000;
+constexpr std::uint64_t kVeryMany = 1'000'000;
+
+/// Ends with the first failing segment, and begins as late as it can.
+template <class Fails>
+Schedule shrunk(Schedule schedule, Fails fails) {
+  for (std::size_t count = 1; count < schedule.size(); ++count) {
+    const Schedule prefix(schedule.begin(), schedule.begin() + static_cast<std::ptrdiff_t>(count));
+    if (!fails(prefix)) continue;
+    schedule = prefix;
+    break;
+  }
+  while (schedule.size() > 1) {
+    const Schedule later(schedule.begin() + 1, schedule.end());
+    if (!fails(later)) break;
+    schedule = later;
+  }
+  return schedule;
+}
+
+inline std::string written(const Schedule& schedule) {
+  std::ostringstream text;
+  for (const Segment& segment : schedule) {
+    text << "\n  segment at " << segment.begin.ns << ", steps [begin, end):";
+    for (const StepTimes& step : segment.steps) text << " [" << step.begin.ns << ", " << step.end.ns << ")";
+  }
+  return text.str();
+}
+
+/// `property(schedule, draw)`: draw is for what the property chooses itself, the same on every call. Normal runs take the
+/// seeds from 0 on, [long] runs those from 2^32 on.
+template <class Property>
+void for_all(std::uint64_t count, Property property) {
+  const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    Draw draw(seed);
+    const Schedule schedule = random_schedule(draw, draw.between(2, 5));
+    const Draw choices(mix(seed, std::uint64_t{1}));
+    const char* wrong = property(schedule, choices);
+    if (wrong == nullptr) continue;
+    const Schedule least = shrunk(schedule, [&](const Schedule& s) { return property(s, choices) != nullptr; });
+    FAIL("seed " << seed << ": " << property(least, choices) << written(least));
+  }
+}
+
+/// The same for what is not a schedule: `property(draw)`.
+template <class Property>
+void for_all_draws(std::uint64_t count, Property property) {
+  const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
+  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+    const char* wrong = property(Draw(seed));
+    if (wrong != nullptr) FAIL("seed " << seed << ": " << wrong);
+  }
+}
+
+}  // namespace evenstep::testing
