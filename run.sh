@@ -6,6 +6,6 @@ set -euo pipefail
 repo=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
 source "$repo/scripts/setup.sh"
 
-set_up evenstep
+set_up release evenstep
 if (($# == 0)); then set -- run "$repo/scenarios/paper/figure-1.toml"; fi
 exec "$build/apps/evenstep" "$@"

@@ -1,6 +1,6 @@
 # shellcheck shell=bash disable=SC2154
-# From a bare clone to a built program: packages, build folder, build. Sourced by run.sh, test.sh, .ci/run and
-# scripts/newcomer_test.sh, which `set -euo pipefail` and set `repo`, the absolute path of the clone.
+# From a bare clone to a built program: packages, build folder, build. Sourced by run.sh, test.sh, .ci/run and the scripts
+# beside it, which `set -euo pipefail` and set `repo`, the absolute path of the clone.
 # All of it writes to stderr, because stdout belongs to the program. Exit status 2: the set-up could not be done.
 
 note() { printf 'evenstep: %s\n' "$*" >&2; }
@@ -8,7 +8,9 @@ fail() { note "$@"; exit 2; }
 
 # --- packages ---------------------------------------------------------------------------------------------------------
 
-packages_wanted() { sed -E 's/[[:space:]]*(#.*)?$//; /^$/d' "$repo/scripts/packages.txt"; }
+package_lists=("$repo/scripts/packages.txt")
+
+packages_wanted() { sed -E 's/[[:space:]]*(#.*)?$//; /^$/d' "${package_lists[@]}"; }
 
 packages_missing() {
   local wanted
@@ -92,17 +94,17 @@ is_configured() {
   [[ $home -ef $repo ]]
 }
 
-configure() {
+configure() {  # configure PRESET
   note "configuring ${build/#"$repo/"/}"
-  cmake --fresh -S "$repo" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release >"$build/configure.log" 2>&1 || {
+  (cd -- "$repo" && cmake --fresh --preset "$1" -B "$build") >"$build/configure.log" 2>&1 || {
     cat -- "$build/configure.log" >&2
     fail "CMake could not configure the build: see above"
   }
 }
 
-# compile TARGET NOTE : says NOTE if there is anything to build. The whole output is in build.log.
+# compile NOTE TARGET... : says NOTE if there is anything to build. The whole output is in build.log.
 compile() {
-  cmake --build "$build" --target "$1" --parallel "$(nproc)" 2>&1 | tee -- "$build/build.log" | show_progress "$2" || {
+  cmake --build "$build" --target "${@:2}" --parallel "$(nproc)" 2>&1 | tee -- "$build/build.log" | show_progress "$1" || {
     [[ -t 2 ]] || cat -- "$build/build.log" >&2
     fail "the build failed: see above"
   }
@@ -126,9 +128,13 @@ show_progress() {  # show_progress NOTE
   if [[ $building && -t 2 ]]; then printf '\r\e[K'; fi
 }
 
-# set_up TARGET : afterwards `build` is the build folder and TARGET in it is up to date. One caller at a time.
+# set_up PRESET TARGET... : afterwards `build` is the build folder of the preset (CMakePresets.json), and each TARGET in it is
+# up to date. `release` has the build folder itself, any other preset a folder of its name in it. One caller at a time.
 set_up() {
+  local preset=$1
+  shift
   build=$(build_folder)
+  [[ $preset == release ]] || build+=/$preset
   # PoCL keeps compiled kernels below HOME unless told otherwise, and answers every call with error -36 where it cannot.
   export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl-cache}
   mkdir -p -- "$POCL_CACHE_DIR"
@@ -136,10 +142,10 @@ set_up() {
     flock -n 9 || { note "waiting for another build in $build"; flock 9; }
     install_packages
     if is_configured; then
-      compile "$1" "building what changed"
+      compile "building what changed" "$@"
     else
-      configure
-      compile "$1" "building (the first time: some minutes)"
+      configure "$preset"
+      compile "building (the first time: some minutes)" "$@"
     fi
   ) 9>"$build/.lock" </dev/null >&2
 }

@@ -41,18 +41,19 @@ void read_row(CsvRows& rows, std::vector<std::pair<RealTime, glm::dvec3>>& out) 
 
 }  // namespace
 
-MotionCsv read_motion_csv(const std::string& path) {
+MotionCsv parse_motion_csv(const std::string& text, const std::string& name) {
   MotionCsv out;
-  const TextFile file = read_text_file(path, kMostCsvBytes);
-  if (!file.error.empty()) {
-    out.errors.push_back({path, 0, 0, file.error});
-    return out;
-  }
-  CsvRows rows(file.text, path, out.errors);
+  CsvRows rows(text, name, out.errors);
   if (!rows.header("t_s,x_m,y_m,z_m")) return out;
   while (rows.next()) read_row(rows, out.motion.rows);
-  if (out.motion.rows.empty() && out.errors.empty()) out.errors.push_back({path, 1, 1, "no rows"});
+  if (out.motion.rows.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
   return out;
+}
+
+MotionCsv read_motion_csv(const std::string& path) {
+  const TextFile file = read_text_file(path, kMostCsvBytes);
+  if (!file.error.empty()) return {{}, {{path, 0, 0, file.error}}};
+  return parse_motion_csv(file.text, path);
 }
 
 }  // namespace evenstep::internal

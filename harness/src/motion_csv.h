@@ -14,5 +14,6 @@ struct MotionCsv {
   std::vector<Diagnostic> errors;
 };
 MotionCsv read_motion_csv(const std::string& path);
+MotionCsv parse_motion_csv(const std::string& text, const std::string& name);
 
 }  // namespace evenstep::internal

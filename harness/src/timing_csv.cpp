@@ -26,7 +26,6 @@ struct State {
   std::int64_t number = -1;                       ///< of the open segment, as written
   std::int64_t step_index = -1, idle_index = -1;  ///< last ones of the open segment
   bool only_idle = true;                          ///< so far in the open segment
-  RealTime first_begin;                           ///< of the whole file
   RealTime last_step_end{0}, last_visualization_end{0};
 };
 
@@ -48,7 +47,6 @@ bool open_segment(CsvRows& rows, const Row& row, State& state) {
                fmt::format("segment {} follows segment {}; segments are numbered one by one", row.segment, state.number));
     return false;
   }
-  if (state.segments.empty()) state.first_begin = row.interval.begin;
   SegmentTiming segment;
   segment.index = static_cast<std::int64_t>(state.segments.size());
   segment.begin = row.interval.begin;
@@ -108,8 +106,8 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
     rows.error(kBegin,
                fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
   }
-  if (row.interval.end.ns - state.first_begin.ns > kLongest_ns)
-    rows.error(kEnd, "is more than 1e6 s after the first row; are these nanoseconds?");
+  if (segment.end - state.segments.front().begin > Duration{kLongest_ns})
+    rows.error(kBegin, "the recording is longer than 1e6 s; are these nanoseconds?");
 }
 
 void shift(Interval& interval, Duration by) {

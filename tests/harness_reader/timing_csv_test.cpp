@@ -85,6 +85,8 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
       {"0,visualization,1,0,1\n", "one visualization"},
       {"0,visualization,0,50,60\n1,step,0,40,41\n", "segment 1 begins at 40 ns, not after the segment before it"},
       {"0,step,0,0,1\n0,step,1,1,2000000000000000\n", "are these nanoseconds?"},
+      // The first row need not be the earliest.
+      {"0,idle,0,9000000000000000000,9000000000000000000\n0,step,0,0,5\n", "x.csv:3:10: error: the recording is longer"},
       {"", "x.csv:1:1: error: no rows"},
   };
   for (const auto& row : table) {

@@ -188,9 +188,15 @@ case_elsewhere_than_on_debian_the_packages_are_named_and_the_build_goes_on() {
 # --- a stand-in for the project ---------------------------------------------------------------------------------------
 
 clone() {  # clone FOLDER
-  mkdir -p "$1/scenarios/paper" "$1/scenarios/recorded" "$1/.ci"
-  cp -r "$source_dir/run.sh" "$source_dir/test.sh" "$source_dir/scripts" "$1"
-  cp "$source_dir/.ci/run" "$1/.ci"
+  mkdir -p "$1/scenarios/paper" "$1/scenarios/recorded"
+  cp -r "$source_dir/run.sh" "$source_dir/test.sh" "$source_dir/CMakePresets.json" "$source_dir/scripts" "$source_dir/.ci" "$1"
+  cat >"$1/scripts/fuzz.sh" <<'END'
+#!/bin/bash
+echo 'fuzz: one: passed, 7 inputs'
+[[ -e $(dirname "$0")/../broken ]] || exec echo 'fuzz: other: passed, 9 inputs'
+echo 'fuzz: other: failed, see found'
+exit 1
+END
   cat >"$1/evenstep" <<'END'
 #!/bin/bash
 printf '[%s]' "$@"; echo
@@ -200,7 +206,8 @@ done
 [[ ${out-} ]] || exit 0
 echo '{"verdict":"pass","trace_hash":"0","expectations":[{"verdict":"pass"}]}' >"$out/a/summary.json"
 echo '{"verdict":"pass","trace_hash":"0","expectations":[]}' >"$out/b/summary.json"
-[[ -e $(dirname "$0")/../../scenarios/broken ]] || exit 0
+cd "$(dirname "$0")/../.."   # from build/apps or build/PRESET/apps
+[[ -e scenarios/broken || -e ../scenarios/broken ]] || exit 0
 echo '{"verdict":"fail","trace_hash":"0","expectations":[{"verdict":"pass"}]}' >"$out/b/summary.json"
 exit 1
 END
@@ -214,9 +221,13 @@ add_custom_command(OUTPUT ${program} DEPENDS ${CMAKE_SOURCE_DIR}/evenstep VERBAT
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/apps)
 file(GLOB checked_by_every_build CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/scenarios/*)
 add_custom_target(evenstep ALL DEPENDS ${program})
+foreach(name IN ITEMS faults test_clock test_scheduler test_remap test_remapper test_harness)
+  add_custom_target(${name})
+endforeach()
 enable_testing()
 add_test(NAME short COMMAND true)
-add_test(NAME breakable COMMAND test ! -e ${CMAKE_SOURCE_DIR}/broken)
+add_test(NAME "clock: breakable" COMMAND test ! -e ${CMAKE_SOURCE_DIR}/broken)
+add_test(NAME "setup: not under sanitizers" COMMAND test ${CMAKE_BINARY_DIR} = ${CMAKE_SOURCE_DIR}/build)
 add_test(NAME slow COMMAND true)
 set_tests_properties(slow PROPERTIES LABELS long)
 END
@@ -356,9 +367,9 @@ case_tests_are_run_without_the_long_ones_unless_asked_for() {
   clone c
   call c/test.sh
   expect_status 0
-  grep -q '100% tests passed, 0 tests failed out of 2' out || fail "not two tests"
-  call env EVENSTEP_LONG=1 c/test.sh
   grep -q '100% tests passed, 0 tests failed out of 3' out || fail "not three tests"
+  call env EVENSTEP_LONG=1 c/test.sh
+  grep -q '100% tests passed, 0 tests failed out of 4' out || fail "not four tests"
   call c/test.sh -R short
   grep -q '100% tests passed, 0 tests failed out of 1' out || fail "arguments do not reach ctest"
 }
@@ -371,25 +382,34 @@ case_a_failing_test_and_no_test_at_all_are_failures() {
   call c/test.sh -R nothing_of_this_name
   [[ $status != 0 ]] || fail "no test at all counts as success"
 }
-case_the_check_counts_tests_and_scenarios() {
+case_the_check_counts_tests_scenarios_and_fuzz_targets() {
   clone c
   call c/.ci/run
   expect_status 0
-  [[ $(tail -1 out) == '9 passed, 0 failed' ]] || fail "not 3 tests (the long one too) and 3 times 2 scenarios"
+  # Tests: 4 (the long one too), 2 under asan-ubsan, 1 under tsan; 2 runs in each of 6 stages; 2 fuzz targets.
+  [[ $(tail -1 out) == '21 passed, 0 failed' ]] || fail "not 7 tests, 12 runs and 2 fuzz targets"
+  grep -q '^dpkg-query .* oclgrind' calls || fail "the packages of .ci/packages.txt are not asked for"
 }
 case_the_check_counts_what_failed() {
   clone c
   touch c/broken c/scenarios/broken
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '5 passed, 4 failed' ]] || fail "not 2 tests and 3 scenarios"
+  [[ $(tail -1 out) == '11 passed, 10 failed' ]] || fail "not 3 tests, 6 runs and 1 fuzz target"
 }
 case_the_check_counts_a_stage_that_could_not_start() {
   clone c
   echo 'if' >>c/evenstep
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '0 passed, 4 failed' ]] || fail "not 4 stages"
+  [[ $(tail -1 out) == '2 passed, 6 failed' ]] || fail "not 4 stages and 2 builds"
+}
+case_the_check_counts_a_stage_that_ran_no_test() {
+  clone c
+  sed -i 's/clock: breakable/breakable/' c/CMakeLists.txt
+  call c/.ci/run
+  expect_status 1
+  [[ $(tail -1 out) == '20 passed, 1 failed' ]] || fail "not the tests under tsan"
 }
 
 declare -F "case_$2" >/dev/null || { echo "no case $2"; exit 2; }

@@ -1,0 +1,48 @@
+// Any bytes as a value with a unit. What is read as time or rate is read the same from its exact value.
+#include <cmath>
+
+#include "evenstep/harness/quantity.h"
+#include "property.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, as documented
+
+void check_duration(std::string_view text) {
+  const NominalUnits nominal{{33'333'333}, {11'100'000}, {2'222'222}, {1'482'222}, true};
+  for (const NominalUnits& units : {NominalUnits{}, nominal}) {
+    const Parsed<Duration> parsed = parse_duration(text, units);
+    if (!parsed.ok()) continue;
+    require(std::abs(parsed.value.ns) <= kLongest_ns, "longer than 1e6 s");
+    const Parsed<Duration> again = parse_duration(std::to_string(parsed.value.ns) + " ns", units);
+    require(again.ok() && again.value == parsed.value, "a duration does not read back: " + again.error);
+  }
+}
+
+void check_rate(std::string_view text) {
+  const Parsed<Rate> parsed = parse_rate(text);
+  if (!parsed.ok()) return;
+  const Rate rate = parsed.value;
+  require(rate.num > 0 && rate.den > 0, "a rate is not above 0");
+  require(instant_ns(rate, 1) >= 1, "a period is shorter than 1 ns");
+  const Parsed<Rate> again = parse_rate(std::to_string(rate.num) + "/" + std::to_string(rate.den) + " Hz");
+  require(again.ok() && again.value.num == rate.num && again.value.den == rate.den, "a rate does not read back: " + again.error);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  check_duration(text);
+  check_rate(text);
+  for (int dimension = 0; dimension <= static_cast<int>(Dimension::slew); ++dimension) {
+    const Parsed<double> parsed = parse_si(text, static_cast<Dimension>(dimension));
+    require(!parsed.ok() || !std::isnan(parsed.value), "a value is not a number");
+  }
+  const Parsed<Limit> limit = parse_limit(text);
+  require(!limit.ok() || !std::isnan(limit.value.number), "a limit is not a number");
+  return 0;
+}

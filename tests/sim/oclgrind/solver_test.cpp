@@ -1,0 +1,28 @@
+// Under Oclgrind (oclgrind_test.sh): an OpenCL that is not PoCL, interprets each work-item, and watches every access.
+#include <catch2/catch.hpp>
+
+#include "tissue_scenes.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+TEST_CASE("On Oclgrind forces, digest and energy are those of cpu float, bit for bit") {
+  TissueScene block = small_block();
+  block.lattice = {3, 3, 4};  // fewer cells than one chunk of sums, so the kernels run over their padding too
+  block.particle_count = 3 * 3 * 4 - 2;
+  block.damping_per_s = 20;
+  block.substeps = 3;
+  block.grabs = {{glm::dvec3(0, 0, 2) * block.spacing_m, 4e-3}, {glm::dvec3(2, 2, 2) * block.spacing_m, 6e-3}};
+  const Scene scene = scene_of(block, 1.0 / 450, true);
+  const auto cpu = make_solver(SolverKind::cpu_float, scene);
+  const auto opencl = make_solver(SolverKind::opencl, scene, {"", "", 64});
+  REQUIRE(opencl->info().device.find("Oclgrind") != std::string::npos);
+  for (int n = 0; n < 10; ++n) {
+    INFO("step " << n);
+    const ToolResponse expected = step(*cpu, 2, wandering_tools(20 * n)), got = step(*opencl, 2, wandering_tools(20 * n));
+    REQUIRE(same_bits(expected, got));
+    REQUIRE(cpu->state_digest() == opencl->state_digest());
+    REQUIRE(same_bits(cpu->verdict().energy_J, opencl->verdict().energy_J));
+  }
+  CHECK(norm(step(*cpu, 2, wandering_tools(199)).force_N[0]) > 0.1);
+}
