@@ -49,9 +49,9 @@ double metric(const RunOutcome& outcome, const std::string& signal, const std::s
 
 }  // namespace
 
-TEST_CASE("a gate waits in all as long as the lead that it was not given, and no longer") {
-  // Step n needs its tick at R(n) <= S(n) + W(n), W what was waited before. So W rises to the largest need, which is the
-  // least lead of this phase, and stays: reads do not move with the waits (the map is told work time).
+TEST_CASE("a gate waits in all as long as the worst step must, and no longer") {
+  // Step n needs the first tick at or after R(n) to be at or before S(n) + W(n), W what was waited before. So W rises to
+  // the largest of these needs and stays: reads do not move with the waits (the map is told work time).
   for (const int percent : {0, 1, 10}) {
     const std::vector<std::string> timing = percent == 0 ? std::vector<std::string>{} : jitter(percent);
     const Scenario free = read(kSpring, with(timing, {"run.duration=\"10 s\"", "expect=[]"}));
@@ -65,9 +65,13 @@ TEST_CASE("a gate waits in all as long as the lead that it was not given, and no
       const std::vector<UnderrunRow> waits = rows(record, UnderrunRow::Side::interaction);
       CHECK(static_cast<std::int64_t>(waits.size()) == count(record, StepRead::gated));
       REQUIRE(!waits.empty());
-      // A wait later in the run than the gated run's last step is not in it: at most, and within the last need.
-      CHECK(total(waits).ns <= plan.sizing.this_phase.lead.ns);
-      if (percent == 0) CHECK(std::abs(total(waits).ns - plan.sizing.this_phase.lead.ns) <= 2);
+      Duration need;
+      for (const MappedStep& step : plan.sizing.steps) {
+        const Rate rate{1000, 1};
+        need = std::max(need, tick_time(rate, first_tick_at_or_after(rate, step.slot)) - step.begin);
+      }
+      CHECK(total(waits) == need);
+      CHECK(need <= plan.sizing.any_phase.lead);
       for (const UnderrunRow& wait : waits) CHECK(wait.policy == "gate");
     }
   }
@@ -120,7 +124,7 @@ TEST_CASE("on the line that a hand moves on, extrapolation replaces every missin
   const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ interaction = \"extrapolate\" }"})), {});
   const std::string signal = "left.interaction.phase_locked";
   CHECK(metric(clamped, signal, "underruns") == metric(line, signal, "underruns"));
-  CHECK(metric(line, signal, "underruns") > 100);
+  CHECK(metric(line, signal, "underruns") > 30);  // one in every third segment
   CHECK(metric(clamped, signal, "velocity_jump") > 0.02 * kStep_m);  // a sample is up to 1/9 ms too old
   CHECK(metric(line, signal, "velocity_jump") <= 1e-6 * kStep_m);
   const StrategyRecord& record = strategy(line.record, "phase_locked");
@@ -198,26 +202,26 @@ TEST_CASE("after a dead stop predict runs on by its horizon, where a remap does 
   CHECK(metric(outcome, "left.interaction.phase_locked", "error_at_stop") <= 25e-6);
 }
 
-TEST_CASE("a filter delays and weakens what a remap only delays") {
-  for (const char* kind : {"moving-average", "butterworth", "one-euro"}) {
-    for (const char* on : {"interaction", "force"}) {
-      const std::vector<std::string> base{
-          "run.strategies=[\"direct\", \"filtered\", \"phase_locked\"]",
-          std::string("remap.filter={ kind = \"") + kind + "\", on = \"" + on + "\" }",
-          "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"5 Hz\" }",
-          "expect=[]"};
-      const RunOutcome outcome = run_scenario(read(kSpring, base), {});
-      INFO(kind << " on " << on);
-      const auto force = [&](const std::string& name, const char* what) {
-        return metric(outcome, "left.force." + name, what);
-      };
-      CHECK(force("phase_locked", "gain") > 0.999);  // linear between samples 1 ms and forces 2.2 ms apart
-      CHECK(force("phase_locked", "gain") < 1.0);
-      CHECK(force("filtered", "gain") < 0.99);
-      CHECK(force("filtered", "distortion") < force("direct", "distortion"));
-      CHECK(force("filtered", "distortion") > force("phase_locked", "distortion"));
-      CHECK(force("filtered", "phase_delay") > force("direct", "phase_delay"));
-    }
+TEST_CASE("a filter weakens and delays what a remap only delays") {
+  const char* filter = GENERATE("{ kind = \"moving-average\"", "{ kind = \"butterworth\"",
+                                "{ kind = \"one-euro\", min_cutoff = \"5 Hz\", beta = 0.0");
+  for (const std::string on : {"interaction", "force"}) {
+    const std::vector<std::string> base{
+        "run.strategies=[\"direct\", \"filtered\", \"phase_locked\"]",
+        std::string("remap.filter=") + filter + ", on = \"" + on + "\" }",
+        "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"5 Hz\" }",
+        "expect=[]"};
+    const RunOutcome outcome = run_scenario(read(kSpring, base), {});
+    INFO(filter << " on " << on);
+    const auto of = [&](const std::string& name, const char* what) {
+      return metric(outcome, "left." + on + "." + name, what);
+    };
+    CHECK(of("phase_locked", "gain") > 0.999);  // linear between samples 1 ms and forces 2.2 ms apart
+    CHECK(of("phase_locked", "gain") < 1.0);
+    CHECK(of("filtered", "gain") < 0.98);
+    CHECK(of("filtered", "phase_delay") > of("direct", "phase_delay") + 10e-3);
+    CHECK(of("filtered", "distortion") < of("direct", "distortion"));
+    CHECK(of("filtered", "distortion") > of("phase_locked", "distortion"));
   }
 }
 
@@ -236,5 +240,6 @@ TEST_CASE("variable steps keep simulation time beside real time") {
   for (const StepRow& step : record.steps) {  // summed: 1,800 roundings of 4 s
     REQUIRE(std::abs(step.simulated_s - seconds(step.begin - record.steps[0].begin)) <= 1e-12);
   }
-  CHECK(metric(outcome, "left.interaction.variable_step", "deviation_max") <= 1e-6 * kStep_m);
+  // Against that time the hand moves evenly; what is left is the age of the newest sample, below 1 ms.
+  CHECK(metric(outcome, "left.interaction.variable_step", "deviation_max") <= 0.1 * 1e-3);
 }
