@@ -10,6 +10,18 @@ using namespace evenstep::test;
 
 namespace {
 
+/// Every model of [timing] in one.
+std::string with_models() {
+  std::string text = kSpring;
+  text.insert(text.find("[scene]"),
+              "order = \"steps-first\"\npaced = true\nstep = \"0.5 ms\"\nfirst_step = \"+20 %\"\ndrift = \"-2 %/s\"\n"
+              "spikes = { rate = \"2 Hz\", cost = \"4 ms\" }\nregimes = { factor = 1.6, mean_length = \"8 segments\" }\n"
+              "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms cap 40 ms\", tail = 1.2 }\n"
+              "dropped_visualization = \"2 %\"\nmerged_visualization = \"3 %\"\n"
+              "changes = [{ at = \"2 s\", visualization = \"9 ms\" }, { at = \"3 s\", steps = [3, 4], step = \"1 ms\" }]\n");
+  return text;
+}
+
 /// One to three bytes changed, removed, added or copied from elsewhere in the text.
 std::string mutated(std::string text, std::mt19937_64& random) {
   const int changes = 1 + static_cast<int>(random() % 3);
@@ -41,9 +53,10 @@ std::string mutated(std::string text, std::mt19937_64& random) {
 TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place, and what is read reads back") {
   std::mt19937_64 random(20'070'101);  // fixed seed: the same files on every run
   const Folder folder;
+  const std::string bases[] = {kSpring, kTissue, with_models()};
   int read = 0, refused = 0;
   for (int i = 0; i < 10'000; ++i) {
-    const std::string text = mutated(i % 2 == 0 ? kSpring : kTissue, random);
+    const std::string text = mutated(bases[i % 3], random);
     const ReadResult result = read_scenario(folder.write("s.toml", text));
     if (result.scenario.has_value() != result.errors.empty()) FAIL("neither read nor refused:\n" << text);
     for (const Diagnostic& error : result.errors) {
