@@ -23,7 +23,7 @@ fuzz() {
   local corpus=$build/corpus/$1 log=$build/corpus/$1.log shipped=()
   mkdir -p -- "$corpus"
   case $1 in scenario | timing_csv) shipped=("$repo/scenarios") ;; esac
-  "$build/tests/fuzz/fuzz_$1" -max_total_time="$seconds" -max_len=8192 -timeout=20 -rss_limit_mb=1024 -malloc_limit_mb=256 \
+  "$build/tests/fuzz/fuzz_$1" -max_total_time="$seconds" -max_len=4096 -timeout=20 -rss_limit_mb=1024 -malloc_limit_mb=256 \
     -dict="$repo/tests/fuzz/$1.dict" -artifact_prefix="$build/found/$1-" -print_final_stats=1 \
     "$corpus" "$repo/tests/fuzz/kept/$1" "${shipped[@]}" >"$log" 2>&1
 }

@@ -9,14 +9,14 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Beside the input stand the shipped scenarios, and a recording and a motion short enough to be read thousands of times a
-/// second: what an input can name in `extends`, `trace` and `file`.
+/// Beside the input stand the shipped scenarios of the paper, and a recording and a motion short enough to be read thousands
+/// of times a second: what an input can name in `extends`, `trace` and `file`.
 const Folder& folder() {
   static const Folder made;
   static const bool filled = [] {
     namespace fs = std::filesystem;
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(EVENSTEP_SOURCE_DIR "/scenarios")) {
-      if (entry.path().extension() == ".toml") fs::copy_file(entry.path(), made.path(entry.path().filename()));
+    for (const fs::directory_entry& entry : fs::directory_iterator(EVENSTEP_SOURCE_DIR "/scenarios/paper")) {
+      fs::copy_file(entry.path(), made.path(entry.path().filename()));
     }
     made.write("t.csv", "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n"
                         "0,idle,0,18200,30100\n1,visualization,0,30100,42100\n1,step,0,42100,46100\n");
