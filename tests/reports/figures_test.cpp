@@ -52,6 +52,21 @@ TEST_CASE("a range of one value, of none and of NaN still has a span") {
   }
 }
 
+TEST_CASE("an axis of decades names whole powers of ten only, however few or many there are") {
+  for (const double low : {-1.05, -2.1, -9.4}) {
+    internal::Svg svg(900, 600, "t");
+    internal::Panel panel(svg, {100, 0, 800, 140}, {{0, 1}, "", "s"}, {{low, 0}, "error", "m", true});
+    panel.draw_axes(false, false);
+    const std::string text = std::move(svg).finish();
+    CAPTURE(low);
+    CHECK_THAT(text, Contains("error [m]") && Contains(">10⁰<"));
+    CHECK(occurrences(text, ">10⁻¹<") == (low > -4 ? 1 : 0));
+    CHECK(occurrences(text, ">10⁻²<") == (low < -2 ? 1 : 0));
+    const std::size_t names = occurrences(text, ">10");
+    CHECK(names == (low > -2 ? 2 : low > -4 ? 3 : 5));
+  }
+}
+
 TEST_CASE("a long curve is decimated to the pixels, and no peak is lost") {
   internal::Svg svg(900, 600, "t");
   internal::Panel panel(svg, {0, 0, 800, 100}, {{0, 100'000}, "", ""}, {{0, 1}, "", ""});
@@ -160,6 +175,7 @@ TEST_CASE("error over time: three panels of interaction and of force with every 
        {"left.interaction", "left.force", "ideal", "direct", "paper", "phase_locked", "deviation max [step]",
         "velocity jump [step]", "underruns so far [count]", "run time [s]", ">10⁻⁶<", ">10⁰<"})
     CHECK_THAT(svg, Contains(text));
+  CHECK_THAT(svg, !Contains(">10⁻⁸<"));  // 1e-10 m are 4.5e-7 step
   for (const double size : numbers_after(svg, "font-size=\"")) CHECK(size >= 11);
   for (const double x : numbers_after(svg, "<text x=\"")) CHECK((x > 0 && x < 1100));
 }
@@ -177,7 +193,10 @@ TEST_CASE("error over time: one block per device; SI units where there is no ste
   CHECK(occurrences(svg, "<polyline") == 2 * 6 * 4);
   CHECK(occurrences(svg, "deviation max [step]") == 2);
   CHECK_THAT(svg, Contains("right.force") && Contains("deviation max [m]") && Contains("velocity jump [N]"));
-  for (const double y : heights(svg)) CHECK((y > 0 && y < 58 + 2 * 540));
+  const std::vector<double> ys = heights(svg);
+  for (const double y : ys) CHECK((y > 58 && y < 58 + 2 * 540));
+  const auto above = std::count_if(ys.begin(), ys.end(), [](double y) { return y < 58 + 540; });
+  CHECK(2 * above == static_cast<std::ptrdiff_t>(ys.size()));
 }
 
 TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without samples break a curve") {
