@@ -26,6 +26,7 @@ struct RunArguments {
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted);
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set);
 ExitCode list(const std::vector<std::string>& paths);
+ExitCode fit(const std::string& file, bool json);
 ExitCode diff(const std::string& a, const std::string& b);
 
 /// Files as given, folders as all *.toml below them in order of path. Prints an error and returns nullopt if one is not

@@ -66,6 +66,13 @@ int main(int argc, char** argv) {
       cli.add_subcommand("list", "what a scenario can name: scenarios found, strategies, solvers, metrics");
   list_command->add_option("folder", list_paths, "where to look for scenarios (default: scenarios)");
 
+  std::string fit_file;
+  bool fit_as_json = false;
+  CLI::App* fit_command = cli.add_subcommand(
+      "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording");
+  fit_command->add_option("timing.csv", fit_file, "segment,kind,index,begin_ns,end_ns")->required();
+  fit_command->add_flag("--json", fit_as_json, "the numbers instead of the table");
+
   std::string diff_a, diff_b;
   CLI::App* diff_command = cli.add_subcommand("diff", "the first differing event of two runs");
   diff_command->add_option("a", diff_a, "run folder or events.bin")->required();
@@ -90,6 +97,8 @@ int main(int argc, char** argv) {
       code = app::list(list_paths);
     else if (*diff_command)
       code = app::diff(diff_a, diff_b);
+    else if (*fit_command)
+      code = app::fit(fit_file, fit_as_json);
     else if (*schema_command)
       std::fputs(scenario_schema().c_str(), stdout);
     if (std::fflush(stdout) != 0) return static_cast<int>(ExitCode::run_failed);

@@ -1,0 +1,360 @@
+#include "evenstep/scheduler/timing_fit.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <map>
+
+#include "fit_statistics.h"
+
+namespace evenstep {
+namespace {
+
+using namespace internal;
+
+/// Share of segments that must show something before it is the rule.
+constexpr double kRule = 0.1;
+/// Two levels must be so many deviations, and such a factor, apart to be called two.
+constexpr double kLeastSeparation = 2.0, kLeastFactor = 1.1;
+/// Of log-likelihood: 3 parameters more at the price of BIC for 10 000 values.
+constexpr double kLeastGain = 14;
+/// Levels that last longer than this share of the recording were seen too rarely to come and go at random.
+constexpr double kMostLength = 0.2;
+/// Hits from which on a tail has a shape, and a spike a size.
+constexpr std::int64_t kLeastTail = 10, kLeastSpikes = 5;
+/// The commonest excess is no spike where it is next to the least that counts as one: there a tail is densest.
+constexpr double kSpikeAboveLeast = 1.5;
+/// A step this far over the median, in deviations of the logarithm, or by this factor, whichever is more, was hit.
+constexpr double kHitDeviations = 6, kLeastHitFactor = 1.2;
+/// A slope is clear from so many errors on, if it makes this difference over the recording.
+constexpr double kClearDrift = 4, kLeastDrift = 0.02;
+/// A grid holds T to this share of what the work varies by, or to this share of itself.
+constexpr double kPacedVariation = 0.5, kPacedSteadiness = 0.005, kPacedIdle = 0.02;
+
+struct Step {
+  double begin_s = 0, ns = 0;
+  bool first = false;   ///< after a visualization
+  bool beside = false;  ///< begins while a visualization runs
+};
+
+/// The recording without its last segment, which may have been cut off.
+struct Recording {
+  Sample begins_s;           ///< per segment
+  Sample lengths_ns;         ///< T
+  Sample visualizations_ns;  ///< of the segments that have one
+  Sample visualization_begins_s;
+  std::vector<bool> has_visualization;
+  std::vector<int> counts;
+  std::vector<Step> steps;
+  double idle_ns = 0;
+};
+
+double ns(const Interval& interval) { return static_cast<double>((interval.end - interval.begin).ns); }
+
+template <class Predicate>
+double share_of(std::span<const SegmentTiming> segments, Predicate holds) {
+  return static_cast<double>(std::count_if(segments.begin(), segments.end(), holds)) / static_cast<double>(segments.size());
+}
+
+SegmentOrder order_of(std::span<const SegmentTiming> segments) {
+  if (share_of(segments, [](const SegmentTiming& s) { return s.overlaps(); }) > kRule) return SegmentOrder::concurrent;
+  const auto steps_lead = [](const SegmentTiming& s) {
+    return s.visualization && !s.steps.empty() && s.visualization->begin >= s.steps.back().end;
+  };
+  return share_of(segments, steps_lead) > 0.5 ? SegmentOrder::steps_first : SegmentOrder::visualization_first;
+}
+
+Recording gather(std::span<const SegmentTiming> segments, SegmentOrder order) {
+  Recording out;
+  bool after_visualization = false;
+  for (std::size_t k = 0; k + 1 < segments.size(); ++k) {
+    const SegmentTiming& segment = segments[k];
+    out.begins_s.push_back(seconds(segment.begin));
+    out.lengths_ns.push_back(static_cast<double>((segments[k + 1].begin - segment.begin).ns));
+    out.has_visualization.push_back(segment.visualization.has_value());
+    out.counts.push_back(static_cast<int>(segment.steps.size()));
+    double idle = out.lengths_ns.back();
+    if (segment.visualization) {
+      out.visualizations_ns.push_back(ns(*segment.visualization));
+      out.visualization_begins_s.push_back(out.begins_s.back());
+      idle -= out.visualizations_ns.back();
+      after_visualization = after_visualization || order == SegmentOrder::visualization_first;
+    }
+    for (const Interval& step : segment.steps) {
+      const bool beside =
+          segment.visualization && step.begin >= segment.visualization->begin && step.begin < segment.visualization->end;
+      out.steps.push_back({seconds(step.begin), ns(step), after_visualization, beside});
+      after_visualization = false;
+      if (order != SegmentOrder::concurrent) idle -= ns(step);
+    }
+    if (order == SegmentOrder::steps_first) after_visualization = segment.visualization.has_value();
+    out.idle_ns += std::max(idle, 0.0);
+  }
+  return out;
+}
+
+/// The median step of a segment stands for its steps, so that hits do not count. `drift` scales visualizations and steps
+/// alike, so it is proposed only where each of them says about the same.
+void fit_drift(std::span<const SegmentTiming> segments, Recording& recording, TimingFit& fit) {
+  Sample times, visualizations, steps;
+  for (const SegmentTiming& segment : segments.first(segments.size() - 1)) {
+    const bool usual = segment.visualization || recording.visualizations_ns.empty();
+    if (!usual || segment.steps.empty()) continue;
+    Sample own;
+    for (const Interval& step : segment.steps) own.push_back(ns(step));
+    times.push_back(seconds(segment.begin));
+    visualizations.push_back(segment.visualization ? ns(*segment.visualization) : 0);
+    steps.push_back(median(own));
+  }
+  fit.step_drift_per_s = relative_slope(times, steps);
+  if (!recording.visualizations_ns.empty()) fit.visualization_drift_per_s = relative_slope(times, visualizations);
+  const auto is_clear = [&](FittedNumber slope) {
+    return std::abs(slope.value) > kClearDrift * slope.error && std::abs(slope.value) * fit.seconds > kLeastDrift;
+  };
+  const FittedNumber v = fit.visualization_drift_per_s, s = fit.step_drift_per_s;
+  if (recording.visualizations_ns.empty()) {
+    fit.timing.drift_per_s = is_clear(s) ? s.value : 0;
+  } else if ((is_clear(v) || is_clear(s)) && std::abs(v.value - s.value) <= 3 * std::hypot(v.error, s.error)) {
+    // Weighted by their certainty.
+    const double weight = v.error * v.error / (v.error * v.error + s.error * s.error);
+    fit.timing.drift_per_s = (1 - weight) * v.value + weight * s.value;
+  }
+  const double drift = fit.timing.drift_per_s;
+  for (std::size_t i = 0; i < recording.visualizations_ns.size(); ++i)
+    recording.visualizations_ns[i] /= 1 + drift * recording.visualization_begins_s[i];
+  for (Step& step : recording.steps) step.ns /= 1 + drift * step.begin_s;
+}
+
+/// As few counts as say the shares to two standard errors: 14, 15, 15, 16.
+std::vector<int> list_of(const std::vector<int>& counts) {
+  std::map<int, double> shares;
+  for (const int count : counts) shares[count] += 1.0 / static_cast<double>(counts.size());
+  const double n = static_cast<double>(counts.size());
+  std::vector<int> sorted = counts;
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<int> list;
+  for (std::size_t size = 1; size <= 20; ++size) {
+    list.clear();
+    for (std::size_t i = 0; i < size; ++i) list.push_back(sorted[(2 * i + 1) * sorted.size() / (2 * size)]);
+    const bool close = std::all_of(shares.begin(), shares.end(), [&](const auto& each) {
+      const double said = static_cast<double>(std::count(list.begin(), list.end(), each.first)) / static_cast<double>(size);
+      return std::abs(said - each.second) <= 2 * std::sqrt(std::max(each.second * (1 - each.second), 0.0) / n) + 0.01;
+    });
+    if (close) break;
+  }
+  return list;
+}
+
+void fit_counts(const Recording& recording, TimingFit& fit) {
+  const auto [least, most] = std::minmax_element(recording.counts.begin(), recording.counts.end());
+  fit.least_steps = *least;
+  fit.most_steps = *most;
+  fit.mean_steps = static_cast<double>(recording.steps.size()) / static_cast<double>(recording.counts.size());
+  fit.timing.steps = list_of(recording.counts);
+  for (int& count : fit.timing.steps) count = std::max(count, 1);  // a scenario has a step in every segment
+}
+
+/// Visualizations about twice the usual length, where there are clearly more of them than on either side of that.
+std::vector<bool> merged_ones(const Sample& logs, double deviation) {
+  const double twice = median(logs) + std::log(2.0), width = std::max(3 * deviation, 0.06);
+  const auto within = [&](double from, double to) {
+    return std::count_if(logs.begin(), logs.end(), [&](double x) { return x >= from && x < to; });
+  };
+  const auto inside = within(twice - width, twice + width);
+  const auto beside = within(twice - 2 * width, twice - width) + within(twice + width, twice + 2 * width);
+  const bool clear = width < 0.35 && inside >= 3 && inside > 3 * beside;
+  std::vector<bool> merged;
+  for (const double x : logs) merged.push_back(clear && std::abs(x - twice) < width);
+  return merged;
+}
+
+bool are_two(const TwoLevels& levels) {
+  const double distance = std::abs(levels.high - levels.low);
+  const double share = static_cast<double>(std::count(levels.is_high.begin(), levels.is_high.end(), true)) /
+                       static_cast<double>(levels.is_high.size());
+  const double length = 1 / levels.leave;
+  return length < kMostLength * static_cast<double>(levels.is_high.size()) && levels.gain > kLeastGain &&
+         distance > kLeastSeparation * levels.deviation && distance > std::log(kLeastFactor) && share > kRule &&
+         share < 1 - kRule;
+}
+
+/// Takes the levels off: both become V of the model, the mean of the two.
+void fit_regimes(const TwoLevels& levels, Sample& visualizations, TimingFit& fit) {
+  const double low = std::exp(std::min(levels.low, levels.high)), high = std::exp(std::max(levels.low, levels.high));
+  const double factor = high / low, middle = 0.5 * (low + high);
+  fit.timing.regimes = Regimes{factor, std::max(1.0, 1 / levels.leave)};
+  fit.regime_separation = std::abs(levels.high - levels.low) / levels.deviation;
+  const bool named_rightly = levels.high > levels.low;
+  double slow = 0;
+  for (std::size_t i = 0; i < visualizations.size(); ++i) {
+    const bool is_slow = levels.is_high[i] == named_rightly;
+    slow += is_slow;
+    visualizations[i] *= middle / (is_slow ? high : low);
+  }
+  fit.slow_share = slow / static_cast<double>(visualizations.size());
+}
+
+void fit_visualization(const Recording& recording, TimingFit& fit) {
+  const auto all = static_cast<double>(recording.has_visualization.size());
+  fit.dropped = std::count(recording.has_visualization.begin(), recording.has_visualization.end(), false);
+  if (recording.visualizations_ns.empty()) {
+    fit.timing.visualization = {0};
+    return;
+  }
+  fit.timing.dropped_visualization = static_cast<double>(fit.dropped) / all;
+  Sample durations = recording.visualizations_ns;
+  const Sample logs = logarithms(durations);
+  fit.lag_1 = lag_correlation(logs, 1);
+  const TwoLevels levels = fit_two_levels(logs);
+  if (are_two(levels)) {
+    fit_regimes(levels, durations, fit);
+  } else {
+    const std::vector<bool> merged = merged_ones(logs, robust_deviation(logs));
+    fit.merged = std::count(merged.begin(), merged.end(), true);
+    fit.timing.merged_visualization = static_cast<double>(fit.merged) / all;
+    Sample single;
+    for (std::size_t i = 0; i < durations.size(); ++i) {
+      if (!merged[i]) single.push_back(durations[i]);
+    }
+    durations = std::move(single);
+  }
+  fit.visualization = fit_length(durations);
+  fit.timing.visualization = {std::llround(fit.visualization.mean_ns)};
+  fit.timing.visualization_variation = std::min(fit.visualization.variation, 1.0);
+}
+
+/// Median ratio of the steps that `chosen` says to the others, with its standard error.
+template <class Chosen>
+FittedNumber ratio_of(const std::vector<Step>& steps, Chosen chosen) {
+  Sample in, out;
+  for (const Step& step : steps) (chosen(step) ? in : out).push_back(std::log(std::max(step.ns, 1.0)));
+  if (in.size() < 10 || out.size() < 10) return {1, 0};
+  const double ratio = std::exp(median(in) - median(out));
+  // Of a median, 1.25 times that of a mean.
+  return {ratio, 1.25 * ratio * robust_deviation(in) / std::sqrt(static_cast<double>(in.size()))};
+}
+
+/// What a hit adds: mostly the same, spikes; the others, or all, a tail.
+void fit_hits(TimingFit& fit) {
+  std::sort(fit.excess_ns.begin(), fit.excess_ns.end());
+  const auto hits = static_cast<std::int64_t>(fit.excess_ns.size());
+  const Cluster cluster = densest(fit.excess_ns);
+  const auto alike = [&](double x) { return std::abs(x - cluster.center) <= 0.2 * cluster.center; };
+  fit.alike = std::count_if(fit.excess_ns.begin(), fit.excess_ns.end(), alike);
+  const bool spikes =
+      2 * fit.alike >= hits && fit.alike >= kLeastSpikes && cluster.center > kSpikeAboveLeast * fit.hit_above_ns;
+  Sample others;
+  for (const double excess : fit.excess_ns) {
+    if (!spikes || !alike(excess)) others.push_back(excess);
+  }
+  // Of steps of mean length d, rate = -log(1 - hits / steps) / d; hits are rare, but need not be.
+  const auto rate = [&](double count) {
+    const double steps = static_cast<double>(fit.step.count + hits);
+    return -std::log1p(-std::min(count / steps, 0.999)) * steps / fit.work_s;
+  };
+  if (spikes) fit.timing.spikes = Spikes{rate(static_cast<double>(fit.alike)), {std::llround(cluster.center)}};
+  if (static_cast<std::int64_t>(others.size()) < kLeastTail) return;
+  const double least = others.front(), most = others.back(), tail = fit_tail(others, least, most);
+  fit.timing.preemption =
+      Preemption{rate(static_cast<double>(others.size())), {std::llround(least)}, {std::llround(most)}, tail};
+  const double q = std::pow(least / most, tail);
+  fit.tail_distance = kolmogorov_distance(others, [&](double x) { return (1 - std::pow(least / x, tail)) / (1 - q); });
+}
+
+double visualizations_per_segment(const TimingFit& fit) {
+  return 1 - fit.timing.dropped_visualization + fit.timing.merged_visualization;
+}
+
+void fit_steps(Recording& recording, TimingFit& fit) {
+  if (fit.timing.order == SegmentOrder::concurrent) {
+    fit.slowdown = ratio_of(recording.steps, [](const Step& step) { return step.beside; });
+    if (fit.slowdown.value - 1 > std::max(0.02, 3 * fit.slowdown.error)) fit.timing.slowdown = fit.slowdown.value;
+  } else {
+    fit.first_step = ratio_of(recording.steps, [](const Step& step) { return step.first; });
+    fit.first_step.value -= 1;
+    if (fit.first_step.value > std::max(0.02, 3 * fit.first_step.error)) fit.timing.first_step = fit.first_step.value;
+  }
+  Sample all, usual;
+  for (Step& step : recording.steps) {
+    step.ns /= step.beside ? fit.timing.slowdown : step.first ? 1 + fit.timing.first_step : 1;
+    all.push_back(step.ns);
+  }
+  const Sample logs = logarithms(all);
+  const double center = median(all);
+  fit.hit_above_ns = center * (std::max(kLeastHitFactor, std::exp(kHitDeviations * robust_deviation(logs))) - 1);
+  for (const double duration : all) {
+    if (duration <= center + fit.hit_above_ns) {
+      usual.push_back(duration);
+    } else {
+      fit.excess_ns.push_back(duration - center);
+    }
+  }
+  fit.step = fit_length(usual);
+  fit.timing.step = Duration{std::max<std::int64_t>(std::llround(fit.step.mean_ns), 1)};
+  fit.timing.step_variation = std::min(fit.step.variation, 1.0);
+  fit.work_s = fit.step.mean_ns * 1e-9 * static_cast<double>(all.size());
+  fit_hits(fit);
+  if (!fit.timing.preemption) return;
+  // Pre-emption hits visualizations too, and was part of what they took.
+  const double added =
+      mean_timing(fit.timing).visualization_ns - fit.visualization.mean_ns * visualizations_per_segment(fit);
+  const double left = std::max(fit.visualization.mean_ns - added, 0.5 * fit.visualization.mean_ns);
+  fit.timing.visualization = {std::llround(left)};
+}
+
+/// A rate that is a whole number of Hz to 0.1 %, or a whole number of us.
+Rate named_rate(double length_ns) {
+  const double Hz = 1e9 / length_ns, whole = std::round(Hz);
+  if (whole >= 1 && std::abs(Hz - whole) < 1e-3 * Hz) return {static_cast<std::int64_t>(whole), 1};
+  return {1'000'000, std::max<std::int64_t>(std::llround(length_ns / 1000), 1)};
+}
+
+void fit_pace(const Recording& recording, TimingFit& fit) {
+  const Sample logs = logarithms(recording.lengths_ns);
+  fit.segment_median_ns = median(recording.lengths_ns);
+  fit.segment_variation = robust_deviation(logs);
+  double all = 0;
+  for (const double length : recording.lengths_ns) all += length;
+  fit.idle_share = recording.idle_ns / all;
+  for (const double length : recording.lengths_ns) fit.late += length > 1.01 * fit.segment_median_ns;
+  const ProgrammedTiming& timing = fit.timing;
+  const double regimes = timing.regimes ? (timing.regimes->factor - 1) / (timing.regimes->factor + 1) : 0;
+  const double lane = timing.order == SegmentOrder::concurrent ? 0 : fit.mean_steps;
+  const double spread = static_cast<double>(timing.visualization.ns) * std::hypot(timing.visualization_variation, regimes);
+  fit.work_variation =
+      std::hypot(spread, fit.step.mean_ns * timing.step_variation * std::sqrt(lane)) / fit.segment_median_ns;
+  const bool steady = fit.segment_variation < std::max(kPacedVariation * fit.work_variation, kPacedSteadiness);
+  if (!steady || fit.idle_share <= kPacedIdle) return;
+  const Rate grid = named_rate(fit.segment_median_ns);
+  // What hits add to the work may leave no idle: a grid that is never caught up is none.
+  fit.timing.paced = mean_timing(timing).segment_ns <= 1e9 * period_s(grid);
+  if (fit.timing.paced) fit.timing.segment = grid;
+}
+
+}  // namespace
+
+std::string fit_objection(std::span<const SegmentTiming> segments) {
+  if (segments.size() < kLeastSegmentsToFit)
+    return "holds " + std::to_string(segments.size()) + " segments; a fit needs at least " +
+           std::to_string(kLeastSegmentsToFit);
+  if (share_of(segments, [](const SegmentTiming& s) { return !s.steps.empty(); }) < kRule)
+    return "has a step in fewer than one segment of ten; there is nothing to fit";
+  return {};
+}
+
+TimingFit fit_timing(std::span<const SegmentTiming> segments) {
+  assert(fit_objection(segments).empty());
+  TimingFit fit;
+  fit.timing.order = order_of(segments);
+  Recording recording = gather(segments, fit.timing.order);
+  fit.segments = static_cast<std::int64_t>(recording.counts.size());
+  fit.seconds = seconds(segments.back().begin);
+  fit_counts(recording, fit);
+  fit_drift(segments, recording, fit);
+  fit_visualization(recording, fit);
+  fit_steps(recording, fit);
+  fit_pace(recording, fit);
+  return fit;
+}
+
+}  // namespace evenstep
