@@ -51,7 +51,9 @@ void read_filter(ScenarioReading& reading, const Table& filter) {
     spec.filter = MovingAverageSpec{};
     spec.filter_window = filter.span("window", reading.scenario.nominal, reading.errors);
   }
-  for (const Rate rate : filtered_rates(reading.scenario)) {
+  const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
+  const bool used = std::find(strategies.begin(), strategies.end(), StrategyKind::filtered) != strategies.end();
+  for (const Rate rate : used ? filtered_rates(reading.scenario) : std::vector<Rate>{}) {
     if (in_domain(filter_at(spec, rate), rate)) continue;
     reading.errors.add(filter.place(limited),
                        limited == "window"

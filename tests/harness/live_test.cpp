@@ -84,3 +84,18 @@ TEST_CASE("a minimal latency is refused on the wall clock, with the remedy") {
   REQUIRE(outcome.errors.size() == 1);
   CHECK_THAT(outcome.errors[0].message, Catch::Contains("--set remap.latency="));
 }
+
+TEST_CASE("what cannot run on the wall clock is refused there, with the remedy") {
+  for (const auto& [set, remedy] : std::vector<std::pair<std::string, std::string>>{
+           {"remap.underrun={ interaction = \"gate\" }", "interaction = \"clamp\" or \"extrapolate\""},
+           {"run.keep=\"summary\"", "[run] keep"},
+           {"timing.order=\"concurrent\"", "runs on the virtual clock only"}}) {
+    std::vector<std::string> sets = kLive;
+    sets.push_back(set);
+    const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml", sets));
+    INFO(set);
+    CHECK(outcome.exit == ExitCode::usage);
+    REQUIRE(outcome.errors.size() == 1);
+    CHECK_THAT(outcome.errors[0].message, Catch::Contains(remedy));
+  }
+}

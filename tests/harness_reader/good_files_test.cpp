@@ -72,6 +72,9 @@ TEST_CASE("A spring scenario holds what its file says, and the defaults") {
   CHECK(s.remap.bandwidth_Hz == 2);
   CHECK(s.remap.latency.kind == Budget::Kind::any_phase);
   CHECK(s.remap.lead.kind == Budget::Kind::any_phase);
+  CHECK(s.remap.interaction_underrun == InteractionUnderrun::clamp);
+  CHECK(s.remap.force_underrun == ForceUnderrun::hold);
+  CHECK(s.keep_rows);
   REQUIRE(s.expectations.size() == 1);
   CHECK(s.expectations[0].min->number == 4);
   CHECK(s.expectations[0].min->unit == "step");
@@ -274,4 +277,33 @@ TEST_CASE("Every scenario that is shipped reads and its resolved form is the sam
     REQUIRE(result.scenario);
     check_round_trip(*result.scenario);
   }
+}
+
+TEST_CASE("Filters, policies and long runs are read as they are written") {
+  const auto read = [](const std::string& remap, const std::string& run = "") {
+    std::string text = kSpring;
+    text.replace(text.find("[run]"), 5, "[run]\n" + run);
+    text.replace(text.find("[[expect]]"), 0, remap + "\n");
+    ReadResult result = read_text(text);
+    INFO(errors_of(result));
+    REQUIRE(result.scenario);
+    return *result.scenario;
+  };
+  const Scenario butterworth = read("[remap.filter]\ncutoff = \"7.5 Hz\"\non = \"interaction\"");
+  CHECK(std::get<ButterworthSpec>(butterworth.remap.filter).cutoff_Hz == 7.5);
+  CHECK_FALSE(butterworth.remap.filter_force);
+  const Scenario euro =
+      read("[remap.filter]\nkind = \"one-euro\"\nmin_cutoff = \"2 Hz\"\nbeta = 3\nderivative_cutoff = \"4 Hz\"");
+  CHECK(std::get<OneEuroSpec>(euro.remap.filter).min_cutoff_Hz == 2);
+  CHECK(std::get<OneEuroSpec>(euro.remap.filter).beta == 3);
+  CHECK(std::get<OneEuroSpec>(euro.remap.filter).derivative_cutoff_Hz == 4);
+  // A window is so many samples of the signal that it averages: one segment is 33 ticks or 15 steps.
+  const Scenario average = read("[remap.filter]\nkind = \"moving-average\"");
+  CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {1000, 1})).samples == 33);
+  CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {450, 1})).samples == 15);
+  CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {1, 1})).samples == 1);
+  const Scenario gate = read("[remap]\nunderrun = { interaction = \"gate\", force = \"extrapolate\" }", "keep = \"summary\"\n");
+  CHECK(gate.remap.interaction_underrun == InteractionUnderrun::gate);
+  CHECK(gate.remap.force_underrun == ForceUnderrun::extrapolate);
+  CHECK_FALSE(gate.keep_rows);
 }

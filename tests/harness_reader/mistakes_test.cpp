@@ -113,7 +113,35 @@ TEST_CASE("A value without a unit, with a wrong one or out of range is named wit
           {"[[expect]]", "[remap]\nlatency = \"-1 ms\"\n[[expect]]", "'latency': \"-1 ms\" is out of range"},
           {"[[expect]]", "[remap]\nlatency = \"minmal\"\n[[expect]]", "did you mean 'minimal'?"},
           {"[[expect]]", "[remap]\nunderrun = { force = \"zero\" }\n[[expect]]", "'force': \"zero\" must be \"hold\""},
+          {"[[expect]]", "[remap]\npredict_window = \"0 ms\"\n[[expect]]", "'predict_window': \"0 ms\" is out of range"},
       });
+}
+
+TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave something of its signal") {
+  check_each(kSpring,
+             {{"name = \"left\"", "name = \"left\"\nrender = { kind = \"force\", emission = \"hold\" }\n[remap]\nunderrun = { force = "
+                                  "\"extrapolate\" }\n[[device]]\nname = \"right\"",
+               "'force': \"extrapolate\" continues a line, and device 'left' has emission = \"hold\""}});
+  const std::string filtered = "[run]\nstrategies = [\"filtered\"]";
+  const auto with = [&](const std::string& filter) {
+    return changed(changed(kSpring, "[run]", filtered), "[[expect]]", "[remap.filter]\n" + filter + "\n[[expect]]");
+  };
+  for (const auto& [filter, error] : std::vector<std::pair<std::string, std::string>>{
+           {"cutoff = \"500 Hz\"", "'cutoff': \"500 Hz\" cannot be filtered out of a signal of 1000 Hz"},
+           {"on = \"interaction\"\ncutoff = \"225 Hz\"", "cannot be filtered out of a signal of 450 Hz"},
+           {"kind = \"moving-average\"\nwindow = \"200 s\"", "'window': more than 100000 samples of 1000 Hz"},
+           {"kind = \"moving-average\"\ncutoff = \"5 Hz\"",
+            "'cutoff' means nothing with kind = \"moving-average\"; remove it, or write kind = \"butterworth\""},
+           {"kind = \"one-euro\"\nbeta = -1", "'beta': -1 is out of range"}}) {
+    INFO(filter);
+    const ReadResult result = read_text(with(filter));
+    CHECK_FALSE(result.scenario);
+    CHECK_THAT(errors_of(result), Contains(error));
+  }
+  // Without the strategy nobody filters, whatever the device's rate.
+  const ReadResult unused = read_text(changed(kSpring, "name = \"left\"", "name = \"left\"\nrate = \"15 Hz\""));
+  INFO(errors_of(unused));
+  CHECK(unused.scenario);
 }
 
 TEST_CASE("Timings that cannot be are named with the numbers that clash") {

@@ -187,8 +187,11 @@ std::string describe(const Scenario& s) {
                        at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,
                        static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s);
   }
-  out += fmt::format("remap {} {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz, at(s.remap.latency),
-                     at(s.remap.lead));
+  out += fmt::format("remap {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz,
+                     at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
+                     name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
+                     s.remap.filter_window.ns, s.remap.filter_force);
+  out += fmt::format("keep {}\n", s.keep_rows);
   for (const Expectation& e : s.expectations) {
     out += fmt::format("expect {} {} '{}' min {} max {} fail {}\n", e.signal, e.metric, e.because, at(e.min), at(e.max),
                        e.expect_fail);
