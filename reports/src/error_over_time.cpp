@@ -11,7 +11,6 @@ namespace evenstep {
 namespace {
 
 using internal::Axis;
-using internal::Box;
 using internal::Range;
 
 constexpr double kBin_s = 1;

@@ -15,8 +15,8 @@ namespace evenstep {
 
 using Vec3 = std::array<double, 3>;
 
-/// gated: the step waited for its sample, then read it inside. predicted: beyond the newest sample by design. Neither is
-/// an underrun.
+/// gated: the step waited for its sample, then read it inside. predicted: beyond the newest sample by design.
+/// Neither is an underrun.
 enum class StepRead : std::uint8_t { inside, underrun, overrun, newest, acquiring, gated, predicted };
 
 /// One step of one strategy.
@@ -28,7 +28,7 @@ struct StepRow {
   RealTime emission;     ///< F(n)
   bool mapped = false;   ///< false: newest sample (direct) or acquiring
   bool acquiring = false;
-  double simulated_s = 0;  ///< simulation time of the step; read only where StrategyRecord::variable_step, else n * slot
+  double simulated_s = 0;  ///< simulation time of the step; counts where StrategyRecord::variable_step
 };
 
 /// One device's part of a step (same index as StepRow).
@@ -77,7 +77,7 @@ struct UnderrunRow {
   std::int64_t step = 0;
   std::uint32_t device = 0;   ///< index into StrategyRecord::devices
   Side side = Side::interaction;
-  Duration lateness;          ///< interaction: R(n) - newest sample seen, gate: how long the step waited; force: E(n) - F(n)
+  Duration lateness;          ///< interaction: R(n) - newest sample seen (gate: how long it waited); force: E(n) - F(n)
   std::string policy;         ///< "clamp", "gate", "extrapolate" or "hold"
 };
 
