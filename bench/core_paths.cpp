@@ -116,7 +116,8 @@ class ReadTimes {
  public:
   explicit ReadTimes(int back) {
     std::uint64_t state = 1;
-    for (RealTime& at : times_) at = RealTime{static_cast<std::int64_t>(kRingCapacity - 2 - back) * kTick.ns + draw_ms(state).ns % kTick.ns};
+    for (RealTime& at : times_)
+      at = RealTime{static_cast<std::int64_t>(kRingCapacity - 2 - back) * kTick.ns + draw_ms(state).ns % kTick.ns};
   }
   RealTime next() { return times_[i_++ % times_.size()]; }
 

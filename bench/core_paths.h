@@ -1,6 +1,6 @@
 #pragma once
-/// The paths that every sample, step and event takes, one object each: the same work is timed by bench_core_paths and counted
-/// in instructions by count_instructions.
+/// The paths that every sample, step and event takes, one object each: the same work is timed by bench_core_paths and
+/// counted in instructions by count_instructions.
 
 #include <cstdint>
 #include <memory>

@@ -1,5 +1,5 @@
 // Time of one passage of each core path.
-//   build/bench/bench_core_paths --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
+//   scripts/bench.sh paths
 #include <benchmark/benchmark.h>
 
 #include "core_paths.h"

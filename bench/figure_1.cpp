@@ -94,8 +94,8 @@ int main(int argc, char** argv) {
   const StrategyPlan plan = evenstep::plan(*read.scenario).front();
   const double virtual_s = seconds(read.scenario->run_duration);
 
-  std::printf("%8s %9s %9s %9s %9s %9s %10s %12s\n", "events", "CPU ms", "solver %", "digest %", "rest %", "rest ms", "us/event",
-              "virtual/real");
+  std::printf("%8s %9s %9s %9s %9s %9s %10s %12s\n", "events", "CPU ms", "solver %", "digest %", "rest %", "rest ms",
+              "us/event", "virtual/real");
   for (int i = 0; i < (argc > 2 ? std::atoi(argv[2]) : 5); ++i) {
     const Spent spent = run_once(*read.scenario, plan);
     const double percent = 100 / (spent.total_s - spent.reading_s);

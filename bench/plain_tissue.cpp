@@ -7,8 +7,8 @@
 namespace evenstep::bench {
 namespace {
 
-constexpr int kNeighbour[18][3] = {{-1, 0, 0},  {1, 0, 0},  {0, -1, 0}, {0, 1, 0},  {0, 0, -1},  {0, 0, 1},
-                                   {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0}, {1, 1, 0},  {-1, 0, -1}, {1, 0, -1},
+constexpr int kNeighbour[18][3] = {{-1, 0, 0},  {1, 0, 0},  {0, -1, 0},  {0, 1, 0},  {0, 0, -1},  {0, 0, 1},
+                                   {-1, -1, 0}, {1, -1, 0}, {-1, 1, 0},  {1, 1, 0},  {-1, 0, -1}, {1, 0, -1},
                                    {-1, 0, 1},  {1, 0, 1},  {0, -1, -1}, {0, 1, -1}, {0, -1, 1},  {0, 1, 1}};
 
 struct Vector {
@@ -57,8 +57,7 @@ struct Vectors {
 
 }  // namespace
 
-PlainTissue::PlainTissue(const TissueScene& scene, double step_s, int threads)
-    : threads_(threads), step_s_(step_s) {
+PlainTissue::PlainTissue(const TissueScene& scene, double step_s, int threads) : threads_(threads), step_s_(step_s) {
   constants_.step_s = static_cast<float>(step_s);
   constants_.acceleration = static_cast<float>(scene.stiffness_N_per_m * step_s / scene.particle_mass_kg);
   constants_.decay = static_cast<float>(1 - scene.damping_per_s * step_s);
@@ -72,7 +71,8 @@ PlainTissue::PlainTissue(const TissueScene& scene, double step_s, int threads)
   for (std::size_t s = 0; s < PlainConstants::kNeighbours; ++s) {
     const auto [dx, dy, dz] = kNeighbour[s];
     constants_.offset[s] = dx + px * (dy + py * dz);
-    constants_.rest_m[s] = {spacing * static_cast<float>(dx), spacing * static_cast<float>(dy), spacing * static_cast<float>(dz)};
+    constants_.rest_m[s] = {spacing * static_cast<float>(dx), spacing * static_cast<float>(dy),
+                            spacing * static_cast<float>(dz)};
     const auto [x, y, z] = constants_.rest_m[s];
     constants_.length_m[s] = std::sqrt(x * x + y * y + z * z);
   }

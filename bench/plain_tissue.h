@@ -1,6 +1,6 @@
 #pragma once
-/// The yardstick of the solvers: the tissue's substep as one would write it by hand, one loop over arrays, in float, with the
-/// solvers' arithmetic and order of summation, so that its forces are theirs bit by bit. One tool, one substep per step.
+/// The yardstick of the solvers: the tissue's substep as one would write it by hand, one loop over arrays, in float, with
+/// the solvers' arithmetic and order of summation, so that its forces are theirs bit by bit. One tool, one substep per step.
 
 #include <array>
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace evenstep::bench {
 
 struct PlainConstants {
   static constexpr int kNeighbours = 18;
-  std::array<std::ptrdiff_t, kNeighbours> offset{};       // to the neighbours' cells
+  std::array<std::ptrdiff_t, kNeighbours> offset{};  // to the neighbours' cells
   std::array<std::array<float, 3>, kNeighbours> rest_m{};
   std::array<float, kNeighbours> length_m{};
   float step_s = 0, acceleration = 0, decay = 0, stiffness = 0;

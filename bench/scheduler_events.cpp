@@ -1,7 +1,13 @@
 // Cost of one event of the scheduler, in the hold model: every lane waits, again and again, for a pseudo-random time after
 // its last event, so the number of pending events stays what it is. Trace hash on, as always.
-//   build/bench/bench_scheduler_events --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
+//   scripts/bench.sh scheduler
 #include <benchmark/benchmark.h>
+
+#include <coroutine>
+#include <functional>
+#include <queue>
+#include <tuple>
+#include <vector>
 
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/scheduler/scheduler.h"
@@ -46,7 +52,64 @@ void events(benchmark::State& state, bool keep_events) {
 BENCHMARK_CAPTURE(events, hash_only, false)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 BENCHMARK_CAPTURE(events, hash_and_kept, true)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 
-// Parts of it.
+/// Beside it: the priority queue of the standard library with a std::function per event. No hash, no limits, no clock.
+void std_queue(benchmark::State& state) {
+  struct Timer {
+    std::int64_t at_ns;
+    std::uint64_t sequence;
+    std::function<void()> run;
+    bool operator<(const Timer& other) const { return std::tie(other.at_ns, other.sequence) < std::tie(at_ns, sequence); }
+  };
+  std::priority_queue<Timer> queue;
+  std::uint64_t sequence = 0;
+  std::vector<std::uint64_t> draws;
+  for (std::int64_t lane = 0; lane < state.range(0); ++lane) draws.push_back(spread(static_cast<std::uint64_t>(lane)));
+  std::function<void(std::size_t, std::int64_t)> arm = [&](std::size_t lane, std::int64_t now_ns) {
+    const std::int64_t at_ns = now_ns + next_delay(draws[lane]).ns;
+    queue.push({at_ns, ++sequence, [&arm, lane, at_ns] { arm(lane, at_ns); }});
+  };
+  for (std::size_t lane = 0; lane < draws.size(); ++lane) arm(lane, 0);
+  for (auto _ : state) {
+    const Timer timer = queue.top();
+    queue.pop();
+    timer.run();
+  }
+}
+BENCHMARK(std_queue)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
+
+/// The floor: as many lanes resumed in turn, each making its draw, with no queue and no order.
+struct Turn {
+  struct promise_type {
+    Turn get_return_object() { return {std::coroutine_handle<promise_type>::from_promise(*this)}; }
+    std::suspend_never initial_suspend() noexcept { return {}; }
+    std::suspend_always final_suspend() noexcept { return {}; }
+    void return_void() {}
+    void unhandled_exception() {}
+  };
+  std::coroutine_handle<promise_type> handle;
+};
+Turn draw_in_turn(std::uint64_t seed, std::int64_t& at_ns) {
+  for (std::uint64_t state = spread(seed);;) {
+    at_ns += next_delay(state).ns;
+    co_await std::suspend_always{};
+  }
+}
+void resumed_in_turn(benchmark::State& state) {
+  std::int64_t at_ns = 0;
+  std::vector<Turn> lanes;
+  for (std::int64_t lane = 0; lane < state.range(0); ++lane)
+    lanes.push_back(draw_in_turn(static_cast<std::uint64_t>(lane), at_ns));
+  std::size_t next = 0;
+  for (auto _ : state) {
+    lanes[next].handle.resume();
+    if (++next == lanes.size()) next = 0;
+  }
+  benchmark::DoNotOptimize(at_ns);
+  for (const Turn& lane : lanes) lane.handle.destroy();
+}
+BENCHMARK(resumed_in_turn)->Arg(8)->Arg(1'000);
+
+// Parts of an event.
 void chained_hash(benchmark::State& state) {
   std::uint64_t hash = 0;
   Event event{{0}, Lane::device, "tick", 0};

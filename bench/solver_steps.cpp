@@ -1,15 +1,20 @@
 // Time of one solver step of one substep with one tool dragged to and fro at 0.1 m/s, forces read after every step, beside a
 // plain loop of the same arithmetic (plain_tissue.h; its forces must be the float solver's bit by bit, or nothing is timed).
-// PoCL's drivers stand side by side in one process:
-//   POCL_DEVICES="basic pthread" build/bench/bench_solver_steps --benchmark_repetitions=9
-// The digest's and the energy's cost is that of opencl_basic_digest and _energy over opencl_basic.
-#include <benchmark/benchmark.h>
-
+// PoCL's two drivers stand side by side in one process:
+//   POCL_DEVICES="basic pthread" build/bench/bench_solver_steps [ROUNDS]
+// In every round each solver makes a few steps, so that what the machine does to one it does to its neighbours. Medians over
+// the rounds: "/1 thread" and "over loop" compare process CPU with the plain loop's, "/2 threads" real time.
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
+#include "evenstep/clock/wall_clock.h"
 #include "evenstep/sim/solver.h"
 #include "plain_tissue.h"
 
@@ -19,7 +24,7 @@ using namespace evenstep;
 using bench::PlainTissue;
 
 constexpr double kSpeed_m_per_s = 0.1;
-constexpr Rate kStepRate{2000, 1};  // 0.5 ms: one substep is below the limit of 0.645 ms
+constexpr Rate kStepRate{2000, 1};           // 0.5 ms: one substep is below the limit of 0.645 ms
 constexpr std::int64_t kWarmUp_steps = 300;  // the wave has crossed the block: no denormal numbers before its front
 
 struct Block {
@@ -47,26 +52,28 @@ double way_m(std::int64_t n) {
   return static_cast<double>(phase < 100 ? phase : 200 - phase) * kSpeed_m_per_s * period_s(kStepRate);
 }
 
-void steps(benchmark::State& state, SolverKind kind, const Block& block, const char* device, bool digest, bool energy) {
+/// One way to make a step, and what a step of each round took.
+struct Candidate {
+  std::string name, device;
+  std::function<void()> step;
+  std::vector<double> real_us, cpu_us;
+};
+
+Candidate make_candidate(const Block& block, const char* name, SolverKind kind, const char* device, bool digest = false,
+                         bool energy = false) {
   SolverOptions options;
   options.opencl_device = device;
-  const auto solver = make_solver(kind, {tissue_of(block), kStepRate, 1, digest, energy}, options);
-  std::int64_t n = 0;
-  const auto step = [&] { return solver->step(std::array{glm::dvec3(way_m(n++), 0, 0)}); };
-  while (n < kWarmUp_steps) step();
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(step());
-    if (digest) benchmark::DoNotOptimize(solver->state_digest());
-  }
-  state.SetLabel(solver->info().name + " " + solver->info().device);
+  const std::shared_ptr<Solver> solver = make_solver(kind, {tissue_of(block), kStepRate, 1, digest, energy}, options);
+  const auto step = [solver, digest, n = std::int64_t{0}]() mutable {
+    solver->step(std::array{glm::dvec3(way_m(n++), 0, 0)});
+    if (digest) solver->state_digest();
+  };
+  return {name, solver->info().device, step, {}, {}};
 }
 
-void plain_steps(benchmark::State& state, const Block& block, int threads) {
-  PlainTissue tissue(tissue_of(block), period_s(kStepRate), threads);
-  std::int64_t n = 0;
-  const auto step = [&] { return tissue.step({way_m(n++), 0, 0}); };
-  while (n < kWarmUp_steps) step();
-  for (auto _ : state) benchmark::DoNotOptimize(step());
+Candidate make_plain(const Block& block, const char* name, int threads) {
+  const auto tissue = std::make_shared<PlainTissue>(tissue_of(block), period_s(kStepRate), threads);
+  return {name, "", [tissue, n = std::int64_t{0}]() mutable { tissue->step({way_m(n++), 0, 0}); }, {}, {}};
 }
 
 /// The yardstick does the solver's work: bit for bit the same forces over 500 steps.
@@ -81,24 +88,57 @@ bool is_same_arithmetic(const Block& block) {
   return true;
 }
 
-template <class Function>
-void register_timed(const std::string& name, const Block& block, Function function) {
-  benchmark::RegisterBenchmark((name + "/" + block.name).c_str(), function)
-      ->Unit(benchmark::kMicrosecond)->MeasureProcessCPUTime()->UseRealTime();
+void time_steps(Candidate& candidate, int steps) {
+  const double real_s = monotonic_seconds(), cpu_s = process_cpu_seconds();
+  for (int i = 0; i < steps; ++i) candidate.step();
+  candidate.real_us.push_back((monotonic_seconds() - real_s) / steps * 1e6);
+  candidate.cpu_us.push_back((process_cpu_seconds() - cpu_s) / steps * 1e6);
 }
 
-void register_block(const Block& block) {
-  const auto solver = [&](const char* name, SolverKind kind, const char* device, bool digest = false, bool energy = false) {
-    register_timed(name, block, [=, &block](benchmark::State& s) { steps(s, kind, block, device, digest, energy); });
-  };
-  register_timed("plain_1_thread", block, [&](benchmark::State& state) { plain_steps(state, block, 1); });
-  register_timed("plain_2_threads", block, [&](benchmark::State& state) { plain_steps(state, block, 2); });
-  solver("cpu_float", SolverKind::cpu_float, "");
-  solver("cpu_double", SolverKind::cpu_double, "");
-  solver("opencl_basic", SolverKind::opencl, "basic");
-  solver("opencl_pthread", SolverKind::opencl, "pthread");
-  solver("opencl_basic_digest", SolverKind::opencl, "basic", true);
-  solver("opencl_basic_energy", SolverKind::opencl, "basic", false, true);
+double least(const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); }
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return values[values.size() / 2];
+}
+double median_ratio(std::vector<double> values, const std::vector<double>& to) {
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] /= to[i];
+  return median(values);
+}
+double median_difference(std::vector<double> values, const std::vector<double>& from) {
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] -= from[i];
+  return median(values);
+}
+
+void print_table(const Block& block, const std::vector<Candidate>& candidates) {
+  const Candidate &one_thread = candidates[0], &two_threads = candidates[1];
+  std::printf("%s particles\n%-22s%10s%11s%10s%10s%11s%12s%14s\n", block.name, "", "least us", "median us", "CPU us",
+              "steps/s", "/1 thread", "/2 threads", "over loop us");
+  for (const Candidate& candidate : candidates) {
+    std::printf("%-22s%10.1f%11.1f%10.1f%10.0f%11.2f%12.2f%14.1f  %s\n", candidate.name.c_str(), least(candidate.real_us),
+                median(candidate.real_us), least(candidate.cpu_us), 1e6 / least(candidate.real_us),
+                median_ratio(candidate.cpu_us, one_thread.cpu_us), median_ratio(candidate.real_us, two_threads.real_us),
+                median_difference(candidate.cpu_us, one_thread.cpu_us), candidate.device.c_str());
+  }
+}
+
+void run_block(const Block& block, int rounds) {
+  std::vector<Candidate> candidates;
+  candidates.push_back(make_plain(block, "plain loop, 1 thread", 1));
+  candidates.push_back(make_plain(block, "plain loop, 2 threads", 2));
+  candidates.push_back(make_candidate(block, "cpu float", SolverKind::cpu_float, ""));
+  candidates.push_back(make_candidate(block, "cpu double", SolverKind::cpu_double, ""));
+  candidates.push_back(make_candidate(block, "opencl basic", SolverKind::opencl, "basic"));
+  candidates.push_back(make_candidate(block, "opencl pthread", SolverKind::opencl, "pthread"));
+  candidates.push_back(make_candidate(block, "  basic with digest", SolverKind::opencl, "basic", true));
+  candidates.push_back(make_candidate(block, "  basic with energy", SolverKind::opencl, "basic", false, true));
+  const int steps_per_round = static_cast<int>(std::max<std::int64_t>(5, 400'000 / block.particles));  // some ms each
+  for (Candidate& candidate : candidates) {
+    for (std::int64_t i = 0; i < kWarmUp_steps; ++i) candidate.step();
+  }
+  for (int round = 0; round < rounds; ++round) {
+    for (Candidate& candidate : candidates) time_steps(candidate, steps_per_round);
+  }
+  print_table(block, candidates);
 }
 
 }  // namespace
@@ -108,7 +148,5 @@ int main(int argc, char** argv) {
     std::fputs("bench_solver_steps: the plain loop's forces are not the float solver's\n", stderr);
     return 1;
   }
-  for (const Block& block : kBlocks) register_block(block);
-  benchmark::Initialize(&argc, argv);
-  benchmark::RunSpecifiedBenchmarks();
+  for (const Block& block : kBlocks) run_block(block, argc > 1 ? std::atoi(argv[1]) : 50);
 }

@@ -4,7 +4,9 @@ namespace evenstep {
 
 Wake VirtualClock::wait_until(RealTime deadline) noexcept {
   // Looked at before it is taken: the exchange costs more than the rest of an event's wait.
-  if (notified_.load(std::memory_order_relaxed) && notified_.exchange(false, std::memory_order_acq_rel)) return Wake::notified;
+  if (notified_.load(std::memory_order_relaxed) && notified_.exchange(false, std::memory_order_acq_rel)) {
+    return Wake::notified;
+  }
   if (deadline == kNever) return Wake::notified;
   if (deadline > now()) now_ns_.store(deadline.ns, std::memory_order_release);
   return Wake::deadline;

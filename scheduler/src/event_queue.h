@@ -1,10 +1,10 @@
 #pragma once
 /// The pending events in the order of the contract: (time, lane, sequence) packed into one 128-bit number, so that an
-/// event is compared once. A heap of four children in an array: half the levels of a binary one, and the children of a node
-/// lie side by side; no allocation once the array has grown.
+/// event is compared once. A heap of four children in an array: half the levels of a binary one, and the children of a
+/// node lie side by side; no allocation once the array has grown.
 ///
-/// The lane whose event is being run almost always waits for something next. So taking the first event leaves a gap at the
-/// root, the next push falls into it, and one walk down replaces a walk down and a walk up.
+/// The lane whose event is being run almost always waits for something next. So taking the first event leaves a gap at
+/// the root, the next push falls into it, and one walk down replaces a walk down and a walk up.
 
 #include <algorithm>
 #include <cstdint>

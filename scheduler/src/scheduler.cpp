@@ -40,7 +40,8 @@ struct Scheduler::State {
   RunStatus status;
 
   State(Scheduler& s, Clock& c, Executor& e, SchedulerOptions o)
-      : scheduler(s), clock(c), executor(e), options(std::move(o)), is_virtual(c.is_virtual()), ties(options.permute_ties), now(s.now_) {}
+      : scheduler(s), clock(c), executor(e), options(std::move(o)), is_virtual(c.is_virtual()), ties(options.permute_ties),
+        now(s.now_) {}
 
   RealTime live_now() const { return is_virtual ? now : clock.now(); }
   bool over() const {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Counts the instructions of the core paths under valgrind and compares them with instructions.txt.
-#   instructions.sh PROGRAM BUILD            exit 1 if a path takes 10 % more than on file, or 10 % less: then the file is
-#                                            out of date, and would not see the path grow again
+#   instructions.sh PROGRAM BUILD            exit 1 if a path takes 10 % more than on file, or 10 % less: then the file
+#                                            is out of date, and would not see the path grow again
 #   instructions.sh PROGRAM BUILD --update   writes the file
 # PROGRAM: build/bench/count_instructions. BUILD: compiler, processor and build type, which the counts belong to.
 # Exit status 77: skipped, with the reason.
@@ -12,7 +12,9 @@ skip() { printf 'skipped: %s\n' "$*"; exit 77; }
 
 command -v valgrind >/dev/null || skip 'valgrind is not installed (apt-get install valgrind)'
 on_file=$(sed -n 's/^# build: //p' "$file" 2>/dev/null || true)
-if [[ $mode != --update && $build != "$on_file" ]]; then skip "the counts on file are those of '$on_file', this is '$build'"; fi
+if [[ $mode != --update && $build != "$on_file" ]]; then
+  skip "the counts on file are those of '$on_file', this is '$build'"
+fi
 
 # count NAME : instructions of one passage, rounded
 count() {
@@ -20,13 +22,16 @@ count() {
   out=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null --collect-atstart=no --toggle-collect=measured \
     "$program" "$1" 2>&1) || { printf '%s\n' "$out" >&2; return 1; }
   # "==123== Collected : 3345000"
-  awk -v passages="$("$program" --passages)" '/Collected/ { found = 1; printf "%.0f\n", $4 / passages } END { exit !found }' <<<"$out" ||
+  awk -v passages="$("$program" --passages)" '
+    /Collected/ { found = 1; printf "%.0f\n", $4 / passages }
+    END { exit !found }' <<<"$out" ||
     { printf 'valgrind counted nothing for %s:\n%s\n' "$1" "$out" >&2; return 1; }
 }
 
 if [[ $mode == --update ]]; then
   {
-    printf '# Instructions of one passage of each core path; written by instructions.sh --update.\n# build: %s\n' "$build"
+    printf '# Instructions of one passage of each core path; written by instructions.sh --update.\n'
+    printf '# build: %s\n' "$build"
     for name in $("$program"); do printf '%-28s %6d\n' "$name" "$(count "$name")"; done
   } >"$file.new"
   mv -- "$file.new" "$file"
@@ -49,6 +54,8 @@ for name in $("$program"); do
   if [[ $verdict ]]; then wrong=$((wrong + 1)); fi
 done
 for name in $(awk '!/^#/ { print $1 }' "$file"); do
-  "$program" | grep -qxF -- "$name" || { printf '%-28s is on file and no path: run instructions.sh --update\n' "$name"; wrong=$((wrong + 1)); }
+  "$program" | grep -qxF -- "$name" && continue
+  printf '%-28s is on file and no path: run instructions.sh --update\n' "$name"
+  wrong=$((wrong + 1))
 done
 ((wrong == 0)) || { printf '%d paths do not take what is on file\n' "$wrong"; exit 1; }

@@ -289,6 +289,44 @@ Task stops_at(Scheduler& scheduler, int stop_after, int& ran) {
   }
 }
 
+/// Asks at every event of its own what comes next.
+Task looks_ahead(Scheduler& scheduler, std::uint64_t seed, std::vector<std::optional<Scheduler::Key>>& announced) {
+  for (std::uint64_t k = 0; k < 50; ++k) {
+    co_await scheduler.until(scheduler.now() + Duration{draw(seed, k, 20)}, Lane::device, "tick");
+    announced.push_back(scheduler.next());
+  }
+}
+
+TEST_CASE("Inside an event next() is the first of the other lanes' events") {
+  for (std::uint64_t lanes = 1; lanes <= 12; ++lanes) {
+    VirtualRig rig;
+    std::vector<std::optional<Scheduler::Key>> announced;
+    std::vector<int> log;
+    rig.scheduler.spawn(looks_ahead(rig.scheduler, 99, announced));
+    for (std::uint64_t lane = 1; lane < lanes; ++lane) {
+      for (std::uint64_t k = 0; k < 40; ++k)
+        rig.scheduler.spawn(mark(rig.scheduler, {draw(lane, k, 500)}, Lane::launch, 0, log));
+    }
+    CHECK(rig.scheduler.run(kNever).end == RunEnd::idle);
+    // Every other event of the run, in order; the last one that was announced before it.
+    std::vector<RealTime> others;
+    for (const Event& event : rig.scheduler.events()) {
+      if (event.lane == Lane::launch) others.push_back(event.time);
+    }
+    std::size_t asked = 0, other = 0;
+    for (const Event& event : rig.scheduler.events()) {
+      if (event.lane == Lane::launch) {
+        ++other;
+        continue;
+      }
+      const std::optional<Scheduler::Key>& key = announced[asked++];
+      REQUIRE(key.has_value() == (other < others.size()));
+      if (key) CHECK(key->time == others[other]);
+    }
+    CHECK(asked == announced.size());
+  }
+}
+
 TEST_CASE("A stop asked for in an event ends the run after that event, finally, and keeps what was finished") {
   for (int after = 0; after < 20; ++after) {
     VirtualRig rig;

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# Builds and runs the benchmarks and prints their tables, least and median of the repetitions (docs/performance.md):
+#   scripts/bench.sh                  all
+#   scripts/bench.sh scheduler        the tables named: scheduler paths solver figure-1
+# EVENSTEP_BENCH_REPETITIONS (9) says how often each number is taken; the repetitions of one table are interleaved.
+set -euo pipefail
+repo=$(dirname -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")")
+source "$repo/scripts/setup.sh"
+repetitions=${EVENSTEP_BENCH_REPETITIONS:-9}
+tables=("$@")
+if (($# == 0)); then tables=(scheduler paths solver figure-1); fi
+
+build=$(build_folder)
+is_configured || configure
+out=$build/bench/results
+mkdir -p -- "$out"
+export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl-cache}
+
+# measure PROGRAM : the table of a program of Google Benchmark
+measure() {
+  local program=$1
+  grep -q '^benchmark_DIR:PATH=/' "$build/CMakeCache.txt" ||
+    fail "Google Benchmark is not there: apt-get install libbenchmark-dev, then remove $build/CMakeCache.txt"
+  compile "bench_$program" "building bench_$program"
+  "$build/bench/bench_$program" --benchmark_repetitions="$repetitions" --benchmark_enable_random_interleaving=true \
+    --benchmark_min_time=0.05 --benchmark_format=json >"$out/$program.json" 2>"$out/$program.log" ||
+    { cat -- "$out/$program.log" >&2; fail "bench_$program failed: see above"; }
+  python3 "$repo/bench/table.py" "$out/$program.json"
+}
+
+machine() {
+  printf 'machine: %s, %s cores; load %s\n' "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1)" "$(nproc)" \
+    "$(cut -d' ' -f1-3 /proc/loadavg)"
+  printf 'compiler: %s; Release (-O2); %s; commit %s\n' "$(c++ --version | head -1)" \
+    "$(dpkg-query -W -f '${Package} ${Version}' pocl-opencl-icd 2>/dev/null || echo 'PoCL unknown')" \
+    "$(git -C "$repo" describe --always --dirty 2>/dev/null || echo unknown)"
+  awk '$1 > 0.5 { print "busy: trust the least more than the median, and two threads not at all" }' /proc/loadavg
+}
+
+machine
+for table in "${tables[@]}"; do
+  printf '\n== %s\n' "$table"
+  case $table in
+    scheduler) measure scheduler_events ;;
+    paths) measure core_paths ;;
+    solver)
+      compile bench_solver_steps 'building bench_solver_steps'
+      POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-active} "$build/bench/bench_solver_steps" \
+        $((repetitions * 5))
+      ;;
+    figure-1)
+      compile bench_figure_1 'building bench_figure_1'
+      POCL_DEVICES=${POCL_DEVICES:-basic} "$build/bench/bench_figure_1" "$repo/scenarios/paper/figure-1.toml" \
+        "$repetitions"
+      ;;
+    *) fail "no table '$table': scheduler paths solver figure-1" ;;
+  esac
+done
