@@ -191,10 +191,10 @@ const char* p13_taut(const Schedule& schedule, Draw draw) {
 TEST_CASE("P5 nothing underruns at c* and L*, something does 1 ns below: 100,000 schedules") {
   for_all(kMany, p5_tight);
 }
-TEST_CASE("P6 L* is the least bracket, above each run time, and above that of each part: 100,000 schedules") {
+TEST_CASE("P6 L* is the least bracket, above each run time, and above that of each part, 100,000 schedules") {
   for_all(kMany, p6_best_line);
 }
-TEST_CASE("P8 without underrun a memoryless force is k x(t - L), whatever the map: 100,000 schedules") {
+TEST_CASE("P8 without underrun a memoryless force is k x(t - L), whatever the map, 100,000 schedules") {
   for_all(kMany, p8_conjugate);
 }
 TEST_CASE("P10 periodic timing needs s + Z(1 - 1/N) + h - 1 ns: 100,000 timings") {

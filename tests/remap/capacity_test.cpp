@@ -113,7 +113,7 @@ TEST_CASE("a larger latency needs a larger force ring, and capacities_for gives 
   }
 }
 
-TEST_CASE("the windows of underrun policies find their base at the capacities given; one entry less loses it: 1000 traces") {
+TEST_CASE("the windows of underrun policies find their base at the capacities given; one entry less loses it, 1000 traces") {
   // Values are their own times, so that a continued line is the time asked for, and a lost base is a value held.
   std::int64_t samples_tight = 0, forces_tight = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {

@@ -34,7 +34,7 @@ double sine_error(Extrapolation policy, Duration distance) {
 
 }  // namespace
 
-TEST_CASE("past the newest sample a line goes on as a line and is held from `furthest` on: every ns of small buffers") {
+TEST_CASE("past the newest sample a line goes on as a line and is held from `furthest` on, every ns of small buffers") {
   for (std::int64_t spacing = 1; spacing <= 4; ++spacing) {
     for (std::int64_t window = 1; window <= 12; ++window) {
       for (std::int64_t furthest = 1; furthest <= 12; ++furthest) {
@@ -105,7 +105,7 @@ TEST_CASE("a read past the newest entry of a head does not see what came later")
   }
 }
 
-TEST_CASE("forces whose emission times were repaired to 1 ns apart do not throw the line: it bends by their difference only") {
+TEST_CASE("forces whose emission times were repaired to 1 ns apart do not throw the line, it bends by their difference only") {
   ForceSchedule<double> forces(8, Emission::linear, kContinueLine);
   forces.push(RealTime{0}, 1.0);
   forces.push(RealTime{2'000'000}, 1.2);

@@ -95,12 +95,12 @@ const char* p14_gated(const Schedule& schedule, Draw draw) {
 
 }  // namespace
 
-TEST_CASE("P14 a gated run never underruns and is never later than the missing lead: 100,000 schedules") {
+TEST_CASE("P14 a gated run never underruns and is never later than the missing lead, 100,000 schedules") {
   for_all(kMany, p14_gated);
 }
 TEST_CASE("P14 on a million schedules", "[long]") { for_all(kVeryMany, p14_gated); }
 
-TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up to the lead at most, and T stays: periodic") {
+TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up to the lead at most, and T stays, periodic") {
   const Schedule schedule = Periodic{}.schedule(kSegments);   // back to back: no idle time
   check_work_time(PaperMap({}, {}, 0.1), schedule);
   check_work_time(PhaseLockedMap({}, {}), schedule);
@@ -112,7 +112,7 @@ TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up t
   }
 }
 
-TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up to the lead at most, and T stays: 10 % jitter") {
+TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up to the lead at most, and T stays, 10 % jitter") {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Draw draw(seed);
     const Schedule schedule = jittered(draw, 0.1, kSegments);
@@ -161,7 +161,7 @@ TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jit
   CHECK(locked_ms == Approx(34.28).margin(0.01));
 }
 
-TEST_CASE("told the gated boundaries a periodic simulator of 29.95 Hz is dragged to the device's grid: T = 33.5 ms") {
+TEST_CASE("told the gated boundaries a periodic simulator of 29.95 Hz is dragged to the device's grid, T = 33.5 ms") {
   Periodic timing;
   timing.segments = {2995, 100};   // 33.389 ms; 33.5 ms is the next length that meets the 1 kHz ticks every other segment
   const Schedule schedule = timing.schedule(kSegments);

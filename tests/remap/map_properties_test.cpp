@@ -366,7 +366,7 @@ TEST_CASE("P7 on periodic timing a hand of constant velocity stays on its line: 
   for_all_draws(kMany, p7_exact);
 }
 TEST_CASE("P9 maps move with time and scale with it: 100,000 schedules") { for_all(kMany, p9_equivariant); }
-TEST_CASE("P11 under drift paper jumps by r / weight and phase_locked lags by r / w^2: 100,000 draws") {
+TEST_CASE("P11 under drift paper jumps by r / weight and phase_locked lags by r / w^2, 100,000 draws") {
   for_all_draws(kMany, p11_drift);
 }
 TEST_CASE("P12 the loop decays for w < 1.03 and diverges for w > 1.04: 100,000 draws") {
@@ -428,7 +428,7 @@ TEST_CASE("periodic timing is exact to 1e-6 step in deviation and velocity jump,
   }
 }
 
-TEST_CASE("10 % jitter: velocity jump of phase_locked at most 0.21 step, of paper at least 1: 100 seeds") {
+TEST_CASE("10 % jitter: velocity jump of phase_locked at most 0.21 step, of paper at least 1, 100 seeds") {
   constexpr double slot_ns = 1e9 / 450;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Draw draw(seed);

@@ -86,7 +86,7 @@ TEST_CASE("the taut string of none, of one and of two steps") {
   CHECK(taut_string(two, {15}, {0}).bends.empty());
 }
 
-TEST_CASE("the taut string meets the conditions of the optimum, from the least feasible latency to L*: 2000 random traces") {
+TEST_CASE("the taut string meets the conditions of the optimum, from the least feasible latency to L*, 2000 random traces") {
   std::int64_t bent = 0, straight = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     Draw draw(seed + 31);
