@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# mutation_check.sh SOURCE_DIR CATCH_LIBRARY COMPILER... : applies each mutation of mutations.txt to a copy of remap/, builds
-# the one test file that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if one survived,
-# does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
+# mutation_check.sh SOURCE_DIR CATCH_LIBRARY COMPILER... : applies each mutation of mutations.txt to a copy of remap/,
+# builds the one test file that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
+# one survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
 # MUTATION=NAME: that one only. JOBS=N: so many at a time (default: one per core).
 set -uo pipefail
 source_dir=$1
@@ -18,7 +18,9 @@ compile() {
 # objects_of FOLDER : all sources of the remap room and of time
 objects_of() {
   local source
-  for source in remap/src/*.cpp clock/time/src/*.cpp; do compile "$source" "$1/$(basename "$source").o" || return 1; done
+  for source in remap/src/*.cpp clock/time/src/*.cpp; do
+    compile "$source" "$1/$(basename "$source").o" || return 1
+  done
 }
 # link FOLDER TEST_FILE : the objects there and that test's
 link() { "${compiler[@]: -1}" "$1"/*.cpp.o "$2" "$catch_library" -pthread -o "$1/test"; }
@@ -48,7 +50,9 @@ mutate() {
     case $key in
       file) file=$value; if [[ $file == *.h ]]; then headers=yes; else sources+=("$file"); fi ;;
       from) from=$value ;;
-      to | to:) [[ $key == to: ]] && value=; replace "$file" "$from" "$value" >why || { echo "ERROR $name: $(cat why)" >"$verdict"; return; } ;;
+      to | to:)
+        [[ $key == to: ]] && value=
+        replace "$file" "$from" "$value" >why || { echo "ERROR $name: $(cat why)" >"$verdict"; return; } ;;
       test) test=$value ;;
       case) cases=$value ;;
       *) echo "ERROR $name: unknown key '$key'" >"$verdict"; return ;;
