@@ -123,7 +123,8 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
   }
   LatencyBudget budget{lead, latency};
   budget.interaction_capacity = most_samples + 2;
-  budget.force_capacity = std::max(most_waiting_forces(steps, latency - lead), most_forces_within(steps, force_window)) + 2;
+  const std::size_t most_waiting = most_waiting_forces(steps, latency - lead);
+  budget.force_capacity = std::max(most_waiting, most_forces_within(steps, force_window)) + 2;
   return budget;
 }
 

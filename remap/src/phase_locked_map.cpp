@@ -13,8 +13,9 @@ constexpr double kMaxGain = 0.7;          // w; the loop is stable below 1.035 (
 constexpr double kMaxSlopeChange = 0.5;   // rho < 1: the map is strictly monotone
 constexpr double kHang_segments = 8;      // a lag that would take 16 segments to catch up at 1.5 times the pace
 constexpr double kLeastPeriod_ns = 1.0;
-// Segments of another pace, by T/N against P. Two in a row: 10 % jitter (3.7 % of T, and P itself moves by 2.5 %) did not
-// do it in 10^6 segments, and V halved or N doubled (16.7 %) do. One alone must be further off: 7 in 10^6 at 10 % jitter.
+// Segments of another pace, by T/N against P. Two in a row: 10 % jitter (3.7 % of T, and P itself moves by 2.5 %) did
+// not do it in 10^6 segments, and V halved or N doubled (16.7 %) do. One alone must be further off: 7 in 10^6 at 10 %
+// jitter.
 constexpr double kNewPace = 0.16;
 constexpr double kSamePace = 0.06;
 constexpr double kOddSegment = 0.2;
@@ -89,8 +90,8 @@ bool PhaseLockedMap::pace_moved(const Segment& before, double measured_ns) const
   return std::min(std::abs(first), std::abs(second)) > kNewPace && std::abs(first - second) < kSamePace;
 }
 
-/// P was just measured, so the error is one of phase only: as long as it shrinks by half of what the pull alone makes of it
-/// or more, it says nothing about P.
+/// P was just measured, so the error is one of phase only: as long as it shrinks by half of what the pull alone makes
+/// of it or more, it says nothing about P.
 bool PhaseLockedMap::closing(double error_ns, double w) const {
   const double shrunk = 1 - w / std::numbers::sqrt2;
   return error_ns * closing_ns_ > 0 && std::abs(error_ns) <= shrunk * std::abs(closing_ns_);

@@ -21,7 +21,8 @@ SamplingGrid any_grid(Draw& draw) {
   return {rate, RealTime{draw.between(0, period_ceil(rate).ns - 1)}};
 }
 
-/// Reads that come before their sample, at the worst phase of the device: the first sample at or after R comes h - 1 ns later.
+/// Reads that come before their sample, at the worst phase of the device: the first sample at or after R comes h - 1 ns
+/// later.
 bool reads_underrun(const std::vector<MappedStep>& steps, Rate rate, Duration lead) {
   const Duration latest = period_ceil(rate) - Duration{1};
   return std::any_of(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.slot - lead + latest > s.begin; });
@@ -62,7 +63,8 @@ const char* p5_tight(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// ceil of max(E - n tau) - min(S - n tau), tau = rise / run; the bracket has its corners at slopes of two ends or begins.
+/// ceil of max(E - n tau) - min(S - n tau), tau = rise / run; the bracket has its corners at slopes of two ends or
+/// begins.
 std::int64_t bracket(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run) {
   __int128 most = 0, least = 0;
   for (std::size_t n = 0; n < steps.size(); ++n) {
@@ -96,13 +98,19 @@ const char* p6_best_line(const Schedule& schedule, Draw draw) {
   return least == brute ? nullptr : "L* is not the least bracket of all slopes";
 }
 
+/// Only paper does.
+bool steps_back(const std::vector<MappedStep>& steps) {
+  for (std::size_t n = 1; n < steps.size(); ++n) if (steps[n].slot <= steps[n - 1].slot) return true;
+  return false;
+}
+
 /// x = v t sampled, read at R(n), f = k x, emitted at F(n) and played linearly: k v (t - L), whatever the monotone map.
 const char* p8_conjugate(const Schedule& schedule, Draw draw) {
   Draw same_map = draw;
   const std::vector<MappedStep> sized = mapped_steps(place_any(draw, schedule));
   const SamplingGrid grid = any_grid(draw);
   if (sized.size() < 2) return nullptr;
-  for (std::size_t n = 1; n < sized.size(); ++n) if (sized[n].slot <= sized[n - 1].slot) return nullptr;   // paper steps back
+  if (steps_back(sized)) return nullptr;
   const LatencyBudget budget = least_latency_this_phase(sized, std::span(&grid, 1), Emission::linear);
   const std::vector<Placed> placed = place_any(same_map, schedule, budget.lead, budget.latency);
   // Positions count from the first slot, so that their rounding is that of seconds: 1e-16.
@@ -120,14 +128,16 @@ const char* p8_conjugate(const Schedule& schedule, Draw draw) {
     }
     const Reading<double> force = hand.at(step.slot.read);
     if (force.status != ReadStatus::inside) return "a read underruns or overruns within the budget";
-    if (emissions.empty() && step.emission != step.slot.read + budget.latency) return nullptr;   // pushed on by acquiring steps
+    const bool pushed_on = step.emission != step.slot.read + budget.latency;   // by acquiring steps that end late
+    if (emissions.empty() && pushed_on) return nullptr;
     forces.push(step.emission, force.value);
     emissions.push_back(step.emission);
   }
   for (std::size_t n = 0; n + 1 < emissions.size(); ++n) {
     const RealTime at = emissions[n] + Duration{draw.between(0, (emissions[n + 1] - emissions[n]).ns)};
     const double line = k_v * seconds(at - budget.latency - zero);
-    if (std::abs(forces.at(at, n + 2).value - line) > 1e-12) return "the force is not k x(t - L)";   // 4000 roundings of 1 s
+    // 4000 roundings of 1 s.
+    if (std::abs(forces.at(at, n + 2).value - line) > 1e-12) return "the force is not k x(t - L)";
   }
   return nullptr;
 }
@@ -147,11 +157,13 @@ const char* p10_periodic(Draw draw) {
   const double least_ns = step_ns + rest_ns * (1 - 1.0 / timing.steps);
   const double sampling_ns = static_cast<double>(period_ceil(grid.rate).ns - 1);
   const Schedule schedule = timing.schedule(5);
-  // Floors of begins and ends, 1 ns each; of the slots twice as much, and 2.2 ns while the loop answers a period 1 ns off.
-  if (std::abs(static_cast<double>(best_line(flat(schedule)).latency.ns) - least_ns) > 3) return "the best line is off the formula";
+  // Floors of begins and ends, 1 ns each; of the slots twice as much, and 2.2 ns while the loop answers a period 1 ns
+  // off.
+  const auto straight = static_cast<double>(best_line(flat(schedule)).latency.ns);
+  if (std::abs(straight - least_ns) > 3) return "the best line is off the formula";
   const std::vector<MappedStep> steps = mapped_steps(place_any(draw, schedule));
-  const auto latency = static_cast<double>(least_latency_any_phase(steps, std::span(&grid, 1), Emission::hold).latency.ns);
-  if (std::abs(latency - least_ns - sampling_ns) > 8) return "the map is off the formula";
+  const Duration latency = least_latency_any_phase(steps, std::span(&grid, 1), Emission::hold).latency;
+  if (std::abs(static_cast<double>(latency.ns) - least_ns - sampling_ns) > 8) return "the map is off the formula";
   return nullptr;
 }
 
@@ -162,7 +174,7 @@ const char* p13_taut(const Schedule& schedule, Draw draw) {
   const SamplingGrid grid = any_grid(draw);
   const Duration sampling = period_ceil(grid.rate) - Duration{1};
   const LatencyBudget budget = least_latency_any_phase(mapped, std::span(&grid, 1), Emission::hold);
-  for (std::size_t n = 1; n < mapped.size(); ++n) if (mapped[n].slot <= mapped[n - 1].slot) return nullptr;   // F is not R + L
+  if (steps_back(mapped)) return nullptr;   // F is not R + L
   std::vector<StepTimes> steps;
   for (const MappedStep& step : mapped) steps.push_back({step.begin, step.end});
   const TautString string = taut_string(steps, budget.latency, sampling);
@@ -170,7 +182,8 @@ const char* p13_taut(const Schedule& schedule, Draw draw) {
   const double slot_ns = best_line(steps).slot_ns;
   double of_string = 0, of_map = 0, of_string_abs = 0, of_map_abs = 0, rounding = 0, rounding_abs = 0;
   for (std::size_t n = 0; n < steps.size(); ++n) {
-    if (string.reads[n] < steps[n].end - budget.latency || string.reads[n] > steps[n].begin - sampling) return "not in the tube";
+    const RealTime low = steps[n].end - budget.latency, high = steps[n].begin - sampling;
+    if (string.reads[n] < low || string.reads[n] > high) return "not in the tube";
     if (n == 0) continue;
     const double off = static_cast<double>((string.reads[n] - string.reads[n - 1]).ns) - slot_ns;
     const double map_off = static_cast<double>((mapped[n].slot - mapped[n - 1].slot).ns) - slot_ns;
@@ -191,10 +204,10 @@ const char* p13_taut(const Schedule& schedule, Draw draw) {
 TEST_CASE("P5 nothing underruns at c* and L*, something does 1 ns below: 100,000 schedules") {
   for_all(kMany, p5_tight);
 }
-TEST_CASE("P6 L* is the least bracket, above each run time, and above that of each part: 100,000 schedules") {
+TEST_CASE("P6 L* is the least bracket, above each run time, and above that of each part, 100,000 schedules") {
   for_all(kMany, p6_best_line);
 }
-TEST_CASE("P8 without underrun a memoryless force is k x(t - L), whatever the map: 100,000 schedules") {
+TEST_CASE("P8 without underrun a memoryless force is k x(t - L), whatever the map, 100,000 schedules") {
   for_all(kMany, p8_conjugate);
 }
 TEST_CASE("P10 periodic timing needs s + Z(1 - 1/N) + h - 1 ns: 100,000 timings") {

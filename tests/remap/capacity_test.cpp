@@ -113,7 +113,7 @@ TEST_CASE("a larger latency needs a larger force ring, and capacities_for gives 
   }
 }
 
-TEST_CASE("the windows of underrun policies find their base at the capacities given; one entry less loses it: 1000 traces") {
+TEST_CASE("the windows of underrun policies find their base at the capacities given, and lose it at one less, 1000 traces") {
   // Values are their own times, so that a continued line is the time asked for, and a lost base is a value held.
   std::int64_t samples_tight = 0, forces_tight = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
@@ -146,7 +146,8 @@ TEST_CASE("the windows of underrun policies find their base at the capacities gi
     REQUIRE(lost_in(ForceSchedule<double>(budget.force_capacity, Emission::linear, policy), emissions) == 0);
     const std::size_t fewer_samples = budget.interaction_capacity - 1, fewer_forces = budget.force_capacity - 1;
     samples_tight += fewer_samples >= 2 && lost_in(SampleBuffer<double>(fewer_samples, policy), ticks) > 0;
-    forces_tight += fewer_forces >= 2 && lost_in(ForceSchedule<double>(fewer_forces, Emission::linear, policy), emissions) > 0;
+    forces_tight += fewer_forces >= 2 &&
+                    lost_in(ForceSchedule<double>(fewer_forces, Emission::linear, policy), emissions) > 0;
   }
   CHECK(samples_tight > 100);
   CHECK(forces_tight > 100);

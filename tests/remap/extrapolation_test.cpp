@@ -34,7 +34,7 @@ double sine_error(Extrapolation policy, Duration distance) {
 
 }  // namespace
 
-TEST_CASE("past the newest sample a line goes on as a line and is held from `furthest` on: every ns of small buffers") {
+TEST_CASE("past the newest sample a line goes on as a line and is held from `furthest` on, every ns of small buffers") {
   for (std::int64_t spacing = 1; spacing <= 4; ++spacing) {
     for (std::int64_t window = 1; window <= 12; ++window) {
       for (std::int64_t furthest = 1; furthest <= 12; ++furthest) {
@@ -63,9 +63,9 @@ TEST_CASE("past the newest sample a line goes on as a line and is held from `fur
   }
 }
 
-TEST_CASE("without a window or a distance, with one entry, or with the window out of the ring the newest value is held") {
-  for (const Extrapolation none : {Extrapolation{}, Extrapolation{{}, {5}}, Extrapolation{{5}, {}}, Extrapolation{{-1}, {5}},
-                                   Extrapolation{{5}, {-1}}}) {
+TEST_CASE("without window or distance, with one entry, or with the window out of the ring the newest value is held") {
+  const Extrapolation nones[]{{}, {{}, {5}}, {{5}, {}}, {{-1}, {5}}, {{5}, {-1}}};
+  for (const Extrapolation none : nones) {
     SampleBuffer<double> buffer(4, none);
     for (int i = 0; i < 6; ++i) buffer.push(RealTime{5 * i}, 0.1 * i * i);
     for (std::int64_t at = 26; at < 60; ++at) REQUIRE(buffer.at(RealTime{at}).value == 0.1 * 25);
@@ -81,7 +81,7 @@ TEST_CASE("without a window or a distance, with one entry, or with the window ou
   CHECK(fits.at(RealTime{30}).value == 3);
 }
 
-TEST_CASE("the line starts at the interpolated value one window back, not at a sample, and a constant stays its very bits") {
+TEST_CASE("the line starts at the interpolated value one window back, and a constant stays its very bits") {
   SampleBuffer<double> buffer(8, {{15}, {100}});
   buffer.push(RealTime{0}, 5);
   buffer.push(RealTime{10}, 1);
@@ -105,7 +105,7 @@ TEST_CASE("a read past the newest entry of a head does not see what came later")
   }
 }
 
-TEST_CASE("forces whose emission times were repaired to 1 ns apart do not throw the line: it bends by their difference only") {
+TEST_CASE("forces repaired to 1 ns apart do not throw the line, it bends by their difference only") {
   ForceSchedule<double> forces(8, Emission::linear, kContinueLine);
   forces.push(RealTime{0}, 1.0);
   forces.push(RealTime{2'000'000}, 1.2);

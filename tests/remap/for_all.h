@@ -1,6 +1,6 @@
 #pragma once
-/// Properties over many random schedules. A property returns what it found wrong, or nullptr; the first failure is shrunk
-/// to the fewest segments that still fail and printed with its seed.
+/// Properties over many random schedules. A property returns what it found wrong, or nullptr; the first failure is
+/// shrunk to the fewest segments that still fail and printed with its seed.
 
 #include <catch2/catch.hpp>
 
@@ -39,8 +39,8 @@ inline std::string written(const Schedule& schedule) {
   return text.str();
 }
 
-/// `property(schedule, draw)`: draw is for what the property chooses itself, the same on every call. Normal runs take the
-/// seeds from 0 on, [long] runs those from 2^32 on.
+/// `property(schedule, draw)`: draw is for what the property chooses itself, the same on every call. Normal runs take
+/// the seeds from 0 on, [long] runs those from 2^32 on.
 template <class Property>
 void for_all(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;

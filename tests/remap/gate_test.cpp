@@ -1,5 +1,5 @@
-// The policy "gate": a step waits until the sample for its read exists. The waiting is the loop's; what the map has to be
-// told, so that the simulator does not slow itself down, is shown here.
+// The policy "gate": a step waits until the sample for its read exists. The waiting is the loop's; what the map has to
+// be told, so that the simulator does not slow itself down, is shown here.
 
 #include "evenstep/remap/sample_buffer.h"
 #include "for_all.h"
@@ -23,8 +23,8 @@ struct Gated {
   double mean_length_ms = 0;
 };
 
-/// One run with a device of 1 kHz from phase 0 and lead 0. `shift` is how far the run is behind its programmed timing: it
-/// grows with each wait and is absorbed by idle time.
+/// One run with a device of 1 kHz from phase 0 and lead 0. `shift` is how far the run is behind its programmed timing:
+/// it grows with each wait and is absorbed by idle time.
 Gated run_gated(SlotMap&& map, const Schedule& schedule, Told told) {
   constexpr Rate kDevice{1000, 1};
   SampleBuffer<double> samples(200);
@@ -57,7 +57,8 @@ Gated run_gated(SlotMap&& map, const Schedule& schedule, Told told) {
     }
   }
   run.last_shift = shift;
-  run.mean_length_ms = static_cast<double>((began - schedule[0].begin).ns) * 1e-6 / static_cast<double>(schedule.size() - 1);
+  const auto lengths = static_cast<double>(schedule.size() - 1);
+  run.mean_length_ms = static_cast<double>((began - schedule[0].begin).ns) * 1e-6 / lengths;
   return run;
 }
 
@@ -71,7 +72,7 @@ Duration least_lead(const Map& map, const Schedule& schedule) {
 
 constexpr std::int64_t kSegments = 3600;   // 120 s
 double ungated_ms(const Schedule& schedule) {
-  return static_cast<double>((schedule.back().begin - schedule[0].begin).ns) * 1e-6 / static_cast<double>(kSegments - 1);
+  return static_cast<double>((schedule.back().begin - schedule[0].begin).ns) * 1e-6 / (kSegments - 1.0);
 }
 
 template <class Map>
@@ -85,9 +86,11 @@ void check_work_time(const Map& map, const Schedule& schedule) {
 
 const char* p14_gated(const Schedule& schedule, Draw draw) {
   const bool of_paper = draw.between(0, 1) == 0;
-  const Gated gated = of_paper ? run_gated(PaperMap({}, {}, 0.3), schedule, Told::work_time)
-                               : run_gated(PhaseLockedMap({}, {}), schedule, Told::work_time);
-  const Duration lead = of_paper ? least_lead(PaperMap({}, {}, 0.3), schedule) : least_lead(PhaseLockedMap({}, {}), schedule);
+  const PaperMap paper({}, {}, 0.3);
+  const PhaseLockedMap locked({}, {});
+  const Gated gated = of_paper ? run_gated(PaperMap(paper), schedule, Told::work_time)
+                               : run_gated(PhaseLockedMap(locked), schedule, Told::work_time);
+  const Duration lead = of_paper ? least_lead(paper, schedule) : least_lead(locked, schedule);
   if (gated.underruns > 0) return "a gated read underruns";
   if (gated.most_shift > std::max(lead, Duration{})) return "the shift exceeds the lead that was missing";
   return nullptr;
@@ -95,12 +98,12 @@ const char* p14_gated(const Schedule& schedule, Draw draw) {
 
 }  // namespace
 
-TEST_CASE("P14 a gated run never underruns and is never later than the missing lead: 100,000 schedules") {
+TEST_CASE("P14 a gated run never underruns and is never later than the missing lead, 100,000 schedules") {
   for_all(kMany, p14_gated);
 }
 TEST_CASE("P14 on a million schedules", "[long]") { for_all(kVeryMany, p14_gated); }
 
-TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up to the lead at most, and T stays: periodic") {
+TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at most, T stays, periodic") {
   const Schedule schedule = Periodic{}.schedule(kSegments);   // back to back: no idle time
   check_work_time(PaperMap({}, {}, 0.1), schedule);
   check_work_time(PhaseLockedMap({}, {}), schedule);
@@ -112,7 +115,7 @@ TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up t
   }
 }
 
-TEST_CASE("gated with work-time boundaries nothing underruns, the waits sum up to the lead at most, and T stays: 10 % jitter") {
+TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at most, T stays, 10 % jitter") {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Draw draw(seed);
     const Schedule schedule = jittered(draw, 0.1, kSegments);
@@ -143,7 +146,7 @@ TEST_CASE("idle time absorbs the shift of a gated run: paced, 10 % jitter") {
   }
 }
 
-TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jitter 33.33 ms become 34.24 ms and more") {
+TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jitter from 33.33 to 34.24 ms") {
   // Each wait lengthens T, a longer T moves the slots of the last steps towards the boundary, and they wait again.
   double paper_ms = 0, locked_ms = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
@@ -161,9 +164,9 @@ TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jit
   CHECK(locked_ms == Approx(34.28).margin(0.01));
 }
 
-TEST_CASE("told the gated boundaries a periodic simulator of 29.95 Hz is dragged to the device's grid: T = 33.5 ms") {
+TEST_CASE("told the gated boundaries a periodic simulator of 29.95 Hz is dragged to the device's grid, T = 33.5 ms") {
   Periodic timing;
-  timing.segments = {2995, 100};   // 33.389 ms; 33.5 ms is the next length that meets the 1 kHz ticks every other segment
+  timing.segments = {2995, 100};   // 33.389 ms; 33.5 ms is the next length that meets a 1 kHz tick every other time
   const Schedule schedule = timing.schedule(kSegments);
   for (const Gated& naive : {run_gated(PaperMap({}, {}, 0.1), schedule, Told::real_time),
                              run_gated(PhaseLockedMap({}, {}), schedule, Told::real_time)}) {

@@ -21,7 +21,8 @@ bool same(const Placed& a, const Placed& b) {
   return a.slot.read == b.slot.read && a.slot.kind == b.slot.kind && a.emission == b.emission;
 }
 bool same(const std::vector<Placed>& a, const std::vector<Placed>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Placed& p, const Placed& q) { return same(p, q); });
+  const auto both = [](const Placed& p, const Placed& q) { return same(p, q); };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), both);
 }
 std::size_t step_count(const Schedule& schedule) {
   std::size_t count = 0;
@@ -76,7 +77,8 @@ const char* p3_continuous(const Schedule& schedule, Draw) {
     if (before.kind == SlotKind::mapped) {
       const Duration step = after.read - before.read;
       const bool hang = after.read == segment.begin - kLead && step.ns > 0;
-      if (std::abs(step.ns) > 1 && !hang) return "the old line and the new one do not meet";   // 1 ns: two floors of one number
+      // 1 ns: two floors of one number.
+      if (std::abs(step.ns) > 1 && !hang) return "the old line and the new one do not meet";
     }
     for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
   }
@@ -136,7 +138,7 @@ const char* p4_conserved(const Schedule& schedule, Draw) {
   for (const auto* placed : {&of_paper, &of_locked}) {
     if (placed->size() != steps) return "a step was lost or made up";
     for (std::size_t n = 1; n < steps; ++n) {
-      if ((*placed)[n].emission <= (*placed)[n - 1].emission) return "two forces share an emission time, or their order turned";
+      if ((*placed)[n].emission <= (*placed)[n - 1].emission) return "two forces share a time, or their order turned";
     }
   }
   std::int64_t repairs = 0;
@@ -175,8 +177,9 @@ struct Timing {
   Rate slots() const { return {periodic.segments.num * periodic.steps, periodic.segments.den}; }
 };
 
-/// x(R(n)) on the line, for a hand of any constant velocity. Roundings of 1 ns: B, T^ and slot for paper; phase_locked too,
-/// and its loop answers a period that is 1 ns off with up to 0.456 / w <= 2.2 ns more (w >= 0.2 at 60 Hz). A position is
+/// x(R(n)) on the line, for a hand of any constant velocity. Roundings of 1 ns: B, T^ and slot for paper; phase_locked
+/// too, and its loop answers a period that is 1 ns off with up to 0.456 / w <= 2.2 ns more (w >= 0.2 at 60 Hz). A
+/// position is
 /// off by as much times v: 6 ns of a slot, whatever v is.
 const char* p7_exact(Draw draw) {
   const Timing timing = Timing::of(draw);
@@ -198,8 +201,10 @@ const char* p7_exact(Draw draw) {
   return nullptr;
 }
 
-/// All times later by any whole number of ns: all reads and emissions later by as much, exactly. All times twice as long at
-/// half the bandwidth: reads twice as far, to the ns of the two floors (and 1 ns where a sum rounds across one), L* too.
+/// All times later by any whole number of ns: all reads and emissions later by as much, exactly. All times twice as
+/// long at
+/// half the bandwidth: reads twice as far, to the ns of the two floors (and 1 ns where a sum rounds across one), L*
+/// too.
 const char* p9_equivariant(const Schedule& schedule, Draw draw) {
   const Duration shift{draw.between(-1'000'000'000'000'000, 1'000'000'000'000'000)};
   Schedule shifted = schedule, doubled = schedule;
@@ -230,7 +235,8 @@ const char* p9_equivariant(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// One step per segment, lengths that grow by r: the jump of paper goes to r / weight, the lag of phase_locked to r / w^2.
+/// One step per segment, lengths that grow by r: the jump of paper goes to r / weight, the lag of phase_locked to r /
+/// w^2.
 const char* p11_drift(Draw draw) {
   const double weight = 0.2 + 0.8 * draw.unit();
   const double bandwidth_Hz = 1.5 + 2 * draw.unit();
@@ -240,7 +246,7 @@ const char* p11_drift(Draw draw) {
   RealTime begin;
   Duration length{40'000'000};                       // w >= 0.37; it changes by 0.2 % in 80 segments
   std::int64_t jump = 0, lag = 0;
-  for (std::int64_t n = 0; n <= 80; ++n) {           // the start decays as 0.8^80 of r / weight, or exp(-0.37 * 80 / 1.42)
+  for (std::int64_t n = 0; n <= 80; ++n) {           // the start decays as 0.8^80, or exp(-0.37 * 80 / 1.42)
     PaperMap untold = paper;
     paper.boundary(n, begin);
     locked.boundary(n, begin);
@@ -255,7 +261,7 @@ const char* p11_drift(Draw draw) {
   }
   const double r = static_cast<double>(drift);
   const double w = std::min(2 * std::numbers::pi * bandwidth_Hz * static_cast<double>(length.ns) * 1e-9, 0.7);
-  if (std::abs(static_cast<double>(jump) - r / weight) > 2) return "the jump of paper is not r / weight";       // two floors
+  if (std::abs(static_cast<double>(jump) - r / weight) > 2) return "the jump of paper is not r / weight";   // 2 floors
   if (std::abs(static_cast<double>(lag) - r / (w * w)) > 2 + 0.01 * std::abs(r) / (w * w)) {
     return "the lag of phase_locked is not r / w^2";
   }
@@ -307,8 +313,9 @@ const char* p15_deterministic(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// Only boundaries and step counts matter to mapped steps: not when steps run inside their segment, in which order, how V and
-/// the steps share it, nor whether two segments are one with V = 0 in its middle, as long as its boundary is told.
+/// Only boundaries and step counts matter to mapped steps: not when steps run inside their segment, in which order, how
+/// V and the steps share it, nor whether two segments are one with V = 0 in its middle, as long as its boundary is
+/// told.
 const char* p16_only_boundaries(const Schedule& schedule, Draw draw) {
   Schedule changed = schedule;
   for (Segment& segment : changed) {
@@ -325,7 +332,9 @@ const char* p16_only_boundaries(const Schedule& schedule, Draw draw) {
     });
   };
   if (!agree(place(paper_map(), schedule), place(paper_map(), changed))) return "paper depends on more than boundaries";
-  if (!agree(place(locked_map(), schedule), place(locked_map(), changed))) return "phase_locked depends on more than boundaries";
+  if (!agree(place(locked_map(), schedule), place(locked_map(), changed))) {
+    return "phase_locked depends on more than boundaries";
+  }
   return nullptr;
 }
 
@@ -366,7 +375,7 @@ TEST_CASE("P7 on periodic timing a hand of constant velocity stays on its line: 
   for_all_draws(kMany, p7_exact);
 }
 TEST_CASE("P9 maps move with time and scale with it: 100,000 schedules") { for_all(kMany, p9_equivariant); }
-TEST_CASE("P11 under drift paper jumps by r / weight and phase_locked lags by r / w^2: 100,000 draws") {
+TEST_CASE("P11 under drift paper jumps by r / weight and phase_locked lags by r / w^2, 100,000 draws") {
   for_all_draws(kMany, p11_drift);
 }
 TEST_CASE("P12 the loop decays for w < 1.03 and diverges for w > 1.04: 100,000 draws") {
@@ -403,9 +412,9 @@ TEST_CASE("a failing schedule is shrunk to its first failing segment, and writte
   REQUIRE(least.size() == 1);
   CHECK(least[0].begin == schedule[6].begin);
   CHECK(written(least).find(std::to_string(schedule[6].steps[2].end.ns) + ")") != std::string::npos);
-  const Schedule pair = shrunk(schedule, [](const Schedule& s) { return s.size() >= 4; });   // what needs four keeps four
-  CHECK(pair.size() == 4);
-  CHECK(pair[0].begin == schedule[0].begin);
+  const Schedule four = shrunk(schedule, [](const Schedule& s) { return s.size() >= 4; });   // what needs four keeps four
+  CHECK(four.size() == 4);
+  CHECK(four[0].begin == schedule[0].begin);
 }
 
 TEST_CASE("periodic timing is exact to 1e-6 step in deviation and velocity jump, at any phase") {
@@ -428,7 +437,7 @@ TEST_CASE("periodic timing is exact to 1e-6 step in deviation and velocity jump,
   }
 }
 
-TEST_CASE("10 % jitter: velocity jump of phase_locked at most 0.21 step, of paper at least 1: 100 seeds") {
+TEST_CASE("10 % jitter: velocity jump of phase_locked at most 0.21 step, of paper at least 1, 100 seeds") {
   constexpr double slot_ns = 1e9 / 450;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Draw draw(seed);

@@ -57,6 +57,21 @@ TEST_CASE("phase_locked takes period and phase from the first complete segment w
   }
 }
 
+TEST_CASE("phase_locked floors its slots: thirds and sevenths of a ns, at any remainder") {
+  for (const std::int64_t steps : {3, 7}) {
+    for (std::int64_t length = 1'000'000; length < 1'000'000 + steps; ++length) {
+      PhaseLockedMap map({}, {});
+      map.boundary(0, RealTime{-length});
+      for (std::int64_t n = 0; n < steps; ++n) { map.read(n, {}); map.emission(n, {}); }
+      map.boundary(steps, RealTime{});
+      for (std::int64_t i = 0; i < steps; ++i) {
+        CHECK(map.read(steps + i, {}).read.ns == i * length / steps);
+        map.emission(steps + i, {});
+      }
+    }
+  }
+}
+
 TEST_CASE("phase_locked stays within 2 ns of the exact line for a million periodic segments", "[long]") {
   PhaseLockedMap map({}, {});
   std::int64_t n = 0, worst = 0;
@@ -100,7 +115,7 @@ TEST_CASE("phase_locked is exact to 2 ns on any periodic timing: 400 rates, 1 to
   }
 }
 
-TEST_CASE("in lock the old line of phase_locked and the new one meet at every boundary: 2000 random schedules") {
+TEST_CASE("in lock the old line of phase_locked and the new one meet at every boundary, 2000 random schedules") {
   std::int64_t met = 0, stepped = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     Draw draw(seed);

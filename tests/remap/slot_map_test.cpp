@@ -56,7 +56,7 @@ TEST_CASE("while acquiring and for direct a step reads at its begin and emits at
   }
 }
 
-TEST_CASE("emission times increase by at least 1 ns, and every repair is counted: all orders of four slots out of 0..3") {
+TEST_CASE("emission times increase by at least 1 ns, and every repair is counted, all orders of four slots out of 0..3") {
   for (int code = 0; code < 256; ++code) {
     std::vector<std::optional<RealTime>> slots;
     for (int i = 0; i < 4; ++i) slots.push_back(RealTime{(code >> (2 * i)) & 3});

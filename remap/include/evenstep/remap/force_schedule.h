@@ -14,8 +14,8 @@ enum class Emission : std::uint8_t { hold, linear };
 template <class Value>
 class ForceSchedule {
  public:
-  /// `past_newest` is the underrun policy of linear emission. Emission::hold ignores it: it plays the latest force that is
-  /// due, so that none is ever missing.
+  /// `past_newest` is the underrun policy of linear emission. Emission::hold ignores it: it plays the latest force that
+  /// is due, so that none is ever missing.
   ForceSchedule(std::size_t capacity, Emission emission, Extrapolation past_newest = kHoldNewest)
       : ring_(capacity), emission_(emission), past_newest_(past_newest) {}
 
