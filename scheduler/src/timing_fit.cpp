@@ -33,6 +33,7 @@ constexpr double kPacedVariation = 0.5, kPacedSteadiness = 0.005, kPacedIdle = 0
 
 struct Step {
   double begin_s = 0, ns = 0;
+  double factor = 1;    ///< by which it is longer than the usual step for a known reason; what hits add is not scaled
   bool first = false;   ///< after a visualization
   bool beside = false;  ///< begins while a visualization runs
 };
@@ -83,7 +84,7 @@ Recording gather(std::span<const SegmentTiming> segments, SegmentOrder order) {
     for (const Interval& step : segment.steps) {
       const bool beside =
           segment.visualization && step.begin >= segment.visualization->begin && step.begin < segment.visualization->end;
-      out.steps.push_back({seconds(step.begin), ns(step), after_visualization, beside});
+      out.steps.push_back({seconds(step.begin), ns(step), 1, after_visualization, beside});
       after_visualization = false;
       if (order != SegmentOrder::concurrent) idle -= ns(step);
     }
@@ -122,7 +123,7 @@ void fit_drift(std::span<const SegmentTiming> segments, Recording& recording, Ti
   const double drift = fit.timing.drift_per_s;
   for (std::size_t i = 0; i < recording.visualizations_ns.size(); ++i)
     recording.visualizations_ns[i] /= 1 + drift * recording.visualization_begins_s[i];
-  for (Step& step : recording.steps) step.ns /= 1 + drift * step.begin_s;
+  for (Step& step : recording.steps) step.factor = 1 + drift * step.begin_s;
 }
 
 /// As few counts as say the shares to two standard errors: 14, 15, 15, 16.
@@ -227,7 +228,7 @@ void fit_visualization(const Recording& recording, TimingFit& fit) {
 template <class Chosen>
 FittedNumber ratio_of(const std::vector<Step>& steps, Chosen chosen) {
   Sample in, out;
-  for (const Step& step : steps) (chosen(step) ? in : out).push_back(std::log(std::max(step.ns, 1.0)));
+  for (const Step& step : steps) (chosen(step) ? in : out).push_back(std::log(std::max(step.ns / step.factor, 1.0)));
   if (in.size() < 10 || out.size() < 10) return {1, 0};
   const double ratio = std::exp(median(in) - median(out));
   // Of a median, 1.25 times that of a mean.
@@ -276,17 +277,17 @@ void fit_steps(Recording& recording, TimingFit& fit) {
   }
   Sample all, usual;
   for (Step& step : recording.steps) {
-    step.ns /= step.beside ? fit.timing.slowdown : step.first ? 1 + fit.timing.first_step : 1;
-    all.push_back(step.ns);
+    step.factor *= step.beside ? fit.timing.slowdown : step.first ? 1 + fit.timing.first_step : 1;
+    all.push_back(step.ns / step.factor);
   }
   const Sample logs = logarithms(all);
   const double center = median(all);
   fit.hit_above_ns = center * (std::max(kLeastHitFactor, std::exp(kHitDeviations * robust_deviation(logs))) - 1);
-  for (const double duration : all) {
-    if (duration <= center + fit.hit_above_ns) {
-      usual.push_back(duration);
+  for (const Step& step : recording.steps) {
+    if (step.ns / step.factor <= center + fit.hit_above_ns) {
+      usual.push_back(step.ns / step.factor);
     } else {
-      fit.excess_ns.push_back(duration - center);
+      fit.excess_ns.push_back(step.ns - center * step.factor);
     }
   }
   fit.step = fit_length(usual);

@@ -120,6 +120,31 @@ case_diff_names_the_first_differing_event() {
 case_check_explains_without_running() { expect 0 "least: any device phase" check "$spring"; no_run_folder; expect 2 "error" check nowhere.toml; }
 case_list_names_scenarios_and_metrics() { (cd "$source_dir" && "$evenstep" list) >out 2>err || fail "list"; grep -q "figure-1.toml" out || fail "scenario"; grep -q "velocity_jump" out || fail "metrics"; }
 case_schema_is_json() { "$evenstep" schema >out 2>err || fail "schema"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
+case_fit_proposes_a_timing_that_check_accepts() {
+  expect 0 "paced = true" fit "$source_dir/scenarios/recorded/small-paced30-basic.csv"
+  { printf 'format = 1\n[run]\nduration = "1 s"\n[scene]\nkind = "spring"\n[[device]]\nname = "left"\n'; cat out; } >fitted.toml
+  expect 0 "segment 33.333333 ms" check fitted.toml
+}
+case_fit_says_when_to_replay() { expect 0 'trace = "'"$source_dir"'/scenarios/recorded/contended-free-basic.csv"' fit "$source_dir/scenarios/recorded/contended-free-basic.csv"; }
+case_fit_json() {
+  "$evenstep" fit "$source_dir/scenarios/recorded/regime-free-basic.csv" --json >out 2>err || fail "exit"
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  python3 -c 'import json; d = json.load(open("out")); assert d["replay_instead"] and 1.5 < d["regimes"]["factor"] < 1.9' || fail "JSON"
+}
+case_fit_refuses_bad_input() {
+  expect 2 "nowhere.csv" fit nowhere.csv
+  printf 'segment,kind,index,begin_ns,end_ns\n0,step,0,5,4\n' >bad.csv
+  expect 2 "bad.csv:2" fit bad.csv
+  head -20 "$source_dir/scenarios/recorded/small-paced30-basic.csv" >short.csv
+  expect 2 "a fit needs at least 32" fit short.csv
+  expect 2 "required" fit
+}
+case_concurrent_timing_runs_and_is_refused_on_a_wall_clock() {
+  local lane=(--set timing.order=concurrent --set timing.paced=true --set timing.slowdown=1.5 --set 'timing.jitter={ step = "lognormal 5 %" }')
+  local short=(--set 'run.duration="1 s"' --set 'expect=[]')
+  expect 0 "PASS" run "$spring" "${lane[@]}" "${short[@]}" --repeat
+  expect 2 "virtual clock only" run --clock wall "$spring" "${lane[@]}" "${short[@]}" --set 'remap.latency="30 ms"' --set 'remap.lead="5 ms"'
+}
 case_interrupt_keeps_what_is_finished() {
   scenario 'expect = []' '[run]' 'duration = "600 s"'
   "$evenstep" run "$spring" x.toml --out kept >out 2>err &
