@@ -152,9 +152,10 @@ TEST_CASE("fit: what a spike costs is not scaled by what makes its step longer")
 TEST_CASE("fit: spikes and a tail are told apart where at least half the hits are alike") {
   ProgrammedTiming timing = base();
   timing.spikes = Spikes{20, {2 * ms}};
-  timing.preemption = Preemption{5, {3 * ms}, {40 * ms}, 1.5};
+  timing.preemption = Preemption{5, {6 * ms}, {40 * ms}, 1.5};
   const TimingFit fit = fitted(timing);
   REQUIRE(parts(fit) == "spikes preemption ");
+  CHECK(V(fit) == Approx(fit.visualization.mean_ns).margin(1));  // hits of 6 ms are none of its mean
   check_rate(fit.timing.spikes->rate_Hz, 20, fit.work_s);
   check_rate(fit.timing.preemption->rate_Hz, 5, fit.work_s);
 }
