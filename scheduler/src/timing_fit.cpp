@@ -262,8 +262,22 @@ void fit_hits(TimingFit& fit) {
   fit.tail_distance = kolmogorov_distance(others, [&](double x) { return (1 - std::pow(least / x, tail)) / (1 - q); });
 }
 
-double visualizations_per_segment(const TimingFit& fit) {
-  return 1 - fit.timing.dropped_visualization + fit.timing.merged_visualization;
+/// Pre-emption hits visualizations too. The hits that are small enough for the mean of what lies within 5 deviations are in
+/// it, and the model adds them once more.
+double added_by_preemption_ns(const TimingFit& fit) {
+  if (!fit.timing.preemption || fit.visualization.count == 0) return 0;
+  const Preemption all = *fit.timing.preemption;
+  const double deviation = std::sqrt(std::log1p(fit.visualization.variation * fit.visualization.variation));
+  const double within = fit.visualization.median_ns * std::expm1(5 * deviation);
+  const double least = static_cast<double>(all.least.ns), most = static_cast<double>(all.most.ns);
+  if (within <= least) return 0;
+  Preemption small = all;
+  small.most = {std::llround(std::min(within, most))};
+  const double share =
+      within >= most ? 1 : (1 - std::pow(least / within, all.tail)) / (1 - std::pow(least / most, all.tail));
+  const ProgrammedTiming one{.visualization = fit.timing.visualization, .step = fit.timing.step, .preemption = small};
+  const double added = share * (mean_timing(one).visualization_ns - static_cast<double>(one.visualization.ns));
+  return std::min(added, 0.5 * fit.visualization.mean_ns);
 }
 
 void fit_steps(Recording& recording, TimingFit& fit) {
@@ -295,12 +309,7 @@ void fit_steps(Recording& recording, TimingFit& fit) {
   fit.timing.step_variation = std::min(fit.step.variation, 1.0);
   fit.work_s = fit.step.mean_ns * 1e-9 * static_cast<double>(all.size());
   fit_hits(fit);
-  if (!fit.timing.preemption) return;
-  // Pre-emption hits visualizations too, and was part of what they took.
-  const double added =
-      mean_timing(fit.timing).visualization_ns - fit.visualization.mean_ns * visualizations_per_segment(fit);
-  const double left = std::max(fit.visualization.mean_ns - added, 0.5 * fit.visualization.mean_ns);
-  fit.timing.visualization = {std::llround(left)};
+  fit.timing.visualization = {std::llround(fit.visualization.mean_ns - added_by_preemption_ns(fit))};
 }
 
 /// A rate that is a whole number of Hz to 0.1 %, or a whole number of us.

@@ -139,6 +139,19 @@ TEST_CASE("a recording of a known model is told to be one: model, recording and 
   CHECK_THAT(fit_json(fit, comparison, "x.csv"), Contains("\"order_matters\":false,\"replay_instead\":false"));
 }
 
+TEST_CASE("shuffling segments that do not depend on each other changes no window and no walk of the boundaries") {
+  // Boundaries walk 22 % of 11 ms a segment; windows of 250 ms hold ten of them. 1000 segments: 100 windows, medians 3 %
+  // apart.
+  const auto segments = play({.step = Duration{1 * ms}, .visualization_variation = 0.22}, 1'000);
+  const FitComparison comparison = compare(fit_timing(segments), segments, 15);
+  const auto ratio = [](Duration a, Duration b) { return static_cast<double>(a.ns) / static_cast<double>(b.ns); };
+  CHECK(ratio(comparison.shuffled_median.window_p50, comparison.recording.window_p50) == Approx(1).margin(0.06));
+  CHECK(ratio(comparison.model_median.window_p50, comparison.recording.window_p50) == Approx(1).margin(0.06));
+  // The greatest distance of a random walk varies by half of itself from walk to walk.
+  CHECK(ratio(comparison.shuffled_median.whole, comparison.recording.whole) > 0.4);
+  CHECK(ratio(comparison.shuffled_median.whole, comparison.recording.whole) < 2.5);
+}
+
 TEST_CASE("where a long slow wave is in the recording, order matters and replay is what is proposed") {
   // V climbs from 11 to 15 ms within 5 s and falls again, twice: neither a drift nor two levels.
   ProgrammedTiming wave{.step = Duration{1 * ms}, .visualization_variation = 0.02, .step_variation = 0.01};

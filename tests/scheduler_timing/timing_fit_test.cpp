@@ -127,14 +127,35 @@ TEST_CASE("fit: a tail comes back with rate, bounds and index; visualizations lo
   // Of a maximum-likelihood index: 1.5 / sqrt(hits) unbounded, about half as much again bounded at 13 times the least.
   CHECK(tail.tail == Approx(1.5).margin(5 * 1.5 * 1.5 / std::sqrt(hits)));
   CHECK(fit.tail_distance < 1.8 / std::sqrt(hits));
+  // Its 3 ms are beyond 5 deviations of V, so the mean of the others never had them.
+  CHECK(V(fit) == Approx(11.1e6).epsilon(0.01));
+}
+
+TEST_CASE("fit: a tail of short hits is inside the mean of V and is taken off, for the model adds it again") {
+  ProgrammedTiming timing = base();
+  timing.preemption = Preemption{100, {300'000}, {1'500'000}, 0.1};
+  const TimingFit fit = fitted(timing);
+  REQUIRE(parts(fit) == "preemption ");
+  // 1 - exp(-100 Hz * 11.1 ms) = 67 % of the visualizations are hit, by 0.72 ms: 4.3 % too long if left in.
+  CHECK(V(fit) == Approx(11.1e6).epsilon(0.008));
+}
+
+TEST_CASE("fit: what a spike costs is not scaled by what makes its step longer") {
+  ProgrammedTiming timing = base();
+  timing.first_step = 2;
+  timing.spikes = Spikes{50, {4 * ms}};
+  const TimingFit fit = fitted(timing);
+  REQUIRE(parts(fit) == "first_step spikes ");
+  CHECK(fit.alike == static_cast<std::int64_t>(fit.excess_ns.size()));
 }
 
 TEST_CASE("fit: spikes and a tail are told apart where at least half the hits are alike") {
   ProgrammedTiming timing = base();
   timing.spikes = Spikes{20, {2 * ms}};
-  timing.preemption = Preemption{5, {3 * ms}, {40 * ms}, 1.5};
+  timing.preemption = Preemption{5, {6 * ms}, {40 * ms}, 1.5};
   const TimingFit fit = fitted(timing);
   REQUIRE(parts(fit) == "spikes preemption ");
+  CHECK(V(fit) == Approx(fit.visualization.mean_ns).margin(1));  // hits of 6 ms are none of its mean
   check_rate(fit.timing.spikes->rate_Hz, 20, fit.work_s);
   check_rate(fit.timing.preemption->rate_Hz, 5, fit.work_s);
 }
@@ -291,6 +312,13 @@ TEST_CASE("statistics of the fit against closed forms") {
   CHECK(kolmogorov_distance({0.25, 0.75}, [](double x) { return x; }) == Approx(0.25));
   CHECK(densest({1, 2, 4, 4.1, 4.2, 9}).center == Approx(4.1));
   CHECK(densest({1, 2, 4, 4.1, 4.2, 9}).count == 3);
+  for (const double tail : {0.3, 1.5, 5.0}) {
+    // The quantiles of a Pareto cut off at three times its least: without the cut its index would look far larger.
+    Sample cut;
+    const double q = std::pow(1.0 / 3, tail);
+    for (int i = 0; i < 10'000; ++i) cut.push_back(2 * std::pow(1 - (i + 0.5) / 10'000 * (1 - q), -1 / tail));
+    CHECK(fit_tail(cut, 2, 6) == Approx(tail).epsilon(0.01));
+  }
   Sample t, y;
   for (int i = 0; i < 400; ++i) {
     t.push_back(i);

@@ -248,6 +248,8 @@ TEST_CASE("the means that are stated are the means that are played") {
   timings[4].first_step = 0.4;
   timings[5].merged_visualization = 0.1;
   timings[6].steps = {3, 9};
+  timings.push_back(timings[2]);
+  timings.back().merged_visualization = 1;
   timings.push_back(all);
   for (std::size_t i = 0; i < timings.size(); ++i) {
     INFO("timing " << i);
