@@ -16,9 +16,8 @@
 /// and only a lag of more than 8 T^ (a hang, which cannot be hidden) steps forward: phi <- B, slope = P; still monotone.
 ///
 /// A new pace (V or N steps up or down; docs/numerics.md, "A change of pace"), with m = T_prev / N_prev measured:
-///   one segment with m more than 20 % off P, and e of the same sign:  slope at least (or at most) m, so that e does
-///   not
-///     grow if the pace stays; if it was a single long or short segment, its whole error is made good in the next
+///   one segment with m more than 20 % off P, and e of the same sign:  slope at least (or at most) m, so that e stays if
+///     the pace stays; if it was a single long or short segment, its whole error is made good in the next
 ///   two in a row more than 16 % off P and within 6 % of P of each other:  P <- (T + T) / (N + N), phi stays
 ///   and until e has stopped shrinking like (1 - sqrt(2) w): P is left alone (it was just measured; e is phase only)
 ///
