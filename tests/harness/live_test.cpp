@@ -89,7 +89,8 @@ TEST_CASE("what cannot run on the wall clock is refused there, with the remedy")
   for (const auto& [set, remedy] : std::vector<std::pair<std::string, std::string>>{
            {"remap.underrun={ interaction = \"gate\" }", "interaction = \"clamp\" or \"extrapolate\""},
            {"run.keep=\"summary\"", "[run] keep"},
-           {"timing.order=\"concurrent\"", "runs on the virtual clock only"}}) {
+           {"timing={ order = \"concurrent\", visualization = \"25 ms\", steps = 15, segment = \"30 Hz\", paced = true }",
+            "runs on the virtual clock only"}}) {
     std::vector<std::string> sets = kLive;
     sets.push_back(set);
     const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml", sets));
