@@ -25,7 +25,8 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
   for (std::int64_t n = 0; timing.next(segment);) {
     co_await scheduler.until(pushed.begin(segment.begin), Lane::launch, "segment");
     const bool own_lane = segment.overlaps();  // drawn by a thread of its own: no pause here
-    map.boundary(n, own_lane ? segment.begin : scheduler.now() - pushed.by());  // 3 b: the segment, split into slots
+    // 3 b: the segment, split into slots.
+    map.boundary(n, own_lane ? segment.begin : scheduler.now() - pushed.by());
     record.segment(segment, scheduler.now());
     const Pause pause = pause_of(segment, own_lane);
     if (pause.before_steps) {
@@ -33,7 +34,8 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");  // 3 d: the large delay
     }
     for (const Interval& step : segment.steps) {
-      co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");  // after the sample of the same instant
+      // After the sample of the same instant.
+      co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");
       const RealTime launched = scheduler.now();
       const Slot slot = map.read(n, launched);  // 3 c: the slot's time
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {

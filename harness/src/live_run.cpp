@@ -113,7 +113,8 @@ std::string wall_clock_objection(const Scenario& scenario) {
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
   LiveRecording recording;
   const std::string name = name_of(plan.kind);
-  std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);  // may compile for a second: before t = 0 is chosen
+  // May compile for a second: before t = 0 is chosen.
+  std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   SimulatedDevices devices(scenario, device_clock);
@@ -149,7 +150,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control) {
   RecordedExchange exchange(live_links(scenario, plan), recording.inputs, true);
-  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange, make_replayed_timing(recording.timing), {});
+  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange,
+                      make_replayed_timing(recording.timing), {});
   VirtualClock device_clock, simulation_clock;
   InlineExecutor executor;
   Scheduler simulation(simulation_clock, executor, {control.limits, control.permute_ties, true});

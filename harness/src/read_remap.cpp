@@ -26,8 +26,6 @@ void read_underrun(ScenarioReading& reading, const Table& underrun) {
   }
 }
 
-double in_Hz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }
-
 /// The signals that the filter would be used on: the steps', or that of each device's ticks.
 std::vector<Rate> filtered_rates(const Scenario& scenario) {
   if (!scenario.remap.filter_force) return {scenario.scene.step_rate};
@@ -45,7 +43,8 @@ void read_filter(ScenarioReading& reading, const Table& filter) {
     spec.filter = ButterworthSpec{in_Hz(filter.rate("cutoff"))};
   } else if (kind == "one-euro") {
     limited = "min_cutoff";
-    spec.filter = OneEuroSpec{in_Hz(filter.rate("min_cutoff")), filter.number("beta"), in_Hz(filter.rate("derivative_cutoff"))};
+    spec.filter = OneEuroSpec{in_Hz(filter.rate("min_cutoff")), filter.number("beta"),
+                              in_Hz(filter.rate("derivative_cutoff"))};
   } else {
     limited = "window";
     spec.filter = MovingAverageSpec{};

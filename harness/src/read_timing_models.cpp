@@ -9,8 +9,6 @@
 namespace evenstep::internal {
 namespace {
 
-double in_Hz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }
-
 void read_additions(const Table& table, ProgrammedTiming& timing) {
   if (table.has("spikes")) {
     const Table spikes = table.table("spikes");

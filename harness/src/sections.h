@@ -26,5 +26,6 @@ void read_remap(ScenarioReading& reading);         ///< after read_timing
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 
 std::string in_ms(Duration duration);  ///< "11.1 ms"
+inline double in_Hz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }
 
 }  // namespace evenstep::internal

@@ -21,9 +21,10 @@ std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& pla
   LinkSpec common;
   common.samples = plan.interaction_capacity;
   common.forces = plan.force_capacity;
-  common.gate = is_remap(plan.kind) && remap.interaction_underrun == InteractionUnderrun::gate;
-  if (is_remap(plan.kind) && remap.interaction_underrun == InteractionUnderrun::extrapolate) common.interaction = kContinueLine;
-  if (is_remap(plan.kind) && remap.force_underrun == ForceUnderrun::extrapolate) common.force = kContinueLine;
+  const bool remaps = is_remap(plan.kind);
+  common.gate = remaps && remap.interaction_underrun == InteractionUnderrun::gate;
+  if (remaps && remap.interaction_underrun == InteractionUnderrun::extrapolate) common.interaction = kContinueLine;
+  if (remaps && remap.force_underrun == ForceUnderrun::extrapolate) common.force = kContinueLine;
   if (plan.kind == StrategyKind::predict) common.interaction = {remap.predict_window, kPredictHand.furthest};
   common.step_rate = scenario.scene.step_rate;
 
