@@ -94,6 +94,26 @@ TEST_CASE("Ten thousand damaged recordings are each read or refused") {
   CHECK(read > 10);
 }
 
+TEST_CASE("Any character beyond ASCII after a value is refused with its place") {
+  // toml++ 3.3 declares a branch unreachable that U+00A1 to U+0499 reach here. Every one of those, and every 31st beyond.
+  const Folder folder;
+  for (std::uint32_t c = 0x80; c < 0xfff0; c += c < 0x500 ? 1 : 31) {
+    if (c >= 0xd800 && c < 0xe000) continue;
+    std::string letter;
+    if (c < 0x800) {
+      letter = {static_cast<char>(0xc0 | c >> 6), static_cast<char>(0x80 | (c & 0x3f))};
+    } else {
+      letter = {static_cast<char>(0xe0 | c >> 12), static_cast<char>(0x80 | (c >> 6 & 0x3f)),
+                static_cast<char>(0x80 | (c & 0x3f))};
+    }
+    const ReadResult result = read_scenario(folder.write("s.toml", "format = 1" + letter + "\n"));
+    INFO("U+" << std::hex << c);
+    REQUIRE(result.errors.size() == 1);
+    REQUIRE(result.errors[0].line == 1);
+    REQUIRE(result.errors[0].column == 11);
+  }
+}
+
 TEST_CASE("A key nested without end is refused before it can overflow the stack") {
   std::string dotted = "format = 1\n";
   for (int i = 0; i < 500'000; ++i) dotted += "a.";
