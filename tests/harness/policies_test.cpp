@@ -93,6 +93,19 @@ TEST_CASE("a gated run loses as much time as it waited once, so that its segment
   }
 }
 
+TEST_CASE("idle time takes up what a gate has waited: paced segments begin on their grid") {
+  // 15 steps of 1.3 ms leave 2.7 ms of idle time in each segment, more than any wait (a device period at most). The reads
+  // are as even as ever, so that each segment waits anew.
+  const RunRecord run = run_all(read(kSpring, with({"timing.step=\"1.3 ms\""}, kGate)));
+  for (const char* name : {"paper", "phase_locked"}) {
+    const StrategyRecord& record = strategy(run, name);
+    INFO(name);
+    CHECK(count(record, StepRead::gated) > 20);
+    CHECK(count(record, StepRead::underrun) == 0);
+    for (const SegmentRow& segment : record.segments) REQUIRE(segment.begin == tick_time({30, 1}, segment.index));
+  }
+}
+
 TEST_CASE("the least latency of a gated schedule lets no force be late at this phase, and one nanosecond less does") {
   for (const int percent : {0, 10}) {
     const std::vector<std::string> base =
