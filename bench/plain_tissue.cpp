@@ -80,12 +80,12 @@ PlainTissue::PlainTissue(const TissueScene& scene, double step_s, int threads) :
   now_ = next_ = velocity_ = {zeros, zeros, zeros};
   active_.resize(cells);
   mobile_.resize(cells);
-  const Grab& grab = scene.grabs.front();
+  const ToolCoupling& grab = scene.tools.front();
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
     const std::int64_t x = site % nx, y = site / nx % ny, z = site / nx / ny;
     const std::ptrdiff_t cell = first_ + x + px * (y + py * z);
     active_[static_cast<std::size_t>(cell)] = 1;
-    if (scene.fixed_bottom && z == 0) continue;
+    if (scene.fixed.z_min && z == 0) continue;
     const glm::dvec3 away_m = glm::dvec3(x, y, z) * scene.spacing_m - grab.center_m;
     const bool held = std::sqrt(away_m.x * away_m.x + away_m.y * away_m.y + away_m.z * away_m.z) <= grab.radius_m;
     mobile_[static_cast<std::size_t>(cell)] = held ? 0 : 1;

@@ -42,7 +42,7 @@ TissueScene tissue_of(const Block& block) {
   tissue.damping_per_s = 20;
   tissue.substeps = 1;
   const auto [nx, ny, nz] = block.lattice;
-  tissue.grabs = {{glm::dvec3(nx / 2, ny / 2, nz - 2) * tissue.spacing_m, 1.5 * tissue.spacing_m}};
+  tissue.tools = {{glm::dvec3(nx / 2, ny / 2, nz - 2) * tissue.spacing_m, 1.5 * tissue.spacing_m}};
   return tissue;
 }
 

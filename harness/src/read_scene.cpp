@@ -39,7 +39,7 @@ TissueScene read_tissue(const Table& scene, Errors& errors) {
   tissue.particle_mass_kg = scene.si("mass");
   tissue.stiffness_N_per_m = scene.si("stiffness");
   tissue.damping_per_s = scene.si("damping") / tissue.particle_mass_kg;
-  tissue.fixed_bottom = scene.text("fixed") == "bottom";
+  tissue.fixed.z_min = scene.text("fixed") == "bottom";
   const Value substeps = scene.at("substeps");
   tissue.substeps = substeps.is(Value::Kind::integer) ? static_cast<int>(substeps.integer) : 0;
   return tissue;
@@ -65,7 +65,7 @@ void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
       continue;
     }
     const Table grab = device.table("grab");
-    tissue->grabs.push_back({grab.vector("center"), grab.si("radius")});
+    tissue->tools.push_back({grab.vector("center"), grab.si("radius")});
   }
 }
 

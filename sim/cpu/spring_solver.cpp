@@ -31,6 +31,7 @@ class SpringSolver final : public Solver {
   }
   std::uint64_t state_digest() override { return 0; }
   void reset() override {}
+  ParticleState particle_state() override { return {}; }
   SolverVerdict verdict() override { return {}; }
   const SolverInfo& info() const override { return info_; }
 

@@ -22,7 +22,9 @@ class CpuTissue final : public TissueSolver {
         velocity_(lattice().cells),
         active_(lattice().active.begin(), lattice().active.end()),
         mobile_(lattice().mobile.begin(), lattice().mobile.end()),
-        energies_(needs_energy() ? lattice().span : 0) {}
+        energies_(needs_energy() ? lattice().span : 0) {
+    to_start();
+  }
 
  protected:
   void substep(std::span<const GrabTarget> targets) override {
@@ -31,7 +33,7 @@ class CpuTissue final : public TissueSolver {
     std::swap(now_, next_);
     for (std::size_t tool = 0; tool < targets.size(); ++tool) {
       const auto& [u, v] = targets[tool];
-      for (const std::uint32_t i : lattice().grabbed[tool]) {
+      for (const std::uint32_t i : lattice().held[tool]) {
         now_.put(i, u);
         velocity_.put(i, v);
       }
@@ -42,7 +44,7 @@ class CpuTissue final : public TissueSolver {
 
   void grab_forces(std::span<std::array<double, 3>> forces_N) override {
     std::size_t n = 0;
-    for (const auto& cells : lattice().grabbed) {
+    for (const auto& cells : lattice().held) {
       for (const std::uint32_t cell : cells) {
         const auto i = static_cast<std::ptrdiff_t>(cell) - static_cast<std::ptrdiff_t>(lattice().first);
         const Vector<Real> f = spring_force<Real>(read(now_), first(active_), lattice().offset, constants_, i);
@@ -74,6 +76,24 @@ class CpuTissue final : public TissueSolver {
 
   void to_rest() override {
     for (Field* field : {&now_, &next_, &velocity_}) *field = Field(lattice().cells);
+  }
+
+  void put_state(const ParticleState& state) override {
+    for (std::size_t n = 0; n < state.displacement_m.size(); ++n) {
+      const std::size_t cell = lattice().cell(static_cast<std::int64_t>(n));
+      const glm::dvec3 &u = state.displacement_m[n], &v = state.velocity_m_per_s[n];
+      now_.put(cell, {u.x, u.y, u.z});
+      next_.put(cell, {u.x, u.y, u.z});
+      velocity_.put(cell, {v.x, v.y, v.z});
+    }
+  }
+
+  void read_state(ParticleState& state) override {
+    for (std::size_t n = 0; n < state.displacement_m.size(); ++n) {
+      const std::size_t cell = lattice().cell(static_cast<std::int64_t>(n));
+      state.displacement_m[n] = {now_.x[cell], now_.y[cell], now_.z[cell]};
+      state.velocity_m_per_s[n] = {velocity_.x[cell], velocity_.y[cell], velocity_.z[cell]};
+    }
   }
 
  private:

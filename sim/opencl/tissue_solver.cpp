@@ -42,6 +42,7 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
 }
 
 struct ClField {
+  const ClBuffer& axis(int n) const { return n == 0 ? x : n == 1 ? y : z; }
   ClBuffer x, y, z;
 };
 
@@ -144,6 +145,33 @@ class OpenClTissue final : public TissueSolver {
     check_cl(clFinish(queue_.get()), "clFinish");
   }
 
+  void put_state(const ParticleState& state) override {
+    std::vector<float> cells(lattice().cells);
+    const auto put = [&](const ClBuffer& to, const std::vector<glm::dvec3>& from, int axis) {
+      for (std::size_t n = 0; n < from.size(); ++n)
+        cells[lattice().cell(static_cast<std::int64_t>(n))] = static_cast<float>(from[n][axis]);
+      check_cl(clEnqueueWriteBuffer(queue_.get(), to.get(), CL_TRUE, 0, cells.size() * sizeof(float), cells.data(), 0, nullptr,
+                                    nullptr),
+               "clEnqueueWriteBuffer");
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const ClField* field : {&displacement_[0], &displacement_[1]}) put(field->axis(axis), state.displacement_m, axis);
+      put(velocity_.axis(axis), state.velocity_m_per_s, axis);
+    }
+  }
+
+  void read_state(ParticleState& state) override {
+    std::vector<float> cells(lattice().cells);
+    const auto get = [&](const ClBuffer& from, std::vector<glm::dvec3>& to, int axis) {
+      read(from, cells.size() * sizeof(float), cells.data());
+      for (std::size_t n = 0; n < to.size(); ++n) to[n][axis] = cells[lattice().cell(static_cast<std::int64_t>(n))];
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      get(displacement_[current_].axis(axis), state.displacement_m, axis);
+      get(velocity_.axis(axis), state.velocity_m_per_s, axis);
+    }
+  }
+
  private:
   std::size_t chunks() const { return lattice().span / kChunk; }
   std::size_t padded_grabs() const { return (grabbed_count() + local_size_ - 1) / local_size_ * local_size_; }
@@ -205,7 +233,7 @@ class OpenClTissue final : public TissueSolver {
     mobile_ = buffer(mobile.size() * sizeof(float), mobile.data());
     if (grabbed_count() > 0) {
       std::vector<cl_uint> cells;
-      for (const auto& tool : lattice().grabbed) cells.insert(cells.end(), tool.begin(), tool.end());
+      for (const auto& tool : lattice().held) cells.insert(cells.end(), tool.begin(), tool.end());
       grabbed_ = buffer(cells.size() * sizeof(cl_uint), cells.data());
       grab_force_buffer_ = buffer(3 * cells.size() * sizeof(float));
     }
@@ -228,7 +256,7 @@ class OpenClTissue final : public TissueSolver {
                               active_, mobile_);
       if (grabbed_count() > 0) {
         const cl_uint count = static_cast<cl_uint>(grabbed_count()),
-                      split = static_cast<cl_uint>(lattice().grabbed[0].size());
+                      split = static_cast<cl_uint>(lattice().held[0].size());
         const cl_float4 none{};
         grab_[from] = kernel("grab", grabbed_, count, split, none, none, none, none, now.x, now.y, now.z, velocity_.x,
                              velocity_.y, velocity_.z);
@@ -261,13 +289,13 @@ class OpenClTissue final : public TissueSolver {
     to_rest();
     const std::array<GrabTarget, kMaxTools> nowhere{};
     for (int direction = 0; direction < 2; ++direction) {
-      substep(std::span(nowhere.data(), lattice().grabbed.size()));
+      substep(std::span(nowhere.data(), lattice().held.size()));
       std::vector<std::array<double, 3>> ignored(grabbed_count());
       grab_forces(ignored);
       if (needs_digest()) digest();
       if (needs_energy()) energy();
     }
-    to_rest();
+    to_start();
   }
 
   void set(cl_kernel kernel, cl_uint index, const ClBuffer& argument) {

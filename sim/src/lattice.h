@@ -24,6 +24,10 @@ extern const std::array<Neighbour, kNeighbours> kNeighbourhood;
 
 struct Lattice {
   explicit Lattice(const TissueScene& scene);
+  /// Of site x + nx (y + ny z).
+  std::size_t cell(std::int64_t site) const {
+    return first + static_cast<std::size_t>(site % nx_ + (nx_ + 1) * (site / nx_ % ny_ + (ny_ + 1) * (site / nx_ / ny_)));
+  }
 
   std::size_t first = 0;  ///< first cell that can be a particle
   std::size_t span = 0;   ///< cells from `first` that a solver runs over; a multiple of kChunk
@@ -31,15 +35,17 @@ struct Lattice {
   std::array<std::ptrdiff_t, kNeighbours> offset{};
   std::vector<std::uint8_t> active;                 ///< cells: is a particle
   std::vector<std::uint8_t> mobile;                 ///< cells: moves by its forces (neither fixed nor grabbed)
-  std::vector<std::vector<std::uint32_t>> grabbed;  ///< per tool: cells, increasing
+  std::vector<std::vector<std::uint32_t>> held;     ///< per tool (grab, spring): cells, increasing; a probe holds none
   std::int64_t springs = 0;
   std::int64_t most_springs_of_a_particle = 0;
   std::int64_t particle_with_most_springs = -1;  ///< site index x + nx (y + ny z)
 
  private:
-  /// Adds the cell to the tool that holds it, if one does.
-  bool grab(const TissueScene& scene, std::size_t cell, const glm::dvec3& position_m);
+  /// Adds the cell to the tool that holds it; whether that is a grab.
+  bool hold(const TissueScene& scene, std::size_t cell, const glm::dvec3& position_m);
   void count_springs(const TissueScene& scene);
+
+  std::int64_t nx_, ny_;
 };
 
 /// At least Lattice::cells, known before anything is allocated. A double: the largest scene has 10^9.

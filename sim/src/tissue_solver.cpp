@@ -17,7 +17,7 @@ bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.
 std::vector<std::string> left_out_of(const Scene& scene, const TissueScene& tissue) {
   std::vector<std::string> left_out;
   if (tissue.damping_per_s == 0) left_out.push_back("damping");
-  if (!tissue.fixed_bottom) left_out.push_back("fixed particles");
+  if (!tissue.fixed.any()) left_out.push_back("fixed particles");
   if (scene.tool_count < kMaxTools) left_out.push_back(scene.tool_count == 0 ? "tools" : "second tool");
   if (!scene.variable_step) left_out.push_back("variable step");
   if (!scene.needs_energy) left_out.push_back("energy");
@@ -59,6 +59,7 @@ TissueSolver::TissueSolver(const Scene& scene, std::string name)
   info_.name = std::move(name);
   info_.particles = scene_.particle_count;
   info_.springs = lattice_.springs;
+  info_.method = scene_.method;
   info_.limit = step_limit(scene_);
   info_.substeps = scene_.substeps > 0 ? scene_.substeps : auto_substeps(scene_, scene.step_rate);
   info_.left_out = left_out_of(scene, scene_);
@@ -73,12 +74,12 @@ TissueSolver::TissueSolver(const Scene& scene, std::string name)
         fmt::format("substeps = \"auto\" or at least {}", auto_substeps(scene_, scene.step_rate)));
   }
   std::size_t grabbed = 0;
-  for (const auto& cells : lattice_.grabbed) grabbed += cells.size();
+  for (const auto& cells : lattice_.held) grabbed += cells.size();
   grab_forces_N_.resize(grabbed);
 }
 
 ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m, std::optional<double> length_s) {
-  const std::size_t tools = lattice_.grabbed.size();
+  const std::size_t tools = lattice_.held.size();
   assert(positions_m.size() == tools);
   for (std::size_t tool = 0; tool < tools; ++tool) check_position(tool, positions_m[tool]);
   if (length_s) check_length(*length_s);
@@ -140,9 +141,9 @@ ToolResponse TissueSolver::sum_forces() {
   grab_forces(grab_forces_N_);
   ToolResponse response;
   auto next = grab_forces_N_.begin();
-  for (std::size_t tool = 0; tool < lattice_.grabbed.size(); ++tool) {
+  for (std::size_t tool = 0; tool < lattice_.held.size(); ++tool) {
     glm::dvec3& sum_N = response.force_N[tool];
-    for (std::size_t n = 0; n < lattice_.grabbed[tool].size(); ++n, ++next)
+    for (std::size_t n = 0; n < lattice_.held[tool].size(); ++n, ++next)
       sum_N += glm::dvec3((*next)[0], (*next)[1], (*next)[2]);
     // Forces are hashed, and which NaN an operation returns is up to the device: report one and the same.
     for (double* component : {&sum_N.x, &sum_N.y, &sum_N.z}) {
@@ -176,8 +177,25 @@ void TissueSolver::balance_energy(std::span<const glm::dvec3> moved_m, const Too
   verdict_.energy_growth = energy_scale_J_ > 0 ? worst_excess_J_ / energy_scale_J_ : 0;
 }
 
-void TissueSolver::reset() {
+void TissueSolver::to_start() {
   to_rest();
+  if (scene_.initial_displacement_m.empty() && scene_.initial_velocity_m_per_s.empty()) return;
+  ParticleState start{scene_.initial_displacement_m, scene_.initial_velocity_m_per_s};
+  start.displacement_m.resize(static_cast<std::size_t>(scene_.particle_count));
+  start.velocity_m_per_s.resize(static_cast<std::size_t>(scene_.particle_count));
+  put_state(start);
+}
+
+ParticleState TissueSolver::particle_state() {
+  ParticleState state;
+  state.displacement_m.resize(static_cast<std::size_t>(scene_.particle_count));
+  state.velocity_m_per_s.resize(static_cast<std::size_t>(scene_.particle_count));
+  read_state(state);
+  return state;
+}
+
+void TissueSolver::reset() {
+  to_start();
   origin_m_.clear();
   offset_m_.clear();
   last_response_ = {};

@@ -39,6 +39,7 @@ class TissueSolver : public Solver {
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s) final;
   std::uint64_t state_digest() final { return needs_digest_ ? digest() : 0; }
   void reset() final;
+  ParticleState particle_state() final;
   SolverVerdict verdict() final;
   const SolverInfo& info() const final { return info_; }
 
@@ -47,11 +48,14 @@ class TissueSolver : public Solver {
   virtual void substep(std::span<const GrabTarget> targets) = 0;
   /// Length of the substeps to come, where variable_step().
   virtual void set_substep(double substep_s) = 0;
-  /// Spring force on every grabbed particle (tool after tool, in the order of Lattice::grabbed), newtons.
+  /// Spring force on every grabbed particle (tool after tool, in the order of Lattice::held), newtons.
   virtual void grab_forces(std::span<std::array<double, 3>> forces_N) = 0;
   virtual std::uint64_t digest() = 0;  ///< only where needs_digest()
   virtual double energy() = 0;         ///< joules; only where needs_energy()
   virtual void to_rest() = 0;
+  /// Of the particle in `cell`; put_state comes after to_rest() and before a step.
+  virtual void put_state(const ParticleState& state) = 0;
+  virtual void read_state(ParticleState& state) = 0;
 
   const TissueScene& scene() const { return scene_; }
   const Lattice& lattice() const { return lattice_; }
@@ -60,6 +64,8 @@ class TissueSolver : public Solver {
   bool needs_energy() const { return needs_energy_; }
   bool needs_digest() const { return needs_digest_; }
   std::size_t grabbed_count() const { return grab_forces_N_.size(); }
+  /// To the scene's initial state; the last thing a solver's constructor does.
+  void to_start();
   void set_device(std::string device) { info_.device = std::move(device); }
 
  private:

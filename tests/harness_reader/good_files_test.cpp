@@ -90,9 +90,9 @@ TEST_CASE("A tissue scenario with two devices holds what its file says") {
   CHECK(tissue.lattice == std::array<int, 3>{9, 9, 10});
   CHECK(tissue.particle_count == 800);
   CHECK(tissue.damping_per_s == 1e-3 / 1.25e-4);
-  REQUIRE(tissue.grabs.size() == 2);
-  CHECK(tissue.grabs[1].center_m.y == 0);
-  CHECK(tissue.grabs[0].radius_m == 6e-3);
+  REQUIRE(tissue.tools.size() == 2);
+  CHECK(tissue.tools[1].center_m.y == 0);
+  CHECK(tissue.tools[0].radius_m == 6e-3);
   CHECK(s.timing.programmed.visualization_variation == 0.1);
   CHECK(s.timing.programmed.step_variation == 0.025);
   CHECK(s.timing.programmed.steps == std::vector<int>{14, 15, 16});

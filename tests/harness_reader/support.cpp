@@ -39,8 +39,8 @@ struct SceneText {
     std::string out =
         fmt::format("tissue {} {} {} spacing {} mass {} stiffness {} damping {} fixed {} substeps {} particles {}",
                     s.lattice[0], s.lattice[1], s.lattice[2], s.spacing_m, s.particle_mass_kg, s.stiffness_N_per_m,
-                    s.damping_per_s, s.fixed_bottom, s.substeps, s.particle_count);
-    for (const Grab& grab : s.grabs) out += fmt::format(" grab {} {}", at(grab.center_m), grab.radius_m);
+                    s.damping_per_s, s.fixed.z_min, s.substeps, s.particle_count);
+    for (const ToolCoupling& grab : s.tools) out += fmt::format(" grab {} {}", at(grab.center_m), grab.radius_m);
     return out;
   }
 };

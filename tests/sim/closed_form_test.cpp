@@ -71,12 +71,12 @@ TEST_CASE("Two rigid layers pull at each other with the sum over their springs, 
     const double a = layers.spacing_m, k = layers.stiffness_N_per_m;
     layers.lattice = {nx, ny, 2};
     layers.particle_count = nx * ny * 2;
-    layers.fixed_bottom = false;
-    layers.grabs.clear();
+    layers.fixed = FixedFaces::none();
+    layers.tools.clear();
     // Balls that reach every site of one layer and none of the other: far below, far above.
     const double far_m = 1e3 * a, reach_m = far_m + 0.5 * a;
     const glm::dvec3 middle_m(0.5 * (nx - 1) * a, 0.5 * (ny - 1) * a, 0);
-    layers.grabs = {{middle_m - glm::dvec3(0, 0, far_m), reach_m}, {middle_m + glm::dvec3(0, 0, a + far_m), reach_m}};
+    layers.tools = {{middle_m - glm::dvec3(0, 0, far_m), reach_m}, {middle_m + glm::dvec3(0, 0, a + far_m), reach_m}};
     const auto solver = make_solver(SolverKind::cpu_double, scene_of(layers, 1e-4));
     step(*solver, 2, {});
     for (int n = 0; n < 300; ++n) {
@@ -122,12 +122,12 @@ TEST_CASE("At rest the pulled block pulls as hard at its bottom as at the hand, 
           "[closed]") {
   TissueScene block = damped_block();
   const double a = block.spacing_m;
-  const Grab top{glm::dvec3(2, 1.5, 4) * a, 0.6 * a};
-  const Grab bottom{glm::dvec3(2, 1.5, -1000) * a, 1000.01 * a};
-  block.grabs = {top};
+  const ToolCoupling top{glm::dvec3(2, 1.5, 4) * a, 0.6 * a};
+  const ToolCoupling bottom{glm::dvec3(2, 1.5, -1000) * a, 1000.01 * a};
+  block.tools = {top};
   const auto fixed = make_solver(SolverKind::cpu_double, scene_of(block, 5e-4));
-  block.fixed_bottom = false;
-  block.grabs = {top, bottom};
+  block.fixed = FixedFaces::none();
+  block.tools = {top, bottom};
   const auto held = make_solver(SolverKind::cpu_double, scene_of(block, 5e-4));
 
   const Positions pulled{glm::dvec3(3e-3, -2e-3, 6e-3), glm::dvec3(0)};
@@ -147,7 +147,7 @@ TEST_CASE("Mirrored grabs feel mirrored forces", "[closed]") {
   block.lattice = {9, 5, 6};
   block.particle_count = 9 * 5 * 6;
   const double a = block.spacing_m;
-  block.grabs = {{glm::dvec3(1, 2, 5) * a, 1.1 * a}, {glm::dvec3(7, 2, 5) * a, 1.1 * a}};
+  block.tools = {{glm::dvec3(1, 2, 5) * a, 1.1 * a}, {glm::dvec3(7, 2, 5) * a, 1.1 * a}};
   const auto solver = make_solver(SolverKind::cpu_double, scene_of(block, 5e-4));
   double largest_N = 0;
   for (int n = 0; n < 150; ++n) {

@@ -32,7 +32,7 @@ TEST_CASE("A free block keeps its momentum and its angular momentum", "[conserva
   TissueScene block;
   block.lattice = {6, 5, 7};
   block.particle_count = 6 * 5 * 7 - 11;
-  block.fixed_bottom = false;
+  block.fixed = FixedFaces::none();
   const Lattice lattice(block);
   const double a = block.spacing_m;
   const TissueConstants<double> constants(block, 5e-4);

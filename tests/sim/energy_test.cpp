@@ -79,7 +79,7 @@ TEST_CASE("A diverging block is told by its energy: growth near 1, then infinite
 
 TEST_CASE("Held particles bring no kinetic energy: a tool in steady motion alone adds none", "[energy]") {
   TissueScene pair = spring_pair();
-  pair.grabs = {{glm::dvec3(0), 1.1 * pair.spacing_m}};  // holds both
+  pair.tools = {{glm::dvec3(0), 1.1 * pair.spacing_m}};  // holds both
   const auto solver = make_solver(SolverKind::cpu_double, scene_of(pair, 1e-3, true));
   for (int n = 0; n < 100; ++n) step(*solver, 1, {glm::dvec3(1e-3 * n, 0, 0)});
   CHECK(solver->verdict().energy_J == 0);

@@ -56,10 +56,10 @@ TEST_CASE("A diverging run is equal too, through overflow to NaN", "[equality]")
 
 TEST_CASE("Free blocks and blocks without tools are equal", "[equality]") {
   TissueScene block = small_block();
-  block.fixed_bottom = false;
+  block.fixed = FixedFaces::none();
   const Scene free = scene_of(block, 1.0 / 450, true);  // the same kernels as above
   require_equal(*make_solver(SolverKind::cpu_float, free), *make_solver(SolverKind::opencl, free), 2, 100);
-  block.grabs.clear();
+  block.tools.clear();
   const Scene alone = scene_of(block, 1.0 / 450, true);
   require_equal(*make_solver(SolverKind::cpu_float, alone), *make_solver(SolverKind::opencl, alone), 0, 20);
 }
@@ -67,7 +67,7 @@ TEST_CASE("Free blocks and blocks without tools are equal", "[equality]") {
 TEST_CASE("20 steps of the paper's 20,270 particles are equal", "[equality]") {
   TissueScene block;
   const double a = block.spacing_m;
-  block.grabs = {{glm::dvec3(8, 13, 25) * a, 1.5 * a}, {glm::dvec3(18, 13, 25) * a, 1.5 * a}};
+  block.tools = {{glm::dvec3(8, 13, 25) * a, 1.5 * a}, {glm::dvec3(18, 13, 25) * a, 1.5 * a}};
   const Scene scene = scene_of(block, 1.0 / 450);
   require_equal(*make_solver(SolverKind::cpu_float, scene), *make_solver(SolverKind::opencl, scene), 2, 20);
 }

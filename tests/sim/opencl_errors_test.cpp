@@ -40,7 +40,7 @@ TEST_CASE("A scene larger than the memory is refused with both sizes before anyt
   TissueScene huge;
   huge.lattice = {1024, 1024, 1024};  // 56 GB on a device, 97 GB in double
   huge.particle_count = 1024;
-  huge.grabs.clear();
+  huge.tools.clear();
   const Scene scene = scene_of(huge, 1e-4);
   for (const SolverKind kind : {SolverKind::cpu_double, SolverKind::opencl}) {
     const SolverError error = refusal(scene, {}, kind);

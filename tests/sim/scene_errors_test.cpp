@@ -20,7 +20,7 @@ const std::vector<BadScene>& bad_scenes() {
         {"0 particles", [](Scene&, TissueScene& t) { t.particle_count = 0; }},
         {"-1 particles", [](Scene&, TissueScene& t) { t.particle_count = -1; }},
         {"505 particles on a lattice of 504 sites", [](Scene&, TissueScene& t) { t.particle_count = 505; }},
-        {"axis of 1 sites", [](Scene&, TissueScene& t) { t.lattice[1] = 1; }},
+        {"axis of 0 sites", [](Scene&, TissueScene& t) { t.lattice[1] = 0; }},
         {"axis of -3 sites", [](Scene&, TissueScene& t) { t.lattice[0] = -3; }},
         {"axis of 1025 sites", [](Scene&, TissueScene& t) { t.lattice[2] = 1025; }},
         {"-1 substeps", [](Scene&, TissueScene& t) { t.substeps = -1; }},
@@ -29,19 +29,19 @@ const std::vector<BadScene>& bad_scenes() {
         {"a damping of nan", [](Scene&, TissueScene& t) { t.damping_per_s = nan; }},
         {"3 tools",
          [](Scene& s, TissueScene& t) {
-           t.grabs.resize(3);
+           t.tools.resize(3);
            s.tool_count = 3;
          }},
         {"-1 tools", [](Scene& s, TissueScene&) { s.tool_count = -1; }},
-        {"1 tools but 2 grabs", [](Scene& s, TissueScene&) { s.tool_count = 1; }},
-        {"tool 1 grabs no particle",
-         [](Scene&, TissueScene& t) { t.grabs[1].radius_m = 1e-9, t.grabs[1].center_m.x += 1e-3; }},
-        {"tool 0 grabs no particle that can move",
-         [](Scene&, TissueScene& t) { t.grabs[0].center_m.z = 0, t.grabs[0].radius_m = 4e-3; }},
-        {"tools 0 and 1 both grab", [](Scene&, TissueScene& t) { t.grabs[1] = t.grabs[0]; }},
-        {"a grab that is not finite", [](Scene&, TissueScene& t) { t.grabs[0].center_m.y = inf; }},
-        {"a grab that is not finite", [](Scene&, TissueScene& t) { t.grabs[0].radius_m = nan; }},
-        {"a grab that is not finite", [](Scene&, TissueScene& t) { t.grabs[0].radius_m = -1; }}};
+        {"1 tools but 2 couplings", [](Scene& s, TissueScene&) { s.tool_count = 1; }},
+        {"tool 1 holds no particle",
+         [](Scene&, TissueScene& t) { t.tools[1].radius_m = 1e-9, t.tools[1].center_m.x += 1e-3; }},
+        {"tool 0 holds no particle that can move",
+         [](Scene&, TissueScene& t) { t.tools[0].center_m.z = 0, t.tools[0].radius_m = 4e-3; }},
+        {"tools 0 and 1 both hold", [](Scene&, TissueScene& t) { t.tools[1] = t.tools[0]; }},
+        {"a coupling that is not finite", [](Scene&, TissueScene& t) { t.tools[0].center_m.y = inf; }},
+        {"a coupling that is not finite", [](Scene&, TissueScene& t) { t.tools[0].radius_m = nan; }},
+        {"a coupling that is not finite", [](Scene&, TissueScene& t) { t.tools[0].radius_m = -1; }}};
     for (const double bad : {0.0, -1.0, inf, -inf, nan, 1e-300, 1e300}) {
       all.push_back({"a particle mass of", [bad](Scene&, TissueScene& t) { t.particle_mass_kg = bad; }});
       all.push_back({"a spacing of", [bad](Scene&, TissueScene& t) { t.spacing_m = bad; }});

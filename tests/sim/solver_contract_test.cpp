@@ -157,8 +157,8 @@ TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
   nothing.needs_state_digest = false;
   CHECK(names(nothing) == Names{"damping", "energy", "state digest", "variable step"});
   TissueScene bare = small_block();
-  bare.fixed_bottom = false;
-  bare.grabs.clear();
+  bare.fixed = FixedFaces::none();
+  bare.tools.clear();
   CHECK(names(scene_of(bare, 1e-3)) == Names{"damping", "energy", "fixed particles", "tools", "variable step"});
 }
 

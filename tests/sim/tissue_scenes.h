@@ -15,7 +15,7 @@ using Positions = std::array<glm::dvec3, kMaxTools>;
 inline Scene scene_of(TissueScene tissue, double step_s, bool energy = false) {
   Scene scene{std::move(tissue)};
   scene.step_rate = {1'000'000'000, std::llround(step_s * 1e9)};
-  scene.tool_count = static_cast<int>(std::get<TissueScene>(scene.body).grabs.size());
+  scene.tool_count = static_cast<int>(std::get<TissueScene>(scene.body).tools.size());
   scene.needs_energy = energy;
   return scene;
 }
@@ -28,9 +28,9 @@ inline TissueScene spring_pair() {
   tissue.spacing_m = 0.01;
   tissue.particle_mass_kg = 1e-3;
   tissue.stiffness_N_per_m = 40;
-  tissue.fixed_bottom = false;
+  tissue.fixed = FixedFaces::none();
   tissue.substeps = 1;
-  tissue.grabs = {{glm::dvec3(0), 1e-3}};
+  tissue.tools = {{glm::dvec3(0), 1e-3}};
   return tissue;
 }
 
@@ -42,7 +42,7 @@ inline TissueScene small_block() {
   tissue.spacing_m = 5e-3;
   tissue.particle_mass_kg = 1e-4;
   tissue.stiffness_N_per_m = 20;
-  tissue.grabs = {{glm::dvec3(1, 3, 7) * 5e-3, 6e-3}, {glm::dvec3(6, 3, 7) * 5e-3, 8e-3}};
+  tissue.tools = {{glm::dvec3(1, 3, 7) * 5e-3, 6e-3}, {glm::dvec3(6, 3, 7) * 5e-3, 8e-3}};
   return tissue;
 }
 

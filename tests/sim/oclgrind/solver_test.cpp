@@ -12,7 +12,7 @@ TEST_CASE("On Oclgrind forces, digest and energy are those of cpu float, bit for
   block.particle_count = 3 * 3 * 4 - 2;
   block.damping_per_s = 20;
   block.substeps = 3;
-  block.grabs = {{glm::dvec3(0, 0, 2) * block.spacing_m, 4e-3}, {glm::dvec3(2, 2, 2) * block.spacing_m, 6e-3}};
+  block.tools = {{glm::dvec3(0, 0, 2) * block.spacing_m, 4e-3}, {glm::dvec3(2, 2, 2) * block.spacing_m, 6e-3}};
   const Scene scene = scene_of(block, 1.0 / 450, true);
   const auto cpu = make_solver(SolverKind::cpu_float, scene);
   const auto opencl = make_solver(SolverKind::opencl, scene, {"", "", 64});

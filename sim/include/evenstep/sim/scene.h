@@ -14,6 +14,8 @@ namespace evenstep {
 
 inline constexpr int kMaxTools = 2;
 inline constexpr int kMaxSubsteps = 100'000;  ///< per step: more is a mistake in the units of mass or stiffness
+inline constexpr int kMaxIterations = 10'000;
+inline constexpr int kMaxRegions = 60;
 
 /// F = -k x on every tool: memoryless, so constant velocity must give a linear force. The force reported is what the
 /// hand feels: -k x.
@@ -21,27 +23,76 @@ struct SpringScene {
   double stiffness_N_per_m = 200;
 };
 
-/// Which particles a tool holds: those within `radius_m` of `center_m` (block coordinates, m; the origin is the block's
-/// minimum corner), without the fixed ones. They move rigidly with the tool's displacement from its first sample (kinematic
-/// grab), in a straight line over the substeps. Grabs must not share a particle.
-struct Grab {
+/// How a tool and the tissue touch. Positions are block coordinates, m: the origin is the block's minimum corner.
+enum class CouplingKind {
+  grab,    ///< kinematic: the particles held move rigidly with the tool, in a straight line over the substeps
+  spring,  ///< virtual coupling: a spring and damper from the tool to every particle held
+  probe    ///< a sphere that pushes and never pulls: f = stiffness (radius - distance) outwards on each particle inside
+};
+
+/// `grab` and `spring` hold the particles within `radius_m` of `center_m` that are not fixed; two tools must not hold the
+/// same one. They follow the tool's displacement from its first sample. The sphere of a `probe` has its centre at `center_m`
+/// when the first sample comes, and `radius_m`.
+struct ToolCoupling {
   glm::dvec3 center_m{0};
   double radius_m = 0;
+  CouplingKind kind = CouplingKind::grab;
+  double stiffness_N_per_m = 0;  ///< spring: of the whole coupling, shared evenly; probe: of each particle it touches
+  double damping_N_s_per_m = 0;  ///< spring: of the whole coupling, shared evenly; otherwise 0
+};
+
+/// Another material for the particles in the box [min_m, max_m] (block coordinates, rest state). Of two regions that hold
+/// the same particle the later counts. A spring between two materials has the mean of their stiffnesses, as the elements of
+/// two materials that share an edge would.
+struct MaterialRegion {
+  glm::dvec3 min_m{0}, max_m{0};
+  double stiffness_N_per_m = 0;
+  double particle_mass_kg = 0;
+};
+
+enum class Method {
+  symplectic_euler,      ///< v <- (1 - h d) v + h a(u, v), u <- u + h v
+  velocity_verlet,       ///< v <- v + h a/2, u <- u + h v, a <- a(u, v), v <- v + h a/2: the same path, v at whole steps
+  rk4,                   ///< the classical Runge-Kutta method
+  implicit_euler,        ///< linearised once per substep, conjugate gradients with a fixed number of iterations
+  implicit_midpoint,     ///< symplectic and symmetric
+  vertex_block_descent,  ///< implicit Euler by a fixed number of sweeps over particles in four colours
+};
+
+/// The faces of the lattice whose particles do not move.
+struct FixedFaces {
+  bool x_min = false, x_max = false, y_min = false, y_max = false, z_min = true, z_max = false;
+  static constexpr FixedFaces none() { return {false, false, false, false, false, false}; }
+  bool any() const { return x_min || x_max || y_min || y_max || z_min || z_max; }
 };
 
 /// The paper's tissue: particles on a cubic lattice, each joined by springs to its 18 neighbours (6 faces, 12 edges), rest
 /// lengths `spacing` and sqrt(2) `spacing`. Cut to exactly `particle_count` by leaving out the last lattice sites in
-/// x-fastest order (of the top layer, the one farthest from the fixed one).
+/// x-fastest order (of the top layer, the one farthest from the fixed one). A lattice of n x 1 x 1 is a chain.
 struct TissueScene {
   std::array<int, 3> lattice{27, 27, 28};
   std::int64_t particle_count = 20'270;  ///< <= product of lattice
   double spacing_m = 5e-3;
   double particle_mass_kg = 1.25e-4;
   double stiffness_N_per_m = 50;
-  double damping_per_s = 0;  ///< mass-proportional: v <- (1 - h damping) v + h f / m in a substep of h
-  bool fixed_bottom = true;  ///< layer z = 0 does not move
-  int substeps = 0;          ///< per step; 0 = "auto": least that meets the configuration-free bound
-  std::vector<Grab> grabs;   ///< one per tool
+  double damping_per_s = 0;            ///< mass-proportional: an acceleration -damping v
+  double axial_damping_N_s_per_m = 0;  ///< along every spring: c ((v_j - v_i) . n) n
+  glm::dvec3 gravity_m_per_s2{0};
+  std::vector<MaterialRegion> regions;
+  FixedFaces fixed;
+  Method method = Method::symplectic_euler;
+  int iterations = 0;  ///< of conjugate gradients, or sweeps; 0 = the method's own default; none for explicit methods
+  int substeps = 0;    ///< per step; 0 = "auto": least that meets the configuration-free bound, 1 without a bound
+  std::vector<ToolCoupling> tools;  ///< one per tool
+  /// State at step 0, by site (x-fastest, particle_count entries); empty: at rest.
+  std::vector<glm::dvec3> initial_displacement_m, initial_velocity_m_per_s;
+};
+
+/// The tool's local linear model in ToolResponse: f(x + d) = force - stiffness d.
+enum class LocalModel {
+  none,
+  instantaneous,  ///< the other particles stay where they are
+  settled         ///< the other particles come to rest again: from the nodal compliance, probed at rest when the scene loads
 };
 
 struct Scene {
@@ -52,6 +103,7 @@ struct Scene {
   bool needs_energy = false;       ///< an expectation asks for it
   bool allow_unstable = false;     ///< [scene] allow_unstable
   bool variable_step = false;      ///< somebody gives Solver::step lengths of their own
+  LocalModel local_model = LocalModel::none;  ///< somebody reads ToolResponse::contact
 };
 
 enum class SolverKind { cpu_float, cpu_double, opencl };

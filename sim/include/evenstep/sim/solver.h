@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
@@ -17,8 +18,23 @@
 
 namespace evenstep {
 
+/// Where the tool touches and how stiff that is: enough for a local model at the device's rate. Only with
+/// Scene::local_model.
+struct ToolContact {
+  bool touching = false;           ///< grab and spring: always
+  glm::dvec3 point_m{0};           ///< grab, spring: the tool; probe: mean of the particles touched, weighted by penetration
+  double gap_m = 0;                ///< probe: distance of the nearest particle to the sphere, < 0 inside it; otherwise 0
+  glm::dmat3 stiffness_N_per_m{0}; ///< K in f(x + d) = f(x) - K d, symmetric
+};
+
 struct ToolResponse {
   std::array<glm::dvec3, kMaxTools> force_N{};  ///< on the hand, one per tool; unused entries are zero
+  std::array<ToolContact, kMaxTools> contact{};
+};
+
+/// By site (x-fastest), particle_count entries each.
+struct ParticleState {
+  std::vector<glm::dvec3> displacement_m, velocity_m_per_s;
 };
 
 /// What a solver says of a finished run.
@@ -40,7 +56,9 @@ struct SolverInfo {
   std::int64_t particles = 0;
   std::int64_t springs = 0;
   int substeps = 1;
-  std::optional<StepLimit> limit;     ///< none for the spring
+  Method method = Method::symplectic_euler;
+  int iterations = 0;                 ///< of a method that iterates; otherwise 0
+  std::optional<StepLimit> limit;     ///< none for the spring; StepLimit::step_s is infinite for implicit methods
   std::vector<std::string> left_out;  ///< what this scene does not need and so does not exist in it
 };
 
@@ -79,6 +97,8 @@ class Solver {
   virtual std::uint64_t state_digest() = 0;
   /// Back to the rest state at step 0.
   virtual void reset() = 0;
+  /// Displacements from rest and velocities now. Copies everything: for studies and tests, not for the loop.
+  virtual ParticleState particle_state() = 0;
   virtual SolverVerdict verdict() = 0;
   virtual const SolverInfo& info() const = 0;
 };

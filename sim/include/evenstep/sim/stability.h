@@ -2,18 +2,23 @@
 /// The step limit that holds in every configuration.
 ///
 /// A spring's energy k (|d| - L)^2 / 2 has the Hessian k (n n' + (1 - L/|d|)(I - n n')), at most k I however long it is. So
-/// the whole Hessian is at most k times the scalar Laplacian of the spring graph, for each axis: u' H u <= k sum (u_i -
-/// u_j)^2. (A compressed spring's negative eigenvalue is buckling, which is physics, not an unstable step.) With the mass m
-/// and mass-proportional damping d, symplectic Euler on the mode w^2 has the matrix ((1 - h d, -h w^2), (h (1 - h d), 1 -
-/// h^2 w^2)) of determinant 1 - h d and trace 2 - h d - h^2 w^2, which is stable (Jury) if and only if
-///   h^2 lambda + 2 h d < 4,    without damping h < 2 / sqrt(lambda).
+/// the whole Hessian is at most the scalar Laplacian of the spring graph, for each axis: u' H u <= sum k (u_i - u_j)^2. (A
+/// compressed spring's negative eigenvalue is buckling, which is physics, not an unstable step.) The damping matrix of axial
+/// dampers c n n' is bounded in the same way, a coupling's spring or a probe's penalty by its stiffness on every particle it
+/// holds or can touch. With lambda the largest eigenvalue of M^-1 (bound of H) and gamma that of M^-1 (bound of the damping),
+/// the mass-proportional damping d included, symplectic Euler is
+///   (I - h C / 2) (u_n+1 - 2 u_n + u_n-1) + h C (u_n+1 - u_n-1) / 2 + h^2 K u_n = 0,    M = 1,
+/// which dissipates the energy of I - h C / 2 - h^2 K / 4 as long as that is positive:
+///   h^2 lambda + 2 h gamma < 4,    without damping h < 2 / sqrt(lambda).
+/// Velocity Verlet takes the same path with the velocity half a step aside, so it has the same limit. The classical Runge-
+/// Kutta method is stable for |h s| <= 2.6 in the left half plane (2 sqrt(2) on the imaginary axis), s = gamma/2 +
+/// sqrt(gamma^2/4 + lambda) at most. Implicit methods have no limit.
 ///
-/// lambda = 24 k/m on the 18-neighbour lattice: its symbol is the sum over neighbours r of 1 - cos(theta r)
-///   = 6 - 2 (cx + cy + cz) + 12 - 4 (cx cy + cy cz + cz cx),    c = cos(theta),
-/// linear in every cosine and so largest at a corner: 24 at (-1, -1, 1). A block cut from the lattice only leaves springs
-/// out of sum (u_i - u_j)^2 (take u = 0 outside), and fixed or grabbed particles only restrict u, so 24 bounds them too.
-/// Gershgorin's 2 x (springs of the busiest particle) is 36 on a full row, but smaller on very thin blocks: the lesser
-/// counts.
+/// lambda is found cube by cube: a spring along an axis belongs to four cubes of eight sites, one across a face to two, a
+/// particle to eight, so K = sum K_e and M = sum M_e with these shares, and x' K x <= sum lambda_e x' M_e x <= max lambda_e
+/// x' M x. A full cube of one material gives 24 k/m, the corner of the lattice's symbol 6 - 2 (cx + cy + cz) + 12 - 4 (cx cy +
+/// cy cz + cz cx) at (-1, -1, 1), which a large block nearly reaches; a chain 4 k/m. Gershgorin's row sums, without the
+/// particles that do not move, are less where few do (k/m for one particle on one spring): the lesser counts.
 ///
 /// It is a limit for steps of one length. Where the length changes, a mode grows if the product of its step matrices does:
 /// of two alternating lengths, without damping, if w^2 (h1 + h2)^2 - (w^2 h1 h2)^2 > 4. A longer pattern can resonate with
@@ -22,7 +27,8 @@
 /// Stoermer/leapfrog/Verlet method, BIT 33, 1993). So where the step follows the run time (Scene::variable_step), a step
 /// above the limit is one way to diverge, not the only one.
 ///
-/// The rest-state limit (12 k/m) is printed beside it and is not safe: a stretched block diverges below it.
+/// The rest-state limit, with the springs' Hessian k n n' at rest (12 k/m for one material), is printed beside it and is not
+/// safe: a stretched block diverges below it.
 
 #include <cstdint>
 
@@ -31,12 +37,20 @@
 namespace evenstep {
 
 struct StepLimit {
-  double lambda_per_s2 = 0;      ///< configuration-free bound on the largest eigenvalue
-  double step_s = 0;             ///< largest stable step
-  double rest_state_step_s = 0;  ///< from 12 k/m: printed beside it, not safe
-  std::int64_t particle = -1;    ///< site x + nx (y + ny z) of the first particle with most springs
+  double lambda_per_s2 = 0;             ///< configuration-free bound on the largest eigenvalue of M^-1 K
+  double damping_per_s = 0;             ///< bound on the largest eigenvalue of M^-1 C
+  double rest_state_lambda_per_s2 = 0;  ///< at rest, untouched: not safe
+  double step_s = 0;                    ///< largest stable step of the scene's method; infinite for implicit ones
+  double rest_state_step_s = 0;
+  std::int64_t particle = -1;  ///< site x + nx (y + ny z) of the first mobile particle with most stiffness per mass; -1: none
 };
 inline constexpr double kStepSafety = 0.9;
+
+/// What the method makes of these bounds: the largest stable h; infinite for implicit methods.
+double largest_stable_step_s(Method method, double lambda_per_s2, double damping_per_s);
+/// The factor on all stiffness (of springs and tools) that would make `step_s` the limit, masses and damping unchanged:
+/// above 1 there is room. 0 where damping alone is too much; infinite for implicit methods.
+double stiffness_margin(Method method, const StepLimit& limit, double step_s);
 
 /// Throws SolverError for a scene that make_solver would refuse.
 StepLimit step_limit(const TissueScene& scene);
