@@ -6,6 +6,7 @@
 
 #include "cpu/cell_loops.h"
 #include "cpu/cpu_solvers.h"
+#include "cpu/method.h"
 #include "evenstep/time/digest.h"
 
 namespace evenstep::internal {
@@ -22,12 +23,17 @@ class CpuTissue final : public TissueSolver {
         velocity_(lattice().cells),
         active_(lattice().active.begin(), lattice().active.end()),
         mobile_(lattice().mobile.begin(), lattice().mobile.end()),
-        energies_(needs_energy() ? lattice().span : 0) {
+        energies_(needs_energy() ? lattice().span : 0),
+        method_(make_method<Real>({scene(), lattice(), constants_, first(active_), first(mobile_)}, substep_s())) {
     to_start();
   }
 
  protected:
   void substep(std::span<const GrabTarget> targets) override {
+    if (method_) {
+      method_->substep(write(now_), write(velocity_), targets);
+      return;
+    }
     advance<Real>(count(), read(now_), write(next_), write(velocity_), first(active_), first(mobile_), lattice().offset,
                   constants_);
     std::swap(now_, next_);
@@ -40,7 +46,10 @@ class CpuTissue final : public TissueSolver {
     }
   }
 
-  void set_substep(double substep_s) override { constants_.set_substep(scene(), substep_s); }
+  void set_substep(double substep_s) override {
+    constants_.set_substep(scene(), substep_s);
+    if (method_) method_->set_substep(substep_s);
+  }
 
   void grab_forces(std::span<std::array<double, 3>> forces_N) override {
     std::size_t n = 0;
@@ -118,6 +127,7 @@ class CpuTissue final : public TissueSolver {
   Field now_, next_, velocity_;        // displacement from rest, m; m/s
   std::vector<Real> active_, mobile_;  // 1 or 0
   std::vector<Real> energies_;         // span, J
+  std::unique_ptr<CellMethod<Real>> method_;  // null: advance()
 };
 
 /// Asked before anything is allocated: the system grants more than it has, and ends the program when it is used.
@@ -126,8 +136,9 @@ std::unique_ptr<Solver> make_cpu_tissue(const Scene& scene, std::string name) {
   const auto& tissue = std::get<TissueScene>(scene.body);
   check_tissue(tissue, scene.tool_count);
   const double there = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  // 9 fields, 2 masks and perhaps the energies in Real, 2 masks in bytes.
-  const double needed = cells_of(tissue) * (sizeof(Real) * (scene.needs_energy ? 12.0 : 11.0) + 2);
+  // 9 fields, 2 masks, the method's and perhaps the energies in Real, 2 masks in bytes.
+  const double arrays = 11 + method_arrays(tissue.method) + (scene.needs_energy ? 1 : 0);
+  const double needed = cells_of(tissue) * (sizeof(Real) * arrays + 2);
   if (needed > there) {
     throw SolverError(SolverFault::out_of_memory,
                       fmt::format("the scene needs {:.3g} bytes of memory, there are {:.3g}", needed, there),
