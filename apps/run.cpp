@@ -95,6 +95,15 @@ std::string_view word(ExitCode code) {
   return "";
 }
 
+void print_stability(const Scenario& scenario) {
+  try {
+    fmt::print("{}", stability_lines(scenario));
+  } catch (const SolverError&) {
+    return;  // the run stops for the same reason, and says it
+  }
+  std::fflush(stdout);
+}
+
 ExitCode run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
                  const std::atomic<bool>& interrupted) {
   const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
@@ -108,6 +117,7 @@ ExitCode run_one(const std::string& file, const std::string& folder, const RunAr
                arguments.clock);
     std::fflush(stdout);
   }
+  if (!arguments.json) print_stability(scenario);
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
     spdlog::error("error: {}", objection);
     return ExitCode::run_failed;

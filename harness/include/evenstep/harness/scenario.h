@@ -25,6 +25,14 @@ inline constexpr std::array kAllStrategies{StrategyKind::ideal,   StrategyKind::
                                            StrategyKind::variable_step};
 const char* name_of(StrategyKind kind);
 
+inline constexpr std::array kAllMethods{Method::symplectic_euler, Method::velocity_verlet,   Method::rk4,
+                                        Method::implicit_euler,   Method::implicit_midpoint, Method::vertex_block_descent};
+inline constexpr std::array kAllSolvers{SolverKind::opencl, SolverKind::cpu_float, SolverKind::cpu_double};
+const char* name_of(Method method);
+const char* name_of(SolverKind solver);
+/// It solves equations by iterations, whose number a scene may set.
+bool iterates(Method method);
+
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
 struct DeviceSpec {
