@@ -34,27 +34,27 @@ template <class Real>
 struct MethodCells {
   const TissueScene& scene;
   const Lattice& lattice;
+  const SceneFeatures& features;
   const TissueConstants<Real>& constants;  ///< of the substep to come
-  const Real* active;                      ///< from the lattice's first cell on
-  const Real* mobile;
+  const CellArrays<Real>& arrays;
   std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(lattice.span); }
+  /// Whether there is more than undamped springs of one material, so that a method's own loops need their general version.
+  bool general() const { return features.regions || features.axial_damping || features.tool_forces(); }
 };
 
 template <class Real>
 class CellMethod {
  public:
   virtual ~CellMethod() = default;
-  /// One substep from (u, v) to (u, v). A grabbed particle goes straight to its target, at a constant velocity.
-  virtual void substep(const Vectors<Real>& u, const Vectors<Real>& v, std::span<const GrabTarget> targets) = 0;
+  /// One substep from (u, v) to (u, v). Tools move in a straight line, and with them the particles that they grab.
+  virtual void substep(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& before, const ToolStates& after) = 0;
   /// The substep's length has changed.
   virtual void set_substep(double substep_s) = 0;
 };
 
-/// Null for the methods that advance in one loop over cells. Throws SolverError for what the method cannot simulate.
+/// Null for the methods that advance in one loop over cells.
 template <class Real>
 std::unique_ptr<CellMethod<Real>> make_method(const MethodCells<Real>& cells, double substep_s);
-/// Arrays of cells that the method allocates, in Real.
-double method_arrays(Method method);
 
 template <class Real>
 std::unique_ptr<CellMethod<Real>> make_runge_kutta(const MethodCells<Real>& cells, double substep_s);

@@ -45,43 +45,68 @@ EVENSTEP_WIDE Real chunked_sum(std::ptrdiff_t count, const Real* __restrict valu
   return total;
 }
 
-/// q = A p, and p . q of every cell. `p` is zero where a particle does not move by its forces.
+/// Of A over the scene's particle mass: inertia = 1 + q d, stiffness = q^2 k / m, axial = c / (k q).
 template <class Real>
+struct SystemConstants {
+  Real inertia{}, stiffness{}, axial{};
+};
+
+/// q = A p, and p . q of every cell. `p` is zero where a particle does not move by its forces.
+template <bool kGeneral, class Real>
 EVENSTEP_WIDE void apply_system(std::ptrdiff_t count, const Vectors<const Real> u, const Vectors<const Real> p,
-                                const Real* __restrict active, const Real* __restrict mobile, const Offsets& offset,
-                                const TissueConstants<Real>& constants, Real inertia, Real stiffness, const Vectors<Real> q,
+                                const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
+                                const SystemConstants<Real>& system, const ToolTerms<Real>& tools, const Vectors<Real> q,
                                 Real* __restrict products) {
+#pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     Vector<Real> sum;
 #pragma GCC unroll 18
     for (int s = 0; s < kNeighbours; ++s) {
-      const std::ptrdiff_t j = i + offset[static_cast<std::size_t>(s)];
+      const std::ptrdiff_t j = i + cells.offset[static_cast<std::size_t>(s)];
       const Vector<Real> d = to_neighbour(u, constants, i, j, s);
       const Vector<Real> w{p.x[i] - p.x[j], p.y[i] - p.y[j], p.z[i] - p.z[j]};
       const Real inverse = Real{1} / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z + Real{FLT_MIN});
       const Real stretched = Real{1} - constants.length_m[static_cast<std::size_t>(s)] * inverse;
-      const Real across = stretched > 0 ? stretched : Real{0};
-      const Real along = (Real{1} - across) * ((d.x * w.x + d.y * w.y + d.z * w.z) * inverse * inverse);
-      sum.x += active[j] * (across * w.x + along * d.x);
-      sum.y += active[j] * (across * w.y + along * d.y);
-      sum.z += active[j] * (across * w.z + along * d.z);
+      Real across = stretched > 0 ? stretched : Real{0}, along = Real{1} - across;
+      if constexpr (kGeneral) {
+        const Real k = spring_stiffness(cells.stiffness[i], cells.stiffness[j]);
+        across *= k;
+        along = k * along + system.axial;
+      }
+      along *= (d.x * w.x + d.y * w.y + d.z * w.z) * inverse * inverse;
+      sum.x += cells.active[j] * (across * w.x + along * d.x);
+      sum.y += cells.active[j] * (across * w.y + along * d.y);
+      sum.z += cells.active[j] * (across * w.z + along * d.z);
     }
-    q.x[i] = mobile[i] * (inertia * p.x[i] + stiffness * sum.x);
-    q.y[i] = mobile[i] * (inertia * p.y[i] + stiffness * sum.y);
-    q.z[i] = mobile[i] * (inertia * p.z[i] + stiffness * sum.z);
+    if constexpr (kGeneral) {
+#pragma GCC unroll 2
+      for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
+        const auto [d, factor, stiffness] = probe_term(u, cells, constants.tools[tool], tools.at[tool], i);
+        const Real along = stiffness * (d.x * p.x[i] + d.y * p.y[i] + d.z * p.z[i]);
+        const Real held = cells.held[tool][i] * (tools.stiffness[tool] + tools.damping[tool]);
+        sum.x += held * p.x[i] + along * d.x;
+        sum.y += held * p.y[i] + along * d.y;
+        sum.z += held * p.z[i] + along * d.z;
+      }
+    }
+    const Real inertia = system.inertia * cells.mass[i], stiffness = system.stiffness * cells.mobile[i];
+    q.x[i] = inertia * p.x[i] + stiffness * sum.x;
+    q.y[i] = inertia * p.y[i] + stiffness * sum.y;
+    q.z[i] = inertia * p.z[i] + stiffness * sum.z;
     products[i] = p.x[i] * q.x[i] + p.y[i] * q.y[i] + p.z[i] * q.z[i];
   }
 }
 
-/// r = q a - (x - v0), p = r / D, and r . p of every cell.
+/// r = M (q a - (x - v0)) over the scene's particle mass, p = r / D, and r . p of every cell.
 template <class Real>
 EVENSTEP_WIDE void start_residual(std::ptrdiff_t count, const Vectors<const Real> a, const Vectors<const Real> x,
-                                  const Vectors<const Real> v, const Real* __restrict mobile, const Real* __restrict scale,
+                                  const Vectors<const Real> v, const Real* __restrict mass, const Real* __restrict scale,
                                   Real q, const Vectors<Real> r, const Vectors<Real> p, Real* __restrict products) {
+#pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
-    r.x[i] = mobile[i] * (q * a.x[i] - (x.x[i] - v.x[i]));
-    r.y[i] = mobile[i] * (q * a.y[i] - (x.y[i] - v.y[i]));
-    r.z[i] = mobile[i] * (q * a.z[i] - (x.z[i] - v.z[i]));
+    r.x[i] = mass[i] * (q * a.x[i] - (x.x[i] - v.x[i]));
+    r.y[i] = mass[i] * (q * a.y[i] - (x.y[i] - v.y[i]));
+    r.z[i] = mass[i] * (q * a.z[i] - (x.z[i] - v.z[i]));
     p.x[i] = scale[i] * r.x[i];
     p.y[i] = scale[i] * r.y[i];
     p.z[i] = scale[i] * r.z[i];
@@ -94,6 +119,7 @@ template <class Real>
 EVENSTEP_WIDE void advance_solution(std::ptrdiff_t count, Real alpha, const Vectors<const Real> p, const Vectors<const Real> q,
                                     const Real* __restrict scale, const Vectors<Real> x, const Vectors<Real> r,
                                     Real* __restrict products) {
+#pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     x.x[i] += alpha * p.x[i];
     x.y[i] += alpha * p.y[i];
@@ -109,6 +135,7 @@ EVENSTEP_WIDE void advance_solution(std::ptrdiff_t count, Real alpha, const Vect
 template <class Real>
 EVENSTEP_WIDE void advance_direction(std::ptrdiff_t count, Real beta, const Vectors<const Real> r, const Real* __restrict scale,
                                      const Vectors<Real> p) {
+#pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     p.x[i] = scale[i] * r.x[i] + beta * p.x[i];
     p.y[i] = scale[i] * r.y[i] + beta * p.y[i];
@@ -120,6 +147,7 @@ EVENSTEP_WIDE void advance_direction(std::ptrdiff_t count, Real beta, const Vect
 template <class Real>
 EVENSTEP_WIDE void add_scaled(std::ptrdiff_t count, const Vectors<const Real> from, Real factor, const Vectors<const Real> step,
                               const Vectors<Real> to) {
+#pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     to.x[i] = from.x[i] + factor * step.x[i];
     to.y[i] = from.y[i] + factor * step.y[i];
@@ -131,6 +159,7 @@ EVENSTEP_WIDE void add_scaled(std::ptrdiff_t count, const Vectors<const Real> fr
 template <class Real>
 EVENSTEP_WIDE void known_velocities(std::ptrdiff_t count, const Vectors<const Real> v, const Real* __restrict mobile,
                                     const Vectors<Real> x) {
+#pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     x.x[i] = mobile[i] > 0 ? Real{0} : v.x[i];
     x.y[i] = mobile[i] > 0 ? Real{0} : v.y[i];
@@ -142,6 +171,7 @@ EVENSTEP_WIDE void known_velocities(std::ptrdiff_t count, const Vectors<const Re
 template <class Real>
 EVENSTEP_WIDE void finish(std::ptrdiff_t count, Real h, Real extrapolate, const Vectors<const Real> x, const Vectors<Real> u,
                           const Vectors<Real> v) {
+#pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     u.x[i] += h * x.x[i];
     u.y[i] += h * x.y[i];
@@ -172,40 +202,60 @@ class Implicit final : public CellMethod<Real> {
     const TissueScene& scene = cells_.scene;
     substep_s_ = substep_s;
     reach_s_ = is_midpoint_ ? substep_s / 2 : substep_s;
-    const double stiffness = reach_s_ * reach_s_ * scene.stiffness_N_per_m / scene.particle_mass_kg;
-    const double inertia = 1 + reach_s_ * scene.damping_per_s;
-    stiffness_ = static_cast<Real>(stiffness);
-    inertia_ = static_cast<Real>(inertia);
-    // The same for all particles of one material, so that rigid motion stays exact; it keeps floats from overflowing.
-    std::fill(scale_.begin(), scale_.end(), static_cast<Real>(1 / (inertia + stiffness * kNeighbours)));
+    const double q = reach_s_;
+    system_ = {static_cast<Real>(1 + q * scene.damping_per_s),
+               static_cast<Real>(q * q * scene.stiffness_N_per_m / scene.particle_mass_kg),
+               static_cast<Real>(scene.axial_damping_N_s_per_m / scene.stiffness_N_per_m / q)};
+    fill_scale();
   }
 
-  void substep(const Vectors<Real>& u, const Vectors<Real>& v, std::span<const GrabTarget> targets) override {
-    start_grabs(cells_, targets, substep_s_, u, v);
-    known_velocities<Real>(cells_.count(), read(v), cells_.mobile, x_.at());
+  void substep(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& before, const ToolStates& after) override {
+    start_grabs(cells_, after, substep_s_, u, v);
+    known_velocities<Real>(cells_.count(), read(v), cells_.arrays.mobile, x_.at());
+    const ToolStates tools = is_midpoint_ ? tools_after(0.5, before, after) : after;
     const int iterations = iterations_of(cells_.scene), at_first = is_midpoint_ ? iterations / 4 : 0;
-    if (at_first > 0) newton_step(read(u), read(v), at_first);
-    newton_step(read(u), read(v), iterations - at_first);
+    if (at_first > 0) newton_step(read(u), read(v), tools, at_first);
+    newton_step(read(u), read(v), tools, iterations - at_first);
     finish<Real>(cells_.count(), static_cast<Real>(substep_s_), is_midpoint_ ? Real{1} : Real{0}, read(x_.at()), u, v);
-    end_grabs(cells_, targets, u, v);
+    end_grabs(cells_, after, u, v);
   }
 
  private:
-  void newton_step(const Vectors<const Real>& u, const Vectors<const Real>& v, int iterations) {
+  /// 1 / D, D = the diagonal of A with k I for every spring, and with 18 springs to every particle: the same for all particles
+  /// of one material, so that rigid motion stays exact. It keeps floats from overflowing and evens out what regions differ by.
+  void fill_scale() {
+    const CellArrays<Real> arrays = general_arrays(cells_);
+    const ToolTerms<Real> tools(cells_, {}, reach_s_);
+    for (std::ptrdiff_t i = 0; i < cells_.count(); ++i) {
+      Real sum = 0;
+      for (const std::ptrdiff_t o : arrays.offset) {
+        const Real other = arrays.active[i + o] > 0 ? arrays.stiffness[i + o] : arrays.stiffness[i];
+        sum += spring_stiffness(arrays.stiffness[i], other) + system_.axial;
+      }
+      for (std::size_t tool = 0; tool < kMaxTools; ++tool)
+        sum += arrays.held[tool][i] * (tools.stiffness[tool] + tools.damping[tool]);
+      const Real diagonal = system_.inertia * arrays.mass[i] + system_.stiffness * sum;
+      scale_[static_cast<std::size_t>(i)] = arrays.mobile[i] > 0 ? Real{1} / diagonal : Real{0};
+    }
+  }
+
+  void newton_step(const Vectors<const Real>& u, const Vectors<const Real>& v, const ToolStates& tools, int iterations) {
     const auto q = static_cast<Real>(reach_s_);
     add_scaled<Real>(cells_.count(), u, q, read(x_.at()), z_.at());
-    accelerations<Real>(cells_, read(z_.at()), read(x_.at()), q_.at());
-    start_residual<Real>(cells_.count(), read(q_.at()), read(x_.at()), v, cells_.mobile, scale_.data(), q, r_.at(), p_.at(),
-                         products_.data());
+    accelerations<Real>(cells_, read(z_.at()), read(x_.at()), tools, q_.at());
+    start_residual<Real>(cells_.count(), read(q_.at()), read(x_.at()), v, cells_.arrays.mass, scale_.data(), q, r_.at(),
+                         p_.at(), products_.data());
     Real residual = chunked_sum<Real>(cells_.count(), products_.data());
     const Real floor = residual * kRounding * kRounding + Real{FLT_MIN};
-    for (int n = 0; n < iterations && !(residual <= floor); ++n) residual = iterate(residual);
+    const ToolTerms<Real> terms(cells_, tools, reach_s_);
+    for (int n = 0; n < iterations && !(residual <= floor); ++n) residual = iterate(terms, residual);
   }
 
   /// One iteration of preconditioned conjugate gradients; what is left of r' D^-1 r.
-  Real iterate(Real residual) {
-    apply_system<Real>(cells_.count(), read(z_.at()), read(p_.at()), cells_.active, cells_.mobile, cells_.lattice.offset,
-                       cells_.constants, inertia_, stiffness_, q_.at(), products_.data());
+  Real iterate(const ToolTerms<Real>& tools, Real residual) {
+    const auto apply = cells_.general() ? apply_system<true, Real> : apply_system<false, Real>;
+    apply(cells_.count(), read(z_.at()), read(p_.at()), general_arrays(cells_), cells_.constants, system_, tools, q_.at(),
+          products_.data());
     const Real curvature = chunked_sum<Real>(cells_.count(), products_.data());
     const Real alpha = curvature > 0 ? residual / curvature : Real{0};
     advance_solution<Real>(cells_.count(), alpha, read(p_.at()), read(q_.at()), scale_.data(), x_.at(), r_.at(),
@@ -221,7 +271,7 @@ class Implicit final : public CellMethod<Real> {
   MethodCells<Real> cells_;
   bool is_midpoint_;
   double substep_s_ = 0, reach_s_ = 0;  // h, q
-  Real inertia_{}, stiffness_{};        // 1 + q damping, q^2 k / m
+  SystemConstants<Real> system_;
   CellField<Real> x_, z_, r_, p_, q_;   // velocity, u0 + q x, residual, direction, A times it
   std::vector<Real> scale_, products_;  // 1 / D; one value per cell to be summed
 };

@@ -31,24 +31,25 @@ class RungeKutta final : public CellMethod<Real> {
 
   void set_substep(double substep_s) override { substep_s_ = substep_s; }
 
-  void substep(const Vectors<Real>& u, const Vectors<Real>& v, std::span<const GrabTarget> targets) override {
+  void substep(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& before, const ToolStates& after) override {
     const double h = substep_s_;
-    start_grabs(cells_, targets, h, u, v);
+    const ToolStates start = tools_after(0, before, after), middle = tools_after(0.5, before, after);
+    start_grabs(cells_, after, h, u, v);
     copy(u, stage_u_.at()), copy(u, sum_u_.at());
     copy(v, stage_v_.at()), copy(v, sum_v_.at());
-    stage(u, v, h / 6, h / 2);
-    stage(u, v, h / 3, h / 2);
-    stage(u, v, h / 3, h);
-    stage(u, v, h / 6, 0);
+    stage(u, v, start, h / 6, h / 2);
+    stage(u, v, middle, h / 3, h / 2);
+    stage(u, v, middle, h / 3, h);
+    stage(u, v, after, h / 6, 0);
     copy(sum_u_.at(), u);
     copy(sum_v_.at(), v);
-    end_grabs(cells_, targets, u, v);
+    end_grabs(cells_, after, u, v);
   }
 
  private:
   /// One slope (stage_v, a): its part of the sum, and the stage after it.
-  void stage(const Vectors<Real>& u, const Vectors<Real>& v, double weight_s, double reach_s) {
-    accelerations<Real>(cells_, read(stage_u_.at()), read(stage_v_.at()), slope_v_.at());
+  void stage(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& tools, double weight_s, double reach_s) {
+    accelerations<Real>(cells_, read(stage_u_.at()), read(stage_v_.at()), tools, slope_v_.at());
     const auto add = [&](const Vectors<Real>& start, const Vectors<Real>& slope, const Vectors<Real>& sum,
                          const Vectors<Real>& next) {
       const auto weight = static_cast<Real>(weight_s), reach = static_cast<Real>(reach_s);
