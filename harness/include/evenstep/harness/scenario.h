@@ -25,6 +25,12 @@ inline constexpr std::array kAllStrategies{StrategyKind::ideal,   StrategyKind::
                                            StrategyKind::variable_step};
 const char* name_of(StrategyKind kind);
 
+inline constexpr std::array kAllMethods{Method::symplectic_euler, Method::velocity_verlet,   Method::rk4,
+                                        Method::implicit_euler,   Method::implicit_midpoint, Method::vertex_block_descent};
+inline constexpr std::array kAllSolvers{SolverKind::opencl, SolverKind::cpu_float, SolverKind::cpu_double};
+const char* name_of(Method method);
+const char* name_of(SolverKind solver);
+
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
 struct DeviceSpec {
@@ -73,7 +79,23 @@ struct Expectation {
   Place place;
   std::string signal, metric, because;
   std::optional<Limit> min, max;
+  std::optional<std::array<double, 2>> at;      ///< of a case: only the cells whose values lie between these
   bool expect_fail = false;
+};
+
+/// [case]: an entry of the catalogue of stiff and extreme cases. It drives the solver itself, for every method and solver over
+/// every value. What its kind has no use for keeps the value here.
+struct CaseSpec {
+  std::string kind;
+  std::vector<Method> methods;
+  std::vector<SolverKind> solvers;
+  std::vector<double> values;                   ///< strictly rising; what they are is up to the kind
+  double periods = 0;
+  std::int64_t most_steps = 0;
+  double duration_s = 0;                        ///< of simulation time
+  std::int64_t particles = 0;
+  int iterations = 0;                           ///< of methods that iterate; 0: their default
+  bool allow_unstable = false;
 };
 
 struct Scenario {
@@ -88,6 +110,7 @@ struct Scenario {
   StrategyKind live = StrategyKind::phase_locked;
   bool keep_rows = true;                        ///< false: the run folder has bins and metrics only
 
+  std::optional<CaseSpec> case_spec;            ///< then there is no timing, scene, device or remap
   TimingSpec timing;
   SolverKind solver = SolverKind::opencl;
   Scene scene;
