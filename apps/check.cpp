@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "commands.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/sim/solver.h"
@@ -18,13 +20,10 @@ void explain_solver(const Scenario& scenario) {
     return;
   }
   const auto& tissue = std::get<TissueScene>(scenario.scene.body);
-  const StepLimit limit = step_limit(tissue);
-  const int substeps = tissue.substeps > 0 ? tissue.substeps : auto_substeps(tissue, rate);
-  fmt::print("  scene        tissue, {} particles on {} x {} x {}, {:.6g} N/m\n", tissue.particle_count, tissue.lattice[0],
-             tissue.lattice[1], tissue.lattice[2], tissue.stiffness_N_per_m);
-  fmt::print(
-      "  stability    {} substeps of {:.4g} ms; limit {:.4g} ms in every configuration ({:.4g} ms at rest, not safe)\n",
-      substeps, 1e3 * period_s(rate) / substeps, 1e3 * limit.step_s, 1e3 * limit.rest_state_step_s);
+  fmt::print("  scene        tissue, {} particles on {} x {} x {}, {:.6g} N/m{}\n", tissue.particle_count, tissue.lattice[0],
+             tissue.lattice[1], tissue.lattice[2], tissue.stiffness_N_per_m,
+             tissue.regions.empty() ? "" : fmt::format(", {} regions of other materials", tissue.regions.size()));
+  fmt::print("{}", stability_lines(scenario));
 }
 
 void explain_case(const CaseSpec& spec) {
@@ -72,6 +71,26 @@ void explain(const Scenario& scenario) {
 }
 
 }  // namespace
+
+std::string stability_lines(const Scenario& scenario) {
+  const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
+  if (tissue == nullptr) return "";
+  const Rate rate = scenario.scene.step_rate;
+  const StepLimit limit = step_limit(*tissue);
+  const int substeps = tissue->substeps > 0 ? tissue->substeps : auto_substeps(*tissue, rate);
+  const double substep_s = period_s(rate) / substeps;
+  const std::string method = fmt::format("  method       {}, {} substep{} of {:.4g} ms\n", name_of(tissue->method), substeps,
+                                         substeps == 1 ? "" : "s", 1e3 * substep_s);
+  if (!std::isfinite(limit.step_s)) return method + "  stability    implicit: stable at any step\n";
+  const auto [nx, ny, nz] = tissue->lattice;
+  return method + fmt::format(
+                      "  stability    dt_max {:.4g} ms in every configuration ({:.4g} ms at rest, not safe), k_max {:.4g} N/m at "
+                      "this substep\n"
+                      "               particle {} at site ({}, {}, {}) sets them\n",
+                      1e3 * limit.step_s, 1e3 * limit.rest_state_step_s,
+                      tissue->stiffness_N_per_m * stiffness_margin(tissue->method, limit, substep_s), limit.particle,
+                      limit.particle % nx, limit.particle / nx % ny, limit.particle / nx / ny);
+}
 
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set) {
   const std::optional<std::vector<std::string>> files = scenario_files(paths);

@@ -34,5 +34,8 @@ ExitCode diff(const std::string& a, const std::string& b);
 /// there.
 std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths);
 void print(const std::vector<Diagnostic>& errors);
+/// Of a tissue: method and substeps; longest stable substep, largest stiffness and the particle that sets them. Empty for a
+/// spring. Throws SolverError for a scene that no solver takes.
+std::string stability_lines(const Scenario& scenario);
 
 }  // namespace evenstep::app

@@ -28,12 +28,12 @@ bool contains(std::string_view words, std::string_view word) {
 /// What `Field::kinds` of this table is compared with; empty if it is not known (then no key is refused for it).
 std::string kind_of(std::string_view table, const Value* value) {
   if (table.empty()) return value != nullptr && value->find("case") != nullptr ? "case" : "loop";
-  const std::string_view key = table == "timing" ? "order" : "kind";
+  const std::string_view key = kind_key(table);
   const auto row =
       std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == key; });
   if (table == "timing" && value != nullptr && value->find("trace") != nullptr) return "trace";
   const Value* kind = value == nullptr ? nullptr : value->find(key);
-  if (kind == nullptr && table == "timing") return std::string(split_words(row->words).front());  // its default
+  if (kind == nullptr && key != "kind") return std::string(split_words(row->words).front());  // its default
   if (kind == nullptr || !kind->is(Value::Kind::text)) return "";
   return row != fields().end() && contains(row->words, kind->text) ? kind->text : "";
 }
@@ -214,7 +214,7 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
     }
     errors_.add(entry.place, fmt::format("unknown key '{}' in {}{}", entry.key, title(name), suggestion(entry.key, known)));
   } else if (!exists_for(*field, kind)) {
-    const std::string_view of = name == "timing" ? "order" : "kind";
+    const std::string_view of = kind_key(name);
     errors_.add(entry.place,
                 kind == "case" ? fmt::format("'{}' does not go with [case], which drives the solver itself; remove one of them",
                                              entry.key)

@@ -49,8 +49,8 @@ struct Field {
   std::string_view default_toml = "";  ///< as written in a file; empty: none
   std::string_view meaning;
   std::string_view words = "";  ///< "fill|real"
-  std::string_view kinds = "";  ///< the key exists only where `kind` of its table is one of these: "sine|still";
-                                ///< the kind of [timing] is its `order`, or "trace"
+  std::string_view kinds = "";  ///< the key exists only where `kind` of its table (kind_key) is one of these: "sine|still";
+                                ///< a [timing] with a trace is of the kind "trace"
   bool required = false;
   Dimension dimension = Dimension::none;
   Range range = {};
@@ -58,6 +58,8 @@ struct Field {
 };
 
 const std::vector<Field>& fields();
+/// The key that says which kind a table is of: "order" for [timing], "coupling" for a grab, otherwise "kind".
+std::string_view kind_key(std::string_view table);
 std::vector<std::string_view> split_words(std::string_view words);  // at '|'
 /// The tables in the order of the field table: "", "run", "timing" …
 std::vector<std::string_view> tables();

@@ -6,39 +6,7 @@
 
 #include "sections.h"
 
-namespace evenstep {
-
-const char* name_of(Method method) {
-  switch (method) {
-    case Method::symplectic_euler:
-      return "symplectic-euler";
-    case Method::velocity_verlet:
-      return "velocity-verlet";
-    case Method::rk4:
-      return "rk4";
-    case Method::implicit_euler:
-      return "implicit-euler";
-    case Method::implicit_midpoint:
-      return "implicit-midpoint";
-    case Method::vertex_block_descent:
-      return "vertex-block-descent";
-  }
-  return "";
-}
-
-const char* name_of(SolverKind solver) {
-  switch (solver) {
-    case SolverKind::opencl:
-      return "opencl";
-    case SolverKind::cpu_float:
-      return "cpu";
-    case SolverKind::cpu_double:
-      return "cpu-double";
-  }
-  return "";
-}
-
-namespace internal {
+namespace evenstep::internal {
 namespace {
 
 /// The named ones of `all`, in the order of the file, each once.
@@ -116,5 +84,4 @@ void read_case(ScenarioReading& reading) {
   reading.scenario.case_spec = std::move(spec);
 }
 
-}  // namespace internal
-}  // namespace evenstep
+}  // namespace evenstep::internal

@@ -1,10 +1,13 @@
 // [scene]
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "rational.h"
 #include "sections.h"
 
-namespace evenstep::internal {
+namespace evenstep {
+namespace internal {
 namespace {
 
 /// Only the top layer may be cut, and not all of it: otherwise a smaller lattice is meant.
@@ -32,6 +35,80 @@ void read_lattice(const Table& scene, TissueScene& tissue, Errors& errors) {
   }
 }
 
+FixedFaces read_fixed(const Table& scene, Errors& errors) {
+  const Value fixed = scene.at("fixed");
+  const std::vector<Value> faces = fixed.is(Value::Kind::list) ? fixed.list : std::vector<Value>{fixed};
+  FixedFaces out = FixedFaces::none();
+  const std::array<std::pair<const char*, bool*>, 6> named{{{"left", &out.x_min},
+                                                            {"right", &out.x_max},
+                                                            {"front", &out.y_min},
+                                                            {"back", &out.y_max},
+                                                            {"bottom", &out.z_min},
+                                                            {"top", &out.z_max}}};
+  for (const Value& face : faces) {
+    if (face.text == "none" && faces.size() > 1)
+      errors.add(face.place, "'fixed': \"none\" stands among faces; write \"none\" alone, or the faces alone");
+    for (const auto& [name, is_fixed] : named) {
+      if (face.text != name) continue;
+      if (*is_fixed) errors.add(face.place, fmt::format("'fixed' names \"{}\" twice", name));
+      *is_fixed = true;
+    }
+  }
+  return out;
+}
+
+/// Whether a site of the lattice lies between these two, along one axis (as sim/src/materials.cpp counts).
+bool holds_a_site(int sites, double spacing_m, double min_m, double max_m) {
+  for (int n = 0; n < sites; ++n) {
+    if (n * spacing_m >= min_m && n * spacing_m <= max_m) return true;
+  }
+  return false;
+}
+
+MaterialRegion read_region(const Table& table, const TissueScene& tissue, Errors& errors) {
+  MaterialRegion region{table.vector("min"), table.vector("max"), tissue.stiffness_N_per_m, tissue.particle_mass_kg};
+  if (table.has("stiffness")) region.stiffness_N_per_m = table.si("stiffness");
+  if (table.has("mass")) region.particle_mass_kg = table.si("mass");
+  if (!table.has("stiffness") && !table.has("mass"))
+    errors.add(table.place("min"), "a region without 'stiffness' and 'mass' is no other material; write one of them");
+  for (int axis = 0; axis < 3; ++axis) {
+    const char name = "xyz"[axis];
+    if (region.min_m[axis] > region.max_m[axis]) {
+      errors.add(table.place("max"), fmt::format("'max': {:g} mm along {} is below min, {:g} mm; exchange them",
+                                                 region.max_m[axis] * 1e3, name, region.min_m[axis] * 1e3));
+    } else if (const int sites = tissue.lattice[static_cast<std::size_t>(axis)];
+               !holds_a_site(sites, tissue.spacing_m, region.min_m[axis], region.max_m[axis])) {
+      errors.add(table.place("min"),
+                 fmt::format("'regions': no particle is inside: along {} they stand at 0 mm to {:g} mm, {:g} mm apart", name,
+                             (sites - 1) * tissue.spacing_m * 1e3, tissue.spacing_m * 1e3));
+    }
+  }
+  return region;
+}
+
+void read_regions(const Table& scene, TissueScene& tissue, Errors& errors) {
+  const std::vector<Table> regions = scene.tables("regions");
+  if (regions.size() > static_cast<std::size_t>(kMaxRegions)) {
+    errors.add(scene.place("regions"),
+               fmt::format("'regions' lists {} boxes; there can be {} materials besides the block's own", regions.size(),
+                           kMaxRegions));
+    return;
+  }
+  for (const Table& region : regions) tissue.regions.push_back(read_region(region, tissue, errors));
+}
+
+void read_method(const Table& scene, TissueScene& tissue, Errors& errors) {
+  const std::string name = scene.text("method");
+  tissue.method = *std::find_if(kAllMethods.begin(), kAllMethods.end(), [&](Method m) { return name == name_of(m); });
+  if (!scene.has("iterations")) return;
+  tissue.iterations = static_cast<int>(scene.integer("iterations"));
+  if (iterates(tissue.method)) return;
+  errors.add(scene.place("iterations"),
+             fmt::format("'iterations' means nothing with method = \"{}\"; remove it, or write method = \"implicit-euler\" or "
+                         "\"implicit-midpoint\" or \"vertex-block-descent\"",
+                         name));
+}
+
 TissueScene read_tissue(const Table& scene, Errors& errors) {
   TissueScene tissue;
   read_lattice(scene, tissue, errors);
@@ -39,10 +116,24 @@ TissueScene read_tissue(const Table& scene, Errors& errors) {
   tissue.particle_mass_kg = scene.si("mass");
   tissue.stiffness_N_per_m = scene.si("stiffness");
   tissue.damping_per_s = scene.si("damping") / tissue.particle_mass_kg;
-  tissue.fixed.z_min = scene.text("fixed") == "bottom";
+  tissue.axial_damping_N_s_per_m = scene.si("axial_damping");
+  tissue.gravity_m_per_s2 = scene.vector("gravity");
+  tissue.fixed = read_fixed(scene, errors);
+  read_regions(scene, tissue, errors);
+  read_method(scene, tissue, errors);
   const Value substeps = scene.at("substeps");
   tissue.substeps = substeps.is(Value::Kind::integer) ? static_cast<int>(substeps.integer) : 0;
   return tissue;
+}
+
+ToolCoupling read_coupling(const Table& grab) {
+  ToolCoupling tool{grab.vector("center"), grab.si("radius")};
+  const std::string coupling = grab.text("coupling");
+  if (coupling == "grab") return tool;
+  tool.kind = coupling == "spring" ? CouplingKind::spring : CouplingKind::probe;
+  tool.stiffness_N_per_m = grab.si("stiffness");
+  if (tool.kind == CouplingKind::spring) tool.damping_N_s_per_m = grab.si("damping");
+  return tool;
 }
 
 /// Every device of a tissue has a grab, and none of a spring.
@@ -64,8 +155,7 @@ void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
           "\"135 mm\"], radius = \"6 mm\" }");
       continue;
     }
-    const Table grab = device.table("grab");
-    tissue->tools.push_back({grab.vector("center"), grab.si("radius")});
+    tissue->tools.push_back(read_coupling(device.table("grab")));
   }
 }
 
@@ -83,9 +173,8 @@ void read_scene(ScenarioReading& reading) {
   const Table table = reading.section("scene");
   Scene& scene = reading.scenario.scene;
   const std::string solver = table.text("solver");
-  reading.scenario.solver = solver == "opencl" ? SolverKind::opencl
-                            : solver == "cpu"  ? SolverKind::cpu_float
-                                               : SolverKind::cpu_double;
+  reading.scenario.solver =
+      *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind kind) { return solver == name_of(kind); });
   scene.step_rate = read_step_rate(table, scene.step_rate);
   scene.tool_count = static_cast<int>(reading.scenario.devices.size());
   if (table.text("kind") == "spring") {
@@ -96,7 +185,47 @@ void read_scene(ScenarioReading& reading) {
   read_grabs(reading, &tissue);
   scene.body = std::move(tissue);
   scene.allow_unstable = table.boolean("allow_unstable");
+  const std::string local_model = table.text("local_model");
+  scene.local_model = local_model == "settled"         ? LocalModel::settled
+                      : local_model == "instantaneous" ? LocalModel::instantaneous
+                                                       : LocalModel::none;
   reading.scenario.work_group_size = static_cast<int>(table.integer("work_group_size"));
 }
 
-}  // namespace evenstep::internal
+}  // namespace internal
+
+const char* name_of(Method method) {
+  switch (method) {
+    case Method::symplectic_euler:
+      return "symplectic-euler";
+    case Method::velocity_verlet:
+      return "velocity-verlet";
+    case Method::rk4:
+      return "rk4";
+    case Method::implicit_euler:
+      return "implicit-euler";
+    case Method::implicit_midpoint:
+      return "implicit-midpoint";
+    case Method::vertex_block_descent:
+      return "vertex-block-descent";
+  }
+  return "";
+}
+
+const char* name_of(SolverKind solver) {
+  switch (solver) {
+    case SolverKind::opencl:
+      return "opencl";
+    case SolverKind::cpu_float:
+      return "cpu";
+    case SolverKind::cpu_double:
+      return "cpu-double";
+  }
+  return "";
+}
+
+bool iterates(Method method) {
+  return method == Method::implicit_euler || method == Method::implicit_midpoint || method == Method::vertex_block_descent;
+}
+
+}  // namespace evenstep

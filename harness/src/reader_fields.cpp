@@ -16,6 +16,7 @@ constexpr double kLongestRun_s = 1e6;             // what int64 ns and every sum
 constexpr double kMostSteps = 1e6;                // per segment: 30 million steps per second, far beyond any device
 constexpr double kMostParticles = 1e8;            // 18 springs each: 1.8e9, the last that fits int32 indices
 
+constexpr double kMostIterations = kMaxIterations, kMostSubsteps = kMaxSubsteps;  // what a solver takes
 constexpr double kLongestSpike_s = 9;             // the longest segment
 
 using D = Dimension;
@@ -60,7 +61,8 @@ const std::vector<Field> kTop{
 const std::vector<Field> kCase{
     {.table = "case", .key = "kind", .forms = kWord,
      .meaning = "Which case: what is set up, what the values are and what the exact answer is (docs/stability.md).",
-     .words = "oscillator|stiffness|chain-order", .required = true, .example = "\"oscillator\""},
+     .words = "oscillator|stiffness|chain-order|edge|damping|moving-target|mass-ratio|stiff-in-soft|wall|free-fall|"
+              "hanging-chain|wave|energy|press|degenerate|crushed", .required = true, .example = "\"oscillator\""},
     {.table = "case", .key = "methods", .forms = kWord, .shape = Shape::list,
      .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
                      "\"vertex-block-descent\"]",
@@ -72,16 +74,17 @@ const std::vector<Field> kCase{
      .required = true, .range = above(0), .example = "[1, 10, 100]"},
     {.table = "case", .key = "periods", .forms = kNumber, .default_toml = "1000", .meaning = "To run, of the oscillator.",
      .kinds = "oscillator", .range = above(0, 1e9)},
-    {.table = "case", .key = "most_steps", .forms = kInteger, .default_toml = "20000", .meaning = "If that is less.",
-     .kinds = "oscillator", .range = between(1, 1e12)},
+    {.table = "case", .key = "most_steps", .forms = kInteger, .default_toml = "20000", .meaning = "Steps to run; of an oscillator only "
+     "if its periods take more.", .kinds = "oscillator|edge|wall|wave|energy|crushed", .range = between(1, 1e12)},
     {.table = "case", .key = "duration", .forms = kDuration, .default_toml = "\"10 s\"", .meaning = "Simulation time to run.",
-     .kinds = "stiffness|chain-order", .range = above(0, 1e4)},
+     .kinds = "stiffness|chain-order|damping", .range = above(0, 1e4)},
     {.table = "case", .key = "particles", .forms = kInteger, .default_toml = "64",
-     .meaning = "That move, between two that do not.", .kinds = "chain-order", .range = between(16, 1000)},
+     .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|wave",
+     .range = between(2, 1000)},
     {.table = "case", .key = "iterations", .forms = kInteger,
      .meaning = "Of the methods that iterate. Default: the method's own.", .range = between(1, kMaxIterations), .example = "10"},
     {.table = "case", .key = "allow_unstable", .forms = kBoolean, .default_toml = "false",
-     .meaning = "Lets an unstable step size start.", .kinds = "oscillator"},
+     .meaning = "Lets an unstable step size start.", .kinds = "oscillator|wall"},
     {.table = "case.values", .key = "from", .forms = kNumber, .meaning = "The first one.", .required = true, .range = above(0),
      .example = "1e-4"},
     {.table = "case.values", .key = "to", .forms = kNumber, .meaning = "The last one.", .required = true, .range = above(0),
@@ -242,19 +245,52 @@ const std::vector<Field> kScene{
      .meaning = "Drag on one particle: a force of damping * velocity against its motion.", .kinds = "tissue",
      .dimension = D::damping,
      .range = at_least(0)},
-    {.table = "scene", .key = "fixed", .forms = kWord, .default_toml = "\"bottom\"",
-     .meaning = "Particles that never move.", .words = "bottom|none",
+    {.table = "scene", .key = "axial_damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
+     .meaning = "Damper along every spring: a force of axial_damping * the velocity at which its ends part.", .kinds = "tissue",
+     .dimension = D::damping, .range = at_least(0)},
+    {.table = "scene", .key = "gravity", .forms = kQuantity, .shape = Shape::three,
+     .default_toml = "[\"0 m/s2\", \"0 m/s2\", \"0 m/s2\"]", .meaning = "On every particle.", .kinds = "tissue",
+     .dimension = D::acceleration, .example = "[\"0 m/s2\", \"0 m/s2\", \"-9.81 m/s2\"]"},
+    {.table = "scene", .key = "fixed", .forms = kWord, .shape = Shape::one_or_list, .default_toml = "\"bottom\"",
+     .meaning = "Faces of the lattice whose particles never move: `left` and `right` (least and greatest x), `front` and "
+                "`back` (y), `bottom` and `top` (z).",
+     .words = "left|right|front|back|bottom|top|none", .kinds = "tissue"},
+    {.table = "scene", .key = "regions", .forms = kTable, .shape = Shape::list, .default_toml = "[]",
+     .meaning = "Boxes of another material; of two that hold the same particle the later counts. A spring between two "
+                "materials has the mean of their stiffnesses. At most 60.",
      .kinds = "tissue"},
+    {.table = "scene", .key = "method", .forms = kWord, .default_toml = "\"symplectic-euler\"",
+     .meaning = "How the equations of motion are integrated. The last three are implicit: stable at any step, and each step "
+                "costs its iterations.",
+     .words = kMethods, .kinds = "tissue"},
+    {.table = "scene", .key = "iterations", .forms = kInteger,
+     .meaning = "Of an implicit method's solver, per substep: of conjugate gradients, or sweeps of `vertex-block-descent`. "
+                "Default: the method's own.",
+     .kinds = "tissue", .range = between(1, kMostIterations), .example = "10"},
+    {.table = "scene", .key = "local_model", .forms = kWord, .default_toml = "\"none\"",
+     .meaning = "Stiffness at the tool that the solver reports with each force. `instantaneous`: the other particles stay; "
+                "`settled`: they come to rest again (measured at rest when the scene loads).",
+     .words = "none|instantaneous|settled", .kinds = "tissue"},
     {.table = "scene", .key = "substeps", .forms = kWord | kInteger, .default_toml = "\"auto\"",
      .meaning = "Solver steps per step. `auto`: the fewest that are stable in every configuration.", .words = "auto",
      .kinds = "tissue",
-     .range = between(1, 10'000)},
+     .range = between(1, kMostSubsteps)},
     {.table = "scene", .key = "allow_unstable", .forms = kBoolean, .default_toml = "false",
      .meaning = "Lets an unstable step size start.",
      .kinds = "tissue"},
     {.table = "scene", .key = "work_group_size", .forms = kInteger, .default_toml = "64",
      .meaning = "OpenCL work items per group; results do not depend on it.",
      .kinds = "tissue", .range = between(1, 4096)},
+    {.table = "scene.regions", .key = "min", .forms = kQuantity, .shape = Shape::three,
+     .meaning = "Corner of the box, in the block's coordinates at rest: the origin is the block's minimum corner.",
+     .required = true, .dimension = D::length, .example = "[\"0 mm\", \"0 mm\", \"0 mm\"]"},
+    {.table = "scene.regions", .key = "max", .forms = kQuantity, .shape = Shape::three,
+     .meaning = "Opposite corner; particles on the faces are inside.", .required = true, .dimension = D::length,
+     .example = "[\"10 mm\", \"10 mm\", \"10 mm\"]"},
+    {.table = "scene.regions", .key = "stiffness", .forms = kQuantity,
+     .meaning = "k of each spring. Default: as outside.", .dimension = D::stiffness, .range = above(0)},
+    {.table = "scene.regions", .key = "mass", .forms = kQuantity, .meaning = "Of one particle. Default: as outside.",
+     .dimension = D::mass, .range = above(0)},
 };
 
 const std::vector<Field> kDevice{
@@ -274,7 +310,7 @@ const std::vector<Field> kDevice{
     {.table = "device", .key = "phase", .forms = kSpan, .default_toml = "\"0 ms\"",
      .meaning = "Its first tick, counted from the start of segment 0; less than one period.", .range = at_least(0)},
     {.table = "device", .key = "grab", .forms = kTable,
-     .meaning = "Which particles it holds (tissue only, obligatory there)."},
+     .meaning = "How it touches the tissue, and where (tissue only, obligatory there)."},
     {.table = "device", .key = "motion", .forms = kTable,
      .meaning = "Of the programmed hand. Default: it stays at the origin."},
     {.table = "device", .key = "render", .forms = kTable, .meaning = "How scheduled forces reach the device."},
@@ -287,8 +323,17 @@ const std::vector<Field> kDevice{
      .meaning = "In the block's coordinates: the origin is its minimum corner.", .required = true, .dimension = D::length,
      .example = "[\"65 mm\", \"65 mm\", \"135 mm\"]"},
     {.table = "device.grab", .key = "radius", .forms = kQuantity,
-     .meaning = "Particles within it move rigidly with the tool.", .required = true,
+     .meaning = "Particles within it are held; of a `probe`: of its sphere.", .required = true,
      .dimension = D::length, .range = above(0), .example = "\"6 mm\""},
+    {.table = "device.grab", .key = "coupling", .forms = kWord, .default_toml = "\"grab\"",
+     .meaning = "`grab`: particles move rigidly with the tool. `spring`: a spring and a damper from the tool to them. `probe`: "
+                "a sphere that pushes what is inside it outwards and never pulls.",
+     .words = "grab|spring|probe"},
+    {.table = "device.grab", .key = "stiffness", .forms = kQuantity,
+     .meaning = "Of the whole spring, shared evenly; of a probe against each particle that it touches.",
+     .kinds = "spring|probe", .required = true, .dimension = D::stiffness, .range = above(0)},
+    {.table = "device.grab", .key = "damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
+     .meaning = "Of the whole coupling, shared evenly.", .kinds = "spring", .dimension = D::damping, .range = at_least(0)},
     {.table = "device.motion", .key = "kind", .forms = kWord, .meaning = "Every motion rests at its start for t < 0.",
      .words = "still|constant-velocity|sine|ramp-stop|stick-slip|recorded", .required = true, .example = "\"still\""},
     {.table = "device.motion", .key = "velocity", .forms = kQuantity, .shape = Shape::three,

@@ -1,5 +1,6 @@
 #include "evenstep/harness/strategy_lanes.h"
 
+#include <cmath>
 #include <map>
 
 #include "evenstep/harness/run_failure.h"
@@ -32,14 +33,25 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
   return record;
 }
 
+/// An implicit method has no limit; the spring has neither method nor limit.
+void put_limits(const Scene& scene, const SolverInfo& info, SolverRecord& record) {
+  const auto* tissue = std::get_if<TissueScene>(&scene.body);
+  if (tissue == nullptr || !info.limit) return;
+  record.method = name_of(info.method);
+  record.iterations = info.iterations;
+  if (!std::isfinite(info.limit->step_s)) return;
+  const double substep_s = period_s(scene.step_rate) / info.substeps;
+  record.step_limit_s = info.limit->step_s;
+  record.rest_state_step_limit_s = info.limit->rest_state_step_s;
+  record.stiffness_limit_N_per_m = tissue->stiffness_N_per_m * stiffness_margin(info.method, *info.limit, substep_s);
+  record.limit_particle = info.limit->particle;
+}
+
 SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   const SolverInfo& info = solver.info();
   const SolverVerdict verdict = solver.verdict();
   SolverRecord record{info.name, info.device, info.particles, info.substeps};
-  if (info.limit) {
-    record.step_limit_s = info.limit->step_s;
-    record.rest_state_step_limit_s = info.limit->rest_state_step_s;
-  }
+  put_limits(scene, info, record);
   record.non_finite = verdict.non_finite;
   record.first_bad_step = verdict.first_bad_step;
   record.energy_growth = verdict.energy_growth;

@@ -13,11 +13,12 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::array<DimensionInfo, 12> kDimensions{{
+constexpr std::array<DimensionInfo, 13> kDimensions{{
     {Dimension::none, "plain number", "1", "0.1"},
     {Dimension::time, "time", "s", "11.1 ms"},
     {Dimension::length, "length", "m", "5 mm"},
     {Dimension::velocity, "velocity", "m/s", "0.1 m/s"},
+    {Dimension::acceleration, "acceleration", "m/s2", "-9.81 m/s2"},
     {Dimension::force, "force", "N", "3 N"},
     {Dimension::slew, "force per time", "N/s", "1000 N/s"},
     {Dimension::stiffness, "stiffness", "N/m", "200 N/m"},
@@ -29,11 +30,12 @@ constexpr std::array<DimensionInfo, 12> kDimensions{{
 }};
 
 /// What people of other tools write.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kHabits{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kHabits{{
     {"sec", "s"},     {"secs", "s"},          {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},   {"msecs", "ms"},
     {"millis", "ms"}, {"milliseconds", "ms"}, {"usec", "us"},     {"µs", "us"},     {"μs", "us"},     {"µm", "um"},
     {"μm", "um"},     {"nsec", "ns"},         {"minutes", "min"}, {"hours", "h"},   {"percent", "%"}, {"mps", "m/s"},
     {"fps", "Hz"},    {"Ns/m", "N s/m"},      {"N*s/m", "N s/m"}, {"µN", "uN"},
+    {"m/s^2", "m/s2"}, {"m/s²", "m/s2"},
 }};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -115,6 +117,8 @@ const std::vector<Unit>& units() {
       {"mm/s", D::velocity, 1, -3},
       {"cm/s", D::velocity, 1, -2},
       {"m/s", D::velocity, 1, 0},
+      {"mm/s2", D::acceleration, 1, -3},
+      {"m/s2", D::acceleration, 1, 0},
       {"uN", D::force, 1, -6},
       {"mN", D::force, 1, -3},
       {"N", D::force, 1, 0},

@@ -293,6 +293,9 @@ Values solver_values(const StrategyRecord& strategy, const std::vector<std::size
   put(values, "particles", static_cast<double>(solver.particles));
   put(values, "step_limit", solver.step_limit_s, solver.step_limit_s > 0);
   put(values, "rest_state_step_limit", solver.rest_state_step_limit_s, solver.rest_state_step_limit_s > 0);
+  put(values, "k_max", solver.stiffness_limit_N_per_m, solver.step_limit_s > 0);
+  put(values, "limit_particle", static_cast<double>(solver.limit_particle), solver.step_limit_s > 0);
+  put(values, "iterations", solver.iterations, solver.iterations > 0);
   put(values, "solver_seconds", solver.solver_seconds);
   put(values, "steps_over_limit", static_cast<double>(solver.steps_over_limit), solver.variable_step);
   put(values, "step_over_limit_max", solver.step_over_limit_max, solver.variable_step);

@@ -105,6 +105,8 @@ void put_strategies(std::string& out, const std::vector<StrategyRecord>& strateg
     row.flag("shadow", strategy.shadow);
     row.text("solver", strategy.solver.name);
     row.text("solver_device", strategy.solver.device);
+    row.text("method", strategy.solver.method);
+    if (strategy.solver.iterations > 0) row.whole("iterations", strategy.solver.iterations);
     row.whole("steps", static_cast<std::int64_t>(strategy.steps.size()));
     row.whole("segments", static_cast<std::int64_t>(strategy.segments.size()));
     out += '}';

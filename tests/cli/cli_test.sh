@@ -118,6 +118,18 @@ case_diff_names_the_first_differing_event() {
   expect 2 "bad.bin" diff a bad.bin
 }
 case_check_explains_without_running() { expect 0 "least: any device phase" check "$spring"; no_run_folder; expect 2 "error" check nowhere.toml; }
+case_check_and_run_say_what_step_and_stiffness_are_stable() {
+  local tissue=$source_dir/scenarios/paper/figure-1.toml
+  expect 0 "ms in every configuration" check "$tissue"
+  grep -Eq "dt_max [0-9.]+ ms .* k_max [0-9.]+ N/m" out || fail "no limits"
+  grep -Eq "particle [0-9]+ at site \([0-9]+, [0-9]+, [0-9]+\) sets them" out || fail "which particle"
+  expect 0 "implicit: stable at any step" check "$tissue" --set 'scene.method="implicit-euler"'
+  grep -q inf out && fail "an infinite limit is printed"
+  local small=(--set 'scene.lattice=[8, 7, 9]' --set scene.particles=490 --set 'run.duration="0.5 s"' --set 'expect=[]' --set scene.solver=cpu
+    --set 'device.left.grab={ center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }'
+    --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
+  expect 0 "k_max " run "$tissue" "${small[@]}"
+}
 case_list_names_scenarios_and_metrics() { (cd "$source_dir" && "$evenstep" list) >out 2>err || fail "list"; grep -q "figure-1.toml" out || fail "scenario"; grep -q "velocity_jump" out || fail "metrics"; }
 case_schema_is_json() { "$evenstep" schema >out 2>err || fail "schema"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
 case_fit_proposes_a_timing_that_check_accepts() {

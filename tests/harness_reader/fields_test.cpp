@@ -51,7 +51,7 @@ std::string key_tables() {
 
 std::string unit_table() {
   std::string out = "\n| of | units |\n|---|---|\n";
-  for (const Dimension d : {Dimension::time, Dimension::length, Dimension::velocity, Dimension::force, Dimension::slew,
+  for (const Dimension d : {Dimension::time, Dimension::length, Dimension::velocity, Dimension::acceleration, Dimension::force, Dimension::slew,
                             Dimension::stiffness, Dimension::damping, Dimension::mass, Dimension::rate, Dimension::ratio,
                             Dimension::drift}) {
     std::string names;
@@ -83,14 +83,14 @@ void check_alone(const Field& field, std::string_view toml) {
   INFO(field.table << "." << field.key << " = " << toml);
   Value document = around(field.key, parse_toml_value(toml, kHere));
   const std::vector<std::string_view> kinds = split_words(field.kinds);
-  const std::string kind_key = field.table == "timing" ? "order" : "kind";
-  if (!kinds.empty() && field.key != kind_key && !field.table.empty()) {
-    document.table.push_back({kind_key, kHere, text_value(std::string(kinds.front()), kHere)});
+  const std::string kind(kind_key(field.table));
+  if (!kinds.empty() && field.key != kind && !field.table.empty()) {
+    document.table.push_back({kind, kHere, text_value(std::string(kinds.front()), kHere)});
   }
   for (std::string_view path = field.table; !path.empty();) {
     const std::size_t dot = path.rfind('.');
     const std::string_view key = dot == std::string_view::npos ? path : path.substr(dot + 1);
-    if (key == "device" || key == "expect" || key == "changes") {
+    if (key == "device" || key == "expect" || key == "changes" || key == "regions") {
       Value list = parse_toml_value("[]", kHere);
       list.list.push_back(std::move(document));
       document = std::move(list);

@@ -112,6 +112,73 @@ TEST_CASE("A tissue scenario with two devices holds what its file says") {
   check_round_trip(s);
 }
 
+TEST_CASE("A tissue has the materials, faces, method and couplings that its file names") {
+  std::string text = kTissue;
+  text.replace(text.find("damping = \"1 mN s/m\""), 0, R"(axial_damping = "0.01 N s/m"
+gravity = ["0 m/s2", "2 mm/s2", "-9.81 m/s2"]
+fixed = ["left", "back", "top"]
+regions = [
+  { min = ["0 m", "0 m", "20 mm"], max = ["40 mm", "40 mm", "30 mm"], stiffness = "5 kN/m" },
+  { min = ["20 mm", "0 m", "0 m"], max = ["20 mm", "40 mm", "45 mm"], mass = "1 g" },
+]
+method = "vertex-block-descent"
+iterations = 7
+local_model = "settled"
+)");
+  text.replace(text.find("radius = \"6 mm\""), 15,
+               "radius = \"6 mm\", coupling = \"spring\", stiffness = \"200 N/m\", damping = \"3 mN s/m\"");
+  text.replace(text.rfind("radius = \"6 mm\""), 15, "radius = \"7 mm\", coupling = \"probe\", stiffness = \"2 kN/m\"");
+  const Scenario s = good(text);
+  const auto& tissue = std::get<TissueScene>(s.scene.body);
+  CHECK(tissue.damping_per_s == 1e-3 / 1.25e-4);
+  CHECK(tissue.axial_damping_N_s_per_m == 0.01);
+  CHECK(tissue.gravity_m_per_s2 == glm::dvec3(0, 2e-3, -9.81));
+  CHECK(tissue.fixed.x_min);
+  CHECK(tissue.fixed.y_max);
+  CHECK(tissue.fixed.z_max);
+  CHECK_FALSE((tissue.fixed.x_max || tissue.fixed.y_min || tissue.fixed.z_min));
+  REQUIRE(tissue.regions.size() == 2);
+  CHECK(tissue.regions[0].min_m == glm::dvec3(0, 0, 0.02));
+  CHECK(tissue.regions[0].max_m == glm::dvec3(0.04, 0.04, 0.03));
+  CHECK(tissue.regions[0].stiffness_N_per_m == 5000);
+  CHECK(tissue.regions[0].particle_mass_kg == 1.25e-4);  // as outside
+  CHECK(tissue.regions[1].stiffness_N_per_m == 50);      // as outside
+  CHECK(tissue.regions[1].particle_mass_kg == 1e-3);
+  CHECK(tissue.method == Method::vertex_block_descent);
+  CHECK(tissue.iterations == 7);
+  CHECK(s.scene.local_model == LocalModel::settled);
+  REQUIRE(tissue.tools.size() == 2);
+  CHECK(tissue.tools[0].kind == CouplingKind::spring);
+  CHECK(tissue.tools[0].stiffness_N_per_m == 200);
+  CHECK(tissue.tools[0].damping_N_s_per_m == 3e-3);
+  CHECK(tissue.tools[1].kind == CouplingKind::probe);
+  CHECK(tissue.tools[1].stiffness_N_per_m == 2000);
+  CHECK(tissue.tools[1].damping_N_s_per_m == 0);
+  check_round_trip(s);
+}
+
+TEST_CASE("Every method, face and local model is read as the one it names") {
+  const auto tissue_with = [](const std::string& set) {
+    return std::get<TissueScene>(good(kTissue, {{set}, {}}).scene.body);
+  };
+  for (const Method method : kAllMethods) {
+    INFO(name_of(method));
+    CHECK(tissue_with(std::string("scene.method=") + name_of(method)).method == method);
+  }
+  bool FixedFaces::*const faces[] = {&FixedFaces::x_min, &FixedFaces::x_max, &FixedFaces::y_min,
+                                     &FixedFaces::y_max, &FixedFaces::z_min, &FixedFaces::z_max};
+  const char* const names[] = {"left", "right", "front", "back", "bottom", "top"};
+  for (std::size_t i = 0; i < 6; ++i) {
+    const FixedFaces fixed = tissue_with(std::string("scene.fixed=") + names[i]).fixed;
+    for (std::size_t j = 0; j < 6; ++j) CHECK(fixed.*faces[j] == (i == j));
+  }
+  CHECK_FALSE(tissue_with("scene.fixed=none").fixed.any());
+  const auto model = [](const std::string& name) { return good(kTissue, {{"scene.local_model=" + name}, {}}).scene.local_model; };
+  CHECK(model("none") == LocalModel::none);
+  CHECK(model("instantaneous") == LocalModel::instantaneous);
+  CHECK(model("settled") == LocalModel::settled);
+}
+
 TEST_CASE("Each form of the timing table gives its exact nominal times") {
   struct {
     const char* timing;

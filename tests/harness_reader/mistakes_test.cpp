@@ -244,7 +244,50 @@ TEST_CASE("A tissue must fit its lattice and its devices") {
                  {"particles = 800", "mass = \"0 g\"", "'mass': \"0 g\" is out of range"},
                  {"particles = 800", "substeps = 0", "'substeps': 0 is out of range"},
                  {"particles = 800", "substeps = \"many\"", "'substeps': \"many\" must be \"auto\" or a whole number"},
-                 {"particles = 800", "fixed = \"top\"", "'fixed': \"top\" must be \"bottom\" or \"none\""},
+                 {"particles = 800", "fixed = \"floor\"",
+                  "scenario.toml:13:9: error: 'fixed': \"floor\" must be \"left\", \"right\", \"front\", \"back\", \"bottom\", "
+                  "\"top\" or \"none\", or a list of them"},
+                 {"particles = 800", "fixed = []", "'fixed' must be"},
+                 {"particles = 800", "fixed = [\"left\", \"none\"]",
+                  "scenario.toml:13:18: error: 'fixed': \"none\" stands among faces; write \"none\" alone, or the faces alone"},
+                 {"particles = 800", "fixed = [\"left\", \"left\"]", "scenario.toml:13:18: error: 'fixed' names \"left\" twice"},
+                 {"particles = 800", "method = \"verlet\"", "'method': \"verlet\" must be \"symplectic-euler\""},
+                 {"particles = 800", "iterations = 5",
+                  "scenario.toml:13:14: error: 'iterations' means nothing with method = \"symplectic-euler\"; remove it, or write "
+                  "method = \"implicit-euler\" or"},
+                 {"particles = 800", "method = \"rk4\"\niterations = 5", "'iterations' means nothing with method = \"rk4\""},
+                 {"particles = 800", "method = \"implicit-euler\"\niterations = 0", "'iterations': 0 is out of range"},
+                 {"particles = 800", "gravity = \"9.81 m/s2\"", "'gravity' must be a list of three (x, y, z), each an acceleration"},
+                 {"particles = 800", "gravity = [\"0 m/s2\", \"0 m/s2\", \"-9.81 m/s\"]",
+                  "scenario.toml:13:32: error: 'gravity': 'm/s' is a unit of velocity, not of acceleration"},
+                 {"particles = 800", "gravity = [\"0 m/s2\", \"0 m/s2\", \"-9.81 m/s^2\"]", "did you mean 'm/s2'?"},
+                 {"particles = 800", "axial_damping = \"-1 N s/m\"", "'axial_damping': \"-1 N s/m\" is out of range"},
+                 {"particles = 800", "local_model = \"rest\"", "'local_model': \"rest\" must be \"none\", \"instantaneous\" or \"settled\""},
+                 {"particles = 800", "regions = [{ min = [\"0 m\", \"0 m\", \"0 m\"], stiffness = \"1 N/m\" }]",
+                  "scenario.toml:13:12: error: scene.regions has no 'max'; write max = [\"10 mm\", \"10 mm\", \"10 mm\"]"},
+                 {"particles = 800", "regions = [{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"1 m\", \"1 m\", \"1 m\"] }]",
+                  "a region without 'stiffness' and 'mass' is no other material; write one of them"},
+                 {"particles = 800",
+                  "regions = [{ min = [\"0 m\", \"9 mm\", \"0 m\"], max = [\"1 m\", \"8 mm\", \"1 m\"], mass = \"1 g\" }]",
+                  "'max': 8 mm along y is below min, 9 mm; exchange them"},
+                 {"particles = 800",
+                  "regions = [{ min = [\"0 m\", \"0 m\", \"46 mm\"], max = [\"1 m\", \"1 m\", \"1 m\"], mass = \"1 g\" }]",
+                  "'regions': no particle is inside: along z they stand at 0 mm to 45 mm, 5 mm apart"},
+                 {"particles = 800",
+                  "regions = [{ min = [\"0 m\", \"1 mm\", \"0 m\"], max = [\"1 m\", \"4 mm\", \"1 m\"], mass = \"1 g\" }]",
+                  "no particle is inside: along y they stand at 0 mm to 40 mm, 5 mm apart"},
+                 {"radius = \"6 mm\"", "radius = \"6 mm\", coupling = \"glue\"",
+                  "'coupling': \"glue\" must be \"grab\", \"spring\" or \"probe\""},
+                 {"radius = \"6 mm\"", "radius = \"6 mm\", coupling = \"spring\"",
+                  "device.grab has no 'stiffness'; write stiffness = \"200 N/m\""},
+                 {"radius = \"6 mm\"", "radius = \"6 mm\", coupling = \"probe\"", "device.grab has no 'stiffness'"},
+                 {"radius = \"6 mm\"", "radius = \"6 mm\", stiffness = \"1 N/m\"",
+                  "'stiffness' means nothing with coupling = \"grab\"; remove it, or write coupling = \"spring\" or \"probe\""},
+                 {"radius = \"6 mm\"",
+                  "radius = \"6 mm\", coupling = \"probe\", stiffness = \"1 N/m\", damping = \"1 N s/m\"",
+                  "'damping' means nothing with coupling = \"probe\"; remove it, or write coupling = \"spring\""},
+                 {"radius = \"6 mm\"", "radius = \"6 mm\", coupling = \"probe\", stiffness = \"0 N/m\"",
+                  "'stiffness': \"0 N/m\" is out of range; it must be above 0 N/m"},
                  {"grab = { center = [\"20 mm\", \"20 mm\", \"45 mm\"], radius = \"6 mm\" }", "",
                   "scenario.toml:15:1: error: [[device]] has no 'grab', which kind = \"tissue\" needs"},
                  {", radius = \"6 mm\"", "", "device.grab has no 'radius'; write radius = \"6 mm\""},
@@ -259,6 +302,17 @@ TEST_CASE("A tissue must fit its lattice and its devices") {
                  {"frequency = \"1/3 Hz\"", "frequency = \"1/0 Hz\"", "divides by zero"},
                  {"queue = \"libusb\"", "queue = \"usb\"", "'queue': \"usb\" must be \"hidraw\" or \"libusb\""},
              });
+}
+
+TEST_CASE("A tissue has at most 60 regions") {
+  const auto with = [](int count) {
+    std::string regions = "regions = [";
+    for (int i = 0; i < count; ++i)
+      regions += "\n{ min = [\"0 m\", \"0 m\", \"0 m\"], max = [\"1 m\", \"1 m\", \"1 m\"], mass = \"1 g\" },";
+    return errors_of(read_text(changed(kTissue, "particles = 800", regions + "]")));
+  };
+  CHECK(with(60) == "");
+  CHECK_THAT(with(61), Contains("scenario.toml:13:11: error: 'regions' lists 61 boxes; there can be 60 materials besides"));
 }
 
 TEST_CASE("All mistakes of a file are reported at once, by position") {

@@ -33,14 +33,27 @@ struct MotionText {
   }
 };
 
+std::string faces(const FixedFaces& f) {
+  return fmt::format("{:d}{:d}{:d}{:d}{:d}{:d}", f.x_min, f.x_max, f.y_min, f.y_max, f.z_min, f.z_max);
+}
+
 struct SceneText {
   std::string operator()(const SpringScene& s) const { return fmt::format("spring {}", s.stiffness_N_per_m); }
   std::string operator()(const TissueScene& s) const {
     std::string out =
         fmt::format("tissue {} {} {} spacing {} mass {} stiffness {} damping {} fixed {} substeps {} particles {}",
                     s.lattice[0], s.lattice[1], s.lattice[2], s.spacing_m, s.particle_mass_kg, s.stiffness_N_per_m,
-                    s.damping_per_s, s.fixed.z_min, s.substeps, s.particle_count);
-    for (const ToolCoupling& grab : s.tools) out += fmt::format(" grab {} {}", at(grab.center_m), grab.radius_m);
+                    s.damping_per_s, faces(s.fixed), s.substeps, s.particle_count);
+    out += fmt::format(" axial {} gravity {} method {} iterations {}", s.axial_damping_N_s_per_m, at(s.gravity_m_per_s2),
+                       name_of(s.method), s.iterations);
+    for (const MaterialRegion& region : s.regions) {
+      out += fmt::format(" region {} {} {} {}", at(region.min_m), at(region.max_m), region.stiffness_N_per_m,
+                         region.particle_mass_kg);
+    }
+    for (const ToolCoupling& grab : s.tools) {
+      out += fmt::format(" grab {} {} {} {} {}", at(grab.center_m), grab.radius_m, static_cast<int>(grab.kind),
+                         grab.stiffness_N_per_m, grab.damping_N_s_per_m);
+    }
     return out;
   }
 };
@@ -188,9 +201,9 @@ std::string describe(const Scenario& s) {
                   fmt::join(s.tags, ","), at(s.run_duration), at(s.warmup), s.seed, name_of(s.live));
   for (const StrategyKind kind : s.strategies) out += fmt::format(" {}", name_of(kind));
   out += "\n" + timing_text(s.timing);
-  out += fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} group {}\n", static_cast<int>(s.solver),
+  out += fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} model {} group {}\n", static_cast<int>(s.solver),
                      std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
-                     s.scene.allow_unstable, s.work_group_size);
+                     s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.work_group_size);
   for (const DeviceSpec& d : s.devices) {
     out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {}\n", d.name, at(d.rate),
                        at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,

@@ -347,10 +347,16 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
   paper.solver = {};
   paper.solver.substeps = 4;
   CHECK_FALSE(has(run, "solver.paper", "energy_growth"));
-  CHECK_FALSE(has(run, "solver.paper", "step_size_over_limit"));
+  for (const char* limit : {"step_size_over_limit", "step_limit", "rest_state_step_limit", "k_max", "limit_particle", "iterations"})
+    CHECK_FALSE(has(run, "solver.paper", limit));
   paper.solver.has_energy = true;
   paper.solver.energy_growth = 1.5;
   paper.solver.step_limit_s = kSlot_s / 2;
+  paper.solver.stiffness_limit_N_per_m = 0;  // damping alone is too much
+  paper.solver.limit_particle = 12;
+  CHECK(value(run, "solver.paper", "k_max") == 0);
+  paper.solver.stiffness_limit_N_per_m = 60;
+  paper.solver.iterations = 5;
   paper.solver.non_finite = true;
   paper.solver.first_bad_step = 77;
   paper.latency.interaction_capacity = 14;
@@ -359,6 +365,9 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
   paper.devices[0].counters = {{"clamped", 5}, {"lost", 2}};
   CHECK(value(run, "solver.paper", "energy_growth") == 1.5);
   CHECK(value(run, "solver.paper", "step_size_over_limit") == Approx(0.5).epsilon(1e-15));  // slot / 4 of slot / 2
+  CHECK(value(run, "solver.paper", "k_max") == 60);
+  CHECK(value(run, "solver.paper", "limit_particle") == 12);
+  CHECK(value(run, "solver.paper", "iterations") == 5);
   CHECK(value(run, "solver.paper", "non_finite") == 1);
   CHECK(value(run, "solver.paper", "first_bad_step") == 77);
   CHECK(value(run, "solver.direct", "first_bad_step") == -1);

@@ -51,6 +51,8 @@ TEST_CASE("every metric that a run gives is known, has a unit and stands in docs
     strategy.event_counts["device.tick"] = 2000;
     strategy.solver.has_energy = true;
     strategy.solver.step_limit_s = 0.1;
+    strategy.solver.rest_state_step_limit_s = 0.1;
+    strategy.solver.iterations = 3;
     strategy.solver.variable_step = true;
     strategy.devices[0].steps.back().true_position_m = Vec3{};
     strategy.devices[0].counters = {{"reports", 1},        {"lost", 0},    {"malformed", 0}, {"stale", 0},

@@ -73,6 +73,48 @@ class OscillatorTrial final : public Trial {
   double mass_kg_ = 0, tolerance_ = 0;
 };
 
+/// S6: the same from rest with drag, against its method's matrix and against the exact decay.
+class DampingTrial final : public Trial {
+ public:
+  explicit DampingTrial(const CellSpec& cell) {
+    const double h_s = period_s(kOscillatorRate), w_per_s = kStep / h_s, damping_per_s = 2 * cell.value * w_per_s;
+    TissueScene tissue = oscillator_scene(cell, kOscillatorMass_kg * w_per_s * w_per_s);
+    tissue.damping_per_s = damping_per_s;
+    tissue.initial_displacement_m = {glm::dvec3(0), glm::dvec3(kReach_m, 0, 0)};
+    const LinearMap::Real w2 = tissue.stiffness_N_per_m / static_cast<LinearMap::Real>(tissue.particle_mass_kg);
+    map_ = linear_map(cell.method, w2, damping_per_s, h_s);
+    exact_ = exact_map(w2, damping_per_s, h_s);
+    tolerance_ = cell.is_float() ? 1e-3 : 1e-10;
+    scene.body = std::move(tissue);
+    scene.step_rate = kOscillatorRate;
+    scene.tool_count = 0;
+    steps = std::max<std::int64_t>(1, std::llround(cell.spec.duration_s / h_s));
+  }
+
+  bool observe(std::int64_t n, const ToolResponse&, Solver& solver) override {
+    const LinearMap::Real x = solver.particle_state().displacement_m[1].x, count = static_cast<LinearMap::Real>(n);
+    if (!(std::abs(x) <= kLost * kReach_m)) return false;
+    const LinearMap::State start{kReach_m, 0};
+    discrete_error_ = std::max(discrete_error_, std::abs(x - map_.power(count, start).x) / kReach_m);
+    error_ = std::max(error_, std::abs(x - exact_.power(count, start).x) / kReach_m);
+    return true;
+  }
+
+  void judge(Solver&, CaseCell& cell) override {
+    cell.metrics["closed_form_error"] = static_cast<double>(discrete_error_);
+    cell.metrics["error"] = static_cast<double>(error_);
+    if (discrete_error_ <= tolerance_) return;
+    cell.status = CellStatus::drifting;
+    cell.shown = static_cast<double>(discrete_error_);
+  }
+
+ private:
+  static constexpr double kStep = 0.01;  // w h
+  LinearMap map_, exact_;
+  LinearMap::Real discrete_error_ = 0, error_ = 0;
+  double tolerance_ = 0;
+};
+
 }  // namespace
 
 TissueScene oscillator_scene(const CellSpec& cell, double stiffness_N_per_m) {
@@ -102,5 +144,7 @@ std::unique_ptr<Trial> make_stiffness_decades(const CellSpec& cell) {
   const double steps = std::round(cell.spec.duration_s / period_s(kOscillatorRate));
   return std::make_unique<OscillatorTrial>(cell, cell.value, std::max<std::int64_t>(1, static_cast<std::int64_t>(steps)));
 }
+
+std::unique_ptr<Trial> make_damping_decades(const CellSpec& cell) { return std::make_unique<DampingTrial>(cell); }
 
 }  // namespace evenstep::internal

@@ -17,6 +17,21 @@ const CaseKind& kind_of(const CaseSpec& spec) {
   return *std::find_if(kinds.begin(), kinds.end(), [&](const CaseKind& kind) { return kind.name == spec.kind; });
 }
 
+/// opencl computes what cpu does, bit for bit: where both ran, whether they did.
+void compare_devices(CaseRecord& record) {
+  for (CaseRow& row : record.rows) {
+    if (row.solver != name_of(SolverKind::opencl)) continue;
+    const auto cpu = std::find_if(record.rows.begin(), record.rows.end(), [&](const CaseRow& other) {
+      return other.method == row.method && other.solver == name_of(SolverKind::cpu_float);
+    });
+    if (cpu == record.rows.end()) continue;
+    for (std::size_t c = 0; c < row.cells.size(); ++c) {
+      const bool ran = row.cells[c].status != CellStatus::unavailable && row.cells[c].status != CellStatus::refused;
+      if (ran) row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
+    }
+  }
+}
+
 CaseRecord run_cells(const Scenario& scenario, const RunOptions& options) {
   const CaseSpec& spec = *scenario.case_spec;
   const CaseKind& kind = kind_of(spec);
@@ -31,6 +46,7 @@ CaseRecord run_cells(const Scenario& scenario, const RunOptions& options) {
     const CellSpec cell{spec, spec.values[column], spec.methods[row / solvers], spec.solvers[row % solvers]};
     record.rows[row].cells[column] = run_cell(kind, cell, scenario.seed, options.control.interrupted);
   });
+  compare_devices(record);
   if (kind.compare == nullptr) return record;
   for (CaseRow& row : record.rows) kind.compare(row.cells);
   return record;

@@ -30,6 +30,8 @@ inline constexpr std::array kAllMethods{Method::symplectic_euler, Method::veloci
 inline constexpr std::array kAllSolvers{SolverKind::opencl, SolverKind::cpu_float, SolverKind::cpu_double};
 const char* name_of(Method method);
 const char* name_of(SolverKind solver);
+/// It solves equations by iterations, whose number a scene may set.
+bool iterates(Method method);
 
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 

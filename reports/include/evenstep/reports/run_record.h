@@ -93,7 +93,11 @@ struct SolverRecord {
   std::string device;
   std::int64_t particles = 0;
   int substeps = 1;
-  double step_limit_s = 0, rest_state_step_limit_s = 0;   ///< 0: none
+  std::string method = "none";   ///< "symplectic-euler"; none: the spring, which has no motion to integrate
+  int iterations = 0;            ///< per substep, of a method that iterates
+  double step_limit_s = 0, rest_state_step_limit_s = 0;   ///< of a substep; 0: none
+  double stiffness_limit_N_per_m = 0;   ///< largest stable [scene] stiffness at this step, all others in proportion; 0: none
+  std::int64_t limit_particle = -1;     ///< lattice site that sets the limits; -1: none
   bool non_finite = false;
   std::int64_t first_bad_step = -1;
   double energy_growth = 0;
