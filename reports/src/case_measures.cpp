@@ -13,8 +13,9 @@ namespace {
 
 bool is_least(const std::string& metric) { return metric.ends_with("_min"); }
 
-/// A NaN is not hidden by a number.
-double worse(const std::string& metric, double a, double b) {
+/// Counts add up. A NaN is not hidden by a number.
+double joined(const std::string& metric, double a, double b) {
+  if (metric == "device_difference") return a + b;
   if (std::isnan(a) || std::isnan(b)) return NAN;
   return is_least(metric) ? std::min(a, b) : std::max(a, b);
 }
@@ -31,7 +32,7 @@ std::map<std::string, double> measure_row(const CaseRow& row, const std::optiona
     values["schedule_difference"] += cell.schedule_differs;
     for (const auto& [metric, value] : cell.metrics) {
       const auto [entry, first] = values.try_emplace(metric, value);
-      if (!first) entry->second = worse(metric, entry->second, value);
+      if (!first) entry->second = joined(metric, entry->second, value);
     }
   }
   return values;

@@ -2,7 +2,10 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "cases/blocks.h"
+#include "cases/degenerate.h"
 #include "cases/oscillator.h"
+#include "cases/run_case.h"
 #include "cases/run_trial.h"
 #include "evenstep/harness/run.h"
 #include "support.h"
@@ -120,6 +123,49 @@ TEST_CASE("Inputs that depend on who launches the steps are a schedule differenc
   const CaseKind kind{"fickle", "", "", [](const CellSpec&) -> std::unique_ptr<Trial> { return std::make_unique<FickleTrial>(); }};
   const CaseSpec spec;
   CHECK(run_cell(kind, {spec, 1, Method::symplectic_euler, SolverKind::cpu_double}, 1, nullptr).schedule_differs);
+}
+
+TEST_CASE("A degenerate scene is refused by the name of what it lacks, and a hand that is not a number by its step") {
+  const CaseKind kind{"degenerate", "", "", make_degenerate};
+  const CaseSpec spec;
+  const std::pair<double, const char*> expected[] = {
+      {8, "particle mass"}, {9, "0 particles"}, {10, "stiffness"}, {11, "step 100: the position of tool 0 is not finite"}, {12, "step 100"}};
+  for (const auto& [value, words] : expected) {
+    const CaseCell cell = run_cell(kind, {spec, value, Method::symplectic_euler, SolverKind::cpu_double}, 1, nullptr);
+    INFO(value);
+    CHECK(cell.status == CellStatus::refused);
+    CHECK_THAT(cell.detail, Contains(words));
+  }
+}
+
+TEST_CASE("The largest eigenvalue of a block at rest is that of its springs, and a chain's is known") {
+  TissueScene chain;
+  chain.lattice = {1, 1, 40};
+  chain.particle_count = 40;
+  chain.fixed = FixedFaces::none();
+  const double k_over_m = chain.stiffness_N_per_m / chain.particle_mass_kg;
+  // Free at both ends: 4 k/m sin^2(p pi / 80), p = 39 at most.
+  CHECK(rest_lambda_per_s2(chain) == Approx(4 * k_over_m * std::pow(std::sin(39 * M_PI / 80), 2)).epsilon(1e-3));
+  TissueScene block;
+  block.lattice = {9, 9, 9};
+  block.particle_count = 729;
+  const double lambda = rest_lambda_per_s2(block) / k_over_m;
+  CHECK(lambda < 12);  // of the endless lattice
+  CHECK(lambda > 11);
+}
+
+TEST_CASE("A device that computes something else is a device difference") {
+  CaseRecord record{"crushed", "", "", {{"rk4", "cpu", {{}, {}, {}}}, {"rk4", "opencl", {{}, {}, {}}}}};
+  for (CaseRow& row : record.rows)
+    for (std::size_t c = 0; c < 3; ++c) row.cells[c].value = static_cast<double>(c);
+  record.rows[1].cells[1].digest = 1;
+  record.rows[1].cells[2].status = CellStatus::unavailable;
+  compare_devices(record);
+  const Metrics metrics = measure(record);
+  CHECK(metrics.at("case.rk4.opencl").at("device_difference") == 1);
+  CHECK(record.rows[1].cells[0].metrics.at("device_difference") == 0);
+  CHECK(record.rows[1].cells[2].metrics.empty());
+  CHECK(metrics.at("case.rk4.cpu").count("device_difference") == 0);
 }
 
 TEST_CASE("Every kind's cells are the same for any number of threads, and any seed of the irregular schedule") {

@@ -258,7 +258,7 @@ class PressTrial final : public Trial {
     TissueScene tissue = chain(cell, 2);
     tissue.fixed.x_min = true;
     tissue.stiffness_N_per_m = kSpring_N_per_m;
-    tissue.damping_per_s = 2 * std::sqrt((kSpring_N_per_m + kProbe_N_per_m) / tissue.particle_mass_kg);
+    tissue.damping_per_s = 0.2 * std::sqrt((kSpring_N_per_m + kProbe_N_per_m) / tissue.particle_mass_kg);
     tissue.tools = {{{kSpacing_m + kRadius_m, 0, 0}, kRadius_m, CouplingKind::probe, kProbe_N_per_m, 0}};
     scene.body = std::move(tissue);
     scene.tool_count = 1;

@@ -17,21 +17,6 @@ const CaseKind& kind_of(const CaseSpec& spec) {
   return *std::find_if(kinds.begin(), kinds.end(), [&](const CaseKind& kind) { return kind.name == spec.kind; });
 }
 
-/// opencl computes what cpu does, bit for bit: where both ran, whether they did.
-void compare_devices(CaseRecord& record) {
-  for (CaseRow& row : record.rows) {
-    if (row.solver != name_of(SolverKind::opencl)) continue;
-    const auto cpu = std::find_if(record.rows.begin(), record.rows.end(), [&](const CaseRow& other) {
-      return other.method == row.method && other.solver == name_of(SolverKind::cpu_float);
-    });
-    if (cpu == record.rows.end()) continue;
-    for (std::size_t c = 0; c < row.cells.size(); ++c) {
-      const bool ran = row.cells[c].status != CellStatus::unavailable && row.cells[c].status != CellStatus::refused;
-      if (ran) row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
-    }
-  }
-}
-
 CaseRecord run_cells(const Scenario& scenario, const RunOptions& options) {
   const CaseSpec& spec = *scenario.case_spec;
   const CaseKind& kind = kind_of(spec);
@@ -64,6 +49,20 @@ std::uint64_t hash_of(const CaseRecord& record) {
 }
 
 }  // namespace
+
+void compare_devices(CaseRecord& record) {
+  for (CaseRow& row : record.rows) {
+    if (row.solver != name_of(SolverKind::opencl)) continue;
+    const auto cpu = std::find_if(record.rows.begin(), record.rows.end(), [&](const CaseRow& other) {
+      return other.method == row.method && other.solver == name_of(SolverKind::cpu_float);
+    });
+    if (cpu == record.rows.end()) continue;
+    for (std::size_t c = 0; c < row.cells.size(); ++c) {
+      const bool ran = row.cells[c].status != CellStatus::unavailable && row.cells[c].status != CellStatus::refused;
+      if (ran) row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
+    }
+  }
+}
 
 void run_case(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
   outcome.case_record = run_cells(scenario, options);

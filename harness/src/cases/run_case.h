@@ -8,4 +8,7 @@ namespace evenstep::internal {
 /// The same as run_scenario, for Scenario::case_spec. Wall clock: an error, there is nothing to wait for.
 void run_case(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome);
 
+/// opencl computes what cpu does, bit for bit: where both ran, `device_difference` says whether they did.
+void compare_devices(CaseRecord& record);
+
 }  // namespace evenstep::internal
