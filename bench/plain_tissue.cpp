@@ -1,5 +1,6 @@
 #include "plain_tissue.h"
 
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <utility>
@@ -55,7 +56,32 @@ struct Vectors {
   }
 }
 
+[[gnu::noinline]] void divide_and_root(std::size_t count, const float* __restrict squares, float* __restrict sums,
+                                       const std::array<float, PlainConstants::kNeighbours>& lengths) {
+  for (std::size_t i = 0; i < count; ++i) {
+    float sum = 0;
+#pragma GCC unroll 18
+    for (std::size_t s = 0; s < PlainConstants::kNeighbours; ++s) sum += lengths[s] / std::sqrt(squares[i] + lengths[s]);
+    sums[i] = sum;
+  }
+}
+
 }  // namespace
+
+DivideAndRootFloor::DivideAndRootFloor(const TissueScene& scene)
+    : squares_(static_cast<std::size_t>(scene.lattice[0] + 1) * static_cast<std::size_t>(scene.lattice[1] + 1) *
+               static_cast<std::size_t>(scene.lattice[2])),
+      sums_(squares_.size()) {
+  for (std::size_t i = 0; i < squares_.size(); ++i) squares_[i] = 1 + static_cast<float>(i % 97) / 97;
+}
+
+void DivideAndRootFloor::step() {
+  std::array<float, PlainConstants::kNeighbours> lengths;
+  for (std::size_t s = 0; s < lengths.size(); ++s) lengths[s] = 1 + static_cast<float>(s) / 18;
+  constexpr std::size_t kInCache = 2048;  // cells: the same ones again and again
+  for (std::size_t done = 0; done < squares_.size(); done += kInCache)
+    divide_and_root(std::min(kInCache, squares_.size() - done), squares_.data(), sums_.data(), lengths);
+}
 
 PlainTissue::PlainTissue(const TissueScene& scene, double step_s, int threads) : threads_(threads), step_s_(step_s) {
   constants_.step_s = static_cast<float>(step_s);

@@ -16,6 +16,9 @@
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/sim/solver.h"
+#ifdef EVENSTEP_WITH_BULLET
+#include "bullet_block.h"
+#endif
 #include "plain_tissue.h"
 
 namespace {
@@ -33,7 +36,10 @@ struct Block {
   std::int64_t particles;
 };
 constexpr Block kBlocks[] = {
-    {"1000", {10, 10, 10}, 1'000}, {"20270", {27, 27, 28}, 20'270}, {"99452", {46, 46, 47}, 99'452}};
+    {"1000", {10, 10, 10}, 1'000},
+    {"20270", {27, 27, 28}, 20'270},
+    {"99452", {46, 46, 47}, 99'452},
+    {"499280", {79, 79, 80}, 499'280}};
 
 TissueScene tissue_of(const Block& block) {
   TissueScene tissue;
@@ -57,6 +63,7 @@ struct Candidate {
   std::string name, device;
   std::function<void()> step;
   std::vector<double> real_us, cpu_us;
+  std::int64_t warm_up = kWarmUp_steps;
 };
 
 Candidate make_candidate(const Block& block, const char* name, SolverKind kind, const char* device, bool digest = false,
@@ -75,6 +82,18 @@ Candidate make_plain(const Block& block, const char* name, int threads) {
   const auto tissue = std::make_shared<PlainTissue>(tissue_of(block), period_s(kStepRate), threads);
   return {name, "", [tissue, n = std::int64_t{0}]() mutable { tissue->step({way_m(n++), 0, 0}); }, {}, {}};
 }
+
+Candidate make_floor(const Block& block) {
+  const auto floor = std::make_shared<bench::DivideAndRootFloor>(tissue_of(block));
+  return {"divide and root alone", "", [floor] { floor->step(); }, {}, {}};
+}
+
+#ifdef EVENSTEP_WITH_BULLET
+Candidate make_bullet(const Block& block) {
+  const auto body = std::make_shared<bench::BulletBlock>(tissue_of(block), period_s(kStepRate), 4);
+  return {"Bullet, 4 iterations", "", [body, n = std::int64_t{0}]() mutable { body->step(way_m(n++)); }, {}, {}, 10};
+}
+#endif
 
 /// The yardstick does the solver's work: bit for bit the same forces over 500 steps.
 bool is_same_arithmetic(const Block& block) {
@@ -131,9 +150,13 @@ void run_block(const Block& block, int rounds) {
   candidates.push_back(make_candidate(block, "opencl pthread", SolverKind::opencl, "pthread"));
   candidates.push_back(make_candidate(block, "  basic with digest", SolverKind::opencl, "basic", true));
   candidates.push_back(make_candidate(block, "  basic with energy", SolverKind::opencl, "basic", false, true));
+  candidates.push_back(make_floor(block));
+#ifdef EVENSTEP_WITH_BULLET
+  candidates.push_back(make_bullet(block));
+#endif
   const int steps_per_round = static_cast<int>(std::max<std::int64_t>(5, 400'000 / block.particles));  // some ms each
   for (Candidate& candidate : candidates) {
-    for (std::int64_t i = 0; i < kWarmUp_steps; ++i) candidate.step();
+    for (std::int64_t i = 0; i < candidate.warm_up; ++i) candidate.step();
   }
   for (int round = 0; round < rounds; ++round) {
     for (Candidate& candidate : candidates) time_steps(candidate, steps_per_round);

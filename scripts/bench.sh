@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Builds and runs the benchmarks and prints their tables, least and median of the repetitions (docs/performance.md):
 #   scripts/bench.sh                  all
-#   scripts/bench.sh scheduler        the tables named: scheduler paths solver figure-1
+#   scripts/bench.sh scheduler        the tables named: scheduler paths solver features figure-1
 # EVENSTEP_BENCH_REPETITIONS (9) says how often each number is taken; the repetitions of one table are interleaved.
 set -euo pipefail
 repo=$(dirname -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")")
 source "$repo/scripts/setup.sh"
 repetitions=${EVENSTEP_BENCH_REPETITIONS:-9}
 tables=("$@")
-if (($# == 0)); then tables=(scheduler paths solver figure-1); fi
+if (($# == 0)); then tables=(scheduler paths solver features figure-1); fi
 
 build=$(build_folder)
 is_configured || configure
@@ -48,11 +48,15 @@ for table in "${tables[@]}"; do
       POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-active} "$build/bench/bench_solver_steps" \
         $((repetitions * 5))
       ;;
+    features)
+      compile bench_feature_costs 'building bench_feature_costs'
+      POCL_DEVICES=basic "$build/bench/bench_feature_costs" $((repetitions * 5))
+      ;;
     figure-1)
       compile bench_figure_1 'building bench_figure_1'
       POCL_DEVICES=${POCL_DEVICES:-basic} "$build/bench/bench_figure_1" "$repo/scenarios/paper/figure-1.toml" \
         "$repetitions"
       ;;
-    *) fail "no table '$table': scheduler paths solver figure-1" ;;
+    *) fail "no table '$table': scheduler paths solver features figure-1" ;;
   esac
 done
