@@ -42,9 +42,9 @@ std::string compiler_name() {
 #endif
 }
 
-double step_limit_s(const Scenario& scenario) {
+double step_limit_s(const Scenario& scenario, Method method) {
   TissueScene tissue = std::get<TissueScene>(scenario.scene.body);
-  tissue.method = Method::symplectic_euler;
+  tissue.method = method;
   return step_limit(tissue).step_s;
 }
 
@@ -53,10 +53,9 @@ double step_limit_s(const Scenario& scenario) {
 std::vector<StudyStep> default_steps(const Scenario& scenario, Method method) {
   const Rate rate = scenario.scene.step_rate;
   const std::int64_t most = std::max<std::int64_t>(1, floor_mul_div(scenario.study.duration.ns, rate.num, rate.den * 8'000'000'000));
-  const double limit_parts = method == Method::rk4 ? std::sqrt(2.0) : 1;  // its limit is so much longer
-  const double limit_s = step_limit_s(scenario) * limit_parts, step_s = period_s(rate);
-  std::vector<StudyStep> steps;
   if (iterates(method)) return {{1, 1}, {2, 1}, {4, 1}, {8, 1}};
+  const double limit_s = step_limit_s(scenario, method), step_s = period_s(rate);
+  std::vector<StudyStep> steps;
   StudyStep step;
   while (step_s * step.steps < limit_s && step.steps * 2 <= most) step.steps *= 2;
   while (step_s / step.substeps / 2 > limit_s && step.substeps < kMaxSubsteps / 64) step.substeps *= 2;
@@ -142,7 +141,7 @@ class Study {
     const auto& tissue = std::get<TissueScene>(scenario_.scene.body);
     record_.particles = tissue.particle_count;
     record_.stiffness_N_per_m = tissue.stiffness_N_per_m;
-    record_.step_limit_s = step_limit_s(scenario_);
+    record_.step_limit_s = step_limit_s(scenario_, Method::symplectic_euler);
     record_.step_s = period_s(scenario_.scene.step_rate);
     record_.rest_s = plan_.rest_s(scenario_);
     record_.duration_s = plan_.duration_s(scenario_);
@@ -157,7 +156,9 @@ class Study {
       if (cell.state == StudyCell::State::measured) time(run, cell);
     } catch (const SolverError& error) {
       cell.state = state_of(error.fault());
-      cell.reason = error.what();
+      cell.reason = error.fault() == SolverFault::unstable_step
+                        ? fmt::format("above the limit of {:.4g} ms", 1e3 * step_limit_s(scenario_, run.method))
+                        : error.what();
     }
     return cell;
   }

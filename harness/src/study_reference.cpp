@@ -63,7 +63,7 @@ StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, 
   const StudyValues step = rms(first, &second), next_step = rms(second, &third);
   extrapolate(first, second, candidate.order);
   extrapolate(second, third, candidate.order);
-  StudyReference info{name_of(candidate.method), period_s(scenario.scene.step_rate) / substeps};
+  StudyReference info{name_of(candidate.method), candidate.order, period_s(scenario.scene.step_rate) / substeps};
   info.scale = rms(second, nullptr);
   info.estimate = error_of(first, second, info.scale);
   for (const StudyQuantity q : kStudyQuantities) {

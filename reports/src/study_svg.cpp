@@ -83,14 +83,14 @@ std::pair<Range, Range> ranges_of(const std::vector<Line>& lines, StudyQuantity 
   return {decades(least_error, most_error), decades(least_cost, most_cost)};
 }
 
-void draw(Svg& svg, const Panel& panel, Panel& curves, const Line& line, StudyQuantity q, const StudyValues& estimate) {
+void draw(Svg& svg, Panel& panel, const Line& line, StudyQuantity q, const StudyValues& estimate) {
   const char* colour = look(kColours, line.method);
   std::vector<double> x, y;
   for (const StudyCell* cell : line.cells) {
     x.push_back(std::log10(cell->error[q]));
     y.push_back(std::log10(cell->cpu.median));
   }
-  curves.curve(x, y, {colour, 1.8, look(kDashes, line.solver), 1});
+  panel.curve(x, y, {colour, 1.8, look(kDashes, line.solver), 1});
   for (std::size_t i = 0; i < x.size(); ++i) {
     const StudyCell& cell = *line.cells[i];
     svg.line(panel.at(x[i], std::log10(cell.cpu.min)), panel.at(x[i], std::log10(cell.cpu.max)), {colour, 1, "", 0.6});
@@ -124,12 +124,15 @@ void draw_legend(Svg& svg, const StudyRecord& study, const std::vector<Line>& li
   at.y += 26;
   for (const StudyCell::State state : {StudyCell::State::refused, StudyCell::State::unavailable, StudyCell::State::diverged}) {
     std::vector<std::string> methods;
+    int count = 0;
     for (const StudyCell& cell : study.cells) {
+      if (cell.state != state) continue;
+      ++count;
       const std::string name = fmt::format("{}, {}", cell.method, cell.solver);
-      if (cell.state == state && std::find(methods.begin(), methods.end(), name) == methods.end()) methods.push_back(name);
+      if (std::find(methods.begin(), methods.end(), name) == methods.end()) methods.push_back(name);
     }
     if (methods.empty()) continue;
-    svg.text({at.x, at.y + 4}, fmt::format("{} ({}):", name_of(state), std::count_if(study.cells.begin(), study.cells.end(), [&](const StudyCell& c) { return c.state == state; })), Svg::Anchor::start, 11, true);
+    svg.text({at.x, at.y + 4}, fmt::format("{} ({}):", name_of(state), count), Svg::Anchor::start, 11, true);
     for (const std::string& name : methods) svg.text({at.x + 10, (at.y += 15) + 4}, name, Svg::Anchor::start, 11);
     at.y += 20;
   }
@@ -163,7 +166,7 @@ std::string study_svg(const StudyRecord& study, StudyQuantity quantity) {
     svg.line({panel.x_at(floor), kPlot.top}, {panel.x_at(floor), kPlot.bottom}, {internal::colour::kGrey, 1.2, "2 3", 1});
     svg.text({panel.x_at(floor) + 4, kPlot.top + 14}, "reference's own error", Svg::Anchor::start, 11);
   }
-  for (const Line& line : lines) draw(svg, panel, panel, line, quantity, study.reference.estimate);
+  for (const Line& line : lines) draw(svg, panel, line, quantity, study.reference.estimate);
   draw_legend(svg, study, lines);
   svg.text({kPlot.left, kHeight - 22},
            fmt::format("{} particles, {:.6g} N/m, {:.6g} ms of motion; {}, {} processors{}; {}; evenstep {}", study.particles,

@@ -96,6 +96,7 @@ void put_cell(std::string& out, const StudyCell& cell, const StudyValues& estima
 void put_reference(std::string& out, const StudyReference& reference) {
   Members row(out += '{');
   row.text("method", reference.method);
+  row.whole("method_order", reference.method_order);
   row.number("coarsest_substep_s", reference.coarsest_substep_s);
   put_values(row.key("scale"), reference.scale);
   put_values(row.key("estimate"), reference.estimate);
@@ -140,12 +141,12 @@ std::string study_table(const StudyRecord& study) {
       "  machine      {}, {} processors, load {:.2g}; {}{}\n"
       "  scene        {} particles, {:.6g} N/m; explicit limit {} in every configuration\n"
       "  motion       {:.6g} ms, {} samples, tools move every {}\n"
-      "  reference    {}, cpu-double, steps of {} and its half and quarter, extrapolated; orders seen {:.2f}, {:.2f}, {:.2f}\n"
+      "  reference    {}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}; orders seen: position {:.2f}, force {:.2f}, energy {:.2f}\n"
       "               its own error: position {} m, force {}, energy {} (of {:.3g} m, {:.3g} N, {:.3g} J rms)\n\n",
       study.machine, study.cpus, study.load, study.compiler,
       study.opencl_device.empty() ? "" : fmt::format("; OpenCL {}", study.opencl_device), study.particles, study.stiffness_N_per_m,
       step_text(study.step_limit_s), study.duration_s * 1e3, study.samples, step_text(study.step_s), reference.method,
-      step_text(reference.coarsest_substep_s), reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
+      step_text(reference.coarsest_substep_s), reference.method_order, reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
       reference.order[StudyQuantity::energy], estimate(StudyQuantity::position), estimate(StudyQuantity::force),
       estimate(StudyQuantity::energy), reference.scale[StudyQuantity::position], reference.scale[StudyQuantity::force],
       reference.scale[StudyQuantity::energy]);

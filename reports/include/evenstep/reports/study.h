@@ -57,6 +57,7 @@ const char* name_of(StudyCell::State state);
 /// Richardson extrapolation of three runs in double, each with half the step of the one before.
 struct StudyReference {
   std::string method;
+  int method_order = 0;           ///< what the extrapolation relies on
   double coarsest_substep_s = 0;  ///< of the three; the finest is a quarter of it
   StudyValues scale;              ///< rms displacement in m, rms force in N, rms energy in J
   StudyValues estimate;           ///< its own error, as the cells' errors: what two of its extrapolations differ by
