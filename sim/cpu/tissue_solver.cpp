@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <deque>
+#include <type_traits>
 #include <utility>
 
 #include "cpu/cell_loops.h"
@@ -11,46 +13,59 @@
 namespace evenstep::internal {
 namespace {
 
+/// Calls `loop` with `a` and `b` as types, so that a loop is compiled for each.
+template <class Loop>
+void with(bool a, bool b, const Loop& loop) {
+  if (a && b) return loop(std::true_type{}, std::true_type{});
+  if (a) return loop(std::true_type{}, std::false_type{});
+  if (b) return loop(std::false_type{}, std::true_type{});
+  loop(std::false_type{}, std::false_type{});
+}
+
 template <class Real>
 class CpuTissue final : public TissueSolver {
  public:
-  CpuTissue(const Scene& given, std::string name)
-      : TissueSolver(given, std::move(name)),
-        constants_(scene(), substep_s()),
+  CpuTissue(const Scene& given, const SceneFeatures& features, std::string name)
+      : TissueSolver(given, features, std::move(name)),
+        is_verlet_(scene().method == Method::velocity_verlet),
+        constants_(scene(), lattice(), substep_s()),
         now_(lattice().cells),
-        next_(lattice().cells),
+        next_(is_verlet_ ? 0 : lattice().cells),
         velocity_(lattice().cells),
+        before_(is_verlet_ || features.axial_damping ? lattice().cells : 0),
+        acceleration_(is_verlet_ ? lattice().cells : 0),
         active_(lattice().active.begin(), lattice().active.end()),
         mobile_(lattice().mobile.begin(), lattice().mobile.end()),
-        energies_(needs_energy() ? lattice().span : 0) {
+        energies_(features.energy ? lattice().span : 0),
+        gravity_energies_(features.energy && features.gravity ? lattice().span : 0),
+        probe_sums_(features.probes() ? lattice().span / kChunk * features.probe_values() : 0) {
+    fill_cells();
     to_start();
   }
 
  protected:
-  void substep(std::span<const GrabTarget> targets) override {
-    advance<Real>(count(), read(now_), write(next_), write(velocity_), first(active_), first(mobile_), lattice().offset,
-                  constants_);
+  void substep(const ToolStates& before, const ToolStates& after) override {
+    if (is_verlet_) return verlet(after);
+    if (features().axial_damping) std::swap(velocity_, before_);
+    const Field& old_velocity = features().axial_damping ? before_ : velocity_;
+    with(features().damping, features().gravity, [&](auto damping, auto gravity) {
+      for_chunks([&](std::ptrdiff_t begin, ChunkForces<Real>& forces) {
+        chunk_forces<Real>(features(), begin, read(now_), read(old_velocity), cells_, constants_, before, forces);
+        advance_chunk<BodyFeatures{damping, gravity}, Real>(begin, forces, cells_, constants_, read(now_), write(next_),
+                                                            read(old_velocity), write(velocity_));
+      });
+    });
     std::swap(now_, next_);
-    for (std::size_t tool = 0; tool < targets.size(); ++tool) {
-      const auto& [u, v] = targets[tool];
-      for (const std::uint32_t i : lattice().held[tool]) {
-        now_.put(i, u);
-        velocity_.put(i, v);
-      }
-    }
+    put_grabs(after, velocity_);
   }
 
   void set_substep(double substep_s) override { constants_.set_substep(scene(), substep_s); }
 
-  void grab_forces(std::span<std::array<double, 3>> forces_N) override {
+  void read_tools(const ToolStates& now, ToolReadings& readings) override {
     std::size_t n = 0;
-    for (const auto& cells : lattice().held) {
-      for (const std::uint32_t cell : cells) {
-        const auto i = static_cast<std::ptrdiff_t>(cell) - static_cast<std::ptrdiff_t>(lattice().first);
-        const Vector<Real> f = spring_force<Real>(read(now_), first(active_), lattice().offset, constants_, i);
-        const Real k = constants_.stiffness_N_per_m;
-        forces_N[n++] = {f.x * k, f.y * k, f.z * k};
-      }
+    for (std::size_t tool = 0; tool < lattice().held.size(); ++tool) {
+      for (const std::uint32_t cell : lattice().held[tool]) readings.held_N[n++] = force_on_hand(tool, cell, now);
+      if (scene().tools[tool].kind == CouplingKind::probe) readings.probes[tool] = sum_probe(tool, now);
     }
   }
 
@@ -62,30 +77,43 @@ class CpuTissue final : public TissueSolver {
     return digest;
   }
 
-  double energy() override {
-    cell_energy<Real>(count(), read(now_), read(velocity_), first(active_), first(mobile_), lattice().offset, constants_,
-                      energies_.data());
-    double total = 0;
-    for (std::size_t chunk = 0; chunk < energies_.size(); chunk += kChunk) {
-      Real sum = 0;
-      for (std::size_t i = chunk; i < chunk + kChunk; ++i) sum += energies_[i];
-      total += sum;
+  Energy energy(const ToolStates& now) override {
+    const Vectors<const Real> u = read(now_);
+    if (features().regions) {
+      cell_energy<true, Real>(count(), u, read(velocity_), cells_, constants_, energies_.data());
+    } else {
+      cell_energy<false, Real>(count(), u, read(velocity_), cells_, constants_, energies_.data());
     }
-    return total;
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
+      if (features().spring[tool])
+        add_coupling_energy<Real>(count(), u, cells_.held[tool], constants_.tools[tool], ToolVectors<Real>(now[tool]),
+                                  energies_.data());
+    }
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
+      if (features().probe[tool])
+        add_probe_energy<Real>(count(), u, cells_, constants_.tools[tool], ToolVectors<Real>(now[tool]), energies_.data());
+    }
+    if (features().gravity) gravity_energy<Real>(count(), u, cells_, constants_, gravity_energies_.data());
+    return {sum(energies_), sum(gravity_energies_)};
   }
 
   void to_rest() override {
-    for (Field* field : {&now_, &next_, &velocity_}) *field = Field(lattice().cells);
+    for (Field* field : {&now_, &next_, &velocity_, &before_, &acceleration_}) *field = Field(field->x.size());
   }
 
   void put_state(const ParticleState& state) override {
     for (std::size_t n = 0; n < state.displacement_m.size(); ++n) {
       const std::size_t cell = lattice().cell(static_cast<std::int64_t>(n));
       const glm::dvec3 &u = state.displacement_m[n], &v = state.velocity_m_per_s[n];
-      now_.put(cell, {u.x, u.y, u.z});
-      next_.put(cell, {u.x, u.y, u.z});
-      velocity_.put(cell, {v.x, v.y, v.z});
+      for (Field* field : {&now_, &next_}) field->put(cell, {u.x, u.y, u.z});
+      for (Field* field : {&velocity_, &before_}) field->put(cell, {v.x, v.y, v.z});
     }
+  }
+
+  void start() override {
+    if (!is_verlet_) return;
+    accelerate({});
+    velocity_ = before_;  // which accelerate() took half a step further
   }
 
   void read_state(ParticleState& state) override {
@@ -97,10 +125,11 @@ class CpuTissue final : public TissueSolver {
   }
 
  private:
-  /// Structure of arrays, one entry per cell.
+  /// Structure of arrays, one entry per cell; empty where the scene does not need it.
   struct Field {
     explicit Field(std::size_t cells) : x(cells), y(cells), z(cells) {}
     void put(std::size_t i, const std::array<double, 3>& value) {
+      if (x.empty()) return;
       x[i] = static_cast<Real>(value[0]);
       y[i] = static_cast<Real>(value[1]);
       z[i] = static_cast<Real>(value[2]);
@@ -113,32 +142,141 @@ class CpuTissue final : public TissueSolver {
   Real* first(std::vector<Real>& cells) const { return cells.data() + lattice().first; }
   Vectors<const Real> read(const Field& field) const { return {first(field.x), first(field.y), first(field.z)}; }
   Vectors<Real> write(Field& field) const { return {first(field.x), first(field.y), first(field.z)}; }
+  /// An array made for this scene, from the lattice's first cell on.
+  const Real* keep(std::vector<Real> cells) { return first(kept_.emplace_back(std::move(cells))); }
 
+  void fill_cells() {
+    cells_.active = first(active_);
+    cells_.mobile = cells_.inverse_mass = cells_.mass = first(mobile_);
+    cells_.offset = lattice().offset;
+    if (features().regions) {
+      MaterialArrays<Real> materials(scene(), lattice());
+      cells_.stiffness = keep(std::move(materials.stiffness));
+      cells_.inverse_mass = keep(std::move(materials.inverse_mass));
+      if (features().energy) cells_.mass = keep(std::move(materials.mass));
+    }
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool)
+      if (features().spring[tool]) cells_.held[tool] = keep(held_cells<Real>(scene(), lattice(), tool));
+    if (!features().probes()) return;
+    const auto rest_m = [&](int component) { return keep(rest_positions<Real>(scene(), lattice(), component)); };
+    cells_.rest_m = {rest_m(0), rest_m(1), rest_m(2)};
+  }
+
+  template <class Loop>
+  void for_chunks(const Loop& loop) {
+    for (std::ptrdiff_t begin = 0; begin < count(); begin += static_cast<std::ptrdiff_t>(kChunk)) loop(begin, forces_);
+  }
+
+  void verlet(const ToolStates& after) {
+    const auto component = [&](std::vector<Real>& v, std::vector<Real>& a, std::vector<Real>& half, std::vector<Real>& u) {
+      drift<Real>(count(), cells_.mobile, constants_, first(v), first(a), first(half), first(u));
+    };
+    component(velocity_.x, acceleration_.x, before_.x, now_.x);
+    component(velocity_.y, acceleration_.y, before_.y, now_.y);
+    component(velocity_.z, acceleration_.z, before_.z, now_.z);
+    put_grabs(after, before_);
+    accelerate(after);
+  }
+
+  /// From the displacement and the half step's velocity in before_.
+  void accelerate(const ToolStates& tools) {
+    with(features().damping, features().gravity, [&](auto damping, auto gravity) {
+      for_chunks([&](std::ptrdiff_t begin, ChunkForces<Real>& forces) {
+        chunk_forces<Real>(features(), begin, read(now_), read(before_), cells_, constants_, tools, forces);
+        accelerate_chunk<BodyFeatures{damping, gravity}, Real>(begin, forces, cells_, constants_, read(before_),
+                                                               write(velocity_), write(acceleration_));
+      });
+    });
+  }
+
+  void put_grabs(const ToolStates& tools, Field& velocity) {
+    for (std::size_t tool = 0; tool < lattice().held.size(); ++tool) {
+      if (!features().grab[tool]) continue;
+      for (const std::uint32_t i : lattice().held[tool]) {
+        now_.put(i, tools[tool].offset_m);
+        velocity.put(i, tools[tool].velocity_m_per_s);
+      }
+    }
+  }
+
+  /// The velocity that forces are evaluated with.
+  Vectors<const Real> force_velocity() const { return read(is_verlet_ ? before_ : velocity_); }
+
+  std::array<double, 3> force_on_hand(std::size_t tool, std::uint32_t cell, const ToolStates& now) const {
+    const auto i = static_cast<std::ptrdiff_t>(cell) - static_cast<std::ptrdiff_t>(lattice().first);
+    const Real k = constants_.stiffness_N_per_m;
+    if (features().grab[tool]) {
+      const Vector<Real> f = spring_force<Real>({features().regions, features().axial_damping}, read(now_), force_velocity(),
+                                                cells_, constants_, i);
+      return {f.x * k, f.y * k, f.z * k};
+    }
+    Vector<Real> f;
+    for (std::size_t t = 0; t < kMaxTools; ++t) {
+      if (!features().spring[t]) continue;
+      const Vector<Real> g = coupling_force<Real>(read(now_), force_velocity(), constants_.tools[t], ToolVectors<Real>(now[t]), i);
+      const Real held = cells_.held[t][i];
+      f = {f.x + held * g.x, f.y + held * g.y, f.z + held * g.z};
+    }
+    return {-(f.x * k), -(f.y * k), -(f.z * k)};
+  }
+
+  ProbeSums sum_probe(std::size_t tool, const ToolStates& now) {
+    const std::size_t partials = lattice().span / kChunk;
+    const auto run = [&](auto local_model) {
+      probe_sums<local_model, Real>(static_cast<std::ptrdiff_t>(partials), read(now_), cells_, constants_.tools[tool],
+                                    ToolVectors<Real>(now[tool]), probe_sums_.data());
+    };
+    features().local_model ? run(std::true_type{}) : run(std::false_type{});
+    return add_partials<Real>(probe_sums_, features().local_model);
+  }
+
+  static double sum(const std::vector<Real>& energies) {
+    double total = 0;
+    for (std::size_t chunk = 0; chunk < energies.size(); chunk += kChunk) {
+      Real sum = 0;
+      for (std::size_t i = chunk; i < chunk + kChunk; ++i) sum += energies[i];
+      total += sum;
+    }
+    return total;
+  }
+
+  bool is_verlet_;
   TissueConstants<Real> constants_;
   Field now_, next_, velocity_;        // displacement from rest, m; m/s
+  Field before_;                       // the velocity that forces see: before the substep, or half of one before its end
+  Field acceleration_;                 // Verlet, m/s2
   std::vector<Real> active_, mobile_;  // 1 or 0
-  std::vector<Real> energies_;         // span, J
+  std::deque<std::vector<Real>> kept_;
+  CellArrays<Real> cells_;
+  std::vector<Real> energies_, gravity_energies_;  // span, J
+  std::vector<Real> probe_sums_;
+  ChunkForces<Real> forces_;
 };
 
 /// Asked before anything is allocated: the system grants more than it has, and ends the program when it is used.
 template <class Real>
-std::unique_ptr<Solver> make_cpu_tissue(const Scene& scene, std::string name) {
+std::unique_ptr<Solver> make_cpu_tissue(const Scene& scene, const SceneFeatures& features, std::string name) {
   const auto& tissue = std::get<TissueScene>(scene.body);
   check_tissue(tissue, scene.tool_count);
+  check_method(tissue.method, name);
   const double there = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  // 9 fields, 2 masks and perhaps the energies in Real, 2 masks in bytes.
-  const double needed = cells_of(tissue) * (sizeof(Real) * (scene.needs_energy ? 12.0 : 11.0) + 2);
+  // And two masks in bytes.
+  const double needed = cells_of(tissue) * (static_cast<double>(sizeof(Real)) * scalar_arrays(features, tissue.method) + 2);
   if (needed > there) {
     throw SolverError(SolverFault::out_of_memory,
                       fmt::format("the scene needs {:.3g} bytes of memory, there are {:.3g}", needed, there),
                       "fewer particles");
   }
-  return std::make_unique<CpuTissue<Real>>(scene, std::move(name));
+  return std::make_unique<CpuTissue<Real>>(scene, features, std::move(name));
 }
 
 }  // namespace
 
-std::unique_ptr<Solver> make_cpu_tissue_float(const Scene& scene) { return make_cpu_tissue<float>(scene, "cpu"); }
-std::unique_ptr<Solver> make_cpu_tissue_double(const Scene& scene) { return make_cpu_tissue<double>(scene, "cpu-double"); }
+std::unique_ptr<Solver> make_cpu_tissue_float(const Scene& scene, const SceneFeatures& features) {
+  return make_cpu_tissue<float>(scene, features, "cpu");
+}
+std::unique_ptr<Solver> make_cpu_tissue_double(const Scene& scene, const SceneFeatures& features) {
+  return make_cpu_tissue<double>(scene, features, "cpu-double");
+}
 
 }  // namespace evenstep::internal

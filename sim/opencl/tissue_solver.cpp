@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <mutex>
 #include <vector>
 
@@ -17,22 +18,52 @@ namespace {
 /// "%a" is exact; a decimal rendering of 20.0f is not even a float literal.
 std::string hex(float value) { return fmt::format("{:a}f", value); }
 
-std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, bool variable_step,
-                          cl_device_id device) {
-  std::string springs;
+/// Every spring, coupling and probe with its constants, as arguments of macros (kernels/springs.cl).
+std::string tissue_options(const TissueConstants<float>& constants, const Lattice& lattice, const SceneFeatures& features) {
+  std::string springs, couplings, probes;
   for (std::size_t s = 0; s < kNeighbours; ++s) {
     const auto& [x, y, z] = constants.rest_m[s];
-    springs += fmt::format("S({},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]));
+    springs += fmt::format("S({},{},{},{},{},{})", lattice.offset[s], hex(x), hex(y), hex(z), hex(constants.length_m[s]),
+                           hex(constants.axial_s_per_m2[s]));
   }
-  std::string options = fmt::format(
-      "-DSPRINGS(S)={} -DSTIFFNESS={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}", springs,
-      hex(constants.stiffness_N_per_m), hex(constants.half_mass_kg), hex(constants.quarter_stiffness_N_per_m),
-      lattice.first, kChunk);
-  if (variable_step) {
+  for (std::size_t t = 0; t < kMaxTools; ++t) {
+    const ToolConstants<float>& tool = constants.tools[t];
+    const auto& [x, y, z] = tool.center_m;
+    if (features.spring[t])
+      couplings += fmt::format("C({},{},{},{})", t, hex(tool.stiffness), hex(tool.damping_s), hex(tool.half_stiffness_N_per_m));
+    if (features.probe[t])
+      probes += fmt::format("P({},{},{},{},{},{},{})", t, hex(tool.stiffness), hex(tool.half_stiffness_N_per_m),
+                            hex(tool.radius_m), hex(x), hex(y), hex(z));
+  }
+  std::string options = "-DSPRINGS(S)=" + springs;
+  if (!couplings.empty()) options += " -DCOUPLINGS(C)=" + couplings;
+  if (features.spring[0]) options += " -DHELD0";
+  if (features.spring[1]) options += " -DHELD1";
+  if (!probes.empty()) options += " -DPROBED -DPROBES(P)=" + probes;
+  return options;
+}
+
+std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, const SceneFeatures& features,
+                          cl_device_id device) {
+  std::string options = tissue_options(constants, lattice, features);
+  options += fmt::format(" -DSTIFFNESS={} -DSTIFFNESS_PER_KG={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}",
+                         hex(constants.stiffness_N_per_m), hex(constants.stiffness_per_kg), hex(constants.half_mass_kg),
+                         hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
+  const auto vector = [](const char* name, const std::array<float, 3>& v) {
+    return fmt::format(" -D{0}_x={1} -D{0}_y={2} -D{0}_z={3}", name, hex(v[0]), hex(v[1]), hex(v[2]));
+  };
+  if (features.regions) options += " -DREGIONS";
+  if (features.axial_damping) options += " -DAXIAL_DAMPING";
+  if (features.damping) options += " -DDAMPING -DDAMPING_PER_S=" + hex(constants.damping_per_s);
+  if (features.gravity)
+    options += " -DGRAVITY" + vector("GRAVITY", constants.gravity_m_per_s2) + vector("WEIGHT", constants.weight_N);
+  if (features.local_model) options += " -DLOCAL_MODEL";
+  if (features.variable_step) {
     options += " -DVARIABLE_STEP";
   } else {
-    options += fmt::format(" -DSTEP={} -DACCELERATION={} -DDECAY={}", hex(constants.step_s),
-                           hex(constants.acceleration), hex(constants.decay));
+    options += fmt::format(" -DSTEP={} -DHALF_STEP={} -DACCELERATION={} -DDECAY={}", hex(constants.step_s),
+                           hex(constants.half_step_s), hex(constants.acceleration), hex(constants.decay));
+    if (features.gravity) options += vector("STEP_GRAVITY", constants.gravity);
   }
   cl_device_fp_config config = 0;
   check_cl(clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
@@ -46,16 +77,23 @@ struct ClField {
   ClBuffer x, y, z;
 };
 
+/// One kernel with its arguments: those that never change in order, then what the tools and the substep set.
+struct BoundKernel {
+  ClKernel kernel;
+  cl_uint arguments = 0;
+  cl_uint tools_at = 0, step_at = 0;
+};
+
 /// Asked before anything is allocated: some drivers grant more than they have, and fail at the first launch.
-void check_memory(const Scene& scene, const ClDevice& device) {
+void check_memory(const Scene& scene, const SceneFeatures& features, const ClDevice& device) {
   cl_ulong there = 0, largest = 0;
   check_cl(clGetDeviceInfo(device.device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof there, &there, nullptr), "clGetDeviceInfo");
   check_cl(clGetDeviceInfo(device.device, CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof largest, &largest, nullptr),
            "clGetDeviceInfo");
-  // 9 fields, 2 masks and perhaps the energies of 4 bytes, perhaps the digests of 8.
-  const double one = cells_of(std::get<TissueScene>(scene.body)) * (scene.needs_state_digest ? 8 : 4);
-  const double needed =
-      cells_of(std::get<TissueScene>(scene.body)) * (44 + (scene.needs_energy ? 4 : 0) + (scene.needs_state_digest ? 8 : 0));
+  const auto& tissue = std::get<TissueScene>(scene.body);
+  const double digest_bytes = features.digest ? sizeof(cl_ulong) : 0;
+  const double one = cells_of(tissue) * std::max(double{sizeof(float)}, digest_bytes);
+  const double needed = cells_of(tissue) * (double{sizeof(float)} * scalar_arrays(features, tissue.method) + digest_bytes);
   if (needed <= static_cast<double>(there) && one <= static_cast<double>(largest)) return;
   throw SolverError(
       SolverFault::out_of_memory,
@@ -66,9 +104,10 @@ void check_memory(const Scene& scene, const ClDevice& device) {
 
 class OpenClTissue final : public TissueSolver {
  public:
-  OpenClTissue(const Scene& given, const SolverOptions& options, ClDevice device)
-      : TissueSolver(given, "opencl"),
-        constants_(scene(), substep_s()),
+  OpenClTissue(const Scene& given, const SceneFeatures& features, const SolverOptions& options, ClDevice device)
+      : TissueSolver(given, features, "opencl"),
+        is_verlet_(scene().method == Method::velocity_verlet),
+        constants_(scene(), lattice(), substep_s()),
         local_size_(static_cast<std::size_t>(options.work_group_size)),
         device_(std::move(device)) {
     open();
@@ -79,20 +118,17 @@ class OpenClTissue final : public TissueSolver {
   }
 
  protected:
-  void substep(std::span<const GrabTarget> targets) override {
-    enqueue(advance_[current_], lattice().span);
-    current_ = 1 - current_;
-    if (grabbed_count() == 0) return;
-    const cl_kernel kernel = grab_[current_].get();
-    for (std::size_t tool = 0; tool < targets.size(); ++tool) {
-      const auto& [u, v] = targets[tool];
-      const cl_float4 offset{{static_cast<float>(u[0]), static_cast<float>(u[1]), static_cast<float>(u[2]), 0}};
-      const cl_float4 velocity{{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), 0}};
-      const cl_uint first_argument = 3 + 2 * static_cast<cl_uint>(tool);
-      set(kernel, first_argument, offset);
-      set(kernel, first_argument + 1, velocity);
+  void substep(const ToolStates& before, const ToolStates& after) override {
+    if (is_verlet_) {
+      enqueue(kernels().drift, lattice().span);
+      put_grabs(after);
+      accelerate(after);
+    } else {
+      set_tools(kernels().advance, before);
+      enqueue(kernels().advance, lattice().span);
+      current_ = 1 - current_;
+      put_grabs(after);
     }
-    enqueue(grab_[current_], padded_grabs());
   }
 
   void set_substep(double substep_s) override {
@@ -100,43 +136,48 @@ class OpenClTissue final : public TissueSolver {
     bind_substep();
   }
 
-  void grab_forces(std::span<std::array<double, 3>> forces_N) override {
-    if (forces_N.empty()) {
+  void read_tools(const ToolStates& now, ToolReadings& readings) override {
+    if (result_.empty()) {
       check_cl(clFinish(queue_.get()), "clFinish");
       return;
     }
-    enqueue(grab_force_[current_], padded_grabs());
-    force_staging_.resize(3 * forces_N.size());
-    read(grab_force_buffer_, force_staging_.size() * sizeof(float), force_staging_.data());
-    for (std::size_t n = 0; n < forces_N.size(); ++n) {
-      forces_N[n] = {force_staging_[3 * n], force_staging_[3 * n + 1], force_staging_[3 * n + 2]};
+    if (grabbed_count_ > 0) enqueue(kernels().grab_force, padded(grabbed_count_));
+    if (coupled_count_ > 0) {
+      set_tools(kernels().coupling_force, now);
+      enqueue(kernels().coupling_force, padded(coupled_count_));
     }
+    for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
+      if (!is_probe(tool)) continue;
+      set(kernels().probe[tool], kernels().probe[tool].tools_at, float4(now[tool].offset_m));
+      enqueue(kernels().probe[tool], chunks());
+    }
+    read(result_buffer_, result_.size() * sizeof(float), result_.data());
+    take_result(readings);
   }
 
   std::uint64_t digest() override {
-    enqueue(cell_digest_[current_], lattice().span);
+    enqueue(kernels().cell_digest, lattice().span);
     enqueue(chunk_digest_, chunks());
-    std::vector<std::uint64_t> sums(chunks());
-    read(chunk_sums_, sums.size() * sizeof(std::uint64_t), sums.data());
+    read(chunk_sums_, digest_sums_.size() * sizeof(std::uint64_t), digest_sums_.data());
     std::uint64_t digest = kDigestStart;
-    for (const std::uint64_t sum : sums) digest = mix(digest, sum);
+    for (const std::uint64_t sum : digest_sums_) digest = mix(digest, sum);
     return digest;
   }
 
-  double energy() override {
-    enqueue(cell_energy_[current_], lattice().span);
-    enqueue(chunk_energy_, chunks());
-    std::vector<float> sums(chunks());
-    read(energy_sums_, sums.size() * sizeof(float), sums.data());
-    double total = 0;
-    for (const float sum : sums) total += sum;
-    return total;
+  Energy energy(const ToolStates& now) override {
+    set_tools(kernels().cell_energy, now);
+    enqueue(kernels().cell_energy, lattice().span);
+    Energy energy;
+    energy.stored_J = add_energies(chunk_energy_, energy_sums_);
+    if (features().gravity) energy.gravity_J = add_energies(chunk_gravity_energy_, gravity_energy_sums_);
+    return energy;
   }
 
   void to_rest() override {
     const float zero = 0;
-    for (const ClField* field : {&displacement_[0], &displacement_[1], &velocity_}) {
+    for (const ClField* field : {&displacement_[0], &displacement_[1], &velocity_[0], &velocity_[1], &acceleration_}) {
       for (const ClBuffer* component : {&field->x, &field->y, &field->z}) {
+        if (!component->get()) continue;
         check_cl(clEnqueueFillBuffer(queue_.get(), component->get(), &zero, sizeof zero, 0, lattice().cells * sizeof(float),
                                      0, nullptr, nullptr),
                  "clEnqueueFillBuffer");
@@ -148,6 +189,7 @@ class OpenClTissue final : public TissueSolver {
   void put_state(const ParticleState& state) override {
     std::vector<float> cells(lattice().cells);
     const auto put = [&](const ClBuffer& to, const std::vector<glm::dvec3>& from, int axis) {
+      if (!to.get()) return;
       for (std::size_t n = 0; n < from.size(); ++n)
         cells[lattice().cell(static_cast<std::int64_t>(n))] = static_cast<float>(from[n][axis]);
       check_cl(clEnqueueWriteBuffer(queue_.get(), to.get(), CL_TRUE, 0, cells.size() * sizeof(float), cells.data(), 0, nullptr,
@@ -155,8 +197,18 @@ class OpenClTissue final : public TissueSolver {
                "clEnqueueWriteBuffer");
     };
     for (int axis = 0; axis < 3; ++axis) {
-      for (const ClField* field : {&displacement_[0], &displacement_[1]}) put(field->axis(axis), state.displacement_m, axis);
-      put(velocity_.axis(axis), state.velocity_m_per_s, axis);
+      for (const ClField& field : displacement_) put(field.axis(axis), state.displacement_m, axis);
+      for (const ClField& field : velocity_) put(field.axis(axis), state.velocity_m_per_s, axis);
+    }
+  }
+
+  void start() override {
+    if (!is_verlet_) return;
+    accelerate({});
+    for (int axis = 0; axis < 3; ++axis) {  // which accelerate() took half a step further
+      check_cl(clEnqueueCopyBuffer(queue_.get(), velocity_[1].axis(axis).get(), velocity_[0].axis(axis).get(), 0, 0,
+                                   lattice().cells * sizeof(float), 0, nullptr, nullptr),
+               "clEnqueueCopyBuffer");
     }
   }
 
@@ -167,14 +219,69 @@ class OpenClTissue final : public TissueSolver {
       for (std::size_t n = 0; n < to.size(); ++n) to[n][axis] = cells[lattice().cell(static_cast<std::int64_t>(n))];
     };
     for (int axis = 0; axis < 3; ++axis) {
-      get(displacement_[current_].axis(axis), state.displacement_m, axis);
-      get(velocity_.axis(axis), state.velocity_m_per_s, axis);
+      get(displacement(current_).axis(axis), state.displacement_m, axis);
+      get(velocity(current_).axis(axis), state.velocity_m_per_s, axis);
     }
   }
 
  private:
+  /// Of one direction of the ping-pong, which velocity Verlet does without.
+  struct Kernels {
+    BoundKernel advance, drift, accelerate, grab, grab_force, coupling_force, cell_digest, cell_energy;
+    std::array<BoundKernel, kMaxTools> probe;
+  };
+
+  Kernels& kernels() { return kernels_[current_]; }
   std::size_t chunks() const { return lattice().span / kChunk; }
-  std::size_t padded_grabs() const { return (grabbed_count() + local_size_ - 1) / local_size_ * local_size_; }
+  std::size_t padded(std::size_t count) const { return (count + local_size_ - 1) / local_size_ * local_size_; }
+  bool is_probe(std::size_t tool) const { return scene().tools[tool].kind == CouplingKind::probe; }
+
+  const ClField& displacement(std::size_t direction) const { return displacement_[is_verlet_ ? 0 : direction]; }
+  const ClField& velocity(std::size_t direction) const {
+    return velocity_[!is_verlet_ && features().axial_damping ? direction : 0];
+  }
+  /// The one that forces are evaluated with: half a substep behind the displacement in velocity Verlet too.
+  const ClField& force_velocity(std::size_t direction) const { return is_verlet_ ? velocity_[1] : velocity(direction); }
+
+  void accelerate(const ToolStates& tools) {
+    set_tools(kernels().accelerate, tools);
+    enqueue(kernels().accelerate, lattice().span);
+  }
+
+  void put_grabs(const ToolStates& tools) {
+    if (grabbed_count_ == 0) return;
+    for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
+      const cl_uint at = kernels().grab.tools_at + 2 * static_cast<cl_uint>(tool);
+      set(kernels().grab, at, float4(tools[tool].offset_m));
+      set(kernels().grab, at + 1, float4(tools[tool].velocity_m_per_s));
+    }
+    enqueue(kernels().grab, padded(grabbed_count_));
+  }
+
+  /// The result holds the grabbed particles' forces, then the coupled ones', then each probe's sums.
+  void take_result(ToolReadings& readings) const {
+    std::size_t n = 0, grabbed = 0, coupled = 3 * grabbed_count_;
+    for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
+      std::size_t& from = features().grab[tool] ? grabbed : coupled;
+      for (std::size_t held = 0; held < lattice().held[tool].size(); ++held, from += 3)
+        readings.held_N[n++] = {result_[from], result_[from + 1], result_[from + 2]};
+      if (is_probe(tool))
+        readings.probes[tool] =
+            add_partials(std::span(result_).subspan(probe_at(tool), probe_size()), features().local_model);
+    }
+  }
+  std::size_t probe_size() const { return chunks() * features().probe_values(); }
+  std::size_t probe_at(std::size_t tool) const {
+    return 3 * (grabbed_count_ + coupled_count_) + (tool == 1 && is_probe(0) ? probe_size() : 0);
+  }
+
+  double add_energies(const BoundKernel& chunk_sums, const ClBuffer& buffer) {
+    enqueue(chunk_sums, chunks());
+    read(buffer, energy_parts_.size() * sizeof(float), energy_parts_.data());
+    double total = 0;
+    for (const float sum : energy_parts_) total += sum;
+    return total;
+  }
 
   void open() {
     set_device(device_.name);
@@ -187,17 +294,24 @@ class OpenClTissue final : public TissueSolver {
     check_cl(code, "clCreateCommandQueue");
   }
 
-  void build() {
+  std::string source() const {
     std::string source = kSpringsSource;
-    source += kAdvanceSource;
-    if (grabbed_count() > 0) source += std::string(kGrabSource) + kGrabForceSource;
-    if (needs_digest()) source += kDigestSource;
-    if (needs_energy()) source += kEnergySource;
+    source += is_verlet_ ? kVerletSource : kAdvanceSource;
+    if (features().grab[0] || features().grab[1]) source += std::string(kGrabSource) + kGrabForceSource;
+    if (features().spring[0] || features().spring[1]) source += kCouplingForceSource;
+    if (features().probes()) source += kProbeSource;
+    if (features().digest) source += kDigestSource;
+    if (features().energy) source += kEnergySource;
+    return source;
+  }
+
+  void build() {
+    const std::string source = this->source();
     const char* text = source.c_str();
     cl_int code = CL_SUCCESS;
     program_ = ClProgram(clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
     check_cl(code, "clCreateProgramWithSource");
-    const std::string options = build_options(constants_, lattice(), variable_step(), device_.device);
+    const std::string options = build_options(constants_, lattice(), features(), device_.device);
     code = clBuildProgram(program_.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
     if (code == CL_BUILD_PROGRAM_FAILURE) {
       std::size_t size = 0;
@@ -218,6 +332,10 @@ class OpenClTissue final : public TissueSolver {
     check_cl(code, "clCreateBuffer");
     return result;
   }
+  template <class Value>
+  ClBuffer buffer_of(const std::vector<Value>& content) {
+    return buffer(content.size() * sizeof(Value), content.data());
+  }
   ClField field() {
     const std::size_t bytes = lattice().cells * sizeof(float);
     return {buffer(bytes), buffer(bytes), buffer(bytes)};
@@ -225,100 +343,226 @@ class OpenClTissue final : public TissueSolver {
 
   void allocate() {
     displacement_[0] = field();
-    displacement_[1] = field();
-    velocity_ = field();
-    const std::vector<float> active(lattice().active.begin(), lattice().active.end());
-    const std::vector<float> mobile(lattice().mobile.begin(), lattice().mobile.end());
-    active_ = buffer(active.size() * sizeof(float), active.data());
-    mobile_ = buffer(mobile.size() * sizeof(float), mobile.data());
-    if (grabbed_count() > 0) {
-      std::vector<cl_uint> cells;
-      for (const auto& tool : lattice().held) cells.insert(cells.end(), tool.begin(), tool.end());
-      grabbed_ = buffer(cells.size() * sizeof(cl_uint), cells.data());
-      grab_force_buffer_ = buffer(3 * cells.size() * sizeof(float));
+    if (!is_verlet_) displacement_[1] = field();
+    velocity_[0] = field();
+    if (is_verlet_ || features().axial_damping) velocity_[1] = field();
+    if (is_verlet_) acceleration_ = field();
+    active_ = buffer_of(std::vector<float>(lattice().active.begin(), lattice().active.end()));
+    mobile_ = buffer_of(std::vector<float>(lattice().mobile.begin(), lattice().mobile.end()));
+    if (features().regions) {
+      const MaterialArrays<float> materials(scene(), lattice());
+      stiffness_ = buffer_of(materials.stiffness);
+      inverse_mass_ = buffer_of(materials.inverse_mass);
+      if (features().energy) mass_ = buffer_of(materials.mass);
     }
-    if (needs_digest()) {
+    allocate_tools();
+    if (features().digest) {
       cell_digests_ = buffer(lattice().span * sizeof(cl_ulong));
+      digest_sums_.resize(chunks());
       chunk_sums_ = buffer(chunks() * sizeof(cl_ulong));
     }
-    if (needs_energy()) {
-      cell_energies_ = buffer(lattice().span * sizeof(float));
-      energy_sums_ = buffer(chunks() * sizeof(float));
-    }
+    if (!features().energy) return;
+    energy_parts_.resize(chunks());
+    cell_energies_ = buffer(lattice().span * sizeof(float));
+    energy_sums_ = buffer(chunks() * sizeof(float));
+    if (!features().gravity) return;
+    gravity_energies_ = buffer(lattice().span * sizeof(float));
+    gravity_energy_sums_ = buffer(chunks() * sizeof(float));
   }
 
-  /// Two kernels of each kind, one per direction of the ping-pong, with their buffers set once.
+  void allocate_tools() {
+    std::vector<cl_uint> grabbed, coupled;
+    std::size_t probes = 0;
+    for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
+      const auto& held = lattice().held[tool];
+      std::vector<cl_uint>& cells = features().grab[tool] ? grabbed : coupled;
+      cells.insert(cells.end(), held.begin(), held.end());
+      probes += is_probe(tool);
+    }
+    grabbed_count_ = grabbed.size();
+    coupled_count_ = coupled.size();
+    if (grabbed_count_ > 0) grabbed_ = buffer_of(grabbed);
+    if (coupled_count_ > 0) coupled_ = buffer_of(coupled);
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool)
+      if (features().spring[tool]) held_[tool] = buffer_of(held_cells<float>(scene(), lattice(), tool));
+    if (features().probes()) {
+      const auto rest_m = [&](int component) { return buffer_of(rest_positions<float>(scene(), lattice(), component)); };
+      rest_m_ = {rest_m(0), rest_m(1), rest_m(2)};
+    }
+    result_.resize(3 * (grabbed_count_ + coupled_count_) + probes * probe_size());
+    if (!result_.empty()) result_buffer_ = buffer(result_.size() * sizeof(float));
+  }
+
+  /// Arguments in the order of the kernels' parameters (kernels/*.cl).
   void bind() {
-    for (std::size_t from = 0; from < 2; ++from) {
-      const ClField& now = displacement_[from];
-      const ClField& next = displacement_[1 - from];
-      advance_[from] = kernel("advance", now.x, now.y, now.z, next.x, next.y, next.z, velocity_.x, velocity_.y, velocity_.z,
-                              active_, mobile_);
-      if (grabbed_count() > 0) {
-        const cl_uint count = static_cast<cl_uint>(grabbed_count()),
-                      split = static_cast<cl_uint>(lattice().held[0].size());
-        const cl_float4 none{};
-        grab_[from] = kernel("grab", grabbed_, count, split, none, none, none, none, now.x, now.y, now.z, velocity_.x,
-                             velocity_.y, velocity_.z);
-        grab_force_[from] = kernel("grab_force", grabbed_, count, now.x, now.y, now.z, active_, grab_force_buffer_);
+    for (std::size_t from = 0; from < (is_verlet_ ? 1 : 2); ++from) {
+      Kernels& kernels = kernels_[from];
+      if (is_verlet_) {
+        bind_verlet(kernels);
+      } else {
+        bind_advance(kernels.advance, from);
       }
-      if (needs_digest())
-        cell_digest_[from] =
-            kernel("cell_digest", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, cell_digests_);
-      if (needs_energy())
-        cell_energy_[from] = kernel("cell_energy", now.x, now.y, now.z, velocity_.x, velocity_.y, velocity_.z, active_,
-                                    mobile_, cell_energies_);
+      bind_tools(kernels, from);
+      const ClField &u = displacement(from), &v = velocity(from);
+      if (features().digest) {
+        create(kernels.cell_digest, "cell_digest");
+        add(kernels.cell_digest, u, v, cell_digests_);
+      }
+      if (features().energy) bind_energy(kernels.cell_energy, u, v);
     }
-    if (variable_step()) bind_substep();
-    if (needs_digest()) chunk_digest_ = kernel("chunk_digest", cell_digests_, chunk_sums_);
-    if (needs_energy()) chunk_energy_ = kernel("chunk_energy", cell_energies_, energy_sums_);
+    if (features().variable_step) bind_substep();
+    if (features().digest) {
+      create(chunk_digest_, "chunk_digest");
+      add(chunk_digest_, cell_digests_, chunk_sums_);
+    }
+    if (!features().energy) return;
+    create(chunk_energy_, "chunk_energy");
+    add(chunk_energy_, cell_energies_, energy_sums_);
+    if (!features().gravity) return;
+    create(chunk_gravity_energy_, "chunk_energy");
+    add(chunk_gravity_energy_, gravity_energies_, gravity_energy_sums_);
   }
 
-  /// The substep's length is an argument only of kernels built for one that varies (advance.cl).
+  void bind_advance(BoundKernel& advance, std::size_t from) {
+    create(advance, "advance");
+    add(advance, displacement(from), displacement(1 - from), velocity(from));
+    if (features().axial_damping) add(advance, velocity(1 - from));
+    add(advance, active_, mobile_);
+    add_materials(advance);
+    add_tools(advance);
+    advance.step_at = advance.arguments;
+  }
+
+  void bind_verlet(Kernels& kernels) {
+    create(kernels.drift, "drift");
+    add(kernels.drift, velocity_[0], acceleration_, velocity_[1], displacement_[0], mobile_);
+    kernels.drift.step_at = kernels.drift.arguments;
+    create(kernels.accelerate, "accelerate");
+    add(kernels.accelerate, displacement_[0], velocity_[1], velocity_[0], acceleration_, active_, mobile_);
+    add_materials(kernels.accelerate);
+    add_tools(kernels.accelerate);
+    kernels.accelerate.step_at = kernels.accelerate.arguments;
+  }
+
+  void bind_tools(Kernels& kernels, std::size_t from) {
+    const ClField &u = displacement(from), &v = force_velocity(from);
+    const cl_float4 none{};
+    if (grabbed_count_ > 0) {
+      const auto count = static_cast<cl_uint>(grabbed_count_);
+      create(kernels.grab, "grab");
+      add(kernels.grab, grabbed_, count, static_cast<cl_uint>(features().grab[0] ? lattice().held[0].size() : 0));
+      kernels.grab.tools_at = kernels.grab.arguments;
+      add(kernels.grab, none, none, none, none, u, v);
+      create(kernels.grab_force, "grab_force");
+      add(kernels.grab_force, grabbed_, count, u);
+      if (features().axial_damping) add(kernels.grab_force, v);
+      add(kernels.grab_force, active_);
+      if (features().regions) add(kernels.grab_force, stiffness_);
+      add(kernels.grab_force, cl_uint{0}, result_buffer_);
+    }
+    if (coupled_count_ > 0) {
+      create(kernels.coupling_force, "coupling_force");
+      add(kernels.coupling_force, coupled_, static_cast<cl_uint>(coupled_count_), u, v);
+      add_tools(kernels.coupling_force);
+      add(kernels.coupling_force, static_cast<cl_uint>(3 * grabbed_count_), result_buffer_);
+    }
+    for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
+      if (!is_probe(tool)) continue;
+      const ToolConstants<float>& constants = constants_.tools[tool];
+      const auto& [x, y, z] = constants.center_m;
+      create(kernels.probe[tool], "probe_sums");
+      add(kernels.probe[tool], u, rest_m_, mobile_, constants.stiffness, constants.radius_m, cl_float4{{x, y, z, 0}},
+          static_cast<cl_uint>(probe_at(tool)), result_buffer_);
+      kernels.probe[tool].tools_at = kernels.probe[tool].arguments;
+      add(kernels.probe[tool], none);
+    }
+  }
+
+  void bind_energy(BoundKernel& energy, const ClField& u, const ClField& v) {
+    create(energy, "cell_energy");
+    add(energy, u, v, active_, mobile_);
+    if (features().regions) add(energy, stiffness_, mass_);
+    add_tools(energy);
+    add(energy, cell_energies_);
+    if (features().gravity) add(energy, gravity_energies_);
+  }
+
+  void add_materials(BoundKernel& kernel) {
+    if (features().regions) add(kernel, stiffness_, inverse_mass_);
+  }
+  void add_tools(BoundKernel& kernel) {
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool)
+      if (features().spring[tool]) add(kernel, held_[tool]);
+    if (features().probes()) add(kernel, rest_m_);
+    if (!features().tool_forces()) return;
+    const cl_float4 none{};
+    kernel.tools_at = kernel.arguments;
+    add(kernel, none, none, none, none);
+  }
+
+  static cl_float4 float4(const std::array<double, 3>& v) {
+    return {{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), 0}};
+  }
+  void set_tools(BoundKernel& kernel, const ToolStates& tools) {
+    if (!features().tool_forces()) return;
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
+      const cl_uint at = kernel.tools_at + 2 * static_cast<cl_uint>(tool);
+      set(kernel, at, float4(tools[tool].offset_m));
+      set(kernel, at + 1, float4(tools[tool].velocity_m_per_s));
+    }
+  }
+
+  /// The substep's length is an argument only of kernels built for one that varies (kernels/springs.cl).
   void bind_substep() {
-    constexpr cl_uint first_argument = 11;
-    for (const ClKernel& advance : advance_) {
-      set(advance.get(), first_argument, constants_.step_s);
-      set(advance.get(), first_argument + 1, constants_.acceleration);
-      set(advance.get(), first_argument + 2, constants_.decay);
+    for (Kernels& kernels : kernels_) {
+      for (BoundKernel* kernel : {&kernels.advance, &kernels.drift, &kernels.accelerate}) {
+        if (!kernel->kernel.get()) continue;
+        const auto& [x, y, z] = constants_.gravity;
+        set(*kernel, kernel->step_at, constants_.step_s);
+        set(*kernel, kernel->step_at + 1, constants_.half_step_s);
+        set(*kernel, kernel->step_at + 2, constants_.acceleration);
+        set(*kernel, kernel->step_at + 3, constants_.decay);
+        set(*kernel, kernel->step_at + 4, cl_float4{{x, y, z, 0}});
+      }
     }
   }
 
   /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0.
   void warm_up() {
     to_rest();
-    const std::array<GrabTarget, kMaxTools> nowhere{};
+    ToolReadings ignored = empty_readings();
     for (int direction = 0; direction < 2; ++direction) {
-      substep(std::span(nowhere.data(), lattice().held.size()));
-      std::vector<std::array<double, 3>> ignored(grabbed_count());
-      grab_forces(ignored);
-      if (needs_digest()) digest();
-      if (needs_energy()) energy();
+      substep({}, {});
+      read_tools({}, ignored);
+      if (features().digest) digest();
+      if (features().energy) energy({});
     }
     to_start();
   }
 
-  void set(cl_kernel kernel, cl_uint index, const ClBuffer& argument) {
-    const cl_mem memory = argument.get();
-    set(kernel, index, memory);
-  }
-  template <class Argument>
-  void set(cl_kernel kernel, cl_uint index, const Argument& argument) {
-    check_cl(clSetKernelArg(kernel, index, sizeof argument, &argument), "clSetKernelArg");
+  void create(BoundKernel& kernel, const char* name) {
+    cl_int code = CL_SUCCESS;
+    kernel.kernel = ClKernel(clCreateKernel(program_.get(), name, &code));
+    check_cl(code, fmt::format("clCreateKernel({})", name));
   }
   template <class... Arguments>
-  ClKernel kernel(const char* name, const Arguments&... arguments) {
-    cl_int code = CL_SUCCESS;
-    ClKernel result(clCreateKernel(program_.get(), name, &code));
-    check_cl(code, fmt::format("clCreateKernel({})", name));
-    cl_uint index = 0;
-    (set(result.get(), index++, arguments), ...);
-    return result;
+  void add(BoundKernel& kernel, const Arguments&... arguments) {
+    (add_one(kernel, arguments), ...);
+  }
+  void add_one(BoundKernel& kernel, const ClField& field) { add(kernel, field.x, field.y, field.z); }
+  void add_one(BoundKernel& kernel, const ClBuffer& buffer) { add_one(kernel, buffer.get()); }
+  template <class Value>
+  void add_one(BoundKernel& kernel, const Value& value) {
+    set(kernel, kernel.arguments++, value);
+  }
+  template <class Value>
+  void set(const BoundKernel& kernel, cl_uint index, const Value& value) {
+    check_cl(clSetKernelArg(kernel.kernel.get(), index, sizeof value, &value), "clSetKernelArg");
   }
   /// `count` is a multiple of the work-group size, except for the few chunk sums.
-  void enqueue(const ClKernel& kernel, std::size_t count) {
+  void enqueue(const BoundKernel& kernel, std::size_t count) {
     const std::size_t* local = count % local_size_ == 0 ? &local_size_ : nullptr;
-    check_cl(clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr),
+    check_cl(clEnqueueNDRangeKernel(queue_.get(), kernel.kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr),
              "clEnqueueNDRangeKernel");
   }
   void read(const ClBuffer& from, std::size_t bytes, void* to) {
@@ -326,6 +570,7 @@ class OpenClTissue final : public TissueSolver {
              "clEnqueueReadBuffer");
   }
 
+  bool is_verlet_;
   TissueConstants<float> constants_;
   std::size_t local_size_;
   ClDevice device_;
@@ -333,11 +578,16 @@ class OpenClTissue final : public TissueSolver {
   ClQueue queue_;
   ClProgram program_;
   std::array<ClField, 2> displacement_;  // from rest, m; current_ is the newest
-  ClField velocity_;
-  ClBuffer active_, mobile_, grabbed_, grab_force_buffer_, cell_digests_, chunk_sums_, cell_energies_, energy_sums_;
-  std::array<ClKernel, 2> advance_, grab_, grab_force_, cell_digest_, cell_energy_;  // [c] reads displacement_[c]
-  ClKernel chunk_digest_, chunk_energy_;
-  std::vector<float> force_staging_;
+  std::array<ClField, 2> velocity_;      // as displacement_, or the whole step's and the half step's of velocity Verlet
+  ClField acceleration_, rest_m_;
+  ClBuffer active_, mobile_, stiffness_, inverse_mass_, mass_, grabbed_, coupled_, result_buffer_;
+  std::array<ClBuffer, kMaxTools> held_;
+  ClBuffer cell_digests_, chunk_sums_, cell_energies_, energy_sums_, gravity_energies_, gravity_energy_sums_;
+  std::array<Kernels, 2> kernels_;  // [c] reads displacement_[c]
+  BoundKernel chunk_digest_, chunk_energy_, chunk_gravity_energy_;
+  std::size_t grabbed_count_ = 0, coupled_count_ = 0;
+  std::vector<float> result_, energy_parts_;
+  std::vector<std::uint64_t> digest_sums_;
   std::size_t current_ = 0;
 };
 
@@ -345,8 +595,9 @@ class OpenClTissue final : public TissueSolver {
 
 /// PoCL 3.1 corrupts itself when two threads look for devices, or build and first launch the same program, at once (seen: no
 /// device, CL_INVALID_KERNEL_NAME, crashes), so the solvers of a process are made one after the other.
-std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SolverOptions& options) {
+std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SceneFeatures& features, const SolverOptions& options) {
   check_tissue(std::get<TissueScene>(scene.body), scene.tool_count);
+  check_method(std::get<TissueScene>(scene.body).method, "opencl");
   if (options.work_group_size < 1 || kChunk % static_cast<std::size_t>(options.work_group_size) != 0) {
     throw SolverError(SolverFault::bad_scene, fmt::format("a work-group size of {}", options.work_group_size),
                       fmt::format("a divisor of {}", kChunk));
@@ -354,8 +605,8 @@ std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SolverOptio
   static std::mutex making;
   const std::lock_guard one_at_a_time(making);
   ClDevice device = choose_device(options.opencl_platform, options.opencl_device);
-  check_memory(scene, device);
-  return std::make_unique<OpenClTissue>(scene, options, std::move(device));
+  check_memory(scene, features, device);
+  return std::make_unique<OpenClTissue>(scene, features, options, std::move(device));
 }
 
 }  // namespace evenstep::internal

@@ -12,13 +12,14 @@ std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const S
   }
   // A spring is one multiplication: it has no device, and every solver kind gives it the same bits.
   if (std::holds_alternative<SpringScene>(scene.body)) return internal::make_spring_solver(scene);
+  const internal::SceneFeatures features = internal::features_of(scene);
   switch (kind) {
     case SolverKind::cpu_float:
-      return internal::make_cpu_tissue_float(scene);
+      return internal::make_cpu_tissue_float(scene, features);
     case SolverKind::cpu_double:
-      return internal::make_cpu_tissue_double(scene);
+      return internal::make_cpu_tissue_double(scene, features);
     case SolverKind::opencl:
-      return internal::make_opencl_tissue(scene, options);
+      return internal::make_opencl_tissue(scene, features, options);
   }
   return nullptr;
 }

@@ -13,56 +13,27 @@ namespace {
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-/// Names of what this scene does without.
-std::vector<std::string> left_out_of(const Scene& scene, const TissueScene& tissue) {
-  std::vector<std::string> left_out;
-  if (tissue.damping_per_s == 0) left_out.push_back("damping");
-  if (!tissue.fixed.any()) left_out.push_back("fixed particles");
-  if (scene.tool_count < kMaxTools) left_out.push_back(scene.tool_count == 0 ? "tools" : "second tool");
-  if (!scene.variable_step) left_out.push_back("variable step");
-  if (!scene.needs_energy) left_out.push_back("energy");
-  if (!scene.needs_state_digest) left_out.push_back("state digest");
-  return left_out;
+/// Which NaN an operation returns is up to the device, and forces are hashed: report one and the same.
+glm::dvec3 canonical(glm::dvec3 v) {
+  for (double* component : {&v.x, &v.y, &v.z}) {
+    if (std::isnan(*component)) *component = std::numeric_limits<double>::quiet_NaN();
+  }
+  return v;
 }
 
 }  // namespace
 
-template <class Real>
-TissueConstants<Real>::TissueConstants(const TissueScene& scene, double substep_s) {
-  const Real spacing = static_cast<Real>(scene.spacing_m);
-  for (std::size_t s = 0; s < kNeighbours; ++s) {
-    const Neighbour& n = kNeighbourhood[s];
-    rest_m[s] = {spacing * static_cast<Real>(n.dx), spacing * static_cast<Real>(n.dy), spacing * static_cast<Real>(n.dz)};
-    const auto& [x, y, z] = rest_m[s];
-    length_m[s] = std::sqrt(x * x + y * y + z * z);  // as the kernels do: at rest 1 - L/len is exactly 0
-  }
-  set_substep(scene, substep_s);
-  stiffness_N_per_m = static_cast<Real>(scene.stiffness_N_per_m);
-  half_mass_kg = static_cast<Real>(scene.particle_mass_kg / 2);
-  quarter_stiffness_N_per_m = static_cast<Real>(scene.stiffness_N_per_m / 4);
-}
-template <class Real>
-void TissueConstants<Real>::set_substep(const TissueScene& scene, double substep_s) {
-  step_s = static_cast<Real>(substep_s);
-  acceleration = static_cast<Real>(scene.stiffness_N_per_m * substep_s / scene.particle_mass_kg);
-  decay = static_cast<Real>(1 - scene.damping_per_s * substep_s);
-}
-template struct TissueConstants<float>;
-template struct TissueConstants<double>;
-
-TissueSolver::TissueSolver(const Scene& scene, std::string name)
+TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, std::string name)
     : scene_((check_tissue(std::get<TissueScene>(scene.body), scene.tool_count), std::get<TissueScene>(scene.body))),
       lattice_(scene_),
-      needs_energy_(scene.needs_energy),
-      needs_digest_(scene.needs_state_digest),
-      variable_step_(scene.variable_step) {
+      features_(features) {
   info_.name = std::move(name);
   info_.particles = scene_.particle_count;
   info_.springs = lattice_.springs;
   info_.method = scene_.method;
   info_.limit = step_limit(scene_);
   info_.substeps = scene_.substeps > 0 ? scene_.substeps : auto_substeps(scene_, scene.step_rate);
-  info_.left_out = left_out_of(scene, scene_);
+  info_.left_out = left_out(features_);
   nominal_substep_s_ = substep_s_ = period_s(scene.step_rate) / info_.substeps;
   if (substep_s_ > info_.limit->step_s && !scene.allow_unstable) {
     throw SolverError(
@@ -73,9 +44,15 @@ TissueSolver::TissueSolver(const Scene& scene, std::string name)
             substep_s_ * 1e3, info_.limit->step_s * 1e3, info_.limit->rest_state_step_s * 1e3, info_.limit->particle),
         fmt::format("substeps = \"auto\" or at least {}", auto_substeps(scene_, scene.step_rate)));
   }
-  std::size_t grabbed = 0;
-  for (const auto& cells : lattice_.held) grabbed += cells.size();
-  grab_forces_N_.resize(grabbed);
+  readings_ = empty_readings();
+}
+
+ToolReadings TissueSolver::empty_readings() const {
+  ToolReadings readings;
+  std::size_t held = 0;
+  for (const auto& cells : lattice_.held) held += cells.size();
+  readings.held_N.resize(held);
+  return readings;
 }
 
 ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m, std::optional<double> length_s) {
@@ -91,24 +68,28 @@ ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m, std::op
   std::array<glm::dvec3, kMaxTools> moved_m{};
   for (std::size_t tool = 0; tool < tools; ++tool) moved_m[tool] = positions_m[tool] - origin_m_[tool] - offset_m_[tool];
 
-  std::array<GrabTarget, kMaxTools> targets;
-  const double step_s = substep_s_ * info_.substeps;
-  for (int s = 1; s <= info_.substeps; ++s) {
-    const double part = static_cast<double>(s) / info_.substeps;
-    for (std::size_t tool = 0; tool < tools; ++tool) {
-      const glm::dvec3 offset_m = offset_m_[tool] + moved_m[tool] * part, velocity_m_per_s = moved_m[tool] / step_s;
-      targets[tool] = {{offset_m.x, offset_m.y, offset_m.z}, {velocity_m_per_s.x, velocity_m_per_s.y, velocity_m_per_s.z}};
-    }
-    substep(std::span(targets.data(), tools));
-  }
+  move_tools(std::span(moved_m.data(), tools));
   for (std::size_t tool = 0; tool < tools; ++tool) offset_m_[tool] = positions_m[tool] - origin_m_[tool];
 
   const ToolResponse response = sum_forces();
   for (std::size_t tool = 0; tool < tools; ++tool) note_finite(finite(response.force_N[tool]));
-  if (needs_energy_) balance_energy(std::span(moved_m.data(), tools), response);
+  if (features_.energy) balance_energy(std::span(moved_m.data(), tools), response);
   last_response_ = response;
   ++steps_;
   return response;
+}
+
+void TissueSolver::move_tools(std::span<const glm::dvec3> moved_m) {
+  const double step_s = substep_s_ * info_.substeps;
+  for (int s = 1; s <= info_.substeps; ++s) {
+    const double part = static_cast<double>(s) / info_.substeps;
+    const ToolStates before = tools_;
+    for (std::size_t tool = 0; tool < moved_m.size(); ++tool) {
+      const glm::dvec3 offset_m = offset_m_[tool] + moved_m[tool] * part, velocity_m_per_s = moved_m[tool] / step_s;
+      tools_[tool] = {{offset_m.x, offset_m.y, offset_m.z}, {velocity_m_per_s.x, velocity_m_per_s.y, velocity_m_per_s.z}};
+    }
+    substep(before, tools_);
+  }
 }
 
 void TissueSolver::check_position(std::size_t tool, const glm::dvec3& position_m) const {
@@ -120,7 +101,7 @@ void TissueSolver::check_position(std::size_t tool, const glm::dvec3& position_m
 }
 
 void TissueSolver::check_length(double step_s) const {
-  if (!variable_step_) {
+  if (!features_.variable_step) {
     throw SolverError(SolverFault::bad_input, fmt::format("step {}: a length of its own, but steps are constant", steps_),
                       "Scene::variable_step");
   }
@@ -138,17 +119,17 @@ void TissueSolver::take_length(double substep_s) {
 }
 
 ToolResponse TissueSolver::sum_forces() {
-  grab_forces(grab_forces_N_);
+  read_tools(tools_, readings_);
   ToolResponse response;
-  auto next = grab_forces_N_.begin();
+  auto next = readings_.held_N.begin();
   for (std::size_t tool = 0; tool < lattice_.held.size(); ++tool) {
     glm::dvec3& sum_N = response.force_N[tool];
     for (std::size_t n = 0; n < lattice_.held[tool].size(); ++n, ++next)
       sum_N += glm::dvec3((*next)[0], (*next)[1], (*next)[2]);
-    // Forces are hashed, and which NaN an operation returns is up to the device: report one and the same.
-    for (double* component : {&sum_N.x, &sum_N.y, &sum_N.z}) {
-      if (std::isnan(*component)) *component = std::numeric_limits<double>::quiet_NaN();
-    }
+    const ProbeSums& probe = readings_.probes[tool];
+    if (scene_.tools[tool].kind == CouplingKind::probe)
+      sum_N = glm::dvec3(probe[0], probe[1], probe[2]) * -scene_.stiffness_N_per_m;
+    sum_N = canonical(sum_N);
   }
   return response;
 }
@@ -166,24 +147,33 @@ void TissueSolver::balance_energy(std::span<const glm::dvec3> moved_m, const Too
     const glm::dvec3 mean_N = (last_response_.force_N[tool] + response.force_N[tool]) * 0.5;
     work_J_ -= mean_N.x * moved_m[tool].x + mean_N.y * moved_m[tool].y + mean_N.z * moved_m[tool].z;
   }
-  verdict_.energy_J = energy();
+  const auto [stored_J, gravity_J] = energy(tools_);
+  verdict_.energy_J = stored_J + gravity_J;
   note_finite(std::isfinite(verdict_.energy_J) && std::isfinite(work_J_));
   if (verdict_.non_finite) {
     verdict_.energy_growth = std::numeric_limits<double>::infinity();
     return;
   }
-  energy_scale_J_ = std::max({energy_scale_J_, std::abs(work_J_), verdict_.energy_J});
-  worst_excess_J_ = std::max(worst_excess_J_, verdict_.energy_J - work_J_);
+  energy_scale_J_ = std::max({energy_scale_J_, std::abs(work_J_), stored_J, std::abs(gravity_J)});
+  worst_excess_J_ = std::max(worst_excess_J_, verdict_.energy_J - initial_energy_J_ - work_J_);
   verdict_.energy_growth = energy_scale_J_ > 0 ? worst_excess_J_ / energy_scale_J_ : 0;
 }
 
 void TissueSolver::to_start() {
   to_rest();
-  if (scene_.initial_displacement_m.empty() && scene_.initial_velocity_m_per_s.empty()) return;
-  ParticleState start{scene_.initial_displacement_m, scene_.initial_velocity_m_per_s};
-  start.displacement_m.resize(static_cast<std::size_t>(scene_.particle_count));
-  start.velocity_m_per_s.resize(static_cast<std::size_t>(scene_.particle_count));
-  put_state(start);
+  if (!scene_.initial_displacement_m.empty() || !scene_.initial_velocity_m_per_s.empty()) {
+    ParticleState state{scene_.initial_displacement_m, scene_.initial_velocity_m_per_s};
+    state.displacement_m.resize(static_cast<std::size_t>(scene_.particle_count));
+    state.velocity_m_per_s.resize(static_cast<std::size_t>(scene_.particle_count));
+    for (std::size_t n = 0; n < state.velocity_m_per_s.size(); ++n)
+      if (lattice_.mobile[lattice_.cell(static_cast<std::int64_t>(n))] == 0) state.velocity_m_per_s[n] = glm::dvec3(0);
+    put_state(state);
+  }
+  start();
+  if (!features_.energy) return;
+  const auto [stored_J, gravity_J] = energy({});
+  initial_energy_J_ = stored_J + gravity_J;
+  energy_scale_J_ = std::max(stored_J, std::abs(gravity_J));
 }
 
 ParticleState TissueSolver::particle_state() {
@@ -195,13 +185,14 @@ ParticleState TissueSolver::particle_state() {
 }
 
 void TissueSolver::reset() {
-  to_start();
   origin_m_.clear();
   offset_m_.clear();
+  tools_ = {};
   last_response_ = {};
   verdict_ = {};
   steps_ = 0;
-  work_J_ = energy_scale_J_ = worst_excess_J_ = 0;
+  work_J_ = worst_excess_J_ = 0;
+  to_start();
 }
 
 SolverVerdict TissueSolver::verdict() { return verdict_; }

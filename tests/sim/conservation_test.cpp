@@ -35,8 +35,11 @@ TEST_CASE("A free block keeps its momentum and its angular momentum", "[conserva
   block.fixed = FixedFaces::none();
   const Lattice lattice(block);
   const double a = block.spacing_m;
-  const TissueConstants<double> constants(block, 5e-4);
+  const TissueConstants<double> constants(block, lattice, 5e-4);
   const std::vector<double> active(lattice.active.begin(), lattice.active.end());
+  CellArrays<double> cells;
+  cells.active = cells.mobile = cells.inverse_mass = &active[lattice.first];
+  cells.offset = lattice.offset;
   Cells u(lattice.cells), next(lattice.cells), v(lattice.cells);
   std::uint32_t n = 0;
   for (std::size_t i = 0; i < lattice.cells; ++i) {
@@ -60,8 +63,12 @@ TEST_CASE("A free block keeps its momentum and its angular momentum", "[conserva
   const auto [linear, angular] = momenta();
   const auto speed_before = v.x;
   for (int step = 0; step < 2000; ++step) {
-    advance<double>(static_cast<std::ptrdiff_t>(lattice.span), u.read(lattice.first), next.from(lattice.first),
-                    v.from(lattice.first), &active[lattice.first], &active[lattice.first], lattice.offset, constants);
+    ChunkForces<double> forces;
+    for (std::ptrdiff_t begin = 0; begin < static_cast<std::ptrdiff_t>(lattice.span); begin += kChunk) {
+      chunk_forces<double>({}, begin, u.read(lattice.first), v.read(lattice.first), cells, constants, {}, forces);
+      advance_chunk<BodyFeatures{}, double>(begin, forces, cells, constants, u.read(lattice.first), next.from(lattice.first),
+                                            v.read(lattice.first), v.from(lattice.first));
+    }
     std::swap(u, next);
   }
   const auto [linear_after, angular_after] = momenta();

@@ -149,17 +149,27 @@ TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
   };
   using Names = std::vector<std::string>;
   TissueScene everything = small_block();
-  everything.damping_per_s = 1;
+  everything.damping_per_s = everything.axial_damping_N_s_per_m = 1e-3;
+  everything.gravity_m_per_s2.z = -9.81;
+  everything.regions = {{{0, 0, 0}, {0.01, 1, 1}, 30, 2e-4}};
+  everything.tools[1].kind = CouplingKind::spring;
+  everything.tools[1].stiffness_N_per_m = 10;
   Scene all = scene_of(everything, 1e-3, true);
   all.variable_step = true;
-  CHECK(names(all).empty());
+  all.local_model = LocalModel::settled;
+  CHECK(names(all) == Names{"probe"});
+  auto& tools = std::get<TissueScene>(all.body).tools;
+  tools[0] = {tools[0].center_m, 1e-3, CouplingKind::probe, 10};
+  CHECK(names(all) == Names{"grab"});
   Scene nothing = scene_of(small_block(), 1e-3);
   nothing.needs_state_digest = false;
-  CHECK(names(nothing) == Names{"damping", "energy", "state digest", "variable step"});
+  CHECK(names(nothing) == Names{"axial damping", "damping", "energy", "gravity", "local model", "probe", "regions",
+                                "spring coupling", "state digest", "variable step"});
   TissueScene bare = small_block();
   bare.fixed = FixedFaces::none();
   bare.tools.clear();
-  CHECK(names(scene_of(bare, 1e-3)) == Names{"damping", "energy", "fixed particles", "tools", "variable step"});
+  CHECK(names(scene_of(bare, 1e-3)) == Names{"axial damping", "damping", "energy", "fixed particles", "grab", "gravity",
+                                             "local model", "probe", "regions", "spring coupling", "tools", "variable step"});
 }
 
 TEST_CASE("Solvers built and run on four threads at once make the runs that they make alone", "[contract]") {

@@ -1,27 +1,39 @@
 // One substep of symplectic Euler for every cell; fixed, grabbed and ghost cells stay where they are.
-// Where the step varies, what depends on it are arguments named as the constants that they stand for.
-#ifdef VARIABLE_STEP
-#define STEP_ARGUMENTS , float STEP, float ACCELERATION, float DECAY
+#ifdef AXIAL_DAMPING
+#define VELOCITIES READ(v), WRITE(new_v)  // a neighbour still reads the old one
 #else
-#define STEP_ARGUMENTS
+#define VELOCITIES WRITE(v)
+#define new_vx vx
+#define new_vy vy
+#define new_vz vz
 #endif
-__kernel void advance(__global const float* restrict ux, __global const float* restrict uy,
-                      __global const float* restrict uz,
-                      __global float* restrict next_x, __global float* restrict next_y, __global float* restrict next_z,
-                      __global float* restrict vx, __global float* restrict vy, __global float* restrict vz,
-                      __global const float* restrict active, __global const float* restrict mobile STEP_ARGUMENTS) {
+#ifdef DAMPING
+#define DECAYED * DECAY
+#else
+#define DECAYED
+#endif
+// Of a component's step g: -0 where g is 0, which changes no bit of any sum.
+#ifdef GRAVITY
+#ifdef VARIABLE_STEP
+#define FALL(COMPONENT) + STEP_GRAVITY.COMPONENT * mobile[i]
+#else
+#define FALL(COMPONENT) + STEP_GRAVITY_##COMPONENT * mobile[i]
+#endif
+#else
+#define FALL(COMPONENT)
+#endif
+__kernel void advance(READ(u), WRITE(next_), VELOCITIES, __global const float* restrict active,
+                      __global const float* restrict mobile MATERIALS TOOLS STEP_ARGUMENTS) {
   const size_t i = get_global_id(0) + FIRST;
-  const float xi = ux[i], yi = uy[i], zi = uz[i];
-  float fx = 0.0f, fy = 0.0f, fz = 0.0f;
-  SPRINGS(ADD_SPRING)
+  ALL_FORCES
   // mobile is 1 or 0: a product cannot become a branch.
-  const float acceleration = ACCELERATION * mobile[i], h = STEP * mobile[i];
-  const float wx = vx[i] * DECAY + fx * acceleration;
-  const float wy = vy[i] * DECAY + fy * acceleration;
-  const float wz = vz[i] * DECAY + fz * acceleration;
-  vx[i] = wx;
-  vy[i] = wy;
-  vz[i] = wz;
+  const float acceleration = ACCELERATION * inverse_mass[i], h = STEP * mobile[i];
+  const float wx = (vx[i] DECAYED + fx * acceleration) FALL(x);
+  const float wy = (vy[i] DECAYED + fy * acceleration) FALL(y);
+  const float wz = (vz[i] DECAYED + fz * acceleration) FALL(z);
+  new_vx[i] = wx;
+  new_vy[i] = wy;
+  new_vz[i] = wz;
   next_x[i] = xi + wx * h;
   next_y[i] = yi + wy * h;
   next_z[i] = zi + wz * h;

@@ -2,11 +2,7 @@
 // Every NaN counts as the same one: which of its payloads an operation returns is up to the device.
 #define BITS(VALUE) ((ulong)(isnan(VALUE) ? 0x7fc00000u : as_uint(VALUE)))
 
-__kernel void cell_digest(__global const float* restrict ux, __global const float* restrict uy,
-                          __global const float* restrict uz,
-                          __global const float* restrict vx, __global const float* restrict vy,
-                          __global const float* restrict vz,
-                          __global ulong* restrict digests) {
+__kernel void cell_digest(READ(u), READ(v), __global ulong* restrict digests) {
   const size_t index = get_global_id(0);
   const size_t i = index + FIRST;
   ulong h = (ulong)index * 0x9e3779b97f4a7c15UL;

@@ -1,7 +1,6 @@
 // Puts the grabbed particles where their tool is at the end of the substep. Entries below `split` belong to tool 0.
 __kernel void grab(__global const uint* restrict cells, uint count, uint split, float4 u0, float4 v0, float4 u1, float4 v1,
-                   __global float* restrict ux, __global float* restrict uy, __global float* restrict uz,
-                   __global float* restrict vx, __global float* restrict vy, __global float* restrict vz) {
+                   WRITE(u), WRITE(v)) {
   const uint n = get_global_id(0);
   if (n >= count) return;
   const uint i = cells[n];

@@ -1,21 +1,117 @@
 // Shared by all kernels. The host defines, as exact hexadecimal constants:
-//   SPRINGS(S)      S(offset, rx, ry, rz, L) for the 18 neighbours, in the order of summation
+//   SPRINGS(S)      S(offset, rx, ry, rz, L, c / (k L^2)) for the 18 neighbours, in the order of summation
 //   STIFFNESS, HALF_MASS, QUARTER_STIFFNESS, FIRST, CHUNK
-//   STEP, ACCELERATION, DECAY of a constant step, or else VARIABLE_STEP
+//   STEP, HALF_STEP, ACCELERATION of a constant step, or else VARIABLE_STEP
+// and of what the scene has:
+//   REGIONS, AXIAL_DAMPING, DAMPING (its factor DECAY or its DAMPING_PER_S), GRAVITY(G)
+//   HELD0, HELD1    the tool is a spring coupling; COUPLINGS(C) C(tool, k, b, k / 2 in N/m) for those
+//   PROBED          a tool is a probe; PROBES(P) P(tool, k, k / 2 in N/m, radius, cx, cy, cz) for those
 // One spring: d = (u_j - u_i) + r, force over k: (1 - L / len) d. The smallest normal number under the root changes no
 // bit of a spring longer than 1e-15 m, and gives one of no length, which has no direction, no force instead of 0/0.
 // Products with 1 or 0 instead of branches, and size_t indices (an int index turns every load into a gather), so that the
 // loop over work-items vectorises; no contraction, no transcendental, so that every device computes the same bits.
 #pragma OPENCL FP_CONTRACT OFF
 
-#define ADD_SPRING(OFFSET, RX, RY, RZ, L)                                        \
+#define READ(V) __global const float* restrict V##x, __global const float* restrict V##y, __global const float* restrict V##z
+#define WRITE(V) __global float* restrict V##x, __global float* restrict V##y, __global float* restrict V##z
+
+#ifdef REGIONS
+#define STIFFNESSES , __global const float* restrict stiffness
+#define MATERIALS STIFFNESSES, __global const float* restrict inverse_mass
+#define OWN_STIFFNESS const float ki = stiffness[i];
+#define MEAN(OFFSET) ((ki + stiffness[i + (OFFSET)]) * 0.5f) *
+#else
+#define STIFFNESSES
+#define MATERIALS
+#define inverse_mass mobile
+#define OWN_STIFFNESS
+#define MEAN(OFFSET)
+#endif
+
+#ifdef AXIAL_DAMPING
+#define NEIGHBOUR_VELOCITIES , READ(v)
+#define OWN_VELOCITY const float vxi = vx[i], vyi = vy[i], vzi = vz[i];
+#define AXIAL(OFFSET, C)                                                                                       \
+  +(C) * (((vx[i + (OFFSET)] - vxi) * dx + (vy[i + (OFFSET)] - vyi) * dy + (vz[i + (OFFSET)] - vzi) * dz) * part) * part
+#else
+#define NEIGHBOUR_VELOCITIES
+#define OWN_VELOCITY
+#define AXIAL(OFFSET, C)
+#endif
+
+#define ADD_SPRING(OFFSET, RX, RY, RZ, L, C)                                     \
   {                                                                              \
     const float dx = (ux[i + (OFFSET)] - xi) + (RX);                             \
     const float dy = (uy[i + (OFFSET)] - yi) + (RY);                             \
     const float dz = (uz[i + (OFFSET)] - zi) + (RZ);                             \
-    const float length = sqrt(dx * dx + dy * dy + dz * dz + FLT_MIN);            \
-    const float factor = active[i + (OFFSET)] * (1.0f - (L) / length);           \
+    const float part = (L) / sqrt(dx * dx + dy * dy + dz * dz + FLT_MIN);        \
+    const float factor = active[i + (OFFSET)] * (MEAN(OFFSET)(1.0f - part) AXIAL(OFFSET, C)); \
     fx += factor * dx;                                                           \
     fy += factor * dy;                                                           \
     fz += factor * dz;                                                           \
   }
+
+// Declares fx, fy, fz: what the springs do to cell i.
+#define SPRING_FORCE                                  \
+  const float xi = ux[i], yi = uy[i], zi = uz[i];     \
+  OWN_STIFFNESS OWN_VELOCITY                          \
+  float fx = 0.0f, fy = 0.0f, fz = 0.0f;              \
+  SPRINGS(ADD_SPRING)
+
+// What the tools do to it, over k, from their displacement t and velocity w.
+#ifdef HELD0
+#define HELD0_ARGUMENT , __global const float* restrict held0
+#else
+#define HELD0_ARGUMENT
+#endif
+#ifdef HELD1
+#define HELD1_ARGUMENT , __global const float* restrict held1
+#else
+#define HELD1_ARGUMENT
+#endif
+#ifdef COUPLINGS
+#define ADD_COUPLING(TOOL, K, B, HALF_K)                                                        \
+  fx += held##TOOL[i] * ((K) * (t##TOOL.x - xi) + (B) * (w##TOOL.x - vx[i]));                   \
+  fy += held##TOOL[i] * ((K) * (t##TOOL.y - yi) + (B) * (w##TOOL.y - vy[i]));                   \
+  fz += held##TOOL[i] * ((K) * (t##TOOL.z - zi) + (B) * (w##TOOL.z - vz[i]));
+#define COUPLING_FORCES COUPLINGS(ADD_COUPLING)
+#else
+#define COUPLING_FORCES
+#endif
+
+// From a probe's centre to cell i, and how far that is.
+#define FROM_PROBE(T, CX, CY, CZ)                                                               \
+  const float dx = (xi - T.x) + (rest_x[i] - (CX));                                             \
+  const float dy = (yi - T.y) + (rest_y[i] - (CY));                                             \
+  const float dz = (zi - T.z) + (rest_z[i] - (CZ));                                             \
+  const float square = dx * dx + dy * dy + dz * dz, distance = sqrt(square + FLT_MIN);
+#ifdef PROBED
+#define REST_ARGUMENTS , READ(rest_)
+#define ADD_PROBE(TOOL, K, HALF_K, RADIUS, CX, CY, CZ)                                          \
+  {                                                                                             \
+    FROM_PROBE(t##TOOL, CX, CY, CZ)                                                             \
+    const float depth = (RADIUS) - distance;                                                    \
+    const float factor = (K) * (depth > 0.0f ? depth : 0.0f) / distance;                        \
+    fx += factor * dx;                                                                          \
+    fy += factor * dy;                                                                          \
+    fz += factor * dz;                                                                          \
+  }
+#define PROBE_FORCES PROBES(ADD_PROBE)
+#else
+#define REST_ARGUMENTS
+#define PROBE_FORCES
+#endif
+#if defined(COUPLINGS) || defined(PROBED)
+#define TOOLS HELD0_ARGUMENT HELD1_ARGUMENT REST_ARGUMENTS, float4 t0, float4 w0, float4 t1, float4 w1
+#else
+#define TOOLS
+#endif
+
+#define ALL_FORCES SPRING_FORCE COUPLING_FORCES PROBE_FORCES
+
+// Where the step varies, what depends on it are arguments named as the constants that they stand for.
+#ifdef VARIABLE_STEP
+#define STEP_ARGUMENTS , float STEP, float HALF_STEP, float ACCELERATION, float DECAY, float4 STEP_GRAVITY
+#else
+#define STEP_ARGUMENTS
+#endif

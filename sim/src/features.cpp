@@ -1,0 +1,77 @@
+#include "src/features.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "evenstep/sim/solver.h"
+
+namespace evenstep::internal {
+
+SceneFeatures features_of(const Scene& scene) {
+  const auto& tissue = std::get<TissueScene>(scene.body);
+  SceneFeatures features;
+  features.regions = !tissue.regions.empty();
+  features.damping = tissue.damping_per_s != 0;
+  features.axial_damping = tissue.axial_damping_N_s_per_m != 0;
+  features.gravity = tissue.gravity_m_per_s2 != glm::dvec3(0);
+  for (std::size_t tool = 0; tool < std::min<std::size_t>(tissue.tools.size(), kMaxTools); ++tool) {
+    features.grab[tool] = tissue.tools[tool].kind == CouplingKind::grab;
+    features.spring[tool] = tissue.tools[tool].kind == CouplingKind::spring;
+    features.probe[tool] = tissue.tools[tool].kind == CouplingKind::probe;
+  }
+  features.variable_step = scene.variable_step;
+  features.energy = scene.needs_energy;
+  features.digest = scene.needs_state_digest;
+  features.local_model = scene.local_model != LocalModel::none;
+  features.fixed = tissue.fixed.any();
+  return features;
+}
+
+SceneFeatures every_feature(const Scene& scene) {
+  SceneFeatures features = features_of(scene);
+  features.regions = features.damping = features.axial_damping = features.gravity = true;
+  features.spring = features.probe = {true, true};
+  features.variable_step = features.energy = features.digest = true;
+  return features;
+}
+
+std::vector<std::string> left_out(const SceneFeatures& features) {
+  const auto none = [](const std::array<bool, kMaxTools>& tools) { return !tools[0] && !tools[1]; };
+  const auto tool = [&](std::size_t n) { return features.grab[n] || features.spring[n] || features.probe[n]; };
+  std::vector<std::string> names;
+  for (const auto& [absent, name] :
+       {std::pair{!features.regions, "regions"}, std::pair{!features.damping, "damping"},
+        std::pair{!features.axial_damping, "axial damping"}, std::pair{!features.gravity, "gravity"},
+        std::pair{!features.fixed, "fixed particles"}, std::pair{!tool(0), "tools"}, std::pair{tool(0) && !tool(1), "second tool"},
+        std::pair{none(features.grab), "grab"}, std::pair{none(features.spring), "spring coupling"},
+        std::pair{none(features.probe), "probe"}, std::pair{!features.local_model, "local model"},
+        std::pair{!features.variable_step, "variable step"}, std::pair{!features.energy, "energy"},
+        std::pair{!features.digest, "state digest"}}) {
+    if (absent) names.emplace_back(name);
+  }
+  return names;
+}
+
+void check_method(Method method, const std::string& solver) {
+  if (method == Method::symplectic_euler || method == Method::velocity_verlet) return;
+  const char* const names[] = {"symplectic Euler",  "velocity Verlet",   "the classical Runge-Kutta method",
+                               "implicit Euler",    "implicit midpoint", "vertex block descent"};
+  throw SolverError(SolverFault::unavailable,
+                    fmt::format("the solver '{}' does not have {}", solver, names[static_cast<std::size_t>(method)]),
+                    "symplectic Euler, velocity Verlet, or the solver 'cpu'");
+}
+
+int scalar_arrays(const SceneFeatures& features, Method method) {
+  int arrays = 3 * 3 + 2;  // displacement twice and velocity, or displacement, velocity and acceleration; active and mobile
+  if (method == Method::velocity_verlet || features.axial_damping) arrays += 3;  // the velocity twice
+  if (features.regions) arrays += 2;                                             // stiffness and inverse mass
+  if (features.regions && features.energy) arrays += 1;                          // mass
+  arrays += features.spring[0] + features.spring[1];
+  if (features.probes()) arrays += 3;  // where it rests
+  if (features.energy) arrays += features.gravity ? 2 : 1;
+  return arrays;
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,80 @@
+// Whatever a scene has: cpu float and OpenCL agree bit for bit, and so does a solver with everything compiled in.
+#include <catch2/catch.hpp>
+
+#include "cpu/cpu_solvers.h"
+#include "feature_scenes.h"
+#include "opencl/opencl_solver.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+constexpr int kSteps = 50;
+
+void require_equal(Solver& a, Solver& b, int steps = kSteps) {
+  double largest_N = 0;
+  for (int n = 0; n < steps; ++n) {
+    INFO("step " << n);
+    const ToolResponse expected = step(a, 2, wandering_tools(3 * n)), got = step(b, 2, wandering_tools(3 * n));
+    REQUIRE(same_bits(expected, got));
+    REQUIRE(a.state_digest() == b.state_digest());
+    REQUIRE(same_bits(a.verdict().energy_J, b.verdict().energy_J));
+    REQUIRE(same_bits(a.verdict().energy_growth, b.verdict().energy_growth));
+    for (const glm::dvec3& force_N : expected.force_N) largest_N = std::max(largest_N, norm(force_N));
+  }
+  REQUIRE_FALSE(a.verdict().non_finite);
+  REQUIRE(largest_N > 0.01);
+}
+
+Scene featured(const Has& has) { return scene_of(featured_block(has), 1e-3, true); }
+
+Has everything(Method method, CouplingKind tool) { return {true, true, true, true, tool, method}; }
+
+}  // namespace
+
+TEST_CASE("Every combination of features gives the same bits on cpu float and OpenCL", "[features][combinations]") {
+  for (const Has& has : every_combination()) {
+    INFO(text_of(has));
+    const Scene scene = featured(has);
+    require_equal(*make_solver(SolverKind::cpu_float, scene), *make_solver(SolverKind::opencl, scene));
+  }
+}
+
+TEST_CASE("With every feature no work-group size, no changing step and no divergence makes OpenCL differ from cpu float",
+          "[features][equality]") {
+  for (const Method method : {Method::symplectic_euler, Method::velocity_verlet}) {
+    for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe}) {
+      Scene scene = featured(everything(method, tool));
+      scene.variable_step = true;
+      for (const int work_group_size : {1, 8, 64, 256}) {
+        INFO(text_of(everything(method, tool)) << ", work-group size " << work_group_size);
+        const auto cpu = make_solver(SolverKind::cpu_float, scene);
+        const auto opencl = make_solver(SolverKind::opencl, scene, {"", "", work_group_size});
+        require_equal(*cpu, *opencl, 20);
+        for (int n = 0; n < 100; ++n) {  // far over the limit, to NaN
+          const auto positions_m = wandering_tools(n);
+          const double step_s = n < 20 ? 1e-3 * (1 + n % 3) : 0.02;
+          REQUIRE(same_bits(cpu->step(std::span(positions_m), step_s), opencl->step(std::span(positions_m), step_s)));
+          REQUIRE(cpu->state_digest() == opencl->state_digest());
+          REQUIRE(same_bits(cpu->verdict().energy_J, opencl->verdict().energy_J));
+        }
+        REQUIRE(cpu->verdict().non_finite);
+      }
+    }
+  }
+}
+
+TEST_CASE("A solver with every feature compiled in gives the bits of the one made for the scene", "[features]") {
+  for (const Has& has : every_combination()) {
+    INFO(text_of(has));
+    const Scene scene = featured(has);
+    const auto made = make_solver(SolverKind::cpu_float, scene);
+    require_equal(*made, *internal::make_cpu_tissue_float(scene, internal::every_feature(scene)));
+    made->reset();
+    if (has.damping == has.gravity && has.regions == has.axial_damping)  // a build costs a second
+      require_equal(*made, *internal::make_opencl_tissue(scene, internal::every_feature(scene), {}));
+    require_equal(*make_solver(SolverKind::cpu_double, scene),
+                  *internal::make_cpu_tissue_double(scene, internal::every_feature(scene)));
+  }
+}
