@@ -60,7 +60,7 @@ struct StudyReference {
   int method_order = 0;           ///< what the extrapolation relies on
   double coarsest_substep_s = 0;  ///< of the three; the finest is a quarter of it
   StudyValues scale;              ///< rms displacement in m, rms force in N, rms energy in J
-  StudyValues estimate;           ///< its own error, as the cells' errors: what two of its extrapolations differ by
+  StudyValues estimate;           ///< its own error, as the cells' errors: twice what two of its extrapolations differ by
   StudyValues order;              ///< seen between the three runs
 };
 
