@@ -151,14 +151,16 @@ std::string study_table(const StudyRecord& study) {
       estimate(StudyQuantity::energy), reference.scale[StudyQuantity::position], reference.scale[StudyQuantity::force],
       reference.scale[StudyQuantity::energy]);
   std::vector<Row> rows{{"solver", "method", "iterations", "step", "position", "force", "energy", "order", "CPU s per s (min .. max)"}};
-  bool any_at_floor = false;
+  bool any_at_floor = false, any_backwards = false;
   for (const StudyCell& cell : study.cells) {
     rows.push_back(row_of(cell, reference.estimate));
+    any_backwards |= cell.order[StudyQuantity::position] < 0;
     for (const StudyQuantity q : kStudyQuantities)
       any_at_floor |= cell.state == StudyCell::State::measured && cell.at_floor(q, reference.estimate);
   }
   out += aligned(rows);
   if (any_at_floor) out += "  * at the reference's floor: not above the reference's own error\n";
+  if (any_backwards) out += "  a negative order: the shorter step has the larger error; in float rounding adds up, step by step\n";
   if (study.interrupted) out += "  interrupted: cells are missing\n";
   return out;
 }

@@ -90,6 +90,13 @@ TEST_CASE("The table marks what is at the reference's floor, and gives the reaso
   CHECK(table.find("0.02*") == std::string::npos);
 }
 
+TEST_CASE("The table says what a negative order means where there is one") {
+  StudyRecord study = record();
+  CHECK_THAT(study_table(study), !Contains("negative order"));
+  study.cells[1].order[StudyQuantity::position] = -0.3;
+  CHECK_THAT(study_table(study), Contains("-0.30") && Contains("a negative order: the shorter step has the larger error"));
+}
+
 TEST_CASE("Every row of the CSV has as many fields as its header, and text is quoted") {
   const std::string csv = study_csv(record());
   const std::size_t columns = static_cast<std::size_t>(std::count(csv.begin(), csv.begin() + static_cast<std::ptrdiff_t>(csv.find('\n')), ','));

@@ -48,6 +48,61 @@ TEST_CASE("Every cell of a study is there, and what was not measured says why") 
   }
 }
 
+TEST_CASE("On a swinging chain every method has the order that it is known for") {
+  struct {
+    Method method;
+    double order;
+  } const rows[] = {{Method::symplectic_euler, 1}, {Method::velocity_verlet, 2},   {Method::rk4, 4},
+                    {Method::implicit_euler, 1},   {Method::implicit_midpoint, 2}, {Method::vertex_block_descent, 1}};
+  for (const int p : {1, 2}) {
+    // 40 iterations: conjugate gradients end after as many as there are particles; a sweep leaves h^2 k / m = 0.01 of the error.
+    const Scenario chain = ChainMode{p}.scenario(
+        {"study.step_sizes=[\"0.25 ms\", \"0.125 ms\", \"62.5 us\"]", "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
+    const StudyRecord study = run_study(chain);
+    for (const auto& row : rows) {
+      INFO("mode " << p << " " << name_of(row.method));
+      const auto cells = cells_of(study, row.method);
+      REQUIRE(cells.size() == 3);
+      for (const StudyCell* cell : cells) REQUIRE(cell->state == State::measured);
+      for (std::size_t i = 1; i < 3; ++i) {
+        // The next term of the error is w h of the first: 0.06 and 0.12 at the coarsest.
+        CHECK(cells[i]->order[StudyQuantity::position] == Approx(row.order).margin(0.1));
+        CHECK(cells[i]->order[StudyQuantity::force] == Approx(row.order).margin(0.1));
+      }
+    }
+  }
+}
+
+TEST_CASE("Where a method must be better than another it is, on every step that both take") {
+  const Scenario block = small_study({"scene.axial_damping=\"0 N s/m\"", "study.step_sizes=[\"0.5 ms\", \"0.25 ms\", \"0.125 ms\"]",
+                                      "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
+  const StudyRecord study = run_study(block);
+  const auto euler = cells_of(study, Method::implicit_euler), midpoint = cells_of(study, Method::implicit_midpoint);
+  const auto descent = cells_of(study, Method::vertex_block_descent), rk4 = cells_of(study, Method::rk4);
+  const auto symplectic = cells_of(study, Method::symplectic_euler), verlet = cells_of(study, Method::velocity_verlet);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (const auto* cells : {&euler, &midpoint, &descent, &rk4, &symplectic, &verlet}) {
+      REQUIRE((*cells)[i]->state == State::measured);
+      for (const StudyQuantity q : kStudyQuantities) {
+        if (i > 0) CHECK((*cells)[i]->error[q] < (*cells)[i - 1]->error[q]);  // a shorter step is a smaller error
+      }
+    }
+    for (const StudyQuantity q : kStudyQuantities) {
+      INFO(euler[i]->substep_s << " " << name_of(q));
+      CHECK(midpoint[i]->error[q] < euler[i]->error[q]);
+      CHECK(rk4[i]->error[q] < midpoint[i]->error[q]);
+      CHECK(rk4[i]->error[q] < symplectic[i]->error[q]);
+      CHECK(symplectic[i]->error[q] < euler[i]->error[q]);
+      // Both solve the same implicit equations: implicit Euler linearised once, vertex block descent by Newton steps.
+      CHECK(descent[i]->error[q] == Approx(euler[i]->error[q]).epsilon(0.1));
+    }
+    // From rest and without damping Verlet takes symplectic Euler's path; its velocities, and so the energy, are those of whole
+    // steps. The path is the same but for rounding, 1e-12 of the motion.
+    CHECK(verlet[i]->error[StudyQuantity::energy] < symplectic[i]->error[StudyQuantity::energy]);
+    CHECK(verlet[i]->error[StudyQuantity::position] == Approx(symplectic[i]->error[StudyQuantity::position]).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("The errors of a study are the same again, bit for bit") {
   const Scenario block = small_study({"study.solvers=[\"cpu\", \"opencl\"]", "study.methods=[\"symplectic-euler\"]"});
   const StudyRecord first = run_study(block), again = run_study(block);
