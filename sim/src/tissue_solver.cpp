@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "src/iterations.h"
+
 namespace evenstep::internal {
 namespace {
 
@@ -32,6 +34,7 @@ TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, st
   info_.particles = scene_.particle_count;
   info_.springs = lattice_.springs;
   info_.method = scene_.method;
+  info_.iterations = iterations_of(scene_);
   info_.limit = step_limit(scene_);
   info_.substeps = scene_.substeps > 0 ? scene_.substeps : auto_substeps(scene_, scene.step_rate);
   info_.left_out = left_out(features_);
