@@ -54,6 +54,8 @@ int main(int argc, char** argv) {
   run_command
       ->add_option("--threads", run.threads, "strategies side by side; 0 = one per core (results do not depend on it)")
       ->check(CLI::Range(0, 1024));
+  run_command->add_flag("--long", run.include_long,
+                        "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
   run_command->add_flag("--json", run.json, "print summary.json of each run instead of tables");
 
   std::vector<std::string> check_paths, check_set;
@@ -65,6 +67,16 @@ int main(int argc, char** argv) {
   CLI::App* list_command =
       cli.add_subcommand("list", "what a scenario can name: scenarios found, strategies, solvers, metrics");
   list_command->add_option("folder", list_paths, "where to look for scenarios (default: scenarios)");
+
+  app::StudyArguments study;
+  CLI::App* study_command = cli.add_subcommand("study", "error against run time: every solver, method and step of a tissue");
+  study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\"")->required();
+  study_command->add_option("--set", study.set, "path=value, overrides the file: --set study.repeats=9")->expected(1)->take_all();
+  study_command->add_option("--advise", study.advise,
+                            "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
+                            "and step; exit 1 if none reaches it");
+  study_command->add_option("--out", study.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
+  study_command->add_flag("--json", study.json, "print study.json instead of the table");
 
   std::string fit_file;
   bool fit_as_json = false;
@@ -91,6 +103,8 @@ int main(int argc, char** argv) {
     ExitCode code = ExitCode::pass;
     if (*run_command)
       code = app::run(run, interrupted);
+    else if (*study_command)
+      code = app::study(study, interrupted);
     else if (*check_command)
       code = app::check(check_paths, check_set);
     else if (*list_command)

@@ -119,10 +119,11 @@ void Svg::square(Point centre, double half, const char* fill) {
   rect({centre.x - half, centre.y - half, centre.x + half, centre.y + half}, fill, "#ffffff");
 }
 
-void Svg::text(Point at, std::string_view text, Anchor anchor, double size_px, bool bold) {
+void Svg::text(Point at, std::string_view text, Anchor anchor, double size_px, bool bold, const char* fill) {
   const char* name = anchor == Anchor::start ? "start" : anchor == Anchor::middle ? "middle" : "end";
-  out_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\"{}>{}</text>\n", at.x, at.y,
-                      size_px, name, bold ? " font-weight=\"bold\"" : "", xml_escape(text));
+  out_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\"{}{}>{}</text>\n", at.x, at.y,
+                      size_px, name, bold ? " font-weight=\"bold\"" : "",
+                      fill == std::string_view(colour::kBlack) ? "" : fmt::format(" fill=\"{}\"", fill), xml_escape(text));
 }
 
 void Svg::text_upwards(Point at, std::string_view text) {
@@ -180,9 +181,11 @@ void Panel::draw_x(bool numbers, bool label) {
   const int wanted = std::max(2, static_cast<int>((box_.right - box_.left) / 90));
   const double step = tick_step(shown, wanted);
   for (const double tick : round_ticks(shown, wanted)) {
+    if (x_.decades && tick != std::round(tick)) continue;
     const double x = x_at(tick * f);
     svg_.line({x, box_.top}, {x, box_.bottom}, {colour::kGrid, 1});
-    if (numbers) svg_.text({x, box_.bottom + 16}, tick_text(tick, step), Svg::Anchor::middle, 11);
+    if (!numbers) continue;
+    svg_.text({x, box_.bottom + 16}, x_.decades ? power_of_ten(tick) : tick_text(tick, step), Svg::Anchor::middle, 11);
   }
   if (label) svg_.text({(box_.left + box_.right) / 2, box_.bottom + 35}, x_.label(), Svg::Anchor::middle);
 }
