@@ -22,7 +22,7 @@ void explain_solver(const Scenario& scenario) {
   const auto& tissue = std::get<TissueScene>(scenario.scene.body);
   fmt::print("  scene        tissue, {} particles on {} x {} x {}, {:.6g} N/m{}\n", tissue.particle_count, tissue.lattice[0],
              tissue.lattice[1], tissue.lattice[2], tissue.stiffness_N_per_m,
-             tissue.regions.empty() ? "" : fmt::format(", {} regions of other materials", tissue.regions.size()));
+             tissue.regions.empty() ? "" : fmt::format(", and {} more materials", tissue.regions.size()));
   fmt::print("{}", stability_lines(scenario));
 }
 

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,7 +25,16 @@ struct RunArguments {
   bool include_long = false;  ///< also what carries the tag "long" and is only found in a folder
 };
 
+struct StudyArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string out, advise;
+  bool json = false;
+};
+
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted);
+/// Exit 1 where nothing meets what --advise asks for.
+ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted);
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set);
 ExitCode list(const std::vector<std::string>& paths);
 ExitCode fit(const std::string& file, bool json);
@@ -34,6 +44,9 @@ ExitCode diff(const std::string& a, const std::string& b);
 /// there.
 std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths);
 void print(const std::vector<Diagnostic>& errors);
+/// Of run folders without --out: runs/ here; where this folder cannot be written, one of the user's own among the temporary
+/// files.
+std::filesystem::path default_place();
 /// Of a tissue: method and substeps; longest stable substep, largest stiffness and the particle that sets them. Empty for a
 /// spring. Throws SolverError for a scene that no solver takes.
 std::string stability_lines(const Scenario& scenario);

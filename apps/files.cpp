@@ -1,4 +1,6 @@
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -28,6 +30,11 @@ std::optional<std::vector<std::string>> scenario_files(const std::vector<std::st
     files.insert(files.end(), found.begin(), found.end());
   }
   return files;
+}
+
+fs::path default_place() {
+  if (::access(".", W_OK | X_OK) == 0) return "runs";
+  return fs::temp_directory_path() / fmt::format("evenstep-runs-{}", ::getuid());
 }
 
 void print(const std::vector<Diagnostic>& errors) {

@@ -68,6 +68,16 @@ int main(int argc, char** argv) {
       cli.add_subcommand("list", "what a scenario can name: scenarios found, strategies, solvers, metrics");
   list_command->add_option("folder", list_paths, "where to look for scenarios (default: scenarios)");
 
+  app::StudyArguments study;
+  CLI::App* study_command = cli.add_subcommand("study", "error against run time: every solver, method and step of a tissue");
+  study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\"")->required();
+  study_command->add_option("--set", study.set, "path=value, overrides the file: --set study.repeats=9")->expected(1)->take_all();
+  study_command->add_option("--advise", study.advise,
+                            "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
+                            "and step; exit 1 if none reaches it");
+  study_command->add_option("--out", study.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
+  study_command->add_flag("--json", study.json, "print study.json instead of the table");
+
   std::string fit_file;
   bool fit_as_json = false;
   CLI::App* fit_command = cli.add_subcommand(
@@ -93,6 +103,8 @@ int main(int argc, char** argv) {
     ExitCode code = ExitCode::pass;
     if (*run_command)
       code = app::run(run, interrupted);
+    else if (*study_command)
+      code = app::study(study, interrupted);
     else if (*check_command)
       code = app::check(check_paths, check_set);
     else if (*list_command)

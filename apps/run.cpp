@@ -35,12 +35,6 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   return command;
 }
 
-/// runs/ here; where this folder cannot be written, one of the user's own among the temporary files.
-fs::path default_place() {
-  if (::access(".", W_OK | X_OK) == 0) return "runs";
-  return fs::temp_directory_path() / fmt::format("evenstep-runs-{}", ::getuid());
-}
-
 /// Where each scenario's run folder goes; the same stem in two folders gets its folder's name in front.
 std::vector<std::string> run_folders(const std::vector<std::string>& files, const std::string& out) {
   if (files.size() == 1 && !out.empty()) return {out};

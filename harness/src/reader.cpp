@@ -109,6 +109,7 @@ void read_sections(ScenarioReading& reading) {
     read_devices(reading);
     read_scene(reading);
     read_remap(reading);
+    read_study(reading);
   }
   read_expectations(reading);
   if (reading.errors.any()) return;

@@ -50,6 +50,8 @@ const std::vector<Field> kTop{
      .kinds = "loop", .required = true},
     {.table = "", .key = "remap", .forms = kTable, .meaning = "The map between real time and simulation time.",
      .kinds = "loop"},
+    {.table = "", .key = "study", .forms = kTable,
+     .meaning = "What `evenstep study` compares (tissue only). A run leaves it aside.", .kinds = "loop"},
     {.table = "", .key = "expect", .forms = kTable, .shape = Shape::list,
      .meaning = "What must hold; each entry is judged on its own."},
     {.table = "", .key = "expect_append", .forms = kTable, .shape = Shape::list,
@@ -424,6 +426,26 @@ const std::vector<Field> kRemap{
      .meaning = "Of the low-pass on the speed.", .kinds = "one-euro", .range = above(0, 100'000)},
 };
 
+const std::vector<Field> kStudy{
+    {.table = "study", .key = "duration", .forms = kSpan, .default_toml = "\"64 ms\"",
+     .meaning = "Simulated time that is judged, from the begin of the first motion on.", .range = above(0, kLongestRun_s)},
+    {.table = "study", .key = "methods", .forms = kWord, .shape = Shape::list,
+     .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
+                     "\"vertex-block-descent\"]",
+     .meaning = "Of [scene] `method`, instead of the scene's own.", .words = kMethods},
+    {.table = "study", .key = "solvers", .forms = kWord, .shape = Shape::list, .default_toml = "[\"cpu\"]",
+     .meaning = "Of [scene] `solver`, instead of the scene's own.", .words = "opencl|cpu|cpu-double"},
+    {.table = "study", .key = "step_sizes", .forms = kDuration | kRate, .shape = Shape::list,
+     .meaning = "Of the methods: whole parts of the scene's step, or multiples of it. Default: halvings of it; for explicit "
+                "methods from the first one above the limit to the fourth below it, for implicit ones down to an eighth.",
+     .range = above(0), .example = "[\"1 ms\", \"0.5 ms\"]"},
+    {.table = "study", .key = "iterations", .forms = kInteger, .shape = Shape::list,
+     .meaning = "Of the methods that iterate, each with all of them. Default: each method's own.",
+     .range = between(1, kMostIterations), .example = "[5, 20]"},
+    {.table = "study", .key = "repeats", .forms = kInteger, .default_toml = "5",
+     .meaning = "Times that each cost is measured: least, median and greatest are reported.", .range = between(1, 1000)},
+};
+
 const std::vector<Field> kExpect{
     {.table = "expect", .key = "signal", .forms = kText,
      .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
@@ -454,7 +476,7 @@ const std::vector<Field> kExpect{
 
 std::vector<Field> joined() {
   std::vector<Field> all;
-  for (const std::vector<Field>* part : {&kTop, &kCase, &kRun, &kTiming, &kScene, &kDevice, &kRemap, &kExpect}) {
+  for (const std::vector<Field>* part : {&kTop, &kCase, &kRun, &kTiming, &kScene, &kDevice, &kRemap, &kStudy, &kExpect}) {
     all.insert(all.end(), part->begin(), part->end());
   }
   return all;

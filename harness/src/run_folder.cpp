@@ -18,11 +18,6 @@ namespace evenstep {
 namespace fs = std::filesystem;
 namespace {
 
-struct File {
-  std::string name;
-  std::string content;
-};
-
 std::string_view verdict_word(ExitCode code) {
   switch (code) {
     case ExitCode::pass:
@@ -38,10 +33,10 @@ std::string_view verdict_word(ExitCode code) {
   return "error";
 }
 
-std::vector<File> files_of(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
+std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
   const RunRecord& run = outcome.record;
-  std::vector<File> files;
-  files.push_back({"summary.json", summary_of(outcome)});
+  std::vector<FolderFile> files;
+  files.push_back({kSummaryFile, summary_of(outcome)});
   files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
   files.push_back({"resolved.toml", scenario.resolved_toml});
   if (outcome.case_record) {
@@ -74,9 +69,9 @@ fs::path absolute_folder(const std::string& folder) {
   return path.has_filename() ? path : path.parent_path();  // "runs/x/" means "runs/x"
 }
 
-/// A folder we may replace: absent, empty, or a run folder of ours.
-bool replaceable(const fs::path& folder) {
-  return !fs::exists(folder) || (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / "summary.json")));
+/// A folder we may replace: absent, empty, or one of ours.
+bool replaceable(const fs::path& folder, const std::string& its_file) {
+  return !fs::exists(folder) || (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / its_file)));
 }
 
 void write_file(const fs::path& path, const std::string& content) {
@@ -92,12 +87,11 @@ std::string summary_of(const RunOutcome& outcome) {
   return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, std::string(verdict_word(outcome.exit)));
 }
 
-std::string run_folder_objection(const std::string& folder) {
+std::string run_folder_objection(const std::string& folder, const std::string& its_file) {
   try {
     const fs::path path = absolute_folder(folder);
-    if (!replaceable(path)) {
-      return fmt::format("'{}' exists and is not a run folder (no summary.json in it); give another place with --out",
-                         folder);
+    if (!replaceable(path, its_file)) {
+      return fmt::format("'{}' exists and is not a run folder (no {} in it); give another place with --out", folder, its_file);
     }
     fs::create_directories(path.parent_path());
     if (::access(path.parent_path().c_str(), W_OK | X_OK) != 0) {
@@ -113,13 +107,17 @@ std::string run_folder_objection(const std::string& folder) {
 
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce) {
+  return write_folder(folder, files_of(scenario, outcome, reproduce));
+}
+
+std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files) {
   const fs::path path = absolute_folder(folder);
   const fs::path aside = path.parent_path() / fmt::format(".{}.writing-{}", path.filename().string(), ::getpid());
   const fs::path old = path.parent_path() / fmt::format(".{}.old-{}", path.filename().string(), ::getpid());
   try {
     fs::create_directories(aside);
-    for (const File& file : files_of(scenario, outcome, reproduce)) write_file(aside / file.name, file.content);
-    if (!replaceable(path))
+    for (const FolderFile& file : files) write_file(aside / file.name, file.content);
+    if (!replaceable(path, files.front().name))
       throw std::runtime_error(fmt::format("'{}' is not a run folder and is left alone", path.string()));
     if (fs::exists(path)) fs::rename(path, old);
     fs::rename(aside, path);

@@ -181,9 +181,11 @@ void Panel::draw_x(bool numbers, bool label) {
   const int wanted = std::max(2, static_cast<int>((box_.right - box_.left) / 90));
   const double step = tick_step(shown, wanted);
   for (const double tick : round_ticks(shown, wanted)) {
+    if (x_.decades && tick != std::round(tick)) continue;
     const double x = x_at(tick * f);
     svg_.line({x, box_.top}, {x, box_.bottom}, {colour::kGrid, 1});
-    if (numbers) svg_.text({x, box_.bottom + 16}, tick_text(tick, step), Svg::Anchor::middle, 11);
+    if (!numbers) continue;
+    svg_.text({x, box_.bottom + 16}, x_.decades ? power_of_ten(tick) : tick_text(tick, step), Svg::Anchor::middle, 11);
   }
   if (label) svg_.text({(box_.left + box_.right) / 2, box_.bottom + 35}, x_.label(), Svg::Anchor::middle);
 }

@@ -8,6 +8,7 @@
 
 #include "cpu/cell_loops.h"
 #include "cpu/cpu_solvers.h"
+#include "cpu/method.h"
 #include "evenstep/time/digest.h"
 
 namespace evenstep::internal {
@@ -40,12 +41,14 @@ class CpuTissue final : public TissueSolver {
         gravity_energies_(features.energy && features.gravity ? lattice().span : 0),
         probe_sums_(features.probes() ? lattice().span / kChunk * features.probe_values() : 0) {
     fill_cells();
+    method_ = make_method<Real>({scene(), lattice(), this->features(), constants_, cells_}, substep_s());
     to_start();
   }
 
  protected:
   void substep(const ToolStates& before, const ToolStates& after) override {
     if (is_verlet_) return verlet(after);
+    if (method_) return method_->substep(write(now_), write(velocity_), before, after);
     if (features().axial_damping) std::swap(velocity_, before_);
     const Field& old_velocity = features().axial_damping ? before_ : velocity_;
     with(features().damping, features().gravity, [&](auto damping, auto gravity) {
@@ -59,7 +62,10 @@ class CpuTissue final : public TissueSolver {
     put_grabs(after, velocity_);
   }
 
-  void set_substep(double substep_s) override { constants_.set_substep(scene(), substep_s); }
+  void set_substep(double substep_s) override {
+    constants_.set_substep(scene(), substep_s);
+    if (method_) method_->set_substep(substep_s);
+  }
 
   void read_tools(const ToolStates& now, ToolReadings& readings) override {
     std::size_t n = 0;
@@ -67,6 +73,8 @@ class CpuTissue final : public TissueSolver {
       for (const std::uint32_t cell : lattice().held[tool]) readings.held_N[n++] = force_on_hand(tool, cell, now);
       if (scene().tools[tool].kind == CouplingKind::probe) readings.probes[tool] = sum_probe(tool, now);
     }
+    for (std::size_t w = 0; w < watched().size(); ++w)
+      readings.displacement_m[w] = {now_.x[watched()[w]], now_.y[watched()[w]], now_.z[watched()[w]]};
   }
 
   std::uint64_t digest() override {
@@ -153,7 +161,7 @@ class CpuTissue final : public TissueSolver {
       MaterialArrays<Real> materials(scene(), lattice());
       cells_.stiffness = keep(std::move(materials.stiffness));
       cells_.inverse_mass = keep(std::move(materials.inverse_mass));
-      if (features().energy) cells_.mass = keep(std::move(materials.mass));
+      if (needs_mass(features(), scene().method)) cells_.mass = keep(std::move(materials.mass));
     }
     for (std::size_t tool = 0; tool < kMaxTools; ++tool)
       if (features().spring[tool]) cells_.held[tool] = keep(held_cells<Real>(scene(), lattice(), tool));
@@ -248,6 +256,7 @@ class CpuTissue final : public TissueSolver {
   std::vector<Real> active_, mobile_;  // 1 or 0
   std::deque<std::vector<Real>> kept_;
   CellArrays<Real> cells_;
+  std::unique_ptr<CellMethod<Real>> method_;  // null for the explicit methods of one loop
   std::vector<Real> energies_, gravity_energies_;  // span, J
   std::vector<Real> probe_sums_;
   ChunkForces<Real> forces_;
@@ -258,7 +267,6 @@ template <class Real>
 std::unique_ptr<Solver> make_cpu_tissue(const Scene& scene, const SceneFeatures& features, std::string name) {
   const auto& tissue = std::get<TissueScene>(scene.body);
   check_tissue(tissue, scene.tool_count);
-  check_method(tissue.method, name);
   const double there = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   // And two masks in bytes.
   const double needed = cells_of(tissue) * (static_cast<double>(sizeof(Real)) * scalar_arrays(features, tissue.method) + 2);

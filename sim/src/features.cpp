@@ -63,11 +63,20 @@ void check_method(Method method, const std::string& solver) {
                     "symplectic Euler, velocity Verlet, or the solver 'cpu'");
 }
 
+bool needs_mass(const SceneFeatures& features, Method method) {
+  const bool is_explicit =
+      method == Method::symplectic_euler || method == Method::velocity_verlet || method == Method::rk4;
+  return features.regions && (features.energy || !is_explicit);
+}
+
 int scalar_arrays(const SceneFeatures& features, Method method) {
   int arrays = 3 * 3 + 2;  // displacement twice and velocity, or displacement, velocity and acceleration; active and mobile
   if (method == Method::velocity_verlet || features.axial_damping) arrays += 3;  // the velocity twice
   if (features.regions) arrays += 2;                                             // stiffness and inverse mass
-  if (features.regions && features.energy) arrays += 1;                          // mass
+  if (needs_mass(features, method)) arrays += 1;
+  if (method == Method::rk4) arrays += 5 * 3;                                               // two stages, a slope, two sums
+  if (method == Method::implicit_euler || method == Method::implicit_midpoint) arrays += 5 * 3 + 2;  // cpu/methods/implicit.cpp
+  if (method == Method::vertex_block_descent) arrays += 2 * 3 + 1;                          // start, guess; moves and lists
   arrays += features.spring[0] + features.spring[1];
   if (features.probes()) arrays += 3;  // where it rests
   if (features.energy) arrays += features.gravity ? 2 : 1;

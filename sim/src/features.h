@@ -39,7 +39,9 @@ std::vector<std::string> left_out(const SceneFeatures& features);
 /// Throws SolverError (unavailable) for a method that the solver does not have.
 void check_method(Method method, const std::string& solver);
 
-/// Arrays of one scalar per cell that an explicit method needs, the energies among them.
+/// Whether the masses of regions are needed, not only their inverse.
+bool needs_mass(const SceneFeatures& features, Method method);
+/// Arrays of one scalar per cell that a method needs, the energies among them.
 int scalar_arrays(const SceneFeatures& features, Method method);
 
 }  // namespace evenstep::internal

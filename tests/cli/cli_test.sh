@@ -149,6 +149,35 @@ case_check_and_run_say_what_step_and_stiffness_are_stable() {
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
   expect 0 "k_max " run "$tissue" "${small[@]}"
 }
+small_study=(--set 'scene.lattice=[5, 5, 5]' --set 'device.left.grab.center=["10 mm", "10 mm", "20 mm"]' --set 'device.left.grab.radius="5.5 mm"'
+  --set 'study.duration="8 ms"' --set study.repeats=1)
+case_study_writes_table_csv_json_and_figures() {
+  local block=$source_dir/scenarios/stiff/study-block.toml
+  expect 0 "refused: above the limit of" study "$block" "${small_study[@]}" --set 'study.solvers=["cpu", "cpu-double"]' --out s --advise "5 % force"
+  grep -q "^cheapest for 5 % force: " out || fail "no advice"
+  for file in study.json study.csv resolved.toml position-error.svg force-error.svg energy-error.svg; do [ -s "s/$file" ] || fail "no $file"; done
+  expect 0 "figures and data" study s/resolved.toml --out s --set 'study.solvers=["cpu"]'  # its own folder is replaced
+  mkdir t; echo mine >t/mine
+  expect 3 "is not a run folder" study "$block" "${small_study[@]}" --out t
+  [ -s t/mine ] || fail "somebody's folder was replaced"
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  "$evenstep" study "$block" "${small_study[@]}" --set 'study.solvers=["cpu"]' --json --out u >out 2>err || fail "exit"
+  python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv"))); assert len(d["cells"]) == len(r) == 27
+assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
+assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
+}
+case_study_says_that_a_solver_is_unavailable() {
+  OCL_ICD_VENDORS=$work/none expect 0 "unavailable: no OpenCL platform is installed" study "$source_dir/scenarios/stiff/study-block.toml" "${small_study[@]}" \
+    --set 'study.solvers=["opencl", "cpu"]' --set 'study.methods=["symplectic-euler"]' --advise "5 % force"
+}
+case_study_refuses_bad_input() {
+  local block=$source_dir/scenarios/stiff/study-block.toml
+  expect 1 "cannot tell what meets 1e-20 % force" study "$block" "${small_study[@]}" --set 'study.methods=["symplectic-euler"]' --advise "1e-20 % force"
+  expect 2 "--advise: error: \"1 kg\"" study "$block" --advise "1 kg"
+  expect 2 "a spring has no steps to compare" study "$spring"
+  expect 2 "no such file" study nowhere.toml
+  expect 2 "'repeats': 0 is out of range" study "$block" --set study.repeats=0
+}
 case_list_names_scenarios_and_metrics() { (cd "$source_dir" && "$evenstep" list) >out 2>err || fail "list"; grep -q "figure-1.toml" out || fail "scenario"; grep -q "velocity_jump" out || fail "metrics"; }
 case_schema_is_json() { "$evenstep" schema >out 2>err || fail "schema"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
 case_fit_proposes_a_timing_that_check_accepts() {

@@ -28,6 +28,8 @@ std::string with_timing(const std::string& timing) {
   return text.replace(from, to - from, timing + "\n");
 }
 
+std::string with_study(const std::string& keys) { return kTissue + ("[study]\n" + keys + "\n"); }
+
 /// What is stored as resolved.toml must be the same scenario.
 void check_round_trip(const Scenario& scenario) {
   const Folder folder;
@@ -154,6 +156,34 @@ local_model = "settled"
   CHECK(tissue.tools[1].kind == CouplingKind::probe);
   CHECK(tissue.tools[1].stiffness_N_per_m == 2000);
   CHECK(tissue.tools[1].damping_N_s_per_m == 0);
+  check_round_trip(s);
+}
+
+TEST_CASE("A study has the steps, methods and solvers that its file names, the coarsest step first, or all there are") {
+  const Scenario plain = good(kTissue);
+  CHECK(plain.study.duration.ns == 64'000'000);
+  CHECK(plain.study.methods == std::vector<Method>(kAllMethods.begin(), kAllMethods.end()));
+  CHECK(plain.study.solvers == std::vector<SolverKind>{SolverKind::cpu_float});
+  CHECK(plain.study.steps.empty());
+  CHECK(plain.study.iterations.empty());
+  CHECK(plain.study.repeats == 5);
+  const Scenario s = good(with_study(R"(duration = "3 segments"
+methods = ["rk4", "vertex-block-descent"]
+solvers = ["opencl", "cpu-double"]
+step_sizes = ["900 Hz", "450 Hz", "150 Hz", "225 Hz"]
+iterations = [3, 30]
+repeats = 7)"));
+  CHECK(s.study.duration.ns == 99'999'999);
+  CHECK(s.study.methods == std::vector<Method>{Method::rk4, Method::vertex_block_descent});
+  CHECK(s.study.solvers == std::vector<SolverKind>{SolverKind::opencl, SolverKind::cpu_double});
+  REQUIRE(s.study.steps.size() == 4);
+  const int expected[][2] = {{1, 3}, {1, 2}, {1, 1}, {2, 1}};  // substeps, steps of 1/450 s
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(s.study.steps[i].substeps == expected[i][0]);
+    CHECK(s.study.steps[i].steps == expected[i][1]);
+  }
+  CHECK(s.study.iterations == std::vector<int>{3, 30});
+  CHECK(s.study.repeats == 7);
   check_round_trip(s);
 }
 

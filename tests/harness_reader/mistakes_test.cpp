@@ -304,6 +304,37 @@ TEST_CASE("A tissue must fit its lattice and its devices") {
              });
 }
 
+TEST_CASE("A study must name steps that meet, and a scene that has steps") {
+  const auto with = [](const std::string& keys) { return errors_of(read_text(std::string(kTissue) + "[study]\n" + keys + "\n")); };
+  CHECK(with("") == "");
+  struct {
+    const char *keys, *error;
+  } const rows[] = {
+      {"methods = []", "scenario.toml:40:11: error: 'methods' is empty; name at least one"},
+      {"methods = [\"rk4\", \"rk4\"]", "scenario.toml:40:19: error: 'methods' names \"rk4\" twice"},
+      {"methods = [\"euler\"]", "'methods': \"euler\" must be a list, each \"symplectic-euler\""},
+      {"solvers = [\"gpu\"]", "'solvers': \"gpu\" must be a list, each \"opencl\", \"cpu\" or \"cpu-double\"; did you mean 'cpu'?"},
+      {"iterations = [0]", "'iterations': 0 is out of range"},
+      {"repeats = 0", "'repeats': 0 is out of range"},
+      {"duration = \"2 ms\"", "'duration': 2 ms is less than one step of the scene, 2.22222 ms"},
+      {"step_sizes = []", "'step_sizes' is empty; name at least one, or leave it out"},
+      {"step_sizes = [\"450 Hz\", \"1 ms\"]",
+       "scenario.toml:40:25: error: 'step_sizes': \"1 ms\" is no whole part of the scene's step of 2.22222 ms and no multiple of it; "
+       "write one, or another [scene] step_size"},
+      {"step_sizes = [\"450 Hz\", \"450 Hz\"]", "scenario.toml:40:25: error: 'step_sizes': \"450 Hz\" is there already"},
+      {"step_sizes = [\"10 Hz\"]", "'step_sizes': \"10 Hz\" is longer than the study"},
+      {"step_sizes = [\"90 MHz\"]", "'MHz' is not a unit"},
+      {"step_sizes = [\"90000 kHz\"]", "cuts the scene's step of 2.22222 ms into more than 100000"},
+      {"step_sizes = [\"150 Hz\", \"90 Hz\", \"450/7 Hz\"]", "these steps never end at the same instant within the duration"},
+  };
+  for (const auto& row : rows) {
+    INFO(row.keys);
+    CHECK_THAT(with(row.keys), Contains(row.error));
+  }
+  CHECK_THAT(errors_of(read_text(std::string(kSpring) + "[study]\n")),
+             Contains("[study] means nothing with kind = \"spring\"; remove it, or write kind = \"tissue\""));
+}
+
 TEST_CASE("A tissue has at most 60 regions") {
   const auto with = [](int count) {
     std::string regions = "regions = [";

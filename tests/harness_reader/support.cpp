@@ -213,7 +213,11 @@ std::string describe(const Scenario& s) {
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
                      name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
                      s.remap.filter_window.ns, s.remap.filter_force);
-  out += fmt::format("keep {}\n", s.keep_rows);
+  out += fmt::format("study {} repeats {} iterations {}", at(s.study.duration), s.study.repeats, fmt::join(s.study.iterations, ","));
+  for (const Method method : s.study.methods) out += fmt::format(" {}", name_of(method));
+  for (const SolverKind solver : s.study.solvers) out += fmt::format(" {}", name_of(solver));
+  for (const StudyStep& step : s.study.steps) out += fmt::format(" {}/{}", step.steps, step.substeps);
+  out += fmt::format("\nkeep {}\n", s.keep_rows);
   for (const Expectation& e : s.expectations) {
     out += fmt::format("expect {} {} '{}' min {} max {} fail {}", e.signal, e.metric, e.because, at(e.min), at(e.max),
                        e.expect_fail);

@@ -77,6 +77,17 @@ struct TimingSpec {
   std::string trace_file;
 };
 
+/// A step of a study: the scene's step cut into `substeps`, or `steps` of them at once; one of the two is 1.
+struct StudyStep { int substeps = 1; int steps = 1; };
+struct StudySpec {
+  Duration duration;                            ///< simulated, from the begin of the first motion
+  std::vector<Method> methods;
+  std::vector<SolverKind> solvers;
+  std::vector<StudyStep> steps;                 ///< coarsest first; empty: halvings around each method's limit
+  std::vector<int> iterations;                  ///< of methods that iterate; empty: each method's own
+  int repeats = 5;
+};
+
 struct Expectation {
   Place place;
   std::string signal, metric, because;
@@ -120,6 +131,7 @@ struct Scenario {
   int work_group_size = 64;
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
+  StudySpec study;
   std::vector<Expectation> expectations;
   struct ExpectStop { std::string reason; std::optional<std::int64_t> at_most_step; Place place; };
   std::optional<ExpectStop> expect_stop;

@@ -1,0 +1,86 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "commands.h"
+#include "evenstep/harness/run_failure.h"
+#include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/study.h"
+#include "evenstep/harness/version.h"
+#include "progress.h"
+
+namespace evenstep::app {
+namespace {
+
+std::string folder_for(const StudyArguments& arguments) {
+  if (!arguments.out.empty()) return arguments.out;
+  return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-study")).string();
+}
+
+StudyRecord measure(const Scenario& scenario, const std::atomic<bool>& interrupted) {
+  Progress progress(isatty(STDERR_FILENO));
+  StudyControl control;
+  control.interrupted = &interrupted;
+  control.progress = [&](double fraction) { progress.update("study", fraction); };
+  return run_study(scenario, control);
+}
+
+ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
+                        const std::atomic<bool>& interrupted) {
+  const std::string folder = folder_for(arguments);
+  if (const std::string objection = run_folder_objection(folder, kStudyFile); !objection.empty()) {
+    spdlog::error("error: {}", objection);
+    return ExitCode::run_failed;
+  }
+  if (!arguments.json) {
+    fmt::print("evenstep {}  study  {}  ({})\n", kVersion, scenario.name, scenario.file);
+    std::fflush(stdout);
+  }
+  const StudyRecord record = measure(scenario, interrupted);
+  fmt::print("{}", arguments.json ? study_json(record) : study_table(record));
+  ExitCode code = ExitCode::pass;
+  if (goal) {
+    const StudyAdvice advice = advise(record, *goal);
+    fmt::print(arguments.json ? stderr : stdout, "{}\n", advice.text);
+    if (advice.cell == nullptr) code = ExitCode::expectation_failed;
+  }
+  if (const std::string error = write_study_folder(folder, scenario, record); !error.empty()) {
+    spdlog::error("error: {}", error);
+    code = ExitCode::run_failed;
+  } else if (!arguments.json) {
+    fmt::print("figures and data in {}\n", folder);
+  }
+  return interrupted ? ExitCode::interrupted : code;
+}
+
+}  // namespace
+
+ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted) {
+  std::optional<StudyGoal> goal;
+  if (!arguments.advise.empty()) {
+    const Parsed<StudyGoal> parsed = parse_goal(arguments.advise);
+    if (!parsed.ok()) {
+      spdlog::error("--advise: error: {}", parsed.error);
+      return ExitCode::usage;
+    }
+    goal = parsed.value;
+  }
+  const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
+  std::vector<Diagnostic> errors = read.errors;
+  if (read.scenario && !std::holds_alternative<TissueScene>(read.scenario->scene.body))
+    errors.push_back({arguments.file, 0, 0, "a spring has no steps to compare; a study needs kind = \"tissue\""});
+  if (!errors.empty()) {
+    print(errors);
+    return ExitCode::usage;
+  }
+  try {
+    return study_scenario(arguments, *read.scenario, goal, interrupted);
+  } catch (const RunFailure& failure) {
+    spdlog::error("{}: error: {}; {}", arguments.file, failure.what(), failure.remedy);
+    return ExitCode::run_failed;
+  }
+}
+
+}  // namespace evenstep::app

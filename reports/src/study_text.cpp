@@ -1,0 +1,220 @@
+// A study as a table, as CSV and as JSON.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "evenstep/reports/study.h"
+#include "src/json_members.h"
+
+namespace evenstep {
+namespace {
+
+using internal::Members;
+
+constexpr std::size_t kColumns = 9;
+using Row = std::array<std::string, kColumns>;
+
+std::string step_text(double seconds) {
+  return seconds >= 0.9995e-3 ? fmt::format("{:.4g} ms", seconds * 1e3) : fmt::format("{:.4g} us", seconds * 1e6);
+}
+
+std::string error_text(const StudyCell& cell, StudyQuantity q, const StudyValues& estimate) {
+  if (!std::isfinite(cell.error[q])) return "-";
+  return fmt::format("{:.2g}{}{}", cell.error[q], q == StudyQuantity::position ? " m" : "", cell.at_floor(q, estimate) ? "*" : "");
+}
+
+Row row_of(const StudyCell& cell, const StudyValues& estimate) {
+  Row row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "", step_text(cell.substep_s)};
+  if (cell.state != StudyCell::State::measured) {
+    row[4] = fmt::format("{}: {}", name_of(cell.state), cell.reason);
+    return row;
+  }
+  for (const StudyQuantity q : kStudyQuantities) row[4 + static_cast<std::size_t>(q)] = error_text(cell, q, estimate);
+  const double order = cell.order[StudyQuantity::position];
+  row[7] = std::isfinite(order) ? fmt::format("{:.2f}", order) : "";
+  row[8] = fmt::format("{:.3g} ({:.3g} .. {:.3g})", cell.cpu.median, cell.cpu.min, cell.cpu.max);
+  return row;
+}
+
+std::string aligned(const std::vector<Row>& rows) {
+  std::array<std::size_t, kColumns> widths{};
+  for (const Row& row : rows) {
+    const bool reason = row[5].empty();  // runs on over the numbers
+    for (std::size_t c = 0; c < kColumns; ++c) {
+      if (c != 4 || !reason) widths[c] = std::max(widths[c], row[c].size());
+    }
+  }
+  std::string out;
+  for (const Row& row : rows) {
+    std::string line = "  ";
+    for (std::size_t c = 0; c < kColumns; ++c)
+      line += row[c] + std::string(row[c].size() < widths[c] ? widths[c] - row[c].size() + 2 : 2, ' ');
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + '\n';
+  }
+  return out;
+}
+
+void put_values(std::string& out, const StudyValues& values) {
+  Members row(out += '{');
+  for (const StudyQuantity q : kStudyQuantities) row.number(name_of(q), values[q]);
+  out += '}';
+}
+
+void put_cost(std::string& out, const StudyCost& cost) {
+  Members row(out += '{');
+  row.number("min", cost.min);
+  row.number("median", cost.median);
+  row.number("max", cost.max);
+  out += '}';
+}
+
+void put_cell(std::string& out, const StudyCell& cell, const StudyValues& estimate) {
+  Members row(out += "\n{");
+  row.text("solver", cell.solver);
+  row.text("method", cell.method);
+  if (cell.iterations > 0) row.whole("iterations", cell.iterations);
+  row.number("substep_s", cell.substep_s);
+  row.whole("substeps", cell.substeps);
+  row.text("state", name_of(cell.state));
+  if (cell.state == StudyCell::State::measured) {
+    put_values(row.key("error"), cell.error);
+    put_values(row.key("order"), cell.order);
+    Members floor(row.key("at_floor") += '{');
+    for (const StudyQuantity q : kStudyQuantities) floor.flag(name_of(q), cell.at_floor(q, estimate));
+    out += '}';
+    put_cost(row.key("cpu_s_per_s"), cell.cpu);
+    put_cost(row.key("wall_s_per_s"), cell.wall);
+    row.whole("repeats", cell.repeats);
+  } else {
+    row.text("reason", cell.reason);
+  }
+  out += '}';
+}
+
+void put_reference(std::string& out, const StudyReference& reference) {
+  Members row(out += '{');
+  row.text("method", reference.method);
+  row.whole("method_order", reference.method_order);
+  row.number("coarsest_substep_s", reference.coarsest_substep_s);
+  put_values(row.key("scale"), reference.scale);
+  put_values(row.key("estimate"), reference.estimate);
+  put_values(row.key("order"), reference.order);
+  out += '}';
+}
+
+std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
+
+}  // namespace
+
+const char* name_of(StudyQuantity quantity) {
+  switch (quantity) {
+    case StudyQuantity::position:
+      return "position";
+    case StudyQuantity::force:
+      return "force";
+    case StudyQuantity::energy:
+      return "energy";
+  }
+  return "";
+}
+
+const char* name_of(StudyCell::State state) {
+  switch (state) {
+    case StudyCell::State::measured:
+      return "measured";
+    case StudyCell::State::refused:
+      return "refused";
+    case StudyCell::State::unavailable:
+      return "unavailable";
+    case StudyCell::State::diverged:
+      return "diverged";
+  }
+  return "";
+}
+
+std::string study_table(const StudyRecord& study) {
+  const StudyReference& reference = study.reference;
+  const auto estimate = [&](StudyQuantity q) { return fmt::format("{:.2g}", reference.estimate[q]); };
+  std::string out = fmt::format(
+      "  machine      {}, {} processors, load {:.2g}; {}{}\n"
+      "  scene        {} particles, {:.6g} N/m; explicit limit {} in every configuration\n"
+      "  motion       {:.6g} ms, {} samples, tools move every {}\n"
+      "  reference    {}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}; orders seen: position {:.2f}, force {:.2f}, energy {:.2f}\n"
+      "               its own error: position {} m, force {}, energy {} (of {:.3g} m, {:.3g} N, {:.3g} J rms)\n\n",
+      study.machine, study.cpus, study.load, study.compiler,
+      study.opencl_device.empty() ? "" : fmt::format("; OpenCL {}", study.opencl_device), study.particles, study.stiffness_N_per_m,
+      step_text(study.step_limit_s), study.duration_s * 1e3, study.samples, step_text(study.step_s), reference.method,
+      step_text(reference.coarsest_substep_s), reference.method_order, reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
+      reference.order[StudyQuantity::energy], estimate(StudyQuantity::position), estimate(StudyQuantity::force),
+      estimate(StudyQuantity::energy), reference.scale[StudyQuantity::position], reference.scale[StudyQuantity::force],
+      reference.scale[StudyQuantity::energy]);
+  std::vector<Row> rows{{"solver", "method", "iterations", "step", "position", "force", "energy", "order", "CPU s per s (min .. max)"}};
+  bool any_at_floor = false, any_backwards = false;
+  for (const StudyCell& cell : study.cells) {
+    rows.push_back(row_of(cell, reference.estimate));
+    any_backwards |= cell.order[StudyQuantity::position] < 0;
+    for (const StudyQuantity q : kStudyQuantities)
+      any_at_floor |= cell.state == StudyCell::State::measured && cell.at_floor(q, reference.estimate);
+  }
+  out += aligned(rows);
+  if (any_at_floor) out += "  * at the reference's floor: not above the reference's own error\n";
+  if (any_backwards) out += "  a negative order: the shorter step has the larger error; in float rounding adds up, step by step\n";
+  if (study.interrupted) out += "  interrupted: cells are missing\n";
+  return out;
+}
+
+std::string study_csv(const StudyRecord& study) {
+  std::string csv =
+      "solver,method,iterations,substep_s,substeps,state,position_m,force,energy,position_order,force_order,energy_order,"
+      "at_floor,cpu_min_s_per_s,cpu_median_s_per_s,cpu_max_s_per_s,wall_min_s_per_s,wall_median_s_per_s,wall_max_s_per_s,"
+      "repeats,reason\n";
+  for (const StudyCell& cell : study.cells) {
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{}", cell.solver, cell.method,
+                   cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "", cell.substep_s, cell.substeps, name_of(cell.state));
+    const bool measured = cell.state == StudyCell::State::measured;
+    for (const StudyValues* values : {&cell.error, &cell.order}) {
+      for (const StudyQuantity q : kStudyQuantities) csv += ',' + (measured ? csv_number((*values)[q]) : "");
+    }
+    std::string floor;
+    for (const StudyQuantity q : kStudyQuantities) {
+      if (measured && cell.at_floor(q, study.reference.estimate)) floor += (floor.empty() ? "" : " ") + std::string(name_of(q));
+    }
+    csv += ',' + floor;
+    for (const StudyCost* cost : {&cell.cpu, &cell.wall}) {
+      for (const double value : {cost->min, cost->median, cost->max}) csv += ',' + (measured ? csv_number(value) : "");
+    }
+    fmt::format_to(std::back_inserter(csv), ",{},{}\n", cell.repeats, internal::csv_field(cell.reason));
+  }
+  return csv;
+}
+
+std::string study_json(const StudyRecord& study) {
+  std::string out;
+  Members top(out += '{');
+  top.whole("format", 1);
+  top.text("evenstep", study.version);
+  top.text("scenario", study.scenario);
+  top.text("file", study.file);
+  top.text("machine", study.machine);
+  top.whole("cpus", study.cpus);
+  top.number("load", study.load);
+  top.text("compiler", study.compiler);
+  top.text("opencl_device", study.opencl_device);
+  top.whole("repeats", study.repeats);
+  top.whole("particles", study.particles);
+  top.number("stiffness_N_per_m", study.stiffness_N_per_m);
+  top.number("step_limit_s", study.step_limit_s);
+  top.number("step_s", study.step_s);
+  top.number("rest_s", study.rest_s);
+  top.number("duration_s", study.duration_s);
+  top.whole("samples", study.samples);
+  top.flag("interrupted", study.interrupted);
+  put_reference(top.key("reference"), study.reference);
+  Members cells(top.key("cells") += '[');
+  for (const StudyCell& cell : study.cells) put_cell(cells.next(), cell, study.reference.estimate);
+  return out + "]}\n";
+}
+
+}  // namespace evenstep

@@ -1,0 +1,121 @@
+#pragma once
+/// The accelerations of all cells for any state, and grabbed particles: what the methods of their own have in common.
+
+#include "cpu/method.h"
+
+namespace evenstep::internal {
+
+template <class Real>
+EVENSTEP_WIDE void chunk_accelerations(std::ptrdiff_t begin, const ChunkForces<Real>& __restrict forces,
+                                       const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
+                                       const Vectors<const Real> v, const Vectors<Real> a) {
+  const auto [gx, gy, gz] = constants.gravity_m_per_s2;
+#pragma GCC ivdep
+  for (std::ptrdiff_t n = 0; n < static_cast<std::ptrdiff_t>(kChunk); ++n) {
+    const std::ptrdiff_t i = begin + n;
+    const Real per_kg = constants.stiffness_per_kg * cells.inverse_mass[i], mobile = cells.mobile[i];
+    a.x[i] = forces.x[n] * per_kg + mobile * (gx - constants.damping_per_s * v.x[i]);
+    a.y[i] = forces.y[n] * per_kg + mobile * (gy - constants.damping_per_s * v.y[i]);
+    a.z[i] = forces.z[n] * per_kg + mobile * (gz - constants.damping_per_s * v.z[i]);
+  }
+}
+
+/// a(u, v) with the tools at `tools`; zero for particles that do not move by their forces.
+template <class Real>
+void accelerations(const MethodCells<Real>& cells, const Vectors<const Real>& u, const Vectors<const Real>& v,
+                   const ToolStates& tools, const Vectors<Real>& a) {
+  ChunkForces<Real> forces;
+  for (std::ptrdiff_t begin = 0; begin < cells.count(); begin += static_cast<std::ptrdiff_t>(kChunk)) {
+    chunk_forces<Real>(cells.features, begin, u, v, cells.arrays, cells.constants, tools, forces);
+    chunk_accelerations<Real>(begin, forces, cells.arrays, cells.constants, v, a);
+  }
+}
+
+/// On the straight line of the substep, after `part` of it.
+inline ToolStates tools_after(double part, const ToolStates& before, const ToolStates& after) {
+  ToolStates between = after;
+  for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double from_m = before[tool].offset_m[axis];
+      between[tool].offset_m[axis] = from_m + (after[tool].offset_m[axis] - from_m) * part;
+    }
+  }
+  return between;
+}
+
+/// Calls with each grabbed cell's index from the lattice's first on, and its tool's state.
+template <class Real, class Put>
+void for_grabs(const MethodCells<Real>& cells, const ToolStates& tools, const Put& put) {
+  for (std::size_t tool = 0; tool < cells.lattice.held.size(); ++tool) {
+    if (!cells.features.grab[tool]) continue;
+    for (const std::uint32_t cell : cells.lattice.held[tool]) put(cell - cells.lattice.first, tools[tool]);
+  }
+}
+
+/// A grabbed particle has one velocity in the whole substep, the one that brings it from where it is to its tool.
+template <class Real>
+void start_grabs(const MethodCells<Real>& cells, const ToolStates& after, double substep_s, const Vectors<Real>& u,
+                 const Vectors<Real>& v) {
+  for_grabs(cells, after, [&](std::size_t i, const ToolState& tool) {
+    v.x[i] = static_cast<Real>((tool.offset_m[0] - u.x[i]) / substep_s);
+    v.y[i] = static_cast<Real>((tool.offset_m[1] - u.y[i]) / substep_s);
+    v.z[i] = static_cast<Real>((tool.offset_m[2] - u.z[i]) / substep_s);
+  });
+}
+
+/// At the substep's end: exactly where the tool is.
+template <class Real>
+void end_grabs(const MethodCells<Real>& cells, const ToolStates& after, const Vectors<Real>& u, const Vectors<Real>& v) {
+  for_grabs(cells, after, [&](std::size_t i, const ToolState& tool) {
+    const auto& [at_m, velocity_m_per_s] = tool;
+    u.x[i] = static_cast<Real>(at_m[0]), v.x[i] = static_cast<Real>(velocity_m_per_s[0]);
+    u.y[i] = static_cast<Real>(at_m[1]), v.y[i] = static_cast<Real>(velocity_m_per_s[1]);
+    u.z[i] = static_cast<Real>(at_m[2]), v.z[i] = static_cast<Real>(velocity_m_per_s[2]);
+  });
+}
+
+/// The cells' arrays for the loops' general version: what the scene does without is neutral (stiffness 1) or, with constants
+/// that are zero, of no consequence.
+template <class Real>
+CellArrays<Real> general_arrays(const MethodCells<Real>& cells) {
+  CellArrays<Real> arrays = cells.arrays;
+  if (!arrays.stiffness) arrays.stiffness = arrays.active;
+  for (const Real*& held : arrays.held)
+    if (!held) held = arrays.active;
+  if (!arrays.rest_m.x) arrays.rest_m = {arrays.active, arrays.active, arrays.active};
+  return arrays;
+}
+
+/// The tools of a scene at the end of a time q: where they are, and a coupling's k and b / q over the scene's stiffness.
+template <class Real>
+struct ToolTerms {
+  ToolTerms(const MethodCells<Real>& cells, const ToolStates& tools, double q_s)
+      : at{ToolVectors<Real>(tools[0]), ToolVectors<Real>(tools[1])} {
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
+      if (!cells.features.spring[tool]) continue;
+      stiffness[tool] = cells.constants.tools[tool].stiffness;
+      damping[tool] = cells.constants.tools[tool].damping_s / static_cast<Real>(q_s);
+    }
+  }
+  std::array<ToolVectors<Real>, kMaxTools> at;
+  std::array<Real, kMaxTools> stiffness{}, damping{};
+};
+
+/// A probe's force on a particle is factor d; its stiffness stiffness d d', without the negative part of a push that turns.
+template <class Real>
+struct ProbeTerm {
+  Vector<Real> d;
+  Real factor, stiffness;
+};
+template <class Real>
+EVENSTEP_INLINE ProbeTerm<Real> probe_term(const Vectors<const Real>& u, const CellArrays<Real>& cells,
+                                           const ToolConstants<Real>& constants, const ToolVectors<Real>& tool,
+                                           std::ptrdiff_t i) {
+  const Vector<Real> d = from_probe(u, cells.rest_m, constants, tool.offset_m, i);
+  const Real distance = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z + Real{FLT_MIN});
+  const Real depth = constants.radius_m - distance, inverse = Real{1} / distance;
+  const Real stiffness = depth > 0 ? constants.stiffness : Real{0};
+  return {d, stiffness * depth * inverse, stiffness * inverse * inverse};
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,156 @@
+// Errors of methods, solvers and steps. Costs are measured, so of them only what is always so is asserted.
+#include <cmath>
+#include <set>
+
+#include "evenstep/sim/stability.h"
+#include "study_scenes.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+using Catch::Contains;
+
+namespace {
+
+using State = StudyCell::State;
+
+std::vector<const StudyCell*> cells_of(const StudyRecord& study, Method method, SolverKind solver = SolverKind::cpu_double) {
+  std::vector<const StudyCell*> cells;
+  for (const StudyCell& cell : study.cells) {
+    if (cell.method == name_of(method) && cell.solver == name_of(solver)) cells.push_back(&cell);
+  }
+  return cells;
+}
+
+}  // namespace
+
+TEST_CASE("Every cell of a study is there, and what was not measured says why") {
+  const Scenario block = small_study({"study.solvers=[\"cpu-double\", \"cpu\"]", "study.iterations=[2, 6]"});
+  const StudyRecord study = run_study(block);
+  for (const SolverKind solver : {SolverKind::cpu_double, SolverKind::cpu_float}) {
+    for (const Method method : kAllMethods) {
+      const auto cells = cells_of(study, method, solver);
+      INFO(name_of(solver) << " " << name_of(method));
+      // Explicit: one above the limit, four below it. Implicit: four steps with each of two iterations.
+      CHECK(cells.size() == (iterates(method) ? 8 : 5));
+      for (const StudyCell* cell : cells) CHECK(cell->reason.empty() == (cell->state == State::measured));
+    }
+    const auto explicit_cells = cells_of(study, Method::symplectic_euler, solver);
+    CHECK(explicit_cells[0]->state == State::refused);
+    CHECK_THAT(explicit_cells[0]->reason, Contains("above the limit of"));
+    for (std::size_t i = 1; i < 5; ++i) CHECK(explicit_cells[i]->state == State::measured);
+  }
+  for (const StudyCell& cell : study.cells) {
+    if (cell.state != State::measured) continue;
+    CHECK(cell.repeats == 1);
+    CHECK(cell.cpu.min > 0);
+    CHECK(cell.cpu.min <= cell.cpu.median);
+    CHECK(cell.cpu.median <= cell.cpu.max);
+  }
+}
+
+TEST_CASE("On a swinging chain every method has the order that it is known for") {
+  struct {
+    Method method;
+    double order;
+  } const rows[] = {{Method::symplectic_euler, 1}, {Method::velocity_verlet, 2},   {Method::rk4, 4},
+                    {Method::implicit_euler, 1},   {Method::implicit_midpoint, 2}, {Method::vertex_block_descent, 1}};
+  for (const int p : {1, 2}) {
+    // 40 iterations: conjugate gradients end after as many as there are particles; a sweep leaves h^2 k / m = 0.01 of the error.
+    const Scenario chain = ChainMode{p}.scenario(
+        {"study.step_sizes=[\"0.25 ms\", \"0.125 ms\", \"62.5 us\"]", "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
+    const StudyRecord study = run_study(chain);
+    for (const auto& row : rows) {
+      INFO("mode " << p << " " << name_of(row.method));
+      const auto cells = cells_of(study, row.method);
+      REQUIRE(cells.size() == 3);
+      for (const StudyCell* cell : cells) REQUIRE(cell->state == State::measured);
+      for (std::size_t i = 1; i < 3; ++i) {
+        // The next term of the error is w h of the first: 0.06 and 0.12 at the coarsest.
+        CHECK(cells[i]->order[StudyQuantity::position] == Approx(row.order).margin(0.1));
+        CHECK(cells[i]->order[StudyQuantity::force] == Approx(row.order).margin(0.1));
+      }
+    }
+  }
+}
+
+TEST_CASE("Where a method must be better than another it is, on every step that both take") {
+  const Scenario block = small_study({"scene.axial_damping=\"0 N s/m\"", "study.step_sizes=[\"0.5 ms\", \"0.25 ms\", \"0.125 ms\"]",
+                                      "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
+  const StudyRecord study = run_study(block);
+  const auto euler = cells_of(study, Method::implicit_euler), midpoint = cells_of(study, Method::implicit_midpoint);
+  const auto descent = cells_of(study, Method::vertex_block_descent), rk4 = cells_of(study, Method::rk4);
+  const auto symplectic = cells_of(study, Method::symplectic_euler), verlet = cells_of(study, Method::velocity_verlet);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (const auto* cells : {&euler, &midpoint, &descent, &rk4, &symplectic, &verlet}) {
+      REQUIRE((*cells)[i]->state == State::measured);
+      for (const StudyQuantity q : kStudyQuantities) {
+        if (i > 0) CHECK((*cells)[i]->error[q] < (*cells)[i - 1]->error[q]);  // a shorter step is a smaller error
+      }
+    }
+    for (const StudyQuantity q : kStudyQuantities) {
+      INFO(euler[i]->substep_s << " " << name_of(q));
+      CHECK(midpoint[i]->error[q] < euler[i]->error[q]);
+      CHECK(rk4[i]->error[q] < midpoint[i]->error[q]);
+      CHECK(rk4[i]->error[q] < symplectic[i]->error[q]);
+      CHECK(symplectic[i]->error[q] < euler[i]->error[q]);
+      // Both solve the same implicit equations: implicit Euler linearised once, vertex block descent by Newton steps.
+      CHECK(descent[i]->error[q] == Approx(euler[i]->error[q]).epsilon(0.1));
+    }
+    // From rest and without damping Verlet takes symplectic Euler's path; its velocities, and so the energy, are those of whole
+    // steps. The path is the same but for rounding, 1e-12 of the motion.
+    CHECK(verlet[i]->error[StudyQuantity::energy] < symplectic[i]->error[StudyQuantity::energy]);
+    CHECK(verlet[i]->error[StudyQuantity::position] == Approx(symplectic[i]->error[StudyQuantity::position]).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("The errors of a study are the same again, bit for bit") {
+  const Scenario block = small_study({"study.solvers=[\"cpu\", \"opencl\"]", "study.methods=[\"symplectic-euler\"]"});
+  const StudyRecord first = run_study(block), again = run_study(block);
+  REQUIRE(first.cells.size() == again.cells.size());
+  for (std::size_t i = 0; i < first.cells.size(); ++i) {
+    REQUIRE(first.cells[i].state == again.cells[i].state);
+    for (const StudyQuantity q : kStudyQuantities) {
+      if (first.cells[i].state == State::measured) CHECK(first.cells[i].error[q] == again.cells[i].error[q]);
+    }
+  }
+  // cpu (float) and opencl take the same path.
+  const auto cpu = cells_of(first, Method::symplectic_euler, SolverKind::cpu_float);
+  const auto opencl = cells_of(first, Method::symplectic_euler, SolverKind::opencl);
+  REQUIRE(cpu.size() == opencl.size());
+  for (std::size_t i = 0; i < cpu.size(); ++i) {
+    if (opencl[i]->state == State::unavailable) continue;  // no OpenCL device here: said in the cell
+    CHECK(cpu[i]->state == opencl[i]->state);
+    if (cpu[i]->state != State::measured) continue;
+    CHECK(cpu[i]->error[StudyQuantity::position] == opencl[i]->error[StudyQuantity::position]);
+    CHECK(cpu[i]->error[StudyQuantity::force] == opencl[i]->error[StudyQuantity::force]);
+  }
+  CHECK_FALSE(first.opencl_device.empty());
+}
+
+TEST_CASE("A step that is not stable diverges where it is let start, and the cell says so") {
+  const Scenario block = small_study({"scene.allow_unstable=true", "study.methods=[\"symplectic-euler\"]", "study.duration=\"200 ms\"",
+                                      "study.step_sizes=[\"4 ms\", \"2 ms\", \"0.25 ms\"]", "study.solvers=[\"cpu-double\"]"});
+  const StudyRecord study = run_study(block);
+  REQUIRE(study.cells.size() == 3);
+  CHECK(study.cells[0].state == State::diverged);
+  CHECK(study.cells[1].state == State::diverged);
+  CHECK_FALSE(study.cells[1].reason.empty());
+  CHECK(study.cells[2].state == State::measured);
+  CHECK(std::isnan(study.cells[2].order[StudyQuantity::position]));  // nothing to compare with
+}
+
+TEST_CASE("Interrupted before its first cell, a study has none and says so") {
+  const std::atomic<bool> interrupted{true};
+  StudyControl control;
+  control.interrupted = &interrupted;
+  const StudyRecord study = run_study(small_study(), control);
+  CHECK(study.cells.empty());
+  CHECK(study.interrupted);
+  CHECK_THAT(study_table(study), Contains("interrupted: cells are missing"));
+}
+
+TEST_CASE("A spring is refused") {
+  const ReadResult spring = read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring.toml");
+  REQUIRE(spring.scenario);
+  CHECK_THROWS_WITH(run_study(*spring.scenario), Contains("kind = \"tissue\""));
+}
