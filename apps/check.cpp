@@ -26,9 +26,23 @@ void explain_solver(const Scenario& scenario) {
   fmt::print("{}", stability_lines(scenario));
 }
 
+void explain_case(const CaseSpec& spec) {
+  std::vector<std::string> methods, solvers;
+  for (const Method method : spec.methods) methods.emplace_back(name_of(method));
+  for (const SolverKind solver : spec.solvers) solvers.emplace_back(name_of(solver));
+  fmt::print("  case         {}, {} values from {} to {}\n", spec.kind, spec.values.size(), spec.values.front(),
+             spec.values.back());
+  fmt::print("  methods      {}\n  solvers      {}\n", fmt::join(methods, ", "), fmt::join(solvers, ", "));
+}
+
 void explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
+  if (scenario.case_spec) {
+    explain_case(*scenario.case_spec);
+    fmt::print("  expectations {}\n\n", scenario.expectations.size());
+    return;
+  }
   fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration),
              seconds(scenario.warmup), scenario.seed);
   const NominalUnits& nominal = scenario.nominal;

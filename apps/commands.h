@@ -22,6 +22,7 @@ struct RunArguments {
   std::optional<std::uint64_t> permute_ties;
   int threads = 0;
   bool json = false;
+  bool include_long = false;  ///< also what carries the tag "long" and is only found in a folder
 };
 
 struct StudyArguments {

@@ -54,6 +54,8 @@ int main(int argc, char** argv) {
   run_command
       ->add_option("--threads", run.threads, "strategies side by side; 0 = one per core (results do not depend on it)")
       ->check(CLI::Range(0, 1024));
+  run_command->add_flag("--long", run.include_long,
+                        "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
   run_command->add_flag("--json", run.json, "print summary.json of each run instead of tables");
 
   std::vector<std::string> check_paths, check_set;

@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
@@ -49,6 +50,15 @@ std::vector<std::string> run_folders(const std::vector<std::string>& files, cons
   return folders;
 }
 
+void print_case(const CaseRecord& record, const RunOutcome& outcome, const std::string& folder) {
+  std::size_t cells = 0;
+  for (const CaseRow& row : record.rows) cells += row.cells.size();
+  fmt::print("{}", case_table(record));
+  fmt::print("trace {:016x}   {} cells, each on two schedules, in {:.2f} s CPU\n", outcome.record.trace_hash, cells,
+             outcome.cpu_seconds);
+  fmt::print("figures and data in {}\n", folder);
+}
+
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
                    const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
@@ -59,6 +69,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   if (outcome.record.clock == "wall" && !outcome.record.real_time_granted) {
     fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's\n");
   }
+  if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
     fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s CPU (solver {:.2f} s)\n",
                outcome.record.trace_hash, outcome.record.strategies.size(), seconds(scenario.run_duration),
@@ -89,6 +100,14 @@ std::string_view word(ExitCode code) {
   return "";
 }
 
+/// Found in a folder, not asked for by name, and longer than a check should take.
+bool leave_out(const Scenario& scenario, const RunArguments& arguments) {
+  const auto contains = [](const auto& list, const std::string& item) {
+    return std::find(list.begin(), list.end(), item) != list.end();
+  };
+  return !arguments.include_long && contains(scenario.tags, "long") && !contains(arguments.paths, scenario.file);
+}
+
 void print_stability(const Scenario& scenario) {
   try {
     fmt::print("{}", stability_lines(scenario));
@@ -98,20 +117,25 @@ void print_stability(const Scenario& scenario) {
   std::fflush(stdout);
 }
 
-ExitCode run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
-                 const std::atomic<bool>& interrupted) {
+/// nullopt: left out.
+std::optional<ExitCode> run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
+                                const std::atomic<bool>& interrupted) {
   const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
   if (!read.scenario) {
     print(read.errors);
     return ExitCode::usage;
   }
   const Scenario& scenario = *read.scenario;
+  if (leave_out(scenario, arguments)) {
+    spdlog::info("{}: left out, it carries the tag \"long\"; --long runs it", file);
+    return std::nullopt;
+  }
   if (!arguments.json) {
     fmt::print("evenstep {}  {}  ({})  seed {}  clock {}\n", kVersion, scenario.name, scenario.file, scenario.seed,
                arguments.clock);
     std::fflush(stdout);
   }
-  if (!arguments.json) print_stability(scenario);
+  if (!arguments.json && !scenario.case_spec) print_stability(scenario);
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
     spdlog::error("error: {}", objection);
     return ExitCode::run_failed;
@@ -154,17 +178,23 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
   if (!files) return ExitCode::usage;
   const std::vector<std::string> folders = run_folders(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
-  std::size_t passed = 0, ran = 0;
+  std::size_t passed = 0, ran = 0, left_out = 0;
   for (std::size_t i = 0; i < files->size() && !interrupted; ++i) {
-    const ExitCode code = run_one((*files)[i], folders[i], arguments, interrupted);
-    worst_code = worse(worst_code, code);
-    passed += code == ExitCode::pass;
+    const std::optional<ExitCode> code = run_one((*files)[i], folders[i], arguments, interrupted);
+    if (!code) {
+      ++left_out;
+      continue;
+    }
+    worst_code = worse(worst_code, *code);
+    passed += *code == ExitCode::pass;
     ++ran;
   }
   if (interrupted) worst_code = ExitCode::interrupted;
   if (files->size() > 1 && !arguments.json) {
-    fmt::print("{} scenarios: {} passed, {} failed{}\n", files->size(), passed, ran - passed,
-               ran < files->size() ? fmt::format(", {} not run", files->size() - ran) : "");
+    const std::size_t not_run = files->size() - ran - left_out;
+    fmt::print("{} scenarios: {} passed, {} failed{}{}\n", files->size(), passed, ran - passed,
+               left_out > 0 ? fmt::format(", {} left out (long)", left_out) : "",
+               not_run > 0 ? fmt::format(", {} not run", not_run) : "");
   }
   return worst_code;
 }

@@ -27,6 +27,7 @@ bool contains(std::string_view words, std::string_view word) {
 
 /// What `Field::kinds` of this table is compared with; empty if it is not known (then no key is refused for it).
 std::string kind_of(std::string_view table, const Value* value) {
+  if (table.empty()) return value != nullptr && value->find("case") != nullptr ? "case" : "loop";
   const std::string_view key = kind_key(table);
   const auto row =
       std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == key; });
@@ -215,7 +216,9 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
   } else if (!exists_for(*field, kind)) {
     const std::string_view of = kind_key(name);
     errors_.add(entry.place,
-                kind == "trace"
+                kind == "case" ? fmt::format("'{}' does not go with [case], which drives the solver itself; remove one of them",
+                                             entry.key)
+                : kind == "trace"
                     ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
                     : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of,
                                   kind, of, fmt::join(split_words(field->kinds), "\" or \"")));
@@ -253,9 +256,15 @@ void Check::missing(const std::string& name, const Value& value) {
     if (field.table != name || !field.required || value.find(field.key) != nullptr) continue;
     if (!field.kinds.empty() && (kind.empty() || !contains(field.kinds, kind))) continue;
     const std::string remedy =
-        !(field.forms & kTable) ? fmt::format("{} = {}", field.key, example_of(field)) : title(field.key);
+        field.forms != kTable ? fmt::format("{} = {}", field.key, example_of(field)) : title(field.key);
     errors_.add(value.place, fmt::format("{} has no '{}'; write {}", title(name), field.key, remedy));
   }
+}
+
+bool Table::exists(std::string_view key) const {
+  const std::string kind = kind_of(name_, value_);
+  const Field* field = row_of(name_, key, kind);
+  return field != nullptr && exists_for(*field, kind);
 }
 
 const Field& Table::field(std::string_view key) const { return *row_of(name_, key, kind_of(name_, value_)); }

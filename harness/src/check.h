@@ -42,6 +42,8 @@ class Table {
       : value_(value), name_(std::move(name)), around_(std::move(around)) {}
 
   bool has(std::string_view key) const { return value_ != nullptr && value_->find(key) != nullptr; }
+  /// There is such a key for the kind of this table.
+  bool exists(std::string_view key) const;
   /// Of the key's value; of the table where the key is not there.
   Place place(std::string_view key) const;
   /// Given or default; a key with neither is a programming error.

@@ -104,27 +104,40 @@ double margin(const ExpectationResult& result) {
   return least;
 }
 
+ExpectationResult judge_expectation(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
+                                    const Metrics& metrics) {
+  std::optional<ExpectationResult> worst_of_pattern;
+  for (const auto& [signal, values] : metrics) {
+    if (!matches(expectation.signal, signal)) continue;
+    const auto value = values.find(expectation.metric);
+    if (value == values.end()) continue;
+    ExpectationResult result = judge_signal(expectation, signal, value->second, scenario, nominal);
+    if (!worst_of_pattern || margin(result) < margin(*worst_of_pattern)) worst_of_pattern = std::move(result);
+  }
+  if (worst_of_pattern) return std::move(*worst_of_pattern);
+  ExpectationResult result = start(expectation);
+  result.verdict = Verdict::error;
+  result.detail = "no sample was judged: the run has no value for this signal and metric";
+  return result;
+}
+
 }  // namespace
 
 namespace internal {
 
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
   std::vector<ExpectationResult> results;
+  for (const Expectation& expectation : scenario.expectations)
+    results.push_back(judge_expectation(expectation, scenario, run.nominal, metrics));
+  return results;
+}
+
+std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord& record) {
+  std::vector<ExpectationResult> results;
   for (const Expectation& expectation : scenario.expectations) {
-    std::optional<ExpectationResult> worst_of_pattern;
-    for (const auto& [signal, values] : metrics) {
-      if (!matches(expectation.signal, signal)) continue;
-      const auto value = values.find(expectation.metric);
-      if (value == values.end()) continue;
-      ExpectationResult result = judge_signal(expectation, signal, value->second, scenario, run.nominal);
-      if (!worst_of_pattern || margin(result) < margin(*worst_of_pattern)) worst_of_pattern = std::move(result);
-    }
-    if (!worst_of_pattern) {
-      worst_of_pattern = start(expectation);
-      worst_of_pattern->verdict = Verdict::error;
-      worst_of_pattern->detail = "no sample was judged: the run has no value for this signal and metric";
-    }
-    results.push_back(std::move(*worst_of_pattern));
+    std::optional<ValueRange> at;
+    if (expectation.at) at = ValueRange{(*expectation.at)[0], (*expectation.at)[1]};
+    results.push_back(judge_expectation(expectation, scenario, {}, measure(record, at)));
   }
   return results;
 }

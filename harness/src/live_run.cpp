@@ -91,6 +91,7 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
 }  // namespace
 
 std::string wall_clock_objection(const Scenario& scenario) {
+  if (scenario.case_spec) return "a [case] drives the solver itself, as fast as it can: there is no clock; leave --clock out";
   if (scenario.remap.latency.kind != Budget::Kind::fixed || scenario.remap.lead.kind != Budget::Kind::fixed) {
     return "[remap] latency and lead cannot be \"minimal\" on a wall clock, where the timing is not known before the run; "
            "give durations, for example --set remap.latency=\"25 ms\" --set remap.lead=\"3 ms\"";

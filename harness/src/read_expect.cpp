@@ -13,6 +13,7 @@ namespace {
 /// What signals may name. Read leniently, so that a mistake in [[device]] does not make every signal unknown.
 struct Names {
   std::vector<std::string_view> devices, strategies;
+  std::vector<std::string_view> methods, solvers;  ///< of a case
   bool certain = true;  ///< nothing faulty: a name that is not here does not exist
 };
 
@@ -26,6 +27,9 @@ Names collect_names(const ScenarioReading& reading) {
     }
   }
   for (const StrategyKind kind : reading.scenario.strategies) names.strategies.push_back(name_of(kind));
+  if (!reading.scenario.case_spec) return names;
+  for (const Method method : reading.scenario.case_spec->methods) names.methods.push_back(name_of(method));
+  for (const SolverKind solver : reading.scenario.case_spec->solvers) names.solvers.push_back(name_of(solver));
   return names;
 }
 
@@ -42,6 +46,14 @@ std::vector<std::string_view> split_signal(std::string_view signal) {
 std::string unknown_part(std::string_view what, std::string_view part, const std::vector<std::string_view>& known) {
   if (part == "*" || std::find(known.begin(), known.end(), part) != known.end()) return {};
   return fmt::format("there is no {} '{}'; this scenario has: {}", what, part, fmt::join(known, ", "));
+}
+
+std::string case_signal_error(std::string_view signal, const Names& names) {
+  const std::vector<std::string_view> parts = split_signal(signal);
+  if (parts.size() != 3 || parts[0] != "case")
+    return fmt::format("'{}' is not a signal of a case; write case.<method>.<solver>", signal);
+  const std::string error = unknown_part("method", parts[1], names.methods);
+  return error.empty() ? unknown_part("solver", parts[2], names.solvers) : error;
 }
 
 /// Empty: the signal's form is right and what it names exists.
@@ -106,6 +118,17 @@ void read_limits(const Table& expect, Expectation& expectation, const NominalUni
   }
 }
 
+void read_range(const Table& expect, bool of_case, Expectation& expectation, Errors& errors) {
+  const auto number = [](const Value& value) {
+    return value.is(Value::Kind::integer) ? static_cast<double>(value.integer) : value.number;
+  };
+  const Value at = expect.at("at");
+  if (!of_case) return errors.add(at.place, "'at' picks cells of a [case], and there is none; remove it");
+  if (at.list.size() != 2 || number(at.list[0]) > number(at.list[1]))
+    return errors.add(at.place, "'at' must be the least and the greatest value, such as [0.1, 1]");
+  expectation.at = {number(at.list[0]), number(at.list[1])};
+}
+
 void read_expectation(ScenarioReading& reading, const Value& value, const Names& names) {
   const Table expect(&value, "expect", value.place);
   Expectation expectation;
@@ -114,11 +137,15 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   expectation.metric = expect.text("metric");
   expectation.because = expect.text("because");
   expectation.expect_fail = expect.boolean("expect_fail");
-  const std::string error = signal_error(expectation.signal, names);
+  const bool of_case = reading.document.find("case") != nullptr;
+  const std::string error = !of_case                      ? signal_error(expectation.signal, names)
+                            : reading.scenario.case_spec ? case_signal_error(expectation.signal, names)
+                                                         : "";
   if (!error.empty()) reading.errors.add(expect.place("signal"), fmt::format("'signal': {}", error));
   if (expectation.metric.empty())
     reading.errors.add(expect.place("metric"), "'metric' is empty; name a number of docs/metrics.md");
   read_limits(expect, expectation, reading.scenario.nominal, reading.errors);
+  if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
   // Energy costs a pass over all springs per step, so the scene computes it only where it is asked for.
   if (expectation.metric.starts_with("energy_")) reading.scenario.scene.needs_energy = true;
   reading.scenario.expectations.push_back(std::move(expectation));

@@ -101,12 +101,16 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
 /// Motions, limits and units refer to each other, so the order is part of it.
 void read_sections(ScenarioReading& reading) {
   read_strategies(reading);
-  read_timing(reading);
-  read_run(reading);
-  read_devices(reading);
-  read_scene(reading);
-  read_remap(reading);
-  read_study(reading);
+  if (reading.document.find("case") != nullptr) {
+    read_case(reading);
+  } else {
+    read_timing(reading);
+    read_run(reading);
+    read_devices(reading);
+    read_scene(reading);
+    read_remap(reading);
+    read_study(reading);
+  }
   read_expectations(reading);
   if (reading.errors.any()) return;
   const Table top{&reading.document, "", reading.document.place};

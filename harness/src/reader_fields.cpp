@@ -1,6 +1,7 @@
 // The field table. One row per key; a key that means different things for different kinds has a row for each.
-#include "evenstep/sim/scene.h"
 #include "fields.h"
+
+#include "evenstep/sim/scene.h"
 
 namespace evenstep::internal {
 namespace {
@@ -20,9 +21,9 @@ constexpr double kLongestSpike_s = 9;             // the longest segment
 
 using D = Dimension;
 constexpr std::string_view kStrategies = "ideal|direct|paper|phase_locked|predict|filtered|variable_step";
-constexpr std::string_view kAnyOrder = "visualization-first|steps-first|concurrent";
 constexpr std::string_view kMethods =
     "symplectic-euler|velocity-verlet|rk4|implicit-euler|implicit-midpoint|vertex-block-descent";
+constexpr std::string_view kAnyOrder = "visualization-first|steps-first|concurrent";
 constexpr std::string_view kInTurn = "visualization-first|steps-first";
 
 // clang-format off: a row reads as a row
@@ -38,21 +39,60 @@ const std::vector<Field> kTop{
     {.table = "", .key = "extends", .forms = kFile, .shape = Shape::list, .default_toml = "[]",
      .meaning = "Files to start from; later ones win, this file over all. Tables merge, lists replace. At most 16 deep.",
      .example = "[\"base.toml\"]"},
+    {.table = "", .key = "case", .forms = kTable,
+     .meaning = "An entry of the catalogue of stiff and extreme cases, which drives the solver itself. It goes with `[[expect]]` "
+                "and, in `[run]`, with `seed`; with nothing of what follows."},
     {.table = "", .key = "run", .forms = kTable, .meaning = "How long, how often, with which strategies."},
-    {.table = "", .key = "timing", .forms = kTable, .meaning = "What the GPU costs.", .required = true},
+    {.table = "", .key = "timing", .forms = kTable, .meaning = "What the GPU costs.", .kinds = "loop", .required = true},
     {.table = "", .key = "scene", .forms = kTable,
-     .meaning = "What is simulated. Only what is named here exists in the run.", .required = true},
+     .meaning = "What is simulated. Only what is named here exists in the run.", .kinds = "loop", .required = true},
     {.table = "", .key = "device", .forms = kTable, .shape = Shape::list, .meaning = "The hands: one or two.",
-     .required = true},
-    {.table = "", .key = "remap", .forms = kTable, .meaning = "The map between real time and simulation time."},
+     .kinds = "loop", .required = true},
+    {.table = "", .key = "remap", .forms = kTable, .meaning = "The map between real time and simulation time.",
+     .kinds = "loop"},
     {.table = "", .key = "study", .forms = kTable,
-     .meaning = "What `evenstep study` compares (tissue only). A run leaves it aside."},
+     .meaning = "What `evenstep study` compares (tissue only). A run leaves it aside.", .kinds = "loop"},
     {.table = "", .key = "expect", .forms = kTable, .shape = Shape::list,
      .meaning = "What must hold; each entry is judged on its own."},
     {.table = "", .key = "expect_append", .forms = kTable, .shape = Shape::list,
      .meaning = "Expectations added to those of the files named in `extends`."},
     {.table = "", .key = "expect_stop", .forms = kTable,
-     .meaning = "The run must stop early, for this reason; anything else fails."},
+     .meaning = "The run must stop early, for this reason; anything else fails.", .kinds = "loop"},
+};
+
+const std::vector<Field> kCase{
+    {.table = "case", .key = "kind", .forms = kWord,
+     .meaning = "Which case: what is set up, what the values are and what the exact answer is (docs/stability.md).",
+     .words = "oscillator|stiffness|chain-order|edge|damping|moving-target|mass-ratio|stiff-in-soft|wall|free-fall|"
+              "hanging-chain|wave|energy|press|degenerate|crushed", .required = true, .example = "\"oscillator\""},
+    {.table = "case", .key = "methods", .forms = kWord, .shape = Shape::list,
+     .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
+                     "\"vertex-block-descent\"]",
+     .meaning = "One row of cells for each, with each solver.", .words = kMethods},
+    {.table = "case", .key = "solvers", .forms = kWord, .shape = Shape::list, .default_toml = "[\"cpu-double\", \"cpu\"]",
+     .meaning = "What computes it.", .words = "opencl|cpu|cpu-double"},
+    {.table = "case", .key = "values", .forms = kNumber | kTable, .shape = Shape::one_or_list,
+     .meaning = "One cell for each, strictly rising. A table is `count` of them, evenly spaced in their logarithms.",
+     .required = true, .range = above(0), .example = "[1, 10, 100]"},
+    {.table = "case", .key = "periods", .forms = kNumber, .default_toml = "1000", .meaning = "To run, of the oscillator.",
+     .kinds = "oscillator", .range = above(0, 1e9)},
+    {.table = "case", .key = "most_steps", .forms = kInteger, .default_toml = "20000", .meaning = "Steps to run; of an oscillator only "
+     "if its periods take more.", .kinds = "oscillator|edge|wall|wave|energy|crushed", .range = between(1, 1e12)},
+    {.table = "case", .key = "duration", .forms = kDuration, .default_toml = "\"10 s\"", .meaning = "Simulation time to run.",
+     .kinds = "stiffness|chain-order|damping", .range = above(0, 1e4)},
+    {.table = "case", .key = "particles", .forms = kInteger, .default_toml = "64",
+     .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|wave",
+     .range = between(2, 1000)},
+    {.table = "case", .key = "iterations", .forms = kInteger,
+     .meaning = "Of the methods that iterate. Default: the method's own.", .range = between(1, kMaxIterations), .example = "10"},
+    {.table = "case", .key = "allow_unstable", .forms = kBoolean, .default_toml = "false",
+     .meaning = "Lets an unstable step size start.", .kinds = "oscillator|wall"},
+    {.table = "case.values", .key = "from", .forms = kNumber, .meaning = "The first one.", .required = true, .range = above(0),
+     .example = "1e-4"},
+    {.table = "case.values", .key = "to", .forms = kNumber, .meaning = "The last one.", .required = true, .range = above(0),
+     .example = "1"},
+    {.table = "case.values", .key = "count", .forms = kInteger, .meaning = "How many.", .required = true,
+     .range = between(2, 1000), .example = "5"},
 };
 
 const std::vector<Field> kRun{
@@ -407,7 +447,8 @@ const std::vector<Field> kStudy{
 const std::vector<Field> kExpect{
     {.table = "expect", .key = "signal", .forms = kText,
      .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
-                "`<device>.buffers.<strategy>`, `solver.<strategy>`, `events.<lane>.<name>` or `run`; `*` for any one part.",
+                "`<device>.buffers.<strategy>`, `solver.<strategy>`, `events.<lane>.<name>` or `run`; `*` for any one part. "
+                "Of a case: `case.<method>.<solver>`.",
      .required = true, .example = "\"left.interaction.phase_locked\""},
     {.table = "expect", .key = "metric", .forms = kText, .meaning = "A number of that signal: docs/metrics.md.",
      .required = true,
@@ -416,6 +457,8 @@ const std::vector<Field> kExpect{
     {.table = "expect", .key = "max", .forms = kLimit, .meaning = "The value must not be above.",
      .example = "\"1e-6 step\""},
     {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
+    {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
+     .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
     {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
     {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
      .meaning = "A known fault: passing then fails."},
@@ -431,7 +474,7 @@ const std::vector<Field> kExpect{
 
 std::vector<Field> joined() {
   std::vector<Field> all;
-  for (const std::vector<Field>* part : {&kTop, &kRun, &kTiming, &kScene, &kDevice, &kRemap, &kStudy, &kExpect}) {
+  for (const std::vector<Field>* part : {&kTop, &kCase, &kRun, &kTiming, &kScene, &kDevice, &kRemap, &kStudy, &kExpect}) {
     all.insert(all.end(), part->begin(), part->end());
   }
   return all;

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 
+#include "cases/run_case.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
 #include "evenstep/harness/recorder.h"
@@ -199,11 +200,16 @@ RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options) {
 
   const double cpu_before = process_cpu_seconds();
   try {
-    std::string& difference = outcome.repeat_difference;
-    outcome.record = run_once(scenario, options, difference);
     const auto interrupted = [&] { return options.control.interrupted && options.control.interrupted->load(); };
-    if (options.repeat && !interrupted()) difference = compare(outcome.record, run_once(scenario, options, difference));
-    outcome.metrics = measure(outcome.record);
+    if (scenario.case_spec) {
+      internal::run_case(scenario, options, outcome);
+    } else {
+      std::string& difference = outcome.repeat_difference;
+      outcome.record = run_once(scenario, options, difference);
+      if (options.repeat && !interrupted()) difference = compare(outcome.record, run_once(scenario, options, difference));
+      outcome.metrics = measure(outcome.record);
+      if (!interrupted()) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+    }
     if (interrupted()) {
       outcome.exit = ExitCode::interrupted;
       return outcome;
@@ -215,7 +221,6 @@ RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options) {
   outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
   for (const StrategyRecord& strategy : outcome.record.strategies) outcome.solver_seconds += strategy.solver.solver_seconds;
 
-  outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
   if (scenario.expect_stop) {
     outcome.failure = fmt::format("the run was expected to stop ({}), but it ran to its end", scenario.expect_stop->reason);
     outcome.exit = ExitCode::expectation_failed;

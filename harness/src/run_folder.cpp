@@ -39,6 +39,10 @@ std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& out
   files.push_back({kSummaryFile, summary_of(outcome)});
   files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
   files.push_back({"resolved.toml", scenario.resolved_toml});
+  if (outcome.case_record) {
+    files.push_back({"cells.csv", cells_csv(*outcome.case_record)});
+    files.push_back({"strip.svg", case_strip_svg(*outcome.case_record, scenario.name)});
+  }
   if (run.strategies.empty()) return files;  // the run failed before it began
   files.push_back({"series.csv", series_csv(run)});
   files.push_back({"underruns.csv", underruns_csv(run)});

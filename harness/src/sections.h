@@ -23,6 +23,7 @@ void read_run(ScenarioReading& reading);           ///< after read_timing
 void read_devices(ScenarioReading& reading);       ///< after read_timing
 void read_scene(ScenarioReading& reading);         ///< after read_timing and read_devices
 void read_remap(ScenarioReading& reading);         ///< after read_timing
+void read_case(ScenarioReading& reading);
 void read_study(ScenarioReading& reading);         ///< after read_scene
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 

@@ -98,6 +98,37 @@ constexpr std::array kEvents =
 constexpr std::array kRun = std::to_array<MetricUnit>(
     {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
 
+// Of the statuses and the schedules first, then what the kinds of cases measure.
+constexpr std::array kCase = std::to_array<MetricUnit>({{"cells", "count"},
+                                                        {"ok", "count"},
+                                                        {"damped", "count"},
+                                                        {"drifting", "count"},
+                                                        {"refused", "count"},
+                                                        {"diverged", "count"},
+                                                        {"unavailable", "count"},
+                                                        {"schedule_difference", "count"},
+                                                        {"closed_form_error", "1"},
+                                                        {"energy_over_bound", "1"},
+                                                        {"energy_left", "1"},
+                                                        {"energy_left_min", "1"},
+                                                        {"order", "1"},
+                                                        {"order_min", "1"},
+                                                        {"error", "1"},
+                                                        {"step_s", "s"},
+                                                        {"momentum_error", "1"},
+                                                        {"restitution", "1"},
+                                                        {"restitution_min", "1"},
+                                                        {"bounces_min", "count"},
+                                                        {"reaction_error", "1"},
+                                                        {"limit_scaling", "1"},
+                                                        {"limit_scaling_min", "1"},
+                                                        {"stiffest_named_min", "count"},
+                                                        {"energy_swing", "1"},
+                                                        {"energy_trend", "1"},
+                                                        {"speed_error", "1"},
+                                                        {"device_difference", "count"},
+                                                        {"step_over_limit", "1"}});
+
 using Table = std::span<const MetricUnit>;
 
 std::vector<std::string_view> parts_of(std::string_view signal) {
@@ -117,6 +148,7 @@ std::vector<Table> tables_of(std::string_view signal) {
   if (parts.size() == 1 && parts[0] == "run") return {kRun};
   if (parts.size() == 2 && parts[0] == "solver") return {kSolver};
   if (parts.size() != 3) return {};
+  if (parts[0] == "case") return {kCase};
   if (parts[0] == "events") {
     const bool lane = parts[1] == "completion" || parts[1] == "device" || parts[1] == "launch" || parts[1] == "*";
     return lane ? std::vector<Table>{kEvents} : std::vector<Table>{};

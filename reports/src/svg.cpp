@@ -119,10 +119,11 @@ void Svg::square(Point centre, double half, const char* fill) {
   rect({centre.x - half, centre.y - half, centre.x + half, centre.y + half}, fill, "#ffffff");
 }
 
-void Svg::text(Point at, std::string_view text, Anchor anchor, double size_px, bool bold) {
+void Svg::text(Point at, std::string_view text, Anchor anchor, double size_px, bool bold, const char* fill) {
   const char* name = anchor == Anchor::start ? "start" : anchor == Anchor::middle ? "middle" : "end";
-  out_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\"{}>{}</text>\n", at.x, at.y,
-                      size_px, name, bold ? " font-weight=\"bold\"" : "", xml_escape(text));
+  out_ += fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" font-size=\"{:g}\" text-anchor=\"{}\"{}{}>{}</text>\n", at.x, at.y,
+                      size_px, name, bold ? " font-weight=\"bold\"" : "",
+                      fill == std::string_view(colour::kBlack) ? "" : fmt::format(" fill=\"{}\"", fill), xml_escape(text));
 }
 
 void Svg::text_upwards(Point at, std::string_view text) {

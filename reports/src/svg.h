@@ -47,7 +47,8 @@ class Svg {
   void dot(Point centre, double radius, const char* fill);
   void square(Point centre, double half, const char* fill);
   enum class Anchor { start, middle, end };
-  void text(Point at, std::string_view text, Anchor anchor = Anchor::start, double size_px = 12, bool bold = false);
+  void text(Point at, std::string_view text, Anchor anchor = Anchor::start, double size_px = 12, bool bold = false,
+            const char* fill = colour::kBlack);
   void text_upwards(Point at, std::string_view text);
   std::string finish() &&;
 

@@ -73,6 +73,8 @@ class CpuTissue final : public TissueSolver {
       for (const std::uint32_t cell : lattice().held[tool]) readings.held_N[n++] = force_on_hand(tool, cell, now);
       if (scene().tools[tool].kind == CouplingKind::probe) readings.probes[tool] = sum_probe(tool, now);
     }
+    for (std::size_t w = 0; w < watched().size(); ++w)
+      readings.displacement_m[w] = {now_.x[watched()[w]], now_.y[watched()[w]], now_.z[watched()[w]]};
   }
 
   std::uint64_t digest() override {

@@ -151,6 +151,7 @@ class OpenClTissue final : public TissueSolver {
       set(kernels().probe[tool], kernels().probe[tool].tools_at, float4(now[tool].offset_m));
       enqueue(kernels().probe[tool], chunks());
     }
+    if (!watched().empty()) enqueue(kernels().displacements, padded(watched().size()));
     read(result_buffer_, result_.size() * sizeof(float), result_.data());
     take_result(readings);
   }
@@ -227,7 +228,7 @@ class OpenClTissue final : public TissueSolver {
  private:
   /// Of one direction of the ping-pong, which velocity Verlet does without.
   struct Kernels {
-    BoundKernel advance, drift, accelerate, grab, grab_force, coupling_force, cell_digest, cell_energy;
+    BoundKernel advance, drift, accelerate, grab, grab_force, coupling_force, displacements, cell_digest, cell_energy;
     std::array<BoundKernel, kMaxTools> probe;
   };
 
@@ -258,7 +259,7 @@ class OpenClTissue final : public TissueSolver {
     enqueue(kernels().grab, padded(grabbed_count_));
   }
 
-  /// The result holds the grabbed particles' forces, then the coupled ones', then each probe's sums.
+  /// The result holds the grabbed particles' forces, then the coupled ones', each probe's sums and the watched cells.
   void take_result(ToolReadings& readings) const {
     std::size_t n = 0, grabbed = 0, coupled = 3 * grabbed_count_;
     for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
@@ -269,7 +270,12 @@ class OpenClTissue final : public TissueSolver {
         readings.probes[tool] =
             add_partials(std::span(result_).subspan(probe_at(tool), probe_size()), features().local_model);
     }
+    for (std::size_t w = 0; w < watched().size(); ++w) {
+      const std::size_t from = watched_at() + 3 * w;
+      readings.displacement_m[w] = {result_[from], result_[from + 1], result_[from + 2]};
+    }
   }
+  std::size_t watched_at() const { return result_.size() - 3 * watched().size(); }
   std::size_t probe_size() const { return chunks() * features().probe_values(); }
   std::size_t probe_at(std::size_t tool) const {
     return 3 * (grabbed_count_ + coupled_count_) + (tool == 1 && is_probe(0) ? probe_size() : 0);
@@ -300,6 +306,7 @@ class OpenClTissue final : public TissueSolver {
     if (features().grab[0] || features().grab[1]) source += std::string(kGrabSource) + kGrabForceSource;
     if (features().spring[0] || features().spring[1]) source += kCouplingForceSource;
     if (features().probes()) source += kProbeSource;
+    if (!watched().empty()) source += kDisplacementsSource;
     if (features().digest) source += kDigestSource;
     if (features().energy) source += kEnergySource;
     return source;
@@ -389,7 +396,8 @@ class OpenClTissue final : public TissueSolver {
       const auto rest_m = [&](int component) { return buffer_of(rest_positions<float>(scene(), lattice(), component)); };
       rest_m_ = {rest_m(0), rest_m(1), rest_m(2)};
     }
-    result_.resize(3 * (grabbed_count_ + coupled_count_) + probes * probe_size());
+    result_.resize(3 * (grabbed_count_ + coupled_count_) + probes * probe_size() + 3 * watched().size());
+    if (!watched().empty()) watched_cells_ = buffer_of(watched());
     if (!result_.empty()) result_buffer_ = buffer(result_.size() * sizeof(float));
   }
 
@@ -465,6 +473,11 @@ class OpenClTissue final : public TissueSolver {
       add(kernels.coupling_force, coupled_, static_cast<cl_uint>(coupled_count_), u, v);
       add_tools(kernels.coupling_force);
       add(kernels.coupling_force, static_cast<cl_uint>(3 * grabbed_count_), result_buffer_);
+    }
+    if (!watched().empty()) {
+      create(kernels.displacements, "displacements");
+      add(kernels.displacements, watched_cells_, static_cast<cl_uint>(watched().size()), u, static_cast<cl_uint>(watched_at()),
+          result_buffer_);
     }
     for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
       if (!is_probe(tool)) continue;
@@ -580,7 +593,7 @@ class OpenClTissue final : public TissueSolver {
   std::array<ClField, 2> displacement_;  // from rest, m; current_ is the newest
   std::array<ClField, 2> velocity_;      // as displacement_, or the whole step's and the half step's of velocity Verlet
   ClField acceleration_, rest_m_;
-  ClBuffer active_, mobile_, stiffness_, inverse_mass_, mass_, grabbed_, coupled_, result_buffer_;
+  ClBuffer active_, mobile_, stiffness_, inverse_mass_, mass_, grabbed_, coupled_, watched_cells_, result_buffer_;
   std::array<ClBuffer, kMaxTools> held_;
   ClBuffer cell_digests_, chunk_sums_, cell_energies_, energy_sums_, gravity_energies_, gravity_energy_sums_;
   std::array<Kernels, 2> kernels_;  // [c] reads displacement_[c]

@@ -28,7 +28,8 @@ glm::dvec3 canonical(glm::dvec3 v) {
 TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, std::string name)
     : scene_((check_tissue(std::get<TissueScene>(scene.body), scene.tool_count), std::get<TissueScene>(scene.body))),
       lattice_(scene_),
-      features_(features) {
+      features_(features),
+      local_model_(scene.local_model) {
   info_.name = std::move(name);
   info_.particles = scene_.particle_count;
   info_.springs = lattice_.springs;
@@ -47,7 +48,19 @@ TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, st
             substep_s_ * 1e3, info_.limit->step_s * 1e3, info_.limit->rest_state_step_s * 1e3, info_.limit->particle),
         fmt::format("substeps = \"auto\" or at least {}", auto_substeps(scene_, scene.step_rate)));
   }
+  if (features_.local_model) prepare_local_model();
   readings_ = empty_readings();
+}
+
+void TissueSolver::prepare_local_model() {
+  for (std::size_t tool = 0; tool < scene_.tools.size(); ++tool) {
+    const ToolCoupling& coupling = scene_.tools[tool];
+    if (coupling.kind == CouplingKind::probe) continue;
+    if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
+    else if (coupling.kind == CouplingKind::spring) settled_[tool] = glm::dmat3(coupling.stiffness_N_per_m);
+    else if (!grab_stiffness_) grab_stiffness_.emplace(scene_, lattice_);
+  }
+  if (grab_stiffness_) watched_ = grab_stiffness_->cells();
 }
 
 ToolReadings TissueSolver::empty_readings() const {
@@ -55,6 +68,7 @@ ToolReadings TissueSolver::empty_readings() const {
   std::size_t held = 0;
   for (const auto& cells : lattice_.held) held += cells.size();
   readings.held_N.resize(held);
+  readings.displacement_m.resize(watched_.size());
   return readings;
 }
 
@@ -133,8 +147,27 @@ ToolResponse TissueSolver::sum_forces() {
     if (scene_.tools[tool].kind == CouplingKind::probe)
       sum_N = glm::dvec3(probe[0], probe[1], probe[2]) * -scene_.stiffness_N_per_m;
     sum_N = canonical(sum_N);
+    if (features_.local_model) response.contact[tool] = contact(tool);
   }
   return response;
+}
+
+ToolContact TissueSolver::contact(std::size_t tool) const {
+  const ToolCoupling& coupling = scene_.tools[tool];
+  const auto& [x, y, z] = tools_[tool].offset_m;
+  ToolContact contact{true, canonical(coupling.center_m + glm::dvec3(x, y, z)), 0, settled_[tool]};
+  if (coupling.kind == CouplingKind::grab && grab_stiffness_)
+    contact.stiffness_N_per_m = grab_stiffness_->of(tool, readings_.displacement_m);
+  if (coupling.kind == CouplingKind::probe) {
+    const auto& [fx, fy, fz, depth, px, py, pz, xx, yy, zz, xy, xz, yz, gap_m] = readings_.probes[tool];
+    contact.touching = depth > 0;
+    if (contact.touching) contact.point_m = canonical(glm::dvec3(px, py, pz) / depth);
+    contact.gap_m = gap_m;
+    contact.stiffness_N_per_m = glm::dmat3(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scene_.stiffness_N_per_m;
+  }
+  for (int column = 0; column < 3; ++column)
+    contact.stiffness_N_per_m[column] = canonical(contact.stiffness_N_per_m[column]);
+  return contact;
 }
 
 void TissueSolver::note_finite(bool is_finite) {

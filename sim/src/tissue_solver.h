@@ -3,17 +3,19 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "evenstep/sim/solver.h"
 #include "src/features.h"
 #include "src/lattice.h"
+#include "src/local_model.h"
 #include "src/tissue_constants.h"
 
 namespace evenstep::internal {
 
-/// Sums over the particles that a probe touches, those that move: force over the scene's stiffness (3), and for the local
+/// Over the particles that a probe touches and that move: sums of force over the scene's stiffness (3), and for the local
 /// model also depth, depth times position (3), and the stiffness over the scene's (xx, yy, zz, xy, xz, yz); last the least
 /// distance to the sphere.
 using ProbeSums = std::array<double, kProbeValues>;
@@ -42,6 +44,8 @@ struct ToolReadings {
   std::vector<std::array<double, 3>> held_N;
   /// Per probe: sums of probe_parts (cpu/cell_loops.h) over the particles that it touches.
   std::array<ProbeSums, kMaxTools> probes{};
+  /// Of TissueSolver::watched().
+  std::vector<std::array<double, 3>> displacement_m;
 };
 
 class TissueSolver : public Solver {
@@ -78,6 +82,8 @@ class TissueSolver : public Solver {
   /// To the scene's initial state; the last thing a solver's constructor does.
   void to_start();
   void set_device(std::string device) { info_.device = std::move(device); }
+  /// Cells that the local model of a grab is made of; empty where nobody asks for it.
+  const std::vector<std::uint32_t>& watched() const { return watched_; }
   ToolReadings empty_readings() const;
 
  private:
@@ -85,6 +91,8 @@ class TissueSolver : public Solver {
   void check_length(double step_s) const;
   void take_length(double substep_s);
   ToolResponse sum_forces();
+  void prepare_local_model();
+  ToolContact contact(std::size_t tool) const;
   void move_tools(std::span<const glm::dvec3> moved_m);
   void note_finite(bool is_finite);
   void balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response);
@@ -92,6 +100,10 @@ class TissueSolver : public Solver {
   TissueScene scene_;
   Lattice lattice_;
   SceneFeatures features_;
+  LocalModel local_model_;
+  std::optional<GrabStiffness> grab_stiffness_;
+  std::array<glm::dmat3, kMaxTools> settled_{};  // or whatever else stays the same
+  std::vector<std::uint32_t> watched_;
   SolverInfo info_;
   double nominal_substep_s_ = 0, substep_s_ = 0;
   ToolReadings readings_;

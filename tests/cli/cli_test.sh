@@ -108,6 +108,25 @@ case_several_files_worst_wins() {
   [ -s all/fails/summary.json ] && [ -s all/passes/summary.json ] || fail "run folders"
   expect 2 "1 passed" run nowhere.toml passes.toml
 }
+case_long_scenarios_of_a_folder_run_only_when_asked_for() {
+  mkdir folder
+  printf '%s\n' 'format = 1' 'tags = ["long"]' '[case]' 'kind = "oscillator"' 'methods = ["symplectic-euler"]' 'values = [1, 3]' 'most_steps = 50' >folder/long.toml
+  sed 's/"long"/"ci"/' folder/long.toml >folder/short.toml
+  expect 0 "2 scenarios: 1 passed, 0 failed, 1 left out (long)" run folder
+  expect 0 "2 scenarios: 2 passed, 0 failed" run --long folder
+  expect 0 "refused" run folder/long.toml
+}
+case_a_case_writes_its_cells_and_its_strip() {
+  printf '%s\n' 'format = 1' '[case]' 'kind = "oscillator"' 'methods = ["symplectic-euler"]' 'values = [1, 3]' 'most_steps = 50' \
+    '[[expect]]' 'signal = "case.*.*"' 'metric = "refused"' 'equals = 0' >x.toml
+  expect 1 "symplectic-euler cpu" run x.toml
+  grep -q '^symplectic-euler,cpu,3,refused,' runs/x/cells.csv || fail "cells.csv"
+  grep -q '>refused<' runs/x/strip.svg || fail "strip.svg"
+  grep -q '"case.symplectic-euler.cpu":{' runs/x/summary.json || fail "summary.json"
+  grep -q '<failure' runs/x/junit.xml || fail "junit.xml"
+  expect 0 "oscillator, 2 values from 1 to 3" check x.toml
+  expect 2 "there is no clock" run --clock wall x.toml
+}
 case_diff_names_the_first_differing_event() {
   "$evenstep" run "$spring" --set 'run.duration="1 s"' --out a >out 2>err || fail "a"
   "$evenstep" run "$spring" --set 'run.duration="1 s"' --out b >out 2>err || fail "b"

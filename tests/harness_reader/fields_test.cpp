@@ -39,7 +39,8 @@ std::string key_tables() {
       std::string kinds;
       for (const std::string_view kind : split_words(field.kinds))
         kinds += fmt::format("{}`{}`", kinds.empty() ? "" : ", ", kind);
-      const bool every = field.table == "timing" && split_words(field.kinds).size() == 3;  // all but a trace
+      // All but a trace; what a case leaves out is said at its key.
+      const bool every = (field.table == "timing" && split_words(field.kinds).size() == 3) || field.table.empty();
       out += fmt::format("| `{}` | {}{} | {} | {}{} |\n", field.key, cell(describe_forms(field)),
                          range.empty() ? "" : ", " + range, cell(fallback), kinds.empty() || every ? "" : kinds + ": ",
                          cell(std::string(field.meaning)));
@@ -83,7 +84,7 @@ void check_alone(const Field& field, std::string_view toml) {
   Value document = around(field.key, parse_toml_value(toml, kHere));
   const std::vector<std::string_view> kinds = split_words(field.kinds);
   const std::string kind(kind_key(field.table));
-  if (!kinds.empty() && field.key != kind) {
+  if (!kinds.empty() && field.key != kind && !field.table.empty()) {
     document.table.push_back({kind, kHere, text_value(std::string(kinds.front()), kHere)});
   }
   for (std::string_view path = field.table; !path.empty();) {

@@ -86,6 +86,15 @@ std::string timing_text(const TimingSpec& t) {
   return out + "\n";
 }
 
+std::string case_text(const CaseSpec& c) {
+  std::string out = fmt::format("case {} values {} periods {} most {} duration {} particles {} iterations {} unstable {}",
+                                c.kind, fmt::join(c.values, ","), c.periods, c.most_steps, c.duration_s, c.particles,
+                                c.iterations, c.allow_unstable);
+  for (const Method method : c.methods) out += fmt::format(" {}", name_of(method));
+  for (const SolverKind solver : c.solvers) out += fmt::format(" {}", name_of(solver));
+  return out + "\n";
+}
+
 }  // namespace
 
 const char* const kSpring = R"(format = 1
@@ -212,9 +221,11 @@ std::string describe(const Scenario& s) {
   for (const StudyStep& step : s.study.steps) out += fmt::format(" {}/{}", step.steps, step.substeps);
   out += fmt::format("\nkeep {}\n", s.keep_rows);
   for (const Expectation& e : s.expectations) {
-    out += fmt::format("expect {} {} '{}' min {} max {} fail {}\n", e.signal, e.metric, e.because, at(e.min), at(e.max),
+    out += fmt::format("expect {} {} '{}' min {} max {} fail {}", e.signal, e.metric, e.because, at(e.min), at(e.max),
                        e.expect_fail);
+    out += e.at ? fmt::format(" at {} {}\n", (*e.at)[0], (*e.at)[1]) : "\n";
   }
+  if (s.case_spec) out += case_text(*s.case_spec);
   if (s.expect_stop) out += fmt::format("stop {} {}\n", s.expect_stop->reason, s.expect_stop->at_most_step.value_or(-1));
   return out + fmt::format("nominal {} {} {} {}\n", at(s.nominal.segment), at(s.nominal.visualization), at(s.nominal.slot),
                            at(s.nominal.step_run_time));

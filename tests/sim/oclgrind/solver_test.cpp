@@ -1,7 +1,7 @@
 // Under Oclgrind (oclgrind_test.sh): an OpenCL that is not PoCL, interprets each work-item, and watches every access.
 #include <catch2/catch.hpp>
 
-#include "tissue_scenes.h"
+#include "feature_scenes.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
@@ -25,4 +25,21 @@ TEST_CASE("On Oclgrind forces, digest and energy are those of cpu float, bit for
     REQUIRE(same_bits(cpu->verdict().energy_J, opencl->verdict().energy_J));
   }
   CHECK(norm(step(*cpu, 2, wandering_tools(199)).force_N[0]) > 0.1);
+}
+
+TEST_CASE("On Oclgrind a scene with every feature is that of cpu float, bit for bit") {
+  for (const Method method : {Method::symplectic_euler, Method::velocity_verlet}) {
+    for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring}) {  // and beside it a spring, a probe
+      Scene scene = scene_of(featured_block({true, true, true, true, tool, method}), 1e-3, true);
+      scene.variable_step = true;
+      scene.local_model = LocalModel::instantaneous;
+      const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
+      for (int n = 0; n < 3; ++n) {
+        const Positions at = wandering_tools(20 * n);
+        REQUIRE(same_bits(step(*cpu, 2, at), step(*opencl, 2, at)));
+        REQUIRE(cpu->state_digest() == opencl->state_digest());
+        REQUIRE(same_bits(cpu->verdict().energy_J, opencl->verdict().energy_J));
+      }
+    }
+  }
 }

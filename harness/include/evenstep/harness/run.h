@@ -9,6 +9,7 @@
 
 #include "evenstep/harness/scenario.h"
 #include "evenstep/harness/strategy_run.h"
+#include "evenstep/reports/case_record.h"
 #include "evenstep/reports/measures.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/reports/verdict.h"
@@ -38,6 +39,7 @@ ExitCode worse(ExitCode a, ExitCode b);
 struct RunOutcome {
   ExitCode exit = ExitCode::pass;
   RunRecord record;
+  std::optional<CaseRecord> case_record;  ///< of a scenario with a [case]; `record` then has no strategy
   Metrics metrics;
   std::vector<ExpectationResult> results;
   std::vector<Diagnostic> errors;  ///< scenario errors found only now (unknown metric, no unit `step`)

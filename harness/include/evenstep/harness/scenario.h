@@ -92,7 +92,23 @@ struct Expectation {
   Place place;
   std::string signal, metric, because;
   std::optional<Limit> min, max;
+  std::optional<std::array<double, 2>> at;      ///< of a case: only the cells whose values lie between these
   bool expect_fail = false;
+};
+
+/// [case]: an entry of the catalogue of stiff and extreme cases. It drives the solver itself, for every method and solver over
+/// every value. What its kind has no use for keeps the value here.
+struct CaseSpec {
+  std::string kind;
+  std::vector<Method> methods;
+  std::vector<SolverKind> solvers;
+  std::vector<double> values;                   ///< strictly rising; what they are is up to the kind
+  double periods = 0;
+  std::int64_t most_steps = 0;
+  double duration_s = 0;                        ///< of simulation time
+  std::int64_t particles = 0;
+  int iterations = 0;                           ///< of methods that iterate; 0: their default
+  bool allow_unstable = false;
 };
 
 struct Scenario {
@@ -107,6 +123,7 @@ struct Scenario {
   StrategyKind live = StrategyKind::phase_locked;
   bool keep_rows = true;                        ///< false: the run folder has bins and metrics only
 
+  std::optional<CaseSpec> case_spec;            ///< then there is no timing, scene, device or remap
   TimingSpec timing;
   SolverKind solver = SolverKind::opencl;
   Scene scene;

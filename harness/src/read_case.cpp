@@ -1,0 +1,87 @@
+// [case]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "sections.h"
+
+namespace evenstep::internal {
+namespace {
+
+/// The named ones of `all`, in the order of the file, each once.
+template <class Kind, std::size_t count>
+std::vector<Kind> read_names(const Table& table, std::string_view key, const std::array<Kind, count>& all, Errors& errors) {
+  std::vector<Kind> kinds;
+  for (const Value& name : table.at(key).list) {
+    const Kind kind = *std::find_if(all.begin(), all.end(), [&](Kind k) { return name.text == name_of(k); });
+    if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end())
+      errors.add(name.place, fmt::format("'{}' names \"{}\" twice", key, name.text));
+    kinds.push_back(kind);
+  }
+  if (kinds.empty()) errors.add(table.place(key), fmt::format("'{}' is empty; name at least one", key));
+  return kinds;
+}
+
+/// Both ends exactly.
+void append_decades(const Table& range, std::vector<double>& values, Errors& errors) {
+  const double from = range.number("from"), to = range.number("to");
+  const std::int64_t count = range.integer("count");
+  if (!(from < to)) errors.add(range.place("to"), fmt::format("'to': {} is not above from, {}; write the larger one", to, from));
+  for (std::int64_t i = 0; i < count; ++i) {
+    const double part = static_cast<double>(i) / static_cast<double>(count - 1);
+    // Rounded to twelve digits, so that decades are what they look like.
+    const double value = std::stod(fmt::format("{:.12g}", std::exp(std::log(from) + part * (std::log(to) - std::log(from)))));
+    values.push_back(i == 0 ? from : i == count - 1 ? to : value);
+  }
+}
+
+std::vector<double> read_values(const Table& table, Errors& errors) {
+  const Value given = table.at("values");
+  std::vector<double> values;
+  const auto append = [&](const Value& one) {
+    if (one.is(Value::Kind::table)) return append_decades(Table(&one, "case.values", one.place), values, errors);
+    values.push_back(one.is(Value::Kind::integer) ? static_cast<double>(one.integer) : one.number);
+  };
+  if (given.is(Value::Kind::list)) {
+    for (const Value& one : given.list) append(one);
+  } else {
+    append(given);
+  }
+  const auto falls = std::adjacent_find(values.begin(), values.end(), [](double a, double b) { return !(a < b); });
+  if (falls != values.end())
+    errors.add(given.place, fmt::format("'values': {} comes after {}; sort them, each once", falls[1], falls[0]));
+  return values;
+}
+
+/// Of [run] a case has the seed only: of its irregular schedule.
+void check_run(const ScenarioReading& reading) {
+  const Value* run = reading.document.find("run");
+  if (run == nullptr) return;
+  for (const Entry& entry : run->table) {
+    if (entry.key != "seed")
+      reading.errors.add(entry.place, fmt::format("'{}' of [run] does not go with [case]; remove it", entry.key));
+  }
+}
+
+}  // namespace
+
+void read_case(ScenarioReading& reading) {
+  check_run(reading);
+  if (!reading.sound("case")) return;
+  const Table table = reading.section("case");
+  CaseSpec spec;
+  spec.kind = table.text("kind");
+  spec.methods = read_names(table, "methods", kAllMethods, reading.errors);
+  spec.solvers = read_names(table, "solvers", kAllSolvers, reading.errors);
+  spec.values = read_values(table, reading.errors);
+  if (table.exists("periods")) spec.periods = table.number("periods");
+  if (table.exists("most_steps")) spec.most_steps = table.integer("most_steps");
+  if (table.exists("duration")) spec.duration_s = seconds(table.duration("duration"));
+  if (table.exists("particles")) spec.particles = table.integer("particles");
+  if (table.exists("allow_unstable")) spec.allow_unstable = table.boolean("allow_unstable");
+  if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations"));
+  reading.scenario.case_spec = std::move(spec);
+}
+
+}  // namespace evenstep::internal
