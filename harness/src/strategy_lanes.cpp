@@ -1,5 +1,7 @@
 #include "evenstep/harness/strategy_lanes.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <map>
 
@@ -59,7 +61,11 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   record.steps_over_limit = verdict.steps_over_limit;
   record.step_over_limit_max = verdict.step_over_limit_max;
   record.has_energy = scene.needs_energy;
-  record.left_out = info.left_out;
+  for (const auto& [feature, cost_percent] : info.left_out) {
+    record.left_out.push_back(!cost_percent        ? feature
+                              : *cost_percent <= 0 ? feature + " (less than 1 % of a step)"
+                                                   : fmt::format("{} (+{} % of a step)", feature, *cost_percent));
+  }
   record.solver_seconds = seconds;
   return record;
 }

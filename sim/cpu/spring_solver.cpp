@@ -14,7 +14,8 @@ class SpringSolver final : public Solver {
     }
     info_.name = "cpu-double";
     info_.particles = 0;
-    info_.left_out = {"particles", "substeps", "variable step", "state digest", "energy"};
+    for (const char* feature : {"particles", "substeps", "variable step", "state digest", "energy"})
+      info_.left_out.push_back({feature, std::nullopt});
   }
   /// Of any length: it remembers nothing.
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double>) override {

@@ -1,11 +1,12 @@
 #include "src/features.h"
 
-#include <algorithm>
-#include <utility>
-
 #include <fmt/format.h>
 
-#include "evenstep/sim/solver.h"
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "src/feature_costs.h"
 
 namespace evenstep::internal {
 
@@ -37,10 +38,10 @@ SceneFeatures every_feature(const Scene& scene) {
   return features;
 }
 
-std::vector<std::string> left_out(const SceneFeatures& features) {
+std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl) {
   const auto none = [](const std::array<bool, kMaxTools>& tools) { return !tools[0] && !tools[1]; };
   const auto tool = [&](std::size_t n) { return features.grab[n] || features.spring[n] || features.probe[n]; };
-  std::vector<std::string> names;
+  std::vector<LeftOut> all;
   for (const auto& [absent, name] :
        {std::pair{!features.regions, "regions"}, std::pair{!features.damping, "damping"},
         std::pair{!features.axial_damping, "axial damping"}, std::pair{!features.gravity, "gravity"},
@@ -50,9 +51,12 @@ std::vector<std::string> left_out(const SceneFeatures& features) {
         std::pair{none(features.probe), "probe"}, std::pair{!features.local_model, "local model"},
         std::pair{!features.variable_step, "variable step"}, std::pair{!features.energy, "energy"},
         std::pair{!features.digest, "state digest"}}) {
-    if (absent) names.emplace_back(name);
+    if (!absent) continue;
+    const auto cost = std::find_if(kFeatureCosts.begin(), kFeatureCosts.end(),
+                                   [&, name = name](const FeatureCost& c) { return std::string_view(c.feature) == name; });
+    all.push_back({name, opencl ? cost->opencl_percent : cost->cpu_percent});
   }
-  return names;
+  return all;
 }
 
 void check_method(Method method, const std::string& solver) {

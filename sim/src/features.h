@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "evenstep/sim/scene.h"
+#include "evenstep/sim/solver.h"
 
 namespace evenstep::internal {
 
@@ -33,8 +34,8 @@ struct SceneFeatures {
 SceneFeatures features_of(const Scene& scene);
 /// All that change nothing where their coefficients are neutral: for the proof that leaving them out changes no bit.
 SceneFeatures every_feature(const Scene& scene);
-/// Names of what is not there, in a fixed order.
-std::vector<std::string> left_out(const SceneFeatures& features);
+/// What is not there, in a fixed order.
+std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl);
 
 /// Throws SolverError (unavailable) for a method that the solver does not have.
 void check_method(Method method, const std::string& solver);

@@ -39,6 +39,14 @@ struct ParticleState {
   std::vector<glm::dvec3> displacement_m, velocity_m_per_s;
 };
 
+/// What a scene does not need and so does not exist in its solver: no kernel code, no array, no launch.
+struct LeftOut {
+  std::string feature;
+  /// What it would add to the CPU time of a substep, as measured at 20,270 particles (docs/performance.md); none where the
+  /// scene is a spring.
+  std::optional<int> cost_percent;
+};
+
 /// What a solver says of a finished run.
 struct SolverVerdict {
   bool non_finite = false;
@@ -64,7 +72,7 @@ struct SolverInfo {
   Method method = Method::symplectic_euler;
   int iterations = 0;                 ///< of a method that iterates; otherwise 0
   std::optional<StepLimit> limit;     ///< none for the spring; StepLimit::step_s is infinite for implicit methods
-  std::vector<std::string> left_out;  ///< what this scene does not need and so does not exist in it
+  std::vector<LeftOut> left_out;
 };
 
 enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
