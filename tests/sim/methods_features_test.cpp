@@ -41,12 +41,13 @@ double difference(const std::vector<ToolResponse>& a, const std::vector<ToolResp
 }  // namespace
 
 // RK4 and velocity Verlet only ask for accelerations, each in its own way; implicit methods take every force apart into what it
-// is and how it changes. They agree only if each of them honours every feature. A force that ignores axial damping, gravity
-// or a region is off by 10 % and more here.
-TEST_CASE("With every combination of features all methods come to the same forces, as their orders say", "[methods][features]") {
+// is and how it changes. They agree only if each of them honours every feature.
+TEST_CASE("In every combination of features with a grab, and in mixtures with the other tools, all methods come to the same forces",
+          "[methods][features]") {
   for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe}) {
     for (unsigned bits = 0; bits < 16; ++bits) {
       Has has{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, tool, Method::rk4};
+      if (tool != CouplingKind::grab && bits != 0 && bits != 7 && bits != 9 && bits != 14 && bits != 15) continue;
       const auto expected = smooth_run(has, 20'000, 0);
       for (const Method method :
            {Method::velocity_verlet, Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {

@@ -12,7 +12,9 @@
 // subspace that they have spanned, x' A x = x' (M v0 - q K u0) for linear springs and x = 0 before, which alone gives
 //   E1 = E0 - (h^2 x'K x + (x - v0)' M (x - v0)) / 2    for implicit Euler, however few iterations there are:
 // an unfinished solve is never unstable, only slower than the scene. (Begun at x = v0 it can gain energy.) Implicit midpoint,
-// E1 = E0, takes a second Newton step for its order and keeps this only as far as the conjugate gradients converge.
+// E1 = E0, takes a second Newton step for its order and keeps this only as far as the conjugate gradients converge and the
+// springs are nearly linear: from a block crushed to a plane, with k = 2e5 N/m in steps of 1 ms, it stays finite but gains
+// energy.
 // Measured on 10^3 particles, tool dragged at 0.1 m/s in steps of 1 ms: 20 iterations of implicit Euler are within 1e-3 of
 // the force of all of them for k from 2 to 2e5 N/m, as are 40 of implicit midpoint, a quarter of them in its first step.
 #include <algorithm>

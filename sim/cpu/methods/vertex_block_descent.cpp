@@ -58,15 +58,16 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
     for (int s = 0; s < kNeighbours; ++s) {
       const std::ptrdiff_t j = i + arrays.offset[static_cast<std::size_t>(s)];
       const Vector<Real> d = to_neighbour(u, constants, i, j, s);
-      const Real inverse = Real{1} / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z + Real{FLT_MIN});
-      const Real stretched = Real{1} - constants.length_m[static_cast<std::size_t>(s)] * inverse;
+      const Real square = d.x * d.x + d.y * d.y + d.z * d.z + Real{FLT_MIN}, inverse_square = Real{1} / square;
+      // As spring_force has it: exactly 0 at rest.
+      const Real stretched = Real{1} - constants.length_m[static_cast<std::size_t>(s)] / std::sqrt(square);
       Real k = active[j];
       if constexpr (kGeneral) k *= spring_stiffness(arrays.stiffness[i], arrays.stiffness[j]);
       const Real across = k * (stretched > 0 ? stretched : Real{0});
-      Real along = (k - across) * inverse * inverse, pull = k * stretched;
+      Real along = (k - across) * inverse_square, pull = k * stretched;
       if constexpr (kGeneral) {
         const Vector<Real> w{(u.x[j] - u0.x[j]) - moved.x, (u.y[j] - u0.y[j]) - moved.y, (u.z[j] - u0.z[j]) - moved.z};
-        const Real damper = active[j] * block.axial * inverse * inverse;
+        const Real damper = active[j] * block.axial * inverse_square;
         pull += damper * (w.x * d.x + w.y * d.y + w.z * d.z);
         along += damper;
       }

@@ -82,7 +82,7 @@ struct TissueScene {
   std::vector<MaterialRegion> regions;
   FixedFaces fixed;
   Method method = Method::symplectic_euler;
-  int iterations = 0;  ///< of conjugate gradients, or sweeps; 0 = the method's own default; none for explicit methods
+  int iterations = 0;  ///< at most, per substep: of conjugate gradients, or sweeps; 0: 20 (implicit Euler), 40 (midpoint), 10
   int substeps = 0;    ///< per step; 0 = "auto": least that meets the configuration-free bound, 1 without a bound
   std::vector<ToolCoupling> tools;  ///< one per tool
   /// State at step 0, by site (x-fastest, particle_count entries); empty: at rest.
