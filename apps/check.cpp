@@ -83,13 +83,14 @@ std::string stability_lines(const Scenario& scenario) {
                                          substeps == 1 ? "" : "s", 1e3 * substep_s);
   if (!std::isfinite(limit.step_s)) return method + "  stability    implicit: stable at any step\n";
   const auto [nx, ny, nz] = tissue->lattice;
-  return method + fmt::format(
-                      "  stability    dt_max {:.4g} ms in every configuration ({:.4g} ms at rest, not safe), k_max {:.4g} N/m at "
-                      "this substep\n"
-                      "               particle {} at site ({}, {}, {}) sets them\n",
-                      1e3 * limit.step_s, 1e3 * limit.rest_state_step_s,
-                      tissue->stiffness_N_per_m * stiffness_margin(tissue->method, limit, substep_s), limit.particle,
-                      limit.particle % nx, limit.particle / nx % ny, limit.particle / nx / ny);
+  return method +
+         fmt::format(
+             "  stability    dt_max {:.4g} ms in every configuration ({:.4g} ms at rest, not safe), k_max {:.4g} N/m at "
+             "this substep\n"
+             "               particle {} at site ({}, {}, {}) sets them\n",
+             1e3 * limit.step_s, 1e3 * limit.rest_state_step_s,
+             tissue->stiffness_N_per_m * stiffness_margin(tissue->method, limit, substep_s), limit.particle,
+             limit.particle % nx, limit.particle / nx % ny, limit.particle / nx / ny);
 }
 
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set) {

@@ -71,10 +71,13 @@ int main(int argc, char** argv) {
   app::StudyArguments study;
   CLI::App* study_command = cli.add_subcommand("study", "error against run time: every solver, method and step of a tissue");
   study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\"")->required();
-  study_command->add_option("--set", study.set, "path=value, overrides the file: --set study.repeats=9")->expected(1)->take_all();
-  study_command->add_option("--advise", study.advise,
-                            "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
-                            "and step; exit 1 if none reaches it");
+  study_command->add_option("--set", study.set, "path=value, overrides the file: --set study.repeats=9")
+      ->expected(1)
+      ->take_all();
+  study_command->add_option(
+      "--advise", study.advise,
+      "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
+      "and step; exit 1 if none reaches it");
   study_command->add_option("--out", study.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
   study_command->add_flag("--json", study.json, "print study.json instead of the table");
 

@@ -1,3 +1,5 @@
+#include "evenstep/harness/study.h"
+
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -7,7 +9,6 @@
 #include "commands.h"
 #include "evenstep/harness/run_failure.h"
 #include "evenstep/harness/run_folder.h"
-#include "evenstep/harness/study.h"
 #include "evenstep/harness/version.h"
 #include "progress.h"
 

@@ -103,10 +103,11 @@ void read_method(const Table& scene, TissueScene& tissue, Errors& errors) {
   if (!scene.has("iterations")) return;
   tissue.iterations = static_cast<int>(scene.integer("iterations"));
   if (iterates(tissue.method)) return;
-  errors.add(scene.place("iterations"),
-             fmt::format("'iterations' means nothing with method = \"{}\"; remove it, or write method = \"implicit-euler\" or "
-                         "\"implicit-midpoint\" or \"vertex-block-descent\"",
-                         name));
+  errors.add(
+      scene.place("iterations"),
+      fmt::format("'iterations' means nothing with method = \"{}\"; remove it, or write method = \"implicit-euler\" or "
+                  "\"implicit-midpoint\" or \"vertex-block-descent\"",
+                  name));
 }
 
 TissueScene read_tissue(const Table& scene, Errors& errors) {

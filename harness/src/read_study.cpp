@@ -34,22 +34,25 @@ std::int64_t steps_within(Duration duration, Rate rate) {
 
 StudyStep read_step(const Value& value, const Scenario& scenario, Errors& errors) {
   const Rate scene = scenario.scene.step_rate, wanted = step_rate_of(value.text);
-  const __int128 finer = static_cast<__int128>(wanted.num) * scene.den, coarser = static_cast<__int128>(scene.num) * wanted.den;
+  const __int128 finer = static_cast<__int128>(wanted.num) * scene.den,
+                 coarser = static_cast<__int128>(scene.num) * wanted.den;
   const std::int64_t most_steps = steps_within(scenario.study.duration, scene);
   if (finer % coarser == 0 && finer / coarser <= kMaxSubsteps) return {static_cast<int>(finer / coarser), 1};
   if (coarser % finer == 0 && coarser / finer <= most_steps) return {1, static_cast<int>(coarser / finer)};
   const std::string step = fmt::format("{:.6g} ms", 1e3 * period_s(scene));
   if (coarser % finer == 0)
-    errors.add(value.place, fmt::format("'step_sizes': \"{}\" is longer than the study; write a shorter one, or a longer duration",
-                                        value.text));
+    errors.add(
+        value.place,
+        fmt::format("'step_sizes': \"{}\" is longer than the study; write a shorter one, or a longer duration", value.text));
   else if (finer % coarser == 0)
-    errors.add(value.place, fmt::format("'step_sizes': \"{}\" cuts the scene's step of {} into more than {}", value.text, step,
-                                        kMaxSubsteps));
+    errors.add(value.place, fmt::format("'step_sizes': \"{}\" cuts the scene's step of {} into more than {}", value.text,
+                                        step, kMaxSubsteps));
   else
-    errors.add(value.place,
-               fmt::format("'step_sizes': \"{}\" is no whole part of the scene's step of {} and no multiple of it; write one, or "
-                           "another [scene] step_size",
-                           value.text, step));
+    errors.add(
+        value.place,
+        fmt::format("'step_sizes': \"{}\" is no whole part of the scene's step of {} and no multiple of it; write one, or "
+                    "another [scene] step_size",
+                    value.text, step));
   return {};
 }
 
@@ -69,7 +72,8 @@ void read_steps(const Table& study, Scenario& scenario, Errors& errors) {
   }
   if (sizes.list.empty()) errors.add(sizes.place, "'step_sizes' is empty; name at least one, or leave it out");
   if (errors.count() == before && together > steps_within(scenario.study.duration, scenario.scene.step_rate))
-    errors.add(sizes.place, "'step_sizes': these steps never end at the same instant within the duration; write multiples of each other");
+    errors.add(sizes.place,
+               "'step_sizes': these steps never end at the same instant within the duration; write multiples of each other");
   std::stable_sort(scenario.study.steps.begin(), scenario.study.steps.end(), [](const StudyStep& a, const StudyStep& b) {
     return std::int64_t{a.steps} * b.substeps > std::int64_t{b.steps} * a.substeps;
   });
@@ -84,9 +88,11 @@ void read_study(ScenarioReading& reading) {
   StudySpec& spec = scenario.study;
   spec.duration = study.span("duration", scenario.nominal, reading.errors);
   for (const std::string& name : names_of(study, "methods", reading.errors))
-    spec.methods.push_back(*std::find_if(kAllMethods.begin(), kAllMethods.end(), [&](Method m) { return name == name_of(m); }));
+    spec.methods.push_back(
+        *std::find_if(kAllMethods.begin(), kAllMethods.end(), [&](Method m) { return name == name_of(m); }));
   for (const std::string& name : names_of(study, "solvers", reading.errors))
-    spec.solvers.push_back(*std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind s) { return name == name_of(s); }));
+    spec.solvers.push_back(
+        *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind s) { return name == name_of(s); }));
   spec.repeats = static_cast<int>(study.integer("repeats"));
   if (study.has("iterations")) {
     for (const Value& count : study.at("iterations").list) spec.iterations.push_back(static_cast<int>(count.integer));
@@ -94,7 +100,8 @@ void read_study(ScenarioReading& reading) {
   const Value* written = reading.document.find("study");
   if (written == nullptr) return;
   if (std::holds_alternative<SpringScene>(scenario.scene.body)) {
-    reading.errors.add(written->place, "[study] means nothing with kind = \"spring\"; remove it, or write kind = \"tissue\"");
+    reading.errors.add(written->place,
+                       "[study] means nothing with kind = \"spring\"; remove it, or write kind = \"tissue\"");
   } else if (steps_within(spec.duration, scenario.scene.step_rate) < 1) {
     reading.errors.add(study.place("duration"), fmt::format("'duration': {} is less than one step of the scene, {:.6g} ms",
                                                             in_ms(spec.duration), 1e3 * period_s(scenario.scene.step_rate)));

@@ -91,7 +91,8 @@ std::string run_folder_objection(const std::string& folder, const std::string& i
   try {
     const fs::path path = absolute_folder(folder);
     if (!replaceable(path, its_file)) {
-      return fmt::format("'{}' exists and is not a run folder (no {} in it); give another place with --out", folder, its_file);
+      return fmt::format("'{}' exists and is not a run folder (no {} in it); give another place with --out", folder,
+                         its_file);
     }
     fs::create_directories(path.parent_path());
     if (::access(path.parent_path().c_str(), W_OK | X_OK) != 0) {

@@ -22,9 +22,9 @@ using internal::StudyPlan;
 using internal::StudyRun;
 using internal::StudyTrace;
 
-constexpr double kLeastTimed_s = 0.02;     // CPU: a repeat goes through the motion as often as this takes
-constexpr double kMostCell_s = 20;         // CPU: a cell that has cost so much is not repeated further
-constexpr double kDivergedTimes = 10;      // the reference's motion
+constexpr double kLeastTimed_s = 0.02;  // CPU: a repeat goes through the motion as often as this takes
+constexpr double kMostCell_s = 20;      // CPU: a cell that has cost so much is not repeated further
+constexpr double kDivergedTimes = 10;   // the reference's motion
 
 std::string machine_name() {
   std::ifstream file("/proc/cpuinfo");
@@ -52,7 +52,8 @@ double step_limit_s(const Scenario& scenario, Method method) {
 /// Implicit: from the scene's step to its eighth.
 std::vector<StudyStep> default_steps(const Scenario& scenario, Method method) {
   const Rate rate = scenario.scene.step_rate;
-  const std::int64_t most = std::max<std::int64_t>(1, floor_mul_div(scenario.study.duration.ns, rate.num, rate.den * 8'000'000'000));
+  const std::int64_t most =
+      std::max<std::int64_t>(1, floor_mul_div(scenario.study.duration.ns, rate.num, rate.den * 8'000'000'000));
   if (iterates(method)) return {{1, 1}, {2, 1}, {4, 1}, {8, 1}};
   const double limit_s = step_limit_s(scenario, method), step_s = period_s(rate);
   std::vector<StudyStep> steps;
@@ -62,8 +63,10 @@ std::vector<StudyStep> default_steps(const Scenario& scenario, Method method) {
   for (int below = 0; below < 4;) {
     steps.push_back(step);
     below += step_s * step.steps / step.substeps < limit_s;
-    if (step.steps > 1) step.steps /= 2;
-    else step.substeps *= 2;
+    if (step.steps > 1)
+      step.steps /= 2;
+    else
+      step.substeps *= 2;
   }
   return steps;
 }
@@ -95,8 +98,10 @@ StudyCost cost_of(std::vector<double> seconds) {
 
 class Study {
  public:
-  Study(const Scenario& scenario, const StudyControl& control) : scenario_(scenario), control_(control), runs_(runs_of(scenario)), plan_(scenario, steps_of(runs_)) {
-    if (plan_.samples < 1) throw RunFailure("limit", "the study's steps share no instant within its duration", "a longer [study] duration");
+  Study(const Scenario& scenario, const StudyControl& control)
+      : scenario_(scenario), control_(control), runs_(runs_of(scenario)), plan_(scenario, steps_of(runs_)) {
+    if (plan_.samples < 1)
+      throw RunFailure("limit", "the study's steps share no instant within its duration", "a longer [study] duration");
   }
 
   StudyRecord run() {
@@ -170,8 +175,9 @@ class Study {
     const StudyTrace trace = internal::trace_of(*solver, scenario_, plan_, run.step);
     if (trace.first_bad_sample >= 0) {
       cell.state = StudyCell::State::diverged;
-      cell.reason = fmt::format("not finite at {:.4g} ms", record_.duration_s * 1e3 * static_cast<double>(trace.first_bad_sample) /
-                                                               static_cast<double>(plan_.samples));
+      cell.reason =
+          fmt::format("not finite at {:.4g} ms", record_.duration_s * 1e3 * static_cast<double>(trace.first_bad_sample) /
+                                                     static_cast<double>(plan_.samples));
       return;
     }
     cell.error = internal::error_of(trace, reference.trace, record_.reference.scale);

@@ -19,8 +19,8 @@ std::string cell_name(const StudyCell& cell) {
 }
 
 std::string real_time(const StudyCell& cell) {
-  const std::string cost = fmt::format("{:.3g} CPU seconds per simulated second ({:.3g} to {:.3g} in {} repeats)", cell.cpu.median,
-                                       cell.cpu.min, cell.cpu.max, cell.repeats);
+  const std::string cost = fmt::format("{:.3g} CPU seconds per simulated second ({:.3g} to {:.3g} in {} repeats)",
+                                       cell.cpu.median, cell.cpu.min, cell.cpu.max, cell.repeats);
   return cell.cpu.max < 1 ? fmt::format("{}: keeps real time here, {:.3g} times over", cost, 1 / cell.cpu.max)
                           : fmt::format("{}: does not keep real time here, {:.3g} times too slow", cost, cell.cpu.max);
 }
@@ -30,7 +30,8 @@ std::string real_time(const StudyCell& cell) {
 Parsed<StudyGoal> parse_goal(std::string_view text) {
   StudyGoal goal;
   goal.text = std::string(text);
-  const std::string expected = fmt::format("\"{}\" is not an error to reach; write such as \"1 % force\", \"5 % energy\" or \"10 um position\"", text);
+  const std::string expected = fmt::format(
+      "\"{}\" is not an error to reach; write such as \"1 % force\", \"5 % energy\" or \"10 um position\"", text);
   const std::size_t blank = text.rfind(' ');
   if (blank == std::string_view::npos) return {goal, expected};
   const std::string_view wanted = text.substr(blank + 1), number = text.substr(0, blank);
@@ -70,7 +71,8 @@ StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal) {
   if (advice.cell == nullptr) {
     advice.text = fmt::format("none meets {}", goal.text);
     if (least != nullptr)
-      advice.text += fmt::format("; the least error is {}: {}", amount(goal, least->error[goal.quantity], study), cell_name(*least));
+      advice.text +=
+          fmt::format("; the least error is {}: {}", amount(goal, least->error[goal.quantity], study), cell_name(*least));
     return advice;
   }
   advice.keeps_real_time = advice.cell->cpu.max < 1;
@@ -80,8 +82,10 @@ StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal) {
 }
 
 std::string write_study_folder(const std::string& folder, const Scenario& scenario, const StudyRecord& study) {
-  std::vector<FolderFile> files{{kStudyFile, study_json(study)}, {"study.csv", study_csv(study)}, {"resolved.toml", scenario.resolved_toml}};
-  for (const StudyQuantity q : kStudyQuantities) files.push_back({fmt::format("{}-error.svg", name_of(q)), study_svg(study, q)});
+  std::vector<FolderFile> files{
+      {kStudyFile, study_json(study)}, {"study.csv", study_csv(study)}, {"resolved.toml", scenario.resolved_toml}};
+  for (const StudyQuantity q : kStudyQuantities)
+    files.push_back({fmt::format("{}-error.svg", name_of(q)), study_svg(study, q)});
   return write_folder(folder, files);
 }
 

@@ -31,8 +31,9 @@ int coarsest_substeps(const Scenario& scenario, const Candidate& candidate, int 
   tissue.method = candidate.method;
   const double needed = std::ceil(period_s(scenario.scene.step_rate) * candidate.limit_parts / step_limit(tissue).step_s);
   if (needed * 4 > kMaxSubsteps) {
-    throw RunFailure("limit", fmt::format("a reference needs {:g} substeps per step of the scene, at most {} are possible",
-                                          needed * 4, kMaxSubsteps),
+    throw RunFailure("limit",
+                     fmt::format("a reference needs {:g} substeps per step of the scene, at most {} are possible",
+                                 needed * 4, kMaxSubsteps),
                      "a shorter [scene] step_size, less stiffness or more mass");
   }
   return std::min(std::max(static_cast<int>(needed), finest_cell), kMaxSubsteps / 4);
@@ -54,7 +55,8 @@ void extrapolate(StudyTrace& coarse, const StudyTrace& fine, int order) {
   const double share = 1 / (std::pow(2.0, order) - 1);
   const auto mix = [&](auto& c, const auto& f) { c = f + (f - c) * share; };
   for (std::size_t s = 0; s < coarse.energy_J.size(); ++s) {
-    for (std::size_t p = 0; p < coarse.displacement_m[s].size(); ++p) mix(coarse.displacement_m[s][p], fine.displacement_m[s][p]);
+    for (std::size_t p = 0; p < coarse.displacement_m[s].size(); ++p)
+      mix(coarse.displacement_m[s][p], fine.displacement_m[s][p]);
     for (std::size_t tool = 0; tool < coarse.force_N[s].size(); ++tool) mix(coarse.force_N[s][tool], fine.force_N[s][tool]);
     mix(coarse.energy_J[s], fine.energy_J[s]);
   }

@@ -123,7 +123,8 @@ StudyValues rms(const StudyTrace& a, const StudyTrace* b) {
 
 StudyValues error_of(const StudyTrace& a, const StudyTrace& reference, const StudyValues& scale) {
   StudyValues error = rms(a, &reference);
-  for (const StudyQuantity q : {StudyQuantity::force, StudyQuantity::energy}) error[q] = scale[q] > 0 ? error[q] / scale[q] : NAN;
+  for (const StudyQuantity q : {StudyQuantity::force, StudyQuantity::energy})
+    error[q] = scale[q] > 0 ? error[q] / scale[q] : NAN;
   return error;
 }
 

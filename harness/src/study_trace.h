@@ -34,10 +34,10 @@ std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyR
 
 /// What is compared, at the samples.
 struct StudyTrace {
-  std::vector<std::vector<glm::dvec3>> displacement_m;          // samples x particles
-  std::vector<std::array<glm::dvec3, kMaxTools>> force_N;       // samples
-  std::vector<double> energy_J;                                 // samples
-  std::int64_t first_bad_sample = -1;                           // a value is not finite; the trace ends before it
+  std::vector<std::vector<glm::dvec3>> displacement_m;     // samples x particles
+  std::vector<std::array<glm::dvec3, kMaxTools>> force_N;  // samples
+  std::vector<double> energy_J;                            // samples
+  std::int64_t first_bad_sample = -1;                      // a value is not finite; the trace ends before it
 };
 StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step);
 /// The same steps, nothing read but the forces.

@@ -31,11 +31,10 @@ constexpr std::array<DimensionInfo, 13> kDimensions{{
 
 /// What people of other tools write.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kHabits{{
-    {"sec", "s"},     {"secs", "s"},          {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},   {"msecs", "ms"},
-    {"millis", "ms"}, {"milliseconds", "ms"}, {"usec", "us"},     {"µs", "us"},     {"μs", "us"},     {"µm", "um"},
-    {"μm", "um"},     {"nsec", "ns"},         {"minutes", "min"}, {"hours", "h"},   {"percent", "%"}, {"mps", "m/s"},
-    {"fps", "Hz"},    {"Ns/m", "N s/m"},      {"N*s/m", "N s/m"}, {"µN", "uN"},
-    {"m/s^2", "m/s2"}, {"m/s²", "m/s2"},
+    {"sec", "s"},     {"secs", "s"},          {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},    {"msecs", "ms"},
+    {"millis", "ms"}, {"milliseconds", "ms"}, {"usec", "us"},     {"µs", "us"},     {"μs", "us"},      {"µm", "um"},
+    {"μm", "um"},     {"nsec", "ns"},         {"minutes", "min"}, {"hours", "h"},   {"percent", "%"},  {"mps", "m/s"},
+    {"fps", "Hz"},    {"Ns/m", "N s/m"},      {"N*s/m", "N s/m"}, {"µN", "uN"},     {"m/s^2", "m/s2"}, {"m/s²", "m/s2"},
 }};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }

@@ -49,7 +49,8 @@ struct Line {
 };
 
 bool shown(const StudyCell& cell, StudyQuantity q) {
-  return cell.state == StudyCell::State::measured && cell.error[q] > 0 && std::isfinite(cell.error[q]) && cell.cpu.median > 0;
+  return cell.state == StudyCell::State::measured && cell.error[q] > 0 && std::isfinite(cell.error[q]) &&
+         cell.cpu.median > 0;
 }
 
 std::vector<Line> lines_of(const StudyRecord& study, StudyQuantity q) {
@@ -122,7 +123,8 @@ void draw_legend(Svg& svg, const StudyRecord& study, const std::vector<Line>& li
   at.y += 18;
   svg.text({at.x, at.y + 4}, "Bars: least to greatest of the repeats.", Svg::Anchor::start, 11);
   at.y += 26;
-  for (const StudyCell::State state : {StudyCell::State::refused, StudyCell::State::unavailable, StudyCell::State::diverged}) {
+  for (const StudyCell::State state :
+       {StudyCell::State::refused, StudyCell::State::unavailable, StudyCell::State::diverged}) {
     std::vector<std::string> methods;
     int count = 0;
     for (const StudyCell& cell : study.cells) {
@@ -169,8 +171,8 @@ std::string study_svg(const StudyRecord& study, StudyQuantity quantity) {
   for (const Line& line : lines) draw(svg, panel, line, quantity, study.reference.estimate);
   draw_legend(svg, study, lines);
   svg.text({kPlot.left, kHeight - 22},
-           fmt::format("{} particles, {:.6g} N/m, {:.6g} ms of motion; {}, {} processors{}; {}; evenstep {}", study.particles,
-                       study.stiffness_N_per_m, study.duration_s * 1e3, study.machine, study.cpus,
+           fmt::format("{} particles, {:.6g} N/m, {:.6g} ms of motion; {}, {} processors{}; {}; evenstep {}",
+                       study.particles, study.stiffness_N_per_m, study.duration_s * 1e3, study.machine, study.cpus,
                        study.opencl_device.empty() ? "" : "; OpenCL " + study.opencl_device, study.compiler, study.version),
            Svg::Anchor::start, 10);
   return std::move(svg).finish();

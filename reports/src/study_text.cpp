@@ -21,11 +21,13 @@ std::string step_text(double seconds) {
 
 std::string error_text(const StudyCell& cell, StudyQuantity q, const StudyValues& estimate) {
   if (!std::isfinite(cell.error[q])) return "-";
-  return fmt::format("{:.2g}{}{}", cell.error[q], q == StudyQuantity::position ? " m" : "", cell.at_floor(q, estimate) ? "*" : "");
+  return fmt::format("{:.2g}{}{}", cell.error[q], q == StudyQuantity::position ? " m" : "",
+                     cell.at_floor(q, estimate) ? "*" : "");
 }
 
 Row row_of(const StudyCell& cell, const StudyValues& estimate) {
-  Row row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "", step_text(cell.substep_s)};
+  Row row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "",
+          step_text(cell.substep_s)};
   if (cell.state != StudyCell::State::measured) {
     row[4] = fmt::format("{}: {}", name_of(cell.state), cell.reason);
     return row;
@@ -141,16 +143,19 @@ std::string study_table(const StudyRecord& study) {
       "  machine      {}, {} processors, load {:.2g}; {}{}\n"
       "  scene        {} particles, {:.6g} N/m; explicit limit {} in every configuration\n"
       "  motion       {:.6g} ms, {} samples, tools move every {}\n"
-      "  reference    {}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}; orders seen: position {:.2f}, force {:.2f}, energy {:.2f}\n"
+      "  reference    {}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}; orders seen: "
+      "position {:.2f}, force {:.2f}, energy {:.2f}\n"
       "               its own error: position {} m, force {}, energy {} (of {:.3g} m, {:.3g} N, {:.3g} J rms)\n\n",
       study.machine, study.cpus, study.load, study.compiler,
-      study.opencl_device.empty() ? "" : fmt::format("; OpenCL {}", study.opencl_device), study.particles, study.stiffness_N_per_m,
-      step_text(study.step_limit_s), study.duration_s * 1e3, study.samples, step_text(study.step_s), reference.method,
-      step_text(reference.coarsest_substep_s), reference.method_order, reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
+      study.opencl_device.empty() ? "" : fmt::format("; OpenCL {}", study.opencl_device), study.particles,
+      study.stiffness_N_per_m, step_text(study.step_limit_s), study.duration_s * 1e3, study.samples, step_text(study.step_s),
+      reference.method, step_text(reference.coarsest_substep_s), reference.method_order,
+      reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
       reference.order[StudyQuantity::energy], estimate(StudyQuantity::position), estimate(StudyQuantity::force),
       estimate(StudyQuantity::energy), reference.scale[StudyQuantity::position], reference.scale[StudyQuantity::force],
       reference.scale[StudyQuantity::energy]);
-  std::vector<Row> rows{{"solver", "method", "iterations", "step", "position", "force", "energy", "order", "CPU s per s (min .. max)"}};
+  std::vector<Row> rows{
+      {"solver", "method", "iterations", "step", "position", "force", "energy", "order", "CPU s per s (min .. max)"}};
   bool any_at_floor = false, any_backwards = false;
   for (const StudyCell& cell : study.cells) {
     rows.push_back(row_of(cell, reference.estimate));
@@ -160,7 +165,8 @@ std::string study_table(const StudyRecord& study) {
   }
   out += aligned(rows);
   if (any_at_floor) out += "  * at the reference's floor: not above the reference's own error\n";
-  if (any_backwards) out += "  a negative order: the shorter step has the larger error; in float rounding adds up, step by step\n";
+  if (any_backwards)
+    out += "  a negative order: the shorter step has the larger error; in float rounding adds up, step by step\n";
   if (study.interrupted) out += "  interrupted: cells are missing\n";
   return out;
 }
@@ -172,14 +178,16 @@ std::string study_csv(const StudyRecord& study) {
       "repeats,reason\n";
   for (const StudyCell& cell : study.cells) {
     fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{}", cell.solver, cell.method,
-                   cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "", cell.substep_s, cell.substeps, name_of(cell.state));
+                   cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "", cell.substep_s, cell.substeps,
+                   name_of(cell.state));
     const bool measured = cell.state == StudyCell::State::measured;
     for (const StudyValues* values : {&cell.error, &cell.order}) {
       for (const StudyQuantity q : kStudyQuantities) csv += ',' + (measured ? csv_number((*values)[q]) : "");
     }
     std::string floor;
     for (const StudyQuantity q : kStudyQuantities) {
-      if (measured && cell.at_floor(q, study.reference.estimate)) floor += (floor.empty() ? "" : " ") + std::string(name_of(q));
+      if (measured && cell.at_floor(q, study.reference.estimate))
+        floor += (floor.empty() ? "" : " ") + std::string(name_of(q));
     }
     csv += ',' + floor;
     for (const StudyCost* cost : {&cell.cpu, &cell.wall}) {

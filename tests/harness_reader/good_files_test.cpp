@@ -203,7 +203,9 @@ TEST_CASE("Every method, face and local model is read as the one it names") {
     for (std::size_t j = 0; j < 6; ++j) CHECK(fixed.*faces[j] == (i == j));
   }
   CHECK_FALSE(tissue_with("scene.fixed=none").fixed.any());
-  const auto model = [](const std::string& name) { return good(kTissue, {{"scene.local_model=" + name}, {}}).scene.local_model; };
+  const auto model = [](const std::string& name) {
+    return good(kTissue, {{"scene.local_model=" + name}, {}}).scene.local_model;
+  };
   CHECK(model("none") == LocalModel::none);
   CHECK(model("instantaneous") == LocalModel::instantaneous);
   CHECK(model("settled") == LocalModel::settled);

@@ -201,9 +201,10 @@ std::string describe(const Scenario& s) {
                   fmt::join(s.tags, ","), at(s.run_duration), at(s.warmup), s.seed, name_of(s.live));
   for (const StrategyKind kind : s.strategies) out += fmt::format(" {}", name_of(kind));
   out += "\n" + timing_text(s.timing);
-  out += fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} model {} group {}\n", static_cast<int>(s.solver),
-                     std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
-                     s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.work_group_size);
+  out +=
+      fmt::format("solver {} {} step_rate {} tools {} energy {} unstable {} model {} group {}\n", static_cast<int>(s.solver),
+                  std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
+                  s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.work_group_size);
   for (const DeviceSpec& d : s.devices) {
     out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {}\n", d.name, at(d.rate),
                        at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,
@@ -213,7 +214,8 @@ std::string describe(const Scenario& s) {
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
                      name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
                      s.remap.filter_window.ns, s.remap.filter_force);
-  out += fmt::format("study {} repeats {} iterations {}", at(s.study.duration), s.study.repeats, fmt::join(s.study.iterations, ","));
+  out += fmt::format("study {} repeats {} iterations {}", at(s.study.duration), s.study.repeats,
+                     fmt::join(s.study.iterations, ","));
   for (const Method method : s.study.methods) out += fmt::format(" {}", name_of(method));
   for (const SolverKind solver : s.study.solvers) out += fmt::format(" {}", name_of(solver));
   for (const StudyStep& step : s.study.steps) out += fmt::format(" {}/{}", step.steps, step.substeps);

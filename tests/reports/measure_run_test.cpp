@@ -347,7 +347,8 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
   paper.solver = {};
   paper.solver.substeps = 4;
   CHECK_FALSE(has(run, "solver.paper", "energy_growth"));
-  for (const char* limit : {"step_size_over_limit", "step_limit", "rest_state_step_limit", "k_max", "limit_particle", "iterations"})
+  for (const char* limit :
+       {"step_size_over_limit", "step_limit", "rest_state_step_limit", "k_max", "limit_particle", "iterations"})
     CHECK_FALSE(has(run, "solver.paper", limit));
   paper.solver.has_energy = true;
   paper.solver.energy_growth = 1.5;

@@ -52,7 +52,8 @@ TEST_CASE("The advice is the cheapest cell that meets the error, and says whethe
   const StudyAdvice easy = advice_for(study, "2 % force");
   REQUIRE(easy.cell == &study.cells[0]);
   CHECK(easy.keeps_real_time);
-  CHECK_THAT(easy.text, Contains("symplectic-euler on cpu, step 1 ms") && Contains("error 2 %") && Contains("keeps real time here, 8.33 times over"));
+  CHECK_THAT(easy.text, Contains("symplectic-euler on cpu, step 1 ms") && Contains("error 2 %") &&
+                            Contains("keeps real time here, 8.33 times over"));
   CHECK(advice_for(study, "1.99 % force").cell == &study.cells[1]);
   const StudyAdvice slow = advice_for(study, "0.1 % force");
   REQUIRE(slow.cell == &study.cells[2]);
@@ -70,13 +71,15 @@ TEST_CASE("Where nothing meets the error the advice names the least, and below t
   CHECK_THAT(none.text, Contains("cannot tell what meets 2e-8 % force"));
   StudyRecord coarse = study;
   coarse.cells.resize(3);
-  CHECK_THAT(advice_for(coarse, "0.01 % force").text, Contains("none meets 0.01 % force; the least error is 0.1 %: rk4 on cpu, step 1 ms"));
+  CHECK_THAT(advice_for(coarse, "0.01 % force").text,
+             Contains("none meets 0.01 % force; the least error is 0.1 %: rk4 on cpu, step 1 ms"));
   coarse.cells.clear();
   CHECK(advice_for(coarse, "1 % force").text == "none meets 1 % force");
 }
 
 TEST_CASE("A goal is an error and a quantity; anything else is refused with an example") {
-  for (const char* bad : {"", "force", "1 %", "1 force", "1 % speed", "1 m force", "0 % force", "-1 % force", "nan % force", "% force"}) {
+  for (const char* bad :
+       {"", "force", "1 %", "1 force", "1 % speed", "1 m force", "0 % force", "-1 % force", "nan % force", "% force"}) {
     INFO(bad);
     const Parsed<StudyGoal> parsed = parse_goal(bad);
     CHECK_FALSE(parsed.ok());
@@ -86,7 +89,8 @@ TEST_CASE("A goal is an error and a quantity; anything else is refused with an e
 
 TEST_CASE("The table marks what is at the reference's floor, and gives the reason of what was not measured") {
   const std::string table = study_table(record());
-  CHECK_THAT(table, Contains("5e-10*") && Contains("refused: above the limit, \"so it is\"") && Contains("at the reference's floor"));
+  CHECK_THAT(table, Contains("5e-10*") && Contains("refused: above the limit, \"so it is\"") &&
+                        Contains("at the reference's floor"));
   CHECK(table.find("0.02*") == std::string::npos);
 }
 
@@ -99,7 +103,8 @@ TEST_CASE("The table says what a negative order means where there is one") {
 
 TEST_CASE("Every row of the CSV has as many fields as its header, and text is quoted") {
   const std::string csv = study_csv(record());
-  const std::size_t columns = static_cast<std::size_t>(std::count(csv.begin(), csv.begin() + static_cast<std::ptrdiff_t>(csv.find('\n')), ','));
+  const std::size_t columns =
+      static_cast<std::size_t>(std::count(csv.begin(), csv.begin() + static_cast<std::ptrdiff_t>(csv.find('\n')), ','));
   std::size_t rows = 0, commas = 0;
   bool quoted = false;
   for (const char c : csv) {

@@ -34,7 +34,8 @@ class Block {
     }
     for (std::size_t i = 0; i < rest_m_.size(); ++i) {
       for (std::size_t j = i + 1; j < rest_m_.size(); ++j) {
-        if (glm::distance(rest_m_[i], rest_m_[j]) < 1.5 * scene_.spacing_m) springs_.push_back({i, j});  // sqrt(2), not sqrt(3)
+        if (glm::distance(rest_m_[i], rest_m_[j]) < 1.5 * scene_.spacing_m)
+          springs_.push_back({i, j});  // sqrt(2), not sqrt(3)
       }
     }
   }
@@ -59,7 +60,8 @@ class Block {
       const glm::dvec3 d = rest_m_[j] + displacement_m(j, t, y) - rest_m_[i] - displacement_m(i, t, y);
       const double length = glm::length(d), rest = glm::distance(rest_m_[i], rest_m_[j]);
       const glm::dvec3 n = d / length, parting = velocity_m_per_s(j, y) - velocity_m_per_s(i, y);
-      const glm::dvec3 f = n * (scene_.stiffness_N_per_m * (length - rest) + scene_.axial_damping_N_s_per_m * glm::dot(parting, n));
+      const glm::dvec3 f =
+          n * (scene_.stiffness_N_per_m * (length - rest) + scene_.axial_damping_N_s_per_m * glm::dot(parting, n));
       forces[i] += f;
       forces[j] -= f;
     }
@@ -156,8 +158,8 @@ TEST_CASE("CVODE and the reference agree to within what both state, with and wit
   for (const char* stiffness : {"20 N/m", "2 kN/m"}) {
     for (const char* damping : {"0 N s/m", "4 mN s/m"}) {
       INFO(stiffness << " " << damping);
-      const Scenario scenario =
-          small_study({fmt::format("scene.stiffness=\"{}\"", stiffness), fmt::format("scene.axial_damping=\"{}\"", damping)});
+      const Scenario scenario = small_study(
+          {fmt::format("scene.stiffness=\"{}\"", stiffness), fmt::format("scene.axial_damping=\"{}\"", damping)});
       const StudyPlan plan(scenario, {{1, 1}});
       const StudyReferenceRun reference = solve_reference(scenario, plan, 1);
       Block block(scenario);

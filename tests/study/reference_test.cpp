@@ -81,6 +81,26 @@ TEST_CASE("The reference of a swinging chain is the cosine that it is, to within
   }
 }
 
+TEST_CASE("The errors are what their definitions say: metres for the position, shares of the rms for force and energy") {
+  StudyTrace a, r;  // two samples of two particles and one tool
+  a.displacement_m = {{{3, 0, 0}, {0, 0, 0}}, {{0, 0, 0}, {0, 4, 0}}};
+  r.displacement_m = {{{0, 0, 0}, {0, 0, 0}}, {{0, 0, 0}, {0, 0, 0}}};
+  a.force_N = {{{{1, 2, 2}, {0, 0, 0}}}, {{{0, 0, 0}, {0, 0, 0}}}};
+  r.force_N = {{{{1, 2, 2}, {0, 0, 0}}}, {{{0, 0, 4}, {0, 0, 0}}}};
+  a.energy_J = {2, 2};
+  r.energy_J = {1, 7};
+  const StudyValues scale = rms(r, nullptr), error = error_of(a, r, scale);
+  CHECK(scale[StudyQuantity::position] == 0);
+  CHECK(scale[StudyQuantity::force] == Approx(std::sqrt((9 + 16) / 2.0)));
+  CHECK(scale[StudyQuantity::energy] == Approx(5));
+  CHECK(error[StudyQuantity::position] == Approx(std::sqrt(25 / 4.0)));
+  CHECK(error[StudyQuantity::force] == Approx(4 / 5.0));
+  CHECK(error[StudyQuantity::energy] == Approx(std::sqrt(26 / 2.0) / 5));
+  StudyValues nothing = scale;
+  nothing[StudyQuantity::force] = 0;
+  CHECK(std::isnan(error_of(a, r, nothing)[StudyQuantity::force]));  // nothing to be relative to
+}
+
 TEST_CASE("A finer reference agrees with a coarser one to within what the coarser one states") {
   const Scenario block = small_study();
   const StudyPlan plan(block, {{1, 1}});
@@ -96,7 +116,8 @@ TEST_CASE("A finer reference agrees with a coarser one to within what the coarse
 
 TEST_CASE("A plan lets every step end at every sample, whatever the steps, and takes at most 64 samples") {
   const Scenario block = small_study({"study.duration=\"1 s\""});
-  for (const std::vector<StudyStep>& steps : {std::vector<StudyStep>{{1, 1}}, {{4, 1}, {1, 2}}, {{1, 3}, {1, 5}, {7, 1}}, {{1, 100}}}) {
+  for (const std::vector<StudyStep>& steps :
+       {std::vector<StudyStep>{{1, 1}}, {{4, 1}, {1, 2}}, {{1, 3}, {1, 5}, {7, 1}}, {{1, 100}}}) {
     const StudyPlan plan(block, steps);
     CHECK(plan.samples >= 1);
     CHECK(plan.samples <= kMostStudySamples);

@@ -15,7 +15,8 @@ inline Scenario small_study(const std::vector<std::string>& set = {}) {
   std::vector<std::string> all{"scene.lattice=[5, 5, 5]", "device.left.grab.center=[\"10 mm\", \"10 mm\", \"20 mm\"]",
                                "device.left.grab.radius=\"5.5 mm\"", "study.duration=\"16 ms\"", "study.repeats=1"};
   all.insert(all.end(), set.begin(), set.end());
-  const ReadResult result = read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/stiff/study-block.toml", {all, std::nullopt});
+  const ReadResult result =
+      read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/stiff/study-block.toml", {all, std::nullopt});
   for (const Diagnostic& error : result.errors) UNSCOPED_INFO(text(error));
   REQUIRE(result.scenario);
   return *result.scenario;

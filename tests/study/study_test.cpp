@@ -55,9 +55,10 @@ TEST_CASE("On a swinging chain every method has the order that it is known for")
   } const rows[] = {{Method::symplectic_euler, 1}, {Method::velocity_verlet, 2},   {Method::rk4, 4},
                     {Method::implicit_euler, 1},   {Method::implicit_midpoint, 2}, {Method::vertex_block_descent, 1}};
   for (const int p : {1, 2}) {
-    // 40 iterations: conjugate gradients end after as many as there are particles; a sweep leaves h^2 k / m = 0.01 of the error.
-    const Scenario chain = ChainMode{p}.scenario(
-        {"study.step_sizes=[\"0.25 ms\", \"0.125 ms\", \"62.5 us\"]", "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
+    // 40 iterations: conjugate gradients end after as many as there are particles; a sweep leaves h^2 k / m = 0.01 of the
+    // error.
+    const Scenario chain = ChainMode{p}.scenario({"study.step_sizes=[\"0.25 ms\", \"0.125 ms\", \"62.5 us\"]",
+                                                  "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
     const StudyRecord study = run_study(chain);
     for (const auto& row : rows) {
       INFO("mode " << p << " " << name_of(row.method));
@@ -74,8 +75,9 @@ TEST_CASE("On a swinging chain every method has the order that it is known for")
 }
 
 TEST_CASE("Where a method must be better than another it is, on every step that both take") {
-  const Scenario block = small_study({"scene.axial_damping=\"0 N s/m\"", "study.step_sizes=[\"0.5 ms\", \"0.25 ms\", \"0.125 ms\"]",
-                                      "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
+  const Scenario block =
+      small_study({"scene.axial_damping=\"0 N s/m\"", "study.step_sizes=[\"0.5 ms\", \"0.25 ms\", \"0.125 ms\"]",
+                   "study.iterations=[40]", "study.solvers=[\"cpu-double\"]"});
   const StudyRecord study = run_study(block);
   const auto euler = cells_of(study, Method::implicit_euler), midpoint = cells_of(study, Method::implicit_midpoint);
   const auto descent = cells_of(study, Method::vertex_block_descent), rk4 = cells_of(study, Method::rk4);
@@ -96,8 +98,8 @@ TEST_CASE("Where a method must be better than another it is, on every step that 
       // Both solve the same implicit equations: implicit Euler linearised once, vertex block descent by Newton steps.
       CHECK(descent[i]->error[q] == Approx(euler[i]->error[q]).epsilon(0.1));
     }
-    // From rest and without damping Verlet takes symplectic Euler's path; its velocities, and so the energy, are those of whole
-    // steps. The path is the same but for rounding, 1e-12 of the motion.
+    // From rest and without damping Verlet takes symplectic Euler's path; its velocities, and so the energy, are those of
+    // whole steps. The path is the same but for rounding, 1e-12 of the motion.
     CHECK(verlet[i]->error[StudyQuantity::energy] < symplectic[i]->error[StudyQuantity::energy]);
     CHECK(verlet[i]->error[StudyQuantity::position] == Approx(symplectic[i]->error[StudyQuantity::position]).epsilon(1e-6));
   }
@@ -128,8 +130,9 @@ TEST_CASE("The errors of a study are the same again, bit for bit") {
 }
 
 TEST_CASE("A step that is not stable diverges where it is let start, and the cell says so") {
-  const Scenario block = small_study({"scene.allow_unstable=true", "study.methods=[\"symplectic-euler\"]", "study.duration=\"200 ms\"",
-                                      "study.step_sizes=[\"4 ms\", \"2 ms\", \"0.25 ms\"]", "study.solvers=[\"cpu-double\"]"});
+  const Scenario block =
+      small_study({"scene.allow_unstable=true", "study.methods=[\"symplectic-euler\"]", "study.duration=\"200 ms\"",
+                   "study.step_sizes=[\"4 ms\", \"2 ms\", \"0.25 ms\"]", "study.solvers=[\"cpu-double\"]"});
   const StudyRecord study = run_study(block);
   REQUIRE(study.cells.size() == 3);
   CHECK(study.cells[0].state == State::diverged);

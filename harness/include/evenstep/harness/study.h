@@ -28,7 +28,7 @@ StudyRecord run_study(const Scenario& scenario, const StudyControl& control = {}
 struct StudyGoal {
   std::string text;
   StudyQuantity quantity = StudyQuantity::force;
-  double most = 0;        ///< SI, or a share
+  double most = 0;  ///< SI, or a share
   bool is_share = true;
 };
 Parsed<StudyGoal> parse_goal(std::string_view text);

@@ -46,10 +46,10 @@ struct StudyCell {
   } state = State::measured;
   std::string reason;  ///< of any state but measured
   StudyValues error;
-  StudyValues order;   ///< log(error ratio) / log(step ratio) against the next coarser step of the same solver and method
+  StudyValues order;  ///< log(error ratio) / log(step ratio) against the next coarser step of the same solver and method
   bool at_floor(StudyQuantity q, const StudyValues& estimate) const { return error[q] <= estimate[q]; }
-  StudyCost cpu;       ///< of the process, all threads
-  StudyCost wall;      ///< as it passed; on a busy machine longer than it need be
+  StudyCost cpu;   ///< of the process, all threads
+  StudyCost wall;  ///< as it passed; on a busy machine longer than it need be
   int repeats = 0;
 };
 const char* name_of(StudyCell::State state);
