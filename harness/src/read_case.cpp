@@ -78,6 +78,7 @@ void read_case(ScenarioReading& reading) {
   if (table.exists("periods")) spec.periods = table.number("periods");
   if (table.exists("most_steps")) spec.most_steps = table.integer("most_steps");
   if (table.exists("duration")) spec.duration_s = seconds(table.duration("duration"));
+  if (table.exists("step_size")) spec.step_size = table.duration("step_size");
   if (table.exists("particles")) spec.particles = table.integer("particles");
   if (table.exists("allow_unstable")) spec.allow_unstable = table.boolean("allow_unstable");
   if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations"));

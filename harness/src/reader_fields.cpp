@@ -80,6 +80,8 @@ const std::vector<Field> kCase{
      "if its periods take more.", .kinds = "oscillator|edge|wall|wave|energy|crushed", .range = between(1, 1e12)},
     {.table = "case", .key = "duration", .forms = kDuration, .default_toml = "\"10 s\"", .meaning = "Simulation time to run.",
      .kinds = "stiffness|chain-order|damping", .range = above(0, 1e4)},
+    {.table = "case", .key = "step_size", .forms = kDuration, .default_toml = "\"1 ms\"", .meaning = "Simulation time per step.",
+     .kinds = "free-fall", .range = above(0, 1)},
     {.table = "case", .key = "particles", .forms = kInteger, .default_toml = "64",
      .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|wave",
      .range = between(2, 1000)},

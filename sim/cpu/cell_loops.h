@@ -211,17 +211,18 @@ EVENSTEP_WIDE void advance_chunk(std::ptrdiff_t begin, const ChunkForces<Real>& 
                                  const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
                                  const Vectors<const Real> u, const Vectors<Real> next, const Vectors<const Real> before,
                                  const Vectors<Real> v) {
+  const Real* const inverse_mass = cells.inverse_mass;
+  const Real* const is_mobile = cells.mobile;
+  const Real per_mass = constants.acceleration, step_s = constants.step_s, decay = constants.decay;
+  const auto [gx, gy, gz] = constants.gravity;
 #pragma GCC ivdep
   for (std::ptrdiff_t n = 0; n < static_cast<std::ptrdiff_t>(kChunk); ++n) {
     const std::ptrdiff_t i = begin + n;
-    const Real acceleration = constants.acceleration * cells.inverse_mass[i], h = constants.step_s * cells.mobile[i];
+    const Real acceleration = per_mass * inverse_mass[i], mobile = is_mobile[i], h = step_s * mobile;
     Vector<Real> w{before.x[i], before.y[i], before.z[i]};
-    if constexpr (kHas.damping) w = {w.x * constants.decay, w.y * constants.decay, w.z * constants.decay};
+    if constexpr (kHas.damping) w = {w.x * decay, w.y * decay, w.z * decay};
     w = {w.x + forces.x[n] * acceleration, w.y + forces.y[n] * acceleration, w.z + forces.z[n] * acceleration};
-    if constexpr (kHas.gravity) {
-      const Real mobile = cells.mobile[i];
-      w = {w.x + constants.gravity[0] * mobile, w.y + constants.gravity[1] * mobile, w.z + constants.gravity[2] * mobile};
-    }
+    if constexpr (kHas.gravity) w = {w.x + gx * mobile, w.y + gy * mobile, w.z + gz * mobile};
     v.x[i] = w.x;
     v.y[i] = w.y;
     v.z[i] = w.z;

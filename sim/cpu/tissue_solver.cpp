@@ -221,7 +221,8 @@ class CpuTissue final : public TissueSolver {
     Vector<Real> f;
     for (std::size_t t = 0; t < kMaxTools; ++t) {
       if (!features().spring[t]) continue;
-      const Vector<Real> g = coupling_force<Real>(read(now_), force_velocity(), constants_.tools[t], ToolVectors<Real>(now[t]), i);
+      const Vector<Real> g =
+          coupling_force<Real>(read(now_), force_velocity(), constants_.tools[t], ToolVectors<Real>(now[t]), i);
       const Real held = cells_.held[t][i];
       f = {f.x + held * g.x, f.y + held * g.y, f.z + held * g.z};
     }

@@ -44,7 +44,8 @@ std::vector<std::string> left_out(const SceneFeatures& features) {
   for (const auto& [absent, name] :
        {std::pair{!features.regions, "regions"}, std::pair{!features.damping, "damping"},
         std::pair{!features.axial_damping, "axial damping"}, std::pair{!features.gravity, "gravity"},
-        std::pair{!features.fixed, "fixed particles"}, std::pair{!tool(0), "tools"}, std::pair{tool(0) && !tool(1), "second tool"},
+        std::pair{!features.fixed, "fixed particles"}, std::pair{!tool(0), "tools"},
+        std::pair{tool(0) && !tool(1), "second tool"},
         std::pair{none(features.grab), "grab"}, std::pair{none(features.spring), "spring coupling"},
         std::pair{none(features.probe), "probe"}, std::pair{!features.local_model, "local model"},
         std::pair{!features.variable_step, "variable step"}, std::pair{!features.energy, "energy"},

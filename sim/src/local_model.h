@@ -3,8 +3,8 @@
 ///
 /// A tool t of a grab or a spring and the particles that move, f, have together the stiffness [K_tt K_tf; K_ft K_ff].
 /// Instantaneous: K_tt, which for a grab is the sum over the springs from what it holds to what it does not of
-/// k (n n' + (1 - L/|d|) (I - n n')), and for a spring its own k. Settled: the Schur complement K_tt - K_tf K_ff^-1 K_ft of the
-/// Hessian at rest, other tools where they are; for a spring that is its own stiffness in series with the tissue's nodal one.
+/// k (n n' + (1 - L/|d|) (I - n n')), and for a spring its own k. Settled: the Schur complement K_tt - K_tf K_ff^-1 K_ft
+/// of the Hessian at rest, other tools where they are; for a spring that is its own stiffness in series with the tissue's.
 
 #include <cstdint>
 #include <glm/mat3x3.hpp>

@@ -87,8 +87,8 @@ std::string timing_text(const TimingSpec& t) {
 }
 
 std::string case_text(const CaseSpec& c) {
-  std::string out = fmt::format("case {} values {} periods {} most {} duration {} particles {} iterations {} unstable {}",
-                                c.kind, fmt::join(c.values, ","), c.periods, c.most_steps, c.duration_s, c.particles,
+  std::string out = fmt::format("case {} values {} periods {} most {} duration {} step {} particles {} iterations {} unstable {}",
+                                c.kind, fmt::join(c.values, ","), c.periods, c.most_steps, c.duration_s, at(c.step_size), c.particles,
                                 c.iterations, c.allow_unstable);
   for (const Method method : c.methods) out += fmt::format(" {}", name_of(method));
   for (const SolverKind solver : c.solvers) out += fmt::format(" {}", name_of(solver));

@@ -86,7 +86,8 @@ TEST_CASE("The tip of a hanging chain comes to rest m g n (n + 1) / (2 k) below 
 
 // With w^2 = k (1/m1 + 1/m2) and 2 g = c (1/m1 + 1/m2) the distance y of two particles on a line follows
 //   y_n+1 - (2 - 2 g h - w^2 h^2) y_n + (1 - 2 g h) y_n-1 = 0.
-TEST_CASE("A pair's distance follows the discrete damped oscillator of its stiffnesses, masses and axial damper", "[physics]") {
+TEST_CASE("A pair's distance follows the discrete damped oscillator of its stiffnesses, masses and axial damper",
+          "[physics]") {
   for (const Method method : kExplicit) {
     for (const double ratio : {1.0, 3.0, 1e6}) {
       for (const double axial : {0.0, 0.01, 0.05}) {
@@ -209,7 +210,8 @@ TEST_CASE("A coupled particle follows its recurrence in long double while the ha
     const Scene scene = scene_of(tissue, 1e-3);
     const auto solver = make_solver(SolverKind::cpu_double, scene);
     step(*solver, 1, {});
-    const long double h = static_cast<long double>(period_s(scene.step_rate)) / substeps, m = 1e-3, k = 40, kc = 25, b = 0.05;
+    const long double h = static_cast<long double>(period_s(scene.step_rate)) / substeps;
+    const long double m = 1e-3, k = 40, kc = 25, b = 0.05;
     long double u = 0, v = 0, x = 0, w = 0;
     for (int n = 1; n <= 500; ++n) {
       const double target_m = 1e-3 * (n % 100) / 50.0 - 5e-4 * (n / 300);

@@ -179,7 +179,7 @@ TEST_CASE("The observed order on a chain is 4 for RK4, 2 for implicit midpoint, 
 
 TEST_CASE("Implicit Euler leaves 1 / (1 + w^2 h^2) of a mode's energy per step, implicit midpoint all of it for 10 s",
           "[methods]") {
-  for (const double wh : {1e-2, 0.1, 1.0, 3.2, 10.0, 32.0, 1e4}) {
+  for (const double wh : {1e-2, 1.0, 3.2, 32.0, 1e4}) {
     TissueScene pair = spring_pair();
     pair.stiffness_N_per_m = wh * wh / 1e-6 * pair.particle_mass_kg;
     pair.initial_displacement_m = {glm::dvec3(0), glm::dvec3(1e-3, 0, 0)};

@@ -11,14 +11,14 @@ namespace {
 
 const std::array kMethods{Method::rk4, Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent};
 
-/// A second in which both tools move smoothly, at a step far below the limit.
+/// 20 ms in which both tools move smoothly, in steps far below the limit.
 std::vector<ToolResponse> smooth_run(const Has& has, int steps_per_s, int iterations) {
   TissueScene block = featured_block(has);
   block.substeps = 1;
   block.iterations = iterations;
   const auto solver = make_solver(SolverKind::cpu_double, scene_of(block, 1.0 / steps_per_s));
   std::vector<ToolResponse> forces;
-  const int steps = steps_per_s / 25;  // 40 ms
+  const int steps = steps_per_s / 50;
   for (int n = 0; n <= steps; ++n) {
     const double t = static_cast<double>(n) / steps, s = t * t * t * (10 - 15 * t + 6 * t * t);
     const ToolResponse response = step(*solver, 2, {glm::dvec3(1e-3, 5e-4, -8e-4) * s, glm::dvec3(-5e-4, 6e-4, 1e-3) * s});
@@ -40,21 +40,26 @@ double difference(const std::vector<ToolResponse>& a, const std::vector<ToolResp
 
 }  // namespace
 
-// Two methods that share nothing but the forces they ask for, and one that computes them in a loop of its own, agree only if
-// each honours every feature. What they differ by falls with the step as their order says.
-TEST_CASE("With every combination of features the methods come to the same forces as velocity Verlet", "[methods][features]") {
+// RK4 and velocity Verlet only ask for accelerations, each in its own way; implicit methods take every force apart into what it
+// is and how it changes. They agree only if each of them honours every feature. A force that ignores axial damping, gravity
+// or a region is off by 10 % and more here.
+TEST_CASE("With every combination of features all methods come to the same forces, as their orders say", "[methods][features]") {
   for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe}) {
     for (unsigned bits = 0; bits < 16; ++bits) {
-      Has has{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, tool, Method::velocity_verlet};
-      const auto expected = smooth_run(has, 100'000, 0);
-      for (const Method method : kMethods) {
+      Has has{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, tool, Method::rk4};
+      const auto expected = smooth_run(has, 20'000, 0);
+      for (const Method method :
+           {Method::velocity_verlet, Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {
         has.method = method;
         const bool first_order = method == Method::implicit_euler || method == Method::vertex_block_descent;
-        const double error = difference(smooth_run(has, 20'000, 30), expected);
+        const double error = difference(smooth_run(has, 20'000, 4), expected);
         INFO(text_of(has) << ", method " << static_cast<int>(method) << ": " << error);
-        CHECK(error < (first_order ? 0.02 : 1e-3));
-        if (!first_order) continue;
-        CHECK(difference(smooth_run(has, 40'000, 30), expected) < 0.6 * error + 1e-4);
+        CHECK(error < (first_order ? 0.04 : 3e-3));
+        if (!first_order || bits != 15) continue;
+        has.method = Method::rk4;
+        const auto finer = smooth_run(has, 80'000, 0);
+        has.method = method;
+        CHECK(difference(smooth_run(has, 80'000, 4), finer) == Approx(error / 4).epsilon(0.2));
       }
     }
   }

@@ -158,7 +158,7 @@ class FreeFallTrial final : public Trial {
     if (cell.is_float()) far_m_ = static_cast<float>(far_m_);
     scene.body = std::move(tissue);
     scene.tool_count = 0;
-    scene.step_rate = {1000, 1};
+    scene.step_rate = {1'000'000'000, cell.spec.step_size.ns};
     steps = 1000;
     observe_every = steps;
     const double h_s = period_s(scene.step_rate), n = static_cast<double>(steps);

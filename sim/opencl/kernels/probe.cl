@@ -1,7 +1,7 @@
 // Partial sums over the particles that a probe touches, each over CHUNK cells one `partials` apart, so that neighbouring
 // work-items read neighbouring cells: values[first + value * partials + partial].
-__kernel void probe_sums(READ(u), READ(rest_), __global const float* restrict mobile, float stiffness, float radius, float4 c,
-                         uint first, __global float* restrict values, float4 t) {
+__kernel void probe_sums(READ(u), READ(rest_), __global const float* restrict mobile, float stiffness, float radius,
+                         float4 c, uint first, __global float* restrict values, float4 t) {
   const size_t part = get_global_id(0), partials = get_global_size(0);
   float fx = 0.0f, fy = 0.0f, fz = 0.0f;
 #ifdef LOCAL_MODEL

@@ -107,6 +107,7 @@ struct CaseSpec {
   std::int64_t most_steps = 0;
   double duration_s = 0;                        ///< of simulation time
   std::int64_t particles = 0;
+  Duration step_size;
   int iterations = 0;                           ///< of methods that iterate; 0: their default
   bool allow_unstable = false;
 };

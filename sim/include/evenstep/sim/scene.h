@@ -32,7 +32,8 @@ enum class CouplingKind {
 
 /// `grab` and `spring` hold the particles within `radius_m` of `center_m` that are not fixed; two tools must not hold the
 /// same one. They follow the tool's displacement from its first sample. The sphere of a `probe` has its centre at `center_m`
-/// when the first sample comes, and `radius_m`.
+/// when the first sample comes, and `radius_m`. A force on a state sees the tool where it is then, as fast as it got there:
+/// that is what the hand feels, and what moves the tissue in the substep that follows.
 struct ToolCoupling {
   glm::dvec3 center_m{0};
   double radius_m = 0;
@@ -92,7 +93,9 @@ struct TissueScene {
 enum class LocalModel {
   none,
   instantaneous,  ///< the other particles stay where they are
-  settled         ///< the other particles come to rest again: from the nodal compliance, probed at rest when the scene loads
+  /// The other particles come to rest again: probed at rest when the scene loads, three systems per tool. A probe touches
+  /// other particles in every step, each with a nodal compliance of its own: for it this is `instantaneous`.
+  settled
 };
 
 struct Scene {

@@ -22,8 +22,10 @@ namespace evenstep {
 /// Scene::local_model.
 struct ToolContact {
   bool touching = false;           ///< grab and spring: always
-  glm::dvec3 point_m{0};           ///< grab, spring: the tool; probe: mean of the particles touched, weighted by penetration
-  double gap_m = 0;                ///< probe: distance of the nearest particle to the sphere, < 0 inside it; otherwise 0
+  /// Block coordinates. Grab, spring: center_m moved with the tool; probe: mean of the particles touched, weighted by
+  /// penetration, or the sphere's centre.
+  glm::dvec3 point_m{0};
+  double gap_m = 0;  ///< probe: distance of the nearest particle that moves to the sphere, < 0 inside it; otherwise 0
   glm::dmat3 stiffness_N_per_m{0}; ///< K in f(x + d) = f(x) - K d, symmetric
 };
 
@@ -41,8 +43,11 @@ struct ParticleState {
 struct SolverVerdict {
   bool non_finite = false;
   std::int64_t first_bad_step = -1;  ///< first step after which a force (or the energy, if needed) was not finite; -1 = none
-  double energy_J = 0;               ///< E now: springs + kinetic energy of the free particles; 0 unless Scene::needs_energy
-  /// What physics does not explain: max over steps n of (E_n - W_n), 0 at least, over max over n of max(E_n, |W_n|).
+  /// E now: springs, couplings, probes, kinetic energy and weight (0 at rest) of the particles that move by their forces; 0
+  /// unless Scene::needs_energy.
+  double energy_J = 0;
+  /// What physics does not explain: max over steps n of (E_n - E_0 - W_n), 0 at least, over max over n of |W_n|, the part of
+  /// E_n that is never negative, and |the weight's|.
   /// W_n = -sum of (f_i-1 + f_i)/2 (x_i - x_i-1) is the tools' work, f the force on the hand. Stable runs stay near 0 (the
   /// order of the step size), a diverging one reaches 1, a non-finite one infinity. 0 unless Scene::needs_energy.
   double energy_growth = 0;
