@@ -1,5 +1,6 @@
 // Work-precision figure: one line per solver, method and iterations.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -18,8 +19,9 @@ using internal::Range;
 using internal::Stroke;
 using internal::Svg;
 
-constexpr double kWidth = 1060, kHeight = 560;
-constexpr internal::Box kPlot{90, 50, 690, 480};
+// High enough for the legend of every method on every solver, each of which could have cells of every state.
+constexpr double kWidth = 1060, kHeight = 790;
+constexpr internal::Box kPlot{90, 50, 690, 690};
 constexpr double kLegend = 712;  // left edge
 
 struct Look {
@@ -104,6 +106,34 @@ void draw(Svg& svg, Panel& panel, const Line& line, StudyQuantity q, const Study
   }
 }
 
+/// Which cells have no point, and why: "rk4: cpu, opencl" per method.
+struct Pointless {
+  StudyCell::State state = StudyCell::State::refused;
+  std::ptrdiff_t cells = 0;
+  std::vector<std::string> methods;
+};
+
+std::vector<Pointless> without_points(const StudyRecord& study) {
+  std::vector<Pointless> out;
+  for (const StudyCell::State state :
+       {StudyCell::State::refused, StudyCell::State::unavailable, StudyCell::State::diverged}) {
+    Pointless list{state, 0, {}};
+    std::vector<std::pair<std::string, std::vector<std::string>>> solvers;  // per method
+    for (const StudyCell& cell : study.cells) {
+      if (cell.state != state) continue;
+      ++list.cells;
+      auto method = std::find_if(solvers.begin(), solvers.end(), [&](const auto& m) { return m.first == cell.method; });
+      if (method == solvers.end()) method = solvers.insert(method, {cell.method, {}});
+      std::vector<std::string>& names = method->second;
+      if (std::find(names.begin(), names.end(), cell.solver) == names.end()) names.push_back(cell.solver);
+    }
+    for (const auto& [method, names] : solvers)
+      list.methods.push_back(fmt::format("{}: {}", method, fmt::join(names, ", ")));
+    if (list.cells > 0) out.push_back(std::move(list));
+  }
+  return out;
+}
+
 /// Which line is which, and what has no point.
 void draw_legend(Svg& svg, const StudyRecord& study, const std::vector<Line>& lines) {
   Point at{kLegend, kPlot.top + 10};
@@ -114,29 +144,16 @@ void draw_legend(Svg& svg, const StudyRecord& study, const std::vector<Line>& li
     named.push_back(name);
     svg.line(at, {at.x + 34, at.y}, {look(kColours, line.method), 1.8, look(kDashes, line.solver), 1});
     svg.text({at.x + 40, at.y + 4}, name);
-    at.y += 18;
+    at.y += 17;
   }
-  at.y += 8;
+  at.y += 6;
   svg.dot({at.x + 17, at.y}, 4, internal::colour::kGrey);
   svg.dot({at.x + 17, at.y}, 2.4, "#ffffff");
   svg.text({at.x + 40, at.y + 4}, "at the reference's floor", Svg::Anchor::start, 11);
-  at.y += 18;
-  svg.text({at.x, at.y + 4}, "Bars: least to greatest of the repeats.", Svg::Anchor::start, 11);
-  at.y += 26;
-  for (const StudyCell::State state :
-       {StudyCell::State::refused, StudyCell::State::unavailable, StudyCell::State::diverged}) {
-    std::vector<std::string> methods;
-    int count = 0;
-    for (const StudyCell& cell : study.cells) {
-      if (cell.state != state) continue;
-      ++count;
-      const std::string name = fmt::format("{}, {}", cell.method, cell.solver);
-      if (std::find(methods.begin(), methods.end(), name) == methods.end()) methods.push_back(name);
-    }
-    if (methods.empty()) continue;
-    svg.text({at.x, at.y + 4}, fmt::format("{} ({}):", name_of(state), count), Svg::Anchor::start, 11, true);
-    for (const std::string& name : methods) svg.text({at.x + 10, (at.y += 15) + 4}, name, Svg::Anchor::start, 11);
-    at.y += 20;
+  svg.text({at.x, at.y += 20}, "Bars: least to greatest of the repeats.", Svg::Anchor::start, 11);
+  for (const Pointless& list : without_points(study)) {
+    svg.text({at.x, at.y += 24}, fmt::format("{} ({}):", name_of(list.state), list.cells), Svg::Anchor::start, 11, true);
+    for (const std::string& method : list.methods) svg.text({at.x + 10, at.y += 15}, method, Svg::Anchor::start, 11);
   }
 }
 
@@ -170,10 +187,13 @@ std::string study_svg(const StudyRecord& study, StudyQuantity quantity) {
   }
   for (const Line& line : lines) draw(svg, panel, line, quantity, study.reference.estimate);
   draw_legend(svg, study, lines);
-  svg.text({kPlot.left, kHeight - 22},
-           fmt::format("{} particles, {:.6g} N/m, {:.6g} ms of motion; {}, {} processors{}; {}; evenstep {}",
-                       study.particles, study.stiffness_N_per_m, study.duration_s * 1e3, study.machine, study.cpus,
-                       study.opencl_device.empty() ? "" : "; OpenCL " + study.opencl_device, study.compiler, study.version),
+  svg.text({kPlot.left, kPlot.bottom + 62},
+           fmt::format("{} particles, {:.6g} N/m, {:.6g} ms of motion. {}, {} processors.", study.particles,
+                       study.stiffness_N_per_m, study.duration_s * 1e3, study.machine, study.cpus),
+           Svg::Anchor::start, 10);
+  svg.text({kPlot.left, kPlot.bottom + 76},
+           fmt::format("{}{}, evenstep {}.", study.compiler,
+                       study.opencl_device.empty() ? "" : ", OpenCL " + study.opencl_device, study.version),
            Svg::Anchor::start, 10);
   return std::move(svg).finish();
 }

@@ -28,6 +28,7 @@ std::string error_text(const StudyCell& cell, StudyQuantity q, const StudyValues
 Row row_of(const StudyCell& cell, const StudyValues& estimate) {
   Row row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "",
           step_text(cell.substep_s)};
+  if (cell.state == StudyCell::State::unavailable) row[2] = row[3] = "";  // at any step
   if (cell.state != StudyCell::State::measured) {
     row[4] = fmt::format("{}: {}", name_of(cell.state), cell.reason);
     return row;
@@ -37,6 +38,13 @@ Row row_of(const StudyCell& cell, const StudyValues& estimate) {
   row[7] = std::isfinite(order) ? fmt::format("{:.2f}", order) : "";
   row[8] = fmt::format("{:.3g} ({:.3g} .. {:.3g})", cell.cpu.median, cell.cpu.min, cell.cpu.max);
   return row;
+}
+
+/// A solver without the method says so once in the table, not for every step.
+bool said_before(const StudyRecord& study, const StudyCell& cell) {
+  if (cell.state != StudyCell::State::unavailable || &cell == &study.cells.front()) return false;
+  const StudyCell& before = *(&cell - 1);
+  return before.solver == cell.solver && before.method == cell.method && before.reason == cell.reason;
 }
 
 std::string aligned(const std::vector<Row>& rows) {
@@ -158,6 +166,7 @@ std::string study_table(const StudyRecord& study) {
       {"solver", "method", "iterations", "step", "position", "force", "energy", "order", "CPU s per s (min .. max)"}};
   bool any_at_floor = false, any_backwards = false;
   for (const StudyCell& cell : study.cells) {
+    if (said_before(study, cell)) continue;
     rows.push_back(row_of(cell, reference.estimate));
     any_backwards |= cell.order[StudyQuantity::position] < 0;
     for (const StudyQuantity q : kStudyQuantities)

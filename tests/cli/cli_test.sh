@@ -162,7 +162,7 @@ case_study_writes_table_csv_json_and_figures() {
   [ -s t/mine ] || fail "somebody's folder was replaced"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   "$evenstep" study "$block" "${small_study[@]}" --set 'study.solvers=["cpu"]' --json --out u >out 2>err || fail "exit"
-  python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv"))); assert len(d["cells"]) == len(r) == 27
+  python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv"))); assert len(d["cells"]) == len(r) == 51
 assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
 }

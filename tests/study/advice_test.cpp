@@ -94,6 +94,23 @@ TEST_CASE("The table marks what is at the reference's floor, and gives the reaso
   CHECK(table.find("0.02*") == std::string::npos);
 }
 
+TEST_CASE("The table says once that a solver lacks a method, the CSV for every step") {
+  StudyRecord study = record();
+  StudyCell lacking = study.cells.back();
+  lacking.state = State::unavailable;
+  lacking.reason = "no such method";
+  study.cells.insert(study.cells.end(), 3, lacking);
+  lacking.method = "implicit-euler";
+  study.cells.insert(study.cells.end(), 3, lacking);
+  const auto count = [](const std::string& text) {
+    std::size_t found = 0;
+    for (std::size_t at = 0; (at = text.find("no such method", at)) != std::string::npos; ++at) ++found;
+    return found;
+  };
+  CHECK(count(study_table(study)) == 2);
+  CHECK(count(study_csv(study)) == 6);
+}
+
 TEST_CASE("The table says what a negative order means where there is one") {
   StudyRecord study = record();
   CHECK_THAT(study_table(study), !Contains("negative order"));
