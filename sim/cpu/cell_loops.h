@@ -121,6 +121,12 @@ EVENSTEP_INLINE Vector<Real> coupling_force(const Vectors<const Real>& u, const 
           constants.stiffness * (x.z - u.z[i]) + constants.damping_s * (w.z - v.z[i])};
 }
 
+/// INSIDE of the kernels: the depth, or 0 outside.
+template <class Real>
+EVENSTEP_INLINE Real inside_of(Real depth) {
+  return (depth + std::abs(depth)) * Real{0.5};
+}
+
 /// Vector from a probe's centre to a particle.
 template <class Real>
 EVENSTEP_INLINE Vector<Real> from_probe(const Vectors<const Real>& u, const Vectors<const Real>& rest_m,
@@ -169,7 +175,7 @@ EVENSTEP_WIDE void add_probe(std::ptrdiff_t begin, const Vectors<const Real> u, 
     const Vector<Real> d = from_probe(u, rest_m, constants, tool.offset_m, begin + n);
     const Real distance = std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z + Real{FLT_MIN});
     const Real depth = constants.radius_m - distance;
-    const Real factor = constants.stiffness * (depth > 0 ? depth : Real{0}) / distance;
+    const Real factor = constants.stiffness * inside_of(depth) / distance;
     forces.x[n] += factor * d.x;
     forces.y[n] += factor * d.y;
     forces.z[n] += factor * d.z;
@@ -309,7 +315,7 @@ EVENSTEP_WIDE void add_probe_energy(std::ptrdiff_t count, const Vectors<const Re
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     const Vector<Real> d = from_probe(u, cells.rest_m, constants, tool.offset_m, i);
     const Real depth = constants.radius_m - std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z + Real{FLT_MIN});
-    const Real inside = depth > 0 ? depth : Real{0};
+    const Real inside = inside_of(depth);
     energies[i] += constants.half_stiffness_N_per_m * cells.mobile[i] * (inside * inside);
   }
 }
@@ -337,7 +343,7 @@ EVENSTEP_WIDE void probe_sums(std::ptrdiff_t partials, const Vectors<const Real>
       const Vector<Real> d = from_probe(u, cells.rest_m, constants, tool.offset_m, i);
       const Real square = d.x * d.x + d.y * d.y + d.z * d.z, distance = std::sqrt(square + Real{FLT_MIN});
       const Real depth = constants.radius_m - distance;
-      const Real inside = depth > 0 ? depth : Real{0};
+      const Real inside = inside_of(depth);
       const Real factor = cells.mobile[i] * (constants.stiffness * inside / distance);
       Real* const sum = sums + part;
       sum[0] += factor * d.x;

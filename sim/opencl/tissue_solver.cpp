@@ -94,8 +94,10 @@ void check_memory(const Scene& scene, const SceneFeatures& features, const ClDev
            "clGetDeviceInfo");
   const auto& tissue = std::get<TissueScene>(scene.body);
   const double digest_bytes = features.digest ? sizeof(cl_ulong) : 0;
-  const double one = cells_of(tissue) * std::max(double{sizeof(float)}, digest_bytes);
-  const double needed = cells_of(tissue) * (double{sizeof(float)} * scalar_arrays(features, tissue.method) + digest_bytes);
+  const double probe_bytes = features.probes() ? static_cast<double>(sizeof(float) * features.probe_values()) : 0;
+  const double one = cells_of(tissue) * std::max({double{sizeof(float)}, digest_bytes, probe_bytes});
+  const double needed = cells_of(tissue) * (double{sizeof(float)} * scalar_arrays(features, tissue.method) + digest_bytes +
+                                            probe_bytes);
   if (needed <= static_cast<double>(there) && one <= static_cast<double>(largest)) return;
   throw SolverError(
       SolverFault::out_of_memory,
@@ -151,7 +153,8 @@ class OpenClTissue final : public TissueSolver {
     for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
       if (!is_probe(tool)) continue;
       set(kernels().probe[tool], kernels().probe[tool].tools_at, float4(now[tool].offset_m));
-      enqueue(kernels().probe[tool], chunks());
+      enqueue(kernels().probe[tool], lattice().span);
+      enqueue(probe_sums_[tool], probe_size());
     }
     if (!watched().empty()) enqueue(kernels().displacements, padded(watched().size()));
     read(result_buffer_, result_.size() * sizeof(float), result_.data());
@@ -397,6 +400,7 @@ class OpenClTissue final : public TissueSolver {
     if (features().probes()) {
       const auto rest_m = [&](int component) { return buffer_of(rest_positions<float>(scene(), lattice(), component)); };
       rest_m_ = {rest_m(0), rest_m(1), rest_m(2)};
+      probe_cells_ = buffer(lattice().span * features().probe_values() * sizeof(float));
     }
     result_.resize(3 * (grabbed_count_ + coupled_count_) + probes * probe_size() + 3 * watched().size());
     if (!watched().empty()) watched_cells_ = buffer_of(watched());
@@ -421,6 +425,11 @@ class OpenClTissue final : public TissueSolver {
       if (features().energy) bind_energy(kernels.cell_energy, u, v);
     }
     if (features().variable_step) bind_substep();
+    for (std::size_t tool = 0; tool < scene().tools.size(); ++tool) {
+      if (!is_probe(tool)) continue;
+      create(probe_sums_[tool], "probe_sums");
+      add(probe_sums_[tool], probe_cells_, static_cast<cl_uint>(probe_at(tool)), result_buffer_);
+    }
     if (features().digest) {
       create(chunk_digest_, "chunk_digest");
       add(chunk_digest_, cell_digests_, chunk_sums_);
@@ -485,9 +494,9 @@ class OpenClTissue final : public TissueSolver {
       if (!is_probe(tool)) continue;
       const ToolConstants<float>& constants = constants_.tools[tool];
       const auto& [x, y, z] = constants.center_m;
-      create(kernels.probe[tool], "probe_sums");
+      create(kernels.probe[tool], "probe_cells");
       add(kernels.probe[tool], u, rest_m_, mobile_, constants.stiffness, constants.radius_m, cl_float4{{x, y, z, 0}},
-          static_cast<cl_uint>(probe_at(tool)), result_buffer_);
+          probe_cells_);
       kernels.probe[tool].tools_at = kernels.probe[tool].arguments;
       add(kernels.probe[tool], none);
     }
@@ -600,6 +609,8 @@ class OpenClTissue final : public TissueSolver {
   ClBuffer cell_digests_, chunk_sums_, cell_energies_, energy_sums_, gravity_energies_, gravity_energy_sums_;
   std::array<Kernels, 2> kernels_;  // [c] reads displacement_[c]
   BoundKernel chunk_digest_, chunk_energy_, chunk_gravity_energy_;
+  std::array<BoundKernel, kMaxTools> probe_sums_;
+  ClBuffer probe_cells_;
   std::size_t grabbed_count_ = 0, coupled_count_ = 0;
   std::vector<float> result_, energy_parts_;
   std::vector<std::uint64_t> digest_sums_;

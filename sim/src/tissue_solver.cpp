@@ -16,12 +16,8 @@ namespace {
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 /// Which NaN an operation returns is up to the device, and forces are hashed: report one and the same.
-glm::dvec3 canonical(glm::dvec3 v) {
-  for (double* component : {&v.x, &v.y, &v.z}) {
-    if (std::isnan(*component)) *component = std::numeric_limits<double>::quiet_NaN();
-  }
-  return v;
-}
+double canonical(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }
+glm::dvec3 canonical(const glm::dvec3& v) { return {canonical(v.x), canonical(v.y), canonical(v.z)}; }
 
 }  // namespace
 
@@ -184,7 +180,7 @@ void TissueSolver::balance_energy(std::span<const glm::dvec3> moved_m, const Too
     work_J_ -= mean_N.x * moved_m[tool].x + mean_N.y * moved_m[tool].y + mean_N.z * moved_m[tool].z;
   }
   const auto [stored_J, gravity_J] = energy(tools_);
-  verdict_.energy_J = stored_J + gravity_J;
+  verdict_.energy_J = canonical(stored_J + gravity_J);
   note_finite(std::isfinite(verdict_.energy_J) && std::isfinite(work_J_));
   if (verdict_.non_finite) {
     verdict_.energy_growth = std::numeric_limits<double>::infinity();

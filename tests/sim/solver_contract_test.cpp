@@ -143,13 +143,14 @@ TEST_CASE("A position that is not finite is refused and leaves the run as it was
 
 TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
   const auto names = [](const Scene& scene) {
-    std::vector<std::string> names;
-    for (const LeftOut& absent : make_solver(SolverKind::cpu_float, scene)->info().left_out) {
+    const auto solver = make_solver(SolverKind::cpu_float, scene);
+    std::vector<std::string> found;
+    for (const LeftOut& absent : solver->info().left_out) {
       CHECK(absent.cost_percent.has_value());
-      names.push_back(absent.feature);
+      found.push_back(absent.feature);
     }
-    std::sort(names.begin(), names.end());
-    return names;
+    std::sort(found.begin(), found.end());
+    return found;
   };
   using Names = std::vector<std::string>;
   TissueScene everything = small_block();

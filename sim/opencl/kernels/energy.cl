@@ -17,7 +17,7 @@
   {                                                                               \
     FROM_PROBE(t##TOOL, CX, CY, CZ)                                               \
     const float depth = (RADIUS) - distance;                                      \
-    const float inside = depth > 0.0f ? depth : 0.0f;                             \
+    const float inside = INSIDE(depth);                             \
     energy += (HALF_K) * mobile[i] * (inside * inside);                           \
   }
 #ifdef REGIONS

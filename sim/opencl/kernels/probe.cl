@@ -1,49 +1,53 @@
-// Partial sums over the particles that a probe touches, each over CHUNK cells one `partials` apart, so that neighbouring
-// work-items read neighbouring cells: values[first + value * partials + partial].
-__kernel void probe_sums(READ(u), READ(rest_), __global const float* restrict mobile, float stiffness, float radius,
-                         float4 c, uint first, __global float* restrict values, float4 t) {
-  const size_t part = get_global_id(0), partials = get_global_size(0);
-  float fx = 0.0f, fy = 0.0f, fz = 0.0f;
+// What the tool feels through a probe, in two kernels, because only a loop over work-items becomes vectors: what every cell
+// contributes, cells[value * span + index], then partial sums over CHUNK cells one `partials` apart,
+// sums[first + value * partials + partial], as the plain loop adds them up.
 #ifdef LOCAL_MODEL
-  float depths = 0.0f, px = 0.0f, py = 0.0f, pz = 0.0f, least = FLT_MAX;
-  float kxx = 0.0f, kyy = 0.0f, kzz = 0.0f, kxy = 0.0f, kxz = 0.0f, kyz = 0.0f;
+#define VALUES 14
+#else
+#define VALUES 3
 #endif
+
+__kernel void probe_cells(READ(u), READ(rest_), __global const float* restrict mobile, float stiffness, float radius,
+                          float4 c, __global float* restrict cells, float4 t) {
+  const size_t index = get_global_id(0), span = get_global_size(0);
+  const size_t i = index + FIRST;
+  const float xi = ux[i], yi = uy[i], zi = uz[i];
+  FROM_PROBE(t, c.x, c.y, c.z)
+  const float depth = radius - distance;
+  const float inside = INSIDE(depth);
+  const float factor = mobile[i] * (stiffness * inside / distance);
+  cells[index] = factor * dx;
+  cells[span + index] = factor * dy;
+  cells[2 * span + index] = factor * dz;
+#ifdef LOCAL_MODEL
+  const float weight = mobile[i] * inside;
+  cells[3 * span + index] = weight;
+  cells[4 * span + index] = weight * (rest_x[i] + xi);
+  cells[5 * span + index] = weight * (rest_y[i] + yi);
+  cells[6 * span + index] = weight * (rest_z[i] + zi);
+  // k (n n' + (1 - r/|d|) (I - n n')); nothing at the very centre, which has no direction.
+  const float k = depth > 0.0f && square > 0.0f ? mobile[i] * stiffness : 0.0f;
+  const float ratio = radius / distance, across = k * (1.0f - ratio);
+  const float nx = dx / distance, ny = dy / distance, nz = dz / distance, along = k * ratio;
+  cells[7 * span + index] = along * (nx * nx) + across;
+  cells[8 * span + index] = along * (ny * ny) + across;
+  cells[9 * span + index] = along * (nz * nz) + across;
+  cells[10 * span + index] = along * (nx * ny);
+  cells[11 * span + index] = along * (nx * nz);
+  cells[12 * span + index] = along * (ny * nz);
+  cells[13 * span + index] = mobile[i] > 0.0f ? distance - radius : FLT_MAX;
+#endif
+}
+
+// One work-item per value and partial. The last of the local model's values, the gap, is a least.
+__kernel void probe_sums(__global const float* restrict cells, uint first, __global float* restrict values) {
+  const size_t item = get_global_id(0), partials = get_global_size(0) / VALUES;
+  const size_t value = item / partials, part = item % partials;
+  __global const float* const of_value = cells + value * partials * CHUNK + part;
+  float sum = value == 13 ? FLT_MAX : 0.0f;
   for (size_t chunk = 0; chunk < CHUNK; ++chunk) {
-    const size_t i = chunk * partials + part + FIRST;
-    const float xi = ux[i], yi = uy[i], zi = uz[i];
-    FROM_PROBE(t, c.x, c.y, c.z)
-    const float depth = radius - distance;
-    const float inside = depth > 0.0f ? depth : 0.0f;
-    const float factor = mobile[i] * (stiffness * inside / distance);
-    fx += factor * dx;
-    fy += factor * dy;
-    fz += factor * dz;
-#ifdef LOCAL_MODEL
-    const float weight = mobile[i] * inside;
-    depths += weight;
-    px += weight * (rest_x[i] + xi);
-    py += weight * (rest_y[i] + yi);
-    pz += weight * (rest_z[i] + zi);
-    // k (n n' + (1 - r/|d|) (I - n n')); nothing at the very centre, which has no direction.
-    const float k = depth > 0.0f && square > 0.0f ? mobile[i] * stiffness : 0.0f;
-    const float ratio = radius / distance, across = k * (1.0f - ratio);
-    const float nx = dx / distance, ny = dy / distance, nz = dz / distance, along = k * ratio;
-    kxx += along * (nx * nx) + across;
-    kyy += along * (ny * ny) + across;
-    kzz += along * (nz * nz) + across;
-    kxy += along * (nx * ny);
-    kxz += along * (nx * nz);
-    kyz += along * (ny * nz);
-    const float gap = mobile[i] > 0.0f ? distance - radius : FLT_MAX;
-    least = gap < least ? gap : least;
-#endif
+    const float cell = of_value[chunk * partials];
+    sum = value == 13 ? (cell < sum ? cell : sum) : sum + cell;
   }
-  __global float* const sums = values + first + part;
-  sums[0] = fx;
-  sums[partials] = fy;
-  sums[2 * partials] = fz;
-#ifdef LOCAL_MODEL
-  const float more[] = {depths, px, py, pz, kxx, kyy, kzz, kxy, kxz, kyz, least};
-  for (int n = 0; n < 11; ++n) sums[(3 + n) * partials] = more[n];
-#endif
+  values[first + item] = sum;
 }
