@@ -56,10 +56,11 @@ void for_grabs(const MethodCells<Real>& cells, const ToolStates& tools, const Pu
 template <class Real>
 void start_grabs(const MethodCells<Real>& cells, const ToolStates& after, double substep_s, const Vectors<Real>& u,
                  const Vectors<Real>& v) {
+  const auto h = static_cast<Real>(substep_s);
   for_grabs(cells, after, [&](std::size_t i, const ToolState& tool) {
-    v.x[i] = static_cast<Real>((tool.offset_m[0] - u.x[i]) / substep_s);
-    v.y[i] = static_cast<Real>((tool.offset_m[1] - u.y[i]) / substep_s);
-    v.z[i] = static_cast<Real>((tool.offset_m[2] - u.z[i]) / substep_s);
+    v.x[i] = (static_cast<Real>(tool.offset_m[0]) - u.x[i]) / h;
+    v.y[i] = (static_cast<Real>(tool.offset_m[1]) - u.y[i]) / h;
+    v.z[i] = (static_cast<Real>(tool.offset_m[2]) - u.z[i]) / h;
   });
 }
 

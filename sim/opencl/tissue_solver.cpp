@@ -7,10 +7,12 @@
 #include <mutex>
 #include <vector>
 
+#include "cpu/methods/implicit_system.h"
 #include "evenstep/time/digest.h"
 #include "opencl/cl_handle.h"
 #include "opencl/opencl_solver.h"
 #include "opencl_kernels.h"
+#include "src/iterations.h"
 
 namespace evenstep::internal {
 namespace {
@@ -74,6 +76,14 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
   return options;
 }
 
+/// What the kernels of implicit Euler need always, be it neutral.
+std::string implicit_options(const TissueConstants<float>& constants, const SceneFeatures& features) {
+  const auto& [x, y, z] = constants.gravity_m_per_s2;
+  const bool general = features.regions || features.axial_damping || features.tool_forces();
+  return fmt::format(" -DDRAG_PER_S={} -DFALL_x={} -DFALL_y={} -DFALL_z={}{}", hex(constants.damping_per_s), hex(x), hex(y),
+                     hex(z), general ? " -DGENERAL_SYSTEM" : "");
+}
+
 struct ClField {
   const ClBuffer& axis(int n) const { return n == 0 ? x : n == 1 ? y : z; }
   ClBuffer x, y, z;
@@ -111,6 +121,7 @@ class OpenClTissue final : public TissueSolver {
   OpenClTissue(const Scene& given, const SceneFeatures& features, const SolverOptions& options, ClDevice device)
       : TissueSolver(given, features, "opencl"),
         is_verlet_(scene().method == Method::velocity_verlet),
+        is_implicit_(scene().method == Method::implicit_euler),
         constants_(scene(), lattice(), substep_s()),
         local_size_(static_cast<std::size_t>(options.work_group_size)),
         device_(std::move(device)) {
@@ -123,7 +134,10 @@ class OpenClTissue final : public TissueSolver {
 
  protected:
   void substep(const ToolStates& before, const ToolStates& after) override {
-    if (is_verlet_) {
+    if (is_implicit_) {
+      solve(after);
+      put_grabs(after);
+    } else if (is_verlet_) {
       enqueue(kernels().drift, lattice().span);
       put_grabs(after);
       accelerate(after);
@@ -138,6 +152,7 @@ class OpenClTissue final : public TissueSolver {
   void set_substep(double substep_s) override {
     constants_.set_substep(scene(), substep_s);
     bind_substep();
+    if (is_implicit_) set_system(substep_s);
   }
 
   void read_tools(const ToolStates& now, ToolReadings& readings) override {
@@ -181,7 +196,7 @@ class OpenClTissue final : public TissueSolver {
 
   void to_rest() override {
     const float zero = 0;
-    for (const ClField* field : {&displacement_[0], &displacement_[1], &velocity_[0], &velocity_[1], &acceleration_}) {
+    for (const ClField* field : {&displacement_[0], &displacement_[1], &velocity_[0], &velocity_[1], &acceleration_, &x_, &z_, &p_}) {
       for (const ClBuffer* component : {&field->x, &field->y, &field->z}) {
         if (!component->get()) continue;
         check_cl(clEnqueueFillBuffer(queue_.get(), component->get(), &zero, sizeof zero, 0, lattice().cells * sizeof(float),
@@ -242,9 +257,11 @@ class OpenClTissue final : public TissueSolver {
   std::size_t padded(std::size_t count) const { return (count + local_size_ - 1) / local_size_ * local_size_; }
   bool is_probe(std::size_t tool) const { return scene().tools[tool].kind == CouplingKind::probe; }
 
-  const ClField& displacement(std::size_t direction) const { return displacement_[is_verlet_ ? 0 : direction]; }
+  /// One direction only: no ping-pong.
+  bool in_place() const { return is_verlet_ || is_implicit_; }
+  const ClField& displacement(std::size_t direction) const { return displacement_[in_place() ? 0 : direction]; }
   const ClField& velocity(std::size_t direction) const {
-    return velocity_[!is_verlet_ && features().axial_damping ? direction : 0];
+    return velocity_[!in_place() && features().axial_damping ? direction : 0];
   }
   /// The one that forces are evaluated with: half a substep behind the displacement in velocity Verlet too.
   const ClField& force_velocity(std::size_t direction) const { return is_verlet_ ? velocity_[1] : velocity(direction); }
@@ -307,7 +324,7 @@ class OpenClTissue final : public TissueSolver {
 
   std::string source() const {
     std::string source = kSpringsSource;
-    source += is_verlet_ ? kVerletSource : kAdvanceSource;
+    source += is_implicit_ ? kImplicitSource : is_verlet_ ? kVerletSource : kAdvanceSource;
     if (features().grab[0] || features().grab[1]) source += std::string(kGrabSource) + kGrabForceSource;
     if (features().spring[0] || features().spring[1]) source += kCouplingForceSource;
     if (features().probes()) source += kProbeSource;
@@ -323,7 +340,8 @@ class OpenClTissue final : public TissueSolver {
     cl_int code = CL_SUCCESS;
     program_ = ClProgram(clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
     check_cl(code, "clCreateProgramWithSource");
-    const std::string options = build_options(constants_, lattice(), features(), device_.device);
+    std::string options = build_options(constants_, lattice(), features(), device_.device);
+    if (is_implicit_) options += implicit_options(constants_, features());
     code = clBuildProgram(program_.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
     if (code == CL_BUILD_PROGRAM_FAILURE) {
       std::size_t size = 0;
@@ -355,9 +373,9 @@ class OpenClTissue final : public TissueSolver {
 
   void allocate() {
     displacement_[0] = field();
-    if (!is_verlet_) displacement_[1] = field();
+    if (!in_place()) displacement_[1] = field();
     velocity_[0] = field();
-    if (is_verlet_ || features().axial_damping) velocity_[1] = field();
+    if (is_verlet_ || (features().axial_damping && !is_implicit_)) velocity_[1] = field();
     if (is_verlet_) acceleration_ = field();
     active_ = buffer_of(std::vector<float>(lattice().active.begin(), lattice().active.end()));
     mobile_ = buffer_of(std::vector<float>(lattice().mobile.begin(), lattice().mobile.end()));
@@ -365,8 +383,9 @@ class OpenClTissue final : public TissueSolver {
       const MaterialArrays<float> materials(scene(), lattice());
       stiffness_ = buffer_of(materials.stiffness);
       inverse_mass_ = buffer_of(materials.inverse_mass);
-      if (features().energy) mass_ = buffer_of(materials.mass);
+      if (features().energy || is_implicit_) mass_ = buffer_of(materials.mass);
     }
+    if (is_implicit_) allocate_solve();
     allocate_tools();
     if (features().digest) {
       cell_digests_ = buffer(lattice().span * sizeof(cl_ulong));
@@ -409,9 +428,11 @@ class OpenClTissue final : public TissueSolver {
 
   /// Arguments in the order of the kernels' parameters (kernels/*.cl).
   void bind() {
-    for (std::size_t from = 0; from < (is_verlet_ ? 1 : 2); ++from) {
+    for (std::size_t from = 0; from < (in_place() ? 1 : 2); ++from) {
       Kernels& kernels = kernels_[from];
-      if (is_verlet_) {
+      if (is_implicit_) {
+        bind_solve();
+      } else if (is_verlet_) {
         bind_verlet(kernels);
       } else {
         bind_advance(kernels.advance, from);
@@ -461,6 +482,130 @@ class OpenClTissue final : public TissueSolver {
     add_materials(kernels.accelerate);
     add_tools(kernels.accelerate);
     kernels.accelerate.step_at = kernels.accelerate.arguments;
+  }
+
+  void allocate_solve() {
+    for (ClField* each : {&x_, &z_, &r_, &p_, &q_}) *each = field();
+    scale_.resize(lattice().span);
+    scale_buffer_ = buffer(lattice().span * sizeof(float));
+    products_ = buffer(lattice().span * sizeof(float));
+    product_sums_ = buffer(chunks() * sizeof(float));
+    partial_sums_.resize(chunks());
+  }
+
+  void bind_solve() {
+    const ClField &u = displacement_[0], &v = velocity_[0];
+    const ClBuffer& mass = features().regions ? mass_ : mobile_;
+    const cl_float4 none{};
+    const float h = 0;  // set in every substep
+    if (features().grab[0] || features().grab[1]) {
+      create(aim_grabs_, "aim_grabs");
+      add(aim_grabs_, grabbed_, static_cast<cl_uint>(grabbed_count_),
+          static_cast<cl_uint>(features().grab[0] ? lattice().held[0].size() : 0), u, v);
+      bind_length(aim_grabs_, h);
+      aim_grabs_.tools_at = aim_grabs_.arguments;
+      add(aim_grabs_, none, none, none, none);
+    }
+    create(begin_solve_, "begin_solve");
+    add(begin_solve_, u, v, mobile_, x_, z_);
+    bind_length(begin_solve_, h);
+    create(residual_, "residual");
+    add(residual_, z_, x_, active_, mobile_);
+    add_materials(residual_);
+    add_tools(residual_);
+    add(residual_, v, mass, scale_buffer_, r_, p_, products_);
+    bind_length(residual_, h);
+    create(apply_system_, "apply_system");
+    add(apply_system_, z_, active_, mobile_);
+    if (features().regions) add(apply_system_, stiffness_);
+    add_tools(apply_system_);
+    add(apply_system_, p_, mass, q_, products_);
+    apply_system_.step_at = apply_system_.arguments;
+    create(advance_solution_, "advance_solution");
+    add(advance_solution_, p_, q_, scale_buffer_, x_, r_, products_);
+    create(advance_direction_, "advance_direction");
+    add(advance_direction_, r_, scale_buffer_, p_);
+    create(finish_solve_, "finish_solve");
+    add(finish_solve_, x_, u, v);
+    bind_length(finish_solve_, h);
+    create(chunk_sum_, "chunk_sum");
+    add(chunk_sum_, products_, product_sums_);
+    set_system(substep_s());
+  }
+  void bind_length(BoundKernel& kernel, float h) {
+    kernel.step_at = kernel.arguments;
+    add(kernel, h);
+  }
+
+  /// What depends on the length of the substep.
+  void set_system(double substep_s) {
+    const SystemConstants<float> system(scene(), substep_s);
+    const std::vector<float> active(lattice().active.begin(), lattice().active.end());
+    const std::vector<float> mobile(lattice().mobile.begin(), lattice().mobile.end());
+    const MaterialArrays<float> materials(scene(), lattice());
+    std::array<std::vector<float>, kMaxTools> held;
+    const std::size_t first = lattice().first;
+    CellArrays<float> arrays;
+    arrays.active = active.data() + first;
+    arrays.mobile = arrays.inverse_mass = arrays.mass = mobile.data() + first;
+    arrays.offset = lattice().offset;
+    if (features().regions) {
+      arrays.stiffness = materials.stiffness.data() + first;
+      arrays.inverse_mass = materials.inverse_mass.data() + first;
+      arrays.mass = materials.mass.data() + first;
+    }
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
+      if (!features().spring[tool]) continue;
+      held[tool] = held_cells<float>(scene(), lattice(), tool);
+      arrays.held[tool] = held[tool].data() + first;
+    }
+    const MethodCells<float> cells{scene(), lattice(), features(), constants_, arrays};
+    fill_inverse_diagonal(cells, system, substep_s, scale_);
+    check_cl(clEnqueueWriteBuffer(queue_.get(), scale_buffer_.get(), CL_TRUE, 0, scale_.size() * sizeof(float), scale_.data(),
+                                  0, nullptr, nullptr),
+             "clEnqueueWriteBuffer");
+    const ToolTerms<float> terms(cells, {}, substep_s);
+    set(apply_system_, apply_system_.step_at, cl_float4{{system.inertia, system.stiffness, system.axial, 0}});
+    set(apply_system_, apply_system_.step_at + 1, cl_float4{{terms.damping[0], terms.damping[1], 0, 0}});
+    const auto h = static_cast<float>(substep_s);
+    for (const BoundKernel* kernel : {&aim_grabs_, &begin_solve_, &residual_, &finish_solve_})
+      if (kernel->kernel.get()) set(*kernel, kernel->step_at, h);
+  }
+
+  /// One substep of implicit Euler, as in cpu/methods/implicit.cpp.
+  void solve(const ToolStates& after) {
+    if (aim_grabs_.kernel.get()) {
+      for (std::size_t tool = 0; tool < kMaxTools; ++tool)
+        set(aim_grabs_, aim_grabs_.tools_at + 2 * static_cast<cl_uint>(tool), float4(after[tool].offset_m));
+      enqueue(aim_grabs_, padded(grabbed_count_));
+    }
+    enqueue(begin_solve_, lattice().span);
+    set_tools(residual_, after);
+    set_tools(apply_system_, after);
+    enqueue(residual_, lattice().span);
+    float residual = sum_products();
+    const float floor = residual_floor(residual);
+    for (int n = 0; n < iterations_of(scene()) && !(residual <= floor); ++n) residual = iterate(residual);
+    enqueue(finish_solve_, lattice().span);
+  }
+
+  float iterate(float residual) {
+    enqueue(apply_system_, lattice().span);
+    const float curvature = sum_products();
+    set(advance_solution_, advance_solution_.arguments, curvature > 0 ? residual / curvature : 0.0f);
+    enqueue(advance_solution_, lattice().span);
+    const float left = sum_products();
+    set(advance_direction_, advance_direction_.arguments, left / residual);
+    enqueue(advance_direction_, lattice().span);
+    return left;
+  }
+
+  float sum_products() {
+    enqueue(chunk_sum_, chunks());
+    read(product_sums_, partial_sums_.size() * sizeof(float), partial_sums_.data());
+    float total = 0;
+    for (const float sum : partial_sums_) total += sum;
+    return total;
   }
 
   void bind_tools(Kernels& kernels, std::size_t from) {
@@ -557,6 +702,7 @@ class OpenClTissue final : public TissueSolver {
     ToolReadings ignored = empty_readings();
     for (int direction = 0; direction < 2; ++direction) {
       substep({}, {});
+      if (is_implicit_) iterate(1);  // which the state of rest needs none of
       read_tools({}, ignored);
       if (features().digest) digest();
       if (features().energy) energy({});
@@ -594,7 +740,7 @@ class OpenClTissue final : public TissueSolver {
              "clEnqueueReadBuffer");
   }
 
-  bool is_verlet_;
+  bool is_verlet_, is_implicit_;
   TissueConstants<float> constants_;
   std::size_t local_size_;
   ClDevice device_;
@@ -611,6 +757,11 @@ class OpenClTissue final : public TissueSolver {
   BoundKernel chunk_digest_, chunk_energy_, chunk_gravity_energy_;
   std::array<BoundKernel, kMaxTools> probe_sums_;
   ClBuffer probe_cells_;
+  ClField x_, z_, r_, p_, q_;  // implicit Euler (kernels/implicit.cl)
+  ClBuffer scale_buffer_, products_, product_sums_;
+  std::vector<float> scale_, partial_sums_;
+  BoundKernel aim_grabs_, begin_solve_, residual_, apply_system_, advance_solution_, advance_direction_, finish_solve_,
+      chunk_sum_;
   std::size_t grabbed_count_ = 0, coupled_count_ = 0;
   std::vector<float> result_, energy_parts_;
   std::vector<std::uint64_t> digest_sums_;

@@ -60,12 +60,12 @@ std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl) {
 }
 
 void check_method(Method method, const std::string& solver) {
-  if (method == Method::symplectic_euler || method == Method::velocity_verlet) return;
+  if (method == Method::symplectic_euler || method == Method::velocity_verlet || method == Method::implicit_euler) return;
   const char* const names[] = {"symplectic Euler",  "velocity Verlet",   "the classical Runge-Kutta method",
                                "implicit Euler",    "implicit midpoint", "vertex block descent"};
   throw SolverError(SolverFault::unavailable,
                     fmt::format("the solver '{}' does not have {}", solver, names[static_cast<std::size_t>(method)]),
-                    "symplectic Euler, velocity Verlet, or the solver 'cpu'");
+                    "symplectic Euler, velocity Verlet, implicit Euler, or the solver 'cpu'");
 }
 
 bool needs_mass(const SceneFeatures& features, Method method) {

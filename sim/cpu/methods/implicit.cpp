@@ -18,9 +18,8 @@
 // Measured on 10^3 particles, tool dragged at 0.1 m/s in steps of 1 ms: 20 iterations of implicit Euler are within 1e-3 of
 // the force of all of them for k from 2 to 2e5 N/m, as are 40 of implicit midpoint, a quarter of them in its first step.
 #include <algorithm>
-#include <limits>
 
-#include "cpu/cell_forces.h"
+#include "cpu/methods/implicit_system.h"
 #include "src/iterations.h"
 
 namespace evenstep::internal {
@@ -46,12 +45,6 @@ EVENSTEP_WIDE Real chunked_sum(std::ptrdiff_t count, const Real* __restrict valu
   }
   return total;
 }
-
-/// Of A over the scene's particle mass: inertia = 1 + q d, stiffness = q^2 k / m, axial = c / (k q).
-template <class Real>
-struct SystemConstants {
-  Real inertia{}, stiffness{}, axial{};
-};
 
 /// q = A p, and p . q of every cell. `p` is zero where a particle does not move by its forces.
 template <bool kGeneral, class Real>
@@ -201,14 +194,10 @@ class Implicit final : public CellMethod<Real> {
   }
 
   void set_substep(double substep_s) override {
-    const TissueScene& scene = cells_.scene;
     substep_s_ = substep_s;
     reach_s_ = is_midpoint_ ? substep_s / 2 : substep_s;
-    const double q = reach_s_;
-    system_ = {static_cast<Real>(1 + q * scene.damping_per_s),
-               static_cast<Real>(q * q * scene.stiffness_N_per_m / scene.particle_mass_kg),
-               static_cast<Real>(scene.axial_damping_N_s_per_m / scene.stiffness_N_per_m / q)};
-    fill_scale();
+    system_ = SystemConstants<Real>(cells_.scene, reach_s_);
+    fill_inverse_diagonal(cells_, system_, reach_s_, scale_);
   }
 
   void substep(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& before, const ToolStates& after) override {
@@ -223,24 +212,6 @@ class Implicit final : public CellMethod<Real> {
   }
 
  private:
-  /// 1 / D, D = the diagonal of A with k I for every spring, and with 18 springs to every particle: the same for all particles
-  /// of one material, so that rigid motion stays exact. It keeps floats from overflowing and evens out what regions differ by.
-  void fill_scale() {
-    const CellArrays<Real> arrays = general_arrays(cells_);
-    const ToolTerms<Real> tools(cells_, {}, reach_s_);
-    for (std::ptrdiff_t i = 0; i < cells_.count(); ++i) {
-      Real sum = 0;
-      for (const std::ptrdiff_t o : arrays.offset) {
-        const Real other = arrays.active[i + o] > 0 ? arrays.stiffness[i + o] : arrays.stiffness[i];
-        sum += spring_stiffness(arrays.stiffness[i], other) + system_.axial;
-      }
-      for (std::size_t tool = 0; tool < kMaxTools; ++tool)
-        sum += arrays.held[tool][i] * (tools.stiffness[tool] + tools.damping[tool]);
-      const Real diagonal = system_.inertia * arrays.mass[i] + system_.stiffness * sum;
-      scale_[static_cast<std::size_t>(i)] = arrays.mobile[i] > 0 ? Real{1} / diagonal : Real{0};
-    }
-  }
-
   void newton_step(const Vectors<const Real>& u, const Vectors<const Real>& v, const ToolStates& tools, int iterations) {
     const auto q = static_cast<Real>(reach_s_);
     add_scaled<Real>(cells_.count(), u, q, read(x_.at()), z_.at());
@@ -248,7 +219,7 @@ class Implicit final : public CellMethod<Real> {
     start_residual<Real>(cells_.count(), read(q_.at()), read(x_.at()), v, cells_.arrays.mass, scale_.data(), q, r_.at(),
                          p_.at(), products_.data());
     Real residual = chunked_sum<Real>(cells_.count(), products_.data());
-    const Real floor = residual * kRounding * kRounding + Real{FLT_MIN};
+    const Real floor = residual_floor(residual);
     const ToolTerms<Real> terms(cells_, tools, reach_s_);
     for (int n = 0; n < iterations && !(residual <= floor); ++n) residual = iterate(terms, residual);
   }
@@ -266,9 +237,6 @@ class Implicit final : public CellMethod<Real> {
     advance_direction<Real>(cells_.count(), left / residual, read(r_.at()), scale_.data(), p_.at());
     return left;
   }
-
-  /// Nothing more to gain below this part of the first residual, and squares that underflow below that.
-  static constexpr Real kRounding = std::numeric_limits<Real>::epsilon();
 
   MethodCells<Real> cells_;
   bool is_midpoint_;

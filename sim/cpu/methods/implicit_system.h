@@ -1,0 +1,50 @@
+#pragma once
+/// The numbers of an implicit method's linear system, the same for every solver.
+
+#include <limits>
+#include <vector>
+
+#include "cpu/cell_forces.h"
+
+namespace evenstep::internal {
+
+/// Of A = M + q C + q^2 K over the scene's particle mass: inertia = 1 + q d, stiffness = q^2 k / m, axial = c / (k q).
+template <class Real>
+struct SystemConstants {
+  SystemConstants() = default;
+  SystemConstants(const TissueScene& scene, double q)
+      : inertia(static_cast<Real>(1 + q * scene.damping_per_s)),
+        stiffness(static_cast<Real>(q * q * scene.stiffness_N_per_m / scene.particle_mass_kg)),
+        axial(static_cast<Real>(scene.axial_damping_N_s_per_m / scene.stiffness_N_per_m / q)) {}
+  Real inertia{}, stiffness{}, axial{};
+};
+
+/// 1 / D of every cell, D = the diagonal of A with k I for every spring, and with 18 springs to every particle: the same for
+/// all particles of one material, so that rigid motion stays exact. It keeps floats from overflowing and evens out what
+/// regions differ by. 0 for what does not move by its forces.
+template <class Real>
+void fill_inverse_diagonal(const MethodCells<Real>& cells, const SystemConstants<Real>& system, double q,
+                           std::vector<Real>& scale) {
+  const CellArrays<Real> arrays = general_arrays(cells);
+  const ToolTerms<Real> tools(cells, {}, q);
+  for (std::ptrdiff_t i = 0; i < cells.count(); ++i) {
+    Real sum = 0;
+    for (const std::ptrdiff_t o : arrays.offset) {
+      const Real other = arrays.active[i + o] > 0 ? arrays.stiffness[i + o] : arrays.stiffness[i];
+      sum += spring_stiffness(arrays.stiffness[i], other) + system.axial;
+    }
+    for (std::size_t tool = 0; tool < kMaxTools; ++tool)
+      sum += arrays.held[tool][i] * (tools.stiffness[tool] + tools.damping[tool]);
+    const Real diagonal = system.inertia * arrays.mass[i] + system.stiffness * sum;
+    scale[static_cast<std::size_t>(i)] = arrays.mobile[i] > 0 ? Real{1} / diagonal : Real{0};
+  }
+}
+
+/// Where conjugate gradients have nothing more to gain: this part of the first r' D^-1 r, below which squares underflow.
+template <class Real>
+Real residual_floor(Real first) {
+  constexpr Real kRounding = std::numeric_limits<Real>::epsilon();
+  return first * kRounding * kRounding + Real{FLT_MIN};
+}
+
+}  // namespace evenstep::internal
