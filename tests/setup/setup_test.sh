@@ -379,8 +379,8 @@ case_the_check_counts_tests_and_scenarios() {
   clone c
   call c/.ci/run
   expect_status 0
-  # Tests: 4 (the long one too), 2 under asan-ubsan, 1 under tsan; 2 runs in each of 6 stages.
-  [[ $(tail -1 out) == '19 passed, 0 failed' ]] || fail "not 7 tests and 12 runs"
+  # Tests: 4 (the long one too), 2 under asan-ubsan, 1 under tsan; 2 runs in each of 7 stages.
+  [[ $(tail -1 out) == '21 passed, 0 failed' ]] || fail "not 7 tests and 14 runs"
   grep -q '^dpkg-query .* oclgrind' calls || fail "the packages of .ci/packages.txt are not asked for"
 }
 case_the_check_counts_what_failed() {
@@ -388,21 +388,21 @@ case_the_check_counts_what_failed() {
   touch c/broken c/scenarios/broken
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '10 passed, 9 failed' ]] || fail "not 3 tests and 6 runs"
+  [[ $(tail -1 out) == '11 passed, 10 failed' ]] || fail "not 4 tests and 7 runs"
 }
 case_the_check_counts_a_stage_that_could_not_start() {
   clone c
   echo 'if' >>c/evenstep
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '0 passed, 6 failed' ]] || fail "not 4 stages and 2 builds"
+  [[ $(tail -1 out) == '0 passed, 7 failed' ]] || fail "not 5 stages and 2 builds"
 }
 case_the_check_counts_a_stage_that_ran_no_test() {
   clone c
   sed -i 's/clock: breakable/breakable/' c/CMakeLists.txt
   call c/.ci/run
   expect_status 1
-  [[ $(tail -1 out) == '18 passed, 1 failed' ]] || fail "not the tests under tsan"
+  [[ $(tail -1 out) == '20 passed, 1 failed' ]] || fail "not the tests under tsan"
 }
 
 declare -F "case_$2" >/dev/null || { echo "no case $2"; exit 2; }
