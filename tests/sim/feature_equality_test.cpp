@@ -37,8 +37,8 @@ namespace {
 
 /// Without digest and energy, which cost as much to compile as the rest: the particles themselves are compared.
 void require_equal_combinations(Method method, CouplingKind tool) {
-  for (const Has& has : every_combination()) {
-    if (has.method != method || has.tool != tool) continue;
+  for (const Has& has : every_combination({method})) {
+    if (has.tool != tool || !is_one_of_every_pair(has)) continue;
     INFO(text_of(has));
     Scene scene = scene_of(featured_block(has), 1e-3);
     scene.needs_state_digest = false;
@@ -64,6 +64,10 @@ TEST_CASE("Couplings: symplectic Euler with any features has the same bits on cp
 TEST_CASE("Probes: symplectic Euler with any features has the same bits on cpu float and OpenCL", "[features]") {
   require_equal_combinations(Method::symplectic_euler, CouplingKind::probe);
 }
+TEST_CASE("Every tool: implicit Euler with any features has the same bits on cpu float and OpenCL", "[features]") {
+  for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe})
+    require_equal_combinations(Method::implicit_euler, tool);
+}
 TEST_CASE("Grabs: velocity Verlet with any features has the same bits on cpu float and OpenCL", "[features]") {
   require_equal_combinations(Method::velocity_verlet, CouplingKind::grab);
 }
@@ -76,7 +80,7 @@ TEST_CASE("Probes: velocity Verlet with any features has the same bits on cpu fl
 
 TEST_CASE("With every feature no work-group size, no changing step and no divergence makes OpenCL differ from cpu float",
           "[features][equality]") {
-  for (const Method method : {Method::symplectic_euler, Method::velocity_verlet}) {
+  for (const Method method : {Method::symplectic_euler, Method::velocity_verlet, Method::implicit_euler}) {
     for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe}) {
       Scene scene = featured(everything(method, tool));
       scene.variable_step = true;
@@ -93,7 +97,7 @@ TEST_CASE("With every feature no work-group size, no changing step and no diverg
           REQUIRE(cpu->state_digest() == opencl->state_digest());
           REQUIRE(same_bits(cpu->verdict().energy_J, opencl->verdict().energy_J));
         }
-        REQUIRE(cpu->verdict().non_finite);
+        REQUIRE(cpu->verdict().non_finite == (method != Method::implicit_euler));  // which no step is too long for
       }
     }
   }

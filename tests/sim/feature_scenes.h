@@ -14,7 +14,7 @@ inline std::string text_of(const Has& has) {
   return std::string(has.regions ? "regions " : "") + (has.damping ? "damping " : "") + (has.axial_damping ? "axial damping " : "") +
          (has.gravity ? "gravity " : "") +
          (has.tool == CouplingKind::grab ? "grab" : has.tool == CouplingKind::spring ? "spring" : "probe") +
-         (has.method == Method::velocity_verlet ? " Verlet" : "");
+         (has.method == Method::velocity_verlet ? " Verlet" : has.method == Method::implicit_euler ? " implicit Euler" : "");
 }
 
 /// One tool of the kind asked for near the top, and one of another kind beside it.
@@ -48,13 +48,20 @@ inline TissueScene featured_block(const Has& has) {
   return tissue;
 }
 
-inline std::vector<Has> every_combination() {
+inline std::vector<Has> every_combination(
+    std::initializer_list<Method> methods = {Method::symplectic_euler, Method::velocity_verlet}) {
   std::vector<Has> all;
-  for (const Method method : {Method::symplectic_euler, Method::velocity_verlet})
+  for (const Method method : methods)
     for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe})
       for (unsigned bits = 0; bits < 16; ++bits)
         all.push_back({(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, tool, method});
   return all;
+}
+
+/// Six of the sixteen, in which every two features meet in each of their four states: each is an OpenCL program to build.
+inline bool is_one_of_every_pair(const Has& has) {
+  const int count = has.regions + has.damping + has.axial_damping + has.gravity;
+  return count == 0 || count >= 3;
 }
 
 }  // namespace evenstep::test
