@@ -21,7 +21,7 @@ measure() {
   local program=$1
   grep -q '^benchmark_DIR:PATH=/' "$build/CMakeCache.txt" ||
     fail "Google Benchmark is not there: apt-get install libbenchmark-dev, then remove $build/CMakeCache.txt"
-  compile "bench_$program" "building bench_$program"
+  compile "building bench_$program" "bench_$program"
   "$build/bench/bench_$program" --benchmark_repetitions="$repetitions" --benchmark_enable_random_interleaving=true \
     --benchmark_min_time=0.05 --benchmark_format=json >"$out/$program.json" 2>"$out/$program.log" ||
     { cat -- "$out/$program.log" >&2; fail "bench_$program failed: see above"; }
@@ -44,16 +44,16 @@ for table in "${tables[@]}"; do
     scheduler) measure scheduler_events ;;
     paths) measure core_paths ;;
     solver)
-      compile bench_solver_steps 'building bench_solver_steps'
+      compile 'building bench_solver_steps' bench_solver_steps
       POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-active} "$build/bench/bench_solver_steps" \
         $((repetitions * 5))
       ;;
     features)
-      compile bench_feature_costs 'building bench_feature_costs'
+      compile 'building bench_feature_costs' bench_feature_costs
       POCL_DEVICES=basic "$build/bench/bench_feature_costs" $((repetitions * 5))
       ;;
     figure-1)
-      compile bench_figure_1 'building bench_figure_1'
+      compile 'building bench_figure_1' bench_figure_1
       POCL_DEVICES=${POCL_DEVICES:-basic} "$build/bench/bench_figure_1" "$repo/scenarios/paper/figure-1.toml" \
         "$repetitions"
       ;;
