@@ -4,6 +4,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/sweep.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 
@@ -33,6 +34,16 @@ void explain_case(const CaseSpec& spec) {
   fmt::print("  case         {}, {} values from {} to {}\n", spec.kind, spec.values.size(), spec.values.front(),
              spec.values.back());
   fmt::print("  methods      {}\n  solvers      {}\n", fmt::join(methods, ", "), fmt::join(solvers, ", "));
+}
+
+void explain_sweep(const SweepSpec& sweep) {
+  std::size_t points = sweep.seeds.size();
+  std::string of = fmt::format("{} seed{}", points, points == 1 ? "" : "s");
+  for (const SweepAxis& axis : sweep.grid) {
+    points *= axis.values.size();
+    of += fmt::format(" x {} of {}", axis.values.size(), axis.path);
+  }
+  fmt::print("  sweep        {} points: {}\n", points, of);
 }
 
 void explain(const Scenario& scenario) {
@@ -67,6 +78,7 @@ void explain(const Scenario& scenario) {
     fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
                plan.predicted_late_forces);
   }
+  if (scenario.sweep) explain_sweep(*scenario.sweep);
   fmt::print("  expectations {}\n\n", scenario.expectations.size());
 }
 
@@ -101,6 +113,7 @@ ExitCode check(const std::vector<std::string>& paths, const std::vector<std::str
     const ReadResult read = read_scenario(file, {set, std::nullopt});
     std::vector<Diagnostic> errors = read.errors;
     if (read.scenario) errors = check_expectations(*read.scenario);
+    if (errors.empty() && read.scenario->sweep) errors = check_sweep(file, set);
     if (errors.empty()) {
       try {
         explain(*read.scenario);

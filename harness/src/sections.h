@@ -25,6 +25,7 @@ void read_scene(ScenarioReading& reading);         ///< after read_timing and re
 void read_remap(ScenarioReading& reading);         ///< after read_timing
 void read_case(ScenarioReading& reading);
 void read_study(ScenarioReading& reading);         ///< after read_scene
+void read_sweep(ScenarioReading& reading);
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 
 std::string in_ms(Duration duration);  ///< "11.1 ms"
