@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "evenstep/harness/timing_csv.h"
+#include "load.h"
 #include "reader.h"
 #include "shrink_document.h"
 #include "shrink_search.h"

@@ -122,9 +122,10 @@ std::vector<TimingShape::Lengths> TimingShape::lengths(const std::vector<Perturb
     Lengths& one = all[k];
     one.visualization = nominal_.visualization;
     one.visualization_gap = k == 0 ? segments_[0].visualization_gap : nominal_.visualization_gap;
-    one.steps_before = nominal_.steps_before;
+    one.steps_before = segments_[k].visualization > 0 ? segments_[k].steps_before : nominal_.steps_before;
     one.steps.assign(lanes_ ? segments_[k].steps.size() : nominal_.count, nominal_.step);
     one.gaps.assign(one.steps.size(), nominal_.gap);
+    if (k == 0 && !one.gaps.empty() && !segments_[0].gaps.empty()) one.gaps[0] = segments_[0].gaps[0];
   }
   for (const Perturbation& p : perturbations) {  // first how many steps there are
     if (p.kind != Perturbation::Kind::count) continue;

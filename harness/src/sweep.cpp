@@ -139,7 +139,9 @@ std::string shell_word(const std::string& word) {
 std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
                           const std::vector<std::string>& set) {
   std::string command = fmt::format("evenstep run {} --seed {}", shell_word(file), header.seed_of(point.index));
-  for (const std::string& assignment : set) command += " --set " + shell_word(assignment);
+  for (const std::string& assignment : set) {
+    if (!assignment.starts_with("sweep.")) command += " --set " + shell_word(assignment);
+  }
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
     const SweepHeader::Axis& one = header.grid[axis];
     const std::string& value = one.values[header.value_of(point.index, axis)];

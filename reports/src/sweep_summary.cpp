@@ -39,9 +39,21 @@ SweepSummary::Worst worst_of(const SweepPoint& point, std::size_t at) {
   return worst;
 }
 
-std::vector<SweepSummary::Worst> worst_points(const SweepRecord& record) {
+/// The value whose failures decide what is found: the one beyond it, or the one at the safe end where nothing is found.
+std::optional<std::size_t> deciding_value(const SweepHeader& header, const std::optional<SweepSummary::Find>& found) {
+  if (!found) return std::nullopt;
+  const std::size_t last = header.grid[header.find->axis].values.size() - 1;
+  if (!found->value) return header.find->smallest ? last : 0;
+  if (*found->value == (header.find->smallest ? 0 : last)) return std::nullopt;
+  return header.find->smallest ? *found->value - 1 : *found->value + 1;
+}
+
+std::vector<SweepSummary::Worst> worst_points(const SweepRecord& record, std::optional<std::size_t> value) {
   std::vector<SweepSummary::Worst> all;
-  for (std::size_t i = 0; i < record.points.size(); ++i) all.push_back(worst_of(record.points[i], i));
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    if (!value || record.header.value_of(record.points[i].index, record.header.find->axis) == *value)
+      all.push_back(worst_of(record.points[i], i));
+  }
   const auto kept = all.begin() + std::min<std::ptrdiff_t>(record.header.keep_worst, std::ssize(all));
   std::partial_sort(all.begin(), kept, all.end(), [&](const auto& a, const auto& b) {
     // What did not pass comes first, however small its excess.
@@ -104,8 +116,8 @@ SweepSummary summarize(const SweepRecord& record) {
       count(summary.values[axis][header.value_of(point.index, axis)], point.verdict);
   }
   summary.stopped = header.stop_after && summary.all.failed + summary.all.errors >= *header.stop_after;
-  summary.worst = worst_points(record);
   if (header.find) summary.find = find_value(*header.find, summary.values[header.find->axis]);
+  summary.worst = worst_points(record, deciding_value(header, summary.find));
   return summary;
 }
 

@@ -77,7 +77,7 @@ struct SweepSummary {
     double excess = 0;                          ///< over the limit, as a share of it; below 0: within
     std::optional<std::size_t> expectation;     ///< none: it stopped
   };
-  std::vector<Worst> worst;                     ///< largest excess first, then by index
+  std::vector<Worst> worst;                     ///< largest excess first, then by index; with `find`, of the value next to it, which failed
   struct Find {
     std::optional<std::size_t> value;           ///< of the axis; none: not even the value at the safe end passes
     bool within_gate = false;
