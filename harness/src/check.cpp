@@ -195,6 +195,11 @@ std::string error_of(const Field& field, const Value& value) {
   }
 }
 
+/// The key in messages; of a key that may have any name, its table.
+std::string shown_key(const Field& field) {
+  return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key);
+}
+
 }  // namespace
 
 Check::Check(const Value& document, Errors& errors) : errors_(errors) { table("", document); }
@@ -240,7 +245,7 @@ void Check::value(const Field& field, const Value& value) {
              (field.shape == Shape::one_or_list && value.list.empty())) {
     const std::string hint = (field.forms & kTable) && field.table.empty() ? fmt::format("; write [[{}]]", field.key)
                                                                            : fmt::format(", such as {}", example_of(field));
-    errors_.add(value.place, fmt::format("'{}' must be {}{}", field.key, describe_forms(field), hint));
+    errors_.add(value.place, fmt::format("{} must be {}{}", shown_key(field), describe_forms(field), hint));
   } else {
     for (const Value& one : value.list) element(field, one);
   }
@@ -250,7 +255,7 @@ void Check::value(const Field& field, const Value& value) {
 void Check::element(const Field& field, const Value& value) {
   if ((field.forms & kTable) && value.is(Value::Kind::table)) return table(subtable(field), value);
   const std::string error = error_of(field, value);
-  if (!error.empty()) errors_.add(value.place, fmt::format("'{}': {}", field.key, error));
+  if (!error.empty()) errors_.add(value.place, fmt::format("{}: {}", shown_key(field), error));
 }
 
 void Check::missing(const std::string& name, const Value& value) {

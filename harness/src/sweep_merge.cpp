@@ -55,7 +55,7 @@ bool Merge::belongs(const std::string& line, const std::string& part, std::vecto
   const std::string what = header.scenario != header_.scenario ? "another scenario (or other --set)"
                            : header.build != header_.build     ? "another build of evenstep"
                                                                : "another sweep";
-  errors.push_back({part, 1, 0, fmt::format("is of {} than {}", what, parts_.front())});
+  errors.push_back({part, 1, 1, fmt::format("is of {} than {}", what, parts_.front())});
   return false;
 }
 
@@ -69,7 +69,7 @@ void Merge::read_part(std::size_t part, std::vector<Diagnostic>& errors) {
     std::uintmax_t whole = 0;
     for (const std::string& line : lines) whole += line.size() + 1;
     if (lines.empty() || whole != std::filesystem::file_size(path, ignored)) {
-      errors.push_back({path, std::ssize(lines) + 1, 0, "the line has no end: the file was cut off, or its sweep has not ended; "
+      errors.push_back({path, std::ssize(lines) + 1, 1, "the line has no end: the file was cut off, or its sweep has not ended; "
                                                         "`evenstep sweep --resume` ends it"});
       return;
     }
@@ -79,14 +79,14 @@ void Merge::read_part(std::size_t part, std::vector<Diagnostic>& errors) {
       Line line{lines[number - 1], internal::read_point_line(header_, lines[number - 1]), part, number};
       const auto [there, added] = lines_.try_emplace(line.point.index, line);
       if (added) continue;
-      errors.push_back({path, static_cast<std::int64_t>(number), 0,
+      errors.push_back({path, static_cast<std::int64_t>(number), 1,
                         fmt::format("point {} is in {}:{} already; merge each part once", line.point.index,
                                     parts_[there->second.part], there->second.number)});
       return;
     }
   } catch (const std::runtime_error& error) {
     const std::string message = number == 0 ? error.what() : fmt::format("the line {}", error.what());
-    errors.push_back({path, static_cast<std::int64_t>(number), 0, message});
+    errors.push_back({path, static_cast<std::int64_t>(number), 1, message});
   }
 }
 

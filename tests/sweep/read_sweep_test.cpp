@@ -42,7 +42,7 @@ TEST_CASE("Seeds are a span without its end or a list of numbers and spans") {
   CHECK(read("[sweep]\nkeep_worst = 1\n").seeds == std::vector<std::uint64_t>{1});
   for (const char* bad : {"\"5..5\"", "\"6..5\"", "\"a..5\"", "\"5\"", "\"0..1e3\"", "[1, \"0..3\"]", "\"0..99999999999\"", "-1"}) {
     INFO(bad);
-    CHECK_THAT(errors(fmt::format("[sweep]\nseeds = {}\n", bad)), Contains("x.toml:13:") && Contains("'seeds'"));
+    CHECK_THAT(errors(fmt::format("[sweep]\nseeds = {}\n", bad)), Contains("x.toml:14:") && Contains("'seeds'"));
   }
 }
 
@@ -58,14 +58,14 @@ TEST_CASE("A range has its ends as written and evenly spaced values between, tim
 
 TEST_CASE("What is wrong with a sweep is named with its place") {
   const auto grid = [](const std::string& line) { return errors("[sweep.grid]\n" + line + "\n"); };
-  CHECK_THAT(grid("\"timing.visualisation\" = [\"5 ms\"]"), Contains("x.toml:13:1: error: unknown key 'visualisation'"));
-  CHECK_THAT(grid("\"timing.visualization\" = [\"5 ms\", \"50 ms\"]"), Contains("x.toml:13:1: error: 'visualization': V = 50 ms"));
-  CHECK_THAT(grid("\"device.right.rate\" = [\"1 kHz\"]"), Contains("x.toml:13:1: error: there is no element named 'right'"));
+  CHECK_THAT(grid("\"timing.visualisation\" = [\"5 ms\"]"), Contains("x.toml:14:1: error: unknown key 'visualisation'"));
+  CHECK_THAT(grid("\"timing.visualization\" = [\"5 ms\", \"50 ms\"]"), Contains("x.toml:14:1: error: 'visualization': V = 50 ms"));
+  CHECK_THAT(grid("\"device.right.rate\" = [\"1 kHz\"]"), Contains("x.toml:14:1: error: there is no element named 'right'"));
   CHECK_THAT(grid("timing.visualization = [\"5 ms\"]"), Contains("a path stands in quotes"));
-  CHECK_THAT(grid("\"run.seed\" = [1]"), Contains("x.toml:13:1: error: seeds have a key of their own"));
+  CHECK_THAT(grid("\"run.seed\" = [1]"), Contains("x.toml:14:1: error: seeds have a key of their own"));
   CHECK_THAT(grid("\"sweep.seeds\" = [1]"), Contains("cannot be part of a grid"));
   CHECK_THAT(grid("\"remap.latency\" = [\"5 ms\", \"5 ms\"]"), Contains("is there twice"));
-  CHECK_THAT(grid("\"remap.latency\" = []"), Contains("x.toml:13:"));
+  CHECK_THAT(grid("\"remap.latency\" = []"), Contains("x.toml:14:"));
   CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"1 ms\", count = 3 }"), Contains("'to' must be above 'from'"));
   CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"1 s\", count = 3 }"), Contains("same unit"));
   CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"9 ms\" }"), Contains("has no 'count'"));
@@ -80,7 +80,7 @@ TEST_CASE("What a sweep finds must be a key of its grid with rising values, and 
   const std::string rising = "[\"900 us\", \"5 ms\", \"0.01 s\"]";
   CHECK(find(rising, "smallest = \"remap.latency\"\nat_most = \"6 ms\"").empty());
   CHECK(find(rising, "largest = \"remap.latency\"\nat_least = \"6 ms\"").empty());
-  CHECK_THAT(find(rising, "smallest = \"remap.lead\""), Contains("x.toml:15:") && Contains("no key of [sweep.grid]"));
+  CHECK_THAT(find(rising, "smallest = \"remap.lead\""), Contains("x.toml:16:") && Contains("no key of [sweep.grid]"));
   CHECK_THAT(find(rising, "where = \"all-pass\""), Contains("'smallest' or 'largest'"));
   CHECK_THAT(find(rising, "smallest = \"remap.latency\"\nat_least = \"6 ms\""), Contains("write 'at_most'"));
   CHECK_THAT(find(rising, "smallest = \"remap.latency\"\nat_most = \"1 us\""), Contains("no value of the grid is within"));

@@ -52,7 +52,7 @@ std::string scenario(const Folder& folder, const std::vector<Spike>& spikes, con
   folder.write("t.csv", recording(spikes));
   return folder.write("late.toml",
                       "format = 1\nname = \"late\"\n[run]\nwarmup = \"2 segments\"\nstrategies = [\"direct\", \"paper\"]\n"
-                      "[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\nphase = \"0.1 segment\"\n"
+                      "[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\nphase = \"0.01 segment\"\n"
                       "motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.1 s\" }\n"
                       "[remap]\nlead = \"2 ms\"\nlatency = \"14 ms\"\n"
                       "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underruns\"\nequals = 0\n"

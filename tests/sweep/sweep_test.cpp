@@ -140,7 +140,8 @@ TEST_CASE("An interrupted sweep keeps what it has and goes on to the same bytes"
   options.progress = [&](std::int64_t done, std::int64_t, std::int64_t) { interrupted = done >= 4; };
   const SweepOutcome first = run_sweep(small.scenario, options);
   CHECK(first.exit == ExitCode::interrupted);
-  CHECK(first.record.points.size() == 4);
+  CHECK(first.record.points.size() >= 4);  // what was under way may still come
+  CHECK(first.record.points.size() < 15);
   CHECK(contents(first.file) == bytes.substr(0, contents(first.file).size()));
 
   const SweepOutcome refused = run_sweep(small.scenario, options);
@@ -180,13 +181,13 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
   const std::string out = small.folder / "merged.jsonl";
   CHECK_THAT(only_error(merge_sweep({parts[0], parts[2]}, out)), Contains("lack 5 of 15 points: 1, 4, 7, 10, 13;"));
   CHECK_THAT(only_error(merge_sweep({parts[0], parts[1], parts[2], parts[1]}, out)),
-             Contains("sweep-2-of-3.jsonl:2: error: point 1 is in") && Contains("sweep-2-of-3.jsonl:2 already"));
+             Contains("sweep-2-of-3.jsonl:2:1: error: point 1 is in") && Contains("sweep-2-of-3.jsonl:2 already"));
   const auto with = [&](const std::string& part) { return only_error(merge_sweep({parts[0], part, parts[2]}, out)); };
   const std::string good = contents(parts[1]);
-  CHECK_THAT(with(small.folder.write("torn", good.substr(0, good.size() - 1))), Contains("torn:6: error: the line has no end"));
-  CHECK_THAT(with(small.folder.write("empty", "")), Contains("empty:1: error: the line has no end"));
+  CHECK_THAT(with(small.folder.write("torn", good.substr(0, good.size() - 1))), Contains("torn:6:1: error: the line has no end"));
+  CHECK_THAT(with(small.folder.write("empty", "")), Contains("empty:1:1: error: the line has no end"));
   CHECK_THAT(with(small.folder / "absent"), Contains("absent"));
-  CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")), Contains("header:1: error: the line is not a line"));
+  CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")), Contains("header:1:1: error: the line is not a line"));
   const auto changed = [&](const std::string& name, const std::string& at, const std::string& to) {
     std::string text = good;
     text.replace(text.find(at) + at.size(), to.size(), to);
@@ -195,8 +196,8 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
   CHECK_THAT(with(changed("scenario", "\"scenario\":\"", "g")), Contains("is of another scenario"));
   CHECK_THAT(with(changed("build", "\"build\":\"", "9")), Contains("is of another build"));
   CHECK_THAT(with(changed("worst", "\"keep_worst\":", "9")), Contains("is of another sweep"));
-  CHECK_THAT(with(changed("index", "\"index\":", "2")), Contains("index:2: error: the line has other values than point 2"));
-  CHECK_THAT(with(changed("verdict", "\"verdict\":\"", "pasz")), Contains("verdict:2: error: the line verdict \"pasz"));
+  CHECK_THAT(with(changed("index", "\"index\":", "2")), Contains("index:2:1: error: the line has other values than point 2"));
+  CHECK_THAT(with(changed("verdict", "\"verdict\":\"", "pasz")), Contains("verdict:2:1: error: the line verdict \"pasz"));
   CHECK_FALSE(std::filesystem::exists(out));
   CHECK_FALSE(std::filesystem::exists(out + ".partial"));
 }
@@ -295,6 +296,6 @@ TEST_CASE("The shipped sweeps find what they ask for") {
   REQUIRE(outcome.summary.find);
   CHECK(outcome.exit == ExitCode::pass);
   CHECK(outcome.summary.find->beyond == 0);
-  options.set = {"sweep.seeds=\"0..10\"", "sweep.find.at_most=\"15 ms\""};
+  options.set = {"sweep.seeds=\"0..10\"", "sweep.find.at_most=\"22 ms\""};
   CHECK(run_sweep(EVENSTEP_SOURCE_DIR "/scenarios/sizing/latency-jitter-10.toml", options).exit == ExitCode::expectation_failed);
 }
