@@ -212,14 +212,17 @@ TEST_CASE("A probe that touches one particle lightly is in series with the tissu
     const auto solver =
         make_solver(SolverKind::cpu_double, modelled(probed_block(4e-3, stiffness_N_per_m), LocalModel::settled, 1e-3));
     step(*solver, 1, {});
-    // The force is K q + O(q^2); of two of them the square goes, and (q / spacing)^2 = 4e-8 is left.
+    // The force is K q + O(q^2) and the model K + O(q), the sphere's slope at a particle that gives way to the side. Of two
+    // depths that goes, and (q / spacing)^2 = 4e-8 is left.
     const double q_m = 1e-6;
     const double once_N = settled_force(*solver, {0, 0, -q_m}).z;
     const ToolContact contact = solver->contacts()[0];
     const double twice_N = settled_force(*solver, {0, 0, -2 * q_m}).z;
     const double exact_N_per_m = (2 * once_N - twice_N / 2) / q_m;
+    const double model_N_per_m =
+        2 * contact.stiffness_N_per_m[2][2] - solver->contacts()[0].stiffness_N_per_m[2][2];
     CHECK(contact.touching);
-    CHECK(contact.stiffness_N_per_m[2][2] == Approx(exact_N_per_m).epsilon(1e-6));
+    CHECK(model_N_per_m == Approx(exact_N_per_m).epsilon(1e-6));
     CHECK(contact.stiffness_N_per_m[2][2] < 0.99 * stiffness_N_per_m);
     CHECK(contact.stiffness_N_per_m[0][0] == Approx(0).margin(1e-5 * stiffness_N_per_m));
   }
@@ -248,23 +251,23 @@ TEST_CASE("A probe on a chain has the stiffness of the springs in series; on a f
 TEST_CASE(
     "Of a probe that touches several particles the settled model lies between the settled and the instantaneous stiffness",
     "[local]") {
-  for (const double depth_m : {0.3e-3, 0.6e-3, 1e-3}) {
-    const TissueScene block = probed_block(20e-3, 35);
+  for (const double depth_m : {0.8e-3, 1.2e-3, 1.6e-3}) {
+    const TissueScene block = probed_block(60e-3, 35);
     const auto settled = make_solver(SolverKind::cpu_double, modelled(block, LocalModel::settled, 1e-3)),
                instantaneous = make_solver(SolverKind::cpu_double, modelled(block, LocalModel::instantaneous, 1e-3));
     for (Solver* solver : {settled.get(), instantaneous.get()}) {
       step(*solver, 1, {});
       settled_force(*solver, {0, 0, -depth_m});
     }
-    const ToolContact model = settled->contacts()[0];
-    CHECK(model.gap_m < -1e-5);
-    CHECK(model.point_m.x != Approx(5e-3).epsilon(1e-3));  // more than the one in the middle
+    const double model_N_per_m = settled->contacts()[0].stiffness_N_per_m[2][2],
+                 instantaneous_N_per_m = instantaneous->contacts()[0].stiffness_N_per_m[2][2];
     const double e_m = 1e-7, above_N = settled_force(*settled, {0, 0, -depth_m + e_m}).z,
                  below_N = settled_force(*settled, {0, 0, -depth_m - e_m}).z;
     const double exact_N_per_m = (below_N - above_N) / (2 * e_m);
-    CHECK(exact_N_per_m > 1);
-    CHECK(model.stiffness_N_per_m[2][2] > 1.02 * exact_N_per_m);
-    CHECK(model.stiffness_N_per_m[2][2] < 0.98 * instantaneous->contacts()[0].stiffness_N_per_m[2][2]);
+    CHECK(instantaneous_N_per_m > 3 * 35);  // at least four of them
+    CHECK(exact_N_per_m > 10);
+    CHECK(model_N_per_m > 1.02 * exact_N_per_m);
+    CHECK(model_N_per_m < 0.98 * instantaneous_N_per_m);
   }
 }
 
