@@ -76,6 +76,31 @@ ProgrammedMotion read_motion(const ScenarioReading& reading, const Table& device
   return programmed;
 }
 
+/// K_c = K_t = 2 K factor. The mass is the mode's own, whatever the factor: (K_c + K_t) / (2 pi f)^2 of the tissue itself.
+SpringMode read_mode(const Table& render) {
+  constexpr double kPi = 3.14159265358979323846;
+  const double turn_per_s = 2 * kPi * in_Hz(render.rate("frequency"));
+  const double spring_N_per_m = 2 * render.si("static_stiffness");
+  const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
+  const double stiffer_N_per_m = spring_N_per_m * render.number("factor");
+  return {stiffer_N_per_m, stiffer_N_per_m, mass_kg, 2 * render.number("damping_ratio") * mass_kg * turn_per_s};
+}
+
+RenderSpec read_render(const Table& render) {
+  RenderSpec spec;
+  const std::string kind = render.text("kind");
+  if (kind == "local") {
+    spec.kind = RenderSpec::Kind::local;
+    spec.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
+    spec.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
+    spec.knows_gap = render.boolean("gap");
+  } else if (kind == "smith") {
+    spec.kind = RenderSpec::Kind::smith;
+    spec.mode = read_mode(render);
+  }
+  return spec;
+}
+
 DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   DeviceSpec spec;
   spec.name = device.text("name");
@@ -87,7 +112,9 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   }
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
   spec.motion = read_motion(reading, device);
-  spec.emission = device.table("render").text("emission") == "hold" ? Emission::hold : Emission::linear;
+  const Table render = device.table("render");
+  spec.emission = render.text("emission") == "hold" ? Emission::hold : Emission::linear;
+  spec.render = read_render(render);
   spec.limits = {device.si("force_limit"), device.si("slew_limit")};
   return spec;
 }

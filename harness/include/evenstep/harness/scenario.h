@@ -10,6 +10,7 @@
 #include "evenstep/device/force_guard.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/device/motion.h"
+#include "evenstep/device/renderer.h"
 #include "evenstep/harness/diagnostic.h"
 #include "evenstep/harness/quantity.h"
 #include "evenstep/remap/filters.h"
@@ -35,6 +36,16 @@ bool iterates(Method method);
 
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
+/// [[device]] render: how a tick's force is made of its scheduled record (device/renderer.h). What its kind has no use for
+/// keeps the value here.
+struct RenderSpec {
+  enum class Kind { force, local, smith } kind = Kind::force;
+  std::optional<double> alpha = 1.0;            ///< local; none: automatic
+  LocalModel stiffness = LocalModel::none;      ///< local: which one the solver gives
+  bool knows_gap = true;                        ///< local; false is a control
+  SpringMode mode;                              ///< smith
+};
+
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
@@ -42,6 +53,7 @@ struct DeviceSpec {
   QueuePolicy queue = QueuePolicy::hidraw;
   ProgrammedMotion motion;
   Emission emission = Emission::linear;
+  RenderSpec render;
   ForceLimits limits;
 };
 
