@@ -70,7 +70,7 @@ void SmithRenderer::advance(Duration by, const glm::dvec3& hand_m) {
   const int steps = static_cast<int>(std::ceil(seconds(by) / longest_step_s_));
   const double step_s = seconds(by) / steps;
   const double inverse_mass = 1 / mode_.mass_kg;
-  for (int i = 1; i <= steps; ++i) {
+  for (int i = 0; i < steps; ++i) {
     const glm::dvec3 x = mixed(hand_m_, hand_m, static_cast<double>(i) / steps);
     const glm::dvec3 pull_N = (x - mass_m_) * mode_.contact_N_per_m - mass_m_ * mode_.ground_N_per_m -
                               velocity_m_per_s_ * mode_.damping_N_s_per_m;
