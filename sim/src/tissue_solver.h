@@ -52,6 +52,7 @@ class TissueSolver : public Solver {
  public:
   TissueSolver(const Scene& scene, const SceneFeatures& features, std::string name);
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s) final;
+  std::span<const ToolContact> contacts() const final { return contacts_; }
   std::uint64_t state_digest() final { return features_.digest ? digest() : 0; }
   void reset() final;
   ParticleState particle_state() final;
@@ -110,6 +111,7 @@ class TissueSolver : public Solver {
   std::vector<glm::dvec3> origin_m_, offset_m_;  // per tool: first sample; displacement since
   ToolStates tools_{};                           // at the end of the last substep
   ToolResponse last_response_;
+  std::vector<ToolContact> contacts_;  // per tool; empty where nobody asks for them
   SolverVerdict verdict_;
   std::int64_t steps_ = 0;
   double initial_energy_J_ = 0, work_J_ = 0, energy_scale_J_ = 0, worst_excess_J_ = 0;

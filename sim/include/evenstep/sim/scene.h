@@ -89,7 +89,7 @@ struct TissueScene {
   std::vector<glm::dvec3> initial_displacement_m, initial_velocity_m_per_s;
 };
 
-/// The tool's local linear model in ToolResponse: f(x + d) = force - stiffness d.
+/// The tool's local linear model, Solver::contacts: f(x + d) = force - stiffness d.
 enum class LocalModel {
   none,
   instantaneous,  ///< the other particles stay where they are
@@ -106,7 +106,7 @@ struct Scene {
   bool needs_energy = false;       ///< an expectation asks for it
   bool allow_unstable = false;     ///< [scene] allow_unstable
   bool variable_step = false;      ///< somebody gives Solver::step lengths of their own
-  LocalModel local_model = LocalModel::none;  ///< somebody reads ToolResponse::contact
+  LocalModel local_model = LocalModel::none;  ///< somebody reads Solver::contacts
 };
 
 enum class SolverKind { cpu_float, cpu_double, opencl };
