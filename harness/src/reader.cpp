@@ -79,7 +79,10 @@ void make_paths_absolute(Value& document) {
   Value* devices = document.find("device");
   if (devices == nullptr) return;
   for (Value& device : devices->list) {
-    if (Value* motion = device.find("motion")) fix(motion->find("file"));
+    Value* motion = device.find("motion");
+    if (motion == nullptr) continue;
+    fix(motion->find("file"));
+    if (Value* intended = motion->find("path")) fix(intended->find("file"));
   }
 }
 

@@ -25,8 +25,12 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
 
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
   for (const DeviceSpec& device : scenario.devices) {
-    const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1};
-    transports_.emplace_back(clock, device.motion, options);
+    const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay,
+                                         device.name};
+    if (device.hand)
+      transports_.emplace_back(clock, Hand(*device.hand, device.motion), options);
+    else
+      transports_.emplace_back(clock, device.motion, options);
   }
   for (SimulatedTransport& transport : transports_) drivers_.emplace_back(transport);
 }

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "evenstep/reports/measures.h"
+#include "src/closed_loop.h"
 #include "src/judged.h"
 #include "src/sine_response.h"
 #include "src/vec3.h"
@@ -345,6 +346,8 @@ Metrics measure(const RunRecord& run) {
       metrics[device.name + ".interaction." + strategy.name] = interaction_values(run, strategy, device, steps);
       metrics[device.name + ".force." + strategy.name] = force_values(run, strategy, d, steps);
       metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, d, steps);
+      metrics["closed_loop." + device.name + "." + strategy.name] =
+          internal::closed_loop_values(run, device, internal::judged_ticks(device, run.nominal));
     }
     metrics["solver." + strategy.name] = solver_values(strategy, steps, run.nominal.slot_s);
     for (const auto& [event, count] : strategy.event_counts)

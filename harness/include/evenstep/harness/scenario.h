@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "evenstep/device/force_guard.h"
+#include "evenstep/device/hand.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/device/motion.h"
 #include "evenstep/device/renderer.h"
@@ -51,7 +52,9 @@ struct DeviceSpec {
   Rate rate{1000, 1};
   Duration phase;
   QueuePolicy queue = QueuePolicy::hidraw;
-  ProgrammedMotion motion;
+  ProgrammedMotion motion;                      ///< of a hand: its intended path
+  std::optional<HandSpec> hand;                 ///< feels the force; none: the motion is programmed
+  Duration force_delay;                         ///< from writing a force to when the hand feels it
   Emission emission = Emission::linear;
   RenderSpec render;
   ForceLimits limits;
@@ -91,6 +94,8 @@ struct TimingSpec {
 
 /// A step of a study: the scene's step cut into `substeps`, or `steps` of them at once; one of the two is 1.
 struct StudyStep { int substeps = 1; int steps = 1; };
+/// Stiffnesses between which a study looks for the largest stable one.
+struct StiffnessSearch { double from_N_per_m = 0, to_N_per_m = 0; int seeds = 1; };
 struct StudySpec {
   Duration duration;                            ///< simulated, from the begin of the first motion
   std::vector<Method> methods;
@@ -98,6 +103,7 @@ struct StudySpec {
   std::vector<StudyStep> steps;                 ///< coarsest first; empty: halvings around each method's limit
   std::vector<int> iterations;                  ///< of methods that iterate; empty: each method's own
   int repeats = 5;
+  std::optional<StiffnessSearch> stiffness_limit;   ///< then the study is this search, and nothing of the above counts
 };
 
 struct Expectation {
@@ -151,6 +157,9 @@ struct Scenario {
   NominalUnits nominal;
   std::string resolved_toml;                    ///< the merged table, for resolved.toml
 };
+
+/// A device is a hand that feels the force: what was felt decides where it goes.
+bool has_hand(const Scenario& scenario);
 
 struct ReadOptions { std::vector<std::string> set; std::optional<std::uint64_t> seed; };
 struct ReadResult {

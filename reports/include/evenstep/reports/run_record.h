@@ -148,6 +148,8 @@ struct Nominal {
     RealTime first_tick;
     std::optional<RealTime> stop_at;
     std::optional<Sine> sine = std::nullopt;   ///< only a sine motion has one
+    bool feels_force = false;                  ///< a hand: its motion is not known beforehand
+    Duration force_delay = {};                 ///< from the tick that sends a force to when it is felt
   };
   std::vector<Device> devices;
 };
