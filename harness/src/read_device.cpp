@@ -88,16 +88,6 @@ ProgrammedMotion read_programmed(const ScenarioReading& reading, const Table& mo
   return programmed;
 }
 
-/// K_c = K_t = 2 K factor. The mass is the mode's own, whatever the factor: (K_c + K_t) / (2 pi f)^2 of the tissue itself.
-SpringMode read_mode(const Table& render) {
-  constexpr double kPi = 3.14159265358979323846;
-  const double turn_per_s = 2 * kPi * in_Hz(render.rate("frequency"));
-  const double spring_N_per_m = 2 * render.si("static_stiffness");
-  const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
-  const double stiffer_N_per_m = spring_N_per_m * render.number("factor");
-  return {stiffer_N_per_m, stiffer_N_per_m, mass_kg, 2 * render.number("damping_ratio") * mass_kg * turn_per_s};
-}
-
 RenderSpec read_render(const Table& render) {
   RenderSpec spec;
   const std::string kind = render.text("kind");
@@ -108,7 +98,10 @@ RenderSpec read_render(const Table& render) {
     spec.knows_gap = render.boolean("gap");
   } else if (kind == "smith") {
     spec.kind = RenderSpec::Kind::smith;
-    spec.mode = read_mode(render);
+    if (render.has("frequency")) spec.mode.frequency_Hz = in_Hz(render.rate("frequency"));
+    if (render.has("damping_ratio")) spec.mode.damping_ratio = render.number("damping_ratio");
+    if (render.has("static_stiffness")) spec.mode.static_N_per_m = render.si("static_stiffness");
+    spec.factor = render.number("factor");
   }
   return spec;
 }

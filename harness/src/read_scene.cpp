@@ -167,33 +167,6 @@ Rate read_step_rate(const Table& scene, Rate filled) {
   return rate.ok() ? rate.value : reduced_rate(1'000'000'000, parse_duration(text).value.ns);
 }
 
-const char* name_of(LocalModel model) {
-  return model == LocalModel::settled ? "settled" : model == LocalModel::instantaneous ? "instantaneous" : "none";
-}
-
-/// The devices that render with the contact's stiffness say which one; [scene] may ask for one that nobody renders.
-LocalModel read_local_model(ScenarioReading& reading, const Table& scene) {
-  LocalModel model = LocalModel::none;
-  for (const DeviceSpec& device : reading.scenario.devices) {
-    const LocalModel wanted = device.render.stiffness;
-    if (wanted != LocalModel::none && model != LocalModel::none && wanted != model) {
-      reading.errors.add(scene.place("kind"),
-                         fmt::format("device '{}' renders with stiffness = \"{}\" and one before it with \"{}\"; a solver reports "
-                                     "one of them, write the same for both",
-                                     device.name, name_of(wanted), name_of(model)));
-    }
-    if (wanted != LocalModel::none) model = wanted;
-  }
-  if (!scene.has("local_model")) return model;
-  const std::string written = scene.text("local_model");
-  if (model != LocalModel::none && written != name_of(model)) {
-    reading.errors.add(scene.place("local_model"),
-                       fmt::format("'local_model': \"{}\", but a device renders with stiffness = \"{}\"; remove 'local_model'",
-                                   written, name_of(model)));
-  }
-  return written == "settled" ? LocalModel::settled : written == "none" ? LocalModel::none : LocalModel::instantaneous;
-}
-
 }  // namespace
 
 void read_scene(ScenarioReading& reading) {
@@ -205,7 +178,6 @@ void read_scene(ScenarioReading& reading) {
       *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind kind) { return solver == name_of(kind); });
   scene.step_rate = read_step_rate(table, scene.step_rate);
   scene.tool_count = static_cast<int>(reading.scenario.devices.size());
-  scene.local_model = read_local_model(reading, table);
   if (table.text("kind") == "spring") {
     scene.body = SpringScene{table.si("stiffness")};
     return read_grabs(reading, nullptr);
@@ -214,6 +186,10 @@ void read_scene(ScenarioReading& reading) {
   read_grabs(reading, &tissue);
   scene.body = std::move(tissue);
   scene.allow_unstable = table.boolean("allow_unstable");
+  const std::string local_model = table.text("local_model");
+  scene.local_model = local_model == "settled"         ? LocalModel::settled
+                      : local_model == "instantaneous" ? LocalModel::instantaneous
+                                                       : LocalModel::none;
   reading.scenario.work_group_size = static_cast<int>(table.integer("work_group_size"));
 }
 

@@ -35,8 +35,11 @@ bool plays_as_it_comes(StrategyKind kind) {
   return kind == StrategyKind::direct || kind == StrategyKind::filtered || kind == StrategyKind::variable_step;
 }
 
-/// The hand that feels the force, where the scenario says so.
-std::optional<Plant> plant_of(const DeviceSpec&) { return std::nullopt; }
+/// The hand that feels the force, where there is one.
+std::optional<Plant> plant_of(const DeviceSpec& device) {
+  if (!device.hand) return std::nullopt;
+  return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};
+}
 
 }  // namespace
 
@@ -45,6 +48,7 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   loop.period_s = period_s(device.rate);
   const double hold_s = device.emission == Emission::hold ? period_s(scenario.scene.step_rate) / 2 : 0;
   const double latency_s = plays_as_it_comes(plan.kind) ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
+  loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   return loop;
 }
@@ -52,6 +56,17 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
 double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   if (device.render.alpha) return *device.render.alpha;
   return automatic_alpha(loop_delays(scenario, plan, device), plant_of(device));
+}
+
+std::optional<SpringMode> smith_mode(const Scene&, const RenderSpec& render) {
+  const TissueMode& mode = render.mode;
+  if (!mode.frequency_Hz || !mode.damping_ratio || !mode.static_N_per_m) return std::nullopt;
+  constexpr double kPi = 3.14159265358979323846;
+  const double turn_per_s = 2 * kPi * *mode.frequency_Hz, spring_N_per_m = 2 * *mode.static_N_per_m;
+  // The mass is the tissue's own, whatever the factor.
+  const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
+  return SpringMode{spring_N_per_m * render.factor, spring_N_per_m * render.factor, mass_kg,
+                    2 * *mode.damping_ratio * mass_kg * turn_per_s};
 }
 
 std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {

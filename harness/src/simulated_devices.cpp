@@ -16,7 +16,7 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
       // A record is read up to the latency before it is played, or up to a segment where it is played as it comes; the next
       // one is two slots on; and it is held until it has faded.
       const Duration slots{2 * scenario.nominal.slot.ns};
-      return RenderSmith{device.render.mode, plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
+      return RenderSmith{*smith_mode(scenario.scene, device.render), plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
   }
   return RenderForce{};
 }

@@ -2,6 +2,7 @@
 /// What a strategy's delay costs a device in stiffness, and the alpha that its local model plays with
 /// (device/stiffness_laws.h).
 
+#include <optional>
 #include <string>
 
 #include "evenstep/device/stiffness_laws.h"
@@ -16,6 +17,8 @@ namespace evenstep {
 LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
 /// device.render alpha, or the automatic one. Of a device that renders `local`.
 double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
+/// The model of a device that renders `smith`. Nothing where a number of it is missing: neither the device nor the scene has it.
+std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render);
 /// One line for people: alpha* and the alpha used, b_eq and K_max. No line end.
 std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
 

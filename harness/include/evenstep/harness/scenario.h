@@ -37,6 +37,13 @@ bool iterates(Method method);
 
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
+/// A tissue with one mode, as the tool feels it: a mass between two equal springs.
+struct TissueMode {
+  std::optional<double> frequency_Hz;           ///< of the mass, the tool held still
+  std::optional<double> damping_ratio;
+  std::optional<double> static_N_per_m;         ///< at rest; each spring has twice that
+};
+
 /// [[device]] render: how a tick's force is made of its scheduled record (device/renderer.h). What its kind has no use for
 /// keeps the value here.
 struct RenderSpec {
@@ -44,7 +51,8 @@ struct RenderSpec {
   std::optional<double> alpha = 1.0;            ///< local; none: automatic
   LocalModel stiffness = LocalModel::none;      ///< local: which one the solver gives
   bool knows_gap = true;                        ///< local; false is a control
-  SpringMode mode;                              ///< smith
+  TissueMode mode;                              ///< smith; what is not given is the scene's
+  double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
 };
 
 struct DeviceSpec {
