@@ -53,7 +53,7 @@ std::string unit_table() {
   std::string out = "\n| of | units |\n|---|---|\n";
   for (const Dimension d :
        {Dimension::time, Dimension::length, Dimension::velocity, Dimension::acceleration, Dimension::force, Dimension::slew,
-        Dimension::stiffness, Dimension::damping, Dimension::mass, Dimension::rate, Dimension::ratio, Dimension::drift}) {
+        Dimension::stiffness, Dimension::damping, Dimension::energy, Dimension::mass, Dimension::rate, Dimension::ratio, Dimension::drift}) {
     std::string names;
     for (const Unit& unit : units()) {
       if (unit.dimension == d) names += fmt::format("{}`{}`", names.empty() ? "" : ", ", unit.name);

@@ -1,0 +1,16 @@
+#pragma once
+/// Measures of the signal "closed_loop.<device>.<strategy>": docs/metrics.md.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "evenstep/reports/measures.h"
+#include "src/judged.h"
+
+namespace evenstep::internal {
+
+std::map<std::string, double> closed_loop_values(const RunRecord& run, const DeviceRecord& device,
+                                                 const std::vector<std::size_t>& ticks);
+
+}  // namespace evenstep::internal
