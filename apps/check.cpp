@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "commands.h"
+#include "evenstep/harness/rendering.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
@@ -72,6 +73,8 @@ void explain(const Scenario& scenario) {
   for (const StrategyPlan& plan : plan(scenario)) {
     fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
                ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
+    for (const DeviceSpec& device : scenario.devices)
+      fmt::print("               {}: {}\n", device.name, rendering_line(scenario, plan, device));
     if (plan.sizing.steps.empty()) continue;
     const auto& [steps, any, here] = plan.sizing;
     fmt::print(

@@ -88,6 +88,24 @@ ProgrammedMotion read_programmed(const ScenarioReading& reading, const Table& mo
   return programmed;
 }
 
+RenderSpec read_render(const Table& render) {
+  RenderSpec spec;
+  const std::string kind = render.text("kind");
+  if (kind == "local") {
+    spec.kind = RenderSpec::Kind::local;
+    spec.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
+    spec.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
+    spec.knows_gap = render.boolean("gap");
+  } else if (kind == "smith") {
+    spec.kind = RenderSpec::Kind::smith;
+    if (render.has("frequency")) spec.mode.frequency_Hz = in_Hz(render.rate("frequency"));
+    if (render.has("damping_ratio")) spec.mode.damping_ratio = render.number("damping_ratio");
+    if (render.has("static_stiffness")) spec.mode.static_N_per_m = render.si("static_stiffness");
+    spec.factor = render.number("factor");
+  }
+  return spec;
+}
+
 /// What the integration of a hand can follow (device/hand.h).
 void check_hand(const HandSpec& hand, const Table& motion, Errors& errors) {
   const double frequency_per_s = std::sqrt(hand.total_stiffness_N_per_m() / hand.total_mass_kg());
@@ -149,7 +167,9 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
   read_motion(reading, device, spec);
   spec.force_delay = device.span("delay", reading.scenario.nominal, reading.errors);
-  spec.emission = device.table("render").text("emission") == "hold" ? Emission::hold : Emission::linear;
+  const Table render = device.table("render");
+  spec.emission = render.text("emission") == "hold" ? Emission::hold : Emission::linear;
+  spec.render = read_render(render);
   spec.limits = {device.si("force_limit"), device.si("slew_limit")};
   return spec;
 }

@@ -111,6 +111,7 @@ void read_sections(ScenarioReading& reading) {
     read_run(reading);
     read_devices(reading);
     read_scene(reading);
+    read_rendering(reading);
     read_remap(reading);
     read_study(reading);
   }

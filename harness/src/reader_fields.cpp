@@ -425,9 +425,35 @@ const std::vector<Field> kDevice{
     {.table = "device.motion.arm", .key = "stiffness", .forms = kQuantity, .default_toml = "\"0 N/m\"",
      .meaning = "Towards the path.", .dimension = D::stiffness, .range = at_least(0)},
     {.table = "device.render", .key = "kind", .forms = kWord, .default_toml = "\"force\"",
-     .meaning = "The scheduled force itself.", .words = "force"},
+     .meaning = "What a tick sends (docs/stiffness.md). `force`: the scheduled force itself. `local`: with the contact's stiffness, "
+                "corrected for where the hand is by now. `smith`: corrected by a model of one mode.",
+     .words = "force|local|smith"},
     {.table = "device.render", .key = "emission", .forms = kWord, .default_toml = "\"linear\"",
      .meaning = "`hold`: the latest scheduled force. `linear`: between two; one slot more latency.", .words = "linear|hold"},
+    {.table = "device.render", .key = "alpha", .forms = kWord | kNumber, .default_toml = "1.0",
+     .meaning = "The local stiffness is played so many times as stiff. `auto`: what makes up for the latency, and 0.07 more; 1 "
+                "where the hand's damping allows more than that.",
+     .words = "auto", .kinds = "local", .range = above(0, 4)},
+    {.table = "device.render", .key = "stiffness", .forms = kWord, .default_toml = "\"instantaneous\"",
+     .meaning = "Which one the solver reports, as `local_model` of [scene], which this sets.",
+     .words = "instantaneous|settled", .kinds = "local"},
+    {.table = "device.render", .key = "gap", .forms = kBoolean, .default_toml = "true",
+     .meaning = "Whether the distance to a surface that is not touched is used. `false` is a control: the touch then comes late, "
+                "with a jump.",
+     .kinds = "local"},
+    {.table = "device.render", .key = "frequency", .forms = kRate,
+     .meaning = "Of the model's mass between its springs, the tool held still. Default: the scene's, of kind `mode`.",
+     .kinds = "smith", .range = above(0, 1000), .example = "\"7 Hz\""},
+    {.table = "device.render", .key = "damping_ratio", .forms = kNumber,
+     .meaning = "Of that mass; 1 is critical. Default: the scene's, of kind `mode`.", .kinds = "smith", .range = between(0, 10),
+     .example = "0.1"},
+    {.table = "device.render", .key = "static_stiffness", .forms = kQuantity,
+     .meaning = "What the tool feels when the mass has come to rest; each of the two springs has twice that. Default: the "
+                "scene's, of kind `mode`.",
+     .kinds = "smith", .dimension = D::stiffness, .range = above(0)},
+    {.table = "device.render", .key = "factor", .forms = kNumber, .default_toml = "1.1",
+     .meaning = "Both springs are so many times as stiff in the model: too stiff costs little, too soft much.", .kinds = "smith",
+     .range = above(0, 4)},
 };
 
 const std::vector<Field> kRemap{

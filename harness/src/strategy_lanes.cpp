@@ -78,6 +78,22 @@ Scene scene_of(const Scenario& scenario, StrategyKind kind) {
   return scene;
 }
 
+/// What the scene would have answered without any delay: stepped at the device's own ticks, by what each of them read. Not of a
+/// tissue, whose every step costs.
+void put_undelayed(const Scenario& scenario, const DeviceSpec& device, DeviceRecord& record) {
+  if (std::holds_alternative<TissueScene>(scenario.scene.body)) return;
+  Scene scene = scenario.scene;
+  scene.step_rate = device.rate;
+  scene.tool_count = 1;
+  scene.local_model = LocalModel::none;
+  const std::unique_ptr<Solver> solver = make_solver(scenario.solver, scene);
+  for (TickRow& tick : record.ticks) {
+    const auto [x, y, z] = tick.position_m;
+    const glm::dvec3 position_m(x, y, z);
+    tick.undelayed_N = to_vec3(solver->step(std::span(&position_m, 1)).force_N[0]);
+  }
+}
+
 void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
   std::map<std::string, std::uint16_t> names;
   std::uint64_t hash = 0;
@@ -132,6 +148,7 @@ StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
     DeviceRecord& device = record_.devices[tool];
     device.counters = counters_of(lanes_[tool]);
+    put_undelayed(scenario_, scenario_.devices[tool], device);
     if (scenario_.devices[tool].hand) continue;  // where it was is not known beforehand
     for (std::size_t n = 0; n < device.steps.size(); ++n) {
       device.steps[n].true_position_m = to_vec3(position_m(scenario_.devices[tool].motion, record_.steps[n].read));

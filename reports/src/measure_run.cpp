@@ -6,6 +6,7 @@
 #include "src/closed_loop.h"
 #include "src/judged.h"
 #include "src/sine_response.h"
+#include "src/undelayed.h"
 #include "src/vec3.h"
 
 namespace evenstep {
@@ -213,6 +214,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
     put(values, "jump_max", jump_max(series.value), series.value.size() >= 2);
     const double residual_N = band_rms(series.t_s, series.value, kWindow_s, 20, 500);
     put(values, "residual_20_500_hz", residual_N, series.value.size() >= 3);
+    values.merge(internal::undelayed_values(device, ticks, nominal ? nominal->stop_at : std::nullopt));
   }
   if (steps.empty()) return values;
   const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };

@@ -229,6 +229,10 @@ std::string describe(const Scenario& s) {
                        at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,
                        static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s,
                        at(d.force_delay), d.hand ? hand_text(*d.hand) : "");
+    out += fmt::format(" render {} alpha {} stiffness {} gap {} mode {} {} {} factor {}\n", static_cast<int>(d.render.kind),
+                       d.render.alpha.value_or(0), static_cast<int>(d.render.stiffness), d.render.knows_gap,
+                       d.render.mode.frequency_Hz.value_or(0), d.render.mode.damping_ratio.value_or(0),
+                       d.render.mode.static_N_per_m.value_or(0), d.render.factor);
   }
   out += fmt::format("remap {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz,
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),

@@ -11,6 +11,7 @@
 #include "evenstep/device/hand.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/device/motion.h"
+#include "evenstep/device/renderer.h"
 #include "evenstep/harness/diagnostic.h"
 #include "evenstep/harness/quantity.h"
 #include "evenstep/remap/filters.h"
@@ -36,6 +37,24 @@ bool iterates(Method method);
 
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
+/// A tissue with one mode, as the tool feels it: a mass between two equal springs.
+struct TissueMode {
+  std::optional<double> frequency_Hz;           ///< of the mass, the tool held still
+  std::optional<double> damping_ratio;
+  std::optional<double> static_N_per_m;         ///< at rest; each spring has twice that
+};
+
+/// [[device]] render: how a tick's force is made of its scheduled record (device/renderer.h). What its kind has no use for
+/// keeps the value here.
+struct RenderSpec {
+  enum class Kind { force, local, smith } kind = Kind::force;
+  std::optional<double> alpha = 1.0;            ///< local; none: automatic
+  LocalModel stiffness = LocalModel::none;      ///< local: which one the solver gives
+  bool knows_gap = true;                        ///< local; false is a control
+  TissueMode mode;                              ///< smith; what is not given is the scene's
+  double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
+};
+
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
@@ -45,6 +64,7 @@ struct DeviceSpec {
   std::optional<HandSpec> hand;                 ///< feels the force; none: the motion is programmed
   Duration force_delay;                         ///< from writing a force to when the hand feels it
   Emission emission = Emission::linear;
+  RenderSpec render;
   ForceLimits limits;
 };
 

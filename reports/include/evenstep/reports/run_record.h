@@ -46,6 +46,7 @@ struct TickRow {
   Vec3 position_m{};     ///< sample read
   Vec3 force_N{};        ///< sent (after the guard)
   bool started = false;  ///< false before the first emission time: no force yet
+  std::optional<Vec3> undelayed_N = {};  ///< what the scene gives without any delay under these positions, where it was asked
 };
 
 struct DeviceRecord {
