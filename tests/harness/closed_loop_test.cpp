@@ -94,7 +94,8 @@ TEST_CASE("a hand has no nominal speed, no true position and no ideal twin") {
 }
 
 TEST_CASE("a hand that leaves its reach stops the run with device, strategy and time, and a scenario may expect that") {
-  std::vector<std::string> set{"run.strategies=[\"direct\"]", "scene.stiffness=\"2 kN/m\"", "expect=[]"};
+  std::vector<std::string> set{"run.strategies=[\"direct\"]", "scene.stiffness=\"2 kN/m\"",
+                               "device.left.force_limit=\"1 kN\"", "expect=[]"};
   const RunOutcome failed = run_scenario(read("closed-loop/price-remap.toml", set), {});
   CHECK(failed.exit == ExitCode::run_failed);
   CHECK_THAT(failed.failure, Catch::StartsWith("direct: left: the hand is more than 2 m away at ") && Catch::EndsWith(" s"));
