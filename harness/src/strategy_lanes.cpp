@@ -60,7 +60,9 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   record.variable_step = scene.variable_step;
   record.steps_over_limit = verdict.steps_over_limit;
   record.step_over_limit_max = verdict.step_over_limit_max;
-  record.has_energy = scene.needs_energy;
+  // The spring stores what the hand puts in, exactly; the other closed forms keep no account.
+  record.has_energy = scene.needs_energy && !std::holds_alternative<WallScene>(scene.body) &&
+                      !std::holds_alternative<ModeScene>(scene.body);
   for (const auto& [feature, cost_percent] : info.left_out) {
     record.left_out.push_back(!cost_percent        ? feature
                               : *cost_percent <= 0 ? feature + " (less than 1 % of a step)"
