@@ -24,7 +24,7 @@ std::pair<double, double> largest(Solver& solver) {
 
 // 2 cm in 0.2 s, in steps of 1 ms: h sqrt(k / m) from 1e-2 to 1e3, and with the lightest particles to 1e4.
 TEST_CASE("Lifting held particles stays finite and bounded in implicit methods for ten decades of stiffness",
-          "[methods][robust]") {
+          "[methods][robust][sweep]") {
   for (const Method method : kImplicit) {
     for (const int iterations : {0, 1}) {
       for (const SolverKind kind : {SolverKind::cpu_float, SolverKind::cpu_double}) {
@@ -54,7 +54,7 @@ TEST_CASE("Lifting held particles stays finite and bounded in implicit methods f
 }
 
 // numerics.md S17 of springs: they cannot tell inside from outside, so what is asked for is bounded energy and no NaN.
-TEST_CASE("Blocks that start flattened to a plane, to a point or thrown about stay finite, and gain no energy from implicit Euler", "[methods][robust]") {
+TEST_CASE("Blocks that start flattened to a plane, to a point or thrown about stay finite, and gain no energy from implicit Euler", "[methods][robust][sweep]") {
   for (const Method method : kImplicit) {
     for (const SolverKind kind : {SolverKind::cpu_float, SolverKind::cpu_double}) {
       for (const double stiffness : {20.0, 2e5}) {
