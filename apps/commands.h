@@ -37,6 +37,13 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
 ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted);
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set);
 ExitCode list(const std::vector<std::string>& paths);
+struct SizeArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string sampling, emission, damping;
+  bool json = false;
+};
+ExitCode size(const SizeArguments& arguments);
 ExitCode fit(const std::string& file, bool json);
 ExitCode diff(const std::string& a, const std::string& b);
 

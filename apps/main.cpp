@@ -69,8 +69,8 @@ int main(int argc, char** argv) {
   list_command->add_option("folder", list_paths, "where to look for scenarios (default: scenarios)");
 
   app::StudyArguments study;
-  CLI::App* study_command = cli.add_subcommand("study", "error against run time: every solver, method and step of a tissue");
-  study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\"")->required();
+  CLI::App* study_command = cli.add_subcommand("study", "error against run time of a tissue, or the largest stable stiffness in a hand");
+  study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit")->required();
   study_command->add_option("--set", study.set, "path=value, overrides the file: --set study.repeats=9")
       ->expected(1)
       ->take_all();
@@ -87,6 +87,19 @@ int main(int argc, char** argv) {
       "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording");
   fit_command->add_option("timing.csv", fit_file, "segment,kind,index,begin_ns,end_ns")->required();
   fit_command->add_flag("--json", fit_as_json, "the numbers instead of the table");
+
+  app::SizeArguments size;
+  CLI::App* size_command = cli.add_subcommand(
+      "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost");
+  size_command->add_option("file", size.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns")
+      ->required();
+  size_command->add_option("--set", size.set, "path=value, overrides the scenario")->expected(1)->take_all();
+  size_command->add_option("--sampling", size.sampling,
+                           "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
+  size_command->add_option("--emission", size.emission, "of a recording: how its forces are played, hold (default) or linear")
+      ->check(CLI::IsMember({"hold", "linear"}));
+  size_command->add_option("--damping", size.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
+  size_command->add_flag("--json", size.json, "the numbers instead of the table");
 
   std::string diff_a, diff_b;
   CLI::App* diff_command = cli.add_subcommand("diff", "the first differing event of two runs");
@@ -114,6 +127,8 @@ int main(int argc, char** argv) {
       code = app::list(list_paths);
     else if (*diff_command)
       code = app::diff(diff_a, diff_b);
+    else if (*size_command)
+      code = app::size(size);
     else if (*fit_command)
       code = app::fit(fit_file, fit_as_json);
     else if (*schema_command)

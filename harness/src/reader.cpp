@@ -79,7 +79,10 @@ void make_paths_absolute(Value& document) {
   Value* devices = document.find("device");
   if (devices == nullptr) return;
   for (Value& device : devices->list) {
-    if (Value* motion = device.find("motion")) fix(motion->find("file"));
+    Value* motion = device.find("motion");
+    if (motion == nullptr) continue;
+    fix(motion->find("file"));
+    if (Value* intended = motion->find("path")) fix(intended->find("file"));
   }
 }
 
@@ -108,6 +111,7 @@ void read_sections(ScenarioReading& reading) {
     read_run(reading);
     read_devices(reading);
     read_scene(reading);
+    read_rendering(reading);
     read_remap(reading);
     read_study(reading);
   }

@@ -55,15 +55,15 @@ struct GateModel {
 };
 
 /// The haptic loop without its lanes: every mapped step that ends within the run, with lead 0.
-std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const GateModel* gate) {
-  std::vector<MappedStep> steps;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+void walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel* gate,
+          std::vector<MappedStep>& steps) {
+  steps.clear();
   const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, {});
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   const RealTime end{scenario.run_duration.ns};
   Postponement pushed;
   SegmentTiming segment;
-  for (std::int64_t n = 0; timing->next(segment) && pushed.begin(segment.begin) < end;) {
+  for (std::int64_t n = 0; timing.next(segment) && pushed.begin(segment.begin) < end;) {
     map->boundary(n, segment.begin);
     const Pause pause = pause_of(segment, segment.overlaps());
     if (pause.before_steps) pushed.end(segment.visualization->end);
@@ -82,8 +82,28 @@ std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const 
     }
     if (pause.after_steps) pushed.end(segment.visualization->end);
   }
+}
+
+std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const GateModel* gate) {
+  std::vector<MappedStep> steps;
+  walk(scenario, *make_timing(scenario), kind, gate, steps);
   return steps;
 }
+
+/// Plays segments that somebody else keeps.
+class GivenTiming final : public StepTiming {
+ public:
+  explicit GivenTiming(std::span<const SegmentTiming> segments) : segments_(segments) {}
+  bool next(SegmentTiming& segment) override {
+    if (next_ == segments_.size()) return false;
+    segment = segments_[next_++];
+    return true;
+  }
+
+ private:
+  std::span<const SegmentTiming> segments_;
+  std::size_t next_ = 0;
+};
 
 StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   StrategyPlan plan{kind};
@@ -179,6 +199,12 @@ Sizing size_map(const Scenario& scenario, StrategyKind kind) {
   sizing.any_phase = least_latency_any_phase(sizing.steps, grids, strictest_emission(scenario));
   sizing.this_phase = least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario));
   return sizing;
+}
+
+void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+               std::vector<MappedStep>& steps) {
+  GivenTiming timing(segments);
+  walk(scenario, timing, kind, nullptr, steps);
 }
 
 Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead) {

@@ -14,6 +14,7 @@ using internal::CsvRows;
 
 enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
 constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit of every time a user gives
+constexpr std::string_view kTooLong = "the recording is longer than 1e6 s; are these nanoseconds?";
 
 struct Row {
   std::int64_t segment = 0, index = 0;
@@ -51,6 +52,7 @@ bool open_segment(CsvRows& rows, const Row& row, State& state) {
   segment.index = static_cast<std::int64_t>(state.segments.size());
   segment.begin = row.interval.begin;
   segment.end = row.interval.end;
+  if (!state.segments.empty()) segment.steps.reserve(state.segments.back().steps.size());
   state.segments.push_back(std::move(segment));
   state.number = row.segment;
   state.step_index = state.idle_index = -1;
@@ -67,12 +69,13 @@ bool increasing(CsvRows& rows, std::int64_t index, std::int64_t& last) {
   return false;
 }
 
-bool not_before(CsvRows& rows, RealTime begin, RealTime& last_end, RealTime end, std::string_view what) {
-  if (begin < last_end) {
-    rows.error(kBegin, fmt::format("begins at {} ns, before the {} before it ended at {} ns", begin.ns, what, last_end.ns));
+bool not_before(CsvRows& rows, std::size_t cell, Interval interval, RealTime& last_end, std::string_view what) {
+  if (interval.begin < last_end) {
+    rows.error(cell, fmt::format("begins at {} ns, before the {} before it ended at {} ns", interval.begin.ns, what,
+                                 last_end.ns));
     return false;
   }
-  last_end = end;
+  last_end = interval.end;
   return true;
 }
 
@@ -90,12 +93,12 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
     if (!increasing(rows, row.index, state.idle_index)) return;
   } else if (kind == "step") {
     if (!increasing(rows, row.index, state.step_index)) return;
-    if (!not_before(rows, row.interval.begin, state.last_step_end, row.interval.end, "step")) return;
+    if (!not_before(rows, kBegin, row.interval, state.last_step_end, "step")) return;
     segment.steps.push_back(row.interval);
     widen(segment, row.interval, state);
   } else if (kind == "visualization") {
     if (segment.visualization || row.index != 0) return rows.error(kIndex, "a segment has one visualization, of index 0");
-    if (!not_before(rows, row.interval.begin, state.last_visualization_end, row.interval.end, "visualization")) return;
+    if (!not_before(rows, kBegin, row.interval, state.last_visualization_end, "visualization")) return;
     segment.visualization = row.interval;
     widen(segment, row.interval, state);
   } else {
@@ -107,7 +110,7 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
                fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
   }
   if (segment.end - state.segments.front().begin > Duration{kLongest_ns})
-    rows.error(kBegin, "the recording is longer than 1e6 s; are these nanoseconds?");
+    rows.error(kBegin, std::string(kTooLong));
 }
 
 void shift(Interval& interval, Duration by) {
@@ -126,6 +129,35 @@ void shift_to_zero(std::vector<SegmentTiming>& segments) {
   }
 }
 
+TimingCsv finish(TimingCsv out, const std::string& name) {
+  if (out.segments.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
+  if (out.errors.empty()) shift_to_zero(out.segments);
+  return out;
+}
+
+constexpr std::string_view kStepsHeader = "begin_ns,end_ns";
+
+TimingCsv parse_steps(const std::string& text, const std::string& name) {
+  TimingCsv out;
+  CsvRows rows(text, name, out.errors);
+  rows.header(kStepsHeader);
+  State state{out.segments};
+  Row row;
+  while (rows.next()) {
+    if (!rows.split(2) || !rows.whole(0, row.interval.begin.ns) || !rows.whole(1, row.interval.end.ns)) continue;
+    if (row.interval.end < row.interval.begin) {
+      rows.error(1, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
+      continue;
+    }
+    if (!open_segment(rows, row, state) || !not_before(rows, 0, row.interval, state.last_step_end, "step")) continue;
+    SegmentTiming& segment = out.segments.front();
+    segment.steps.push_back(row.interval);
+    segment.end = row.interval.end;
+    if (segment.end - segment.begin > Duration{kLongest_ns}) rows.error(0, std::string(kTooLong));
+  }
+  return finish(std::move(out), name);
+}
+
 }  // namespace
 
 TimingCsv parse_timing_csv(const std::string& text, const std::string& name) {
@@ -137,9 +169,18 @@ TimingCsv parse_timing_csv(const std::string& text, const std::string& name) {
     Row row;
     if (read_row(rows, row)) add_row(rows, row, state);
   }
-  if (out.segments.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
-  if (out.errors.empty()) shift_to_zero(out.segments);
-  return out;
+  return finish(std::move(out), name);
+}
+
+TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) {
+  const std::string_view first_line = std::string_view(text).substr(0, text.find_first_of("\r\n"));
+  return first_line == kStepsHeader ? parse_steps(text, name) : parse_timing_csv(text, name);
+}
+
+TimingCsv read_timing_or_steps(const std::string& path) {
+  const internal::TextFile file = internal::read_text_file(path, internal::kMostCsvBytes);
+  if (!file.error.empty()) return {{}, {{path, 0, 0, file.error}}};
+  return parse_timing_or_steps(file.text, path);
 }
 
 TimingCsv read_timing_csv(const std::string& path) {

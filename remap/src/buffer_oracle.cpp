@@ -37,6 +37,7 @@ void extend_lower(Hull& hull, Point p) {
 struct Line {
   Duration latency;
   Slope slot;
+  std::int64_t end = 0, begin = 0;   // steps whose end and begin it touches
 };
 
 /// Two steps or more.
@@ -60,7 +61,7 @@ Line least_bracket(std::span<const StepTimes> steps) {
     if (begins[begin].n < ends[end].n) continue;
     // ceil((E - S) - (n_E - n_S) tau), exactly.
     const std::int64_t slots_ns = floor_mul_div(ends[end].n - begins[begin].n, tau.rise, tau.run);
-    return {Duration{ends[end].ns - begins[begin].ns - slots_ns}, tau};
+    return {Duration{ends[end].ns - begins[begin].ns - slots_ns}, tau, ends[end].n, begins[begin].n};
   }
 }
 
@@ -150,9 +151,25 @@ std::vector<Point> Funnel::bends() {
 
 BestLine best_line(std::span<const StepTimes> steps) {
   if (steps.empty()) return {};
-  if (steps.size() == 1) return {steps[0].end - steps[0].begin};
+  if (steps.size() == 1) return {steps[0].end - steps[0].begin, 0, 0, 0};
   const Line line = least_bracket(steps);
-  return {line.latency, static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run)};
+  return {line.latency, static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run), line.end, line.begin};
+}
+
+LeastPath least_path(std::span<const StepTimes> steps) {
+  LeastPath least;
+  std::size_t latest = 0;   // of the steps up to n, the one that ends last
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    if (steps[n].end > steps[latest].end) latest = n;
+    const Duration needed = steps[latest].end - steps[n].begin;
+    if (least.latency_culprit >= 0 && needed <= least.latency) continue;
+    least = {needed, static_cast<std::int64_t>(latest)};
+  }
+  return least;
+}
+
+void interpolate(std::span<StepTimes> steps) {
+  for (std::size_t n = 0; n + 1 < steps.size(); ++n) steps[n].end = steps[n + 1].end;
 }
 
 TautString taut_string(std::span<const StepTimes> steps, Duration latency, Duration sampling_term) {

@@ -30,10 +30,33 @@ struct Need {
 };
 
 /// The newest sample is sure to be at this time or later when a step begins.
-RealTime newest_any_phase(SamplingGrid device, RealTime begin) { return begin - period_ceil(device.rate) + Duration{1}; }
-RealTime newest_this_phase(SamplingGrid device, RealTime begin) {
-  return tick_time(device.rate, first_tick_at_or_after(device.rate, begin + Duration{1}, device.origin) - 1, device.origin);
-}
+class NewestAnyPhase {
+ public:
+  explicit NewestAnyPhase(SamplingGrid device) : sampling_term_(period_ceil(device.rate) - Duration{1}) {}
+  RealTime operator()(RealTime begin) const { return begin - sampling_term_; }
+
+ private:
+  Duration sampling_term_;
+};
+
+class NewestThisPhase {
+ public:
+  explicit NewestThisPhase(SamplingGrid device) : device_(device), period_(period_ceil(device.rate)) {
+    const __int128 period = static_cast<__int128>(period_.ns) * device.rate.num;
+    whole_ = period == static_cast<__int128>(device.rate.den) * 1'000'000'000;
+  }
+  RealTime operator()(RealTime begin) const {
+    const auto& [rate, origin] = device_;
+    if (!whole_) return tick_time(rate, first_tick_at_or_after(rate, begin + Duration{1}, origin) - 1, origin);
+    const std::int64_t into = (begin - origin).ns % period_.ns;   // the usual case, without 128-bit divisions
+    return begin - Duration{into < 0 ? into + period_.ns : into};
+  }
+
+ private:
+  SamplingGrid device_;
+  Duration period_;
+  bool whole_ = false;                                            // the period is a whole number of ns
+};
 
 /// L - c: how long after its slot a force may be due at the earliest.
 Need least_force_delay(std::span<const MappedStep> steps, Emission emission) {
@@ -51,17 +74,21 @@ Need least_force_delay(std::span<const MappedStep> steps, Emission emission) {
 }
 
 template <class Newest>
-LatencyBudget least_latency(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission,
-                            Newest newest) {
+LatencyBudget least_needs(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
   Need lead;
   for (const SamplingGrid& device : devices) {
-    for (const MappedStep& step : steps) lead.require(step.slot - newest(device, step.begin), step.step);
+    const Newest newest(device);
+    for (const MappedStep& step : steps) lead.require(step.slot - newest(step.begin), step.step);
   }
   const Need delay = least_force_delay(steps, emission);
   const Duration c = lead.least.value_or(Duration{});
-  LatencyBudget budget = capacities_for(steps, devices, c, delay.least.value_or(Duration{} - c) + c);
-  budget.lead_culprit = lead.culprit;
-  budget.latency_culprit = delay.culprit;
+  return {c, delay.least.value_or(Duration{} - c) + c, lead.culprit, delay.culprit};
+}
+
+LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> steps, std::span<const SamplingGrid> devices) {
+  const LatencyBudget rings = capacities_for(steps, devices, budget.lead, budget.latency);
+  budget.interaction_capacity = rings.interaction_capacity;
+  budget.force_capacity = rings.force_capacity;
   return budget;
 }
 
@@ -104,22 +131,26 @@ std::size_t most_waiting_forces(std::span<const MappedStep> steps, Duration dela
 
 LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                       Emission emission) {
-  return least_latency(steps, devices, emission, newest_any_phase);
+  return with_capacities(least_needs_any_phase(steps, devices, emission), steps, devices);
 }
 
 LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                        Emission emission) {
-  return least_latency(steps, devices, emission, newest_this_phase);
+  return with_capacities(least_needs<NewestThisPhase>(steps, devices, emission), steps, devices);
+}
+
+LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
+                                    Emission emission) {
+  return least_needs<NewestAnyPhase>(steps, devices, emission);
 }
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
                              Duration latency, Duration sample_window, Duration force_window) {
+  Duration longest;   // from a read to its step's begin; the ticks in it grow with it
+  for (const MappedStep& step : steps) longest = std::max(longest, step.begin - (step.slot - lead));
   std::size_t most_samples = 0;
   for (const SamplingGrid& device : devices) {
-    most_samples = std::max(most_samples, most_ticks(device.rate, sample_window));
-    for (const MappedStep& step : steps) {
-      most_samples = std::max(most_samples, most_ticks(device.rate, step.begin - (step.slot - lead)));
-    }
+    most_samples = std::max(most_samples, most_ticks(device.rate, std::max(sample_window, longest)));
   }
   LatencyBudget budget{lead, latency};
   budget.interaction_capacity = most_samples + 2;
@@ -129,9 +160,9 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
 }
 
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
-  return std::count_if(steps.begin(), steps.end(), [&](const MappedStep& step) {
-    return step.slot - lead > newest_this_phase(device, step.begin);
-  });
+  const NewestThisPhase newest(device);
+  return std::count_if(steps.begin(), steps.end(),
+                       [&](const MappedStep& step) { return step.slot - lead > newest(step.begin); });
 }
 
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {

@@ -3,6 +3,7 @@
 /// lead, latency and ring capacities, and predicts what a run with other values will count.
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "evenstep/harness/scenario.h"
@@ -28,6 +29,10 @@ struct Sizing {
   LatencyBudget this_phase;
 };
 Sizing size_map(const Scenario& scenario, StrategyKind kind);
+/// The mapped steps alone, over these segments instead of the scenario's own timing. `steps` is written anew; its storage is
+/// reused.
+void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+               std::vector<MappedStep>& steps);
 /// The same for a gate with this lead: steps begin when their sample is there, and what follows is pushed back. `lead` of
 /// the budgets is what would spare all waiting, `latency` the least with the lead given.
 Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead);

@@ -18,4 +18,8 @@ struct TimingCsv {
 TimingCsv read_timing_csv(const std::string& path);
 TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
 
+/// The same, or a bare list of steps with the header `begin_ns,end_ns`, which are one segment. Steps do not overlap.
+TimingCsv read_timing_or_steps(const std::string& path);
+TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name);
+
 }  // namespace evenstep

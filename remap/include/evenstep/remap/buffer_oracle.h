@@ -11,9 +11,17 @@
 ///
 /// Below L* no line fits, and the taut string is the best path: among all in the tube it has the least sum of
 /// f(R(n+1) - R(n) - tau*), for every convex f at once, tau* the slot of the best line. It bends only where it touches
-/// the
-/// tube: towards a slower pace at E_n - L, towards a faster one at S_n - d. O(n) amortized (a funnel).
+/// the tube: towards a slower pace at E_n - L, towards a faster one at S_n - d. O(n) amortized (a funnel).
 /// (It does not minimize second differences: its largest velocity jump is no bound for those of maps.)
+///
+/// Least latency of any path, straight or not, that never steps back: for m <= n,  E_m - L <= R(m) <= R(n) <= S_n - d.
+///   L_path = max over n of [max over m <= n of E_m  -  S_n] + d
+/// is therefore necessary, and R(n) = max over m <= n of (E_m - L_path) is such a path: it never steps back, and it is in
+/// the tube. Steps that do not overlap have E_m <= S_n for m < n, so the longest step decides:  L_path = max(E_n - S_n) + d.
+/// No map of constant latency does with less, whatever it knows of the future: the bound that no scheme beats.
+///
+/// Interpolated forces: step n's line begins at F(n - 1), so its force is due then: E_{n+1} <= F(n). `interpolate` moves
+/// the ends by one step; all of the above then holds of what it leaves.
 ///
 /// Exact: slopes are compared as rationals with 128-bit products.
 
@@ -28,9 +36,21 @@ namespace evenstep {
 struct BestLine {
   Duration latency;          ///< ceil of L* to 1 ns, without the sampling term
   double slot_ns = 0;        ///< tau of the minimum
+  std::int64_t latency_culprit = -1;   ///< position of a step whose end the line touches when emitting
+  std::int64_t lead_culprit = -1;      ///< position of a step whose begin it touches when reading
 };
 /// Steps in order (index = position). One step or none: latency = the step's run time or 0, slot 0.
 BestLine best_line(std::span<const StepTimes> steps);
+
+struct LeastPath {
+  Duration latency;                    ///< L_path without the sampling term
+  std::int64_t latency_culprit = -1;   ///< position of the step whose end decides; -1: no steps
+};
+/// Steps in order; they may overlap.
+LeastPath least_path(std::span<const StepTimes> steps);
+
+/// End n becomes that of step n + 1; the last stays.
+void interpolate(std::span<StepTimes> steps);
 
 struct TautString {
   std::optional<std::size_t> infeasible_step;  ///< first step with E_n - L > S_n - d: no path at all, reads are empty

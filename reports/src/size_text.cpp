@@ -1,0 +1,98 @@
+#include <fmt/format.h>
+
+#include "evenstep/reports/size_record.h"
+
+namespace evenstep {
+namespace {
+
+double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+
+std::string heading(const SizeRecord& record) {
+  std::string from = record.segments_from;
+  if (from == "cycle") from = "of the cycle found in it";
+  if (from == "step") from = "of one step each: there is no cycle in it";
+  if (from == "recording") from = "as recorded";
+  if (from == "programmed") from = "as programmed";
+  std::string out = fmt::format("{}\n  {} steps in {} segments {}, {:.6g} s", record.input, record.steps, record.segments, from,
+                                seconds(record.length));
+  if (record.left_out > 0) out += fmt::format("; {} steps before the first long pause are left out", record.left_out);
+  return out + fmt::format("\n  device period {:.6g} ms at any phase, forces {}, damping {:.6g} N s/m\n",
+                           ms(record.sampling_period), record.interpolated ? "interpolated" : "held",
+                           record.damping_N_s_per_m);
+}
+
+std::string row(const std::string& name, const SizeNeed& need) {
+  return fmt::format("  {:<13} {:>13.6f} {:>10.3f} {:>10.3f} {:>10.3f} {:>12.3f} {:>10.4g}", name, ms(need.latency),
+                     ms(need.windows.p50), ms(need.windows.p99), ms(need.windows.most), ms(need.total_delay),
+                     need.stiffness_limit_N_per_m);
+}
+
+std::string table(const SizeRecord& record) {
+  std::string out = fmt::format("\n  {:<13} {:>13} {:>32} {:>12} {:>10}\n", "", "latency", "windows of 250 ms", "total delay",
+                                "stiffness");
+  out += fmt::format("  {:<13} {:>13} {:>10} {:>10} {:>10} {:>12} {:>10} {:>13} {:>20}\n", "", "ms", "p50", "p99", "max", "ms",
+                     "N/m", "lead, ms", "samples, forces");
+  const SizeBounds& bounds = record.linear ? *record.linear : record.held;
+  out += row("taut string", bounds.taut_string) + "\n" + row("best line", bounds.best_line) + "\n";
+  for (const SizeStrategy& strategy : record.strategies) {
+    out += row(strategy.name, strategy.any_phase) +
+           fmt::format(" {:>13.6f} {:>20}\n", ms(strategy.lead),
+                       fmt::format("{}, {}", strategy.interaction_capacity, strategy.force_capacity));
+    out += fmt::format("  {:<13} {:>13.6f} {:>69.6f}\n", "  this phase", ms(strategy.latency_this_phase),
+                       ms(strategy.lead_this_phase));
+  }
+  return out +
+         "  Every ms of latency costs stiffness: the loop carries damping / (period / 2 + total delay). No scheme of constant "
+         "latency\n  does with less than the taut string; a straight line is perfectly even; 1 ns less than these underruns.\n";
+}
+
+std::string late(const SizeCulprit& culprit) {
+  const std::string pause = fmt::format("{:.3f} ms in the pause before it", ms(culprit.pause_excess));
+  const std::string run = fmt::format("{:.3f} ms in its run", ms(culprit.run_excess));
+  if (culprit.run_excess.ns == 0) return pause;
+  return culprit.pause_excess.ns == 0 ? run : pause + " and " + run;
+}
+
+std::string culprit(const std::string& name, const SizeNeed& need) {
+  const SizeCulprit& culprit = need.culprit;
+  if (culprit.step < 0) return "";
+  std::string out = fmt::format("  {:<13} step {} ({} of segment {}, at {:.6f} s)", name, culprit.step, culprit.index,
+                                culprit.segment, seconds(culprit.begin));
+  if (culprit.late_step < 0) return out + ": no step of its segment or the two before took longer than usual\n";
+  if (culprit.late_step != culprit.step) out += fmt::format(", by step {}", culprit.late_step);
+  out += fmt::format(": {} more than usual;", late(culprit));
+  const Duration saved = need.latency - culprit.mended_latency;
+  return out + (saved.ns > 0 ? fmt::format(" mended, {:.6f} ms will do ({:.6f} ms less)\n", ms(culprit.mended_latency), ms(saved))
+                             : " mended alone it saves nothing\n");
+}
+
+std::string culprits(const SizeRecord& record) {
+  const SizeBounds& bounds = record.linear ? *record.linear : record.held;
+  std::string out = "\n  What sets the latency\n";
+  out += culprit("taut string", bounds.taut_string) + culprit("best line", bounds.best_line);
+  for (const SizeStrategy& strategy : record.strategies) out += culprit(strategy.name, strategy.any_phase);
+  return out;
+}
+
+std::string cycle_text(const SizeRecord& record) {
+  const SizeCycle& cycle = *record.cycle;
+  if (!cycle.found)
+    return fmt::format("\n  Cycle, from the step times alone: none: {}.{}\n", cycle.reason,
+                       record.segments_from == "step" ? " `paper` has no meaning here." : "");
+  std::string out = fmt::format(
+      "\n  Cycle, from the step times alone: {} steps every {:.6f} ms (half of them within {:.2g} %), after a pause of {:.3f} "
+      "ms;\n  {} of {} segments have so many ({:.4g} %)",
+      cycle.steps_per_segment, ms(cycle.period), 100 * cycle.period_variation, ms(cycle.pause),
+      static_cast<std::int64_t>(cycle.confidence * static_cast<double>(cycle.segments) + 0.5), cycle.segments,
+      100 * cycle.confidence);
+  if (cycle.least_steps < cycle.most_steps) out += fmt::format(", the others {} to {}", cycle.least_steps, cycle.most_steps);
+  return out + ".\n";
+}
+
+}  // namespace
+
+std::string size_text(const SizeRecord& record) {
+  return heading(record) + table(record) + culprits(record) + (record.cycle ? cycle_text(record) : "");
+}
+
+}  // namespace evenstep
