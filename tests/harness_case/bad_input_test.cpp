@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <mutex>
 
 #include "evenstep/harness/run.h"
@@ -46,8 +47,9 @@ Scenario infinite_hand(const std::string& strategy, const std::string& more) {
   Scenario scenario = *read.scenario;
   scenario.strategies = {strategy == "ideal" ? StrategyKind::ideal : StrategyKind::direct};
   // No tick falls between the two: half an infinite way would be not a number.
-  scenario.devices[0].motion.shape = RecordedMotion{
-      {{{0}, glm::dvec3(0)}, {{199'999'990}, glm::dvec3(0)}, {{199'999'991}, glm::dvec3(std::numeric_limits<double>::infinity(), 0, 0)}}};
+  const glm::dvec3 away_m(std::numeric_limits<double>::infinity(), 0, 0);
+  scenario.devices[0].motion.shape =
+      RecordedMotion{{{{0}, glm::dvec3(0)}, {{199'999'990}, glm::dvec3(0)}, {{199'999'991}, away_m}}};
   return scenario;
 }
 
@@ -63,7 +65,8 @@ TEST_CASE("A recorded motion with a number that is none is refused at its row an
       const ReadResult read = read_with(folder, "0,0,0,0\n" + row + "\n");
       INFO(row);
       REQUIRE_FALSE(read.scenario);
-      CHECK_THAT(test::errors_of(read), Contains("hand.csv:3:" + std::to_string(1 + 2 * column) + ": error: '" + number + "' is not a number"));
+      CHECK_THAT(test::errors_of(read), Contains("hand.csv:3:" + std::to_string(1 + 2 * column) + ": error: '" + number +
+                                                 "' is not a number"));
     }
   }
 }
@@ -88,15 +91,16 @@ TEST_CASE("A position that is not finite stops the run with its reason and its s
 }
 
 TEST_CASE("A device's report holds nothing but numbers: a hand beyond its range is at its end, and the tissue stays finite") {
-  const RunOutcome outcome = run_scenario(infinite_hand("direct", "[[expect]]\nsignal = \"solver.*\"\nmetric = \"non_finite\"\nequals = 0\n"), {});
+  const std::string expectation = "[[expect]]\nsignal = \"solver.*\"\nmetric = \"non_finite\"\nequals = 0\n";
+  const RunOutcome outcome = run_scenario(infinite_hand("direct", expectation), {});
   INFO(outcome.failure);
   CHECK(outcome.exit == ExitCode::pass);
   const DeviceRecord& device = outcome.record.strategies.at(0).devices.at(0);
   double furthest_m = 0, most_N = 0;
   for (const auto& step : device.steps) {
-    furthest_m = std::max(furthest_m, step.position_m.x);
-    most_N = std::max(most_N, std::abs(step.force_N.x));
-    REQUIRE(std::isfinite(step.force_N.x));
+    furthest_m = std::max(furthest_m, step.position_m[0]);
+    most_N = std::max(most_N, std::abs(step.force_N[0]));
+    REQUIRE(std::isfinite(step.force_N[0]));
   }
   CHECK(furthest_m == 2.147483647);  // int32 nanometres
   CHECK(most_N > 100);               // it was really drawn there
@@ -108,8 +112,8 @@ TEST_CASE("Every strategy is reported as done once, though twins of the ideal on
     std::string text = kLoop;
     text.replace(text.find("[\"direct\"]"), 10, strategies);
     folder.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n1,0.01,0,0\n");
-    const ReadResult read = read_scenario(folder.write(
-        "scenario.toml", text + "[[expect]]\nsignal = \"left.force.phase_locked\"\nmetric = \"deviation_from_ideal\"\nmax = \"100 N\"\n"));
+    text += "[[expect]]\nsignal = \"left.force.phase_locked\"\nmetric = \"deviation_from_ideal\"\nmax = \"100 N\"\n";
+    const ReadResult read = read_scenario(folder.write("scenario.toml", text));
     INFO(test::errors_of(read));
     REQUIRE(read.scenario);
     std::map<std::string, int> done;
