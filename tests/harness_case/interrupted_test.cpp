@@ -79,7 +79,7 @@ TEST_CASE("A case that is stopped before its first cell shows none of them as ru
   CHECK(outcome.exit == ExitCode::interrupted);
   CHECK(outcome.results.empty());
   const std::string table = case_table(*outcome.case_record);
-  CHECK_THAT(table, Contains("rk4 cpu    not run  not run") && !Contains(" ok"));
+  CHECK_THAT(table, Contains("rk4 cpu  not run  not run") && !Contains(" ok"));
   CHECK_THAT(cells_csv(*outcome.case_record), Contains("rk4,cpu,0.5,interrupted,") && Contains("rk4,cpu,1,interrupted,"));
   CHECK_THAT(case_strip_svg(*outcome.case_record, ""), Contains(">not run<"));
   CHECK(outcome.metrics.at("case.rk4.cpu").at("interrupted") == 2);
