@@ -31,14 +31,6 @@ Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   return changed;
 }
 
-bool comes_to_rest(const StrategyRecord& record, const DeviceRecord& device, const Nominal& nominal) {
-  RunRecord run;
-  run.nominal = nominal;
-  run.strategies.push_back(record);
-  const Metrics metrics = measure(run);
-  return metrics.at("closed_loop." + device.name + "." + record.name).at("stable") == 1;
-}
-
 /// One strategy of the scenario with one seed and stiffness.
 bool stable_run(const Scenario& scenario, const StrategyPlan& plan, const StudyControl& control) {
   RunControl run_control;
@@ -48,7 +40,9 @@ bool stable_run(const Scenario& scenario, const StrategyPlan& plan, const StudyC
     if (interrupted(control)) return false;
     const Nominal nominal = nominal_of(scenario);
     for (std::size_t tool = 0; tool < scenario.devices.size(); ++tool) {
-      if (scenario.devices[tool].hand && !comes_to_rest(record, record.devices[tool], nominal)) return false;
+      if (!scenario.devices[tool].hand) continue;
+      const std::optional<Oscillation> swing = oscillation(record.devices[tool], nominal);
+      if (!swing || !swing->stable()) return false;
     }
     return true;
   } catch (const RunFailure& failure) {

@@ -84,12 +84,22 @@ std::optional<Oscillation> oscillation(std::span<const double> t, std::span<cons
   return Oscillation{peak_to_peak(early), peak_to_peak(late)};
 }
 
+std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal) {
+  std::vector<double> t;
+  std::vector<Vec3> x;
+  for (const std::size_t k : internal::judged_ticks(device, nominal)) {
+    t.push_back(seconds(internal::sent_at(device.ticks[k]) - nominal.judged_from));
+    x.push_back(device.ticks[k].position_m);
+  }
+  return oscillation(t, x, 0, seconds(nominal.end - nominal.judged_from));
+}
+
 namespace internal {
 
-std::map<std::string, double> closed_loop_values(const RunRecord& run, const DeviceRecord& device,
-                                                 const std::vector<std::size_t>& ticks) {
+std::map<std::string, double> closed_loop_values(const RunRecord& run, const DeviceRecord& device) {
   std::map<std::string, double> values;
   const Nominal::Device* nominal = nominal_device(run.nominal, device.name);
+  const std::vector<std::size_t> ticks = judged_ticks(device, run.nominal);
   if (!nominal || ticks.size() < 2) return values;
   std::vector<double> t;
   std::vector<Vec3> x, force_N;
@@ -113,7 +123,7 @@ std::map<std::string, double> closed_loop_values(const RunRecord& run, const Dev
     }
   }
   if (!nominal->feels_force) return values;
-  const auto swing = oscillation(t, x, 0, seconds(run.nominal.end - run.nominal.judged_from));
+  const auto swing = oscillation(device, run.nominal);
   if (!swing) return values;
   values["peak_to_peak"] = swing->late_m;
   values["stable"] = swing->stable() ? 1 : 0;

@@ -3,14 +3,12 @@
 
 #include <map>
 #include <string>
-#include <vector>
 
 #include "evenstep/reports/measures.h"
 #include "src/judged.h"
 
 namespace evenstep::internal {
 
-std::map<std::string, double> closed_loop_values(const RunRecord& run, const DeviceRecord& device,
-                                                 const std::vector<std::size_t>& ticks);
+std::map<std::string, double> closed_loop_values(const RunRecord& run, const DeviceRecord& device);
 
 }  // namespace evenstep::internal

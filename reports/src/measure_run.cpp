@@ -349,7 +349,7 @@ Metrics measure(const RunRecord& run) {
       metrics[device.name + ".force." + strategy.name] = force_values(run, strategy, d, steps);
       metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, d, steps);
       metrics["closed_loop." + device.name + "." + strategy.name] =
-          internal::closed_loop_values(run, device, internal::judged_ticks(device, run.nominal));
+          internal::closed_loop_values(run, device);
     }
     metrics["solver." + strategy.name] = solver_values(strategy, steps, run.nominal.slot_s);
     for (const auto& [event, count] : strategy.event_counts)

@@ -29,5 +29,7 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 /// the file; where it has no visualizations and one segment only, those of the cycle found in it; where there is no cycle
 /// either, every step is a segment, which leaves the loop of `phase_locked` and no use for `paper`.
 SizeResult size_recording(const std::string& path, const SizeOptions& options);
+/// The same for segments in memory, with a step among them.
+SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options);
 
 }  // namespace evenstep

@@ -55,6 +55,9 @@ LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::sp
                                       Emission emission);
 LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                        Emission emission);
+/// Lead, latency and culprits of least_latency_any_phase; capacities stay 0.
+LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
+                                    Emission emission);
 /// Capacities that a given c and L need on these steps, at any phase of the devices. Underrun policies that continue a
 /// line need the entries of their windows too (extrapolation.h): ceil(window * rate) samples, and as many forces as
 /// were emitted in a window; a read needs either these or the ones above, not both, because the window ends at the

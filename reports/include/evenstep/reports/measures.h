@@ -58,6 +58,8 @@ struct Oscillation {
   bool stable() const;   ///< late is below 0.98 early, or below 5 um; never where one is not a number
 };
 std::optional<Oscillation> oscillation(std::span<const double> t, std::span<const Vec3> x, double from_s, double length_s);
+/// Of a device's judged ticks.
+std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal);
 
 /// Error against run time: one row per bin (1 s) and signal.
 struct BinRow { double from_s = 0; double deviation_max = 0, velocity_jump = 0; std::int64_t underruns_so_far = 0; };
