@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "commands.h"
+#include "evenstep/harness/rendering.h"
+#include "evenstep/harness/size.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/sweep.h"
 #include "evenstep/sim/solver.h"
@@ -18,6 +20,16 @@ void explain_solver(const Scenario& scenario) {
   fmt::print("  step size    1 / ({}/{} Hz) = {:.6g} ms of simulation time\n", rate.num, rate.den, 1e3 * period_s(rate));
   if (const auto* spring = std::get_if<SpringScene>(&scenario.scene.body)) {
     fmt::print("  scene        spring {:.6g} N/m\n", spring->stiffness_N_per_m);
+    return;
+  }
+  if (const auto* wall = std::get_if<WallScene>(&scenario.scene.body)) {
+    fmt::print("  scene        wall {:.6g} N/m{}\n", wall->stiffness_N_per_m,
+               wall->hardening_m > 0 ? fmt::format(", hardening over {:.6g} mm", 1e3 * wall->hardening_m) : "");
+    return;
+  }
+  if (const auto* mode = std::get_if<ModeScene>(&scenario.scene.body)) {
+    fmt::print("  scene        mode {:.6g} N/m at rest, {:.6g} Hz, damping ratio {:.6g}{}\n", mode->stiffness_N_per_m,
+               mode->frequency_Hz, mode->damping_ratio, mode->one_sided ? ", one-sided" : "");
     return;
   }
   const auto& tissue = std::get<TissueScene>(scenario.scene.body);
@@ -65,10 +77,16 @@ void explain(const Scenario& scenario) {
   for (const DeviceSpec& device : scenario.devices) {
     fmt::print("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name, device.rate.num, device.rate.den,
                ms(device.phase), device.emission == Emission::linear ? "linear" : "hold");
+    if (!device.hand) continue;
+    fmt::print("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
+               device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(), device.hand->total_stiffness_N_per_m(),
+               ms(device.force_delay));
   }
   for (const StrategyPlan& plan : plan(scenario)) {
     fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
                ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
+    for (const DeviceSpec& device : scenario.devices)
+      fmt::print("               {}: {}\n", device.name, rendering_line(scenario, plan, device));
     if (plan.sizing.steps.empty()) continue;
     const auto& [steps, any, here] = plan.sizing;
     fmt::print(
@@ -79,7 +97,9 @@ void explain(const Scenario& scenario) {
                plan.predicted_late_forces);
   }
   if (scenario.sweep) explain_sweep(*scenario.sweep);
-  fmt::print("  expectations {}\n\n", scenario.expectations.size());
+  fmt::print("  expectations {}\n", scenario.expectations.size());
+  for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
+  fmt::print("\n");
 }
 
 }  // namespace

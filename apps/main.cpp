@@ -69,8 +69,8 @@ int main(int argc, char** argv) {
   list_command->add_option("folder", list_paths, "where to look for scenarios (default: scenarios)");
 
   app::StudyArguments study;
-  CLI::App* study_command = cli.add_subcommand("study", "error against run time: every solver, method and step of a tissue");
-  study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\"")->required();
+  CLI::App* study_command = cli.add_subcommand("study", "error against run time of a tissue, or the largest stable stiffness in a hand");
+  study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit")->required();
   study_command->add_option("--set", study.set, "path=value, overrides the file: --set study.repeats=9")
       ->expected(1)
       ->take_all();

@@ -34,7 +34,8 @@ std::string kind_of(std::string_view table, const Value* value) {
       std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == key; });
   if (table == "timing" && value != nullptr && value->find("trace") != nullptr) return "trace";
   const Value* kind = value == nullptr ? nullptr : value->find(key);
-  if (kind == nullptr && key != "kind") return std::string(split_words(row->words).front());  // its default
+  if (kind == nullptr && row != fields().end() && !row->required)
+    return std::string(row->default_toml.substr(1, row->default_toml.size() - 2));  // without its quotes
   if (kind == nullptr || !kind->is(Value::Kind::text)) return "";
   return row != fields().end() && contains(row->words, kind->text) ? kind->text : "";
 }

@@ -94,6 +94,7 @@ void read_sections(ScenarioReading& reading) {
     read_run(reading);
     read_devices(reading);
     read_scene(reading);
+    read_rendering(reading);
     read_remap(reading);
     read_study(reading);
     read_sweep(reading);
@@ -115,7 +116,7 @@ void append_files(Value* value, std::vector<Value*>& files) {
 }  // namespace
 
 bool names_file(std::string_view path) {
-  return path == "timing.trace" || (path.starts_with("device.") && path.ends_with(".motion.file"));
+  return path == "timing.trace" || (path.starts_with("device.") && (path.ends_with(".motion.file") || path.ends_with(".motion.path.file")));
 }
 
 std::vector<Value*> named_files(Value& document) {
@@ -123,7 +124,10 @@ std::vector<Value*> named_files(Value& document) {
   if (Value* timing = document.find("timing")) append_files(timing->find("trace"), files);
   if (Value* devices = document.find("device")) {
     for (Value& device : devices->list) {
-      if (Value* motion = device.find("motion")) append_files(motion->find("file"), files);
+      Value* motion = device.find("motion");
+      if (motion == nullptr) continue;
+      append_files(motion->find("file"), files);
+      if (Value* intended = motion->find("path")) append_files(intended->find("file"), files);
     }
   }
   Value* sweep = document.find("sweep");

@@ -22,6 +22,7 @@ void read_timing(ScenarioReading& reading);        ///< sets scenario.nominal an
 void read_run(ScenarioReading& reading);           ///< after read_timing
 void read_devices(ScenarioReading& reading);       ///< after read_timing
 void read_scene(ScenarioReading& reading);         ///< after read_timing and read_devices
+void read_rendering(ScenarioReading& reading);     ///< after read_scene
 void read_remap(ScenarioReading& reading);         ///< after read_timing
 void read_case(ScenarioReading& reading);
 void read_study(ScenarioReading& reading);         ///< after read_scene

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "evenstep/device/force_guard.h"
+#include "evenstep/device/hand.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/device/motion.h"
+#include "evenstep/device/renderer.h"
 #include "evenstep/harness/diagnostic.h"
 #include "evenstep/harness/quantity.h"
 #include "evenstep/remap/filters.h"
@@ -35,13 +37,34 @@ bool iterates(Method method);
 
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
+/// A tissue with one mode, as the tool feels it: a mass between two equal springs.
+struct TissueMode {
+  std::optional<double> frequency_Hz;           ///< of the mass, the tool held still
+  std::optional<double> damping_ratio;
+  std::optional<double> static_N_per_m;         ///< at rest; each spring has twice that
+};
+
+/// [[device]] render: how a tick's force is made of its scheduled record (device/renderer.h). What its kind has no use for
+/// keeps the value here.
+struct RenderSpec {
+  enum class Kind { force, local, smith } kind = Kind::force;
+  std::optional<double> alpha = 1.0;            ///< local; none: automatic
+  LocalModel stiffness = LocalModel::none;      ///< local: which one the solver gives
+  bool knows_gap = true;                        ///< local; false is a control
+  TissueMode mode;                              ///< smith; what is not given is the scene's
+  double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
+};
+
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
   Duration phase;
   QueuePolicy queue = QueuePolicy::hidraw;
-  ProgrammedMotion motion;
+  ProgrammedMotion motion;                      ///< of a hand: its intended path
+  std::optional<HandSpec> hand;                 ///< feels the force; none: the motion is programmed
+  Duration force_delay;                         ///< from writing a force to when the hand feels it
   Emission emission = Emission::linear;
+  RenderSpec render;
   ForceLimits limits;
 };
 
@@ -79,6 +102,8 @@ struct TimingSpec {
 
 /// A step of a study: the scene's step cut into `substeps`, or `steps` of them at once; one of the two is 1.
 struct StudyStep { int substeps = 1; int steps = 1; };
+/// Stiffnesses between which a study looks for the largest stable one.
+struct StiffnessSearch { double from_N_per_m = 0, to_N_per_m = 0; int seeds = 1; };
 struct StudySpec {
   Duration duration;                            ///< simulated, from the begin of the first motion
   std::vector<Method> methods;
@@ -86,6 +111,7 @@ struct StudySpec {
   std::vector<StudyStep> steps;                 ///< coarsest first; empty: halvings around each method's limit
   std::vector<int> iterations;                  ///< of methods that iterate; empty: each method's own
   int repeats = 5;
+  std::optional<StiffnessSearch> stiffness_limit;   ///< then the study is this search, and nothing of the above counts
 };
 
 struct Expectation {
@@ -94,6 +120,10 @@ struct Expectation {
   std::optional<Limit> min, max;
   std::optional<std::array<double, 2>> at;      ///< of a case: only the cells whose values lie between these
   bool expect_fail = false;
+  /// Of an underrun_rate: the limit must hold for the true rate with this confidence, and the maps alone are run over so many
+  /// seeds to know; 0: as many as suffice if all are clean.
+  std::optional<double> confidence;
+  std::int64_t seeds = 0;
 };
 
 /// [case]: an entry of the catalogue of stiff and extreme cases. It drives the solver itself, for every method and solver over
@@ -163,6 +193,9 @@ struct Scenario {
   NominalUnits nominal;
   std::string resolved_toml;                    ///< the merged table, for resolved.toml
 };
+
+/// A device is a hand that feels the force: what was felt decides where it goes.
+bool has_hand(const Scenario& scenario);
 
 struct ReadOptions { std::vector<std::string> set; std::optional<std::uint64_t> seed; };
 struct ReadResult {

@@ -25,17 +25,21 @@ struct ToolResponse {
 /// Where the tool touches and how stiff that is: enough for a local model at the device's rate, between two steps:
 ///   f(x + d) = force - stiffness d,    and 0 where unilateral and normal . f(x + d) < 0: a surface does not pull.
 /// A probe that touches nothing has the force and the stiffness 0, so f(x + d) = 0 for every d: the model holds while
-/// |d| <= gap and does not foresee the touch, which the next step reports.
+/// |d| <= gap and does not foresee the touch, which the next step reports. A wall, or a one-sided mode, that is not touched has
+/// the force 0 and the stiffness of the touch to come, which foresees it: f(x + d) = -stiffness (gap normal + d).
 struct ToolContact {
   bool touching = false;    ///< grab and spring: always
-  bool unilateral = false;  ///< pushes only (probe)
+  bool unilateral = false;  ///< pushes only (probe, wall, one-sided mode)
   /// Block coordinates. Grab, spring: center_m moved with the tool; probe: mean of the particles touched, weighted by
-  /// penetration, or the sphere's centre. Of the scene that is one spring: the tool's position.
+  /// penetration, or the sphere's centre. Of a spring, wall or mode: the tool's position.
   glm::dvec3 point_m{0};
-  /// Probe: unit vector from point_m to the sphere's centre, out of the surface towards the tool. 0 where there is no such
+  /// Probe: unit vector from point_m to the sphere's centre, out of the surface towards the tool; wall, one-sided mode: theirs.
+  /// 0 where there is no such
   /// side: grab and spring, nothing touched, the centre amid what it touches.
   glm::dvec3 normal{0};
-  double gap_m = 0;  ///< probe: distance of the nearest particle that moves to the sphere, < 0 inside it; otherwise 0
+  /// Probe: distance of the nearest particle that moves to the sphere, < 0 inside it; wall, one-sided mode: of the tool from
+  /// the surface, < 0 behind it; otherwise 0.
+  double gap_m = 0;
   glm::dmat3 stiffness_N_per_m{0};  ///< symmetric
 };
 
@@ -131,8 +135,8 @@ struct SolverOptions {
 };
 
 /// Throws SolverError: no platform (with the package to install), out of memory (size asked for and there), unstable
-/// substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that holds nothing. A
-/// spring is one multiplication in double for every kind. OpenCL kernels are built and warmed up before it returns (a first
+/// substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that holds nothing, a surface
+/// without a normal. Spring, wall and mode are a few operations in double for every kind. OpenCL kernels are built and warmed up before it returns (a first
 /// launch can take 250 ms).
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
 
