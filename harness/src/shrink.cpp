@@ -202,7 +202,12 @@ void Shrink::write(const ExpectationResult& before) {
       fmt::format("{} {} fails with the timing of {} (line {}) cut down to {} length{} that {} not nominal.", before.signal, before.metric,
                   fs::path(path_).filename().string(), before.line, kept_.size(), kept_.size() == 1 ? "" : "s",
                   kept_.size() == 1 ? "is" : "are");
-  for (const std::string_view key : {"because", "tags"}) std::erase_if(document.table, [&](const auto& e) { return e.key == key; });
+  const Value* name = document.find("name");
+  const std::string title = (name == nullptr || name->text.empty() ? fs::path(path_).stem().string() : name->text) + ", shrunk";
+  for (const std::string_view key : {"name", "because", "tags"}) {
+    std::erase_if(document.table, [&](const internal::Entry& entry) { return entry.key == key; });
+  }
+  document.table.push_back({"name", {}, internal::text_value(title, {})});
   document.table.push_back({"because", {}, internal::text_value(because, {})});
   std::string toml = fmt::format("# {}\n", because);
   for (const Perturbation& perturbation : kept_) toml += fmt::format("#   {}\n", text(perturbation));

@@ -113,8 +113,10 @@ void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutco
   }
   outcome.summary = summarize(outcome.record);
   if (outcome.exit == ExitCode::interrupted) return;
-  // A shard knows its own points only: what is found, the merge says.
-  if (options.shard.of > 1) outcome.summary.find.reset();
+  if (options.shard.of > 1 && outcome.summary.find) {
+    outcome.summary.find.reset();  // a shard knows its own points only: what is found, and whether that passes, the merge says
+    return;
+  }
   outcome.exit = internal::exit_of(outcome.summary);
 }
 

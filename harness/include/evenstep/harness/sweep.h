@@ -49,6 +49,7 @@ struct SweepOutcome {
 /// stop_after = K: the result is everything up to the K-th failure by index, whoever runs it. A shard stops at its own K-th.
 /// Every point before the K-th failure of all is then in some shard: a shard that ran to its end has all of its points, and
 /// one that stopped did so at its K-th failure, which cannot come before the K-th of all.
+/// With [sweep.find] a shard passes as such: only the merge can say what is found.
 SweepOutcome run_sweep(const std::string& path, const SweepOptions& options);
 
 /// Parts in any order; a whole sweep.jsonl is one, too. Refuses gaps and overlaps (naming points), damaged lines (naming
