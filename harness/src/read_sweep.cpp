@@ -33,8 +33,8 @@ void append_seeds(const Value& value, std::vector<std::uint64_t>& seeds, Errors&
   if (!parse_span(value.text, first, end)) {
     errors.add(value.place, fmt::format("'seeds': \"{}\" must be two whole numbers, the first one below the other, such as "
                                         "\"0..30000\" for 0 to 29999", value.text));
-  } else if (end - first > static_cast<std::uint64_t>(kMostSweepPoints)) {
-    errors.add(value.place, fmt::format("'seeds': \"{}\" are more than {}", value.text, kMostSweepPoints));
+  } else if (seeds.size() + (end - first) > static_cast<std::uint64_t>(kMostSweepPoints)) {
+    errors.add(value.place, fmt::format("'seeds': with \"{}\" there are more than {}", value.text, kMostSweepPoints));
   } else {
     for (std::uint64_t seed = first; seed < end; ++seed) seeds.push_back(seed);
   }

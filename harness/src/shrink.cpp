@@ -109,11 +109,11 @@ class Shrink {
   ScratchFolder scratch_;
 };
 
-/// As long as the run was, or as the timing lasts.
+/// As long as the run was, or as the timing lasts: all of it where it was cut.
 Duration Shrink::duration_of(const std::vector<SegmentTiming>& timing) const {
   Duration length;
   for (const SegmentTiming& segment : timing) length = std::max(length, segment.end - timing.front().begin);
-  return segments_ < shape_.segments() ? length : std::min(wanted_, length);
+  return timing.size() < shape_.segments() ? length : std::min(wanted_, length);
 }
 
 std::optional<ExpectationResult> Shrink::judged_document(const Value& document) {
@@ -137,9 +137,7 @@ std::optional<ExpectationResult> Shrink::judged(const std::vector<Perturbation>&
   const std::string trace = (scratch_.path / "timing.csv").string();
   write_text(trace, internal::timing_csv_of(timing));
   Value document = document_;
-  const std::size_t before = std::exchange(segments_, segments);
   internal::set_timing(document, trace, duration_of(timing));
-  segments_ = before;
   return judged_document(document);
 }
 
@@ -240,7 +238,7 @@ std::optional<std::size_t> failing(const Scenario& scenario, const RunOutcome& r
     if (result.verdict == ExpectationResult::Verdict::fail) return i;
   }
   const std::int64_t line = options.expect_line.value_or(0);
-  errors.push_back({scenario.file, line, 0,
+  errors.push_back({scenario.file, line, line > 0 ? 1 : 0,
                     !stopped.empty()                       ? stopped
                     : options.expect_line && !line_known ? "--expect: no expectation begins in this line"
                     : options.expect_line                ? "this expectation does not fail, so there is nothing to shrink"

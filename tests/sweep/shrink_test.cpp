@@ -161,7 +161,7 @@ TEST_CASE("The expectation to shrink for is the first that fails or the one of a
   const ShrinkOutcome outcome = shrink_scenario(path, options);
   CHECK(outcome.exit == ExitCode::usage);
   REQUIRE(outcome.errors.size() == 1);
-  CHECK_THAT(text(outcome.errors.front()), Contains("late.toml:3: error: --expect: no expectation begins in this line"));
+  CHECK_THAT(text(outcome.errors.front()), Contains("late.toml:3:1: error: --expect: no expectation begins in this line"));
 }
 
 TEST_CASE("A scenario that passes is refused and a search that runs out of runs says so") {
