@@ -4,6 +4,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/rendering.h"
+#include "evenstep/harness/size.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
@@ -84,7 +85,9 @@ void explain(const Scenario& scenario) {
     fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
                plan.predicted_late_forces);
   }
-  fmt::print("  expectations {}\n\n", scenario.expectations.size());
+  fmt::print("  expectations {}\n", scenario.expectations.size());
+  for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
+  fmt::print("\n");
 }
 
 }  // namespace

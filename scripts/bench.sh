@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # Builds and runs the benchmarks and prints their tables, least and median of the repetitions (docs/performance.md):
 #   scripts/bench.sh                  all
-#   scripts/bench.sh scheduler        the tables named: scheduler paths solver features figure-1
+#   scripts/bench.sh scheduler        the tables named: scheduler paths sizing solver features figure-1
 # EVENSTEP_BENCH_REPETITIONS (9) says how often each number is taken; the repetitions of one table are interleaved.
 set -euo pipefail
 repo=$(dirname -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")")
 source "$repo/scripts/setup.sh"
 repetitions=${EVENSTEP_BENCH_REPETITIONS:-9}
 tables=("$@")
-if (($# == 0)); then tables=(scheduler paths solver features figure-1); fi
+if (($# == 0)); then tables=(scheduler paths sizing solver features figure-1); fi
 
 build=$(build_folder)
 is_configured || configure
@@ -43,6 +43,10 @@ for table in "${tables[@]}"; do
   case $table in
     scheduler) measure scheduler_events ;;
     paths) measure core_paths ;;
+    sizing)
+      compile 'building bench_sizing' bench_sizing
+      "$build/bench/bench_sizing" "$repetitions"
+      ;;
     solver)
       compile 'building bench_solver_steps' bench_solver_steps
       POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-active} "$build/bench/bench_solver_steps" \
@@ -57,6 +61,6 @@ for table in "${tables[@]}"; do
       POCL_DEVICES=${POCL_DEVICES:-basic} "$build/bench/bench_figure_1" "$repo/scenarios/paper/figure-1.toml" \
         "$repetitions"
       ;;
-    *) fail "no table '$table': scheduler paths solver features figure-1" ;;
+    *) fail "no table '$table': scheduler paths sizing solver features figure-1" ;;
   esac
 done

@@ -8,6 +8,7 @@ namespace evenstep {
 namespace {
 
 constexpr double kRoundUp = 0.07;
+constexpr double kAboveEnvelope = 1.6;
 constexpr double kLargestAlpha = 4;
 
 /// -b_eq / K
@@ -51,7 +52,7 @@ double automatic_alpha(const LoopDelays& loop, const std::optional<Plant>& plant
   const double alpha = std::min(*star + kRoundUp, kLargestAlpha);
   if (!plant) return alpha;
   const double ideal_N_per_m = 2 * plant->damping_N_s_per_m / loop.period_s;
-  return ideal_N_per_m > overshoot_limit_N_per_m(alpha, loop, plant->mass_kg) ? 1 : alpha;
+  return ideal_N_per_m > kAboveEnvelope * overshoot_limit_N_per_m(alpha, loop, plant->mass_kg) ? 1 : alpha;
 }
 
 }  // namespace evenstep

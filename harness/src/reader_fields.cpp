@@ -66,7 +66,7 @@ const std::vector<Field> kCase{
     {.table = "case", .key = "kind", .forms = kWord,
      .meaning = "Which case: what is set up, what the values are and what the exact answer is (docs/stability.md).",
      .words = "oscillator|stiffness|chain-order|edge|damping|moving-target|mass-ratio|stiff-in-soft|wall|free-fall|"
-              "hanging-chain|wave|energy|press|degenerate|crushed", .required = true, .example = "\"oscillator\""},
+              "hanging-chain|standing-block|wave|energy|press|degenerate|crushed|numbering", .required = true, .example = "\"oscillator\""},
     {.table = "case", .key = "methods", .forms = kWord, .shape = Shape::list,
      .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
                      "\"vertex-block-descent\"]",
@@ -85,7 +85,7 @@ const std::vector<Field> kCase{
     {.table = "case", .key = "step_size", .forms = kDuration, .default_toml = "\"1 ms\"", .meaning = "Simulation time per step.",
      .kinds = "free-fall", .range = above(0, 1)},
     {.table = "case", .key = "particles", .forms = kInteger, .default_toml = "64",
-     .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|wave",
+     .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|standing-block|wave",
      .range = between(2, 1000)},
     {.table = "case", .key = "iterations", .forms = kInteger,
      .meaning = "Of the methods that iterate. Default: the method's own.", .range = between(1, kMaxIterations), .example = "10"},
@@ -547,6 +547,14 @@ const std::vector<Field> kExpect{
     {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
     {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
      .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
+    {.table = "expect", .key = "confidence", .forms = kQuantity, .dimension = D::ratio,
+     .meaning = "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
+                "share of segments with an underrun; the maps alone run over the seeds that takes.",
+     .range = above(0, 0.999999), .example = "\"95 %\""},
+    {.table = "expect", .key = "seeds", .forms = kInteger,
+     .meaning = "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
+                "underruns.",
+     .range = between(1, 1e6), .example = "100"},
     {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
     {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
      .meaning = "A known fault: passing then fails."},

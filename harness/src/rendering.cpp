@@ -58,8 +58,13 @@ double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const Device
   return automatic_alpha(loop_delays(scenario, plan, device), plant_of(device));
 }
 
-std::optional<SpringMode> smith_mode(const Scene&, const RenderSpec& render) {
-  const TissueMode& mode = render.mode;
+std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render) {
+  TissueMode mode = render.mode;
+  if (const auto* tissue = std::get_if<ModeScene>(&scene.body)) {
+    if (!mode.frequency_Hz) mode.frequency_Hz = tissue->frequency_Hz;
+    if (!mode.damping_ratio) mode.damping_ratio = tissue->damping_ratio;
+    if (!mode.static_N_per_m) mode.static_N_per_m = tissue->stiffness_N_per_m;
+  }
   if (!mode.frequency_Hz || !mode.damping_ratio || !mode.static_N_per_m) return std::nullopt;
   constexpr double kPi = 3.14159265358979323846;
   const double turn_per_s = 2 * kPi * *mode.frequency_Hz, spring_N_per_m = 2 * *mode.static_N_per_m;

@@ -30,14 +30,13 @@ std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
 }
 
 /// Steps that end within the run, as the maps see them.
-std::vector<StepTimes> steps_of(const Input& input) {
+void put_steps(const Input& input, std::vector<StepTimes>& steps) {
   const RealTime end{input.scenario.run_duration.ns};
-  std::vector<StepTimes> steps;
+  steps.clear();
   for (const SegmentTiming& segment : input.segments) {
     for (std::size_t i = 0; i < segment.steps.size() && segment.steps[i].end < end; ++i)
       steps.push_back({segment.steps[i].begin, segment.steps[i].end, segment.index, static_cast<std::int32_t>(i)});
   }
-  return steps;
 }
 
 Duration longest_period(const std::vector<SamplingGrid>& devices) {
@@ -66,8 +65,8 @@ class Sizer {
       : input_(input),
         options_(options),
         devices_(sampling_grids(input.scenario)),
-        mending_(input.segments),
-        steps_(steps_of(input)) {
+        mending_(input.segments) {
+    put_steps(input, steps_);
     if (steps_.size() > 1) {
       const Duration begins = steps_.back().begin - steps_.front().begin;
       slot_ = {begins.ns / static_cast<std::int64_t>(steps_.size() - 1)};
@@ -100,18 +99,19 @@ class Sizer {
   SizeNeed bound(bool linear, Least least, SizeCulprit (Mending::*blame)(std::int64_t) const) {
     SizeNeed need;
     if (steps_.empty()) return need;
-    const auto due = [&] { return linear ? interpolated(steps_of(input_)) : steps_of(input_); };
-    const std::vector<StepTimes> steps = linear ? interpolated(steps_) : steps_;
-    const auto found = least(std::span<const StepTimes>(steps));
+    put_steps(input_, steps_);
+    if (linear) interpolate(steps_);
+    const std::span<const StepTimes> steps(steps_);
+    const auto found = least(steps);
     need.latency = found.latency + sampling_term();
-    need.windows = windows_of(std::span<const StepTimes>(steps),
-                              [&](std::span<const StepTimes> part) { return least(part).latency + sampling_term(); });
+    need.windows = windows_of(steps, [&](std::span<const StepTimes> part) { return least(part).latency + sampling_term(); });
     const auto last = static_cast<std::int64_t>(steps.size()) - 1;
     need.culprit = (mending_.*blame)(std::min(found.latency_culprit + (linear ? 1 : 0), last));
     need.culprit.mended_latency = need.latency;
     mending_.mended(need.culprit, [&] {
-      const std::vector<StepTimes> mended = due();
-      need.culprit.mended_latency = least(std::span<const StepTimes>(mended)).latency + sampling_term();
+      put_steps(input_, steps_);
+      if (linear) interpolate(steps_);
+      need.culprit.mended_latency = least(std::span<const StepTimes>(steps_)).latency + sampling_term();
     });
     close_loop(need, linear);
     return need;
@@ -124,8 +124,10 @@ class Sizer {
 
   SizeStrategy strategy(StrategyKind kind) {
     const Emission emission = strictest_emission(input_.scenario);
-    const Sizing sizing = size_map(input_.scenario, kind, input_.segments);
-    const auto& [steps, any, here] = sizing;
+    map_steps(input_.scenario, kind, input_.segments, mapped_);
+    const std::span<const MappedStep> steps(mapped_);
+    const LatencyBudget any = least_latency_any_phase(steps, devices_, emission);
+    const LatencyBudget here = least_latency_this_phase(steps, devices_, emission);
     SizeStrategy out{name_of(kind)};
     out.lead = any.lead;
     out.latency_this_phase = here.latency;
@@ -135,15 +137,16 @@ class Sizer {
     out.force_capacity = static_cast<std::int64_t>(any.force_capacity);
     SizeNeed& need = out.any_phase;
     need.latency = any.latency;
-    need.windows = windows_of(std::span<const MappedStep>(steps), [&](std::span<const MappedStep> part) {
-      return least_latency_any_phase(part, devices_, emission).latency;
+    need.windows = windows_of(steps, [&](std::span<const MappedStep> part) {
+      return least_needs_any_phase(part, devices_, emission).latency;
     });
     close_loop(need, emission == Emission::linear);
     if (any.latency_culprit < 0) return out;
     need.culprit = mending_.blame(any.latency_culprit);
     need.culprit.mended_latency = need.latency;
     mending_.mended(need.culprit, [&] {
-      need.culprit.mended_latency = size_map(input_.scenario, kind, input_.segments).any_phase.latency;
+      map_steps(input_.scenario, kind, input_.segments, mapped_);
+      need.culprit.mended_latency = least_needs_any_phase(mapped_, devices_, emission).latency;
     });
     return out;
   }
@@ -152,7 +155,8 @@ class Sizer {
   const SizeOptions& options_;
   std::vector<SamplingGrid> devices_;
   Mending mending_;
-  std::vector<StepTimes> steps_;
+  std::vector<StepTimes> steps_;        // storage for what is looked at
+  std::vector<MappedStep> mapped_;      // likewise
   Duration slot_;                       // mean distance of the steps' begins
 };
 
@@ -245,24 +249,28 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
   return result;
 }
 
-SizeResult size_recording(const std::string& path, const SizeOptions& options) {
-  TimingCsv csv = read_timing_or_steps(path);
-  if (!csv.errors.empty()) return {{}, std::move(csv.errors)};
-  const auto steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
-  if (std::none_of(csv.segments.begin(), csv.segments.end(), steps))
-    return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
-  SizeResult result;
-  result.record.input = path;
-  result.record.segments_from = "recording";
+SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options) {
+  SizeRecord record;
+  record.input = name;
+  record.segments_from = "recording";
   Input input;
-  input.segments = std::move(csv.segments);
-  find_segments(input, result.record);
+  input.segments = std::move(segments);
+  find_segments(input, record);
   input.scenario.devices.push_back({.name = "device", .rate = options.sampling, .emission = options.emission});
   for (const SegmentTiming& segment : input.segments)   // a step may end behind the segment after its own
     input.scenario.run_duration = std::max(input.scenario.run_duration, segment.end - RealTime{} + Duration{1});
-  Sizer(input, options).size(result.record);
-  shift_numbers(result.record);
-  return result;
+  Sizer(input, options).size(record);
+  shift_numbers(record);
+  return record;
+}
+
+SizeResult size_recording(const std::string& path, const SizeOptions& options) {
+  TimingCsv csv = read_timing_or_steps(path);
+  if (!csv.errors.empty()) return {{}, std::move(csv.errors)};
+  const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
+  if (std::none_of(csv.segments.begin(), csv.segments.end(), has_steps))
+    return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
+  return {size_segments(std::move(csv.segments), path, options), {}};
 }
 
 }  // namespace evenstep

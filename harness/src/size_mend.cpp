@@ -5,6 +5,7 @@
 namespace evenstep::internal {
 namespace {
 
+constexpr std::int64_t kLatePart = 100;    // of a usual step: less is not late
 constexpr std::size_t kBlamedBefore = 2;   // segments: a loop of 2 Hz at 30 Hz has mostly forgotten the third one
 
 Duration median(std::vector<std::int64_t>& values) {
@@ -48,6 +49,7 @@ void Mending::find_usual() {
   }
   first_ = {median(pauses[0]), median(runs[0])};
   other_ = {median(pauses[1]), median(runs[1])};
+  late_from_ = {first_.run.ns / kLatePart};
 }
 
 Mending::At Mending::at(std::int64_t step) const {
@@ -85,7 +87,7 @@ SizeCulprit Mending::blame(std::int64_t number) const {
   const std::size_t segment = at(number).segment;
   for (std::int64_t n = first_step_[segment - std::min(segment, kBlamedBefore)]; n <= number; ++n) {
     const Duration pause = pause_excess(at(n)), run = run_excess(at(n));
-    if (pause + run <= out.pause_excess + out.run_excess) continue;
+    if (pause + run <= std::max(out.pause_excess + out.run_excess, late_from_)) continue;
     out.late_step = n;
     out.pause_excess = pause;
     out.run_excess = run;
@@ -96,57 +98,56 @@ SizeCulprit Mending::blame(std::int64_t number) const {
 SizeCulprit Mending::blame_run_time(std::int64_t number) const {
   SizeCulprit out = culprit(number);
   out.run_excess = run_excess(at(number));
-  if (out.run_excess.ns > 0) out.late_step = number;
+  if (out.run_excess > late_from_) out.late_step = number;
   return out;
 }
 
 bool Mending::cut(const SizeCulprit& culprit) {
   if (culprit.late_step < 0) return false;
   const At place = at(culprit.late_step);
-  changed_ = place.segment;
-  kept_ = {segments_[changed_]};
-  Interval& late = segments_[place.segment].steps[place.index];
-  const RealTime ended = late.end;
-  late.begin = late.begin - culprit.pause_excess;
-  late.end = late.end - culprit.pause_excess - culprit.run_excess;
-  // Without a visualization a segment begins with its first step.
-  if (place.index == 0 && segments_[place.segment].begin == late.begin + culprit.pause_excess)
-    segments_[place.segment].begin = late.begin;
-  RealTime busy_until = ended;
-  std::vector<Interval>& steps = segments_[place.segment].steps;
-  for (std::size_t i = place.index + 1; i < steps.size(); ++i) {
-    if (steps[i].begin - busy_until > idle_from_) return true;
-    busy_until = steps[i].end;
-    steps[i] = {steps[i].begin - (ended - late.end), steps[i].end - (ended - late.end)};
+  SegmentTiming& segment = segments_[place.segment];
+  kept_ = segment;
+  moved_from_ = moved_to_ = place.segment + 1;
+  moved_by_ = culprit.pause_excess + culprit.run_excess;
+  Interval& late = segment.steps[place.index];
+  // Without a visualization before it a segment begins with its first step.
+  if (segment.begin == late.begin) segment.begin = segment.begin - culprit.pause_excess;
+  RealTime busy_until = late.end;
+  late = {late.begin - culprit.pause_excess, late.end - moved_by_};
+  for (std::size_t i = place.index + 1; i < segment.steps.size(); ++i) {
+    Interval& step = segment.steps[i];
+    if (step.begin - busy_until > idle_from_) return true;
+    busy_until = step.end;
+    step = {step.begin - moved_by_, step.end - moved_by_};
   }
-  if (!concurrent_) move_up(place.segment + 1, ended - late.end);
+  if (concurrent_) return true;
+  while (moved_to_ < segments_.size() && !waits(moved_to_)) ++moved_to_;
+  move(Duration{} - moved_by_);
   return true;
 }
 
-void Mending::move_up(std::size_t from, Duration by) {
-  for (std::size_t k = from; k < segments_.size(); ++k) {
-    SegmentTiming& segment = segments_[k];
-    if (waits(kept_.back(), segment)) return;
-    kept_.push_back(segment);
-    segment.begin = segment.begin - by;
-    for (Interval& step : segment.steps) step = {step.begin - by, step.end - by};
+void Mending::move(Duration by) {
+  for (std::size_t k = moved_from_; k < moved_to_; ++k) {
+    segments_[k].begin = segments_[k].begin + by;
+    for (Interval& step : segments_[k].steps) step = {step.begin + by, step.end + by};
   }
 }
 
-/// Does the segment begin when it does because of its pace, and not because of what ran before it?
-bool Mending::waits(const SegmentTiming& before, const SegmentTiming& segment) const {
+void Mending::restore() {
+  move(moved_by_);
+  segments_[moved_from_ - 1] = kept_;
+}
+
+/// Does segment k begin when it does because of its pace, and not because of what ran before it?
+bool Mending::waits(std::size_t k) const {
   if (!sees_visualizations_) return keeps_time_;
+  const SegmentTiming& before = k == moved_from_ ? kept_ : segments_[k - 1];
   RealTime busy_until = before.steps.empty() ? before.begin : before.steps.back().end;
   if (before.visualization && before.visualization->end > busy_until) {
     if (before.visualization->begin - busy_until > idle_from_) return true;
     busy_until = before.visualization->end;
   }
-  return segment.begin - busy_until > idle_from_;
-}
-
-void Mending::restore() {
-  std::move(kept_.begin(), kept_.end(), segments_.begin() + static_cast<std::ptrdiff_t>(changed_));
-  kept_.clear();
+  return segments_[k].begin - busy_until > idle_from_;
 }
 
 }  // namespace evenstep::internal

@@ -8,7 +8,7 @@
 
 namespace evenstep::internal {
 
-/// Usual is the median, apart for the first steps of segments and for all others: of the run time, and of the pause before a
+/// Late is what took longer than usual by more than 1 % of a usual step. Usual is the median, apart for the first steps of segments and for all others: of the run time, and of the pause before a
 /// step (before the first of a segment: from the visualization's begin, or from the end of the step before where the
 /// recording has no visualization there).
 class Mending {
@@ -46,17 +46,18 @@ class Mending {
   void find_usual();
   void find_pace();
   bool cut(const SizeCulprit& culprit);
-  void move_up(std::size_t from, Duration by);
-  bool waits(const SegmentTiming& before, const SegmentTiming& segment) const;
+  void move(Duration by);
+  bool waits(std::size_t k) const;
   void restore();
 
   std::vector<SegmentTiming>& segments_;
   std::vector<std::int64_t> first_step_;    // of each segment; one more entry: all steps
   Usual first_, other_;
-  Duration idle_from_;
+  Duration idle_from_, late_from_;
   bool sees_visualizations_ = false, concurrent_ = false, keeps_time_ = false;
-  std::vector<SegmentTiming> kept_;         // as they were, from changed_ on
-  std::size_t changed_ = 0;
+  SegmentTiming kept_;                      // the late step's segment as it was
+  std::size_t moved_from_ = 0, moved_to_ = 0;   // the segments behind it that have moved, and by how much
+  Duration moved_by_;
 };
 
 }  // namespace evenstep::internal

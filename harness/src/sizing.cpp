@@ -55,8 +55,9 @@ struct GateModel {
 };
 
 /// The haptic loop without its lanes: every mapped step that ends within the run, with lead 0.
-std::vector<MappedStep> walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel* gate) {
-  std::vector<MappedStep> steps;
+void walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel* gate,
+          std::vector<MappedStep>& steps) {
+  steps.clear();
   const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, {});
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   const RealTime end{scenario.run_duration.ns};
@@ -75,17 +76,18 @@ std::vector<MappedStep> walk(const Scenario& scenario, StepTiming& timing, Strat
         pushed.wait(began - launched);
       }
       const RealTime ended = pushed.end(step.end);
-      if (slot.kind == SlotKind::mapped && ended < end) steps.push_back({n, began, ended, slot.read});
+      if (slot.kind == SlotKind::mapped && ended < end) steps.push_back({n, began, ended, slot.read, segment.index});
       map->emission(n, ended);
       ++n;
     }
     if (pause.after_steps) pushed.end(segment.visualization->end);
   }
-  return steps;
 }
 
 std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const GateModel* gate) {
-  return walk(scenario, *make_timing(scenario), kind, gate);
+  std::vector<MappedStep> steps;
+  walk(scenario, *make_timing(scenario), kind, gate, steps);
+  return steps;
 }
 
 /// Plays segments that somebody else keeps.
@@ -102,15 +104,6 @@ class GivenTiming final : public StepTiming {
   std::span<const SegmentTiming> segments_;
   std::size_t next_ = 0;
 };
-
-Sizing least(const Scenario& scenario, std::vector<MappedStep> steps) {
-  Sizing sizing;
-  sizing.steps = std::move(steps);
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  sizing.any_phase = least_latency_any_phase(sizing.steps, grids, strictest_emission(scenario));
-  sizing.this_phase = least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario));
-  return sizing;
-}
 
 StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   StrategyPlan plan{kind};
@@ -199,11 +192,24 @@ Emission strictest_emission(const Scenario& scenario) {
   return linear ? Emission::linear : Emission::hold;
 }
 
-Sizing size_map(const Scenario& scenario, StrategyKind kind) { return least(scenario, walk(scenario, kind, nullptr)); }
+Sizing size_map(const Scenario& scenario, StrategyKind kind) {
+  Sizing sizing;
+  sizing.steps = walk(scenario, kind, nullptr);
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  sizing.any_phase = least_latency_any_phase(sizing.steps, grids, strictest_emission(scenario));
+  sizing.this_phase = least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario));
+  return sizing;
+}
 
-Sizing size_map(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments) {
+std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, Duration lead) {
+  const GateModel here{lead, false};
+  return walk(scenario, kind, scenario.remap.interaction_underrun == InteractionUnderrun::gate ? &here : nullptr);
+}
+
+void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+               std::vector<MappedStep>& steps) {
   GivenTiming timing(segments);
-  return least(scenario, walk(scenario, timing, kind, nullptr));
+  walk(scenario, timing, kind, nullptr, steps);
 }
 
 Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead) {

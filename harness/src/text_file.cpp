@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
@@ -25,6 +26,8 @@ TextFile read_text_file(const std::string& path, std::int64_t most_bytes) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return {{}, "cannot be opened; may you read it?"};
   TextFile file;
+  const std::uintmax_t size = fs::file_size(path, status_error);
+  if (!status_error) file.text.reserve(std::min(size, static_cast<std::uintmax_t>(most_bytes)));
   char chunk[64 * 1024];
   while (stream.read(chunk, sizeof chunk) || stream.gcount() > 0) {
     file.text.append(chunk, static_cast<std::size_t>(stream.gcount()));

@@ -52,6 +52,7 @@ bool open_segment(CsvRows& rows, const Row& row, State& state) {
   segment.index = static_cast<std::int64_t>(state.segments.size());
   segment.begin = row.interval.begin;
   segment.end = row.interval.end;
+  if (!state.segments.empty()) segment.steps.reserve(state.segments.back().steps.size());
   state.segments.push_back(std::move(segment));
   state.number = row.segment;
   state.step_index = state.idle_index = -1;

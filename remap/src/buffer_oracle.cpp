@@ -168,10 +168,8 @@ LeastPath least_path(std::span<const StepTimes> steps) {
   return least;
 }
 
-std::vector<StepTimes> interpolated(std::span<const StepTimes> steps) {
-  std::vector<StepTimes> due(steps.begin(), steps.end());
-  for (std::size_t n = 0; n + 1 < due.size(); ++n) due[n].end = due[n + 1].end;
-  return due;
+void interpolate(std::span<StepTimes> steps) {
+  for (std::size_t n = 0; n + 1 < steps.size(); ++n) steps[n].end = steps[n + 1].end;
 }
 
 TautString taut_string(std::span<const StepTimes> steps, Duration latency, Duration sampling_term) {

@@ -74,7 +74,7 @@ Need least_force_delay(std::span<const MappedStep> steps, Emission emission) {
 }
 
 template <class Newest>
-LatencyBudget least_latency(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
+LatencyBudget least_needs(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
   Need lead;
   for (const SamplingGrid& device : devices) {
     const Newest newest(device);
@@ -82,9 +82,13 @@ LatencyBudget least_latency(std::span<const MappedStep> steps, std::span<const S
   }
   const Need delay = least_force_delay(steps, emission);
   const Duration c = lead.least.value_or(Duration{});
-  LatencyBudget budget = capacities_for(steps, devices, c, delay.least.value_or(Duration{} - c) + c);
-  budget.lead_culprit = lead.culprit;
-  budget.latency_culprit = delay.culprit;
+  return {c, delay.least.value_or(Duration{} - c) + c, lead.culprit, delay.culprit};
+}
+
+LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> steps, std::span<const SamplingGrid> devices) {
+  const LatencyBudget rings = capacities_for(steps, devices, budget.lead, budget.latency);
+  budget.interaction_capacity = rings.interaction_capacity;
+  budget.force_capacity = rings.force_capacity;
   return budget;
 }
 
@@ -127,12 +131,17 @@ std::size_t most_waiting_forces(std::span<const MappedStep> steps, Duration dela
 
 LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                       Emission emission) {
-  return least_latency<NewestAnyPhase>(steps, devices, emission);
+  return with_capacities(least_needs_any_phase(steps, devices, emission), steps, devices);
 }
 
 LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                        Emission emission) {
-  return least_latency<NewestThisPhase>(steps, devices, emission);
+  return with_capacities(least_needs<NewestThisPhase>(steps, devices, emission), steps, devices);
+}
+
+LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
+                                    Emission emission) {
+  return least_needs<NewestAnyPhase>(steps, devices, emission);
 }
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
@@ -150,17 +159,30 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
   return budget;
 }
 
-std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
+std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
   const NewestThisPhase newest(device);
-  return std::count_if(steps.begin(), steps.end(),
-                       [&](const MappedStep& step) { return step.slot - lead > newest(step.begin); });
+  std::vector<bool> underruns;
+  underruns.reserve(steps.size());
+  for (const MappedStep& step : steps) underruns.push_back(step.slot - lead > newest(step.begin));
+  return underruns;
+}
+
+std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {
+  EmissionSlots slots;
+  std::vector<bool> late;
+  late.reserve(steps.size());
+  for (const MappedStep& step : steps) late.push_back(step.end > slots.next(step.slot) - lead + latency);
+  return late;
+}
+
+std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
+  const std::vector<bool> underruns = interaction_underruns(steps, device, lead);
+  return std::count(underruns.begin(), underruns.end(), true);
 }
 
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {
-  EmissionSlots slots;
-  return std::count_if(steps.begin(), steps.end(), [&](const MappedStep& step) {
-    return step.end > slots.next(step.slot) - lead + latency;
-  });
+  const std::vector<bool> late = late_forces(steps, lead, latency);
+  return std::count(late.begin(), late.end(), true);
 }
 
 }  // namespace evenstep

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -37,8 +38,14 @@ std::int64_t median_run_time(std::span<const StepTimes> steps) {
   return median(times);
 }
 
-/// The longest short gap of each candidate, ascending.
-std::vector<std::int64_t> candidates(const std::vector<std::int64_t>& gaps, std::int64_t run_time_ns) {
+/// Between short gaps and long ones, and the factor between their neighbours.
+struct Border {
+  std::int64_t longest_short_ns = 0;
+  double rise = 0;
+};
+
+/// The greatest rise first.
+std::vector<Border> candidates(const std::vector<std::int64_t>& gaps, std::int64_t run_time_ns) {
   const double blur = std::max(static_cast<double>(run_time_ns) / 4, 1.0);
   // Only gaps that a rise from 0 could reach matter: the rest are short whatever the others are.
   const auto least = static_cast<std::int64_t>((kStandsOut - 1) * blur);
@@ -48,11 +55,12 @@ std::vector<std::int64_t> candidates(const std::vector<std::int64_t>& gaps, std:
     else long_ones[0] = std::max(long_ones[0], gap);
   }
   std::sort(long_ones.begin(), long_ones.end());
-  std::vector<std::int64_t> borders;
+  std::vector<Border> borders;
   for (std::size_t i = 1; i < long_ones.size(); ++i) {
     const double low = static_cast<double>(long_ones[i - 1]) + blur, high = static_cast<double>(long_ones[i]) + blur;
-    if (high >= kStandsOut * low) borders.push_back(long_ones[i - 1]);
+    if (high >= kStandsOut * low) borders.push_back({long_ones[i - 1], high / low});
   }
+  std::stable_sort(borders.begin(), borders.end(), [](const Border& a, const Border& b) { return a.rise > b.rise; });
   return borders;
 }
 
@@ -87,23 +95,20 @@ struct Cut {
   std::int64_t segments = 0;
 };
 
-/// `borders` ascend, so the first of those alike has the most segments.
-Cut best_cut(std::span<const std::int64_t> gaps, const std::vector<std::int64_t>& borders) {
+/// `borders` with the greatest rise first.
+Cut best_cut(std::span<const std::int64_t> gaps, const std::vector<Border>& borders) {
   std::vector<Cut> cuts;
-  double most = 0;
-  for (const std::int64_t border : borders) {
-    std::vector<std::int64_t> steps = counts(gaps, border);
+  double most = -std::numeric_limits<double>::infinity();
+  for (const Border& border : borders) {
+    std::vector<std::int64_t> steps = counts(gaps, border.longest_short_ns);
     const auto segments = static_cast<std::int64_t>(steps.size());
-    cuts.push_back({border, regularity(std::move(steps), gaps.size()), segments});
+    cuts.push_back({border.longest_short_ns, regularity(std::move(steps), gaps.size()), segments});
     most = std::max(most, cuts.back().regularity);
   }
-  for (const Cut& cut : cuts) {
-    if (cut.regularity >= most - kAlike) return cut;
-  }
-  return {};
+  return *std::find_if(cuts.begin(), cuts.end(), [&](const Cut& cut) { return cut.regularity >= most - kAlike; });
 }
 
-int shuffles_as_regular(std::vector<std::int64_t> gaps, const std::vector<std::int64_t>& borders, const Cut& cut) {
+int shuffles_as_regular(std::vector<std::int64_t> gaps, const std::vector<Border>& borders, const Cut& cut) {
   const std::size_t per_segment = gaps.size() / static_cast<std::size_t>(cut.segments) + 1;
   gaps.resize(std::min(gaps.size(), std::max(kShuffled, kShuffledSegments * per_segment)));
   const double found = best_cut(gaps, borders).regularity;
@@ -154,13 +159,13 @@ StepCycle find_cycle(std::span<const StepTimes> steps) {
   StepCycle cycle;
   if (steps.size() < 2) return none(cycle, "fewer than two steps");
   const std::vector<std::int64_t> gaps = gaps_of(steps);
-  const std::vector<std::int64_t> borders = candidates(gaps, median_run_time(steps));
+  const std::vector<Border> borders = candidates(gaps, median_run_time(steps));
   if (borders.empty()) return none(cycle, "no pause between steps stands out from the others");
   const Cut cut = best_cut(gaps, borders);
   cycle.regularity = cut.regularity;
   cycle.segments = cut.segments;
-  const bool enough = std::any_of(borders.begin(), borders.end(), [&](std::int64_t border) {
-    return static_cast<std::int64_t>(counts(gaps, border).size()) >= kLeastCycleSegments;
+  const bool enough = std::any_of(borders.begin(), borders.end(), [&](const Border& border) {
+    return static_cast<std::int64_t>(counts(gaps, border.longest_short_ns).size()) >= kLeastCycleSegments;
   });
   if (!enough)
     return none(cycle, "fewer than " + std::to_string(kLeastCycleSegments) + " segments between the pauses that stand out");

@@ -119,6 +119,7 @@ constexpr std::array kCase = std::to_array<MetricUnit>({{"cells", "count"},
                                                         {"refused", "count"},
                                                         {"diverged", "count"},
                                                         {"unavailable", "count"},
+                                                        {"interrupted", "count"},
                                                         {"schedule_difference", "count"},
                                                         {"closed_form_error", "1"},
                                                         {"energy_over_bound", "1"},
@@ -140,6 +141,7 @@ constexpr std::array kCase = std::to_array<MetricUnit>({{"cells", "count"},
                                                         {"energy_trend", "1"},
                                                         {"speed_error", "1"},
                                                         {"device_difference", "count"},
+                                                        {"numbering_difference", "1"},
                                                         {"step_over_limit", "1"}});
 
 using Table = std::span<const MetricUnit>;

@@ -47,11 +47,11 @@ std::string table(const SizeRecord& record) {
 }
 
 std::string late(const SizeCulprit& culprit) {
-  std::string out;
-  if (culprit.pause_excess.ns > 0) out = fmt::format("began {:.3f} ms", ms(culprit.pause_excess));
-  if (culprit.run_excess.ns > 0)
-    out += fmt::format("{}ran {:.3f} ms", out.empty() ? "" : " and ", ms(culprit.run_excess));
-  return out;
+  const std::string pause = fmt::format("the pause before it took {:.3f} ms more than usual", ms(culprit.pause_excess));
+  const std::string run = fmt::format("its run {}{:.3f} ms more than usual", culprit.pause_excess.ns == 0 ? "took " : "",
+                                      ms(culprit.run_excess));
+  if (culprit.run_excess.ns == 0) return pause;
+  return culprit.pause_excess.ns == 0 ? run : pause + " and " + run;
 }
 
 std::string culprit(const std::string& name, const SizeNeed& need) {
@@ -59,13 +59,12 @@ std::string culprit(const std::string& name, const SizeNeed& need) {
   if (culprit.step < 0) return "";
   std::string out = fmt::format("  {:<13} step {} ({} of segment {}, at {:.6f} s)", name, culprit.step, culprit.index,
                                 culprit.segment, seconds(culprit.begin));
-  if (culprit.late_step < 0)
-    return out + ": nothing in it or the two segments before was later than usual: the lateness has grown over longer\n";
-  out += culprit.late_step == culprit.step ? ": it " : fmt::format(", because step {} ", culprit.late_step);
-  out += late(culprit) + " later than usual; ";
+  if (culprit.late_step < 0) return out + ": no step of its segment or the two before took longer than usual\n";
+  if (culprit.late_step != culprit.step) out += fmt::format(", by step {}", culprit.late_step);
+  out += fmt::format(": {};", late(culprit));
   const Duration saved = need.latency - culprit.mended_latency;
-  return out + (saved.ns > 0 ? fmt::format("mended, {:.6f} ms will do: saves {:.6f} ms\n", ms(culprit.mended_latency), ms(saved))
-                             : "mending it alone saves nothing\n");
+  return out + (saved.ns > 0 ? fmt::format(" mended, {:.6f} ms will do ({:.6f} ms less)\n", ms(culprit.mended_latency), ms(saved))
+                             : " mended alone it saves nothing\n");
 }
 
 std::string culprits(const SizeRecord& record) {

@@ -32,7 +32,8 @@ class SpringSolver final : public Solver {
       response.force_N[tool] = x * -stiffness_N_per_m_;
     }
     for (std::size_t tool = 0; tool < contacts_.size(); ++tool)
-      contacts_[tool] = {.touching = true, .point_m = positions_m[tool], .stiffness_N_per_m = glm::dmat3(stiffness_N_per_m_)};
+      contacts_[tool] = {
+          .touching = true, .point_m = positions_m[tool], .stiffness_N_per_m = glm::dmat3(stiffness_N_per_m_)};
     return response;
   }
   std::span<const ToolContact> contacts() const override { return contacts_; }

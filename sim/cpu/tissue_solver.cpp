@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "cpu/cell_forces.h"
 #include "cpu/cpu_solvers.h"
 #include "cpu/host_cells.h"
 #include "cpu/method.h"
@@ -36,7 +37,8 @@ class CpuTissue final : public TissueSolver {
         acceleration_(is_verlet_ ? lattice().cells : 0),
         host_cells_(scene(), lattice(), features),
         cells_(host_cells_.arrays()),
-        method_(make_method<Real>({scene(), lattice(), this->features(), constants_, cells_}, substep_s())),
+        all_{scene(), lattice(), this->features(), constants_, cells_},
+        method_(make_method<Real>(all_, substep_s())),
         energies_(features.energy ? lattice().span : 0),
         gravity_energies_(features.energy && features.gravity ? lattice().span : 0),
         probe_sums_(features.probes() ? lattice().span / kChunk * features.probe_values() : 0) {
@@ -57,7 +59,7 @@ class CpuTissue final : public TissueSolver {
       });
     });
     std::swap(now_, next_);
-    put_grabs(after, velocity_);
+    end_grabs(all_, after, write(now_), write(velocity_));
   }
 
   void set_substep(double substep_s) override {
@@ -160,7 +162,7 @@ class CpuTissue final : public TissueSolver {
     component(velocity_.x, acceleration_.x, before_.x, now_.x);
     component(velocity_.y, acceleration_.y, before_.y, now_.y);
     component(velocity_.z, acceleration_.z, before_.z, now_.z);
-    put_grabs(after, before_);
+    end_grabs(all_, after, write(now_), write(before_));
     accelerate(after);
   }
 
@@ -173,16 +175,6 @@ class CpuTissue final : public TissueSolver {
                                                                write(velocity_), write(acceleration_));
       });
     });
-  }
-
-  void put_grabs(const ToolStates& tools, Field& velocity) {
-    for (std::size_t tool = 0; tool < lattice().held.size(); ++tool) {
-      if (!features().grab[tool]) continue;
-      for (const std::uint32_t i : lattice().held[tool]) {
-        now_.put(i, tools[tool].offset_m);
-        velocity.put(i, tools[tool].velocity_m_per_s);
-      }
-    }
   }
 
   /// The velocity that forces are evaluated with.
@@ -234,6 +226,7 @@ class CpuTissue final : public TissueSolver {
   Field acceleration_;                 // Verlet, m/s2
   HostCells<Real> host_cells_;
   const CellArrays<Real>& cells_;
+  MethodCells<Real> all_;
   std::unique_ptr<CellMethod<Real>> method_;  // null for the explicit methods of one loop
   std::vector<Real> energies_, gravity_energies_;  // span, J
   std::vector<Real> probe_sums_;

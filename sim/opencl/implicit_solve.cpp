@@ -11,6 +11,7 @@ ImplicitSolve::ImplicitSolve(const CellBuffers& cells, const ToolKernels& tools,
       tools_(tools),
       commands_(commands),
       host_cells_(cells.scene, cells.lattice, cells.features),
+      all_{cells.scene, cells.lattice, cells.features, cells.constants, host_cells_.arrays()},
       scale_buffer_(commands.buffer(cells.lattice.span * sizeof(float))),
       products_(commands.buffer(cells.lattice.span * sizeof(float))),
       product_sums_(commands.buffer(cells.chunks() * sizeof(float))),
@@ -66,10 +67,9 @@ void ImplicitSolve::bind(const ClField& u, const ClField& v) {
 
 void ImplicitSolve::set_substep(double substep_s) {
   const SystemConstants<float> system(cells_.scene, substep_s);
-  const MethodCells<float> cells{cells_.scene, cells_.lattice, cells_.features, cells_.constants, host_cells_.arrays()};
-  fill_inverse_diagonal(cells, system, substep_s, scale_);
+  fill_inverse_diagonal(all_, system, substep_s, scale_);
   commands_.write(scale_, scale_buffer_);
-  const ToolTerms<float> terms(cells, {}, substep_s);
+  const ToolTerms<float> terms(all_, {}, substep_s);
   apply_system_.set(apply_system_.step_at, cl_float4{{system.inertia, system.stiffness, system.axial, 0}});
   apply_system_.set(apply_system_.step_at + 1, cl_float4{{terms.damping[0], terms.damping[1], 0, 0}});
   const auto h = static_cast<float>(substep_s);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "cpu/host_cells.h"
+#include "cpu/method.h"
 #include "opencl/cell_buffers.h"
 #include "opencl/tool_kernels.h"
 
@@ -29,6 +30,7 @@ class ImplicitSolve {
   const ToolKernels& tools_;
   const ClCommands& commands_;
   HostCells<float> host_cells_;
+  MethodCells<float> all_;
   ClField x_, z_, r_, p_, q_;  // velocity, u0 + h x, residual, direction, A times it
   ClBuffer scale_buffer_, products_, product_sums_;
   std::vector<float> scale_, partial_sums_;  // 1 / D; per chunk

@@ -53,12 +53,14 @@ void TissueSolver::prepare_local_model() {
   contacts_.resize(scene_.tools.size());
   for (std::size_t tool = 0; tool < scene_.tools.size(); ++tool) {
     const ToolCoupling& coupling = scene_.tools[tool];
-    if (coupling.kind == CouplingKind::probe) continue;
-    if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
+    if (coupling.kind == CouplingKind::probe) {
+      if (local_model_ == LocalModel::settled && !probe_compliance_) probe_compliance_.emplace(scene_, lattice_);
+    } else if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
     else if (coupling.kind == CouplingKind::spring) settled_[tool] = glm::dmat3(coupling.stiffness_N_per_m);
     else if (!grab_stiffness_) grab_stiffness_.emplace(scene_, lattice_);
   }
   if (grab_stiffness_) watched_ = grab_stiffness_->cells();
+  if (probe_compliance_) watched_ = probe_compliance_->cells();
 }
 
 ToolReadings TissueSolver::empty_readings() const {
@@ -169,6 +171,9 @@ ToolContact TissueSolver::contact(std::size_t tool) const {
     }
     contact.gap_m = gap_m;
     contact.stiffness_N_per_m = glm::dmat3(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scene_.stiffness_N_per_m;
+    if (probe_compliance_)
+      contact.stiffness_N_per_m =
+          probe_compliance_->settled(tool, {x, y, z}, readings_.displacement_m, contact.stiffness_N_per_m);
   }
   for (int column = 0; column < 3; ++column)
     contact.stiffness_N_per_m[column] = canonical(contact.stiffness_N_per_m[column]);

@@ -83,7 +83,7 @@ class TissueSolver : public Solver {
   /// To the scene's initial state; the last thing a solver's constructor does.
   void to_start();
   void set_device(std::string device) { info_.device = std::move(device); }
-  /// Cells that the local model of a grab is made of; empty where nobody asks for it.
+  /// Cells that the local model of a grab or a probe is made of; empty where nobody asks for it.
   const std::vector<std::uint32_t>& watched() const { return watched_; }
   ToolReadings empty_readings() const;
 
@@ -102,7 +102,8 @@ class TissueSolver : public Solver {
   Lattice lattice_;
   SceneFeatures features_;
   LocalModel local_model_;
-  std::optional<GrabStiffness> grab_stiffness_;
+  std::optional<GrabStiffness> grab_stiffness_;      // instantaneous, of a grab
+  std::optional<ProbeCompliance> probe_compliance_;  // settled, of a probe
   std::array<glm::dmat3, kMaxTools> settled_{};  // or whatever else stays the same
   std::vector<std::uint32_t> watched_;
   SolverInfo info_;

@@ -211,6 +211,34 @@ TEST_CASE("Every method, face and local model is read as the one it names") {
   CHECK(model("settled") == LocalModel::settled);
 }
 
+TEST_CASE("What a device renders is read with its defaults, and asks the scene for its stiffness") {
+  const auto rendered = [](const std::string& base, const std::string& keys) {
+    return good(base, {{"device.left.render={ " + keys + " }"}, {}});
+  };
+  const Scenario plain = good(kSpring, {});
+  CHECK(plain.devices[0].render.kind == RenderSpec::Kind::force);
+  CHECK(plain.scene.local_model == LocalModel::none);
+  const Scenario local = rendered(kSpring, "kind = \"local\", emission = \"hold\"");
+  CHECK(local.devices[0].render.kind == RenderSpec::Kind::local);
+  CHECK(local.devices[0].emission == Emission::hold);
+  CHECK(local.devices[0].render.alpha == 1.0);
+  CHECK(local.devices[0].render.knows_gap);
+  CHECK(local.scene.local_model == LocalModel::instantaneous);
+  const Scenario all = rendered(kSpring, "kind = \"local\", alpha = \"auto\", stiffness = \"settled\", gap = false");
+  CHECK_FALSE(all.devices[0].render.alpha);
+  CHECK_FALSE(all.devices[0].render.knows_gap);
+  CHECK(all.scene.local_model == LocalModel::settled);
+  CHECK(rendered(kSpring, "kind = \"local\", alpha = 2").devices[0].render.alpha == 2.0);
+  const Scenario smith =
+      rendered(kSpring, "kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.2, static_stiffness = \"300 N/m\"");
+  CHECK(smith.devices[0].render.kind == RenderSpec::Kind::smith);
+  CHECK(smith.devices[0].render.mode.frequency_Hz == 7.0);
+  CHECK(smith.devices[0].render.mode.damping_ratio == 0.2);
+  CHECK(smith.devices[0].render.mode.static_N_per_m == 300.0);
+  CHECK(smith.devices[0].render.factor == 1.1);
+  CHECK(smith.scene.local_model == LocalModel::none);
+}
+
 TEST_CASE("Each form of the timing table gives its exact nominal times") {
   struct {
     const char* timing;

@@ -145,6 +145,42 @@ TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave 
   CHECK(unused.scenario);
 }
 
+TEST_CASE("What a device renders must go together, and with its scene") {
+  const auto render = [](const std::string& keys) { return "name = \"left\"\nrender = { " + keys + " }"; };
+  for (const auto& [keys, error] : std::vector<std::pair<std::string, std::string>>{
+           {"alpha = 1.1", "scenario.toml:17:12: error: 'alpha' means nothing with kind = \"force\"; remove it, or write kind = \"local\""},
+           {"kind = \"damped\"", "'kind': \"damped\" must be \"force\", \"local\" or \"smith\""},
+           {"kind = \"local\", alpha = 0", "'alpha': 0 is out of range; it must be above 0 and at most 4"},
+           {"kind = \"local\", alpha = 4.01", "'alpha': 4.01 is out of range"},
+           {"kind = \"local\", alpha = \"most\"", "'alpha': \"most\" must be \"auto\" or a number"},
+           {"kind = \"local\", stiffness = \"none\"", "'stiffness': \"none\" must be \"instantaneous\" or \"settled\""},
+           {"kind = \"local\", gap = \"no\"", "'gap'"},
+           {"kind = \"local\", frequency = \"7 Hz\"", "'frequency' means nothing with kind = \"local\"; remove it, or write kind = \"smith\""},
+           {"kind = \"smith\", gap = false", "'gap' means nothing with kind = \"smith\"; remove it, or write kind = \"local\""},
+           {"kind = \"smith\", frequency = \"1001 Hz\"", "'frequency': \"1001 Hz\" is out of range"},
+           {"kind = \"smith\", factor = 0", "'factor': 0 is out of range"},
+           {"kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1",
+            "device 'left' renders \"smith\", a model of one mode, and a scene of this kind does not say which; write frequency"}}) {
+    INFO(keys);
+    const ReadResult result = read_text(changed(kSpring, "name = \"left\"", render(keys)));
+    CHECK_FALSE(result.scenario);
+    CHECK_THAT(errors_of(result), Contains(error));
+  }
+  check_each(kSpring,
+             {{"name = \"left\"",
+               "name = \"left\"\nrender = { kind = \"local\" }\n[[device]]\nname = \"right\"\nrender = { kind = \"local\", "
+               "stiffness = \"settled\" }",
+               "device 'right' renders with stiffness = \"settled\" and one before it with \"instantaneous\""},
+              {"name = \"left\"",
+               "name = \"left\"\nrender = { kind = \"local\" }\n[remap]\nunderrun = { force = \"extrapolate\" }\n[[device]]\nname "
+               "= \"right\"",
+               "'force': \"extrapolate\" continues a line of forces, and device 'left' makes its forces of records"}});
+  const ReadResult clash = read_text(changed(changed(kTissue, "particles = 800", "particles = 800\nlocal_model = \"settled\""),
+                                             "radius = \"6 mm\" }", "radius = \"6 mm\" }\nrender = { kind = \"local\" }"));
+  CHECK_FALSE(clash.scenario);
+  CHECK_THAT(errors_of(clash), Contains("'local_model': \"settled\", but a device renders with stiffness = \"instantaneous\"; remove"));
+}
+
 TEST_CASE("Timings that cannot be are named with the numbers that clash") {
   check_each(
       kSpring,

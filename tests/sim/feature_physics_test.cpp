@@ -297,7 +297,8 @@ TEST_CASE("Symplectic Euler has order 1 and velocity Verlet order 2", "[physics]
 }
 
 // V is symplectic Euler's velocity, half a step before u. Verlet starts at v with v + h a(u, v)/2 = V + h a(u, V).
-TEST_CASE("Velocity Verlet takes symplectic Euler's path with the velocity half a step aside, with everything", "[physics]") {
+TEST_CASE("Velocity Verlet takes symplectic Euler's path with the velocity half a step aside, with everything",
+          "[physics]") {
   for (const double damping_per_s : {0.0, 30.0}) {
     TissueScene block = featured_block({true, false, false, true, CouplingKind::spring});
     block.damping_per_s = damping_per_s;

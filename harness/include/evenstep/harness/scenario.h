@@ -120,6 +120,10 @@ struct Expectation {
   std::optional<Limit> min, max;
   std::optional<std::array<double, 2>> at;      ///< of a case: only the cells whose values lie between these
   bool expect_fail = false;
+  /// Of an underrun_rate: the limit must hold for the true rate with this confidence, and the maps alone are run over so many
+  /// seeds to know; 0: as many as suffice if all are clean.
+  std::optional<double> confidence;
+  std::int64_t seeds = 0;
 };
 
 /// [case]: an entry of the catalogue of stiff and extreme cases. It drives the solver itself, for every method and solver over

@@ -29,5 +29,10 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 /// the file; where it has no visualizations and one segment only, those of the cycle found in it; where there is no cycle
 /// either, every step is a segment, which leaves the loop of `phase_locked` and no use for `paper`.
 SizeResult size_recording(const std::string& path, const SizeOptions& options);
+/// The same for segments in memory, with a step among them.
+SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options);
+
+/// Of every expectation with a confidence, what it takes: one line each, for people.
+std::vector<std::string> explain_rates(const Scenario& scenario);
 
 }  // namespace evenstep

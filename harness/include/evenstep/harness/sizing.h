@@ -29,8 +29,12 @@ struct Sizing {
   LatencyBudget this_phase;
 };
 Sizing size_map(const Scenario& scenario, StrategyKind kind);
-/// The same over these segments instead of the scenario's own timing.
-Sizing size_map(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments);
+/// The mapped steps of a run with this lead: a gate's waits are in them, and there only does the lead matter.
+std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, Duration lead);
+/// The mapped steps without a gate, over these segments instead of the scenario's own timing. `steps` is written anew; its storage is
+/// reused.
+void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+               std::vector<MappedStep>& steps);
 /// The same for a gate with this lead: steps begin when their sample is there, and what follows is pushed back. `lead` of
 /// the budgets is what would spare all waiting, `latency` the least with the lead given.
 Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead);

@@ -20,8 +20,8 @@
 /// the tube. Steps that do not overlap have E_m <= S_n for m < n, so the longest step decides:  L_path = max(E_n - S_n) + d.
 /// No map of constant latency does with less, whatever it knows of the future: the bound that no scheme beats.
 ///
-/// Interpolated forces: step n's line begins at F(n - 1), so its force is due then: E_{n+1} <= F(n). `interpolated` moves
-/// the ends by one step; all of the above then holds of what it returns.
+/// Interpolated forces: step n's line begins at F(n - 1), so its force is due then: E_{n+1} <= F(n). `interpolate` moves
+/// the ends by one step; all of the above then holds of what it leaves.
 ///
 /// Exact: slopes are compared as rationals with 128-bit products.
 
@@ -49,8 +49,8 @@ struct LeastPath {
 /// Steps in order; they may overlap.
 LeastPath least_path(std::span<const StepTimes> steps);
 
-/// The steps with the times at which their forces are due to one another's lines: end n becomes that of step n + 1.
-std::vector<StepTimes> interpolated(std::span<const StepTimes> steps);
+/// End n becomes that of step n + 1; the last stays.
+void interpolate(std::span<StepTimes> steps);
 
 struct TautString {
   std::optional<std::size_t> infeasible_step;  ///< first step with E_n - L > S_n - d: no path at all, reads are empty

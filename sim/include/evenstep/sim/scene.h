@@ -104,7 +104,8 @@ struct TissueScene {
   std::vector<MaterialRegion> regions;
   FixedFaces fixed;
   Method method = Method::symplectic_euler;
-  int iterations = 0;  ///< at most, per substep: of conjugate gradients, or sweeps; 0: 20 (implicit Euler), 40 (midpoint), 10
+  int iterations =
+      0;  ///< at most, per substep: of conjugate gradients, or sweeps; 0: 20 (implicit Euler), 40 (midpoint), 10
   int substeps = 0;    ///< per step; 0 = "auto": least that meets the configuration-free bound, 1 without a bound
   std::vector<ToolCoupling> tools;  ///< one per tool
   /// State at step 0, by site (x-fastest, particle_count entries); empty: at rest.
@@ -115,8 +116,10 @@ struct TissueScene {
 enum class LocalModel {
   none,
   instantaneous,  ///< the other particles stay where they are
-  /// The other particles come to rest again: probed at rest when the scene loads, three systems per tool. A probe touches
-  /// other particles in every step, each with a nodal compliance of its own: for it this is `instantaneous`.
+  /// The other particles come to rest again: probed at rest when the scene loads, three systems per grab or spring. A probe
+  /// touches other particles in every step: the 16 nearest to its centre at the start are probed, three systems each, and
+  /// every one touched is in series with its own nodal compliance. The result is at least the settled stiffness: that they
+  /// yield under each other is neglected, and others than these 16 count as in `instantaneous`.
   settled
 };
 
