@@ -547,10 +547,10 @@ const std::vector<Field> kExpect{
     {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
     {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
      .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
-    {.table = "expect", .key = "confidence", .forms = kQuantity, .dimension = D::ratio,
+    {.table = "expect", .key = "confidence", .forms = kQuantity,
      .meaning = "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
                 "share of segments with an underrun; the maps alone run over the seeds that takes.",
-     .range = above(0, 0.999999), .example = "\"95 %\""},
+     .dimension = D::ratio, .range = above(0, 0.999999), .example = "\"95 %\""},
     {.table = "expect", .key = "seeds", .forms = kInteger,
      .meaning = "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
                 "underruns.",
