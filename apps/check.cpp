@@ -1,10 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "commands.h"
+#include "evenstep/harness/rendering.h"
 #include "evenstep/harness/size.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/sweep.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 
@@ -18,6 +21,16 @@ void explain_solver(const Scenario& scenario) {
   fmt::print("  step size    1 / ({}/{} Hz) = {:.6g} ms of simulation time\n", rate.num, rate.den, 1e3 * period_s(rate));
   if (const auto* spring = std::get_if<SpringScene>(&scenario.scene.body)) {
     fmt::print("  scene        spring {:.6g} N/m\n", spring->stiffness_N_per_m);
+    return;
+  }
+  if (const auto* wall = std::get_if<WallScene>(&scenario.scene.body)) {
+    fmt::print("  scene        wall {:.6g} N/m{}\n", wall->stiffness_N_per_m,
+               wall->hardening_m > 0 ? fmt::format(", hardening over {:.6g} mm", 1e3 * wall->hardening_m) : "");
+    return;
+  }
+  if (const auto* mode = std::get_if<ModeScene>(&scenario.scene.body)) {
+    fmt::print("  scene        mode {:.6g} N/m at rest, {:.6g} Hz, damping ratio {:.6g}{}\n", mode->stiffness_N_per_m,
+               mode->frequency_Hz, mode->damping_ratio, mode->one_sided ? ", one-sided" : "");
     return;
   }
   const auto& tissue = std::get<TissueScene>(scenario.scene.body);
@@ -34,6 +47,16 @@ void explain_case(const CaseSpec& spec) {
   fmt::print("  case         {}, {} values from {} to {}\n", spec.kind, spec.values.size(), spec.values.front(),
              spec.values.back());
   fmt::print("  methods      {}\n  solvers      {}\n", fmt::join(methods, ", "), fmt::join(solvers, ", "));
+}
+
+void explain_sweep(const SweepSpec& sweep) {
+  std::size_t points = sweep.seeds.size();
+  std::string of = fmt::format("{} seed{}", points, points == 1 ? "" : "s");
+  for (const SweepAxis& axis : sweep.grid) {
+    points *= axis.values.size();
+    of += fmt::format(" x {} of {}", axis.values.size(), axis.path);
+  }
+  fmt::print("  sweep        {} points: {}\n", points, of);
 }
 
 void explain(const Scenario& scenario) {
@@ -55,10 +78,16 @@ void explain(const Scenario& scenario) {
   for (const DeviceSpec& device : scenario.devices) {
     fmt::print("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name, device.rate.num, device.rate.den,
                ms(device.phase), device.emission == Emission::linear ? "linear" : "hold");
+    if (!device.hand) continue;
+    fmt::print("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
+               device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(), device.hand->total_stiffness_N_per_m(),
+               ms(device.force_delay));
   }
   for (const StrategyPlan& plan : plan(scenario)) {
     fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
                ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
+    for (const DeviceSpec& device : scenario.devices)
+      fmt::print("               {}: {}\n", device.name, rendering_line(scenario, plan, device));
     if (plan.sizing.steps.empty()) continue;
     const auto& [steps, any, here] = plan.sizing;
     fmt::print(
@@ -68,6 +97,7 @@ void explain(const Scenario& scenario) {
     fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
                plan.predicted_late_forces);
   }
+  if (scenario.sweep) explain_sweep(*scenario.sweep);
   fmt::print("  expectations {}\n", scenario.expectations.size());
   for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
   fmt::print("\n");
@@ -96,6 +126,18 @@ std::string stability_lines(const Scenario& scenario) {
              limit.particle % nx, limit.particle / nx % ny, limit.particle / nx / ny);
 }
 
+std::string rendering_lines(const Scenario& scenario) {
+  std::string lines;
+  const auto local = [](const DeviceSpec& device) { return device.render.kind == RenderSpec::Kind::local; };
+  if (std::none_of(scenario.devices.begin(), scenario.devices.end(), local)) return lines;
+  for (const StrategyPlan& plan : plan(scenario)) {
+    for (const DeviceSpec& device : scenario.devices) {
+      if (local(device)) lines += fmt::format("  {:<12} {}: {}\n", name_of(plan.kind), device.name, rendering_line(scenario, plan, device));
+    }
+  }
+  return lines;
+}
+
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set) {
   const std::optional<std::vector<std::string>> files = scenario_files(paths);
   if (!files) return ExitCode::usage;
@@ -104,6 +146,7 @@ ExitCode check(const std::vector<std::string>& paths, const std::vector<std::str
     const ReadResult read = read_scenario(file, {set, std::nullopt});
     std::vector<Diagnostic> errors = read.errors;
     if (read.scenario) errors = check_expectations(*read.scenario);
+    if (errors.empty() && read.scenario->sweep) errors = check_sweep(file, set);
     if (errors.empty()) {
       try {
         explain(*read.scenario);

@@ -9,6 +9,7 @@
 #include "commands.h"
 #include "evenstep/harness/run_failure.h"
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/stiffness_limit.h"
 #include "evenstep/harness/version.h"
 #include "progress.h"
 
@@ -56,6 +57,29 @@ ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenari
   return interrupted ? ExitCode::interrupted : code;
 }
 
+/// The other study: how stiff the scene may be.
+ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scenario, const std::atomic<bool>& interrupted) {
+  const std::string folder = folder_for(arguments);
+  if (const std::string objection = run_folder_objection(folder, kStudyFile); !objection.empty()) {
+    spdlog::error("error: {}", objection);
+    return ExitCode::run_failed;
+  }
+  if (!arguments.json) {
+    fmt::print("evenstep {}  study  {}  ({})\n", kVersion, scenario.name, scenario.file);
+    std::fflush(stdout);
+  }
+  StudyControl control;
+  control.interrupted = &interrupted;
+  const StiffnessLimits limits = run_stiffness_limits(scenario, control);
+  fmt::print("{}", arguments.json ? stiffness_json(limits) : stiffness_table(limits));
+  if (const std::string error = write_stiffness_folder(folder, scenario, limits); !error.empty()) {
+    spdlog::error("error: {}", error);
+    return ExitCode::run_failed;
+  }
+  if (!arguments.json) fmt::print("data in {}\n", folder);
+  return interrupted ? ExitCode::interrupted : ExitCode::pass;
+}
+
 }  // namespace
 
 ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted) {
@@ -70,13 +94,19 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
   }
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
   std::vector<Diagnostic> errors = read.errors;
-  if (read.scenario && !std::holds_alternative<TissueScene>(read.scenario->scene.body))
-    errors.push_back({arguments.file, 0, 0, "a spring has no steps to compare; a study needs kind = \"tissue\""});
+  const bool limits = read.scenario && read.scenario->study.stiffness_limit;
+  if (limits && goal) {
+    errors.push_back({arguments.file, 0, 0, "--advise picks among steps, and [study] stiffness_limit compares none; leave one out"});
+  } else if (read.scenario && !limits && !std::holds_alternative<TissueScene>(read.scenario->scene.body)) {
+    errors.push_back({arguments.file, 0, 0, "only a tissue has steps to compare; a study needs kind = \"tissue\" or, with a hand "
+                                            "that feels the force, [study] stiffness_limit = { from = \"20 N/m\", to = \"30000 N/m\" }"});
+  }
   if (!errors.empty()) {
     print(errors);
     return ExitCode::usage;
   }
   try {
+    if (limits) return stiffness_limits(arguments, *read.scenario, interrupted);
     return study_scenario(arguments, *read.scenario, goal, interrupted);
   } catch (const RunFailure& failure) {
     spdlog::error("{}: error: {}; {}", arguments.file, failure.what(), failure.remedy);

@@ -35,7 +35,8 @@ BulletBlock::BulletBlock(const TissueScene& scene, double step_s, int iterations
     const glm::dvec3 at_m = glm::dvec3(site % nx, site / nx % ny, site / nx / ny) * scene.spacing_m;
     const glm::dvec3 away_m = at_m - grab.center_m;
     const bool fixed = scene.fixed.z_min && site < std::int64_t{nx} * ny;
-    const bool held = !fixed && away_m.x * away_m.x + away_m.y * away_m.y + away_m.z * away_m.z <= grab.radius_m * grab.radius_m;
+    const bool held =
+        !fixed && away_m.x * away_m.x + away_m.y * away_m.y + away_m.z * away_m.z <= grab.radius_m * grab.radius_m;
     positions_m.emplace_back(static_cast<btScalar>(at_m.x), static_cast<btScalar>(at_m.y), static_cast<btScalar>(at_m.z));
     masses_kg.push_back(fixed || held ? 0 : static_cast<btScalar>(scene.particle_mass_kg));
     if (!held) continue;

@@ -7,8 +7,8 @@
 
 namespace evenstep::bench {
 
-/// Particles, masses and springs of the scene, the fixed ones of no mass; the first tool's particles follow it. No gravity, no
-/// collision, stiffness factor 1 (Bullet's stiffness is iterations times step length, not N/m). Its step gives no force.
+/// Particles, masses and springs of the scene, the fixed ones of no mass; the first tool's particles follow it. No gravity,
+/// no collision, stiffness factor 1 (Bullet's stiffness is iterations times step length, not N/m). Its step gives no force.
 class BulletBlock {
  public:
   BulletBlock(const TissueScene& scene, double step_s, int iterations);

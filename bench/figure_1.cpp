@@ -29,13 +29,14 @@ struct Spent {
 class WatchedSolver final : public Solver {
  public:
   WatchedSolver(std::unique_ptr<Solver> solver, Spent& spent) : solver_(std::move(solver)), spent_(spent) {}
-  ToolResponse step(std::span<const glm::dvec3> positions_m) override {
+  ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s) override {
     const double before_s = process_cpu_seconds();
-    const ToolResponse response = solver_->step(positions_m);
+    const ToolResponse response = solver_->step(positions_m, step_s);
     spent_.solver_s += process_cpu_seconds() - before_s;
     readings_ += 2;
     return response;
   }
+  std::span<const ToolContact> contacts() const override { return solver_->contacts(); }
   std::uint64_t state_digest() override {
     const double before_s = process_cpu_seconds();
     const std::uint64_t digest = solver_->state_digest();
@@ -44,6 +45,7 @@ class WatchedSolver final : public Solver {
     return digest;
   }
   void reset() override { solver_->reset(); }
+  ParticleState particle_state() override { return solver_->particle_state(); }
   SolverVerdict verdict() override { return solver_->verdict(); }
   const SolverInfo& info() const override { return solver_->info(); }
   std::int64_t readings() const { return readings_; }

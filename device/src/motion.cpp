@@ -68,6 +68,22 @@ glm::dvec3 at_time(const RecordedMotion& motion, RealTime at) {
   return from_m + (to_m - from_m) * weight;
 }
 
+glm::dvec3 at_time(const MinimumJerk& motion, RealTime at) {
+  glm::dvec3 from_m(0);
+  std::int64_t into_ns = at.ns;
+  for (const MinimumJerk::Move& move : motion.moves) {
+    assert(move.duration.ns > 0 && move.rest.ns >= 0);
+    if (into_ns <= 0) return from_m;
+    if (into_ns < move.duration.ns) {
+      const double u = static_cast<double>(into_ns) / static_cast<double>(move.duration.ns);
+      return from_m + (move.to_m - from_m) * (u * u * u * (10 + u * (6 * u - 15)));
+    }
+    from_m = move.to_m;
+    into_ns -= move.duration.ns + move.rest.ns;
+  }
+  return from_m;
+}
+
 }  // namespace
 
 glm::dvec3 position_m(const Motion& motion, RealTime at) {

@@ -3,6 +3,8 @@
 #include <cassert>
 #include <utility>
 
+#include "rendered_schedule.h"
+
 namespace evenstep {
 
 namespace {
@@ -20,7 +22,7 @@ std::optional<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spe
 Exchange::Link::Link(const LinkSpec& link)
     : spec(link),
       interaction(link.samples, link.interaction),
-      forces(link.forces, link.emission, link.force),
+      forces(internal::make_rendered_schedule(link)),
       interaction_filter(filter_of(link.interaction_filter, link.step_rate)),
       force_filter(filter_of(link.force_filter, link.ticks.rate)) {}
 
@@ -28,16 +30,20 @@ Exchange::Exchange(const std::vector<LinkSpec>& links) {
   for (const LinkSpec& link : links) links_.emplace_back(link);
 }
 
+Exchange::~Exchange() = default;
+
+std::uint64_t Exchange::forces(int tool) const { return links_[static_cast<std::size_t>(tool)].forces->head(); }
+
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
   links_[static_cast<std::size_t>(tool)].interaction.push(sample.read_at, sample.position_m);
   return sample;
 }
 
-Played Exchange::play(int tool, const Scheduler& scheduler) {
+Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& scheduler) {
   const TickInput input = look(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
-  Played played{input.played_at, link.forces.at(input.played_at, input.force_head)};
+  Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample)};
   if (link.force_filter) played.force_N.value = link.force_filter->next(played.force_N.value);
   return played;
 }
@@ -61,8 +67,8 @@ RealTime Exchange::next_sample(int tool, const Slot& slot, RealTime now) const {
   return due > now ? due : now + kLookAgain;
 }
 
-void Exchange::respond(int tool, RealTime emission, const glm::dvec3& force_N) {
-  links_[static_cast<std::size_t>(tool)].forces.push(emission, force_N);
+void Exchange::respond(int tool, RealTime emission, const ContactRecord& record) {
+  links_[static_cast<std::size_t>(tool)].forces->push(emission, record);
 }
 
 TickInput Exchange::look(int tool, const Scheduler& scheduler) { return {{}, scheduler.live_now(), forces(tool)}; }

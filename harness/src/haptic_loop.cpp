@@ -9,7 +9,7 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
   for (std::int64_t k = 0;; ++k) {
     const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
     const DeviceSample sample = exchange.sense(lane.tool, scheduler);
-    const Played played = exchange.play(lane.tool, scheduler);
+    const Played played = exchange.play(lane.tool, sample, scheduler);
     const glm::dvec3 force_N = lane.guard.pass(played.at, played.force_N.value);
     if (lane.device) lane.device->write(force_N);
     record.tick(scheduler, arrival, sample, played, force_N);
@@ -44,7 +44,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
           co_await scheduler.until(exchange.next_sample(tool, slot, scheduler.now()), Lane::launch, "gate");
           hand = exchange.hand(tool, slot);
         }
-        solver.positions_m[static_cast<std::size_t>(tool)] = hand.value;
+        solver.give(tool, hand.value, std::min(slot.read, hand.newest));
         record.hand(tool, n, slot, hand, scheduler.now() - launched);
       }
       const RealTime began = scheduler.now();
@@ -53,7 +53,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       co_await scheduler.external(pushed.end(step.end), &solver, "step");  // 4 b: a constant amount of simulation time
       const RealTime emission = map.emission(n, scheduler.now());          // 4 d: the inverse of 3 c
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
-        exchange.respond(tool, emission, solver.response.force_N[static_cast<std::size_t>(tool)]);  // 4 e: evenly
+        exchange.respond(tool, emission, solver.contact(tool));  // 4 e: evenly
       }
       record.step(scheduler, segment, slot, began, emission, solver);
       ++n;

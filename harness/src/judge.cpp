@@ -207,6 +207,11 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
                         fmt::join(*known, ", ")));
       continue;
     }
+    if (expectation.metric == "deviation_from_ideal" && has_hand(scenario)) {
+      error("'deviation_from_ideal' has no value here: its twin reads the programmed motion, and a hand that feels the force has "
+            "none");
+      continue;
+    }
     if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked for each signal it matches
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;

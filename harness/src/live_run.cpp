@@ -140,7 +140,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   const RunStatus simulation_status = run_in_slices(simulation, end, name, control);
   if (ended_badly(simulation_status)) device.request_stop();  // nobody makes forces any more
   device_thread.join();
-  throw_if_failed(device_status, name);
+  throw_if_failed(device_status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
   throw_if_failed(simulation_status, name);
 
   recording.record = lanes.finish(merge(simulation.events(), device.events()));

@@ -2,12 +2,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "load.h"
 #include "motion_csv.h"
 #include "sections.h"
 
-namespace evenstep::internal {
+namespace evenstep {
+namespace internal {
 namespace {
 
 bool proper_name(const std::string& name) {
@@ -50,12 +52,24 @@ Motion read_stick_slip(const ScenarioReading& reading, const Table& motion) {
                    motion.span("slip", nominal, reading.errors)};
 }
 
+Motion read_minimum_jerk(const ScenarioReading& reading, const Table& motion) {
+  MinimumJerk out;
+  for (const Table& move : motion.tables("moves")) {
+    out.moves.push_back({move.vector("to"), move.span("duration", reading.scenario.nominal, reading.errors),
+                         move.span("rest", reading.scenario.nominal, reading.errors)});
+  }
+  if (out.moves.empty())
+    reading.errors.add(motion.place("moves"), "'moves' is empty; write [{ to = [\"10 mm\", \"0 mm\", \"0 mm\"], duration = \"0.4 s\" }]");
+  return out;
+}
+
 Motion read_shape(const ScenarioReading& reading, const Table& motion) {
   const std::string kind = motion.text("kind");
   if (kind == "still") return Still{};
   if (kind == "sine") return Sine{motion.vector("amplitude"), motion.rate("frequency")};
   if (kind == "recorded") return read_recorded(motion, reading.errors);
   const bool spans_known = reading.scenario.nominal.known;  // if not, [timing] is faulty: they may need its units
+  if (kind == "minimum-jerk") return spans_known ? read_minimum_jerk(reading, motion) : Motion(Still{});
   if (kind == "stick-slip") return spans_known ? read_stick_slip(reading, motion) : Motion(Still{});
   const ConstantVelocity ramp{motion.vector("velocity"), motion.smooth("start")};
   if (kind == "constant-velocity") return ramp;
@@ -68,12 +82,77 @@ Motion read_shape(const ScenarioReading& reading, const Table& motion) {
   return RampStop{ramp, RealTime{stop.ns}};
 }
 
-ProgrammedMotion read_motion(const ScenarioReading& reading, const Table& device) {
-  if (!device.has("motion")) return {Still{}, {}};
-  const Table motion = device.table("motion");
+ProgrammedMotion read_programmed(const ScenarioReading& reading, const Table& motion) {
   ProgrammedMotion programmed{read_shape(reading, motion), {}};
   if (motion.has("delay")) programmed.begin = RealTime{motion.span("delay", reading.scenario.nominal, reading.errors).ns};
   return programmed;
+}
+
+RenderSpec read_render(const Table& render) {
+  RenderSpec spec;
+  const std::string kind = render.text("kind");
+  if (kind == "local") {
+    spec.kind = RenderSpec::Kind::local;
+    spec.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
+    spec.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
+    spec.knows_gap = render.boolean("gap");
+  } else if (kind == "smith") {
+    spec.kind = RenderSpec::Kind::smith;
+    if (render.has("frequency")) spec.mode.frequency_Hz = in_Hz(render.rate("frequency"));
+    if (render.has("damping_ratio")) spec.mode.damping_ratio = render.number("damping_ratio");
+    if (render.has("static_stiffness")) spec.mode.static_N_per_m = render.si("static_stiffness");
+    spec.factor = render.number("factor");
+  }
+  return spec;
+}
+
+/// What the integration of a hand can follow (device/hand.h).
+void check_hand(const HandSpec& hand, const Table& motion, Errors& errors) {
+  const double frequency_per_s = std::sqrt(hand.total_stiffness_N_per_m() / hand.total_mass_kg());
+  const double decay_per_s = hand.total_damping_N_s_per_m() / hand.total_mass_kg();
+  if (frequency_per_s > kFastestHand_per_s) {
+    errors.add(motion.place("mass"), fmt::format("'mass': on its springs the hand swings with {:.4g} /s, and {:g} /s is the most; "
+                                                 "write more mass or less stiffness",
+                                                 frequency_per_s, kFastestHand_per_s));
+  } else if (decay_per_s > kFastestHand_per_s) {
+    errors.add(motion.place("mass"), fmt::format("'mass': the damping stops the hand with {:.4g} /s, and {:g} /s is the most; write "
+                                                 "more mass or less damping",
+                                                 decay_per_s, kFastestHand_per_s));
+  }
+}
+
+HandSpec read_hand(const Table& motion, Errors& errors) {
+  HandSpec hand{motion.si("mass"), motion.si("damping"), motion.si("stiffness")};
+  if (motion.has("arm")) {
+    const Table arm = motion.table("arm");
+    hand.arm = {arm.si("mass"), arm.si("damping"), arm.si("stiffness")};
+  }
+  hand.push_N = motion.vector("push");
+  hand.offset_m = motion.vector("offset");
+  hand.velocity_m_per_s = motion.vector("velocity");
+  check_hand(hand, motion, errors);
+  return hand;
+}
+
+void read_motion(const ScenarioReading& reading, const Table& device, DeviceSpec& spec) {
+  if (!device.has("motion")) return;
+  const Table motion = device.table("motion");
+  if (motion.text("kind") != "hand") {
+    spec.motion = read_programmed(reading, motion);
+    return;
+  }
+  spec.hand = read_hand(motion, reading.errors);
+  if (motion.has("path")) spec.motion = read_programmed(reading, motion.table("path"));
+}
+
+/// The reference twin reads the programmed motion, which a hand does not have.
+void check_strategies(const ScenarioReading& reading) {
+  const auto& strategies = reading.scenario.strategies;
+  if (!has_hand(reading.scenario) || !reading.sound("run")) return;
+  if (std::find(strategies.begin(), strategies.end(), StrategyKind::ideal) == strategies.end()) return;
+  reading.errors.add(reading.section("run").place("strategies"),
+                     "'strategies': \"ideal\" reads the programmed motion, and a hand that feels the force has none; write "
+                     "strategies = [\"direct\", \"phase_locked\"]");
 }
 
 DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
@@ -86,8 +165,11 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
                                                           in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
   }
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
-  spec.motion = read_motion(reading, device);
-  spec.emission = device.table("render").text("emission") == "hold" ? Emission::hold : Emission::linear;
+  read_motion(reading, device, spec);
+  spec.force_delay = device.span("delay", reading.scenario.nominal, reading.errors);
+  const Table render = device.table("render");
+  spec.emission = render.text("emission") == "hold" ? Emission::hold : Emission::linear;
+  spec.render = read_render(render);
   spec.limits = {device.si("force_limit"), device.si("slew_limit")};
   return spec;
 }
@@ -108,6 +190,14 @@ void read_devices(ScenarioReading& reading) {
     check_name(device, reading.scenario.devices, reading.errors);
     reading.scenario.devices.push_back(read_device(reading, device));
   }
+  check_strategies(reading);
 }
 
-}  // namespace evenstep::internal
+}  // namespace internal
+
+bool has_hand(const Scenario& scenario) {
+  return std::any_of(scenario.devices.begin(), scenario.devices.end(),
+                     [](const DeviceSpec& device) { return device.hand.has_value(); });
+}
+
+}  // namespace evenstep

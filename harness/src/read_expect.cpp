@@ -67,6 +67,9 @@ std::string signal_error(std::string_view signal, const Names& names) {
     error = unknown_part("strategy", parts[1], names.strategies);
   } else if (!empty_part && parts.size() == 3 && parts[0] == "events") {
     return {};
+  } else if (!empty_part && parts.size() == 3 && parts[0] == "closed_loop") {
+    error = unknown_part("device", parts[1], names.devices);
+    if (error.empty()) error = unknown_part("strategy", parts[2], names.strategies);
   } else if (!empty_part && parts.size() == 3) {
     if (parts[1] != "*" && std::find(kDeviceSignals.begin(), kDeviceSignals.end(), parts[1]) == kDeviceSignals.end()) {
       return fmt::format("'{}' is not a signal of a device{}", parts[1], suggestion(parts[1], kDeviceSignals));
@@ -76,7 +79,7 @@ std::string signal_error(std::string_view signal, const Names& names) {
   } else {
     return fmt::format(
         "'{}' is not a signal; write <device>.interaction.<strategy>, <device>.force.<strategy>, "
-        "<device>.buffers.<strategy>, "
+        "<device>.buffers.<strategy>, closed_loop.<device>.<strategy>, "
         "solver.<strategy>, events.<lane>.<name> or run",
         signal);
   }
@@ -167,7 +170,7 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
   read_confidence(reading, expect, expectation);
   // Energy costs a pass over all springs per step, so the scene computes it only where it is asked for.
-  if (expectation.metric.starts_with("energy_")) reading.scenario.scene.needs_energy = true;
+  if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop.")) reading.scenario.scene.needs_energy = true;
   reading.scenario.expectations.push_back(std::move(expectation));
 }
 

@@ -18,6 +18,12 @@ void read_underrun(ScenarioReading& reading, const Table& underrun) {
   if (force == name_of(ForceUnderrun::hold)) return;
   spec.force_underrun = ForceUnderrun::extrapolate;
   for (const DeviceSpec& device : reading.scenario.devices) {
+    if (device.render.kind != RenderSpec::Kind::force) {
+      reading.errors.add(underrun.place("force"),
+                         fmt::format("'force': \"extrapolate\" continues a line of forces, and device '{}' makes its forces of "
+                                     "records that answer the hand by themselves; write \"hold\"",
+                                     device.name));
+    }
     if (device.emission == Emission::linear) continue;
     reading.errors.add(underrun.place("force"),
                        fmt::format("'force': \"extrapolate\" continues a line, and device '{}' has emission = \"hold\"; "

@@ -137,7 +137,43 @@ ToolCoupling read_coupling(const Table& grab) {
   return tool;
 }
 
-/// Every device of a tissue has a grab, and none of a spring.
+/// Where a surface lies. The normal's length is of no matter, but it must have one.
+template <class Body>
+void read_surface(const Table& scene, Body& body, Errors& errors) {
+  const Value normal = scene.at("normal");
+  for (int axis = 0; axis < 3; ++axis) {
+    const Value& part = normal.list[static_cast<std::size_t>(axis)];
+    body.normal[axis] = part.is(Value::Kind::integer) ? static_cast<double>(part.integer) : part.number;
+  }
+  if (body.normal == glm::dvec3(0))
+    errors.add(scene.place("normal"), "'normal': [0, 0, 0] points nowhere; write [1, 0, 0], out of the surface");
+  body.surface_m = scene.si("surface");
+}
+
+WallScene read_wall(const Table& scene, Errors& errors) {
+  WallScene wall;
+  wall.stiffness_N_per_m = scene.si("stiffness");
+  read_surface(scene, wall, errors);
+  if (scene.has("hardening")) wall.hardening_m = scene.si("hardening");
+  return wall;
+}
+
+ModeScene read_mode(const Table& scene, Errors& errors) {
+  ModeScene mode;
+  mode.stiffness_N_per_m = scene.si("stiffness");
+  mode.frequency_Hz = in_Hz(scene.rate("frequency"));
+  mode.damping_ratio = scene.number("damping_ratio");
+  mode.one_sided = scene.boolean("one_sided");
+  read_surface(scene, mode, errors);
+  for (const char* key : {"normal", "surface"}) {
+    if (!mode.one_sided && scene.has(key))
+      errors.add(scene.place(key), fmt::format("'{}' means nothing where the mode pulls as it pushes; remove it, or write "
+                                               "one_sided = true", key));
+  }
+  return mode;
+}
+
+/// Every device of a tissue has a grab, and none of any other scene.
 void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
   const Value* devices = reading.document.find("device");
   if (devices == nullptr || !reading.check.sound(devices)) return;
@@ -146,7 +182,7 @@ void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
     if (tissue == nullptr) {
       if (device.has("grab"))
         reading.errors.add(device.place("grab"),
-                           "'grab' means nothing with a spring; remove it, or write kind = \"tissue\"");
+                           "'grab' means nothing without a tissue; remove it, or write kind = \"tissue\"");
       continue;
     }
     if (!device.has("grab")) {
@@ -178,8 +214,11 @@ void read_scene(ScenarioReading& reading) {
       *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind kind) { return solver == name_of(kind); });
   scene.step_rate = read_step_rate(table, scene.step_rate);
   scene.tool_count = static_cast<int>(reading.scenario.devices.size());
-  if (table.text("kind") == "spring") {
-    scene.body = SpringScene{table.si("stiffness")};
+  const std::string kind = table.text("kind");
+  if (kind != "tissue") {
+    if (kind == "spring") scene.body = SpringScene{table.si("stiffness")};
+    if (kind == "wall") scene.body = read_wall(table, reading.errors);
+    if (kind == "mode") scene.body = read_mode(table, reading.errors);
     return read_grabs(reading, nullptr);
   }
   TissueScene tissue = read_tissue(table, reading.errors);

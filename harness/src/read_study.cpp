@@ -79,10 +79,26 @@ void read_steps(const Table& study, Scenario& scenario, Errors& errors) {
   });
 }
 
+void read_stiffness_limit(const Table& study, Scenario& scenario, Errors& errors) {
+  const Table search = study.table("stiffness_limit");
+  scenario.study.stiffness_limit = {search.si("from"), search.si("to"), static_cast<int>(search.integer("seeds"))};
+  if (scenario.study.stiffness_limit->from_N_per_m >= scenario.study.stiffness_limit->to_N_per_m)
+    errors.add(search.place("to"), "'stiffness_limit': 'to' is not above 'from'; exchange them, or look further");
+  if (!has_hand(scenario))
+    errors.add(study.place("stiffness_limit"),
+               "'stiffness_limit' needs a hand that feels the force: a programmed motion is stable at any stiffness; write "
+               "motion = { kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }");
+  for (const char* key : {"methods", "solvers", "step_sizes", "iterations", "repeats", "duration"}) {
+    if (study.has(key))
+      errors.add(study.place(key), fmt::format("'{}' does not go with 'stiffness_limit', which runs the scenario as it is; "
+                                               "remove one of them", key));
+  }
+}
+
 }  // namespace
 
 void read_study(ScenarioReading& reading) {
-  if (!reading.sound("study") || !reading.sound("scene") || !reading.scenario.nominal.known) return;
+  if (!reading.sound("study") || !reading.sound("scene") || !reading.sound("device") || !reading.scenario.nominal.known) return;
   const Table study = reading.section("study");
   Scenario& scenario = reading.scenario;
   StudySpec& spec = scenario.study;
@@ -99,9 +115,10 @@ void read_study(ScenarioReading& reading) {
   }
   const Value* written = reading.document.find("study");
   if (written == nullptr) return;
-  if (std::holds_alternative<SpringScene>(scenario.scene.body)) {
-    reading.errors.add(written->place,
-                       "[study] means nothing with kind = \"spring\"; remove it, or write kind = \"tissue\"");
+  if (study.has("stiffness_limit")) return read_stiffness_limit(study, scenario, reading.errors);
+  if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
+    reading.errors.add(written->place, "[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a "
+                                       "'stiffness_limit'");
   } else if (steps_within(spec.duration, scenario.scene.step_rate) < 1) {
     reading.errors.add(study.place("duration"), fmt::format("'duration': {} is less than one step of the scene, {:.6g} ms",
                                                             in_ms(spec.duration), 1e3 * period_s(scenario.scene.step_rate)));

@@ -23,6 +23,8 @@ using D = Dimension;
 constexpr std::string_view kStrategies = "ideal|direct|paper|phase_locked|predict|filtered|variable_step";
 constexpr std::string_view kMethods =
     "symplectic-euler|velocity-verlet|rk4|implicit-euler|implicit-midpoint|vertex-block-descent";
+constexpr std::string_view kMotions = "still|constant-velocity|sine|ramp-stop|stick-slip|recorded|minimum-jerk|hand";
+constexpr std::string_view kPaths = "still|constant-velocity|sine|ramp-stop|stick-slip|recorded|minimum-jerk";
 constexpr std::string_view kAnyOrder = "visualization-first|steps-first|concurrent";
 constexpr std::string_view kInTurn = "visualization-first|steps-first";
 
@@ -51,7 +53,10 @@ const std::vector<Field> kTop{
     {.table = "", .key = "remap", .forms = kTable, .meaning = "The map between real time and simulation time.",
      .kinds = "loop"},
     {.table = "", .key = "study", .forms = kTable,
-     .meaning = "What `evenstep study` compares (tissue only). A run leaves it aside.", .kinds = "loop"},
+     .meaning = "What `evenstep study` compares or looks for. A run leaves it aside.", .kinds = "loop"},
+    {.table = "", .key = "sweep", .forms = kTable,
+     .meaning = "What `evenstep sweep` runs: seeds times a grid of values (docs/sweep.md). A run leaves it aside.",
+     .kinds = "loop"},
     {.table = "", .key = "expect", .forms = kTable, .shape = Shape::list,
      .meaning = "What must hold; each entry is judged on its own."},
     {.table = "", .key = "expect_append", .forms = kTable, .shape = Shape::list,
@@ -64,7 +69,7 @@ const std::vector<Field> kCase{
     {.table = "case", .key = "kind", .forms = kWord,
      .meaning = "Which case: what is set up, what the values are and what the exact answer is (docs/stability.md).",
      .words = "oscillator|stiffness|chain-order|edge|damping|moving-target|mass-ratio|stiff-in-soft|wall|free-fall|"
-              "hanging-chain|wave|energy|press|degenerate|crushed", .required = true, .example = "\"oscillator\""},
+              "hanging-chain|standing-block|wave|energy|press|degenerate|crushed|numbering", .required = true, .example = "\"oscillator\""},
     {.table = "case", .key = "methods", .forms = kWord, .shape = Shape::list,
      .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
                      "\"vertex-block-descent\"]",
@@ -83,7 +88,7 @@ const std::vector<Field> kCase{
     {.table = "case", .key = "step_size", .forms = kDuration, .default_toml = "\"1 ms\"", .meaning = "Simulation time per step.",
      .kinds = "free-fall", .range = above(0, 1)},
     {.table = "case", .key = "particles", .forms = kInteger, .default_toml = "64",
-     .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|wave",
+     .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|standing-block|wave",
      .range = between(2, 1000)},
     {.table = "case", .key = "iterations", .forms = kInteger,
      .meaning = "Of the methods that iterate. Default: the method's own.", .range = between(1, kMaxIterations), .example = "10"},
@@ -214,20 +219,34 @@ const std::vector<Field> kTiming{
 
 const std::vector<Field> kScene{
     {.table = "scene", .key = "kind", .forms = kWord,
-     .meaning = "`spring`: F = -k x, memoryless. `tissue`: particles on a lattice, each joined to its 18 neighbours by "
-                "springs.",
-     .words = "spring|tissue", .required = true, .example = "\"spring\""},
+     .meaning = "`spring`: F = -k x, memoryless. `wall`: pushes out what is behind its surface. `mode`: a mass between two "
+                "springs, which rings. `tissue`: particles on a lattice, each joined to its 18 neighbours by springs.",
+     .words = "spring|wall|mode|tissue", .required = true, .example = "\"spring\""},
     {.table = "scene", .key = "solver", .forms = kWord, .default_toml = "\"cpu-double\"", .meaning = "What computes it.",
      .words = "opencl|cpu|cpu-double", .kinds = "spring"},
     {.table = "scene", .key = "solver", .forms = kWord, .default_toml = "\"opencl\"",
      .meaning = "What computes it; `cpu` (float) and `opencl` agree bit for bit.", .words = "opencl|cpu|cpu-double",
      .kinds = "tissue"},
-    {.table = "scene", .key = "stiffness", .forms = kQuantity, .default_toml = "\"200 N/m\"", .meaning = "k.",
-     .kinds = "spring",
-     .dimension = D::stiffness, .range = at_least(0)},
+    {.table = "scene", .key = "stiffness", .forms = kQuantity, .default_toml = "\"200 N/m\"",
+     .meaning = "k; of a `mode` at rest, twice that at once.", .kinds = "spring|wall|mode", .dimension = D::stiffness,
+     .range = at_least(0)},
     {.table = "scene", .key = "stiffness", .forms = kQuantity, .default_toml = "\"50 N/m\"",
      .meaning = "k of each spring.", .kinds = "tissue",
      .dimension = D::stiffness, .range = above(0)},
+    {.table = "scene", .key = "normal", .forms = kNumber, .shape = Shape::three, .default_toml = "[1, 0, 0]",
+     .meaning = "Out of the surface, towards the tool; of any length.", .kinds = "wall|mode"},
+    {.table = "scene", .key = "surface", .forms = kQuantity, .default_toml = "\"0 mm\"",
+     .meaning = "Where the surface is along the normal, counted from the origin.", .kinds = "wall|mode", .dimension = D::length},
+    {.table = "scene", .key = "hardening", .forms = kQuantity,
+     .meaning = "F = k (p + p^2 / hardening) at the depth p. Default: F = k p.", .kinds = "wall", .dimension = D::length,
+     .range = above(0), .example = "\"5 mm\""},
+    {.table = "scene", .key = "frequency", .forms = kRate, .meaning = "Of the mass between its springs, the tool held still.",
+     .kinds = "mode", .required = true, .range = between(0.01, 1000), .example = "\"30 Hz\""},
+    {.table = "scene", .key = "damping_ratio", .forms = kNumber, .default_toml = "0.1", .meaning = "Of that mass.", .kinds = "mode",
+     .range = between(0, 10)},
+    {.table = "scene", .key = "one_sided", .forms = kBoolean, .default_toml = "false",
+     .meaning = "It pushes along its normal and never pulls. Otherwise it pushes and pulls along every axis, from the origin.",
+     .kinds = "mode"},
     {.table = "scene", .key = "step_size", .forms = kWord | kDuration | kRate, .default_toml = "\"fill\"",
      .meaning = "Simulation time per step, or steps per simulated second. `fill`: segment / mean N, so that simulated "
                 "time keeps pace with real time (a trace: its length / its steps).",
@@ -317,6 +336,9 @@ const std::vector<Field> kDevice{
      .meaning = "How it touches the tissue, and where (tissue only, obligatory there)."},
     {.table = "device", .key = "motion", .forms = kTable,
      .meaning = "Of the programmed hand. Default: it stays at the origin."},
+    {.table = "device", .key = "delay", .forms = kSpan, .default_toml = "\"0 s\"",
+     .meaning = "From the tick that sends a force to when a `hand` feels it. A programmed motion feels none.",
+     .range = between(0, 1)},
     {.table = "device", .key = "render", .forms = kTable, .meaning = "How scheduled forces reach the device."},
     {.table = "device", .key = "force_limit", .forms = kQuantity, .default_toml = "\"100 N\"",
      .meaning = "A longer force vector is shortened to this before it is sent.", .dimension = D::force, .range = above(0)},
@@ -338,8 +360,10 @@ const std::vector<Field> kDevice{
      .kinds = "spring|probe", .required = true, .dimension = D::stiffness, .range = above(0)},
     {.table = "device.grab", .key = "damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
      .meaning = "Of the whole coupling, shared evenly.", .kinds = "spring", .dimension = D::damping, .range = at_least(0)},
-    {.table = "device.motion", .key = "kind", .forms = kWord, .meaning = "Every motion rests at its start for t < 0.",
-     .words = "still|constant-velocity|sine|ramp-stop|stick-slip|recorded", .required = true, .example = "\"still\""},
+    {.table = "device.motion", .key = "kind", .forms = kWord, .meaning = "Every motion rests at its start for t < 0. `hand`: a mass that feels the force.",
+     .words = kMotions, .required = true, .example = "\"still\""},
+    {.table = "device.motion", .key = "velocity", .forms = kQuantity, .shape = Shape::three,
+     .default_toml = "[\"0 m/s\", \"0 m/s\", \"0 m/s\"]", .meaning = "At t = 0.", .kinds = "hand", .dimension = D::velocity},
     {.table = "device.motion", .key = "velocity", .forms = kQuantity, .shape = Shape::three,
      .meaning = "After the start; of `stick-slip` the mean.",
      .kinds = "constant-velocity|ramp-stop|stick-slip", .required = true, .dimension = D::velocity,
@@ -371,11 +395,68 @@ const std::vector<Field> kDevice{
      .required = true, .example = "\"motion.csv\""},
     {.table = "device.motion", .key = "delay", .forms = kSpan, .default_toml = "\"0 s\"",
      .meaning = "The motion begins this much after t = 0.",
-     .kinds = "constant-velocity|sine|ramp-stop|stick-slip|recorded", .range = between(0, kLongestRun_s)},
+     .kinds = "constant-velocity|sine|ramp-stop|stick-slip|recorded|minimum-jerk", .range = between(0, kLongestRun_s)},
+    {.table = "device.motion", .key = "moves", .forms = kTable, .shape = Shape::list,
+     .meaning = "One after the other, from the origin on; each from rest to rest with the least jerk.", .kinds = "minimum-jerk",
+     .required = true, .example = "[{ to = [\"10 mm\", \"0 mm\", \"0 mm\"], duration = \"0.4 s\" }]"},
+    {.table = "device.motion", .key = "mass", .forms = kQuantity, .meaning = "Of the device's moving part.", .kinds = "hand",
+     .required = true, .dimension = D::mass, .range = above(0), .example = "\"0.2 kg\""},
+    {.table = "device.motion", .key = "damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
+     .meaning = "Of the device, against its motion.", .kinds = "hand", .dimension = D::damping, .range = at_least(0)},
+    {.table = "device.motion", .key = "stiffness", .forms = kQuantity, .default_toml = "\"0 N/m\"",
+     .meaning = "Of what pulls it to its path.", .kinds = "hand", .dimension = D::stiffness, .range = at_least(0)},
+    {.table = "device.motion", .key = "path", .forms = kTable,
+     .meaning = "Where it means to go: any other motion. Default: it means to stay at the origin.", .kinds = "hand"},
+    {.table = "device.motion", .key = "arm", .forms = kTable,
+     .meaning = "Grips the device rigidly. Default: nobody holds it, the worst case.", .kinds = "hand"},
+    {.table = "device.motion", .key = "push", .forms = kQuantity, .shape = Shape::three,
+     .default_toml = "[\"0 N\", \"0 N\", \"0 N\"]", .meaning = "A constant force besides.", .kinds = "hand",
+     .dimension = D::force},
+    {.table = "device.motion", .key = "offset", .forms = kQuantity, .shape = Shape::three,
+     .default_toml = "[\"0 mm\", \"0 mm\", \"0 mm\"]", .meaning = "From the path at t = 0, where it is released.",
+     .kinds = "hand", .dimension = D::length, .range = between(-2, 2)},
+    {.table = "device.motion.moves", .key = "to", .forms = kQuantity, .shape = Shape::three, .meaning = "Where it ends.",
+     .required = true, .dimension = D::length, .example = "[\"10 mm\", \"0 mm\", \"0 mm\"]"},
+    {.table = "device.motion.moves", .key = "duration", .forms = kSpan, .meaning = "Of the move.", .required = true,
+     .range = above(0, kLongestRun_s), .example = "\"0.4 s\""},
+    {.table = "device.motion.moves", .key = "rest", .forms = kSpan, .default_toml = "\"0 s\"",
+     .meaning = "How long it stays there, before the next move.", .range = between(0, kLongestRun_s)},
+    {.table = "device.motion.arm", .key = "mass", .forms = kQuantity, .meaning = "Added to the device's.", .required = true,
+     .dimension = D::mass, .range = at_least(0), .example = "\"0.554 kg\""},
+    {.table = "device.motion.arm", .key = "damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
+     .meaning = "Against its motion relative to the path.", .dimension = D::damping, .range = at_least(0)},
+    {.table = "device.motion.arm", .key = "stiffness", .forms = kQuantity, .default_toml = "\"0 N/m\"",
+     .meaning = "Towards the path.", .dimension = D::stiffness, .range = at_least(0)},
     {.table = "device.render", .key = "kind", .forms = kWord, .default_toml = "\"force\"",
-     .meaning = "The scheduled force itself.", .words = "force"},
+     .meaning = "What a tick sends (docs/stiffness.md). `force`: the scheduled force itself. `local`: with the contact's stiffness, "
+                "corrected for where the hand is by now. `smith`: corrected by a model of one mode.",
+     .words = "force|local|smith"},
     {.table = "device.render", .key = "emission", .forms = kWord, .default_toml = "\"linear\"",
      .meaning = "`hold`: the latest scheduled force. `linear`: between two; one slot more latency.", .words = "linear|hold"},
+    {.table = "device.render", .key = "alpha", .forms = kWord | kNumber, .default_toml = "1.0",
+     .meaning = "The local stiffness is played so many times as stiff. `auto`: what makes up for the latency, and 0.07 more; 1 "
+                "where the hand's damping allows more than that.",
+     .words = "auto", .kinds = "local", .range = above(0, 4)},
+    {.table = "device.render", .key = "stiffness", .forms = kWord, .default_toml = "\"instantaneous\"",
+     .meaning = "Which one the solver reports, as `local_model` of [scene], which this sets.",
+     .words = "instantaneous|settled", .kinds = "local"},
+    {.table = "device.render", .key = "gap", .forms = kBoolean, .default_toml = "true",
+     .meaning = "Whether the distance to a surface that is not touched is used. `false` is a control: the touch then comes late, "
+                "with a jump.",
+     .kinds = "local"},
+    {.table = "device.render", .key = "frequency", .forms = kRate,
+     .meaning = "Of the model's mass between its springs, the tool held still. Default: the scene's, of kind `mode`.",
+     .kinds = "smith", .range = above(0, 1000), .example = "\"7 Hz\""},
+    {.table = "device.render", .key = "damping_ratio", .forms = kNumber,
+     .meaning = "Of that mass; 1 is critical. Default: the scene's, of kind `mode`.", .kinds = "smith", .range = between(0, 10),
+     .example = "0.1"},
+    {.table = "device.render", .key = "static_stiffness", .forms = kQuantity,
+     .meaning = "What the tool feels when the mass has come to rest; each of the two springs has twice that. Default: the "
+                "scene's, of kind `mode`.",
+     .kinds = "smith", .dimension = D::stiffness, .range = above(0)},
+    {.table = "device.render", .key = "factor", .forms = kNumber, .default_toml = "1.1",
+     .meaning = "Both springs are so many times as stiff in the model: too stiff costs little, too soft much.", .kinds = "smith",
+     .range = above(0, 4)},
 };
 
 const std::vector<Field> kRemap{
@@ -444,12 +525,57 @@ const std::vector<Field> kStudy{
      .range = between(1, kMostIterations), .example = "[5, 20]"},
     {.table = "study", .key = "repeats", .forms = kInteger, .default_toml = "5",
      .meaning = "Times that each cost is measured: least, median and greatest are reported.", .range = between(1, 1000)},
+    {.table = "study", .key = "stiffness_limit", .forms = kTable,
+     .meaning = "Look for the largest [scene] `stiffness` at which every strategy is stable in a `hand`, and for nothing else."},
+    {.table = "study.stiffness_limit", .key = "from", .forms = kQuantity, .meaning = "Where the search begins; stable, it should be.",
+     .required = true, .dimension = D::stiffness, .range = above(0), .example = "\"20 N/m\""},
+    {.table = "study.stiffness_limit", .key = "to", .forms = kQuantity, .meaning = "Where it gives up.", .required = true,
+     .dimension = D::stiffness, .range = above(0), .example = "\"30000 N/m\""},
+    {.table = "study.stiffness_limit", .key = "seeds", .forms = kInteger, .default_toml = "1",
+     .meaning = "Stable is what is so with each of so many seeds, from [run] `seed` on.", .range = between(1, 1000)},
+};
+
+const std::vector<Field> kSweep{
+    {.table = "sweep", .key = "seeds", .forms = kText | kInteger, .shape = Shape::one_or_list,
+     .meaning = "Of [run] `seed`. `\"0..30000\"` is 30000 seeds, 0 to 29999. Default: that of [run].",
+     .range = at_least(0), .example = "\"0..30000\""},
+    {.table = "sweep", .key = "stop_after", .forms = kInteger,
+     .meaning = "So many failures, by number of point; what comes after is left out. Not with `find`.", .range = between(1, 1e9),
+     .example = "100"},
+    {.table = "sweep", .key = "keep_worst", .forms = kInteger, .default_toml = "5",
+     .meaning = "Points named at the end: the farthest over their limits, or the nearest below.", .range = between(0, 1000)},
+    {.table = "sweep", .key = "grid", .forms = kTable,
+     .meaning = "Every combination of these values runs with every seed; the first key varies slowest."},
+    {.table = "sweep", .key = "find", .forms = kTable,
+     .meaning = "The sweep passes if there is such a value, whatever fails on its other side."},
+    {.table = "sweep.grid", .key = "*", .forms = kTable | kAnything, .shape = Shape::one_or_list,
+     .meaning = "A key of this scenario, as `--set` names it, and its values; a table is evenly spaced ones.",
+     .example = "[\"5 ms\", \"10 ms\"]"},
+    {.table = "sweep.grid.*", .key = "from", .forms = kLimit, .meaning = "The first value.", .required = true,
+     .example = "\"5 ms\""},
+    {.table = "sweep.grid.*", .key = "to", .forms = kLimit, .meaning = "The last value, in the unit of the first.",
+     .required = true, .example = "\"20 ms\""},
+    {.table = "sweep.grid.*", .key = "count", .forms = kInteger,
+     .meaning = "How many. Those between are rounded to twelve digits, times to a nanosecond.", .required = true,
+     .range = between(2, 100'000), .example = "7"},
+    {.table = "sweep.find", .key = "smallest", .forms = kText,
+     .meaning = "This key of the grid: its smallest value for which it and all larger ones pass.",
+     .example = "\"remap.latency\""},
+    {.table = "sweep.find", .key = "largest", .forms = kText,
+     .meaning = "This key of the grid: its largest value for which it and all smaller ones pass.",
+     .example = "\"timing.visualization\""},
+    {.table = "sweep.find", .key = "where", .forms = kWord, .default_toml = "\"all-pass\"",
+     .meaning = "Every seed, with every value of the other keys.", .words = "all-pass"},
+    {.table = "sweep.find", .key = "at_most", .forms = kLimit, .meaning = "Of `smallest`: a larger one fails the sweep.",
+     .example = "\"16 ms\""},
+    {.table = "sweep.find", .key = "at_least", .forms = kLimit, .meaning = "Of `largest`: a smaller one fails the sweep.",
+     .example = "\"10 ms\""},
 };
 
 const std::vector<Field> kExpect{
     {.table = "expect", .key = "signal", .forms = kText,
      .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
-                "`<device>.buffers.<strategy>`, `solver.<strategy>`, `events.<lane>.<name>` or `run`; `*` for any one part. "
+                "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, `events.<lane>.<name>` or `run`; `*` for any one part. "
                 "Of a case: `case.<method>.<solver>`.",
      .required = true, .example = "\"left.interaction.phase_locked\""},
     {.table = "expect", .key = "metric", .forms = kText, .meaning = "A number of that signal: docs/metrics.md.",
@@ -482,9 +608,29 @@ const std::vector<Field> kExpect{
 
 // clang-format on
 
+/// What a hand means to do is any motion but a hand.
+std::vector<Field> path_fields() {
+  std::vector<Field> rows;
+  for (Field field : kDevice) {
+    if (field.table == "device.motion.moves")
+      field.table = "device.motion.path.moves";
+    else if (field.table == "device.motion" && field.kinds != "hand")
+      field.table = "device.motion.path";
+    else
+      continue;
+    if (field.key == "kind") {
+      field.words = kPaths;
+      field.meaning = "Every motion rests at its start for t < 0.";
+    }
+    rows.push_back(field);
+  }
+  return rows;
+}
+
 std::vector<Field> joined() {
   std::vector<Field> all;
-  for (const std::vector<Field>* part : {&kTop, &kCase, &kRun, &kTiming, &kScene, &kDevice, &kRemap, &kStudy, &kExpect}) {
+  const std::vector<Field> paths = path_fields();
+  for (const std::vector<Field>* part : {&kTop, &kCase, &kRun, &kTiming, &kScene, &kDevice, &paths, &kRemap, &kStudy, &kSweep, &kExpect}) {
     all.insert(all.end(), part->begin(), part->end());
   }
   return all;

@@ -66,8 +66,11 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
     }
   }
   std::vector<StrategyRecord> records(all.size());
-  internal::parallel_for(all.size(), options.threads,
-                         [&](std::size_t i) { records[i] = run_strategy(scenario, all[i], options.control); });
+  RunControl unseen = options.control;  // a twin has the name of a strategy that may be listed, or of another twin
+  unseen.progress = nullptr;
+  internal::parallel_for(all.size(), options.threads, [&](std::size_t i) {
+    records[i] = run_strategy(scenario, all[i], i < plans.size() ? options.control : unseen);
+  });
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const auto twin = twin_of_lead.find(plans[i].lead.ns);
     if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end())
@@ -169,12 +172,15 @@ Nominal nominal_of(const Scenario& scenario) {
   for (const DeviceSpec& device : scenario.devices) {
     Nominal::Device& named = nominal.devices.emplace_back();
     named.name = device.name;
-    if (const auto* constant = std::get_if<ConstantVelocity>(&device.motion.shape))
-      named.speed_m_per_s = glm::length(constant->velocity_m_per_s);
-    if (spring) named.stiffness_N_per_m = spring->stiffness_N_per_m;
-    named.hold_emission = device.emission == Emission::hold;
     named.rate = device.rate;
     named.first_tick = RealTime{device.phase.ns};
+    named.hold_emission = device.emission == Emission::hold;
+    named.force_delay = device.force_delay;
+    named.feels_force = device.hand.has_value();
+    if (spring) named.stiffness_N_per_m = spring->stiffness_N_per_m;
+    if (device.hand) continue;  // what follows is of the motion, which is then only what the hand intends
+    if (const auto* constant = std::get_if<ConstantVelocity>(&device.motion.shape))
+      named.speed_m_per_s = glm::length(constant->velocity_m_per_s);
     if (const auto* sine = std::get_if<Sine>(&device.motion.shape)) {
       const double frequency_Hz = static_cast<double>(sine->frequency.num) / static_cast<double>(sine->frequency.den);
       named.sine = Nominal::Sine{to_vec3(sine->amplitude_m), frequency_Hz, seconds(device.motion.begin - RealTime{0})};

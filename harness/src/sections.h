@@ -22,9 +22,11 @@ void read_timing(ScenarioReading& reading);        ///< sets scenario.nominal an
 void read_run(ScenarioReading& reading);           ///< after read_timing
 void read_devices(ScenarioReading& reading);       ///< after read_timing
 void read_scene(ScenarioReading& reading);         ///< after read_timing and read_devices
+void read_rendering(ScenarioReading& reading);     ///< after read_scene
 void read_remap(ScenarioReading& reading);         ///< after read_timing
 void read_case(ScenarioReading& reading);
 void read_study(ScenarioReading& reading);         ///< after read_scene
+void read_sweep(ScenarioReading& reading);
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 
 std::string in_ms(Duration duration);  ///< "11.1 ms"

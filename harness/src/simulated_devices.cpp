@@ -1,11 +1,36 @@
 #include "evenstep/harness/simulated_devices.h"
 
+#include "evenstep/harness/rendering.h"
+
 namespace evenstep {
+namespace {
+
+std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& scenario, const StrategyPlan& plan,
+                                                              const DeviceSpec& device) {
+  switch (device.render.kind) {
+    case RenderSpec::Kind::force:
+      break;
+    case RenderSpec::Kind::local:
+      return RenderLocal{alpha_of(scenario, plan, device), device.render.knows_gap};
+    case RenderSpec::Kind::smith:
+      // A record is read up to the latency before it is played, or up to a segment where it is played as it comes; the next
+      // one is two slots on; and it is held until it has faded.
+      const Duration slots{2 * scenario.nominal.slot.ns};
+      return RenderSmith{*smith_mode(scenario.scene, device.render), plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
+  }
+  return RenderForce{};
+}
+
+}  // namespace
 
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
   for (const DeviceSpec& device : scenario.devices) {
-    const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1};
-    transports_.emplace_back(clock, device.motion, options);
+    const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay,
+                                         device.name};
+    if (device.hand)
+      transports_.emplace_back(clock, Hand(*device.hand, device.motion), options);
+    else
+      transports_.emplace_back(clock, device.motion, options);
   }
   for (SimulatedTransport& transport : transports_) drivers_.emplace_back(transport);
 }
@@ -32,6 +57,7 @@ std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& pla
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   for (std::size_t tool = 0; tool < links.size(); ++tool) {
     links[tool].emission = scenario.devices[tool].emission;
+    links[tool].render = render_of(scenario, plan, scenario.devices[tool]);
     links[tool].ticks = grids[tool];
     if (plan.kind != StrategyKind::filtered) continue;
     if (remap.filter_force)

@@ -21,10 +21,36 @@ void SolverStep::begins(RealTime began) {
   began_ = began;
 }
 
+void SolverStep::give(int tool, const glm::dvec3& position_m, RealTime read_at) {
+  positions_m[static_cast<std::size_t>(tool)] = position_m;
+  read_at_[static_cast<std::size_t>(tool)] = read_at;
+}
+
+ContactRecord SolverStep::contact(int tool) const {
+  const auto index = static_cast<std::size_t>(tool);
+  ContactRecord record;
+  record.force_N = response.force_N[index];
+  record.tool_m = positions_m[index];
+  record.read_at = read_at_[index];
+  const std::span<const ToolContact> contacts = solver_.contacts();
+  if (contacts.empty()) return record;
+  const ToolContact& contact = contacts[index];
+  const glm::dmat3& k = contact.stiffness_N_per_m;  // [column][row]
+  record.stiffness_N_per_m = {k[0][0], k[1][1], k[2][2], k[1][0], k[2][0], k[2][1]};
+  record.normal = contact.normal;
+  record.gap_m = contact.gap_m;
+  record.unilateral = contact.unilateral;
+  return record;
+}
+
 void SolverStep::run() {
   const double started_s = monotonic_seconds();
   const std::span<const glm::dvec3> tools(positions_m.data(), static_cast<std::size_t>(tool_count_));
-  response = variable_ ? solver_.step(tools, step_s_) : solver_.step(tools);
+  try {
+    response = variable_ ? solver_.step(tools, step_s_) : solver_.step(tools);
+  } catch (const SolverError& error) {
+    throw run_failure(error, step_);
+  }
   for (const glm::dvec3& force_N : response.force_N) {
     if (is_finite(force_N)) continue;
     throw RunFailure("diverged", fmt::format("step {}: the solver's force is not finite", step_),

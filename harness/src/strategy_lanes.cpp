@@ -60,7 +60,9 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   record.variable_step = scene.variable_step;
   record.steps_over_limit = verdict.steps_over_limit;
   record.step_over_limit_max = verdict.step_over_limit_max;
-  record.has_energy = scene.needs_energy;
+  // The spring stores what the hand puts in, exactly; the other closed forms keep no account.
+  record.has_energy = scene.needs_energy && !std::holds_alternative<WallScene>(scene.body) &&
+                      !std::holds_alternative<ModeScene>(scene.body);
   for (const auto& [feature, cost_percent] : info.left_out) {
     record.left_out.push_back(!cost_percent        ? feature
                               : *cost_percent <= 0 ? feature + " (less than 1 % of a step)"
@@ -74,6 +76,22 @@ Scene scene_of(const Scenario& scenario, StrategyKind kind) {
   Scene scene = scenario.scene;
   scene.variable_step = kind == StrategyKind::variable_step;
   return scene;
+}
+
+/// What the scene would have answered without any delay: stepped at the device's own ticks, by what each of them read. Not of a
+/// tissue, whose every step costs.
+void put_undelayed(const Scenario& scenario, const DeviceSpec& device, DeviceRecord& record) {
+  if (std::holds_alternative<TissueScene>(scenario.scene.body)) return;
+  Scene scene = scenario.scene;
+  scene.step_rate = device.rate;
+  scene.tool_count = 1;
+  scene.local_model = LocalModel::none;
+  const std::unique_ptr<Solver> solver = make_solver(scenario.solver, scene);
+  for (TickRow& tick : record.ticks) {
+    const auto [x, y, z] = tick.position_m;
+    const glm::dvec3 position_m(x, y, z);
+    tick.undelayed_N = to_vec3(solver->step(std::span(&position_m, 1)).force_N[0]);
+  }
 }
 
 void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
@@ -130,6 +148,8 @@ StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
     DeviceRecord& device = record_.devices[tool];
     device.counters = counters_of(lanes_[tool]);
+    put_undelayed(scenario_, scenario_.devices[tool], device);
+    if (scenario_.devices[tool].hand) continue;  // where it was is not known beforehand
     for (std::size_t n = 0; n < device.steps.size(); ++n) {
       device.steps[n].true_position_m = to_vec3(position_m(scenario_.devices[tool].motion, record_.steps[n].read));
     }

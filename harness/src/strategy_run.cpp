@@ -1,5 +1,7 @@
 #include "evenstep/harness/strategy_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "evenstep/clock/virtual_clock.h"
@@ -9,7 +11,7 @@
 
 namespace evenstep {
 
-void throw_if_failed(const RunStatus& status, const std::string& strategy) {
+void throw_if_failed(const RunStatus& status, const std::string& strategy, std::int64_t steps) {
   if (status.end == RunEnd::limit) {
     throw RunFailure("limit", strategy + ": " + status.message,
                      "a lane may be waiting for its own instant; raise the limit if the run is really that long");
@@ -22,6 +24,10 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy) {
   } catch (const SolverError& error) {
     const RunFailure failure = run_failure(error);
     throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy);
+  } catch (const HandDiverged& error) {
+    throw RunFailure("diverged", fmt::format("{}: {}", strategy, error.what()),
+                     "a softer scene, a heavier or more damped hand, or a smaller force_limit, which bounds what shakes it",
+                     steps);
   } catch (const DeviceError& error) {
     throw RunFailure("device", strategy + ": " + error.what(),
                      "check the device's cable and permissions; `evenstep list` shows what a scenario can name");
@@ -54,8 +60,8 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
   if (control.worker_thread) executor = std::make_unique<WorkerExecutor>(parts.clock);
   Scheduler scheduler(parts.clock, *executor, {control.limits, control.permute_ties, scenario.keep_rows});
   lanes.spawn(scheduler, scheduler);
-  throw_if_failed(run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control),
-                  name_of(plan.kind));
+  const RunStatus status = run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control);
+  throw_if_failed(status, name_of(plan.kind), static_cast<std::int64_t>(lanes.record().steps.size()));
   StrategyRecord record = lanes.finish(scheduler.events());
   record.trace_hash = scheduler.trace_hash();  // also where no events are kept
   return record;

@@ -236,7 +236,7 @@ class Study {
 
 StudyRecord run_study(const Scenario& scenario, const StudyControl& control) {
   if (!std::holds_alternative<TissueScene>(scenario.scene.body))
-    throw std::invalid_argument("a spring has no steps to compare; a study needs kind = \"tissue\"");
+    throw std::invalid_argument("only a tissue has steps to compare; a study needs kind = \"tissue\"");
   try {
     return Study(scenario, control).run();
   } catch (const SolverError& error) {

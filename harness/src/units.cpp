@@ -13,7 +13,7 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::array<DimensionInfo, 13> kDimensions{{
+constexpr std::array<DimensionInfo, 14> kDimensions{{
     {Dimension::none, "plain number", "1", "0.1"},
     {Dimension::time, "time", "s", "11.1 ms"},
     {Dimension::length, "length", "m", "5 mm"},
@@ -23,6 +23,7 @@ constexpr std::array<DimensionInfo, 13> kDimensions{{
     {Dimension::slew, "force per time", "N/s", "1000 N/s"},
     {Dimension::stiffness, "stiffness", "N/m", "200 N/m"},
     {Dimension::damping, "damping", "N s/m", "0.01 N s/m"},
+    {Dimension::energy, "energy", "J", "1 mJ"},
     {Dimension::mass, "mass", "kg", "0.125 g"},
     {Dimension::rate, "rate", "Hz", "30 Hz"},
     {Dimension::ratio, "ratio", "1", "10 %"},
@@ -131,6 +132,9 @@ const std::vector<Unit>& units() {
       {"kN/m", D::stiffness, 1, 3},
       {"mN s/m", D::damping, 1, -3},
       {"N s/m", D::damping, 1, 0},
+      {"uJ", D::energy, 1, -6},
+      {"mJ", D::energy, 1, -3},
+      {"J", D::energy, 1, 0},
       {"ug", D::mass, 1, -9},
       {"mg", D::mass, 1, -6},
       {"g", D::mass, 1, -3},

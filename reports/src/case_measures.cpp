@@ -20,8 +20,8 @@ double joined(const std::string& metric, double a, double b) {
   return is_least(metric) ? std::min(a, b) : std::max(a, b);
 }
 
-constexpr std::array kStatuses{CellStatus::ok,      CellStatus::damped,   CellStatus::drifting,
-                               CellStatus::refused, CellStatus::diverged, CellStatus::unavailable};
+constexpr std::array kStatuses{CellStatus::ok,       CellStatus::damped,      CellStatus::drifting,   CellStatus::refused,
+                               CellStatus::diverged, CellStatus::unavailable, CellStatus::interrupted};
 
 std::map<std::string, double> measure_row(const CaseRow& row, const std::optional<ValueRange>& at) {
   std::map<std::string, double> values;
@@ -54,6 +54,8 @@ const char* name_of(CellStatus status) {
       return "diverged";
     case CellStatus::unavailable:
       return "unavailable";
+    case CellStatus::interrupted:
+      return "interrupted";
   }
   return "";
 }

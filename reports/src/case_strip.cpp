@@ -25,6 +25,8 @@ std::string cell_text(const CaseCell& cell) {
       return fmt::format("@{}", cell.steps);
     case CellStatus::unavailable:
       return "-";
+    case CellStatus::interrupted:
+      return "not run";
   }
   return "";
 }
@@ -42,6 +44,7 @@ constexpr std::array kLooks = std::to_array<Look>({
     {CellStatus::refused, internal::colour::kVermilion, "#ffffff", "refused by the solver"},
     {CellStatus::diverged, internal::colour::kBlack, "#ffffff", "@: diverged, first bad step"},
     {CellStatus::unavailable, "#bbbbbb", "#000000", "-: not there"},
+    {CellStatus::interrupted, "#eeeeee", "#000000", "interrupted"},
 });
 
 const Look& look_of(CellStatus status) {

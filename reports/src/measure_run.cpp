@@ -3,8 +3,10 @@
 #include <set>
 
 #include "evenstep/reports/measures.h"
+#include "src/closed_loop.h"
 #include "src/judged.h"
 #include "src/sine_response.h"
+#include "src/undelayed.h"
 #include "src/vec3.h"
 
 namespace evenstep {
@@ -212,6 +214,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
     put(values, "jump_max", jump_max(series.value), series.value.size() >= 2);
     const double residual_N = band_rms(series.t_s, series.value, kWindow_s, 20, 500);
     put(values, "residual_20_500_hz", residual_N, series.value.size() >= 3);
+    values.merge(internal::undelayed_values(device, ticks, nominal ? nominal->stop_at : std::nullopt));
   }
   if (steps.empty()) return values;
   const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };
@@ -345,6 +348,8 @@ Metrics measure(const RunRecord& run) {
       metrics[device.name + ".interaction." + strategy.name] = interaction_values(run, strategy, device, steps);
       metrics[device.name + ".force." + strategy.name] = force_values(run, strategy, d, steps);
       metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, d, steps);
+      metrics["closed_loop." + device.name + "." + strategy.name] =
+          internal::closed_loop_values(run, device);
     }
     metrics["solver." + strategy.name] = solver_values(strategy, steps, run.nominal.slot_s);
     for (const auto& [event, count] : strategy.event_counts)

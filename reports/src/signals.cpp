@@ -36,6 +36,12 @@ constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
                                                          {"deviation_max", "N"},
                                                          {"deviation_rms", "N"},
                                                          {"jump_max", "N"},
+                                                         {"error_max", "N"},
+                                                         {"error_rms", "N"},
+                                                         {"error_share", "1"},
+                                                         {"error_at_stop", "N"},
+                                                         {"onset_delay", "s"},
+                                                         {"ghost_force", "N"},
                                                          {"residual_20_500_hz", "N"},
                                                          {"deviation_from_ideal", "N"},
                                                          {"schedule_latency", "s"},
@@ -78,6 +84,13 @@ constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacit
                                                            {"gate_wait", "s"},
                                                            {"interaction_lateness_max", "s"},
                                                            {"force_lateness_max", "s"}});
+constexpr std::array kClosedLoop = std::to_array<MetricUnit>({{"energy_min", "J"},
+                                                              {"energy_end", "J"},
+                                                              {"energy_per_cycle", "J"},
+                                                              {"rendered_damping", "N s/m"},
+                                                              {"peak_to_peak", "m"},
+                                                              {"oscillation_ratio", "1"},
+                                                              {"stable", "count"}});
 constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"},
                                                           {"non_finite", "count"},
                                                           {"first_bad_step", "count"},
@@ -106,6 +119,7 @@ constexpr std::array kCase = std::to_array<MetricUnit>({{"cells", "count"},
                                                         {"refused", "count"},
                                                         {"diverged", "count"},
                                                         {"unavailable", "count"},
+                                                        {"interrupted", "count"},
                                                         {"schedule_difference", "count"},
                                                         {"closed_form_error", "1"},
                                                         {"energy_over_bound", "1"},
@@ -127,6 +141,7 @@ constexpr std::array kCase = std::to_array<MetricUnit>({{"cells", "count"},
                                                         {"energy_trend", "1"},
                                                         {"speed_error", "1"},
                                                         {"device_difference", "count"},
+                                                        {"numbering_difference", "1"},
                                                         {"step_over_limit", "1"}});
 
 using Table = std::span<const MetricUnit>;
@@ -149,6 +164,7 @@ std::vector<Table> tables_of(std::string_view signal) {
   if (parts.size() == 2 && parts[0] == "solver") return {kSolver};
   if (parts.size() != 3) return {};
   if (parts[0] == "case") return {kCase};
+  if (parts[0] == "closed_loop") return {kClosedLoop};
   if (parts[0] == "events") {
     const bool lane = parts[1] == "completion" || parts[1] == "device" || parts[1] == "launch" || parts[1] == "*";
     return lane ? std::vector<Table>{kEvents} : std::vector<Table>{};

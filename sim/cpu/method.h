@@ -47,7 +47,8 @@ class CellMethod {
  public:
   virtual ~CellMethod() = default;
   /// One substep from (u, v) to (u, v). Tools move in a straight line, and with them the particles that they grab.
-  virtual void substep(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& before, const ToolStates& after) = 0;
+  virtual void substep(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& before,
+                       const ToolStates& after) = 0;
   /// The substep's length has changed.
   virtual void set_substep(double substep_s) = 0;
 };

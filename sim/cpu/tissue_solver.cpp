@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <deque>
 #include <type_traits>
 #include <utility>
 
-#include "cpu/cell_loops.h"
+#include "cpu/cell_forces.h"
 #include "cpu/cpu_solvers.h"
+#include "cpu/host_cells.h"
 #include "cpu/method.h"
 #include "evenstep/time/digest.h"
 
@@ -35,13 +35,13 @@ class CpuTissue final : public TissueSolver {
         velocity_(lattice().cells),
         before_(is_verlet_ || features.axial_damping ? lattice().cells : 0),
         acceleration_(is_verlet_ ? lattice().cells : 0),
-        active_(lattice().active.begin(), lattice().active.end()),
-        mobile_(lattice().mobile.begin(), lattice().mobile.end()),
+        host_cells_(scene(), lattice(), features),
+        cells_(host_cells_.arrays()),
+        all_{scene(), lattice(), this->features(), constants_, cells_},
+        method_(make_method<Real>(all_, substep_s())),
         energies_(features.energy ? lattice().span : 0),
         gravity_energies_(features.energy && features.gravity ? lattice().span : 0),
         probe_sums_(features.probes() ? lattice().span / kChunk * features.probe_values() : 0) {
-    fill_cells();
-    method_ = make_method<Real>({scene(), lattice(), this->features(), constants_, cells_}, substep_s());
     to_start();
   }
 
@@ -59,7 +59,7 @@ class CpuTissue final : public TissueSolver {
       });
     });
     std::swap(now_, next_);
-    put_grabs(after, velocity_);
+    end_grabs(all_, after, write(now_), write(velocity_));
   }
 
   void set_substep(double substep_s) override {
@@ -150,26 +150,6 @@ class CpuTissue final : public TissueSolver {
   Real* first(std::vector<Real>& cells) const { return cells.data() + lattice().first; }
   Vectors<const Real> read(const Field& field) const { return {first(field.x), first(field.y), first(field.z)}; }
   Vectors<Real> write(Field& field) const { return {first(field.x), first(field.y), first(field.z)}; }
-  /// An array made for this scene, from the lattice's first cell on.
-  const Real* keep(std::vector<Real> cells) { return first(kept_.emplace_back(std::move(cells))); }
-
-  void fill_cells() {
-    cells_.active = first(active_);
-    cells_.mobile = cells_.inverse_mass = cells_.mass = first(mobile_);
-    cells_.offset = lattice().offset;
-    if (features().regions) {
-      MaterialArrays<Real> materials(scene(), lattice());
-      cells_.stiffness = keep(std::move(materials.stiffness));
-      cells_.inverse_mass = keep(std::move(materials.inverse_mass));
-      if (needs_mass(features(), scene().method)) cells_.mass = keep(std::move(materials.mass));
-    }
-    for (std::size_t tool = 0; tool < kMaxTools; ++tool)
-      if (features().spring[tool]) cells_.held[tool] = keep(held_cells<Real>(scene(), lattice(), tool));
-    if (!features().probes()) return;
-    const auto rest_m = [&](int component) { return keep(rest_positions<Real>(scene(), lattice(), component)); };
-    cells_.rest_m = {rest_m(0), rest_m(1), rest_m(2)};
-  }
-
   template <class Loop>
   void for_chunks(const Loop& loop) {
     for (std::ptrdiff_t begin = 0; begin < count(); begin += static_cast<std::ptrdiff_t>(kChunk)) loop(begin, forces_);
@@ -182,7 +162,7 @@ class CpuTissue final : public TissueSolver {
     component(velocity_.x, acceleration_.x, before_.x, now_.x);
     component(velocity_.y, acceleration_.y, before_.y, now_.y);
     component(velocity_.z, acceleration_.z, before_.z, now_.z);
-    put_grabs(after, before_);
+    end_grabs(all_, after, write(now_), write(before_));
     accelerate(after);
   }
 
@@ -195,16 +175,6 @@ class CpuTissue final : public TissueSolver {
                                                                write(velocity_), write(acceleration_));
       });
     });
-  }
-
-  void put_grabs(const ToolStates& tools, Field& velocity) {
-    for (std::size_t tool = 0; tool < lattice().held.size(); ++tool) {
-      if (!features().grab[tool]) continue;
-      for (const std::uint32_t i : lattice().held[tool]) {
-        now_.put(i, tools[tool].offset_m);
-        velocity.put(i, tools[tool].velocity_m_per_s);
-      }
-    }
   }
 
   /// The velocity that forces are evaluated with.
@@ -254,9 +224,9 @@ class CpuTissue final : public TissueSolver {
   Field now_, next_, velocity_;        // displacement from rest, m; m/s
   Field before_;                       // the velocity that forces see: before the substep, or half of one before its end
   Field acceleration_;                 // Verlet, m/s2
-  std::vector<Real> active_, mobile_;  // 1 or 0
-  std::deque<std::vector<Real>> kept_;
-  CellArrays<Real> cells_;
+  HostCells<Real> host_cells_;
+  const CellArrays<Real>& cells_;
+  MethodCells<Real> all_;
   std::unique_ptr<CellMethod<Real>> method_;  // null for the explicit methods of one loop
   std::vector<Real> energies_, gravity_energies_;  // span, J
   std::vector<Real> probe_sums_;

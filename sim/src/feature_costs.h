@@ -1,6 +1,7 @@
 #pragma once
 /// What each feature would add to the CPU time of a substep with symplectic Euler, percent: `scripts/bench.sh features` on
-/// 20,270 particles, PoCL's basic driver, the machine of docs/performance.md. Costs below 1 % are below what can be measured.
+/// 20,270 particles, PoCL's basic driver, the machine of docs/performance.md. Costs below 1 % are below what can be
+/// measured.
 
 #include <array>
 

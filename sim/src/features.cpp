@@ -80,7 +80,8 @@ int scalar_arrays(const SceneFeatures& features, Method method) {
   if (features.regions) arrays += 2;                                             // stiffness and inverse mass
   if (needs_mass(features, method)) arrays += 1;
   if (method == Method::rk4) arrays += 5 * 3;                                               // two stages, a slope, two sums
-  if (method == Method::implicit_euler || method == Method::implicit_midpoint) arrays += 5 * 3 + 2;  // cpu/methods/implicit.cpp
+  if (method == Method::implicit_euler || method == Method::implicit_midpoint)
+    arrays += 5 * 3 + 2;  // cpu/methods/implicit.cpp
   if (method == Method::vertex_block_descent) arrays += 2 * 3 + 1;                          // start, guess; moves and lists
   arrays += features.spring[0] + features.spring[1];
   if (features.probes()) arrays += 3;  // where it rests

@@ -27,11 +27,11 @@ std::string millimetres(const glm::dvec3& v) {
   return fmt::format("({:g}, {:g}, {:g}) mm", v.x * 1e3, v.y * 1e3, v.z * 1e3);
 }
 
-bool is_fixed(const TissueScene& scene, std::int64_t x, std::int64_t y, std::int64_t z) {
+bool is_fixed(const TissueScene& scene, int x, int y, int z) {
   const auto [nx, ny, nz] = scene.lattice;
   const FixedFaces& fixed = scene.fixed;
-  return (fixed.x_min && x == 0) || (fixed.x_max && x == nx - 1) || (fixed.y_min && y == 0) || (fixed.y_max && y == ny - 1) ||
-         (fixed.z_min && z == 0) || (fixed.z_max && z == nz - 1);
+  return (fixed.x_min && x == 0) || (fixed.x_max && x == nx - 1) || (fixed.y_min && y == 0) ||
+         (fixed.y_max && y == ny - 1) || (fixed.z_min && z == 0) || (fixed.z_max && z == nz - 1);
 }
 
 std::string fixed_faces(const FixedFaces& fixed) {
@@ -103,7 +103,7 @@ Lattice::Lattice(const TissueScene& scene) : nx_(scene.lattice[0]), ny_(scene.la
   mobile.assign(cells, 0);
   held.resize(scene.tools.size());
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
-    const std::int64_t x = site % nx, y = site / nx % ny, z = site / nx / ny;
+    const auto [x, y, z] = site_coordinates(scene, site);
     const std::size_t at = cell(site);
     active[at] = 1;
     if (is_fixed(scene, x, y, z)) continue;
@@ -192,7 +192,8 @@ void check_tissue(const TissueScene& scene, int tool_count) {
     require(initial->empty() || static_cast<std::int64_t>(initial->size()) == scene.particle_count,
             fmt::format("an initial state of {} particles for {}", initial->size(), scene.particle_count), "one entry each");
     for (const glm::dvec3& value : *initial)
-      require(finite(value) && greatest(value) <= 1e15, "an initial state that is not finite", "metres and metres per second");
+      require(finite(value) && greatest(value) <= 1e15, "an initial state that is not finite",
+              "metres and metres per second");
   }
 }
 

@@ -22,6 +22,12 @@ struct Neighbour {
 /// 6 faces, then 12 edges; the order of summation in every solver.
 extern const std::array<Neighbour, kNeighbours> kNeighbourhood;
 
+/// x, y, z of the site x + nx (y + ny z).
+inline std::array<int, 3> site_coordinates(const TissueScene& scene, std::int64_t site) {
+  const auto [nx, ny, nz] = scene.lattice;
+  return {static_cast<int>(site % nx), static_cast<int>(site / nx % ny), static_cast<int>(site / nx / ny)};
+}
+
 struct Lattice {
   explicit Lattice(const TissueScene& scene);
   /// Of site x + nx (y + ny z).

@@ -10,9 +10,9 @@ Materials::Materials(const TissueScene& scene, const Lattice& lattice)
   }
   if (scene.regions.empty()) return;
   region_.assign(lattice.cells, 0);
-  const auto [nx, ny, nz] = scene.lattice;
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
-    const glm::dvec3 at_m = glm::dvec3(site % nx, site / nx % ny, site / nx / ny) * scene.spacing_m;
+    const auto [x, y, z] = site_coordinates(scene, site);
+    const glm::dvec3 at_m = glm::dvec3(x, y, z) * scene.spacing_m;
     for (std::size_t r = 0; r < scene.regions.size(); ++r) {
       const auto& [min_m, max_m, stiffness, mass] = scene.regions[r];
       const bool inside = at_m.x >= min_m.x && at_m.y >= min_m.y && at_m.z >= min_m.z && at_m.x <= max_m.x &&

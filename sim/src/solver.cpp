@@ -2,6 +2,7 @@
 
 #include "cpu/cpu_solvers.h"
 #include "opencl/opencl_solver.h"
+#include "src/environments.h"
 
 namespace evenstep {
 
@@ -10,8 +11,10 @@ std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const S
     throw SolverError(SolverFault::bad_scene, std::to_string(scene.tool_count) + " tools",
                       "at most " + std::to_string(kMaxTools));
   }
-  // A spring is one multiplication: it has no device, and every solver kind gives it the same bits.
+  // These are a few operations in double: they have no device, and every solver kind gives them the same bits.
   if (std::holds_alternative<SpringScene>(scene.body)) return internal::make_spring_solver(scene);
+  if (std::holds_alternative<WallScene>(scene.body)) return internal::make_wall_solver(scene);
+  if (std::holds_alternative<ModeScene>(scene.body)) return internal::make_mode_solver(scene);
   const internal::SceneFeatures features = internal::features_of(scene);
   switch (kind) {
     case SolverKind::cpu_float:

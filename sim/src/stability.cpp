@@ -12,6 +12,7 @@
 #include "evenstep/sim/solver.h"
 #include "src/lattice.h"
 #include "src/materials.h"
+#include "src/rest_hessian.h"
 #include "src/symmetric_eigenvalue.h"
 
 namespace evenstep {
@@ -107,9 +108,11 @@ CubeBounds largest_cube_bounds(const TissueScene& scene, const Lattice& lattice,
     std::uint64_t key = 0;
     std::array<std::uint8_t, 8> kinds{};
     for (std::size_t corner = 0; corner < 8; ++corner) {
-      const std::ptrdiff_t at = cell + static_cast<std::ptrdiff_t>(corner & 1u) + static_cast<std::ptrdiff_t>((corner >> 1) & 1u) * px +
+      const std::ptrdiff_t at = cell + static_cast<std::ptrdiff_t>(corner & 1u) +
+                                static_cast<std::ptrdiff_t>((corner >> 1) & 1u) * px +
                                 static_cast<std::ptrdiff_t>(corner >> 2) * layer;
-      if (at >= 0 && at < static_cast<std::ptrdiff_t>(lattice.cells)) kinds[corner] = particles.kind[static_cast<std::size_t>(at)];
+      if (at >= 0 && at < static_cast<std::ptrdiff_t>(lattice.cells))
+        kinds[corner] = particles.kind[static_cast<std::size_t>(at)];
       key = key << 8 | kinds[corner];
     }
     if (key == last) continue;  // nearly always, and 0 is nobody
@@ -173,7 +176,8 @@ double probes_per_s2(const TissueScene& scene, const Particles& particles) {
 /// (pi, pi, 0). Otherwise by power iteration: from below, a fraction of a percent.
 double rest_state_lambda(const TissueScene& scene, const Lattice& lattice, const Particles& particles) {
   if (scene.regions.empty()) return 12 * scene.stiffness_N_per_m / scene.particle_mass_kg;
-  std::vector<glm::dvec3> x(lattice.cells, glm::dvec3(0)), y = x;
+  const internal::RestHessian hessian(scene, lattice);
+  std::vector<glm::dvec3> x(lattice.cells, glm::dvec3(0)), y = x, z = x;
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
     const std::size_t cell = lattice.cell(site);
     const auto component = [&](std::uint64_t n) {
@@ -185,21 +189,10 @@ double rest_state_lambda(const TissueScene& scene, const Lattice& lattice, const
   constexpr int kRounds = 100;
   for (int round = 0; round < kRounds; ++round) {
     double xx = 0, xy = 0, yy = 0;
-    for (std::int64_t site = 0; site < scene.particle_count; ++site) {
-      const std::size_t cell = lattice.cell(site);
-      const Particle& particle = particles[cell];
-      if (!particle.mobile) continue;
-      glm::dvec3 sum = x[cell] * (particle.held_N_per_m / std::sqrt(particle.mass_kg));
-      for (std::size_t s = 0; s < internal::kNeighbours; ++s) {
-        const std::size_t to = cell + static_cast<std::size_t>(lattice.offset[s]);
-        const Particle& other = particles[to];
-        if (!other.active) continue;
-        const internal::Neighbour& d = internal::kNeighbourhood[s];
-        const glm::dvec3 n(d.dx, d.dy, d.dz), difference = x[cell] / std::sqrt(particle.mass_kg) - x[to] / std::sqrt(other.mass_kg);
-        const double k = internal::spring_stiffness(particle.stiffness_N_per_m, other.stiffness_N_per_m);
-        sum += n * (k * glm::dot(n, difference) / glm::dot(n, n));
-      }
-      y[cell] = sum / std::sqrt(particle.mass_kg);
+    for (const std::size_t cell : hessian.mobile()) z[cell] = x[cell] / std::sqrt(particles[cell].mass_kg);
+    hessian.apply(z, y);
+    for (const std::size_t cell : hessian.mobile()) {
+      y[cell] /= std::sqrt(particles[cell].mass_kg);
       xx += glm::dot(x[cell], x[cell]);
       xy += glm::dot(x[cell], y[cell]);
       yy += glm::dot(y[cell], y[cell]);

@@ -87,9 +87,8 @@ template std::vector<double> held_cells(const TissueScene&, const Lattice&, std:
 template <class Real>
 std::vector<Real> rest_positions(const TissueScene& scene, const Lattice& lattice, int component) {
   std::vector<Real> rest_m(lattice.cells);
-  const auto [nx, ny, nz] = scene.lattice;
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
-    const std::int64_t at = component == 0 ? site % nx : component == 1 ? site / nx % ny : site / nx / ny;
+    const int at = site_coordinates(scene, site)[static_cast<std::size_t>(component)];
     rest_m[lattice.cell(site)] = static_cast<Real>(static_cast<double>(at) * scene.spacing_m);
   }
   return rest_m;

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cfloat>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 
 #include "src/iterations.h"
@@ -49,14 +50,17 @@ TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, st
 }
 
 void TissueSolver::prepare_local_model() {
+  contacts_.resize(scene_.tools.size());
   for (std::size_t tool = 0; tool < scene_.tools.size(); ++tool) {
     const ToolCoupling& coupling = scene_.tools[tool];
-    if (coupling.kind == CouplingKind::probe) continue;
-    if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
+    if (coupling.kind == CouplingKind::probe) {
+      if (local_model_ == LocalModel::settled && !probe_compliance_) probe_compliance_.emplace(scene_, lattice_);
+    } else if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
     else if (coupling.kind == CouplingKind::spring) settled_[tool] = glm::dmat3(coupling.stiffness_N_per_m);
     else if (!grab_stiffness_) grab_stiffness_.emplace(scene_, lattice_);
   }
   if (grab_stiffness_) watched_ = grab_stiffness_->cells();
+  if (probe_compliance_) watched_ = probe_compliance_->cells();
 }
 
 ToolReadings TissueSolver::empty_readings() const {
@@ -85,6 +89,7 @@ ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m, std::op
   for (std::size_t tool = 0; tool < tools; ++tool) offset_m_[tool] = positions_m[tool] - origin_m_[tool];
 
   const ToolResponse response = sum_forces();
+  for (std::size_t tool = 0; tool < contacts_.size(); ++tool) contacts_[tool] = contact(tool);
   for (std::size_t tool = 0; tool < tools; ++tool) note_finite(finite(response.force_N[tool]));
   if (features_.energy) balance_energy(std::span(moved_m.data(), tools), response);
   last_response_ = response;
@@ -143,7 +148,6 @@ ToolResponse TissueSolver::sum_forces() {
     if (scene_.tools[tool].kind == CouplingKind::probe)
       sum_N = glm::dvec3(probe[0], probe[1], probe[2]) * -scene_.stiffness_N_per_m;
     sum_N = canonical(sum_N);
-    if (features_.local_model) response.contact[tool] = contact(tool);
   }
   return response;
 }
@@ -151,15 +155,25 @@ ToolResponse TissueSolver::sum_forces() {
 ToolContact TissueSolver::contact(std::size_t tool) const {
   const ToolCoupling& coupling = scene_.tools[tool];
   const auto& [x, y, z] = tools_[tool].offset_m;
-  ToolContact contact{true, canonical(coupling.center_m + glm::dvec3(x, y, z)), 0, settled_[tool]};
+  const glm::dvec3 center_m = canonical(coupling.center_m + glm::dvec3(x, y, z));
+  ToolContact contact{.touching = true, .point_m = center_m, .stiffness_N_per_m = settled_[tool]};
   if (coupling.kind == CouplingKind::grab && grab_stiffness_)
     contact.stiffness_N_per_m = grab_stiffness_->of(tool, readings_.displacement_m);
   if (coupling.kind == CouplingKind::probe) {
     const auto& [fx, fy, fz, depth, px, py, pz, xx, yy, zz, xy, xz, yz, gap_m] = readings_.probes[tool];
     contact.touching = depth > 0;
-    if (contact.touching) contact.point_m = canonical(glm::dvec3(px, py, pz) / depth);
+    contact.unilateral = true;
+    if (contact.touching) {
+      contact.point_m = canonical(glm::dvec3(px, py, pz) / depth);
+      const glm::dvec3 out_m = center_m - contact.point_m;
+      const double length_m = glm::length(out_m);
+      if (length_m > 0) contact.normal = out_m / length_m;
+    }
     contact.gap_m = gap_m;
     contact.stiffness_N_per_m = glm::dmat3(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scene_.stiffness_N_per_m;
+    if (probe_compliance_)
+      contact.stiffness_N_per_m =
+          probe_compliance_->settled(tool, {x, y, z}, readings_.displacement_m, contact.stiffness_N_per_m);
   }
   for (int column = 0; column < 3; ++column)
     contact.stiffness_N_per_m[column] = canonical(contact.stiffness_N_per_m[column]);
@@ -221,6 +235,7 @@ void TissueSolver::reset() {
   offset_m_.clear();
   tools_ = {};
   last_response_ = {};
+  std::fill(contacts_.begin(), contacts_.end(), ToolContact{});
   verdict_ = {};
   steps_ = 0;
   work_J_ = worst_excess_J_ = 0;

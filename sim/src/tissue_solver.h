@@ -52,6 +52,7 @@ class TissueSolver : public Solver {
  public:
   TissueSolver(const Scene& scene, const SceneFeatures& features, std::string name);
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s) final;
+  std::span<const ToolContact> contacts() const final { return contacts_; }
   std::uint64_t state_digest() final { return features_.digest ? digest() : 0; }
   void reset() final;
   ParticleState particle_state() final;
@@ -82,7 +83,7 @@ class TissueSolver : public Solver {
   /// To the scene's initial state; the last thing a solver's constructor does.
   void to_start();
   void set_device(std::string device) { info_.device = std::move(device); }
-  /// Cells that the local model of a grab is made of; empty where nobody asks for it.
+  /// Cells that the local model of a grab or a probe is made of; empty where nobody asks for it.
   const std::vector<std::uint32_t>& watched() const { return watched_; }
   ToolReadings empty_readings() const;
 
@@ -101,7 +102,8 @@ class TissueSolver : public Solver {
   Lattice lattice_;
   SceneFeatures features_;
   LocalModel local_model_;
-  std::optional<GrabStiffness> grab_stiffness_;
+  std::optional<GrabStiffness> grab_stiffness_;      // instantaneous, of a grab
+  std::optional<ProbeCompliance> probe_compliance_;  // settled, of a probe
   std::array<glm::dmat3, kMaxTools> settled_{};  // or whatever else stays the same
   std::vector<std::uint32_t> watched_;
   SolverInfo info_;
@@ -110,6 +112,7 @@ class TissueSolver : public Solver {
   std::vector<glm::dvec3> origin_m_, offset_m_;  // per tool: first sample; displacement since
   ToolStates tools_{};                           // at the end of the last substep
   ToolResponse last_response_;
+  std::vector<ToolContact> contacts_;  // per tool; empty where nobody asks for them
   SolverVerdict verdict_;
   std::int64_t steps_ = 0;
   double initial_energy_J_ = 0, work_J_ = 0, energy_scale_J_ = 0, worst_excess_J_ = 0;

@@ -201,3 +201,33 @@ TEST_CASE("before t = 0 every motion holds its position at 0") {
       CHECK(position_m(motion, RealTime{ns}) == position_m(motion, RealTime{0}));
   }
 }
+
+TEST_CASE("a minimum-jerk motion goes from rest to rest through its points by the closed form") {
+  const MinimumJerk motion{{{{0.01, 0, -0.02}, Duration{400 * kMs}, Duration{100 * kMs}},
+                            {{0.03, 0.01, 0}, Duration{kSecond}, Duration{0}},
+                            {{0, 0, 0}, Duration{1}, Duration{0}}}};
+  const auto part = [](long double u) { return u <= 0 ? 0 : u >= 1 ? 1 : u * u * u * (10 - 15 * u + 6 * u * u); };
+  for (std::int64_t ns = -kMs; ns <= 1'500 * kMs; ns += 997'001) {
+    const long double first = part(ns / 0.4e9L), second = part((ns - 500 * kMs) / 1e9L);
+    const glm::dvec3 x = position_m(motion, RealTime{ns});
+    // A dozen roundings of values below 0.03.
+    CHECK(std::abs(x.x - (0.01L * first + 0.02L * second)) < 1e-16);
+    CHECK(std::abs(x.y - 0.01L * second) < 1e-16);
+    CHECK(std::abs(x.z - (-0.02L * first + 0.02L * second)) < 1e-16);
+  }
+  CHECK(position_m(motion, RealTime{450 * kMs}) == glm::dvec3(0.01, 0, -0.02));  // rests
+  CHECK(position_m(motion, RealTime{1'500 * kMs}) == glm::dvec3(0.03, 0.01, 0));
+  CHECK(position_m(motion, RealTime{1'500 * kMs + 1}) == glm::dvec3(0));
+  CHECK(position_m(MinimumJerk{}, RealTime{kSecond}) == glm::dvec3(0));
+}
+
+TEST_CASE("a minimum-jerk move has its greatest speed, 15/8 of the mean, half-way, and no speed at its ends") {
+  const MinimumJerk motion{{{{0.01, 0, 0}, Duration{400 * kMs}, Duration{0}}}};
+  const auto speed = [&](std::int64_t ns) { return (x_m(motion, ns + 1000) - x_m(motion, ns - 1000)) / 2e-6; };
+  double greatest = 0;
+  for (std::int64_t ns = 0; ns <= 400 * kMs; ns += kMs) greatest = std::max(greatest, speed(ns));
+  CHECK(greatest == Approx(1.875 * 0.01 / 0.4).epsilon(1e-9));
+  CHECK(speed(200 * kMs) == Approx(greatest));
+  CHECK(std::abs(speed(0)) < 1e-9);
+  CHECK(std::abs(speed(400 * kMs)) < 1e-9);
+}

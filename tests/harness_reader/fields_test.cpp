@@ -53,7 +53,7 @@ std::string unit_table() {
   std::string out = "\n| of | units |\n|---|---|\n";
   for (const Dimension d :
        {Dimension::time, Dimension::length, Dimension::velocity, Dimension::acceleration, Dimension::force, Dimension::slew,
-        Dimension::stiffness, Dimension::damping, Dimension::mass, Dimension::rate, Dimension::ratio, Dimension::drift}) {
+        Dimension::stiffness, Dimension::damping, Dimension::energy, Dimension::mass, Dimension::rate, Dimension::ratio, Dimension::drift}) {
     std::string names;
     for (const Unit& unit : units()) {
       if (unit.dimension == d) names += fmt::format("{}`{}`", names.empty() ? "" : ", ", unit.name);
@@ -90,7 +90,7 @@ void check_alone(const Field& field, std::string_view toml) {
   for (std::string_view path = field.table; !path.empty();) {
     const std::size_t dot = path.rfind('.');
     const std::string_view key = dot == std::string_view::npos ? path : path.substr(dot + 1);
-    if (key == "device" || key == "expect" || key == "changes" || key == "regions") {
+    if (key == "device" || key == "expect" || key == "changes" || key == "regions" || key == "moves") {
       Value list = parse_toml_value("[]", kHere);
       list.list.push_back(std::move(document));
       document = std::move(list);

@@ -211,6 +211,34 @@ TEST_CASE("Every method, face and local model is read as the one it names") {
   CHECK(model("settled") == LocalModel::settled);
 }
 
+TEST_CASE("What a device renders is read with its defaults, and asks the scene for its stiffness") {
+  const auto rendered = [](const std::string& base, const std::string& keys) {
+    return good(base, {{"device.left.render={ " + keys + " }"}, {}});
+  };
+  const Scenario plain = good(kSpring, {});
+  CHECK(plain.devices[0].render.kind == RenderSpec::Kind::force);
+  CHECK(plain.scene.local_model == LocalModel::none);
+  const Scenario local = rendered(kSpring, "kind = \"local\", emission = \"hold\"");
+  CHECK(local.devices[0].render.kind == RenderSpec::Kind::local);
+  CHECK(local.devices[0].emission == Emission::hold);
+  CHECK(local.devices[0].render.alpha == 1.0);
+  CHECK(local.devices[0].render.knows_gap);
+  CHECK(local.scene.local_model == LocalModel::instantaneous);
+  const Scenario all = rendered(kSpring, "kind = \"local\", alpha = \"auto\", stiffness = \"settled\", gap = false");
+  CHECK_FALSE(all.devices[0].render.alpha);
+  CHECK_FALSE(all.devices[0].render.knows_gap);
+  CHECK(all.scene.local_model == LocalModel::settled);
+  CHECK(rendered(kSpring, "kind = \"local\", alpha = 2").devices[0].render.alpha == 2.0);
+  const Scenario smith =
+      rendered(kSpring, "kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.2, static_stiffness = \"300 N/m\"");
+  CHECK(smith.devices[0].render.kind == RenderSpec::Kind::smith);
+  CHECK(smith.devices[0].render.mode.frequency_Hz == 7.0);
+  CHECK(smith.devices[0].render.mode.damping_ratio == 0.2);
+  CHECK(smith.devices[0].render.mode.static_N_per_m == 300.0);
+  CHECK(smith.devices[0].render.factor == 1.1);
+  CHECK(smith.scene.local_model == LocalModel::none);
+}
+
 TEST_CASE("Each form of the timing table gives its exact nominal times") {
   struct {
     const char* timing;
@@ -347,6 +375,63 @@ TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
   CHECK(rows[1].first.ns == 33'333'333);
   CHECK(rows[1].second.y == -2e-3);
   check_round_trip(*result.scenario);
+}
+
+TEST_CASE("A hand reads its plant, its arm, its path and what it starts with") {
+  std::string text = kSpring;
+  text.replace(text.find("warmup"), 21, "strategies = [\"direct\"]");
+  text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
+               "delay = \"1 ms\"\n[device.motion]\nkind = \"hand\"\nmass = \"200 g\"\ndamping = \"1 N s/m\"\nstiffness = \"2 N/m\"\n"
+               "arm = { mass = \"0.554 kg\", damping = \"6.45 N s/m\", stiffness = \"135 N/m\" }\npush = [\"-1 N\", \"0 N\", \"2 mN\"]\n"
+               "offset = [\"5 mm\", \"0 mm\", \"0 mm\"]\nvelocity = [\"0 m/s\", \"1 cm/s\", \"0 m/s\"]\n"
+               "path = { kind = \"minimum-jerk\", delay = \"1 segment\", moves = [\n"
+               "  { to = [\"10 mm\", \"0 mm\", \"0 mm\"], duration = \"0.4 s\", rest = \"1 s\" },\n"
+               "  { to = [\"0 mm\", \"0 mm\", \"3 mm\"], duration = \"12 ms\" }] }\n");
+  text.replace(text.find("left.interaction.direct"), 23, "closed_loop.left.direct");
+  text.replace(text.find("velocity_jump"), 13, "energy_min");
+  text.replace(text.find("min = \"4 step\""), 14, "min = \"-1 mJ\"");
+  const Scenario s = good(text);
+  const DeviceSpec& device = s.devices[0];
+  REQUIRE(device.hand);
+  CHECK(device.force_delay.ns == 1'000'000);
+  CHECK(device.hand->mass_kg == 0.2);
+  CHECK(device.hand->damping_N_s_per_m == 1);
+  CHECK(device.hand->total_mass_kg() == 0.2 + 0.554);
+  CHECK(device.hand->total_damping_N_s_per_m() == 1 + 6.45);
+  CHECK(device.hand->total_stiffness_N_per_m() == 2 + 135);
+  CHECK(device.hand->push_N == glm::dvec3(-1, 0, 2e-3));
+  CHECK(device.hand->offset_m == glm::dvec3(5e-3, 0, 0));
+  CHECK(device.hand->velocity_m_per_s == glm::dvec3(0, 0.01, 0));
+  const auto& path = std::get<MinimumJerk>(device.motion.shape);
+  REQUIRE(path.moves.size() == 2);
+  CHECK(path.moves[0].rest.ns == 1'000'000'000);
+  CHECK(path.moves[1].to_m == glm::dvec3(0, 0, 3e-3));
+  CHECK(path.moves[1].duration.ns == 12'000'000);
+  CHECK(device.motion.begin.ns == 33'333'333);
+  CHECK_FALSE(s.scene.needs_energy);  // the port's energy is not the tissue's
+  check_round_trip(s);
+}
+
+TEST_CASE("A wall and a mode read what they are") {
+  const auto with = [](const std::string& scene) {
+    std::string text = kSpring;
+    text.replace(text.find("kind = \"spring\""), 37, scene);
+    return good(text).scene.body;
+  };
+  const auto wall = std::get<WallScene>(
+      with("kind = \"wall\"\nstiffness = \"2 N/mm\"\nnormal = [0, -1, 0.5]\nsurface = \"-3 mm\"\nhardening = \"5 mm\""));
+  CHECK(wall.stiffness_N_per_m == 2000);
+  CHECK(wall.normal == glm::dvec3(0, -1, 0.5));
+  CHECK(wall.surface_m == -3e-3);
+  CHECK(wall.hardening_m == 5e-3);
+  const auto plain = std::get<WallScene>(with("kind = \"wall\""));
+  CHECK(plain.stiffness_N_per_m == 200);
+  CHECK(plain.hardening_m == 0);
+  const auto mode = std::get<ModeScene>(with("kind = \"mode\"\nfrequency = \"30 Hz\"\none_sided = true\nsurface = \"1 mm\""));
+  CHECK(mode.frequency_Hz == 30);
+  CHECK(mode.damping_ratio == 0.1);
+  CHECK(mode.one_sided);
+  CHECK(mode.surface_m == 1e-3);
 }
 
 TEST_CASE("A stick-slip motion reads its times, also in units of the timing, and begins after its delay") {

@@ -45,7 +45,8 @@ TEST_CASE("A key, a word or a form that does not exist is named where it stands,
           {"[timing]", "[tming]",
            "scenario.toml:8:2: error: unknown key 'tming' in the top of the file; did you mean 'timing'?"},
           {"kind = \"spring\"", "kind = \"sprang\"",
-           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\" or \"tissue\"; did you mean 'spring'?"},
+           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\", \"wall\", \"mode\" or \"tissue\"; did "
+           "you mean 'spring'?"},
           {"kind = \"spring\"", "", "[scene] has no 'kind'; write kind = \"spring\""},
           {"stiffness = \"200 N/m\"", "lattice = [1, 1, 1]",
            "scenario.toml:14:1: error: 'lattice' means nothing with kind = \"spring\"; remove it, or write kind = "
@@ -144,6 +145,42 @@ TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave 
   CHECK(unused.scenario);
 }
 
+TEST_CASE("What a device renders must go together, and with its scene") {
+  const auto render = [](const std::string& keys) { return "name = \"left\"\nrender = { " + keys + " }"; };
+  for (const auto& [keys, error] : std::vector<std::pair<std::string, std::string>>{
+           {"alpha = 1.1", "scenario.toml:17:12: error: 'alpha' means nothing with kind = \"force\"; remove it, or write kind = \"local\""},
+           {"kind = \"damped\"", "'kind': \"damped\" must be \"force\", \"local\" or \"smith\""},
+           {"kind = \"local\", alpha = 0", "'alpha': 0 is out of range; it must be above 0 and at most 4"},
+           {"kind = \"local\", alpha = 4.01", "'alpha': 4.01 is out of range"},
+           {"kind = \"local\", alpha = \"most\"", "'alpha': \"most\" must be \"auto\" or a number"},
+           {"kind = \"local\", stiffness = \"none\"", "'stiffness': \"none\" must be \"instantaneous\" or \"settled\""},
+           {"kind = \"local\", gap = \"no\"", "'gap'"},
+           {"kind = \"local\", frequency = \"7 Hz\"", "'frequency' means nothing with kind = \"local\"; remove it, or write kind = \"smith\""},
+           {"kind = \"smith\", gap = false", "'gap' means nothing with kind = \"smith\"; remove it, or write kind = \"local\""},
+           {"kind = \"smith\", frequency = \"1001 Hz\"", "'frequency': \"1001 Hz\" is out of range"},
+           {"kind = \"smith\", factor = 0", "'factor': 0 is out of range"},
+           {"kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1",
+            "device 'left' renders \"smith\", a model of one mode, and a scene of this kind does not say which; write frequency"}}) {
+    INFO(keys);
+    const ReadResult result = read_text(changed(kSpring, "name = \"left\"", render(keys)));
+    CHECK_FALSE(result.scenario);
+    CHECK_THAT(errors_of(result), Contains(error));
+  }
+  check_each(kSpring,
+             {{"name = \"left\"",
+               "name = \"left\"\nrender = { kind = \"local\" }\n[[device]]\nname = \"right\"\nrender = { kind = \"local\", "
+               "stiffness = \"settled\" }",
+               "device 'right' renders with stiffness = \"settled\" and one before it with \"instantaneous\""},
+              {"name = \"left\"",
+               "name = \"left\"\nrender = { kind = \"local\" }\n[remap]\nunderrun = { force = \"extrapolate\" }\n[[device]]\nname "
+               "= \"right\"",
+               "'force': \"extrapolate\" continues a line of forces, and device 'left' makes its forces of records"}});
+  const ReadResult clash = read_text(changed(changed(kTissue, "particles = 800", "particles = 800\nlocal_model = \"settled\""),
+                                             "radius = \"6 mm\" }", "radius = \"6 mm\" }\nrender = { kind = \"local\" }"));
+  CHECK_FALSE(clash.scenario);
+  CHECK_THAT(errors_of(clash), Contains("'local_model': \"settled\", but a device renders with stiffness = \"instantaneous\"; remove"));
+}
+
 TEST_CASE("Timings that cannot be are named with the numbers that clash") {
   check_each(
       kSpring,
@@ -197,7 +234,7 @@ TEST_CASE("Strategies, devices and expectations must fit each other") {
                  {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"b\"\n[[device]]\nname = \"c\"",
                   "scenario.toml:19:1: error: more than 2 devices"},
                  {"name = \"left\"", "name = \"left\"\ngrab = { center = [\"0 m\", \"0 m\", \"0 m\"], radius = \"1 mm\" }",
-                  "'grab' means nothing with a spring"},
+                  "'grab' means nothing without a tissue"},
                  {"left.interaction.direct", "right.interaction.direct",
                   "scenario.toml:19:10: error: 'signal': there is no device 'right'; this scenario has: left"},
                  {"left.interaction.direct", "left.interactoin.direct",
@@ -337,7 +374,58 @@ TEST_CASE("A study must name steps that meet, and a scene that has steps") {
     CHECK_THAT(with(row.keys), Contains(row.error));
   }
   CHECK_THAT(errors_of(read_text(std::string(kSpring) + "[study]\n")),
-             Contains("[study] means nothing with kind = \"spring\"; remove it, or write kind = \"tissue\""));
+             Contains("[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a"));
+}
+
+TEST_CASE("A hand that cannot be integrated, or that no strategy or study can use, is refused with the remedy") {
+  const char* const hand = "kind = \"hand\", mass = \"0.2 kg\"";
+  std::string base = changed(kSpring, "warmup = \"8 segments\"", "strategies = [\"direct\"]");
+  base = changed(base, "kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.2 s\"", hand);
+  base = changed(base, "4 step", "1 mm");
+  REQUIRE(errors_of(read_text(base)).empty());
+  check_each(base.c_str(),
+             {
+                 {", mass = \"0.2 kg\"", "", "device.motion has no 'mass'; write mass = \"0.2 kg\""},
+                 {"0.2 kg", "0 kg", "'mass': \"0 kg\" is out of range; it must be above 0 kg"},
+                 {"0.2 kg\"", "0.2 kg\", damping = \"-1 N s/m\"", "'damping': \"-1 N s/m\" is out of range"},
+                 {"0.2 kg\"", "1 g\", stiffness = \"20 N/mm\"",
+                  "'mass': on its springs the hand swings with 4472 /s, and 4000 /s is the most; write more mass or less stiffness"},
+                 {"0.2 kg\"", "1 g\", damping = \"5 N s/m\"", "'mass': the damping stops the hand with 5000 /s"},
+                 {"0.2 kg\"", "0.2 kg\", arm = { damping = \"1 N s/m\" }", "device.motion.arm has no 'mass'"},
+                 {"0.2 kg\"", "0.2 kg\", offset = [\"3 m\", \"0 m\", \"0 m\"]", "'offset': \"3 m\" is out of range"},
+                 {"0.2 kg\"", "0.2 kg\", path = { kind = \"hand\", mass = \"1 kg\" }", "'kind': \"hand\" must be \"still\""},
+                 {"0.2 kg\"", "0.2 kg\", path = { kind = \"minimum-jerk\", moves = [] }", "'moves' is empty; write [{ to = "},
+                 {"0.2 kg\"", "0.2 kg\", path = { kind = \"minimum-jerk\", moves = [{ duration = \"1 s\" }] }",
+                  "device.motion.path.moves has no 'to'"},
+                 {"0.2 kg\"", "0.2 kg\", amplitude = [\"1 mm\", \"0 m\", \"0 m\"]",
+                  "'amplitude' means nothing with kind = \"hand\"; remove it, or write kind = \"sine\""},
+                 {"[\"direct\"]", "[\"direct\", \"ideal\"]",
+                  "scenario.toml:7:14: error: 'strategies': \"ideal\" reads the programmed motion, and a hand that feels the force "
+                  "has none"},
+                 {"name = \"left\"", "name = \"left\"\ndelay = \"2 s\"", "'delay': \"2 s\" is out of range"},
+             });
+  const auto study = [&](const std::string& text, const std::string& keys) {
+    return errors_of(read_text(text + "[study]\n" + keys + "\n"));
+  };
+  CHECK(study(base, "stiffness_limit = { from = \"20 N/m\", to = \"1 kN/m\" }").empty());
+  CHECK_THAT(study(base, "stiffness_limit = { from = \"20 N/m\", to = \"20 N/m\" }"), Contains("'to' is not above 'from'"));
+  CHECK_THAT(study(base, "stiffness_limit = { from = \"20 N/m\" }"), Contains("study.stiffness_limit has no 'to'"));
+  CHECK_THAT(study(base, "repeats = 3\nstiffness_limit = { from = \"20 N/m\", to = \"30 N/m\" }"),
+             Contains("'repeats' does not go with 'stiffness_limit'"));
+  CHECK_THAT(study(kSpring, "stiffness_limit = { from = \"20 N/m\", to = \"30 N/m\" }"), Contains("needs a hand that feels the force"));
+}
+
+TEST_CASE("A surface without a direction, and a mode that pulls as it pushes and yet has a surface, are refused") {
+  const auto scene = [](const std::string& keys) {
+    return errors_of(read_text(changed(kSpring, "kind = \"spring\"\nstiffness = \"200 N/m\"", keys)));
+  };
+  CHECK_THAT(scene("kind = \"wall\"\nnormal = [0, 0, 0]"), Contains("'normal': [0, 0, 0] points nowhere; write [1, 0, 0]"));
+  CHECK_THAT(scene("kind = \"wall\"\nhardening = \"0 mm\""), Contains("'hardening': \"0 mm\" is out of range"));
+  CHECK_THAT(scene("kind = \"wall\"\nfrequency = \"30 Hz\""), Contains("'frequency' means nothing with kind = \"wall\""));
+  CHECK_THAT(scene("kind = \"mode\""), Contains("[scene] has no 'frequency'; write frequency = \"30 Hz\""));
+  CHECK_THAT(scene("kind = \"mode\"\nfrequency = \"2 kHz\""), Contains("'frequency': \"2 kHz\" is out of range"));
+  CHECK_THAT(scene("kind = \"mode\"\nfrequency = \"30 Hz\"\nsurface = \"1 mm\""),
+             Contains("'surface' means nothing where the mode pulls as it pushes; remove it, or write one_sided = true"));
 }
 
 TEST_CASE("A tissue has at most 60 regions") {

@@ -31,7 +31,19 @@ struct MotionText {
     for (const auto& [time, position] : m.rows) out += fmt::format(" {}:{}", time.ns, at(position));
     return out;
   }
+  std::string operator()(const MinimumJerk& m) const {
+    std::string out = "minimum-jerk";
+    for (const MinimumJerk::Move& move : m.moves) out += fmt::format(" {} {} {}", at(move.to_m), at(move.duration), at(move.rest));
+    return out;
+  }
 };
+
+std::string hand_text(const HandSpec& h) {
+  std::string out = fmt::format(" hand {} {} {} push {} offset {} velocity {}", h.mass_kg, h.damping_N_s_per_m,
+                                h.stiffness_N_per_m, at(h.push_N), at(h.offset_m), at(h.velocity_m_per_s));
+  if (h.arm) out += fmt::format(" arm {} {} {}", h.arm->mass_kg, h.arm->damping_N_s_per_m, h.arm->stiffness_N_per_m);
+  return out;
+}
 
 std::string faces(const FixedFaces& f) {
   return fmt::format("{:d}{:d}{:d}{:d}{:d}{:d}", f.x_min, f.x_max, f.y_min, f.y_max, f.z_min, f.z_max);
@@ -39,6 +51,13 @@ std::string faces(const FixedFaces& f) {
 
 struct SceneText {
   std::string operator()(const SpringScene& s) const { return fmt::format("spring {}", s.stiffness_N_per_m); }
+  std::string operator()(const WallScene& s) const {
+    return fmt::format("wall {} {} {} {}", s.stiffness_N_per_m, at(s.normal), s.surface_m, s.hardening_m);
+  }
+  std::string operator()(const ModeScene& s) const {
+    return fmt::format("mode {} {} {} {} {} {}", s.stiffness_N_per_m, s.frequency_Hz, s.damping_ratio, s.one_sided, at(s.normal),
+                       s.surface_m);
+  }
   std::string operator()(const TissueScene& s) const {
     std::string out =
         fmt::format("tissue {} {} {} spacing {} mass {} stiffness {} damping {} fixed {} substeps {} particles {}",
@@ -206,9 +225,14 @@ std::string describe(const Scenario& s) {
                   std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
                   s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.work_group_size);
   for (const DeviceSpec& d : s.devices) {
-    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {}\n", d.name, at(d.rate),
+    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {} delay {}{}\n", d.name, at(d.rate),
                        at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,
-                       static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s);
+                       static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s,
+                       at(d.force_delay), d.hand ? hand_text(*d.hand) : "");
+    out += fmt::format(" render {} alpha {} stiffness {} gap {} mode {} {} {} factor {}\n", static_cast<int>(d.render.kind),
+                       d.render.alpha.value_or(0), static_cast<int>(d.render.stiffness), d.render.knows_gap,
+                       d.render.mode.frequency_Hz.value_or(0), d.render.mode.damping_ratio.value_or(0),
+                       d.render.mode.static_N_per_m.value_or(0), d.render.factor);
   }
   out += fmt::format("remap {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz,
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
@@ -219,6 +243,9 @@ std::string describe(const Scenario& s) {
   for (const Method method : s.study.methods) out += fmt::format(" {}", name_of(method));
   for (const SolverKind solver : s.study.solvers) out += fmt::format(" {}", name_of(solver));
   for (const StudyStep& step : s.study.steps) out += fmt::format(" {}/{}", step.steps, step.substeps);
+  if (s.study.stiffness_limit)
+    out += fmt::format(" stiffness {} {} {}", s.study.stiffness_limit->from_N_per_m, s.study.stiffness_limit->to_N_per_m,
+                       s.study.stiffness_limit->seeds);
   out += fmt::format("\nkeep {}\n", s.keep_rows);
   for (const Expectation& e : s.expectations) {
     out += fmt::format("expect {} {} '{}' min {} max {} fail {}", e.signal, e.metric, e.because, at(e.min), at(e.max),

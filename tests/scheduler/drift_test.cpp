@@ -49,7 +49,7 @@ Task ticks(Scheduler& scheduler, const Clock& clock, Rate rate, std::int64_t cou
 // 1 ms; 2.2 ms recurring; a period of 977e9 / 1000003 ns, whose remainder needs all of 1000003 ticks to come round.
 constexpr Rate kRates[] = {{1'000, 1}, {450, 1}, {1'000'003, 977}};
 
-TEST_CASE("10^7 ticks of three lanes on a virtual clock fall on the floors of the exact instants") {
+TEST_CASE("10^7 ticks of three lanes on a virtual clock fall on the floors of the exact instants", "[sweep]") {
   constexpr std::int64_t count = 10'000'000;
   VirtualRig rig({.keep_events = false});
   std::vector<Seen> seen(std::size(kRates));

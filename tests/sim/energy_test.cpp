@@ -29,7 +29,7 @@ TEST_CASE("energy_growth of a spring pair is half of w h, its closed form", "[en
   }
 }
 
-TEST_CASE("Below the limit the energy of a tugged block is the tools' work for 10^4 steps", "[energy][cpu]") {
+TEST_CASE("Below the limit the energy of a tugged block is the tools' work for 10^4 steps", "[energy][cpu][sweep]") {
   for (const double part_of_limit : {0.4, 0.9}) {
     TissueScene block = small_block();
     block.substeps = 1;

@@ -55,31 +55,31 @@ void require_equal_combinations(Method method, CouplingKind tool) {
 
 }  // namespace
 
-TEST_CASE("Grabs: symplectic Euler with any features has the same bits on cpu float and OpenCL", "[features]") {
+TEST_CASE("Grabs: symplectic Euler with any features has the same bits on cpu float and OpenCL", "[features][sweep]") {
   require_equal_combinations(Method::symplectic_euler, CouplingKind::grab);
 }
-TEST_CASE("Couplings: symplectic Euler with any features has the same bits on cpu float and OpenCL", "[features]") {
+TEST_CASE("Couplings: symplectic Euler with any features has the same bits on cpu float and OpenCL", "[features][sweep]") {
   require_equal_combinations(Method::symplectic_euler, CouplingKind::spring);
 }
-TEST_CASE("Probes: symplectic Euler with any features has the same bits on cpu float and OpenCL", "[features]") {
+TEST_CASE("Probes: symplectic Euler with any features has the same bits on cpu float and OpenCL", "[features][sweep]") {
   require_equal_combinations(Method::symplectic_euler, CouplingKind::probe);
 }
-TEST_CASE("Every tool: implicit Euler with any features has the same bits on cpu float and OpenCL", "[features]") {
+TEST_CASE("Every tool: implicit Euler with any features has the same bits on cpu float and OpenCL", "[features][sweep]") {
   for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe})
     require_equal_combinations(Method::implicit_euler, tool);
 }
-TEST_CASE("Grabs: velocity Verlet with any features has the same bits on cpu float and OpenCL", "[features]") {
+TEST_CASE("Grabs: velocity Verlet with any features has the same bits on cpu float and OpenCL", "[features][sweep]") {
   require_equal_combinations(Method::velocity_verlet, CouplingKind::grab);
 }
-TEST_CASE("Couplings: velocity Verlet with any features has the same bits on cpu float and OpenCL", "[features]") {
+TEST_CASE("Couplings: velocity Verlet with any features has the same bits on cpu float and OpenCL", "[features][sweep]") {
   require_equal_combinations(Method::velocity_verlet, CouplingKind::spring);
 }
-TEST_CASE("Probes: velocity Verlet with any features has the same bits on cpu float and OpenCL", "[features]") {
+TEST_CASE("Probes: velocity Verlet with any features has the same bits on cpu float and OpenCL", "[features][sweep]") {
   require_equal_combinations(Method::velocity_verlet, CouplingKind::probe);
 }
 
 TEST_CASE("With every feature no work-group size, no changing step and no divergence makes OpenCL differ from cpu float",
-          "[features][equality]") {
+          "[features][equality][sweep]") {
   for (const Method method : {Method::symplectic_euler, Method::velocity_verlet, Method::implicit_euler}) {
     for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe}) {
       Scene scene = featured(everything(method, tool));
@@ -103,7 +103,7 @@ TEST_CASE("With every feature no work-group size, no changing step and no diverg
   }
 }
 
-TEST_CASE("A solver with every feature compiled in gives the bits of the one made for the scene", "[features]") {
+TEST_CASE("A solver with every feature compiled in gives the bits of the one made for the scene", "[features][sweep]") {
   for (const Has& has : every_combination()) {
     INFO(text_of(has));
     const Scene scene = featured(has);

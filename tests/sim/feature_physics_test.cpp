@@ -245,7 +245,7 @@ TEST_CASE("A particle leaves a probe as fast as it came, and is never pulled", "
         for (int n = 0; n < 25 / wh; ++n) {  // 10 to the sphere, pi in it, and out again
           const ToolResponse response = step(*solver, 1, {});
           REQUIRE(response.force_N[0].x >= 0);  // the hand is pushed away
-          REQUIRE(response.contact[0].touching == (response.force_N[0].x > 0));
+          REQUIRE(solver->contacts()[0].touching == (response.force_N[0].x > 0));
           most_N = std::max(most_N, response.force_N[0].x);
         }
         INFO("w h = " << wh);
@@ -268,9 +268,9 @@ TEST_CASE("A particle at the very centre of a probe has no direction and feels n
     for (int n = 0; n < 10; ++n) {
       const ToolResponse response = step(*solver, 1, {});
       CHECK(response.force_N[0] == glm::dvec3(0));
-      CHECK(response.contact[0].touching);
-      CHECK(response.contact[0].stiffness_N_per_m == glm::dmat3(0));
-      CHECK(response.contact[0].gap_m == Approx(-0.02));
+      CHECK(solver->contacts()[0].touching);
+      CHECK(solver->contacts()[0].stiffness_N_per_m == glm::dmat3(0));
+      CHECK(solver->contacts()[0].gap_m == Approx(-0.02));
     }
     CHECK_FALSE(solver->verdict().non_finite);
   }
@@ -297,7 +297,8 @@ TEST_CASE("Symplectic Euler has order 1 and velocity Verlet order 2", "[physics]
 }
 
 // V is symplectic Euler's velocity, half a step before u. Verlet starts at v with v + h a(u, v)/2 = V + h a(u, V).
-TEST_CASE("Velocity Verlet takes symplectic Euler's path with the velocity half a step aside, with everything", "[physics]") {
+TEST_CASE("Velocity Verlet takes symplectic Euler's path with the velocity half a step aside, with everything",
+          "[physics]") {
   for (const double damping_per_s : {0.0, 30.0}) {
     TissueScene block = featured_block({true, false, false, true, CouplingKind::spring});
     block.damping_per_s = damping_per_s;

@@ -11,10 +11,14 @@ struct Has {
 };
 
 inline std::string text_of(const Has& has) {
-  return std::string(has.regions ? "regions " : "") + (has.damping ? "damping " : "") + (has.axial_damping ? "axial damping " : "") +
-         (has.gravity ? "gravity " : "") +
-         (has.tool == CouplingKind::grab ? "grab" : has.tool == CouplingKind::spring ? "spring" : "probe") +
-         (has.method == Method::velocity_verlet ? " Verlet" : has.method == Method::implicit_euler ? " implicit Euler" : "");
+  return std::string(has.regions ? "regions " : "") + (has.damping ? "damping " : "") +
+         (has.axial_damping ? "axial damping " : "") + (has.gravity ? "gravity " : "") +
+         (has.tool == CouplingKind::grab     ? "grab"
+          : has.tool == CouplingKind::spring ? "spring"
+                                             : "probe") +
+         (has.method == Method::velocity_verlet  ? " Verlet"
+          : has.method == Method::implicit_euler ? " implicit Euler"
+                                                 : "");
 }
 
 /// One tool of the kind asked for near the top, and one of another kind beside it.

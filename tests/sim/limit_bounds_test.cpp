@@ -46,7 +46,9 @@ Graph graph_of(const TissueScene& scene) {
   std::vector<double> stiffness;
   std::vector<int> held_by(scene.tools.size(), 0);
   std::vector<int> holder;
-  const auto at_of = [&, nx = nx, ny = ny](std::int64_t site) { return glm::dvec3(site % nx, site / nx % ny, site / nx / ny); };
+  const auto at_of = [&, nx = nx, ny = ny](std::int64_t site) {
+    return glm::dvec3(site % nx, site / nx % ny, site / nx / ny);
+  };
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
     const glm::dvec3 at = at_of(site), at_m = at * scene.spacing_m;
     double k = scene.stiffness_N_per_m, m = scene.particle_mass_kg;
@@ -120,7 +122,8 @@ TissueScene random_scene(Sequence& draw) {
   for (int n = draw.below(3); n > 0; --n) {
     const glm::dvec3 corner = glm::dvec3(draw.below(3), draw.below(3), draw.below(3)) * a;
     scene.regions.push_back({corner, corner + glm::dvec3(draw.below(3), draw.below(3), draw.below(3)) * a,
-                             scene.stiffness_N_per_m * draw.decades(1e-4, 1e8), scene.particle_mass_kg * draw.decades(1e-3, 1e3)});
+                             scene.stiffness_N_per_m * draw.decades(1e-4, 1e8),
+                             scene.particle_mass_kg * draw.decades(1e-3, 1e3)});
   }
   if (draw.below(2) == 0) scene.axial_damping_N_s_per_m = draw.decades(1e-6, 1);
   const int top = static_cast<int>(scene.particle_count - 1) / layer;
@@ -181,7 +184,8 @@ TEST_CASE("A stiff region sets the limit, its particle is named, and the limit f
   for (double ratio = 1; ratio < 1e9; ratio *= 10) {
     TissueScene block = small_block();
     const double a = block.spacing_m;
-    block.regions = {{glm::dvec3(3, 3, 3) * a, glm::dvec3(5, 5, 5) * a, block.stiffness_N_per_m * ratio, block.particle_mass_kg}};
+    block.regions = {
+        {glm::dvec3(3, 3, 3) * a, glm::dvec3(5, 5, 5) * a, block.stiffness_N_per_m * ratio, block.particle_mass_kg}};
     const StepLimit limit = step_limit(block);
     const double k_per_m = block.stiffness_N_per_m / block.particle_mass_kg;
     CHECK(limit.lambda_per_s2 <= 24 * k_per_m * ratio * (1 + 1e-12));

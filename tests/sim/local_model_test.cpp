@@ -1,4 +1,4 @@
-// ToolResponse::contact, against differences of forces.
+// Solver::contacts, against differences of forces.
 #include <catch2/catch.hpp>
 
 #include "feature_scenes.h"
@@ -17,7 +17,9 @@ Scene modelled(TissueScene tissue, LocalModel model, double step_s) {
 }
 
 bool same_contact(const ToolContact& a, const ToolContact& b) {
-  return a.touching == b.touching && std::memcmp(&a.point_m, &b.point_m, sizeof a.point_m) == 0 && same_bits(a.gap_m, b.gap_m) &&
+  return a.touching == b.touching && a.unilateral == b.unilateral &&
+         std::memcmp(&a.point_m, &b.point_m, sizeof a.point_m) == 0 &&
+         std::memcmp(&a.normal, &b.normal, sizeof a.normal) == 0 && same_bits(a.gap_m, b.gap_m) &&
          std::memcmp(&a.stiffness_N_per_m, &b.stiffness_N_per_m, sizeof a.stiffness_N_per_m) == 0;
 }
 
@@ -41,10 +43,11 @@ TEST_CASE("The instantaneous model is the change of force with particles too hea
     Positions at{};
     step(*solver, 2, at);
     at = {glm::dvec3(1e-3, 2e-3, -1e-3), glm::dvec3(0, -1e-3, -2e-3)};
-    const ToolResponse here = step(*solver, 2, at);
+    step(*solver, 2, at);
+    const std::vector<ToolContact> here(solver->contacts().begin(), solver->contacts().end());
     for (std::size_t tool = 0; tool < 2; ++tool) {
-      const glm::dmat3& k = here.contact[tool].stiffness_N_per_m;
-      REQUIRE(here.contact[tool].touching);
+      const glm::dmat3& k = here[tool].stiffness_N_per_m;
+      REQUIRE(here[tool].touching);
       REQUIRE(largest(k) > 10);
       for (int axis = 0; axis < 3; ++axis) {
         Positions above = at, below = at;
@@ -66,7 +69,8 @@ TEST_CASE("The settled model is the change of force once the particles have come
     block.damping_per_s = 150;
     block.tools.pop_back();
     const auto solver = make_solver(SolverKind::cpu_double, modelled(block, LocalModel::settled, 1e-3));
-    const glm::dmat3 k = step(*solver, 1, {}).contact[0].stiffness_N_per_m;
+    step(*solver, 1, {});
+    const glm::dmat3 k = solver->contacts()[0].stiffness_N_per_m;
     CHECK(largest(k) > 10);
     for (int axis = 0; axis < 3; ++axis) {
       std::array<glm::dvec3, 2> force_N{};
@@ -88,7 +92,9 @@ TEST_CASE("A coupling in series with a spring has the settled stiffness k kc / (
   tissue.stiffness_N_per_m = 40;
   tissue.tools = {{glm::dvec3(0, 0, 5e-3), 1e-3, CouplingKind::spring, 25}};
   const auto settled = [&] {
-    return step(*make_solver(SolverKind::cpu_double, modelled(tissue, LocalModel::settled, 1e-3)), 1, {}).contact[0].stiffness_N_per_m;
+    const auto solver = make_solver(SolverKind::cpu_double, modelled(tissue, LocalModel::settled, 1e-3));
+    step(*solver, 1, {});
+    return solver->contacts()[0].stiffness_N_per_m;
   };
   const glm::dmat3 on_spring = settled();
   CHECK(on_spring[2][2] == Approx(40.0 * 25 / (40 + 25)));
@@ -100,17 +106,186 @@ TEST_CASE("A coupling in series with a spring has the settled stiffness k kc / (
 TEST_CASE("Local models are equal on cpu float and OpenCL, bit for bit", "[local][equality]") {
   for (const LocalModel model : {LocalModel::instantaneous, LocalModel::settled}) {
     for (const CouplingKind kind : kKinds) {
-      if (model == LocalModel::settled && kind != CouplingKind::grab) continue;  // a number from the host
+      if (model == LocalModel::settled && kind == CouplingKind::spring) continue;  // a number from the host
       const Scene scene = modelled(featured_block({true, true, true, true, kind}), model, 1e-3);
       const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
       for (int n = 0; n < 60; ++n) {
-        const ToolResponse a = step(*cpu, 2, wandering_tools(3 * n)), b = step(*opencl, 2, wandering_tools(3 * n));
+        step(*cpu, 2, wandering_tools(3 * n));
+        step(*opencl, 2, wandering_tools(3 * n));
         for (std::size_t tool = 0; tool < 2; ++tool) {
-          REQUIRE(same_contact(a.contact[tool], b.contact[tool]));
+          const ToolContact& contact = cpu->contacts()[tool];
+          REQUIRE(same_contact(contact, opencl->contacts()[tool]));
           const bool is_probe = two_tools(kind, 1)[tool].kind == CouplingKind::probe;
-          REQUIRE((a.contact[tool].gap_m < 0) == (is_probe && a.contact[tool].touching));
+          REQUIRE((contact.gap_m < 0) == (is_probe && contact.touching));
+          REQUIRE(contact.unilateral == is_probe);
+          REQUIRE(norm(contact.normal) == Approx(is_probe && contact.touching ? 1 : 0));
         }
       }
     }
+  }
+}
+
+TEST_CASE("Contacts are one per tool of the last step: none without a model and zero before the first step", "[local]") {
+  const auto same = [](std::span<const ToolContact> a, const ToolContact& b) {
+    return std::all_of(a.begin(), a.end(), [&](const ToolContact& contact) { return same_contact(contact, b); });
+  };
+  for (const CouplingKind kind : kKinds) {
+    const auto without =
+        make_solver(SolverKind::cpu_double, scene_of(featured_block({false, false, false, false, kind}), 1e-3));
+    step(*without, 2, {});
+    CHECK(without->contacts().empty());
+    const auto solver = make_solver(SolverKind::cpu_double, modelled(featured_block({false, false, false, false, kind}),
+                                                                     LocalModel::instantaneous, 1e-3));
+    REQUIRE(solver->contacts().size() == 2);
+    CHECK(same(solver->contacts(), ToolContact{}));
+    step(*solver, 2, {});
+    CHECK_FALSE(same(solver->contacts(), ToolContact{}));
+    solver->reset();
+    CHECK(same(solver->contacts(), ToolContact{}));
+  }
+}
+
+TEST_CASE("A spring's contact is its stiffness at the tool", "[local]") {
+  Scene scene{SpringScene{320}};
+  scene.tool_count = 2;
+  CHECK(make_solver(SolverKind::cpu_double, scene)->contacts().empty());
+  scene.local_model = LocalModel::instantaneous;
+  const auto solver = make_solver(SolverKind::cpu_double, scene);
+  step(*solver, 2, {glm::dvec3(1, 2, 3), glm::dvec3(-1, 0, 0)});
+  REQUIRE(solver->contacts().size() == 2);
+  CHECK(same_contact(solver->contacts()[0], {true, false, glm::dvec3(1, 2, 3), glm::dvec3(0), 0, glm::dmat3(320)}));
+  CHECK(same_contact(solver->contacts()[1], {true, false, glm::dvec3(-1, 0, 0), glm::dvec3(0), 0, glm::dmat3(320)}));
+  solver->reset();
+  CHECK(same_contact(solver->contacts()[1], {}));
+}
+
+TEST_CASE("A probe's normal points from the one particle it touches to its centre and along the force", "[local]") {
+  for (const SolverKind kind : kEverySolver) {
+    TissueScene ball;
+    ball.lattice = {1, 1, 1};
+    ball.particle_count = 1;
+    ball.fixed = FixedFaces::none();
+    ball.particle_mass_kg = 1e6;  // stays where it is
+    ball.substeps = 1;
+    ball.tools = {{glm::dvec3(0), 0.02, CouplingKind::probe, 50}};
+    const auto solver = make_solver(kind, modelled(ball, LocalModel::instantaneous, 1e-3));
+    step(*solver, 1, {});
+    CHECK(solver->contacts()[0].normal == glm::dvec3(0));  // at the centre: no direction
+    for (const glm::dvec3& d : {glm::dvec3(0.01, 0, 0), glm::dvec3(-0.003, 0.004, 0), glm::dvec3(0.006, -0.009, 0.012)}) {
+      const glm::dvec3 force_N = step(*solver, 1, {d}).force_N[0];
+      const ToolContact& contact = solver->contacts()[0];
+      CHECK(contact.unilateral);
+      for (int axis = 0; axis < 3; ++axis) {
+        CHECK(contact.normal[axis] == Approx(d[axis] / norm(d)).margin(1e-6));
+        CHECK(force_N[axis] == Approx(50 * (0.02 - norm(d)) * contact.normal[axis]).margin(1e-5));
+      }
+    }
+    step(*solver, 1, {glm::dvec3(0.03, 0, 0)});
+    CHECK(solver->contacts()[0].gap_m == Approx(0.01));
+    CHECK(solver->contacts()[0].normal == glm::dvec3(0));
+    CHECK(solver->contacts()[0].stiffness_N_per_m == glm::dmat3(0));
+  }
+}
+
+namespace {
+
+/// The force on a tool at `at` once everything has come to rest.
+glm::dvec3 settled_force(Solver& solver, const glm::dvec3& at) {
+  glm::dvec3 force_N{};
+  for (int n = 0; n < 1500; ++n) force_N = step(solver, 1, {at}).force_N[0];
+  return force_N;
+}
+
+/// A probe that just touches the particle at site (1, 1, 4) from above; the next are 5 mm away.
+TissueScene probed_block(double radius_m, double stiffness_N_per_m) {
+  TissueScene block = featured_block({true, true, false, false, CouplingKind::probe});
+  block.damping_per_s = 150;
+  block.tools = {{glm::dvec3(1, 1, 4) * block.spacing_m + glm::dvec3(0, 0, radius_m), radius_m, CouplingKind::probe,
+                  stiffness_N_per_m}};
+  return block;
+}
+
+}  // namespace
+
+TEST_CASE("A probe that touches one particle lightly is in series with the tissue under it", "[local]") {
+  for (const double stiffness_N_per_m : {3.0, 35.0, 300.0}) {
+    const auto solver =
+        make_solver(SolverKind::cpu_double, modelled(probed_block(4e-3, stiffness_N_per_m), LocalModel::settled, 1e-3));
+    step(*solver, 1, {});
+    // The force is K q + O(q^2) and the model K + O(q), the sphere's slope at a particle that gives way to the side. Of two
+    // depths that goes, and (q / spacing)^2 = 4e-8 is left.
+    const double q_m = 1e-6;
+    const double once_N = settled_force(*solver, {0, 0, -q_m}).z;
+    const ToolContact contact = solver->contacts()[0];
+    const double twice_N = settled_force(*solver, {0, 0, -2 * q_m}).z;
+    const double exact_N_per_m = (2 * once_N - twice_N / 2) / q_m;
+    const double model_N_per_m =
+        2 * contact.stiffness_N_per_m[2][2] - solver->contacts()[0].stiffness_N_per_m[2][2];
+    CHECK(contact.touching);
+    CHECK(model_N_per_m == Approx(exact_N_per_m).epsilon(1e-6));
+    CHECK(contact.stiffness_N_per_m[2][2] < 0.99 * stiffness_N_per_m);
+    CHECK(contact.stiffness_N_per_m[0][0] == Approx(0).margin(1e-5 * stiffness_N_per_m));
+  }
+}
+
+TEST_CASE("A probe on a chain has the stiffness of the springs in series; on a free one none", "[local]") {
+  TissueScene chain;
+  chain.lattice = {1, 1, 5};
+  chain.particle_count = 5;
+  chain.stiffness_N_per_m = 40;
+  chain.tools = {{glm::dvec3(0, 0, 20e-3 + 3.9e-3), 4e-3, CouplingKind::probe, 25}};
+  const auto stiffness = [&] {
+    const auto solver = make_solver(SolverKind::cpu_double, modelled(chain, LocalModel::settled, 1e-3));
+    step(*solver, 1, {});
+    REQUIRE(solver->contacts()[0].touching);
+    return solver->contacts()[0].stiffness_N_per_m;
+  };
+  CHECK(stiffness()[2][2] == Approx(1 / (1.0 / 25 + 4.0 / 40)));
+  chain.fixed = FixedFaces::none();
+  CHECK(largest(stiffness()) < 1e-9);
+  chain.lattice = {3, 3, 5};
+  chain.particle_count = 3 * 3 * 5;
+  CHECK(largest(stiffness()) < 1e-9);
+}
+
+TEST_CASE(
+    "Of a probe that touches several particles the settled model lies between the settled and the instantaneous stiffness",
+    "[local]") {
+  for (const double depth_m : {0.8e-3, 1.2e-3, 1.6e-3}) {
+    const TissueScene block = probed_block(60e-3, 35);
+    const auto settled = make_solver(SolverKind::cpu_double, modelled(block, LocalModel::settled, 1e-3)),
+               instantaneous = make_solver(SolverKind::cpu_double, modelled(block, LocalModel::instantaneous, 1e-3));
+    for (Solver* solver : {settled.get(), instantaneous.get()}) {
+      step(*solver, 1, {});
+      settled_force(*solver, {0, 0, -depth_m});
+    }
+    const double model_N_per_m = settled->contacts()[0].stiffness_N_per_m[2][2],
+                 instantaneous_N_per_m = instantaneous->contacts()[0].stiffness_N_per_m[2][2];
+    const double e_m = 1e-7, above_N = settled_force(*settled, {0, 0, -depth_m + e_m}).z,
+                 below_N = settled_force(*settled, {0, 0, -depth_m - e_m}).z;
+    const double exact_N_per_m = (below_N - above_N) / (2 * e_m);
+    CHECK(instantaneous_N_per_m > 3 * 35);  // at least four of them
+    CHECK(exact_N_per_m > 10);
+    CHECK(model_N_per_m > 1.02 * exact_N_per_m);
+    CHECK(model_N_per_m < 0.98 * instantaneous_N_per_m);
+  }
+}
+
+TEST_CASE("What a probe touches far from where it began counts with its instantaneous stiffness", "[local]") {
+  TissueScene plate;
+  plate.lattice = {12, 6, 3};
+  plate.particle_count = 12 * 6 * 3;
+  plate.stiffness_N_per_m = 50;
+  const double a = plate.spacing_m;
+  plate.tools = {{glm::dvec3(1, 2, 2) * a + glm::dvec3(0, 0, 7e-3), 8e-3, CouplingKind::probe, 35}};
+  const auto settled = make_solver(SolverKind::cpu_double, modelled(plate, LocalModel::settled, 1e-3)),
+             instantaneous = make_solver(SolverKind::cpu_double, modelled(plate, LocalModel::instantaneous, 1e-3));
+  for (int n = 0; n <= 100; ++n) {
+    const Positions at{glm::dvec3(8 * a * n / 100, 0, 0)};
+    REQUIRE(same_bits(step(*settled, 1, at), step(*instantaneous, 1, at)));  // a model changes no force
+    const ToolContact &s = settled->contacts()[0], &i = instantaneous->contacts()[0];
+    REQUIRE(s.touching);
+    if (n == 0) CHECK(s.stiffness_N_per_m[2][2] < 0.9 * i.stiffness_N_per_m[2][2]);
+    if (n == 100) CHECK(same_contact(s, i));
   }
 }

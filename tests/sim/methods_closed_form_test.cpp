@@ -157,7 +157,7 @@ TEST_CASE("The tool moves in a straight line within a substep, and each method s
 }
 
 TEST_CASE("The observed order on a chain is 4 for RK4, 2 for implicit midpoint, 1 for the implicit Euler methods",
-          "[methods]") {
+          "[methods][sweep]") {
   struct Case {
     Method method;
     double order, tolerance, step_s;
@@ -178,7 +178,7 @@ TEST_CASE("The observed order on a chain is 4 for RK4, 2 for implicit midpoint, 
 }
 
 TEST_CASE("Implicit Euler leaves 1 / (1 + w^2 h^2) of a mode's energy per step, implicit midpoint all of it for 10 s",
-          "[methods]") {
+          "[methods][sweep]") {
   for (const double wh : {1e-2, 1.0, 3.2, 32.0, 1e4}) {
     TissueScene pair = spring_pair();
     pair.stiffness_N_per_m = wh * wh / 1e-6 * pair.particle_mass_kg;

@@ -40,10 +40,12 @@ double difference(const std::vector<ToolResponse>& a, const std::vector<ToolResp
 
 }  // namespace
 
-// RK4 and velocity Verlet only ask for accelerations, each in its own way; implicit methods take every force apart into what it
-// is and how it changes. They agree only if each of them honours every feature.
-TEST_CASE("In every combination of features with a grab, and in mixtures with the other tools, all methods come to the same forces",
-          "[methods][features]") {
+// RK4 and velocity Verlet only ask for accelerations, each in its own way; implicit methods take every force apart into what
+// it is and how it changes. They agree only if each of them honours every feature.
+TEST_CASE(
+    "In every combination of features with a grab, and in mixtures with the other tools, all methods come to the same "
+    "forces",
+    "[methods][features][sweep]") {
   for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe}) {
     for (unsigned bits = 0; bits < 16; ++bits) {
       Has has{(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0, tool, Method::rk4};

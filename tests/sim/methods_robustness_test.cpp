@@ -24,7 +24,7 @@ std::pair<double, double> largest(Solver& solver) {
 
 // 2 cm in 0.2 s, in steps of 1 ms: h sqrt(k / m) from 1e-2 to 1e3, and with the lightest particles to 1e4.
 TEST_CASE("Lifting held particles stays finite and bounded in implicit methods for ten decades of stiffness",
-          "[methods][robust]") {
+          "[methods][robust][sweep]") {
   for (const Method method : kImplicit) {
     for (const int iterations : {0, 1}) {
       for (const SolverKind kind : {SolverKind::cpu_float, SolverKind::cpu_double}) {
@@ -54,7 +54,9 @@ TEST_CASE("Lifting held particles stays finite and bounded in implicit methods f
 }
 
 // numerics.md S17 of springs: they cannot tell inside from outside, so what is asked for is bounded energy and no NaN.
-TEST_CASE("Blocks that start flattened to a plane, to a point or thrown about stay finite, and gain no energy from implicit Euler", "[methods][robust]") {
+TEST_CASE(
+    "Blocks that start flattened to a plane, to a point or thrown about stay finite, and gain no energy from implicit Euler",
+    "[methods][robust][sweep]") {
   for (const Method method : kImplicit) {
     for (const SolverKind kind : {SolverKind::cpu_float, SolverKind::cpu_double}) {
       for (const double stiffness : {20.0, 2e5}) {
@@ -65,7 +67,9 @@ TEST_CASE("Blocks that start flattened to a plane, to a point or thrown about st
           block.fixed = FixedFaces::none();
           block.tools.clear();
           std::uint32_t seed = 7;
-          const auto random = [&] { return static_cast<double>((seed = seed * 1664525u + 1013904223u) >> 8) / (1 << 23) - 1; };
+          const auto random = [&] {
+            return static_cast<double>((seed = seed * 1664525u + 1013904223u) >> 8) / (1 << 23) - 1;
+          };
           for (std::int64_t site = 0; site < block.particle_count; ++site) {
             const glm::dvec3 at_m = glm::dvec3(site % 8, site / 8 % 7, site / 56) * block.spacing_m;
             const glm::dvec3 to_random(random(), random(), random());
@@ -86,14 +90,16 @@ TEST_CASE("Blocks that start flattened to a plane, to a point or thrown about st
 }
 
 TEST_CASE("A rest that is exact stays exact: implicit methods do not divide nothing by nothing", "[methods][robust]") {
-  for (const Method method : {Method::rk4, Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {
+  for (const Method method :
+       {Method::rk4, Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {
     for (const SolverKind kind : {SolverKind::cpu_float, SolverKind::cpu_double}) {
       for (const double speed_m_per_s : {0.0, 1e-30, 1e-300}) {
         TissueScene block = small_block();
         block.method = method;
         block.iterations = 500;
         block.tools.clear();
-        block.initial_velocity_m_per_s.assign(static_cast<std::size_t>(block.particle_count), glm::dvec3(speed_m_per_s, 0, 0));
+        block.initial_velocity_m_per_s.assign(static_cast<std::size_t>(block.particle_count),
+                                              glm::dvec3(speed_m_per_s, 0, 0));
         const auto solver = make_solver(kind, scene_of(block, 1e-3, true));
         for (int n = 0; n < 3; ++n) step(*solver, 0, {});
         CHECK_FALSE(solver->verdict().non_finite);
@@ -147,7 +153,8 @@ TEST_CASE("The limit of RK4 is safe for every damping, and not far too safe", "[
       const std::complex<double> root = std::sqrt(std::complex<double>(damping * damping / 4 - lambda));
       double most = 0;
       for (const double sign : {-1.0, 1.0}) {
-        const std::complex<double> s = damping * damping > 4 * lambda && sign > 0 ? -lambda / (damping / 2 + root) : -damping / 2 + sign * root;
+        const std::complex<double> s =
+            damping * damping > 4 * lambda && sign > 0 ? -lambda / (damping / 2 + root) : -damping / 2 + sign * root;
         const std::complex<double> z = h_s * s;
         most = std::max(most, std::abs(1.0 + z + z * z / 2.0 + z * z * z / 6.0 + z * z * z * z / 24.0));
       }
@@ -169,15 +176,17 @@ TEST_CASE("A damped oscillator of RK4 at its limit dies out over decades of damp
     pair.method = Method::rk4;
     pair.damping_per_s = damping_per_s;
     pair.initial_displacement_m = {glm::dvec3(0), glm::dvec3(1e-5, 0, 0)};
-    const auto solver = make_solver(SolverKind::cpu_double, scene_of(pair, std::floor(step_limit(pair).step_s * 1e9) * 1e-9));
+    const auto solver =
+        make_solver(SolverKind::cpu_double, scene_of(pair, std::floor(step_limit(pair).step_s * 1e9) * 1e-9));
     for (int n = 0; n < 1000; ++n) step(*solver, 1, {});
     CHECK(largest(*solver).first <= 1e-5 * (1 + 1e-9));
   }
 }
 
 TEST_CASE("OpenCL refuses the methods that it does not have, by name", "[methods]") {
-  for (const auto& [method, name] : {std::pair{Method::rk4, "Runge-Kutta"}, std::pair{Method::implicit_midpoint, "implicit midpoint"},
-                                     std::pair{Method::vertex_block_descent, "vertex block descent"}}) {
+  for (const auto& [method, name] :
+       {std::pair{Method::rk4, "Runge-Kutta"}, std::pair{Method::implicit_midpoint, "implicit midpoint"},
+        std::pair{Method::vertex_block_descent, "vertex block descent"}}) {
     TissueScene block = small_block();
     block.method = method;
     try {

@@ -1,4 +1,5 @@
-// What the iterations of the implicit methods converge to, found here by elimination, and how they behave when they have not.
+// What the iterations of the implicit methods converge to, found here by elimination, and how they behave when they have
+// not.
 #include <catch2/catch.hpp>
 
 #include "src/colours.h"

@@ -174,7 +174,8 @@ TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
   bare.fixed = FixedFaces::none();
   bare.tools.clear();
   CHECK(names(scene_of(bare, 1e-3)) == Names{"axial damping", "damping", "energy", "fixed particles", "grab", "gravity",
-                                             "local model", "probe", "regions", "spring coupling", "tools", "variable step"});
+                                             "local model", "probe", "regions", "spring coupling", "tools",
+                                             "variable step"});
 }
 
 TEST_CASE("Solvers built and run on four threads at once make the runs that they make alone", "[contract]") {

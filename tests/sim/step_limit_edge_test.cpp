@@ -39,7 +39,9 @@ std::vector<Edge> edges() {
   with("damping", 2, true, [](TissueScene& t) { t.damping_per_s = 150; });
   with("stiffer and lighter region", 2, false, [](TissueScene& t) { t.regions = {{{-1, -1, -1}, {1, 1, 1}, 90, 4e-4}}; });
   with("coupling", 2, true, [](TissueScene& t) { t.tools = {{{0, 0, 0.01}, 1e-3, CouplingKind::spring, 100}}; });
-  with("coupling with a damper", 2, true, [](TissueScene& t) { t.tools = {{{0, 0, 0.01}, 1e-3, CouplingKind::spring, 100, 0.2}}; });
+  with("coupling with a damper", 2, true, [](TissueScene& t) {
+    t.tools = {{{0, 0, 0.01}, 1e-3, CouplingKind::spring, 100, 0.2}};
+  });
   with("probe", 2, true, [](TissueScene& t) {  // 1 mm deep; the particle gives way and rests at 0.36 mm
     t.tools = {{{0, 0, 0.014}, 5e-3, CouplingKind::probe, 70}};
     t.initial_displacement_m.back().z -= 1e-3 * 70 / (70 + t.stiffness_N_per_m);

@@ -154,7 +154,7 @@ StudyTrace solve(Block& block, const Scenario& scenario, const StudyPlan& plan, 
 
 }  // namespace
 
-TEST_CASE("CVODE and the reference agree to within what both state, with and without damping, soft and stiff") {
+TEST_CASE("CVODE and the reference agree to within what both state, with and without damping, soft and stiff", "[sweep]") {
   for (const char* stiffness : {"20 N/m", "2 kN/m"}) {
     for (const char* damping : {"0 N s/m", "4 mN s/m"}) {
       INFO(stiffness << " " << damping);

@@ -101,7 +101,7 @@ TEST_CASE("The errors are what their definitions say: metres for the position, s
   CHECK(std::isnan(error_of(a, r, nothing)[StudyQuantity::force]));  // nothing to be relative to
 }
 
-TEST_CASE("A finer reference agrees with a coarser one to within what the coarser one states") {
+TEST_CASE("A finer reference agrees with a coarser one to within what the coarser one states", "[sweep]") {
   const Scenario block = small_study();
   const StudyPlan plan(block, {{1, 1}});
   const StudyReferenceRun coarse = solve_reference(block, plan, 1), fine = solve_reference(block, plan, 64);

@@ -129,7 +129,7 @@ TEST_CASE("The errors of a study are the same again, bit for bit") {
   CHECK_FALSE(first.opencl_device.empty());
 }
 
-TEST_CASE("A step that is not stable diverges where it is let start, and the cell says so") {
+TEST_CASE("A step that is not stable diverges where it is let start, and the cell says so", "[sweep]") {
   const Scenario block =
       small_study({"scene.allow_unstable=true", "study.methods=[\"symplectic-euler\"]", "study.duration=\"200 ms\"",
                    "study.step_sizes=[\"4 ms\", \"2 ms\", \"0.25 ms\"]", "study.solvers=[\"cpu-double\"]"});

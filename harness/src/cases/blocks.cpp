@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "evenstep/sim/stability.h"
 
@@ -20,22 +21,6 @@ TissueScene block(const CellSpec& cell, int edge) {
   tissue.iterations = cell.spec.iterations;
   tissue.substeps = 1;
   return tissue;
-}
-
-/// Every particle that moves somewhere within a cube of this half edge around its place.
-std::vector<glm::dvec3> shaken(const TissueScene& scene, double amplitude_m) {
-  std::vector<glm::dvec3> moved_m(static_cast<std::size_t>(scene.particle_count));
-  const auto layer = static_cast<std::size_t>(scene.lattice[0] * scene.lattice[1]);
-  std::uint64_t state = 1;
-  const auto draw = [&] {
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<double>(state >> 11) * 0x1p-52 - 1;
-  };
-  for (std::size_t site = scene.fixed.z_min ? layer : 0; site < moved_m.size(); ++site) {
-    const double x = draw(), y = draw(), z = draw();
-    moved_m[site] = glm::dvec3(x, y, z) * amplitude_m;
-  }
-  return moved_m;
 }
 
 double largest(const std::vector<glm::dvec3>& vectors) {
@@ -212,7 +197,71 @@ class CrushedTrial final : public Trial {
   double amplitude_m_ = 0, energy_J_ = 0, first_J_ = 0;
 };
 
+/// S12: a block that stands on a hand, at rest: whatever its springs do, they carry the weight of all that the hand does not
+/// hold. A loop has a shortest step: what needs a shorter one is refused.
+class StandingTrial final : public Trial {
+ public:
+  explicit StandingTrial(const CellSpec& cell) {
+    const auto edge = static_cast<int>(cell.spec.particles);
+    TissueScene tissue = block(cell, edge);
+    tissue.spacing_m = 1.0 / 128;
+    tissue.particle_mass_kg = 1e-3;
+    tissue.stiffness_N_per_m = cell.value;
+    tissue.gravity_m_per_s2 = {0, 0, -kGravity_m_per_s2};
+    tissue.fixed = FixedFaces::none();
+    tissue.tools = {sole(edge, tissue.spacing_m)};
+    weight_N_ = edge * edge * (edge - 1) * tissue.particle_mass_kg * kGravity_m_per_s2;
+    // As the chain: a step of half the limit in every configuration, the slowest sway about critically damped, and forty of
+    // its times to come to rest (and enough steps for implicit midpoint, which takes little from what it does not resolve).
+    const double w_per_s = std::sqrt(cell.value / tissue.particle_mass_kg);
+    const double slowest = std::sin(std::numbers::pi / (4 * edge - 2)) * w_per_s;
+    tissue.damping_per_s = 2 * slowest;
+    scene.step_rate = {std::min<std::int64_t>(static_cast<std::int64_t>(std::ceil(std::sqrt(24.0) * w_per_s)), kFastest_Hz), 1};
+    scene.tool_count = 1;
+    steps = std::max<std::int64_t>(1000, static_cast<std::int64_t>(40 / slowest / period_s(scene.step_rate)));
+    observe_every = steps;
+    tolerance_ = cell.is_float() ? 1e-2 : 1e-6;
+    scene.body = std::move(tissue);
+  }
+  bool observe(std::int64_t, const ToolResponse& response, Solver&) override {
+    error_ = glm::length(response.force_N[0] / weight_N_ - glm::dvec3(0, 0, -1));
+    return std::isfinite(error_);
+  }
+  void judge(Solver&, CaseCell& cell) override {
+    cell.metrics["reaction_error"] = error_;
+    if (error_ <= tolerance_) return;
+    cell.status = CellStatus::drifting;
+    cell.shown = error_;
+  }
+
+ private:
+  /// Holds the bottom layer: a sphere so wide that it has all of it and nothing of the next.
+  static ToolCoupling sole(int edge, double spacing_m) {
+    const double half = (edge - 1) / 2.0, below = 4 * half * half;
+    return {glm::dvec3(half, half, -below) * spacing_m, (std::sqrt(below * below + 2 * half * half) + 0.1) * spacing_m};
+  }
+
+  static constexpr double kGravity_m_per_s2 = 9.81;
+  static constexpr std::int64_t kFastest_Hz = 10'000;
+  double weight_N_ = 1, error_ = 0, tolerance_ = 0;
+};
+
 }  // namespace
+
+std::vector<glm::dvec3> shaken(const TissueScene& scene, double amplitude_m) {
+  std::vector<glm::dvec3> moved_m(static_cast<std::size_t>(scene.particle_count));
+  const auto layer = static_cast<std::size_t>(scene.lattice[0] * scene.lattice[1]);
+  std::uint64_t state = 1;
+  const auto draw = [&] {
+    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+    return static_cast<double>(state >> 11) * 0x1p-52 - 1;
+  };
+  for (std::size_t site = scene.fixed.z_min ? layer : 0; site < moved_m.size(); ++site) {
+    const double x = draw(), y = draw(), z = draw();
+    moved_m[site] = glm::dvec3(x, y, z) * amplitude_m;
+  }
+  return moved_m;
+}
 
 double rest_lambda_per_s2(const TissueScene& scene) {
   std::vector<glm::dvec3> x = shaken(scene, 1), y(x.size());
@@ -234,6 +283,7 @@ double rest_lambda_per_s2(const TissueScene& scene) {
 
 std::unique_ptr<Trial> make_stability_edge(const CellSpec& cell) { return std::make_unique<EdgeTrial>(cell); }
 std::unique_ptr<Trial> make_stiff_in_soft(const CellSpec& cell) { return std::make_unique<StiffInSoftTrial>(cell); }
+std::unique_ptr<Trial> make_standing_block(const CellSpec& cell) { return std::make_unique<StandingTrial>(cell); }
 std::unique_ptr<Trial> make_energy(const CellSpec& cell) { return std::make_unique<EnergyTrial>(cell); }
 std::unique_ptr<Trial> make_crushed(const CellSpec& cell) { return std::make_unique<CrushedTrial>(cell); }
 

@@ -1,6 +1,7 @@
 #include "cases/blocks.h"
 #include "cases/chain.h"
 #include "cases/degenerate.h"
+#include "cases/numbering.h"
 #include "cases/oscillator.h"
 #include "cases/particles.h"
 
@@ -19,11 +20,13 @@ const std::vector<CaseKind>& case_kinds() {
       {"wall", "penalty", "N/m", make_wall},
       {"free-fall", "away from rest", "m", make_free_fall},
       {"hanging-chain", "stiffness", "N/m", make_hanging_chain},
+      {"standing-block", "stiffness", "N/m", make_standing_block},
       {"wave", "Courant number", "", make_wave},
       {"energy", "step over its limit at rest", "", make_energy, compare_energies},
       {"press", "steps per ms", "", make_press},
       {"degenerate", "what", "", make_degenerate},
       {"crushed", "amplitude", "spacings", make_crushed},
+      {"numbering", "steps", "", make_numbering},
   };
   return kinds;
 }

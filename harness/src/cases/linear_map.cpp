@@ -8,6 +8,25 @@ namespace {
 
 using Real = LinearMap::Real;
 
+/// The constants of the classical method as they are multiplied with; exactly h / 6, h / 3, h / 2 and h in real numbers.
+struct RungeKuttaSteps {
+  Real sixth, third, half, whole;
+};
+
+/// y <- y + sixth k1 + third k2 + third k3 + sixth k4 on the two unit vectors.
+LinearMap runge_kutta_map(Real w2, Real damping, const RungeKuttaSteps& h) {
+  using State = LinearMap::State;
+  const auto slope = [&](State y) { return State{y.v, -w2 * y.x - damping * y.v}; };
+  const auto along = [](State y, Real reach, State k) { return State{y.x + reach * k.x, y.v + reach * k.v}; };
+  const auto step = [&](State y) {
+    const State k1 = slope(y), k2 = slope(along(y, h.half, k1)), k3 = slope(along(y, h.half, k2));
+    const State k4 = slope(along(y, h.whole, k3));
+    return along(along(along(along(y, h.sixth, k1), h.third, k2), h.third, k3), h.sixth, k4);
+  };
+  const State x = step({1, 0}), v = step({0, 1});
+  return {x.x, v.x, x.v, v.v, x.x * v.v - v.x * x.v};
+}
+
 /// A mode that grows or falls without turning: eigenvalues l1, l2 of M, M^n = (l1^n (M - l2) - l2^n (M - l1)) / (l1 - l2).
 LinearMap::State real_power(const LinearMap& m, Real n, LinearMap::State z) {
   const Real mean = (m.a + m.d) / 2, half = std::sqrt((m.a - m.d) * (m.a - m.d) / 4 + m.b * m.c);
@@ -43,16 +62,8 @@ LinearMap linear_map(Method method, Real w2, Real damping, Real h) {
       assert(damping == 0);
       return {1 - z2 / 2, h, -h * w2 * (1 - z2 / 4), 1 - z2 / 2, 1};
     case Method::rk4: {
-      // Powers of h A = [0 h; -h w^2 -g] on the two unit vectors.
-      LinearMap map{1, 0, 0, 1};
-      Real pa = 1, pb = 0, pc = 0, pd = 1, factor = 1;
-      for (int j = 1; j <= 4; ++j) {
-        const Real na = h * pc, nb = h * pd, nc = -h * w2 * pa - g * pc, nd = -h * w2 * pb - g * pd;
-        pa = na, pb = nb, pc = nc, pd = nd;
-        factor /= j;
-        map.a += factor * pa, map.b += factor * pb, map.c += factor * pc, map.d += factor * pd;
-      }
-      map.determinant = damping == 0 ? 1 - z2 * z2 * z2 / 72 + z2 * z2 * z2 * z2 / 576 : map.a * map.d - map.b * map.c;
+      LinearMap map = runge_kutta_map(w2, damping, {h / 6, h / 3, h / 2, h});
+      if (damping == 0) map.determinant = 1 - z2 * z2 * z2 / 72 + z2 * z2 * z2 * z2 / 576;
       return map;
     }
     case Method::implicit_euler:
@@ -63,6 +74,28 @@ LinearMap linear_map(Method method, Real w2, Real damping, Real h) {
     case Method::implicit_midpoint: {
       const Real det = 1 / (1 + g / 2 + z2 / 4);
       return {(1 + g / 2 - z2 / 4) * det, h * det, -h * w2 * det, (1 - g / 2 - z2 / 4) * det, (1 - g / 2 + z2 / 4) * det};
+    }
+  }
+  return {};
+}
+
+LinearMap float_linear_map(Method method, double stiffness_N_per_m, double particle_mass_kg, double h_s) {
+  const auto rounded = [](double x) -> Real { return static_cast<float>(x); };
+  const Real h = rounded(h_s), w2 = rounded(stiffness_N_per_m / particle_mass_kg);
+  const Real z2 = rounded(h_s * h_s * stiffness_N_per_m / particle_mass_kg), det = 1 / (1 + z2);
+  switch (method) {
+    case Method::symplectic_euler:
+      return linear_map(method, rounded(stiffness_N_per_m * h_s / particle_mass_kg) / h, 0, h);
+    case Method::velocity_verlet:
+    case Method::implicit_midpoint:  // whose second Newton step takes away what its own z^2 / 4 is off
+      return linear_map(method, w2, 0, h);
+    case Method::rk4:
+      return runge_kutta_map(w2, 0, {rounded(h_s / 6), rounded(h_s / 3), rounded(h_s / 2), h});
+    case Method::implicit_euler:  // v' = (v - h w^2 x) / (1 + z^2), x' = x + h v'
+      return {1 - h * h * w2 * det, h * det, -h * w2 * det, det, det};
+    case Method::vertex_block_descent: {  // x' = (x + h v) / (1 + z^2), v' = (x' - x) / h
+      const Real per_h = rounded(1 / h_s);
+      return {det, h * det, -per_h * z2 * det, per_h * h * det, per_h * h * det};
     }
   }
   return {};

@@ -48,6 +48,10 @@ std::uint64_t hash_of(const CaseRecord& record) {
   return hash;
 }
 
+bool ran(const CaseCell& cell) {
+  return cell.status != CellStatus::unavailable && cell.status != CellStatus::refused && cell.status != CellStatus::interrupted;
+}
+
 }  // namespace
 
 void compare_devices(CaseRecord& record) {
@@ -58,8 +62,7 @@ void compare_devices(CaseRecord& record) {
     });
     if (cpu == record.rows.end()) continue;
     for (std::size_t c = 0; c < row.cells.size(); ++c) {
-      const bool ran = row.cells[c].status != CellStatus::unavailable && row.cells[c].status != CellStatus::refused;
-      if (ran) row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
+      if (ran(row.cells[c]) && ran(cpu->cells[c])) row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
     }
   }
 }

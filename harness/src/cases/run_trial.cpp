@@ -20,10 +20,11 @@ bool is_interrupted(const std::atomic<bool>* interrupted) { return interrupted !
 /// Steps of a trial as work for an executor.
 class TrialStep final : public Work {
  public:
-  TrialStep(Trial& trial, Solver& solver, std::int64_t steps)
+  TrialStep(Trial& trial, Solver& solver, std::int64_t steps, const std::atomic<bool>* interrupted)
       : trial_(trial),
         solver_(solver),
         steps_(steps),
+        interrupted_(interrupted),
         digest_every_(std::max<std::int64_t>(1, trial.steps / kDigests)),
         tools_(static_cast<std::size_t>(trial.scene.tool_count)) {}
   void run() override {
@@ -39,7 +40,8 @@ class TrialStep final : public Work {
     if (done_ % digest_every_ == 0) digest_ = mix(digest_, solver_.state_digest());
   }
   std::int64_t done() const { return done_; }
-  bool finished() const { return done_ == steps_; }
+  /// At its end, or stopped before.
+  bool finished() const { return done_ == steps_ || is_interrupted(interrupted_); }
   const ToolResponse& response() const { return response_; }
   /// Of the forces so far, of states along the way, and of the state now.
   std::uint64_t digest() { return mix(digest_, solver_.state_digest()); }
@@ -47,7 +49,9 @@ class TrialStep final : public Work {
  private:
   Trial& trial_;
   Solver& solver_;
-  std::int64_t steps_, digest_every_, done_ = 0;
+  std::int64_t steps_;
+  const std::atomic<bool>* interrupted_;
+  std::int64_t digest_every_, done_ = 0;
   std::size_t tools_;
   ToolResponse response_;
   std::uint64_t digest_ = 0;
@@ -79,8 +83,9 @@ Task irregular_lane(Scheduler& scheduler, StepTiming& timing, TrialStep& step) {
 }
 
 /// The digest of the first `steps` steps, launched at irregular times.
-std::uint64_t irregular_digest(Trial& trial, Solver& solver, std::int64_t steps, std::uint64_t seed) {
-  TrialStep step(trial, solver, steps);
+std::uint64_t irregular_digest(Trial& trial, Solver& solver, std::int64_t steps, std::uint64_t seed,
+                               const std::atomic<bool>* interrupted) {
+  TrialStep step(trial, solver, steps, interrupted);
   const std::unique_ptr<StepTiming> timing = make_programmed_timing(irregular_timing(seed));
   VirtualClock clock;
   InlineExecutor executor;
@@ -106,16 +111,16 @@ void put_step_over_limit(const Scene& scene, CaseCell& cell) {
 }
 
 void run_evenly(Trial& trial, Solver& solver, const std::atomic<bool>* interrupted, CaseCell& cell) {
-  TrialStep step(trial, solver, trial.steps);
+  TrialStep step(trial, solver, trial.steps, interrupted);
   bool bounded = true;
   while (!step.finished() && bounded) {
     step.run();
     if (step.done() % trial.observe_every == 0 || step.finished())
       bounded = trial.observe(step.done(), step.response(), solver);
-    if (is_interrupted(interrupted)) return;
   }
   cell.steps = step.done();
   if (bounded) {
+    cell.status = CellStatus::ok;
     trial.judge(solver, cell);
   } else {
     cell.status = CellStatus::diverged;
@@ -128,19 +133,20 @@ void run_evenly(Trial& trial, Solver& solver, const std::atomic<bool>* interrupt
 CaseCell run_cell(const CaseKind& kind, const CellSpec& spec, std::uint64_t seed, const std::atomic<bool>* interrupted) {
   CaseCell cell;
   cell.value = spec.value;
+  const CaseCell not_run = cell;
+  if (is_interrupted(interrupted)) return not_run;
   try {
     const std::unique_ptr<Trial> trial = kind.make(spec);
     trial->scene.needs_state_digest = true;
     put_step_over_limit(trial->scene, cell);
     const std::unique_ptr<Solver> solver = make_solver(spec.solver, trial->scene);
     run_evenly(*trial, *solver, interrupted, cell);
-    if (is_interrupted(interrupted)) return cell;
     solver->reset();
-    cell.schedule_differs = irregular_digest(*trial, *solver, cell.steps, seed) != cell.digest;
+    cell.schedule_differs = irregular_digest(*trial, *solver, cell.steps, seed, interrupted) != cell.digest;
   } catch (const SolverError& error) {
     say_no(error, cell);
   }
-  return cell;
+  return is_interrupted(interrupted) ? not_run : cell;
 }
 
 }  // namespace evenstep::internal

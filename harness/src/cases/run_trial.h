@@ -8,7 +8,7 @@
 namespace evenstep::internal {
 
 /// What a solver refuses is the cell's result; throws RunFailure where it is neither refused nor unavailable (memory).
-/// `seed`: of the irregular schedule.
+/// `seed`: of the irregular schedule. Stopped by `interrupted`, whichever of the two runs it is in: CellStatus::interrupted.
 CaseCell run_cell(const CaseKind& kind, const CellSpec& cell, std::uint64_t seed, const std::atomic<bool>* interrupted);
 
 }  // namespace evenstep::internal

@@ -11,12 +11,12 @@
 // The conjugate gradients begin at dx = 0 and run a fixed number of iterations. Their result is the exact one within the
 // subspace that they have spanned, x' A x = x' (M v0 - q K u0) for linear springs and x = 0 before, which alone gives
 //   E1 = E0 - (h^2 x'K x + (x - v0)' M (x - v0)) / 2    for implicit Euler, however few iterations there are:
-// an unfinished solve is never unstable, only slower than the scene. (Begun at x = v0 it can gain energy.) Implicit midpoint,
-// E1 = E0, takes a second Newton step for its order and keeps this only as far as the conjugate gradients converge and the
-// springs are nearly linear: from a block crushed to a plane, with k = 2e5 N/m in steps of 1 ms, it stays finite but gains
-// energy.
-// Measured on 10^3 particles, tool dragged at 0.1 m/s in steps of 1 ms: 20 iterations of implicit Euler are within 1e-3 of
-// the force of all of them for k from 2 to 2e5 N/m, as are 40 of implicit midpoint, a quarter of them in its first step.
+// an unfinished solve is never unstable, only slower than the scene. (Begun at x = v0 it can gain energy.) Implicit
+// midpoint, E1 = E0, takes a second Newton step for its order and keeps this only as far as the conjugate gradients converge
+// and the springs are nearly linear: from a block crushed to a plane, with k = 2e5 N/m in steps of 1 ms, it stays finite but
+// gains energy. Measured on 10^3 particles, tool dragged at 0.1 m/s in steps of 1 ms: 20 iterations of implicit Euler are
+// within 1e-3 of the force of all of them for k from 2 to 2e5 N/m, as are 40 of implicit midpoint, a quarter of them in its
+// first step.
 #include <algorithm>
 
 #include "cpu/methods/implicit_system.h"
@@ -111,9 +111,9 @@ EVENSTEP_WIDE void start_residual(std::ptrdiff_t count, const Vectors<const Real
 
 /// x <- x + alpha p, r <- r - alpha q, and r . r / D of every cell.
 template <class Real>
-EVENSTEP_WIDE void advance_solution(std::ptrdiff_t count, Real alpha, const Vectors<const Real> p, const Vectors<const Real> q,
-                                    const Real* __restrict scale, const Vectors<Real> x, const Vectors<Real> r,
-                                    Real* __restrict products) {
+EVENSTEP_WIDE void advance_solution(std::ptrdiff_t count, Real alpha, const Vectors<const Real> p,
+                                    const Vectors<const Real> q, const Real* __restrict scale, const Vectors<Real> x,
+                                    const Vectors<Real> r, Real* __restrict products) {
 #pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     x.x[i] += alpha * p.x[i];
@@ -128,8 +128,8 @@ EVENSTEP_WIDE void advance_solution(std::ptrdiff_t count, Real alpha, const Vect
 
 /// p <- r / D + beta p.
 template <class Real>
-EVENSTEP_WIDE void advance_direction(std::ptrdiff_t count, Real beta, const Vectors<const Real> r, const Real* __restrict scale,
-                                     const Vectors<Real> p) {
+EVENSTEP_WIDE void advance_direction(std::ptrdiff_t count, Real beta, const Vectors<const Real> r,
+                                     const Real* __restrict scale, const Vectors<Real> p) {
 #pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     p.x[i] = scale[i] * r.x[i] + beta * p.x[i];
@@ -140,8 +140,8 @@ EVENSTEP_WIDE void advance_direction(std::ptrdiff_t count, Real beta, const Vect
 
 /// to <- from + factor step.
 template <class Real>
-EVENSTEP_WIDE void add_scaled(std::ptrdiff_t count, const Vectors<const Real> from, Real factor, const Vectors<const Real> step,
-                              const Vectors<Real> to) {
+EVENSTEP_WIDE void add_scaled(std::ptrdiff_t count, const Vectors<const Real> from, Real factor,
+                              const Vectors<const Real> step, const Vectors<Real> to) {
 #pragma GCC ivdep
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     to.x[i] = from.x[i] + factor * step.x[i];

@@ -1,7 +1,8 @@
 // Vertex block descent (Chen, Liu, Yang, Yuksel, Vertex Block Descent, SIGGRAPH 2024): implicit Euler as the minimum of
 //   G(u) = sum m |u_i - y_i|^2 / (2 h^2) + m d |u_i - u0_i|^2 / (2 h) + springs' energy,    y = u0 + h v0 + h^2 g,
 // by sweeps that move one particle at a time to the minimum of a quadratic model of G in its own position. Particles of one
-// colour have no spring in common and so could all move at once. The first guess is y; v1 = (u1 - u0) / h. Axial dampers, couplings and probes are part of G in the same way.
+// colour have no spring in common and so could all move at once. The first guess is y; v1 = (u1 - u0) / h. Axial dampers,
+// couplings and probes are part of G in the same way.
 //
 // The model has the spring's Hessian without its negative part, as in implicit.cpp, so each 3 x 3 block is at least m (1 +
 // h d) / h^2 times I, and so are the pivots of its L D L' decomposition. Where rounding makes them less they are put back:
@@ -15,10 +16,30 @@
 namespace evenstep::internal {
 namespace {
 
+/// A particle's force on a model and its symmetric Hessian.
+template <class Real>
+struct Model {
+  /// Adds the force pull d and the Hessian across I + along d d'.
+  EVENSTEP_INLINE void add(Real pull, Real across, Real along, const Vector<Real>& d) {
+    f.x += pull * d.x;
+    f.y += pull * d.y;
+    f.z += pull * d.z;
+    xx += across + along * d.x * d.x;
+    yy += across + along * d.y * d.y;
+    zz += across + along * d.z * d.z;
+    xy += along * d.x * d.y;
+    xz += along * d.x * d.z;
+    yz += along * d.y * d.z;
+  }
+  Vector<Real> f;
+  Real xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+};
+
 /// H dx = g for a symmetric H whose pivots are at least `least` > 0.
 template <class Real>
-EVENSTEP_INLINE Vector<Real> solve_block(Real xx, Real xy, Real xz, Real yy, Real yz, Real zz, Real least,
-                                         const Vector<Real>& g) {
+EVENSTEP_INLINE Vector<Real> solve_block(const Model<Real>& h, Real stiffness, Real least, const Vector<Real>& g) {
+  const Real xx = least + stiffness * h.xx, yy = least + stiffness * h.yy, zz = least + stiffness * h.zz;
+  const Real xy = stiffness * h.xy, xz = stiffness * h.xz, yz = stiffness * h.yz;
   const Real d0 = xx > least ? xx : least;
   const Real l10 = xy / d0, l20 = xz / d0;
   const Real yy1 = yy - l10 * xy;
@@ -51,8 +72,7 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
 #pragma GCC ivdep
   for (std::ptrdiff_t n = 0; n < count; ++n) {
     const std::ptrdiff_t i = cells[n];
-    Vector<Real> f;
-    Real xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+    Model<Real> model;
     const Vector<Real> moved{u.x[i] - u0.x[i], u.y[i] - u0.y[i], u.z[i] - u0.z[i]};
 #pragma GCC unroll 18
     for (int s = 0; s < kNeighbours; ++s) {
@@ -71,43 +91,25 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
         pull += damper * (w.x * d.x + w.y * d.y + w.z * d.z);
         along += damper;
       }
-      f.x += pull * d.x;
-      f.y += pull * d.y;
-      f.z += pull * d.z;
-      xx += across + along * d.x * d.x;
-      yy += across + along * d.y * d.y;
-      zz += across + along * d.z * d.z;
-      xy += along * d.x * d.y;
-      xz += along * d.x * d.z;
-      yz += along * d.y * d.z;
+      model.add(pull, across, along, d);
     }
     if constexpr (kGeneral) {
 #pragma GCC unroll 2
       for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
         const auto& [x, w] = tools.at[tool];
         const Real held = arrays.held[tool][i], k = held * tools.stiffness[tool], b = held * tools.damping[tool];
-        f.x += k * (x.x - u.x[i]) + b * (w.x * constants.step_s - moved.x);
-        f.y += k * (x.y - u.y[i]) + b * (w.y * constants.step_s - moved.y);
-        f.z += k * (x.z - u.z[i]) + b * (w.z * constants.step_s - moved.z);
-        const Real across = k + b;
+        model.f.x += k * (x.x - u.x[i]) + b * (w.x * constants.step_s - moved.x);
+        model.f.y += k * (x.y - u.y[i]) + b * (w.y * constants.step_s - moved.y);
+        model.f.z += k * (x.z - u.z[i]) + b * (w.z * constants.step_s - moved.z);
         const auto [d, factor, along] = probe_term(u, arrays, constants.tools[tool], tools.at[tool], i);
-        f.x += factor * d.x;
-        f.y += factor * d.y;
-        f.z += factor * d.z;
-        xx += across + along * d.x * d.x;
-        yy += across + along * d.y * d.y;
-        zz += across + along * d.z * d.z;
-        xy += along * d.x * d.y;
-        xz += along * d.x * d.z;
-        yz += along * d.y * d.z;
+        model.add(factor, k + b, along, d);
       }
     }
     const Real stiffness = block.stiffness, inertia = mass[i] * (Real{1} + block.damping);
-    const Vector<Real> g{stiffness * f.x - mass[i] * ((u.x[i] - y.x[i]) + block.damping * moved.x),
-                         stiffness * f.y - mass[i] * ((u.y[i] - y.y[i]) + block.damping * moved.y),
-                         stiffness * f.z - mass[i] * ((u.z[i] - y.z[i]) + block.damping * moved.z)};
-    const Vector<Real> move = solve_block(inertia + stiffness * xx, stiffness * xy, stiffness * xz, inertia + stiffness * yy,
-                                          stiffness * yz, inertia + stiffness * zz, inertia, g);
+    const Vector<Real> g{stiffness * model.f.x - mass[i] * ((u.x[i] - y.x[i]) + block.damping * moved.x),
+                         stiffness * model.f.y - mass[i] * ((u.y[i] - y.y[i]) + block.damping * moved.y),
+                         stiffness * model.f.z - mass[i] * ((u.z[i] - y.z[i]) + block.damping * moved.z)};
+    const Vector<Real> move = solve_block(model, stiffness, inertia, g);
     moves.x[n] = move.x;
     moves.y[n] = move.y;
     moves.z[n] = move.z;
@@ -148,11 +150,10 @@ class VertexBlockDescent final : public CellMethod<Real> {
  public:
   VertexBlockDescent(const MethodCells<Real>& cells, double substep_s)
       : cells_(cells), substep_s_(substep_s), y_(cells.lattice), start_(cells.lattice) {
-    const auto [nx, ny, nz] = cells.scene.lattice;
     for (std::int64_t site = 0; site < cells.scene.particle_count; ++site) {
       const auto i = static_cast<std::uint32_t>(cells.lattice.cell(site) - cells.lattice.first);
       if (cells.arrays.mobile[i] == 0) continue;
-      const auto x = static_cast<int>(site % nx), y = static_cast<int>(site / nx % ny), z = static_cast<int>(site / nx / ny);
+      const auto [x, y, z] = site_coordinates(cells.scene, site);
       colours_[static_cast<std::size_t>(colour_of(x, y, z))].push_back(i);
     }
     std::size_t most = 0;

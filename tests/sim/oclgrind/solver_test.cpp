@@ -27,6 +27,22 @@ TEST_CASE("On Oclgrind forces, digest and energy are those of cpu float, bit for
   CHECK(norm(step(*cpu, 2, wandering_tools(199)).force_N[0]) > 0.1);
 }
 
+TEST_CASE("On Oclgrind implicit Euler is that of cpu float, bit for bit") {
+  for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring}) {  // and beside it a spring, a probe
+    TissueScene block = featured_block({true, true, true, true, tool, Method::implicit_euler});
+    block.iterations = 4;
+    const Scene scene = scene_of(block, 1e-3, true);
+    const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
+    for (int n = 0; n < 3; ++n) {
+      const ToolResponse expected = step(*cpu, 2, wandering_tools(20 * n));
+      REQUIRE(same_bits(expected, step(*opencl, 2, wandering_tools(20 * n))));
+      REQUIRE(cpu->state_digest() == opencl->state_digest());
+      REQUIRE(same_bits(cpu->verdict().energy_J, opencl->verdict().energy_J));
+    }
+    CHECK(norm(step(*cpu, 2, wandering_tools(60)).force_N[0]) > 0.01);
+  }
+}
+
 TEST_CASE("On Oclgrind a scene with every feature is that of cpu float, bit for bit") {
   for (const Method method : {Method::symplectic_euler, Method::velocity_verlet}) {
     for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring}) {  // and beside it a spring, a probe

@@ -32,8 +32,15 @@ struct RampStop { ConstantVelocity ramp; RealTime stop; };
 struct StickSlip { glm::dvec3 velocity_m_per_s{0}; Duration stick{0}; Duration slip{1}; };
 /// Linear between rows (strictly increasing times, at least one); holds the ends.
 struct RecordedMotion { std::vector<std::pair<RealTime, glm::dvec3>> rows; };
+/// From rest to rest through the points given, from the origin on: each move covers its way D as D (10 u^3 - 15 u^4 + 6 u^5),
+/// u = time / duration, which has the least mean square jerk (Flash and Hogan 1985), and rests at its end. At most 1.875
+/// D / duration fast.
+struct MinimumJerk {
+  struct Move { glm::dvec3 to_m{0}; Duration duration{1}; Duration rest{0}; };   ///< duration > 0, rest >= 0
+  std::vector<Move> moves;
+};
 
-using Motion = std::variant<Still, ConstantVelocity, Sine, RampStop, StickSlip, RecordedMotion>;
+using Motion = std::variant<Still, ConstantVelocity, Sine, RampStop, StickSlip, RecordedMotion, MinimumJerk>;
 
 glm::dvec3 position_m(const Motion& motion, RealTime at);
 

@@ -1,16 +1,18 @@
 #pragma once
 /// Where the device lane and the simulation lane meet: per device one ring of samples down (Figure 3 a) and one ring of
-/// forces back (Figure 4 e), each with one writer and one reader. Everything a lane learns that the schedule does not
+/// forces, or of contact records, back (Figure 4 e), each with one writer and one reader. Everything a lane learns that the schedule does not
 /// determine passes through here: the device's samples, live reads of the clock, and the head each ring read saw. On a wall
 /// clock these are kept (`DeviceInputs`); giving the same back replays the run exactly.
 
 #include <deque>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/motion.h"
+#include "evenstep/device/renderer.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/latency_budget.h"
@@ -35,10 +37,25 @@ struct DeviceInputs {
   std::vector<std::uint64_t> interaction_heads;  ///< per step
 };
 
-/// The force of one tick as the schedule gives it, before the guard.
+/// The force of one tick as it was rendered from the schedule, before the guard.
 struct Played {
   RealTime at;
   Reading<glm::dvec3> force_N;
+};
+
+namespace internal {
+class RenderedSchedule;
+}
+
+/// How a tick's force is made of its scheduled record (device/renderer.h).
+struct RenderForce {};
+struct RenderLocal {
+  double alpha = 1;
+  bool knows_gap = true;
+};
+struct RenderSmith {
+  SpringMode mode;
+  Duration memory;                        ///< how long a record's read time stays within reach
 };
 
 /// One device's two rings and what happens on their way.
@@ -46,9 +63,10 @@ struct LinkSpec {
   std::size_t samples = 0;                ///< capacity of the ring of samples
   std::size_t forces = 0;                 ///< capacity of the ring of forces
   Emission emission = Emission::linear;
+  std::variant<RenderForce, RenderLocal, RenderSmith> render;
   SamplingGrid ticks;                     ///< when its samples are due
   Extrapolation interaction;              ///< a read newer than the newest sample; default: clamp
-  Extrapolation force;                    ///< a tick past the last emission time; default: hold
+  Extrapolation force;                    ///< a tick past the last emission time; default: hold. RenderForce only
   bool gate = false;                      ///< a step waits for its sample
   /// Strategy `filtered`: of what the steps read (at the step rate), or of what the ticks play (at the device's rate).
   std::optional<FilterSpec> interaction_filter, force_filter;
@@ -58,14 +76,14 @@ struct LinkSpec {
 class Exchange {
  public:
   explicit Exchange(const std::vector<LinkSpec>& links);
-  virtual ~Exchange() = default;
+  virtual ~Exchange();
   int tool_count() const { return static_cast<int>(links_.size()); }
 
   // Device lane.
   /// Reads the device and makes its sample visible to the simulation lane.
   DeviceSample sense(int tool, const Scheduler& scheduler);
-  /// The force to play now.
-  Played play(int tool, const Scheduler& scheduler);
+  /// The force to play now, under the hand as `sample` has it.
+  Played play(int tool, const DeviceSample& sample, const Scheduler& scheduler);
 
   // Simulation lane.
   /// The hand at a slot's time, or the newest sample where the slot is not mapped.
@@ -74,10 +92,10 @@ class Exchange {
   bool must_wait(int tool, const Reading<glm::dvec3>& hand) const;
   /// When to look again: at the tick that brings the sample; where that one is late, soon after `now`.
   RealTime next_sample(int tool, const Slot& slot, RealTime now) const;
-  void respond(int tool, RealTime emission, const glm::dvec3& force_N);
+  void respond(int tool, RealTime emission, const ContactRecord& record);
 
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
-  std::uint64_t forces(int tool) const { return links_[static_cast<std::size_t>(tool)].forces.head(); }
+  std::uint64_t forces(int tool) const;
 
  protected:
   virtual DeviceSample read_device(int tool, const Scheduler& scheduler) = 0;
@@ -89,7 +107,7 @@ class Exchange {
     explicit Link(const LinkSpec& spec);
     LinkSpec spec;
     SampleBuffer<glm::dvec3> interaction;
-    ForceSchedule<glm::dvec3> forces;
+    std::unique_ptr<internal::RenderedSchedule> forces;
     std::optional<Filter<glm::dvec3>> interaction_filter, force_filter;
   };
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads

@@ -26,8 +26,8 @@ struct NominalUnits {
 
 Parsed<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});   ///< finer than 1 ns is an error; |t| <= 1e6 s
 Parsed<Rate> parse_rate(std::string_view text);                                             ///< Hz, kHz; > 0
-enum class Dimension { none, time, length, velocity, acceleration, force, stiffness, damping, mass, rate, ratio, slew, drift };
-/// SI base value: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, "10 %" = 0.1, "10 %/s" = 0.1 (drift), bare number for Dimension::none.
+enum class Dimension { none, time, length, velocity, acceleration, force, stiffness, damping, mass, rate, ratio, energy, drift, slew };
+/// SI base value: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J, "10 %" = 0.1, "10 %/s" = 0.1 (drift), bare number for Dimension::none.
 Parsed<double> parse_si(std::string_view text, Dimension dimension);
 
 /// A limit of an expectation: number and unit as written; `step` and the nominal times are resolved when judged.

@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "evenstep/device/force_guard.h"
+#include "evenstep/device/hand.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/device/motion.h"
+#include "evenstep/device/renderer.h"
 #include "evenstep/harness/diagnostic.h"
 #include "evenstep/harness/quantity.h"
 #include "evenstep/remap/filters.h"
@@ -35,13 +37,34 @@ bool iterates(Method method);
 
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
+/// A tissue with one mode, as the tool feels it: a mass between two equal springs.
+struct TissueMode {
+  std::optional<double> frequency_Hz;           ///< of the mass, the tool held still
+  std::optional<double> damping_ratio;
+  std::optional<double> static_N_per_m;         ///< at rest; each spring has twice that
+};
+
+/// [[device]] render: how a tick's force is made of its scheduled record (device/renderer.h). What its kind has no use for
+/// keeps the value here.
+struct RenderSpec {
+  enum class Kind { force, local, smith } kind = Kind::force;
+  std::optional<double> alpha = 1.0;            ///< local; none: automatic
+  LocalModel stiffness = LocalModel::none;      ///< local: which one the solver gives
+  bool knows_gap = true;                        ///< local; false is a control
+  TissueMode mode;                              ///< smith; what is not given is the scene's
+  double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
+};
+
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
   Duration phase;
   QueuePolicy queue = QueuePolicy::hidraw;
-  ProgrammedMotion motion;
+  ProgrammedMotion motion;                      ///< of a hand: its intended path
+  std::optional<HandSpec> hand;                 ///< feels the force; none: the motion is programmed
+  Duration force_delay;                         ///< from writing a force to when the hand feels it
   Emission emission = Emission::linear;
+  RenderSpec render;
   ForceLimits limits;
 };
 
@@ -79,6 +102,8 @@ struct TimingSpec {
 
 /// A step of a study: the scene's step cut into `substeps`, or `steps` of them at once; one of the two is 1.
 struct StudyStep { int substeps = 1; int steps = 1; };
+/// Stiffnesses between which a study looks for the largest stable one.
+struct StiffnessSearch { double from_N_per_m = 0, to_N_per_m = 0; int seeds = 1; };
 struct StudySpec {
   Duration duration;                            ///< simulated, from the begin of the first motion
   std::vector<Method> methods;
@@ -86,6 +111,7 @@ struct StudySpec {
   std::vector<StudyStep> steps;                 ///< coarsest first; empty: halvings around each method's limit
   std::vector<int> iterations;                  ///< of methods that iterate; empty: each method's own
   int repeats = 5;
+  std::optional<StiffnessSearch> stiffness_limit;   ///< then the study is this search, and nothing of the above counts
 };
 
 struct Expectation {
@@ -116,6 +142,29 @@ struct CaseSpec {
   bool allow_unstable = false;
 };
 
+/// A key of a sweep's grid and what it is set to.
+struct SweepAxis {
+  std::string path;                             ///< as --set takes it: "timing.visualization"
+  std::vector<std::string> values;              ///< as TOML: "\"5 ms\"", "15"; all different
+  Place place;
+};
+/// The least (greatest) value of an axis from which on everything passes.
+struct SweepFind {
+  std::size_t axis = 0;                         ///< of the grid; its values rise strictly
+  bool smallest = true;
+  std::string gate;                             ///< at_most or at_least as written; empty: any value will do
+  std::size_t allowed = 0;                      ///< so many of its values meet it: the first ones of `smallest`, else the last
+};
+/// [sweep]: the runs that `evenstep sweep` makes of a scenario.
+struct SweepSpec {
+  std::vector<std::uint64_t> seeds;             ///< at least one, all different
+  std::vector<SweepAxis> grid;                  ///< the first varies slowest
+  std::optional<std::int64_t> stop_after;
+  int keep_worst = 5;
+  std::optional<SweepFind> find;
+};
+inline constexpr std::int64_t kMostSweepPoints = 10'000'000;  // some 5 GB of lines
+
 struct Scenario {
   std::string file;
   std::string name, because;
@@ -136,6 +185,7 @@ struct Scenario {
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
   StudySpec study;
+  std::optional<SweepSpec> sweep;
   std::vector<Expectation> expectations;
   struct ExpectStop { std::string reason; std::optional<std::int64_t> at_most_step; Place place; };
   std::optional<ExpectStop> expect_stop;
@@ -143,6 +193,9 @@ struct Scenario {
   NominalUnits nominal;
   std::string resolved_toml;                    ///< the merged table, for resolved.toml
 };
+
+/// A device is a hand that feels the force: what was felt decides where it goes.
+bool has_hand(const Scenario& scenario);
 
 struct ReadOptions { std::vector<std::string> set; std::optional<std::uint64_t> seed; };
 struct ReadResult {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "evenstep/device/renderer.h"
 #include "evenstep/scheduler/work.h"
 #include "evenstep/sim/solver.h"
 
@@ -23,6 +24,10 @@ class SolverStep final : public Work {
   ToolResponse response;                            ///< out
   std::uint64_t state_digest = 0;                   ///< out
   double seconds = 0;                               ///< host time spent so far; reported, never hashed
+  /// The step about to run gets this position, where the hand was at `read_at`.
+  void give(int tool, const glm::dvec3& position_m, RealTime read_at);
+  /// What the last step leaves for the device lane. Without Scene::local_model it is the force alone.
+  ContactRecord contact(int tool) const;
   /// The step about to run begins at `began`: with a variable step size it advances by the real time since the one before
   /// (the first one by the nominal step size).
   void begins(RealTime began);
@@ -36,6 +41,7 @@ class SolverStep final : public Work {
   int tool_count_;
   bool digest_;
   bool variable_;
+  std::array<RealTime, kMaxTools> read_at_{};
   double step_s_;  // of the step about to run
   double simulated_s_ = 0;
   std::optional<RealTime> began_;

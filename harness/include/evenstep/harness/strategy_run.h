@@ -40,8 +40,9 @@ struct LaneParts {
 };
 /// Both lanes on one scheduler.
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control);
-/// Turns a scheduler's failed status into RunFailure; returns if there is none.
-void throw_if_failed(const RunStatus& status, const std::string& strategy);
+/// Turns a scheduler's failed status into RunFailure; returns if there is none. `steps`: that the run had made, the step of a
+/// failure that comes from the device.
+void throw_if_failed(const RunStatus& status, const std::string& strategy, std::int64_t steps = -1);
 /// Runs in slices of virtual or wall time, so that an interrupt is heard and progress is shown.
 RunStatus run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control);
 

@@ -21,7 +21,7 @@ struct StudyControl {
 };
 
 /// Every cell of [study], whatever becomes of it. The errors are reproducible, the costs are not. Throws RunFailure where
-/// there is no reference (a scene that no method takes), std::invalid_argument for a spring. Interrupted: the cells so far.
+/// there is no reference (a scene that no method takes), std::invalid_argument for what is no tissue. Interrupted: the cells so far.
 StudyRecord run_study(const Scenario& scenario, const StudyControl& control = {});
 
 /// "1 % force", "10 um position", "5 % energy". A share of the position's error is one of the rms displacement.

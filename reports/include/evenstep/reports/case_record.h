@@ -18,13 +18,14 @@ enum class CellStatus {
   drifting,    ///< off the exact answer by more than the kind's tolerance; CaseCell::shown is by how much
   refused,     ///< the solver said no, and why: CaseCell::detail
   diverged,    ///< not finite, or grown beyond all bounds; CaseCell::steps is the first bad step
-  unavailable  ///< this solver does not have this method, or there is no such device here
+  unavailable, ///< this solver does not have this method, or there is no such device here
+  interrupted  ///< not run, or not to its end: somebody stopped the case. Of such a cell nothing else is known
 };
 const char* name_of(CellStatus status);
 
 struct CaseCell {
   double value = 0;                       ///< of the sweep
-  CellStatus status = CellStatus::ok;
+  CellStatus status = CellStatus::interrupted;
   std::optional<double> shown;
   std::string detail;                     ///< refused, unavailable: the solver's words
   std::int64_t steps = 0;                 ///< run; diverged: the first bad one

@@ -46,6 +46,7 @@ struct TickRow {
   Vec3 position_m{};     ///< sample read
   Vec3 force_N{};        ///< sent (after the guard)
   bool started = false;  ///< false before the first emission time: no force yet
+  std::optional<Vec3> undelayed_N = {};  ///< what the scene gives without any delay under these positions, where it was asked
 };
 
 struct DeviceRecord {
@@ -148,6 +149,8 @@ struct Nominal {
     RealTime first_tick;
     std::optional<RealTime> stop_at;
     std::optional<Sine> sine = std::nullopt;   ///< only a sine motion has one
+    bool feels_force = false;                  ///< a hand: its motion is not known beforehand
+    Duration force_delay = {};                 ///< from the tick that sends a force to when it is felt
   };
   std::vector<Device> devices;
 };

@@ -23,6 +23,28 @@ struct SpringScene {
   double stiffness_N_per_m = 200;
 };
 
+/// A wall that pushes each tool out along its normal n and never pulls: F = n k (p + p^2 / l) at the depth p = surface - n . x,
+/// nothing where p < 0. Memoryless.
+struct WallScene {
+  double stiffness_N_per_m = 200;
+  glm::dvec3 normal{1, 0, 0};    ///< out of the surface, towards the tool; of any length
+  double surface_m = 0;          ///< of the surface along the normal, from the origin
+  double hardening_m = 0;        ///< l; 0: none, F = n k p
+};
+
+/// The least tissue that rings: a mass on a ground spring 2 k, which each tool (with a mass of its own) presses with a contact
+/// spring 2 k. So the tool feels 2 k at once and k when the mass has come to rest. f0 and the damping ratio are those of the
+/// mass between its two springs, the tool held still. Not one-sided: along every axis, pushing and pulling, from the origin.
+/// One-sided: along the normal, as the wall, from a surface that the mass carries.
+struct ModeScene {
+  double stiffness_N_per_m = 200;  ///< k
+  double frequency_Hz = 30;        ///< f0
+  double damping_ratio = 0.1;
+  bool one_sided = false;
+  glm::dvec3 normal{1, 0, 0};
+  double surface_m = 0;
+};
+
 /// How a tool and the tissue touch. Positions are block coordinates, m: the origin is the block's minimum corner.
 enum class CouplingKind {
   grab,    ///< kinematic: the particles held move rigidly with the tool, in a straight line over the substeps
@@ -82,31 +104,34 @@ struct TissueScene {
   std::vector<MaterialRegion> regions;
   FixedFaces fixed;
   Method method = Method::symplectic_euler;
-  int iterations = 0;  ///< at most, per substep: of conjugate gradients, or sweeps; 0: 20 (implicit Euler), 40 (midpoint), 10
+  int iterations =
+      0;  ///< at most, per substep: of conjugate gradients, or sweeps; 0: 20 (implicit Euler), 40 (midpoint), 10
   int substeps = 0;    ///< per step; 0 = "auto": least that meets the configuration-free bound, 1 without a bound
   std::vector<ToolCoupling> tools;  ///< one per tool
   /// State at step 0, by site (x-fastest, particle_count entries); empty: at rest.
   std::vector<glm::dvec3> initial_displacement_m, initial_velocity_m_per_s;
 };
 
-/// The tool's local linear model in ToolResponse: f(x + d) = force - stiffness d.
+/// The tool's local linear model, Solver::contacts: f(x + d) = force - stiffness d.
 enum class LocalModel {
   none,
   instantaneous,  ///< the other particles stay where they are
-  /// The other particles come to rest again: probed at rest when the scene loads, three systems per tool. A probe touches
-  /// other particles in every step, each with a nodal compliance of its own: for it this is `instantaneous`.
+  /// The other particles come to rest again: probed at rest when the scene loads, three systems per grab or spring. A probe
+  /// touches other particles in every step: the 16 nearest to its centre at the start are probed, three systems each, and
+  /// every one touched is in series with its own nodal compliance. The result is at least the settled stiffness: that they
+  /// yield under each other is neglected, and others than these 16 count as in `instantaneous`.
   settled
 };
 
 struct Scene {
-  std::variant<SpringScene, TissueScene> body;
+  std::variant<SpringScene, WallScene, ModeScene, TissueScene> body;
   Rate step_rate{450, 1};  ///< 1 / step_size: simulated seconds per step, constant (the paper's premise)
   int tool_count = 1;
   bool needs_state_digest = true;  ///< somebody calls Solver::state_digest
   bool needs_energy = false;       ///< an expectation asks for it
   bool allow_unstable = false;     ///< [scene] allow_unstable
   bool variable_step = false;      ///< somebody gives Solver::step lengths of their own
-  LocalModel local_model = LocalModel::none;  ///< somebody reads ToolResponse::contact
+  LocalModel local_model = LocalModel::none;  ///< somebody reads Solver::contacts
 };
 
 enum class SolverKind { cpu_float, cpu_double, opencl };

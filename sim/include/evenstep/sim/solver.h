@@ -18,20 +18,29 @@
 
 namespace evenstep {
 
-/// Where the tool touches and how stiff that is: enough for a local model at the device's rate. Only with
-/// Scene::local_model.
-struct ToolContact {
-  bool touching = false;           ///< grab and spring: always
-  /// Block coordinates. Grab, spring: center_m moved with the tool; probe: mean of the particles touched, weighted by
-  /// penetration, or the sphere's centre.
-  glm::dvec3 point_m{0};
-  double gap_m = 0;  ///< probe: distance of the nearest particle that moves to the sphere, < 0 inside it; otherwise 0
-  glm::dmat3 stiffness_N_per_m{0}; ///< K in f(x + d) = f(x) - K d, symmetric
-};
-
 struct ToolResponse {
   std::array<glm::dvec3, kMaxTools> force_N{};  ///< on the hand, one per tool; unused entries are zero
-  std::array<ToolContact, kMaxTools> contact{};
+};
+
+/// Where the tool touches and how stiff that is: enough for a local model at the device's rate, between two steps:
+///   f(x + d) = force - stiffness d,    and 0 where unilateral and normal . f(x + d) < 0: a surface does not pull.
+/// A probe that touches nothing has the force and the stiffness 0, so f(x + d) = 0 for every d: the model holds while
+/// |d| <= gap and does not foresee the touch, which the next step reports. A wall, or a one-sided mode, that is not touched has
+/// the force 0 and the stiffness of the touch to come, which foresees it: f(x + d) = -stiffness (gap normal + d).
+struct ToolContact {
+  bool touching = false;    ///< grab and spring: always
+  bool unilateral = false;  ///< pushes only (probe, wall, one-sided mode)
+  /// Block coordinates. Grab, spring: center_m moved with the tool; probe: mean of the particles touched, weighted by
+  /// penetration, or the sphere's centre. Of a spring, wall or mode: the tool's position.
+  glm::dvec3 point_m{0};
+  /// Probe: unit vector from point_m to the sphere's centre, out of the surface towards the tool; wall, one-sided mode: theirs.
+  /// 0 where there is no such
+  /// side: grab and spring, nothing touched, the centre amid what it touches.
+  glm::dvec3 normal{0};
+  /// Probe: distance of the nearest particle that moves to the sphere, < 0 inside it; wall, one-sided mode: of the tool from
+  /// the surface, < 0 behind it; otherwise 0.
+  double gap_m = 0;
+  glm::dmat3 stiffness_N_per_m{0};  ///< symmetric
 };
 
 /// By site (x-fastest), particle_count entries each.
@@ -105,6 +114,9 @@ class Solver {
   /// sequence of h. It is not stable for any (stability.h): steps above the limit run, the verdict counts them, and a run
   /// that diverges is reported as ever. The spring has no memory and so no use for a length.
   virtual ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s = std::nullopt) = 0;
+  /// One per tool, of the last step (all zero before the first); empty without Scene::local_model. Valid until the next call
+  /// of step() or reset().
+  virtual std::span<const ToolContact> contacts() const = 0;
   /// Digest of all particle positions and velocities, bit for bit, independent of threads and work-group size, equal for
   /// cpu float and opencl (all NaNs count as one). 0 for the spring and without Scene::needs_state_digest.
   virtual std::uint64_t state_digest() = 0;
@@ -123,8 +135,8 @@ struct SolverOptions {
 };
 
 /// Throws SolverError: no platform (with the package to install), out of memory (size asked for and there), unstable
-/// substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that holds nothing. A
-/// spring is one multiplication in double for every kind. OpenCL kernels are built and warmed up before it returns (a first
+/// substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that holds nothing, a surface
+/// without a normal. Spring, wall and mode are a few operations in double for every kind. OpenCL kernels are built and warmed up before it returns (a first
 /// launch can take 250 ms).
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
 

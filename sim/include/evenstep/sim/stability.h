@@ -5,8 +5,8 @@
 /// the whole Hessian is at most the scalar Laplacian of the spring graph, for each axis: u' H u <= sum k (u_i - u_j)^2. (A
 /// compressed spring's negative eigenvalue is buckling, which is physics, not an unstable step.) The damping matrix of axial
 /// dampers c n n' is bounded in the same way, a coupling's spring or a probe's penalty by its stiffness on every particle it
-/// holds or can touch. With lambda the largest eigenvalue of M^-1 (bound of H) and gamma that of M^-1 (bound of the damping),
-/// the mass-proportional damping d included, symplectic Euler is
+/// holds or can touch. With lambda the largest eigenvalue of M^-1 (bound of H) and gamma that of M^-1 (bound of the
+/// damping), the mass-proportional damping d included, symplectic Euler is
 ///   (I - h C / 2) (u_n+1 - 2 u_n + u_n-1) + h C (u_n+1 - u_n-1) / 2 + h^2 K u_n = 0,    M = 1,
 /// which dissipates the energy of I - h C / 2 - h^2 K / 4 as long as that is positive:
 ///   h^2 lambda + 2 h gamma < 4,    without damping h < 2 / sqrt(lambda).
@@ -16,8 +16,8 @@
 ///
 /// lambda is found cube by cube: a spring along an axis belongs to four cubes of eight sites, one across a face to two, a
 /// particle to eight, so K = sum K_e and M = sum M_e with these shares, and x' K x <= sum lambda_e x' M_e x <= max lambda_e
-/// x' M x. A full cube of one material gives 24 k/m, the corner of the lattice's symbol 6 - 2 (cx + cy + cz) + 12 - 4 (cx cy +
-/// cy cz + cz cx) at (-1, -1, 1), which a large block nearly reaches; a chain 4 k/m. Gershgorin's row sums, without the
+/// x' M x. A full cube of one material gives 24 k/m, the corner of the lattice's symbol 6 - 2 (cx + cy + cz) + 12 - 4 (cx cy
+/// + cy cz + cz cx) at (-1, -1, 1), which a large block nearly reaches; a chain 4 k/m. Gershgorin's row sums, without the
 /// particles that do not move, are less where few do (k/m for one particle on one spring): the lesser counts.
 ///
 /// It is a limit for steps of one length. Where the length changes, a mode grows if the product of its step matrices does:
@@ -42,7 +42,8 @@ struct StepLimit {
   double rest_state_lambda_per_s2 = 0;  ///< at rest, untouched: not safe
   double step_s = 0;                    ///< largest stable step of the scene's method; infinite for implicit ones
   double rest_state_step_s = 0;
-  std::int64_t particle = -1;  ///< site x + nx (y + ny z) of the first mobile particle with most stiffness per mass; -1: none
+  /// Site x + nx (y + ny z) of the first mobile particle with most stiffness per mass; -1: none.
+  std::int64_t particle = -1;
 };
 inline constexpr double kStepSafety = 0.9;
 

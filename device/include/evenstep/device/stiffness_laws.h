@@ -1,0 +1,56 @@
+#pragma once
+/// The price of a delay in stiffness, and what a local model pays back: closed forms for a spring K felt by a hand of mass m
+/// and damping b (measured beside them: docs/stiffness.md). The loop is
+///
+///   F(t) = -K [(1 - alpha) x(t - L_e - d) + alpha x(t - h/2 - d)]
+///
+/// L_e  from the hand's position to the force that answers it, hold included: L + h/2 with linear emission, half a slot
+///      more with hold; of `direct` the mean age of the position that the force belongs to.
+/// h/2  the mean age of a force that is held for a tick.         d  of the device itself, both ways.
+///
+/// A delay turns stiffness into negative damping. To first order in the delays, the loop renders a damper b_eq beside its
+/// spring, and is stable while b + b_eq > 0.
+
+#include <optional>
+
+namespace evenstep {
+
+/// The delays of one loop, s. All at least 0, L_e at least h/2.
+struct LoopDelays {
+  double scheduled_s = 0;          ///< L_e
+  double period_s = 1e-3;          ///< h
+  double device_s = 0;             ///< d
+};
+
+/// The hand and the device's handle, without the spring.
+struct Plant {
+  double mass_kg = 0;              ///< > 0
+  double damping_N_s_per_m = 0;    ///< >= 0
+};
+
+/// b_eq = K [(alpha - 1) L_e - alpha h/2 - d], N s/m. alpha = 0: no local model. At frequencies f with 2 pi f L_e < 1; matched to
+/// 0.03 N s/m at K = 300 N/m and 3 Hz.
+double rendered_damping(double stiffness_N_per_m, double alpha, const LoopDelays& loop);
+
+/// alpha* = (L_e + d) / (L_e - h/2): b_eq = 0 there, whatever K. None where L_e is not above h/2: without a latency there is
+/// nothing to make up for.
+std::optional<double> alpha_star(const LoopDelays& loop);
+
+/// alpha <= alpha*: K_max = b / [(1 - alpha) L_e + alpha h/2 + d], 0 to 13 % below what is measured at b = 1 N s/m; far below it
+/// for alpha just under alpha* with strong damping, where the mass matters. Infinite at alpha* and above, where this law ends.
+double damping_limit_N_per_m(double alpha, const LoopDelays& loop, double damping_N_s_per_m);
+
+/// alpha > 1: K_max = 0.55 m (pi / L_e)^2 / (2 alpha - 1), an empirical lower envelope: of alpha 1.1 to 2, m 0.1 to 0.4 kg, b 0.5
+/// to 2 N s/m and d = 0, where the largest stable K lies up to 1.8 times as high.
+double overshoot_limit_N_per_m(double alpha, const LoopDelays& loop, double mass_kg);
+
+/// The law that holds at alpha: the damping's up to alpha*, above it the overshoot's.
+double largest_stiffness_N_per_m(double alpha, const LoopDelays& loop, const Plant& plant);
+
+/// The alpha to use: round up, never down. Below alpha* the loop makes energy, and at 0.9 three quarters of the stiffness that
+/// alpha = 1 allows are gone; above it only the overshoot limits. So alpha* + 0.07; but 1 where the plant's damping alone allows
+/// more than the overshoot does, 2 b / h above 1.6 times its envelope (measured at m = 0.2 kg and L_e = 15.6 ms: the two alphas
+/// are worth the same at b = 3.2 N s/m, the rule changes at 3.0), and 1 where there is no alpha*. At most 4.
+double automatic_alpha(const LoopDelays& loop, const std::optional<Plant>& plant);
+
+}  // namespace evenstep

@@ -1,0 +1,112 @@
+#include "evenstep/device/renderer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace evenstep {
+namespace {
+
+double dot(const glm::dvec3& a, const glm::dvec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+template <class Value>
+Value mixed(const Value& a, const Value& b, double w) {
+  return a + (b - a) * w;
+}
+
+Symmetric mixed(const Symmetric& a, const Symmetric& b, double w) {
+  return {mixed(a.xx, b.xx, w), mixed(a.yy, b.yy, w), mixed(a.zz, b.zz, w),
+          mixed(a.xy, b.xy, w), mixed(a.xz, b.xz, w), mixed(a.yz, b.yz, w)};
+}
+
+glm::dvec3 without_pull(const glm::dvec3& force_N, const glm::dvec3& outward) {
+  return dot(outward, force_N) < 0 ? glm::dvec3(0) : force_N;
+}
+
+}  // namespace
+
+AffineContact affine_contact(const ContactRecord& record, bool knows_gap) {
+  AffineContact contact{record.force_N, record.tool_m, record.stiffness_N_per_m,
+                        record.unilateral ? record.normal : glm::dvec3(0), record.read_at};
+  const bool apart = record.unilateral && record.gap_m > 0;
+  if (apart && knows_gap) contact.force_N = record.stiffness_N_per_m * record.normal * -record.gap_m;
+  if (apart && !knows_gap) contact.stiffness_N_per_m = {};
+  return contact;
+}
+
+AffineContact lerp(const AffineContact& a, const AffineContact& b, double w) {
+  const auto later_ns = static_cast<std::int64_t>(static_cast<double>((b.read_at - a.read_at).ns) * w);
+  return {mixed(a.force_N, b.force_N, w), mixed(a.tool_m, b.tool_m, w),
+          mixed(a.stiffness_N_per_m, b.stiffness_N_per_m, w), mixed(a.outward, b.outward, w),
+          a.read_at + Duration{later_ns}};
+}
+
+double fade(Duration age) {
+  const std::int64_t faded_ns = std::clamp<std::int64_t>((age - kFadeAfter).ns, 0, kFadeFor.ns);
+  return 1 - static_cast<double>(faded_ns) / static_cast<double>(kFadeFor.ns);
+}
+
+glm::dvec3 LocalRenderer::force_N(const AffineContact& scheduled, Duration age, const glm::dvec3& hand_m) const {
+  const glm::dvec3 correction_N = scheduled.stiffness_N_per_m * (scheduled.tool_m - hand_m);
+  return without_pull((scheduled.force_N + correction_N * alpha_) * fade(age), scheduled.outward);
+}
+
+SmithRenderer::SmithRenderer(const SpringMode& mode, Duration memory, Duration period)
+    : mode_(mode),
+      longest_step_s_(std::min(25e-6, std::sqrt(mode.mass_kg / (mode.contact_N_per_m + mode.ground_N_per_m)) / 20)),
+      outputs_(static_cast<std::size_t>(memory.ns / period.ns) + 2) {
+  assert(mode.contact_N_per_m > 0 && mode.ground_N_per_m > 0 && mode.mass_kg > 0 && mode.damping_N_s_per_m >= 0);
+  assert(memory.ns >= 0 && period.ns > 0);
+}
+
+void SmithRenderer::rest_at(const glm::dvec3& hand_m) {
+  mass_m_ = hand_m * (mode_.contact_N_per_m / (mode_.contact_N_per_m + mode_.ground_N_per_m));
+  velocity_m_per_s_ = glm::dvec3(0);
+  hand_m_ = hand_m;
+  kept_ = 0;
+}
+
+void SmithRenderer::advance(Duration by, const glm::dvec3& hand_m) {
+  const int steps = static_cast<int>(std::ceil(seconds(by) / longest_step_s_));
+  const double step_s = seconds(by) / steps;
+  const double inverse_mass = 1 / mode_.mass_kg;
+  for (int i = 0; i < steps; ++i) {
+    const glm::dvec3 x = mixed(hand_m_, hand_m, static_cast<double>(i) / steps);
+    const glm::dvec3 pull_N = (x - mass_m_) * mode_.contact_N_per_m - mass_m_ * mode_.ground_N_per_m -
+                              velocity_m_per_s_ * mode_.damping_N_s_per_m;
+    velocity_m_per_s_ += pull_N * (inverse_mass * step_s);
+    mass_m_ += velocity_m_per_s_ * step_s;
+  }
+  hand_m_ = hand_m;
+}
+
+const SmithRenderer::Output& SmithRenderer::back(std::size_t ticks) const {
+  return outputs_[(next_ + outputs_.size() - 1 - ticks) % outputs_.size()];
+}
+
+glm::dvec3 SmithRenderer::output_at(RealTime at) const {
+  if (back(0).at <= at) return back(0).force_N;
+  for (std::size_t ticks = 1; ticks < kept_; ++ticks) {
+    const Output &earlier = back(ticks), &later = back(ticks - 1);
+    if (earlier.at > at) continue;
+    const double w = static_cast<double>((at - earlier.at).ns) / static_cast<double>((later.at - earlier.at).ns);
+    return mixed(earlier.force_N, later.force_N, w);
+  }
+  return back(kept_ - 1).force_N;
+}
+
+glm::dvec3 SmithRenderer::force_N(const AffineContact& scheduled, Duration age, RealTime now, const glm::dvec3& hand_m) {
+  const Duration since = kept_ > 0 ? now - back(0).at : Duration{};
+  assert(kept_ == 0 || since.ns > 0);
+  if (kept_ == 0 || since > kFadeAfter)
+    rest_at(hand_m);
+  else
+    advance(since, hand_m);
+  outputs_[next_] = {now, (hand_m - mass_m_) * -mode_.contact_N_per_m};
+  next_ = (next_ + 1) % outputs_.size();
+  kept_ = std::min(kept_ + 1, outputs_.size());
+  const glm::dvec3 correction_N = back(0).force_N - output_at(scheduled.read_at);
+  return without_pull((scheduled.force_N + correction_N) * fade(age), scheduled.outward);
+}
+
+}  // namespace evenstep

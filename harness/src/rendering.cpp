@@ -1,0 +1,103 @@
+#include "evenstep/harness/rendering.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+namespace evenstep {
+namespace {
+
+/// Mean of now - (time of the sample that the force played now answers), over all forces played: step n's from its end to the
+/// next one's.
+double mean_age_s(const Scenario& scenario, const DeviceSpec& device) {
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const RealTime end{scenario.run_duration.ns}, first_tick{device.phase.ns};
+  double age_times_s = 0, played_s = 0;
+  std::optional<RealTime> sampled, ended;
+  SegmentTiming segment;
+  while (timing->next(segment) && segment.begin < end) {
+    for (const Interval& step : segment.steps) {
+      if (sampled) {
+        const double from_s = seconds(*ended - *sampled), to_s = seconds(step.end - *sampled);
+        age_times_s += (to_s - from_s) * (to_s + from_s) / 2;
+        played_s += to_s - from_s;
+      }
+      const std::int64_t tick = first_tick_at_or_after(device.rate, step.begin + Duration{1}, first_tick) - 1;
+      sampled = tick_time(device.rate, tick, first_tick);
+      ended = step.end;
+    }
+  }
+  return played_s > 0 ? age_times_s / played_s : 0;
+}
+
+bool plays_as_it_comes(StrategyKind kind) {
+  return kind == StrategyKind::direct || kind == StrategyKind::filtered || kind == StrategyKind::variable_step;
+}
+
+/// The hand that feels the force, where there is one.
+std::optional<Plant> plant_of(const DeviceSpec& device) {
+  if (!device.hand) return std::nullopt;
+  return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};
+}
+
+/// What the tool feels, for an example; of a tissue, whose stiffness at the tool nobody knows yet, 100 N/m.
+double felt_stiffness(const Scene& scene) {
+  return std::visit(
+      [](const auto& body) {
+        using Body = std::decay_t<decltype(body)>;
+        return std::is_same_v<Body, TissueScene> ? 100 : body.stiffness_N_per_m;
+      },
+      scene.body);
+}
+
+}  // namespace
+
+LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  LoopDelays loop;
+  loop.period_s = period_s(device.rate);
+  const double hold_s = device.emission == Emission::hold ? period_s(scenario.scene.step_rate) / 2 : 0;
+  const double latency_s = plays_as_it_comes(plan.kind) ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
+  loop.device_s = seconds(device.force_delay);
+  loop.scheduled_s = latency_s + loop.period_s / 2;
+  return loop;
+}
+
+double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  if (device.render.alpha) return *device.render.alpha;
+  return automatic_alpha(loop_delays(scenario, plan, device), plant_of(device));
+}
+
+std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render) {
+  TissueMode mode = render.mode;
+  if (const auto* tissue = std::get_if<ModeScene>(&scene.body)) {
+    if (!mode.frequency_Hz) mode.frequency_Hz = tissue->frequency_Hz;
+    if (!mode.damping_ratio) mode.damping_ratio = tissue->damping_ratio;
+    if (!mode.static_N_per_m) mode.static_N_per_m = tissue->stiffness_N_per_m;
+  }
+  if (!mode.frequency_Hz || !mode.damping_ratio || !mode.static_N_per_m) return std::nullopt;
+  constexpr double kPi = 3.14159265358979323846;
+  const double turn_per_s = 2 * kPi * *mode.frequency_Hz, spring_N_per_m = 2 * *mode.static_N_per_m;
+  // The mass is the tissue's own, whatever the factor.
+  const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
+  return SpringMode{spring_N_per_m * render.factor, spring_N_per_m * render.factor, mass_kg,
+                    2 * *mode.damping_ratio * mass_kg * turn_per_s};
+}
+
+std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  const LoopDelays loop = loop_delays(scenario, plan, device);
+  const bool local = device.render.kind == RenderSpec::Kind::local;
+  const double alpha = local ? alpha_of(scenario, plan, device) : 0;
+  std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
+  if (const std::optional<double> star = alpha_star(loop); local && star)
+    line += fmt::format(", alpha {:.4g} (alpha* {:.4g})", alpha, *star);
+  const double stiffness = felt_stiffness(scenario.scene);
+  line += fmt::format(", renders {:+.3g} N s/m beside {:.6g} N/m", rendered_damping(stiffness, alpha, loop), stiffness);
+  if (const std::optional<Plant> plant = plant_of(device))
+    line += fmt::format(", a spring of {:.4g} N/m at most", largest_stiffness_N_per_m(alpha, loop, *plant));
+  return line;
+}
+
+}  // namespace evenstep

@@ -1,0 +1,138 @@
+#include "src/closed_loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "src/vec3.h"
+
+namespace evenstep {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kDecay = 0.98;            // over five eighths of the run; what is above does not decay
+constexpr double kDecayFromMiddle = 0.992; // the same decay over two eighths: 0.98^(2/5) = 0.99195
+constexpr double kAtRest_m = 5e-6;         // peak to peak: less is nobody's oscillation
+
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// E where the hand is on the line between two ticks, on which E is a line too (one force is felt between two ticks).
+double energy_at(std::span<const double> t, std::span<const double> energy_J, double at_s) {
+  const auto after = std::upper_bound(t.begin(), t.end(), at_s);
+  if (after == t.end()) return energy_J.back();
+  const auto i = static_cast<std::size_t>(after - t.begin());
+  if (i == 0) return energy_J.front();
+  return energy_J[i - 1] + (energy_J[i] - energy_J[i - 1]) * ((at_s - t[i - 1]) / (t[i] - t[i - 1]));
+}
+
+}  // namespace
+
+std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N,
+                                double delay_s) {
+  std::vector<double> energy_J(t.size(), 0);
+  std::size_t felt = 0;  // changes that are in the past: force_N[felt - 1] is felt
+  for (std::size_t n = 1; n < t.size(); ++n) {
+    const Vec3 way_m = internal::minus(x[n], x[n - 1]);
+    double work_J = 0, from_s = t[n - 1];
+    // What of this interval passes under each force.
+    while (from_s < t[n]) {
+      while (felt < t.size() && t[felt] + delay_s <= from_s) ++felt;
+      const double to_s = felt < t.size() ? std::min(t[n], t[felt] + delay_s) : t[n];
+      if (felt > 0) work_J += dot(force_N[felt - 1], way_m) * ((to_s - from_s) / (t[n] - t[n - 1]));
+      from_s = to_s;
+    }
+    energy_J[n] = energy_J[n - 1] - work_J;
+  }
+  return energy_J;
+}
+
+std::optional<RenderedDamping> rendered_damping(std::span<const double> t, std::span<const double> energy_J,
+                                                double travel_m, double frequency_Hz) {
+  if (t.empty()) return std::nullopt;
+  // A billionth: cycles that end with the last tick are whole.
+  const double cycles = std::floor((t.back() - t.front()) * frequency_Hz * (1 + 1e-9));
+  if (cycles < 1 || !(travel_m > 0)) return std::nullopt;
+  const double end_s = std::min(t.back(), t.front() + cycles / frequency_Hz);
+  const double per_cycle_J = (energy_at(t, energy_J, end_s) - energy_J.front()) / cycles;
+  const double amplitude_m = travel_m / 2, omega = 2 * std::numbers::pi * frequency_Hz;
+  return RenderedDamping{per_cycle_J, per_cycle_J / (std::numbers::pi * amplitude_m * amplitude_m * omega)};
+}
+
+double peak_to_peak(std::span<const Vec3> x) {
+  if (x.empty()) return kNone;
+  Vec3 least = x.front(), most = x.front();
+  for (const Vec3& value : x) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (std::isnan(value[axis])) return kNone;
+      least[axis] = std::min(least[axis], value[axis]);
+      most[axis] = std::max(most[axis], value[axis]);
+    }
+  }
+  return internal::norm(internal::minus(most, least));
+}
+
+bool Oscillation::stable() const {
+  return (late_m < kDecay * early_m && late_m < kDecayFromMiddle * middle_m) || late_m < kAtRest_m;
+}
+
+std::optional<Oscillation> oscillation(std::span<const double> t, std::span<const Vec3> x, double from_s, double length_s) {
+  const auto window = [&](double begin, double end) {
+    const auto first = std::lower_bound(t.begin(), t.end(), from_s + begin * length_s);
+    const auto last = std::lower_bound(first, t.end(), from_s + end * length_s);
+    return x.subspan(static_cast<std::size_t>(first - t.begin()), static_cast<std::size_t>(last - first));
+  };
+  const std::span<const Vec3> early = window(2.0 / 8, 3.0 / 8), middle = window(5.0 / 8, 6.0 / 8), late = window(7.0 / 8, 1);
+  if (early.empty() || middle.empty() || late.empty()) return std::nullopt;
+  return Oscillation{peak_to_peak(early), peak_to_peak(middle), peak_to_peak(late)};
+}
+
+std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal) {
+  std::vector<double> t;
+  std::vector<Vec3> x;
+  for (const std::size_t k : internal::judged_ticks(device, nominal)) {
+    t.push_back(seconds(internal::sent_at(device.ticks[k]) - nominal.judged_from));
+    x.push_back(device.ticks[k].position_m);
+  }
+  return oscillation(t, x, 0, seconds(nominal.end - nominal.judged_from));
+}
+
+namespace internal {
+
+std::map<std::string, double> closed_loop_values(const RunRecord& run, const DeviceRecord& device) {
+  std::map<std::string, double> values;
+  const Nominal::Device* nominal = nominal_device(run.nominal, device.name);
+  const std::vector<std::size_t> ticks = judged_ticks(device, run.nominal);
+  if (!nominal || ticks.size() < 2) return values;
+  std::vector<double> t;
+  std::vector<Vec3> x, force_N;
+  for (const std::size_t k : ticks) {
+    t.push_back(seconds(sent_at(device.ticks[k]) - run.nominal.judged_from));
+    x.push_back(device.ticks[k].position_m);
+    force_N.push_back(device.ticks[k].force_N);
+  }
+  const std::vector<double> energy_J = port_energy(t, x, force_N, seconds(nominal->force_delay));
+  Peak extracted;
+  for (const double energy : energy_J) extracted.add(-energy);
+  values["energy_min"] = -extracted.value;
+  values["energy_end"] = energy_J.back();
+  if (nominal->sine) {
+    const double begun_s = nominal->sine->begin_s - seconds(run.nominal.judged_from - RealTime{0});
+    const auto first = static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), begun_s) - t.begin());
+    if (const auto rendered = rendered_damping(std::span(t).subspan(first), std::span(energy_J).subspan(first),
+                                               norm(nominal->sine->amplitude_m), nominal->sine->frequency_Hz)) {
+      values["energy_per_cycle"] = rendered->energy_per_cycle_J;
+      values["rendered_damping"] = rendered->damping_N_s_per_m;
+    }
+  }
+  if (!nominal->feels_force) return values;
+  const auto swing = oscillation(device, run.nominal);
+  if (!swing) return values;
+  values["peak_to_peak"] = swing->late_m;
+  values["stable"] = swing->stable() ? 1 : 0;
+  if (swing->early_m > 0) values["oscillation_ratio"] = swing->late_m / swing->early_m;
+  return values;
+}
+
+}  // namespace internal
+}  // namespace evenstep

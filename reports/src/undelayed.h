@@ -1,0 +1,17 @@
+#pragma once
+/// The force sent against the force without delay: docs/metrics.md.
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/reports/run_record.h"
+
+namespace evenstep::internal {
+
+/// Empty where the scene was not asked for the undelayed force.
+std::map<std::string, double> undelayed_values(const DeviceRecord& device, const std::vector<std::size_t>& ticks,
+                                               std::optional<RealTime> stop);
+
+}  // namespace evenstep::internal

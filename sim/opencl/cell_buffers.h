@@ -1,0 +1,38 @@
+#pragma once
+/// What the kernels read of every cell, on the device, and the arguments that every kernel of forces takes.
+
+#include <array>
+
+#include "opencl/cl_commands.h"
+#include "src/tissue_solver.h"
+
+namespace evenstep::internal {
+
+/// A buffer that the scene does not need is null.
+struct CellBuffers {
+  CellBuffers(const TissueScene& scene, const Lattice& lattice, const SceneFeatures& features, double substep_s,
+              const ClCommands& commands);
+  std::size_t chunks() const { return lattice.span / kChunk; }
+  bool is_probe(std::size_t tool) const { return scene.tools[tool].kind == CouplingKind::probe; }
+
+  /// MATERIALS and TOOLS of the kernels' parameters (kernels/springs.cl).
+  void add_materials(BoundKernel& kernel) const;
+  void add_tools(BoundKernel& kernel) const;
+  void set_tools(const BoundKernel& kernel, const ToolStates& tools) const;
+
+  const TissueScene& scene;
+  const Lattice& lattice;
+  const SceneFeatures& features;
+  TissueConstants<float> constants;
+  ClBuffer active, mobile, stiffness, inverse_mass, mass;
+  std::array<ClBuffer, kMaxTools> held;
+  ClField rest_m;
+};
+
+inline cl_float4 float4(const std::array<double, 3>& v) {
+  return {{static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]), 0}};
+}
+/// Both tools' offsets and velocities, from argument `at` on.
+void set_tool_states(const BoundKernel& kernel, cl_uint at, const ToolStates& tools);
+
+}  // namespace evenstep::internal

@@ -1,0 +1,94 @@
+#pragma once
+/// One device's context, program and in-order queue; kernels with their arguments.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "opencl/cl_handle.h"
+
+namespace evenstep::internal {
+
+/// Structure of arrays, one entry per cell.
+struct ClField {
+  const ClBuffer& axis(int n) const { return n == 0 ? x : n == 1 ? y : z; }
+  ClBuffer x, y, z;
+};
+
+/// A kernel and its arguments: those that never change in the order of its parameters, then what the tools and the substep
+/// set. Null until ClCommands makes it.
+class BoundKernel {
+ public:
+  BoundKernel() = default;
+  explicit BoundKernel(ClKernel kernel) : kernel_(std::move(kernel)) {}
+  explicit operator bool() const { return kernel_.get() != nullptr; }
+  cl_kernel get() const { return kernel_.get(); }
+
+  template <class... Arguments>
+  void add(const Arguments&... arguments) {
+    (add_one(arguments), ...);
+  }
+  template <class Value>
+  void set(cl_uint index, const Value& value) const {
+    check_cl(clSetKernelArg(kernel_.get(), index, sizeof value, &value), "clSetKernelArg");
+  }
+  /// Index of the argument to be added next.
+  cl_uint next() const { return arguments_; }
+
+  cl_uint tools_at = 0, step_at = 0;
+
+ private:
+  void add_one(const ClField& field) { add(field.x, field.y, field.z); }
+  void add_one(const ClBuffer& buffer) { add_one(buffer.get()); }
+  template <class Value>
+  void add_one(const Value& value) {
+    set(arguments_++, value);
+  }
+
+  ClKernel kernel_;
+  cl_uint arguments_ = 0;
+};
+
+/// Every call throws SolverError where OpenCL's fails. Reads and writes block.
+class ClCommands {
+ public:
+  ClCommands(ClDevice device, std::size_t local_size);
+  void build(const std::string& source, const std::string& options);
+  const ClDevice& device() const { return device_; }
+
+  BoundKernel kernel(const char* name) const;
+  /// `count` is a multiple of the work-group size, except for the few chunk sums.
+  void enqueue(const BoundKernel& kernel, std::size_t count) const;
+  std::size_t padded(std::size_t count) const { return (count + local_size_ - 1) / local_size_ * local_size_; }
+  void finish() const;
+
+  ClBuffer buffer(std::size_t bytes, const void* content = nullptr) const;
+  template <class Value>
+  ClBuffer buffer_of(const std::vector<Value>& content) const {
+    return buffer(content.size() * sizeof(Value), content.data());
+  }
+  ClField field(std::size_t cells) const;
+  template <class Value>
+  void read(const ClBuffer& from, std::vector<Value>& to) const {
+    read(from, to.size() * sizeof(Value), to.data());
+  }
+  template <class Value>
+  void write(const std::vector<Value>& from, const ClBuffer& to) const {
+    write(from.data(), from.size() * sizeof(Value), to);
+  }
+  void zero(const ClBuffer& buffer, std::size_t bytes) const;
+  void copy(const ClBuffer& from, const ClBuffer& to, std::size_t bytes) const;
+
+ private:
+  void read(const ClBuffer& from, std::size_t bytes, void* to) const;
+  void write(const void* from, std::size_t bytes, const ClBuffer& to) const;
+  std::string build_log() const;
+
+  ClDevice device_;
+  std::size_t local_size_;
+  ClContext context_;
+  ClQueue queue_;
+  ClProgram program_;
+};
+
+}  // namespace evenstep::internal

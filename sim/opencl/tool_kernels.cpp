@@ -1,0 +1,121 @@
+#include "opencl/tool_kernels.h"
+
+namespace evenstep::internal {
+
+ToolKernels::ToolKernels(const CellBuffers& cells, const std::vector<std::uint32_t>& watched, const ClCommands& commands)
+    : cells_(cells), watched_(watched), commands_(commands) {
+  std::vector<cl_uint> grabbed, coupled;
+  std::size_t probes = 0;
+  for (std::size_t tool = 0; tool < cells.scene.tools.size(); ++tool) {
+    const auto& held = cells.lattice.held[tool];
+    std::vector<cl_uint>& to = cells.features.grab[tool] ? grabbed : coupled;
+    to.insert(to.end(), held.begin(), held.end());
+    probes += cells.is_probe(tool);
+  }
+  grabbed_count_ = grabbed.size();
+  coupled_count_ = coupled.size();
+  if (!grabbed.empty()) grabbed_ = commands.buffer_of(grabbed);
+  if (!coupled.empty()) coupled_ = commands.buffer_of(coupled);
+  if (probes > 0) probe_cells_ = commands.buffer(cells.lattice.span * cells.features.probe_values() * sizeof(float));
+  if (!watched.empty()) watched_cells_ = commands.buffer_of(watched);
+  result_.resize(3 * (grabbed_count_ + coupled_count_) + probes * probe_size() + 3 * watched.size());
+  if (!result_.empty()) result_buffer_ = commands.buffer(result_.size() * sizeof(float));
+}
+
+void ToolKernels::bind(std::size_t direction, const ClField& u, const ClField& v) {
+  Kernels& kernels = kernels_[direction];
+  if (grabbed_count_ > 0) bind_grab(kernels, u, v);
+  if (coupled_count_ > 0) {
+    kernels.coupling_force = commands_.kernel("coupling_force");
+    kernels.coupling_force.add(coupled_, static_cast<cl_uint>(coupled_count_), u, v);
+    cells_.add_tools(kernels.coupling_force);
+    kernels.coupling_force.add(static_cast<cl_uint>(3 * grabbed_count_), result_buffer_);
+  }
+  if (!watched_.empty()) {
+    kernels.displacements = commands_.kernel("displacements");
+    kernels.displacements.add(watched_cells_, static_cast<cl_uint>(watched_.size()), u, static_cast<cl_uint>(watched_at()),
+                              result_buffer_);
+  }
+  for (std::size_t tool = 0; tool < cells_.scene.tools.size(); ++tool) {
+    if (!cells_.is_probe(tool)) continue;
+    bind_probe(kernels.probe[tool], tool, u);
+    probe_sums_[tool] = commands_.kernel("probe_sums");
+    probe_sums_[tool].add(probe_cells_, static_cast<cl_uint>(probe_at(tool)), result_buffer_);
+  }
+}
+
+void ToolKernels::bind_grab(Kernels& kernels, const ClField& u, const ClField& v) const {
+  const cl_float4 none{};
+  kernels.grab = commands_.kernel("grab");
+  add_grabbed(kernels.grab);
+  kernels.grab.tools_at = kernels.grab.next();
+  kernels.grab.add(none, none, none, none, u, v);
+  kernels.grab_force = commands_.kernel("grab_force");
+  kernels.grab_force.add(grabbed_, static_cast<cl_uint>(grabbed_count_), u);
+  if (cells_.features.axial_damping) kernels.grab_force.add(v);
+  kernels.grab_force.add(cells_.active);
+  if (cells_.features.regions) kernels.grab_force.add(cells_.stiffness);
+  kernels.grab_force.add(cl_uint{0}, result_buffer_);
+}
+
+void ToolKernels::bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) const {
+  const ToolConstants<float>& constants = cells_.constants.tools[tool];
+  const auto& [x, y, z] = constants.center_m;
+  probe = commands_.kernel("probe_cells");
+  probe.add(u, cells_.rest_m, cells_.mobile, constants.stiffness, constants.radius_m, cl_float4{{x, y, z, 0}}, probe_cells_);
+  probe.tools_at = probe.next();
+  probe.add(cl_float4{});
+}
+
+void ToolKernels::add_grabbed(BoundKernel& kernel) const {
+  const std::size_t of_tool_0 = cells_.features.grab[0] ? cells_.lattice.held[0].size() : 0;
+  kernel.add(grabbed_, static_cast<cl_uint>(grabbed_count_), static_cast<cl_uint>(of_tool_0));
+}
+
+void ToolKernels::enqueue_grabbed(const BoundKernel& kernel) const {
+  commands_.enqueue(kernel, commands_.padded(grabbed_count_));
+}
+
+void ToolKernels::put_grabs(std::size_t direction, const ToolStates& tools) const {
+  if (grabbed_count_ == 0) return;
+  const BoundKernel& grab = kernels_[direction].grab;
+  set_tool_states(grab, grab.tools_at, tools);
+  enqueue_grabbed(grab);
+}
+
+void ToolKernels::read(std::size_t direction, const ToolStates& now, ToolReadings& readings) {
+  if (result_.empty()) return commands_.finish();
+  const Kernels& kernels = kernels_[direction];
+  if (grabbed_count_ > 0) enqueue_grabbed(kernels.grab_force);
+  if (coupled_count_ > 0) {
+    cells_.set_tools(kernels.coupling_force, now);
+    commands_.enqueue(kernels.coupling_force, commands_.padded(coupled_count_));
+  }
+  for (std::size_t tool = 0; tool < cells_.scene.tools.size(); ++tool) {
+    if (!cells_.is_probe(tool)) continue;
+    kernels.probe[tool].set(kernels.probe[tool].tools_at, float4(now[tool].offset_m));
+    commands_.enqueue(kernels.probe[tool], cells_.lattice.span);
+    commands_.enqueue(probe_sums_[tool], probe_size());
+  }
+  if (!watched_.empty()) commands_.enqueue(kernels.displacements, commands_.padded(watched_.size()));
+  commands_.read(result_buffer_, result_);
+  take_result(readings);
+}
+
+void ToolKernels::take_result(ToolReadings& readings) const {
+  std::size_t n = 0, grabbed = 0, coupled = 3 * grabbed_count_;
+  for (std::size_t tool = 0; tool < cells_.scene.tools.size(); ++tool) {
+    std::size_t& from = cells_.features.grab[tool] ? grabbed : coupled;
+    for (std::size_t held = 0; held < cells_.lattice.held[tool].size(); ++held, from += 3)
+      readings.held_N[n++] = {result_[from], result_[from + 1], result_[from + 2]};
+    if (!cells_.is_probe(tool)) continue;
+    readings.probes[tool] =
+        add_partials(std::span(result_).subspan(probe_at(tool), probe_size()), cells_.features.local_model);
+  }
+  for (std::size_t w = 0; w < watched_.size(); ++w) {
+    const std::size_t from = watched_at() + 3 * w;
+    readings.displacement_m[w] = {result_[from], result_[from + 1], result_[from + 2]};
+  }
+}
+
+}  // namespace evenstep::internal

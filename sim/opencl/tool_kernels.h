@@ -1,0 +1,51 @@
+#pragma once
+/// Grabbed particles to where their tools are, and what the tools feel, read once per step.
+
+#include <array>
+#include <vector>
+
+#include "opencl/cell_buffers.h"
+
+namespace evenstep::internal {
+
+class ToolKernels {
+ public:
+  /// `watched` as TissueSolver::watched(); all outlive this.
+  ToolKernels(const CellBuffers& cells, const std::vector<std::uint32_t>& watched, const ClCommands& commands);
+  /// Once the program is built: of one direction of the ping-pong, 0 or 1, that reads displacement `u` and velocity `v`.
+  void bind(std::size_t direction, const ClField& u, const ClField& v);
+  bool any_grab() const { return grabbed_count_ > 0; }
+  /// The cells that tools grab, how many there are, and how many of them are tool 0's.
+  void add_grabbed(BoundKernel& kernel) const;
+  void enqueue_grabbed(const BoundKernel& kernel) const;
+
+  void put_grabs(std::size_t direction, const ToolStates& tools) const;
+  void read(std::size_t direction, const ToolStates& now, ToolReadings& readings);
+
+ private:
+  struct Kernels {
+    BoundKernel grab, grab_force, coupling_force, displacements;
+    std::array<BoundKernel, kMaxTools> probe;
+  };
+  void bind_grab(Kernels& kernels, const ClField& u, const ClField& v) const;
+  void bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) const;
+  void take_result(ToolReadings& readings) const;
+
+  // The result holds the grabbed particles' forces, then the coupled ones', each probe's sums and the watched cells.
+  std::size_t probe_at(std::size_t tool) const {
+    return 3 * (grabbed_count_ + coupled_count_) + (tool == 1 && cells_.is_probe(0) ? probe_size() : 0);
+  }
+  std::size_t probe_size() const { return cells_.chunks() * cells_.features.probe_values(); }
+  std::size_t watched_at() const { return result_.size() - 3 * watched_.size(); }
+
+  const CellBuffers& cells_;
+  const std::vector<std::uint32_t>& watched_;
+  const ClCommands& commands_;
+  std::size_t grabbed_count_ = 0, coupled_count_ = 0;
+  ClBuffer grabbed_, coupled_, watched_cells_, probe_cells_, result_buffer_;
+  std::vector<float> result_;
+  std::array<Kernels, 2> kernels_;
+  std::array<BoundKernel, kMaxTools> probe_sums_;
+};
+
+}  // namespace evenstep::internal

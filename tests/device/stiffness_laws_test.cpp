@@ -1,0 +1,70 @@
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "evenstep/device/stiffness_laws.h"
+
+using namespace evenstep;
+
+namespace {
+
+/// 30 Hz, 11.1 ms of visualization, 15 steps, 1 kHz device: L = 15.064 ms, linear.
+LoopDelays reference(double device_s = 0) { return {0.0155644, 1e-3, device_s}; }
+
+}  // namespace
+
+TEST_CASE("at alpha* nothing is rendered beside the spring, whatever its stiffness and the delays") {
+  for (const double late : {0.002, 0.0053, 0.0155644, 0.0238, 0.1}) {
+    for (const double h : {1.25e-4, 1e-3, 2e-3}) {
+      for (const double d : {0.0, 1e-3, 2e-3}) {
+        const LoopDelays loop{late, h, d};
+        const std::optional<double> star = alpha_star(loop);
+        REQUIRE(star);
+        CHECK(*star > 1);
+        for (const double stiffness : {50.0, 300.0, 5000.0}) {
+          CHECK(rendered_damping(stiffness, *star, loop) == Approx(0).margin(1e-13 * stiffness));
+          CHECK(rendered_damping(stiffness, 0.99 * *star, loop) < 0);
+          CHECK(rendered_damping(stiffness, 1.01 * *star, loop) > 0);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("the laws at the reference timing") {
+  CHECK(*alpha_star(reference()) == Approx(1.0332).margin(1e-4));
+  CHECK(*alpha_star(reference(1e-3)) == Approx(1.0996).margin(1e-4));
+  CHECK(*alpha_star(reference(2e-3)) == Approx(1.1660).margin(1e-4));
+  CHECK(rendered_damping(300, 0, reference()) == Approx(-4.67).margin(0.01));
+  CHECK(damping_limit_N_per_m(0, reference(), 1) == Approx(64.25).margin(0.01));
+  CHECK(damping_limit_N_per_m(1, reference(), 1) == Approx(2000));
+  CHECK(damping_limit_N_per_m(0.9, reference(), 1) == Approx(498).margin(1));
+  CHECK(overshoot_limit_N_per_m(1.1, reference(), 0.2) == Approx(3735).margin(1));
+  CHECK(automatic_alpha(reference(), std::nullopt) == Approx(1.1032).margin(1e-4));
+  CHECK(automatic_alpha(reference(), Plant{0.2, 1}) == automatic_alpha(reference(), std::nullopt));
+  // Measured: at 2 N s/m alpha 1.1 bears 5452 N/m and alpha 1 3998, at 5 N s/m 7766 and 10,004.
+  CHECK(automatic_alpha(reference(), Plant{0.2, 2}) == automatic_alpha(reference(), std::nullopt));
+  CHECK(automatic_alpha(reference(), Plant{0.2, 5}) == 1);
+}
+
+TEST_CASE("the largest stiffness is where the rendered damping takes away all of the plant's") {
+  const Plant plant{0.2, 1};
+  for (double alpha = 0; alpha < 1.03; alpha += 0.05) {
+    for (const double d : {0.0, 1e-3}) {
+      const double limit = largest_stiffness_N_per_m(alpha, reference(d), plant);
+      CHECK(rendered_damping(limit, alpha, reference(d)) == Approx(-plant.damping_N_s_per_m).epsilon(1e-12));
+    }
+  }
+  // Above alpha* the overshoot limits; damping does not.
+  CHECK(std::isinf(damping_limit_N_per_m(1.1, reference(), 1)));
+  CHECK(largest_stiffness_N_per_m(1.1, reference(), plant) == overshoot_limit_N_per_m(1.1, reference(), 0.2));
+}
+
+TEST_CASE("without a latency there is no alpha* and nothing to round up") {
+  const LoopDelays none{0.5e-3, 1e-3, 0};
+  CHECK_FALSE(alpha_star(none));
+  CHECK(automatic_alpha(none, Plant{0.2, 1}) == 1);
+  // Half a tick of latency asks for alpha* = 2, and a thousandth for more than any renderer takes.
+  CHECK(automatic_alpha({1e-3, 1e-3, 0}, std::nullopt) == Approx(2.07));
+  CHECK(automatic_alpha({0.5e-3 + 1e-9, 1e-3, 0}, std::nullopt) == 4);
+}

@@ -1,0 +1,157 @@
+// Hands that feel the force: the loop is closed.
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "evenstep/harness/stiffness_limit.h"
+#include "scenarios.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
+  INFO(signal << " " << name << " " << outcome.failure);
+  REQUIRE(outcome.metrics.count(signal) == 1);
+  REQUIRE(outcome.metrics.at(signal).count(name) == 1);
+  return outcome.metrics.at(signal).at(name);
+}
+
+std::string stiffness(double N_per_m) { return fmt::format("scene.stiffness=\"{} N/m\"", N_per_m); }
+
+/// Gripped by an arm on both devices' clocks, one of them at an odd rate, phase and delay, with unread reports dropped.
+const std::vector<std::string> kTwoHands{
+    "run.duration=\"2 s\"",
+    "expect=[]",
+    "scene.stiffness=\"40 N/m\"",
+    "device=[{ name = \"left\", rate = \"1 kHz\", queue = \"libusb\", motion = { kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", "
+    "offset = [\"5 mm\", \"0 mm\", \"-3 mm\"] } }, "
+    "{ name = \"right\", rate = \"1000/3 Hz\", phase = \"0.7 ms\", delay = \"1.3 ms\", motion = { kind = \"hand\", mass = \"0.2 kg\", "
+    "damping = \"1 N s/m\", arm = { mass = \"0.554 kg\", damping = \"6.45 N s/m\", stiffness = \"135 N/m\" }, "
+    "path = { kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"2 Hz\" } } }]"};
+
+}  // namespace
+
+TEST_CASE("hands that feel the force give the same bits on every run, thread count and permutation of ties") {
+  const Scenario scenario = read("closed-loop/price-remap.toml", kTwoHands);
+  const RunRecord first = run_all(scenario);
+  CHECK(run_all(scenario).trace_hash == first.trace_hash);
+  RunOptions one_thread;
+  one_thread.threads = 1;
+  CHECK(run_all(scenario, one_thread).trace_hash == first.trace_hash);
+  // A strategy that is left out changes no other: each has hands of its own.
+  Scenario alone = scenario;
+  alone.strategies = {StrategyKind::phase_locked};
+  CHECK(strategy(run_all(alone), "phase_locked").trace_hash == strategy(first, "phase_locked").trace_hash);
+  // Another hand is another run.
+  Scenario heavier = scenario;
+  heavier.devices[1].hand->mass_kg *= 1.0001;
+  CHECK(run_all(heavier).trace_hash != first.trace_hash);
+}
+
+TEST_CASE("a hand goes where its force sends it: another stiffness, another delay, another path are seen in its positions") {
+  const auto at_one_second = [](const std::vector<std::string>& more) {
+    std::vector<std::string> set = kTwoHands;
+    set.insert(set.end(), more.begin(), more.end());
+    const RunRecord run = run_all(read("closed-loop/price-remap.toml", set));
+    return strategy(run, "direct").devices[1].ticks[333].position_m[0];
+  };
+  const double base = at_one_second({});
+  CHECK(std::abs(at_one_second({"scene.stiffness=\"60 N/m\""}) - base) > 1e-4);
+  CHECK(std::abs(at_one_second({"device.right.delay=\"0 s\""}) - base) > 1e-6);
+  CHECK(std::abs(at_one_second({"device.right.motion.path.frequency=\"3 Hz\""}) - base) > 1e-4);
+}
+
+TEST_CASE("energy, damping and stability tell a loop that gives energy from one that takes it") {
+  // An even 1 kHz loop on a spring is what direct would be without a visualization; here its bursts delay.
+  const RunOutcome soft = run_scenario(read("closed-loop/price-remap.toml"), {});
+  CHECK(metric(soft, "closed_loop.left.phase_locked", "stable") == 1);
+  CHECK(metric(soft, "closed_loop.left.phase_locked", "energy_min") < metric(soft, "closed_loop.left.direct", "energy_min"));
+  CHECK(soft.metrics.at("closed_loop.left.direct").count("rendered_damping") == 0);
+  const RunOutcome stiff = run_scenario(read("closed-loop/price-remap-unstable.toml"), {});
+  CHECK(stiff.exit == ExitCode::pass);
+  CHECK(metric(stiff, "closed_loop.left.phase_locked", "oscillation_ratio") > 1);
+}
+
+TEST_CASE("a hand has no nominal speed, no true position and no ideal twin") {
+  const RunOutcome outcome = run_scenario(read("closed-loop/price-remap.toml", kTwoHands), {});
+  CHECK(outcome.metrics.at("left.interaction.direct").count("error_max") == 0);
+  CHECK(outcome.metrics.at("left.interaction.direct").count("step_ratio_max") == 0);
+  CHECK(outcome.metrics.at("right.interaction.direct").count("gain") == 0);
+  const auto errors = [](const std::string& expect) {
+    std::string text;
+    for (const Diagnostic& error : check_expectations(read("closed-loop/price-remap.toml", {"expect=[" + expect + "]"})))
+      text += error.message;
+    return text;
+  };
+  CHECK_THAT(errors("{ signal = \"left.force.direct\", metric = \"deviation_from_ideal\", max = \"1 N\" }"),
+             Catch::Contains("a hand that feels the force has none"));
+  CHECK_THAT(errors("{ signal = \"left.interaction.direct\", metric = \"velocity_jump\", max = \"1 step\" }"),
+             Catch::Contains("has no unit 'step'"));
+  CHECK(errors("{ signal = \"closed_loop.left.direct\", metric = \"energy_min\", min = \"-3 mJ\" }").empty());
+}
+
+TEST_CASE("a hand that leaves its reach stops the run with device, strategy and time, and a scenario may expect that") {
+  std::vector<std::string> set{"run.strategies=[\"direct\"]", "scene.stiffness=\"2 kN/m\"",
+                               "device.left.force_limit=\"1 kN\"", "expect=[]"};
+  const RunOutcome failed = run_scenario(read("closed-loop/price-remap.toml", set), {});
+  CHECK(failed.exit == ExitCode::run_failed);
+  CHECK_THAT(failed.failure, Catch::StartsWith("direct: left: the hand is more than 2 m away at ") && Catch::EndsWith(" s"));
+  CHECK_THAT(failed.remedy, Catch::Contains("force_limit"));
+  set.push_back("expect_stop={ reason = \"diverged\", at_most_step = 3600 }");
+  CHECK(run_scenario(read("closed-loop/price-remap.toml", set), {}).exit == ExitCode::pass);
+  set.back() = "expect_stop={ reason = \"diverged\", at_most_step = 1 }";  // not so early
+  CHECK(run_scenario(read("closed-loop/price-remap.toml", set), {}).exit == ExitCode::expectation_failed);
+}
+
+TEST_CASE("a force limit bounds what shakes, so that it is measured as unstable instead of lost") {
+  for (const double N_per_m : {220.0, 300.0, 500.0, 1000.0, 5000.0}) {
+    const RunOutcome outcome = run_scenario(read("closed-loop/price-raw-unstable.toml", {stiffness(N_per_m)}), {});
+    CHECK(outcome.exit == ExitCode::pass);
+    CHECK(metric(outcome, "closed_loop.left.direct", "stable") == 0);
+  }
+}
+
+TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and its two ends judge as it says") {
+  Scenario scenario = read("closed-loop/price-study.toml");
+  const StiffnessLimits study = run_stiffness_limits(scenario);
+  REQUIRE(study.limits.size() == 2);
+  for (const StiffnessLimit& limit : study.limits) {
+    CAPTURE(limit.strategy, limit.stable_N_per_m, limit.unstable_N_per_m);
+    CHECK(limit.state == StiffnessLimit::State::found);
+    CHECK(limit.unstable_N_per_m <= 1.01 * limit.stable_N_per_m);
+    for (const double N_per_m : {limit.stable_N_per_m, limit.unstable_N_per_m}) {
+      const RunOutcome outcome = run_scenario(read("closed-loop/price-remap.toml", {fmt::format("scene.stiffness=\"{:.17g} N/m\"", N_per_m),
+                                                                                    "expect=[]",
+                                                                                    "run.strategies=[\"" + limit.strategy + "\"]"}), {});
+      CHECK(metric(outcome, "closed_loop.left." + limit.strategy, "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
+    }
+  }
+  // b / (L + h/2) = 64.3 N/m by the law; it is conservative by up to 13 %.
+  CHECK(study.limits[1].strategy == "phase_locked");
+  CHECK(study.limits[1].stable_N_per_m > 58);
+  CHECK(study.limits[1].unstable_N_per_m < 72);
+  CHECK(study.limits[1].latency_s == Approx(15.064e-3).epsilon(1e-3));
+
+  scenario.study.stiffness_limit = StiffnessSearch{100, 110, 2};
+  const StiffnessLimits ends = run_stiffness_limits(scenario);
+  CHECK(ends.limits[0].state == StiffnessLimit::State::above);
+  CHECK(ends.limits[0].stable_N_per_m == 110);
+  CHECK(ends.limits[0].runs == 4);  // two stiffnesses, two seeds
+  CHECK(ends.limits[1].state == StiffnessLimit::State::below);
+  CHECK(ends.limits[1].unstable_N_per_m == 100);
+  CHECK_THAT(stiffness_csv(ends), Catch::Contains("direct,above,110,,0,4\n") && Catch::Contains("phase_locked,below,,100,"));
+  CHECK_THAT(stiffness_json(ends), Catch::Contains("\"strategy\":\"direct\",\"state\":\"above\",\"stable_N_per_m\":110,\"latency_s\":0,\"runs\":4"));
+  CHECK_THAT(stiffness_table(ends), Catch::Contains("above 110 N/m") && Catch::Contains("below 100 N/m"));
+}
+
+TEST_CASE("an interrupted study keeps the strategies that were finished and says so") {
+  const std::atomic<bool> interrupted{true};
+  StudyControl control;
+  control.interrupted = &interrupted;
+  const StiffnessLimits study = run_stiffness_limits(read("closed-loop/price-study.toml"), control);
+  CHECK(study.interrupted);
+  CHECK(study.limits.empty());
+}

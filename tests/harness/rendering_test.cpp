@@ -1,0 +1,121 @@
+// What a device renders, through the whole loop.
+
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "evenstep/harness/rendering.h"
+#include "scenarios.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+const std::string kLocal = "device.left.render={ kind = \"local\" }";
+
+std::vector<std::string> short_run(std::vector<std::string> set) {
+  set.insert(set.end(), {"run.duration=\"1 s\"", "expect=[]"});
+  return set;
+}
+
+double largest_error(const RunRecord& run, const std::string& of) {
+  return measure(run).at("left.force." + of).at("error_max");
+}
+
+}  // namespace
+
+TEST_CASE("on a spring every strategy that renders locally sends the force of no delay") {
+  for (const char* motion : {"{ kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] }",
+                             "{ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }",
+                             "{ kind = \"ramp-stop\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], stop = \"0.6 s\" }"}) {
+    const std::string set_motion = std::string("device.left.motion=") + motion;
+    const std::string strategies = "run.strategies=[\"direct\", \"paper\", \"phase_locked\", \"predict\"]";
+    const RunRecord plain = run_all(read("paper/figure-1-spring.toml", short_run({set_motion, strategies})));
+    const RunRecord local = run_all(read("paper/figure-1-spring.toml", short_run({set_motion, strategies, kLocal})));
+    for (const StrategyRecord& record : local.strategies) {
+      INFO(motion << " " << record.name);
+      CHECK(largest_error(local, record.name) <= 1e-13 * 200);  // rounding of 200 N/m times less than 0.1 m
+      CHECK(largest_error(plain, record.name) >= 0.02);
+      // What the solver sees is the same, bit for bit: only the device's side is another.
+      const StrategyRecord& same = strategy(plain, record.name);
+      REQUIRE(record.steps.size() == same.steps.size());
+      for (std::size_t n = 0; n < same.steps.size(); ++n) {
+        REQUIRE(record.devices[0].steps[n].position_m == same.devices[0].steps[n].position_m);
+        REQUIRE(record.devices[0].steps[n].force_N == same.devices[0].steps[n].force_N);
+        REQUIRE(record.steps[n].emission == same.steps[n].emission);
+      }
+    }
+  }
+}
+
+TEST_CASE("alpha under a local spring: too soft leaves its share of the latency's error, too stiff makes up for more") {
+  const auto error = [](const std::string& alpha) {
+    const Scenario scenario = read("paper/figure-1-spring.toml",
+                                   short_run({"device.left.render={ kind = \"local\", alpha = " + alpha + " }"}));
+    return largest_error(run_all(scenario), "phase_locked");
+  };
+  const double late_N = 200 * 0.1 * 0.015064446;  // k v L
+  // The newest position read is up to 1 ns off its time: 1e-10 m.
+  CHECK(error("0.9") == Approx(0.1 * late_N).margin(1e-7));
+  CHECK(error("1.5") == Approx(0.5 * late_N).margin(1e-7));
+}
+
+TEST_CASE("the tissue's local model has the bits of the host on the device, and its hash") {
+  const auto hash = [](const std::string& solver, const std::string& stiffness) {
+    std::vector<std::string> set = small_tissue(solver);
+    set.push_back("expect=[]");
+    set.push_back("device.left.render={ kind = \"local\", alpha = \"auto\", stiffness = \"" + stiffness + "\" }");
+    return run_all(read("paper/figure-1.toml", set)).trace_hash;
+  };
+  for (const char* stiffness : {"instantaneous", "settled"}) CHECK(hash("cpu", stiffness) == hash("opencl", stiffness));
+  CHECK(hash("cpu", "instantaneous") != hash("cpu", "settled"));
+}
+
+TEST_CASE("a live run whose devices render by themselves replays to the same hash") {
+  for (const char* render : {"{ kind = \"local\", alpha = 1.1 }",
+                             "{ kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1, static_stiffness = \"200 N/m\" }"}) {
+    const Scenario scenario = read("paper/figure-1-spring.toml",
+                                   {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"", "expect=[]",
+                                    std::string("device.left.render=") + render});
+    RunOptions options;
+    options.clock = ClockKind::wall;
+    const RunOutcome outcome = run_scenario(scenario, options);
+    INFO(render << outcome.failure << outcome.repeat_difference);
+    CHECK(outcome.exit == ExitCode::pass);
+    CHECK(outcome.repeat_difference.empty());
+  }
+}
+
+TEST_CASE("the delays of a loop: the map's latency and what a tick holds; of bursts their mean age") {
+  const Scenario scenario = read("paper/figure-1-spring.toml");
+  for (const StrategyPlan& plan : plan(scenario)) {
+    const LoopDelays loop = loop_delays(scenario, plan, scenario.devices[0]);
+    INFO(name_of(plan.kind));
+    CHECK(loop.period_s == 1e-3);
+    if (plan.kind == StrategyKind::direct) {
+      // Of a step's force: s when it comes, played for s fourteen times and for V + s once; and a sample of half a tick.
+      const double s = (1.0 / 30 - 11.1e-3) / 15, last = 11.1e-3 + s;
+      const double played = s + (14 * s * s + last * last) / 2 * 30;
+      CHECK(loop.scheduled_s == Approx(played + 1e-3).margin(5e-5));  // the ticks' phase against the segments': 3 of them
+    } else {
+      CHECK(loop.scheduled_s == Approx(seconds(plan.latency) + 0.5e-3).epsilon(1e-12));
+    }
+  }
+  const Scenario held = read("paper/figure-1-spring.toml", {"device.left.render.emission=\"hold\""});
+  for (const StrategyPlan& plan : plan(held)) {
+    if (plan.kind != StrategyKind::paper) continue;
+    CHECK(loop_delays(held, plan, held.devices[0]).scheduled_s == Approx(seconds(plan.latency) + 0.5e-3 + 1.0 / 900).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("an automatic alpha is what makes up for the strategy's own latency, rounded up") {
+  const Scenario scenario = read("paper/figure-1-spring.toml", {"device.left.render={ kind = \"local\", alpha = \"auto\" }"});
+  for (const StrategyPlan& plan : plan(scenario)) {
+    const double alpha = alpha_of(scenario, plan, scenario.devices[0]);
+    CHECK(alpha == Approx(*alpha_star(loop_delays(scenario, plan, scenario.devices[0])) + 0.07).epsilon(1e-12));
+    const std::string line = rendering_line(scenario, plan, scenario.devices[0]);
+    CHECK_THAT(line, Catch::Contains("alpha*"));
+  }
+  const Scenario given = read("paper/figure-1-spring.toml", {"device.left.render={ kind = \"local\", alpha = 1.25 }"});
+  CHECK(alpha_of(given, plan(given)[2], given.devices[0]) == 1.25);
+}
