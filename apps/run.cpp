@@ -9,6 +9,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/sweep.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/writers.h"
 #include "progress.h"
@@ -17,18 +18,10 @@ namespace evenstep::app {
 namespace fs = std::filesystem;
 namespace {
 
-std::string quoted(const std::string& word) {
-  if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
-    return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 /// The one command that runs this again.
 std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
-  std::string command = "evenstep run " + quoted(scenario.file) + fmt::format(" --seed {}", scenario.seed);
-  for (const std::string& set : arguments.set) command += " --set " + quoted(set);
+  std::string command = "evenstep run " + shell_word(scenario.file) + fmt::format(" --seed {}", scenario.seed);
+  for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
   if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
   if (arguments.repeat) command += " --repeat";
@@ -108,9 +101,9 @@ bool leave_out(const Scenario& scenario, const RunArguments& arguments) {
   return !arguments.include_long && contains(scenario.tags, "long") && !contains(arguments.paths, scenario.file);
 }
 
-void print_stability(const Scenario& scenario) {
+void print_limits(const Scenario& scenario) {
   try {
-    fmt::print("{}", stability_lines(scenario));
+    fmt::print("{}{}", stability_lines(scenario), rendering_lines(scenario));
   } catch (const SolverError&) {
     return;  // the run stops for the same reason, and says it
   }
@@ -135,7 +128,7 @@ std::optional<ExitCode> run_one(const std::string& file, const std::string& fold
                arguments.clock);
     std::fflush(stdout);
   }
-  if (!arguments.json && !scenario.case_spec) print_stability(scenario);
+  if (!arguments.json && !scenario.case_spec) print_limits(scenario);
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
     spdlog::error("error: {}", objection);
     return ExitCode::run_failed;
