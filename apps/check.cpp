@@ -5,7 +5,9 @@
 
 #include "commands.h"
 #include "evenstep/harness/rendering.h"
+#include "evenstep/harness/size.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/sweep.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 
@@ -47,6 +49,16 @@ void explain_case(const CaseSpec& spec) {
   fmt::print("  methods      {}\n  solvers      {}\n", fmt::join(methods, ", "), fmt::join(solvers, ", "));
 }
 
+void explain_sweep(const SweepSpec& sweep) {
+  std::size_t points = sweep.seeds.size();
+  std::string of = fmt::format("{} seed{}", points, points == 1 ? "" : "s");
+  for (const SweepAxis& axis : sweep.grid) {
+    points *= axis.values.size();
+    of += fmt::format(" x {} of {}", axis.values.size(), axis.path);
+  }
+  fmt::print("  sweep        {} points: {}\n", points, of);
+}
+
 void explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
@@ -85,7 +97,10 @@ void explain(const Scenario& scenario) {
     fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
                plan.predicted_late_forces);
   }
-  fmt::print("  expectations {}\n\n", scenario.expectations.size());
+  if (scenario.sweep) explain_sweep(*scenario.sweep);
+  fmt::print("  expectations {}\n", scenario.expectations.size());
+  for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
+  fmt::print("\n");
 }
 
 }  // namespace
@@ -131,6 +146,7 @@ ExitCode check(const std::vector<std::string>& paths, const std::vector<std::str
     const ReadResult read = read_scenario(file, {set, std::nullopt});
     std::vector<Diagnostic> errors = read.errors;
     if (read.scenario) errors = check_expectations(*read.scenario);
+    if (errors.empty() && read.scenario->sweep) errors = check_sweep(file, set);
     if (errors.empty()) {
       try {
         explain(*read.scenario);

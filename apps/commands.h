@@ -43,6 +43,31 @@ struct SizeArguments {
   std::string sampling, emission, damping;
   bool json = false;
 };
+struct SweepArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string shard, out;
+  int threads = 0;
+  std::optional<std::int64_t> stop_after;
+  bool resume = false;
+  bool json = false;
+};
+ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interrupted);
+struct MergeArguments {
+  std::vector<std::string> parts;
+  std::string out;
+  bool json = false;
+};
+ExitCode merge(const MergeArguments& arguments);
+struct ShrinkArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::optional<std::uint64_t> seed;
+  std::optional<std::int64_t> expect;
+  std::int64_t max_runs = 2000;
+  std::string out;
+};
+ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& interrupted);
 ExitCode size(const SizeArguments& arguments);
 ExitCode fit(const std::string& file, bool json);
 ExitCode diff(const std::string& a, const std::string& b);

@@ -101,6 +101,37 @@ int main(int argc, char** argv) {
   size_command->add_option("--damping", size.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
   size_command->add_flag("--json", size.json, "the numbers instead of the table");
 
+  app::SweepArguments sweep;
+  CLI::App* sweep_command = cli.add_subcommand("sweep", "every seed with every value of a scenario's [sweep], on all cores");
+  sweep_command->add_option("scenario", sweep.file, "a scenario file with a [sweep]")->required();
+  sweep_command->add_option("--set", sweep.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"")
+      ->expected(1)
+      ->take_all();
+  sweep_command->add_option("--shard", sweep.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
+  sweep_command->add_option("--threads", sweep.threads, "points side by side; 0 = one per core (results do not depend on it)")
+      ->check(CLI::Range(0, 1024));
+  sweep_command->add_option("--stop-after", sweep.stop_after, "so many failures; instead of [sweep] stop_after")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
+  sweep_command->add_flag("--resume", sweep.resume, "go on where a sweep was interrupted, or start");
+  sweep_command->add_option("--out", sweep.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
+  sweep_command->add_flag("--json", sweep.json, "the summary as JSON instead of text");
+
+  app::MergeArguments merge;
+  CLI::App* merge_command = cli.add_subcommand("merge", "the shards of a sweep as one file, with its summary and exit code");
+  merge_command->add_option("part", merge.parts, "sweep-I-of-N.jsonl of all shards, in any order")->required();
+  merge_command->add_option("--out", merge.out, "the file to write: the same bytes as of one process")->required();
+  merge_command->add_flag("--json", merge.json, "the summary as JSON instead of text");
+
+  app::ShrinkArguments shrink;
+  CLI::App* shrink_command = cli.add_subcommand("shrink", "from a scenario that fails to the smallest timing that still fails");
+  shrink_command->add_option("scenario", shrink.file, "a scenario file that fails")->required();
+  shrink_command->add_option("--set", shrink.set, "path=value, overrides the file")->expected(1)->take_all();
+  shrink_command->add_option("--seed", shrink.seed, "instead of [run] seed");
+  shrink_command->add_option("--expect", shrink.expect, "the line of the expectation; default: the first that fails");
+  shrink_command->add_option("--max-runs", shrink.max_runs, "runs to spend; default 2000")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
+  shrink_command->add_option("--out", shrink.out, "folder for <name>-shrunk.toml and .csv; default runs/shrunk");
+
   std::string diff_a, diff_b;
   CLI::App* diff_command = cli.add_subcommand("diff", "the first differing event of two runs");
   diff_command->add_option("a", diff_a, "run folder or events.bin")->required();
@@ -127,6 +158,12 @@ int main(int argc, char** argv) {
       code = app::list(list_paths);
     else if (*diff_command)
       code = app::diff(diff_a, diff_b);
+    else if (*sweep_command)
+      code = app::sweep(sweep, interrupted);
+    else if (*merge_command)
+      code = app::merge(merge);
+    else if (*shrink_command)
+      code = app::shrink(shrink, interrupted);
     else if (*size_command)
       code = app::size(size);
     else if (*fit_command)

@@ -9,6 +9,7 @@
 namespace evenstep::app {
 namespace {
 constexpr double kRedrawSeconds = 0.1;
+constexpr double kLineSeconds = 10;
 }
 
 void Progress::update(const std::string& strategy, double fraction) {
@@ -31,6 +32,35 @@ void Progress::update(const std::string& strategy, double fraction) {
 }
 
 Progress::~Progress() {
+  if (drawn_) std::fputs("\r\033[K", stderr);
+}
+
+std::string rough_time(double seconds) {
+  const auto whole = static_cast<std::int64_t>(seconds + 0.5);
+  if (whole >= 3600) return fmt::format("{} h {} min", whole / 3600, whole / 60 % 60);
+  if (whole >= 60) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} s", whole);
+}
+
+void CountProgress::update(std::int64_t done, std::int64_t of, const std::string& more) {
+  const double now_s = monotonic_seconds();
+  if (first_ < 0) {
+    first_ = done;
+    began_s_ = last_shown_s_ = now_s;
+  }
+  if (now_s - last_shown_s_ < (terminal_ ? kRedrawSeconds : kLineSeconds)) return;
+  last_shown_s_ = now_s;
+  std::string line = of > 0 ? fmt::format("  {} of {}, {}", done, of, more) : fmt::format("  {} runs, {}", done, more);
+  if (of > 0 && done > first_) {
+    const double each_s = (now_s - began_s_) / static_cast<double>(done - first_);
+    line += ", " + rough_time(each_s * static_cast<double>(of - done)) + " left";
+  }
+  fmt::print(stderr, "{}{}{}", terminal_ ? "\r\033[K" : "", line, terminal_ ? "" : "\n");
+  std::fflush(stderr);
+  drawn_ = terminal_;
+}
+
+CountProgress::~CountProgress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Progress of a run on stderr: one rewritten line on a terminal, a plain line per finished strategy elsewhere.
 
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <string>
@@ -20,5 +21,24 @@ class Progress {
   bool drawn_ = false;
   bool terminal_;
 };
+
+/// Progress of work that is counted, with the time that is left: one rewritten line on a terminal, a plain line every ten seconds
+/// elsewhere.
+class CountProgress {
+ public:
+  explicit CountProgress(bool terminal) : terminal_(terminal) {}
+  ~CountProgress();
+  /// One thread at a time. `of` 0: nobody knows how many there are. The first call is where this process began.
+  void update(std::int64_t done, std::int64_t of, const std::string& more);
+
+ private:
+  std::int64_t first_ = -1;
+  double began_s_ = 0, last_shown_s_ = 0;
+  bool drawn_ = false;
+  bool terminal_;
+};
+
+/// "3 h 5 min", "2 min 10 s", "8 s"
+std::string rough_time(double seconds);
 
 }  // namespace evenstep::app

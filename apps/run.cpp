@@ -9,6 +9,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/sweep.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/writers.h"
 #include "progress.h"
@@ -17,18 +18,10 @@ namespace evenstep::app {
 namespace fs = std::filesystem;
 namespace {
 
-std::string quoted(const std::string& word) {
-  if (word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
-    return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 /// The one command that runs this again.
 std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
-  std::string command = "evenstep run " + quoted(scenario.file) + fmt::format(" --seed {}", scenario.seed);
-  for (const std::string& set : arguments.set) command += " --set " + quoted(set);
+  std::string command = "evenstep run " + shell_word(scenario.file) + fmt::format(" --seed {}", scenario.seed);
+  for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
   if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
   if (arguments.repeat) command += " --repeat";

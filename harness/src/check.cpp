@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::string_view kLognormalWord = "lognormal ";
 constexpr std::string_view kSmoothWord = "smooth ";
+constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
 /// Stands in while the forms are checked: the real lengths come out of [timing] later.
 constexpr NominalUnits kSomeNominal{{1'000'000}, {1'000'000}, {1'000'000}, {1'000'000}, true};
@@ -47,7 +48,7 @@ bool exists_for(const Field& field, std::string_view kind) {
 const Field* row_of(std::string_view table, std::string_view key, std::string_view kind) {
   const Field* any = nullptr;
   for (const Field& field : fields()) {
-    if (field.table != table || field.key != key) continue;
+    if (field.table != table || (field.key != key && field.key != "*")) continue;
     if (exists_for(field, kind)) return &field;
     any = &field;
   }
@@ -170,6 +171,7 @@ std::string text_error(const Field& field, const std::string& text) {
 
 /// Empty: fine.
 std::string error_of(const Field& field, const Value& value) {
+  if ((field.forms & kAnything) && !value.is(Value::Kind::date)) return {};
   const std::string wrong = fmt::format("must be {}, not {}", describe_forms(field), as_written(value));
   switch (value.kind) {
     case Value::Kind::text:
@@ -194,6 +196,11 @@ std::string error_of(const Field& field, const Value& value) {
   }
 }
 
+/// The key in messages; of a key that may have any name, its table.
+std::string shown_key(const Field& field) {
+  return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key);
+}
+
 }  // namespace
 
 Check::Check(const Value& document, Errors& errors) : errors_(errors) { table("", document); }
@@ -213,7 +220,9 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
     for (const Field& f : fields()) {
       if (f.table == name && exists_for(f, kind)) known.push_back(f.key);
     }
-    errors_.add(entry.place, fmt::format("unknown key '{}' in {}{}", entry.key, title(name), suggestion(entry.key, known)));
+    errors_.add(entry.place, fmt::format("unknown key '{}' in {}{}", entry.key, title(name),
+                                         name == kSweepRange ? "; a path stands in quotes: \"timing.visualization\""
+                                                             : suggestion(entry.key, known)));
   } else if (!exists_for(*field, kind)) {
     const std::string_view of = kind_key(name);
     errors_.add(entry.place,
@@ -237,7 +246,7 @@ void Check::value(const Field& field, const Value& value) {
              (field.shape == Shape::one_or_list && value.list.empty())) {
     const std::string hint = (field.forms & kTable) && field.table.empty() ? fmt::format("; write [[{}]]", field.key)
                                                                            : fmt::format(", such as {}", example_of(field));
-    errors_.add(value.place, fmt::format("'{}' must be {}{}", field.key, describe_forms(field), hint));
+    errors_.add(value.place, fmt::format("{} must be {}{}", shown_key(field), describe_forms(field), hint));
   } else {
     for (const Value& one : value.list) element(field, one);
   }
@@ -247,7 +256,7 @@ void Check::value(const Field& field, const Value& value) {
 void Check::element(const Field& field, const Value& value) {
   if ((field.forms & kTable) && value.is(Value::Kind::table)) return table(subtable(field), value);
   const std::string error = error_of(field, value);
-  if (!error.empty()) errors_.add(value.place, fmt::format("'{}': {}", field.key, error));
+  if (!error.empty()) errors_.add(value.place, fmt::format("{}: {}", shown_key(field), error));
 }
 
 void Check::missing(const std::string& name, const Value& value) {

@@ -84,6 +84,7 @@ std::string describe_forms(const Field& field) {
   if (field.forms & kPareto) choices.emplace_back("\"pareto <time> cap <time>\"");
   if (field.forms & kSegments) choices.emplace_back("a number of segments");
   if (field.forms & kLimit) choices.emplace_back("a limit");
+  if (field.forms & kAnything) choices.emplace_back("a value of that key");
   if (field.forms & kTable) choices.emplace_back("a table");
   std::string out;
   for (std::size_t i = 0; i < choices.size(); ++i)

@@ -30,6 +30,7 @@ enum Form : std::uint32_t {
   kTable = 1 << 13,      ///< the fields of "<table>.<key>"
   kPareto = 1 << 14,     ///< "pareto 3 ms cap 40 ms"
   kSegments = 1 << 15,   ///< "8 segments", where their length does not matter
+  kAnything = 1 << 16,   ///< whatever the key that it stands for takes; checked there
 };
 
 enum class Shape { one, list, one_or_list, three };
@@ -43,7 +44,7 @@ struct Range {
 
 struct Field {
   std::string_view table;  ///< "" the top, "timing", "device.motion"
-  std::string_view key;
+  std::string_view key;    ///< "*": any key; the only row of its table
   std::uint32_t forms = 0;
   Shape shape = Shape::one;
   std::string_view default_toml = "";  ///< as written in a file; empty: none

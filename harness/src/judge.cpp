@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "evenstep/harness/run.h"
+#include "underrun_rate.h"
 
 namespace evenstep {
 namespace {
@@ -121,14 +122,59 @@ ExpectationResult judge_expectation(const Expectation& expectation, const Scenar
   return result;
 }
 
+/// The bound on a rate of underruns: the map alone, with the lead and latency of the run, over as many seeds as it takes.
+ExpectationResult judge_rate(const Expectation& expectation, const Scenario& scenario, const internal::RateSignal& signal,
+                             const LatencyRecord& latency) {
+  ExpectationResult result = start(expectation);
+  result.signal = signal.name;
+  result.max = expectation.max->number;
+  const double unit = unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
+  const std::int64_t needed = internal::clean_segments(expectation.max->number * unit, *expectation.confidence);
+  const std::int64_t enough = internal::seeds_with(scenario, signal.kind, needed);
+  // Where nothing is drawn every seed is the same run, and running it again is no evidence.
+  const std::int64_t seeds = !internal::seeds_differ(scenario) ? 1 : expectation.seeds > 0 ? expectation.seeds : enough;
+  if (enough == 0 || seeds > internal::kMostSeeds) {
+    result.verdict = Verdict::error;
+    result.detail = enough == 0 ? "no segment is judged"
+                                : fmt::format("{} clean segments are needed: more than {} seeds of this run", needed,
+                                              internal::kMostSeeds);
+    return result;
+  }
+  const internal::RateCount count =
+      internal::count_underrun_segments(scenario, signal, latency.lead, latency.latency, seeds);
+  result.value = internal::upper_bound(count, *expectation.confidence) / unit;
+  result.verdict = verdict_of(result);
+  result.detail = fmt::format("{} of {} segments in {} seeds; {} clean ones would do", count.hit, count.segments, seeds, needed);
+  return result;
+}
+
+ExpectationResult judge_rates(const Expectation& expectation, const Scenario& scenario, const RunRecord& run) {
+  std::optional<ExpectationResult> worst_of_pattern;
+  for (const internal::RateSignal& signal : internal::rate_signals(scenario)) {
+    if (!matches(expectation.signal, signal.name)) continue;
+    const auto strategy = std::find_if(run.strategies.begin(), run.strategies.end(),
+                                       [&](const StrategyRecord& s) { return s.name == name_of(signal.kind); });
+    if (strategy == run.strategies.end()) continue;
+    ExpectationResult result = judge_rate(expectation, scenario, signal, strategy->latency);
+    if (!worst_of_pattern || margin(result) < margin(*worst_of_pattern)) worst_of_pattern = std::move(result);
+  }
+  if (worst_of_pattern) return std::move(*worst_of_pattern);
+  ExpectationResult result = start(expectation);
+  result.verdict = Verdict::error;
+  result.detail = "no map was judged: only paper and phase_locked have a rate of underruns with a confidence";
+  return result;
+}
+
 }  // namespace
 
 namespace internal {
 
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
   std::vector<ExpectationResult> results;
-  for (const Expectation& expectation : scenario.expectations)
-    results.push_back(judge_expectation(expectation, scenario, run.nominal, metrics));
+  for (const Expectation& expectation : scenario.expectations) {
+    results.push_back(expectation.confidence ? judge_rates(expectation, scenario, run)
+                                             : judge_expectation(expectation, scenario, run.nominal, metrics));
+  }
   return results;
 }
 

@@ -20,6 +20,9 @@ Value load_document(const std::string& path, Errors& errors);
 /// the assignment itself.
 void apply_override(Value& document, const std::string& assignment, Errors& errors);
 
+/// Puts a value at such a path; its place stands for the path's. False with an error where there is no such list element.
+bool set_value(Value& document, std::string_view path, Value value, Errors& errors);
+
 /// A path in a scenario counts from the file that names it, one on the command line from the working directory.
 std::string path_from(const Value& path);
 

@@ -45,6 +45,25 @@ Value* descend(Value& at, std::string_view key, const Place& place, Errors& erro
 
 }  // namespace
 
+bool set_value(Value& document, std::string_view path, Value value, Errors& errors) {
+  const Place place = value.place;
+  Value* at = &document;
+  while (at != nullptr) {
+    const std::size_t dot = path.find('.');
+    const std::string_view key = path.substr(0, dot);
+    if (key.empty()) {
+      errors.add(place, "the path has an empty part; write it like device.0.rate");
+      return false;
+    }
+    at = descend(*at, key, place, errors);
+    if (dot == std::string_view::npos) break;
+    path.remove_prefix(dot + 1);
+  }
+  if (at == nullptr) return false;
+  *at = std::move(value);
+  return true;
+}
+
 void apply_override(Value& document, const std::string& assignment, Errors& errors) {
   const Place place{"--set " + assignment, 0, 0};
   const std::size_t equals = assignment.find('=');
@@ -52,24 +71,12 @@ void apply_override(Value& document, const std::string& assignment, Errors& erro
     errors.add(place, "write path=value, such as --set timing.visualization='22.2 ms'");
     return;
   }
-  std::string_view path = std::string_view(assignment).substr(0, equals);
+  const std::string_view path = std::string_view(assignment).substr(0, equals);
   if (path == "extends" || path == "expect_append") {
     errors.add(place, fmt::format("'{}' joins files before --set is applied; write it in a file", path));
     return;
   }
-  Value* at = &document;
-  while (at != nullptr) {
-    const std::size_t dot = path.find('.');
-    const std::string_view key = path.substr(0, dot);
-    if (key.empty()) {
-      errors.add(place, "the path has an empty part; write it like device.0.rate");
-      return;
-    }
-    at = descend(*at, key, place, errors);
-    if (dot == std::string_view::npos) break;
-    path.remove_prefix(dot + 1);
-  }
-  if (at != nullptr) *at = parse_toml_value(std::string_view(assignment).substr(equals + 1), place);
+  set_value(document, path, parse_toml_value(std::string_view(assignment).substr(equals + 1), place), errors);
 }
 
 }  // namespace evenstep::internal

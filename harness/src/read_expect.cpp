@@ -132,6 +132,25 @@ void read_range(const Table& expect, bool of_case, Expectation& expectation, Err
   expectation.at = {number(at.list[0]), number(at.list[1])};
 }
 
+/// `confidence` and `seeds`: only of a limit from above on a rate of underruns, and only where seeds are not all the same.
+void read_confidence(ScenarioReading& reading, const Table& expect, Expectation& expectation) {
+  Errors& errors = reading.errors;
+  if (expect.has("seeds") && !expect.has("confidence"))
+    return errors.add(expect.place("seeds"), "'seeds' goes with 'confidence'; add confidence = \"95 %\", or remove it");
+  if (!expect.has("confidence")) return;
+  expectation.confidence = expect.si("confidence");
+  if (expect.has("seeds")) expectation.seeds = expect.integer("seeds");
+  const Place place = expect.place("confidence");
+  if (expectation.metric != "underrun_rate")
+    return errors.add(place, fmt::format("'confidence' is that of an underrun_rate; '{}' has none", expectation.metric));
+  if (!expectation.max || expectation.min)
+    return errors.add(place, "'confidence' needs a max, and no min or equals: it bounds the rate from above");
+  const Parsed<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
+  const double most = expectation.max->number * unit.value;
+  if (unit.ok() && (most <= 0 || most >= 1))
+    errors.add(expect.place("max"), "'max': no number of seeds shows a rate of 0, and any shows 1; write one between");
+}
+
 void read_expectation(ScenarioReading& reading, const Value& value, const Names& names) {
   const Table expect(&value, "expect", value.place);
   Expectation expectation;
@@ -149,6 +168,7 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
     reading.errors.add(expect.place("metric"), "'metric' is empty; name a number of docs/metrics.md");
   read_limits(expect, expectation, reading.scenario.nominal, reading.errors);
   if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
+  read_confidence(reading, expect, expectation);
   // Energy costs a pass over all springs per step, so the scene computes it only where it is asked for.
   if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop.")) reading.scenario.scene.needs_energy = true;
   reading.scenario.expectations.push_back(std::move(expectation));

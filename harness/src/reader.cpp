@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "load.h"
+#include "reader.h"
 #include "sections.h"
 
 namespace evenstep {
@@ -70,19 +71,9 @@ namespace {
 
 /// Where the resolved table is kept, the files it names must still be found.
 void make_paths_absolute(Value& document) {
-  const auto fix = [](Value* path) {
-    if (path == nullptr || !path->is(Value::Kind::text)) return;
+  for (Value* path : named_files(document)) {
     std::error_code ignored;
     path->text = std::filesystem::weakly_canonical(path_from(*path), ignored).string();
-  };
-  if (Value* timing = document.find("timing")) fix(timing->find("trace"));
-  Value* devices = document.find("device");
-  if (devices == nullptr) return;
-  for (Value& device : devices->list) {
-    Value* motion = device.find("motion");
-    if (motion == nullptr) continue;
-    fix(motion->find("file"));
-    if (Value* intended = motion->find("path")) fix(intended->find("file"));
   }
 }
 
@@ -91,14 +82,6 @@ void set_seed(Value& document, std::uint64_t seed, Errors& errors) {
   const Place place{"--seed", 0, 0};
   if (seed > INT64_MAX) return errors.add(place, fmt::format("{} is out of range; it must be at most {}", seed, INT64_MAX));
   apply_override(document, fmt::format("run.seed={}", seed), errors);
-}
-
-Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors) {
-  Value document = load_document(path, errors);
-  if (errors.any()) return document;
-  for (const std::string& assignment : options.set) apply_override(document, assignment, errors);
-  if (options.seed) set_seed(document, *options.seed, errors);
-  return document;
 }
 
 /// Motions, limits and units refer to each other, so the order is part of it.
@@ -114,6 +97,7 @@ void read_sections(ScenarioReading& reading) {
     read_rendering(reading);
     read_remap(reading);
     read_study(reading);
+    read_sweep(reading);
   }
   read_expectations(reading);
   if (reading.errors.any()) return;
@@ -123,7 +107,59 @@ void read_sections(ScenarioReading& reading) {
   for (const Value& tag : top.at("tags").list) reading.scenario.tags.push_back(tag.text);
 }
 
+void append_files(Value* value, std::vector<Value*>& files) {
+  if (value == nullptr) return;
+  if (value->is(Value::Kind::text)) files.push_back(value);
+  for (Value& one : value->list) append_files(&one, files);
+}
+
 }  // namespace
+
+bool names_file(std::string_view path) {
+  return path == "timing.trace" || (path.starts_with("device.") && (path.ends_with(".motion.file") || path.ends_with(".motion.path.file")));
+}
+
+std::vector<Value*> named_files(Value& document) {
+  std::vector<Value*> files;
+  if (Value* timing = document.find("timing")) append_files(timing->find("trace"), files);
+  if (Value* devices = document.find("device")) {
+    for (Value& device : devices->list) {
+      Value* motion = device.find("motion");
+      if (motion == nullptr) continue;
+      append_files(motion->find("file"), files);
+      if (Value* intended = motion->find("path")) append_files(intended->find("file"), files);
+    }
+  }
+  Value* sweep = document.find("sweep");
+  Value* grid = sweep == nullptr ? nullptr : sweep->find("grid");
+  if (grid == nullptr) return files;
+  for (Entry& axis : grid->table) {
+    if (names_file(axis.key)) append_files(&axis.value, files);
+  }
+  return files;
+}
+
+Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors) {
+  Value document = load_document(path, errors);
+  if (errors.any()) return document;
+  for (const std::string& assignment : options.set) apply_override(document, assignment, errors);
+  if (options.seed) set_seed(document, *options.seed, errors);
+  return document;
+}
+
+ReadResult read_document(Value document, const std::string& path) {
+  Errors errors;
+  Scenario scenario;
+  scenario.file = path;
+  const Check check(document, errors);
+  ScenarioReading reading{document, check, errors, scenario};
+  read_sections(reading);
+  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  make_paths_absolute(document);
+  scenario.resolved_toml = print_toml(document);
+  return {std::move(scenario), {}};
+}
+
 }  // namespace internal
 
 const char* name_of(StrategyKind kind) {
@@ -165,16 +201,7 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   Errors errors;
   Value document = load_with_overrides(path, options, errors);
   if (errors.any()) return {std::nullopt, errors.sorted(path)};
-
-  Scenario scenario;
-  scenario.file = path;
-  const Check check(document, errors);
-  ScenarioReading reading{document, check, errors, scenario};
-  read_sections(reading);
-  if (errors.any()) return {std::nullopt, errors.sorted(path)};
-  make_paths_absolute(document);
-  scenario.resolved_toml = print_toml(document);
-  return {std::move(scenario), {}};
+  return read_document(std::move(document), path);
 }
 
 }  // namespace evenstep

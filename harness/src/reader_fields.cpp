@@ -54,6 +54,9 @@ const std::vector<Field> kTop{
      .kinds = "loop"},
     {.table = "", .key = "study", .forms = kTable,
      .meaning = "What `evenstep study` compares or looks for. A run leaves it aside.", .kinds = "loop"},
+    {.table = "", .key = "sweep", .forms = kTable,
+     .meaning = "What `evenstep sweep` runs: seeds times a grid of values (docs/sweep.md). A run leaves it aside.",
+     .kinds = "loop"},
     {.table = "", .key = "expect", .forms = kTable, .shape = Shape::list,
      .meaning = "What must hold; each entry is judged on its own."},
     {.table = "", .key = "expect_append", .forms = kTable, .shape = Shape::list,
@@ -532,6 +535,43 @@ const std::vector<Field> kStudy{
      .meaning = "Stable is what is so with each of so many seeds, from [run] `seed` on.", .range = between(1, 1000)},
 };
 
+const std::vector<Field> kSweep{
+    {.table = "sweep", .key = "seeds", .forms = kText | kInteger, .shape = Shape::one_or_list,
+     .meaning = "Of [run] `seed`. `\"0..30000\"` is 30000 seeds, 0 to 29999. Default: that of [run].",
+     .range = at_least(0), .example = "\"0..30000\""},
+    {.table = "sweep", .key = "stop_after", .forms = kInteger,
+     .meaning = "So many failures, by number of point; what comes after is left out. Not with `find`.", .range = between(1, 1e9),
+     .example = "100"},
+    {.table = "sweep", .key = "keep_worst", .forms = kInteger, .default_toml = "5",
+     .meaning = "Points named at the end: the farthest over their limits, or the nearest below.", .range = between(0, 1000)},
+    {.table = "sweep", .key = "grid", .forms = kTable,
+     .meaning = "Every combination of these values runs with every seed; the first key varies slowest."},
+    {.table = "sweep", .key = "find", .forms = kTable,
+     .meaning = "The sweep passes if there is such a value, whatever fails on its other side."},
+    {.table = "sweep.grid", .key = "*", .forms = kTable | kAnything, .shape = Shape::one_or_list,
+     .meaning = "A key of this scenario, as `--set` names it, and its values; a table is evenly spaced ones.",
+     .example = "[\"5 ms\", \"10 ms\"]"},
+    {.table = "sweep.grid.*", .key = "from", .forms = kLimit, .meaning = "The first value.", .required = true,
+     .example = "\"5 ms\""},
+    {.table = "sweep.grid.*", .key = "to", .forms = kLimit, .meaning = "The last value, in the unit of the first.",
+     .required = true, .example = "\"20 ms\""},
+    {.table = "sweep.grid.*", .key = "count", .forms = kInteger,
+     .meaning = "How many. Those between are rounded to twelve digits, times to a nanosecond.", .required = true,
+     .range = between(2, 100'000), .example = "7"},
+    {.table = "sweep.find", .key = "smallest", .forms = kText,
+     .meaning = "This key of the grid: its smallest value for which it and all larger ones pass.",
+     .example = "\"remap.latency\""},
+    {.table = "sweep.find", .key = "largest", .forms = kText,
+     .meaning = "This key of the grid: its largest value for which it and all smaller ones pass.",
+     .example = "\"timing.visualization\""},
+    {.table = "sweep.find", .key = "where", .forms = kWord, .default_toml = "\"all-pass\"",
+     .meaning = "Every seed, with every value of the other keys.", .words = "all-pass"},
+    {.table = "sweep.find", .key = "at_most", .forms = kLimit, .meaning = "Of `smallest`: a larger one fails the sweep.",
+     .example = "\"16 ms\""},
+    {.table = "sweep.find", .key = "at_least", .forms = kLimit, .meaning = "Of `largest`: a smaller one fails the sweep.",
+     .example = "\"10 ms\""},
+};
+
 const std::vector<Field> kExpect{
     {.table = "expect", .key = "signal", .forms = kText,
      .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
@@ -547,6 +587,14 @@ const std::vector<Field> kExpect{
     {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
     {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
      .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
+    {.table = "expect", .key = "confidence", .forms = kQuantity,
+     .meaning = "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
+                "share of segments with an underrun; the maps alone run over the seeds that takes.",
+     .dimension = D::ratio, .range = above(0, 0.999999), .example = "\"95 %\""},
+    {.table = "expect", .key = "seeds", .forms = kInteger,
+     .meaning = "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
+                "underruns.",
+     .range = between(1, 1e6), .example = "100"},
     {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
     {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
      .meaning = "A known fault: passing then fails."},
@@ -582,7 +630,7 @@ std::vector<Field> path_fields() {
 std::vector<Field> joined() {
   std::vector<Field> all;
   const std::vector<Field> paths = path_fields();
-  for (const std::vector<Field>* part : {&kTop, &kCase, &kRun, &kTiming, &kScene, &kDevice, &paths, &kRemap, &kStudy, &kExpect}) {
+  for (const std::vector<Field>* part : {&kTop, &kCase, &kRun, &kTiming, &kScene, &kDevice, &paths, &kRemap, &kStudy, &kSweep, &kExpect}) {
     all.insert(all.end(), part->begin(), part->end());
   }
   return all;

@@ -66,8 +66,11 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
     }
   }
   std::vector<StrategyRecord> records(all.size());
-  internal::parallel_for(all.size(), options.threads,
-                         [&](std::size_t i) { records[i] = run_strategy(scenario, all[i], options.control); });
+  RunControl unseen = options.control;  // a twin has the name of a strategy that may be listed, or of another twin
+  unseen.progress = nullptr;
+  internal::parallel_for(all.size(), options.threads, [&](std::size_t i) {
+    records[i] = run_strategy(scenario, all[i], i < plans.size() ? options.control : unseen);
+  });
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const auto twin = twin_of_lead.find(plans[i].lead.ns);
     if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end())

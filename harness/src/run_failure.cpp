@@ -20,6 +20,8 @@ std::string reason_of(const SolverError& error) {
 
 }  // namespace
 
-RunFailure run_failure(const SolverError& error) { return RunFailure(reason_of(error), error.what(), error.remedy()); }
+RunFailure run_failure(const SolverError& error, std::int64_t at_step) {
+  return RunFailure(reason_of(error), error.what(), error.remedy(), at_step);
+}
 
 }  // namespace evenstep

@@ -73,6 +73,7 @@ std::vector<std::string> alternatives(const Field& field) {
   if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) {
     out.push_back(fmt::format("{{\"type\": \"string\", \"pattern\": {}}}", quoted(unit_pattern(field))));
   }
+  if (field.forms & kAnything) out.emplace_back("{}");
   if (field.forms & kTable) out.push_back(table_schema(subtable(field)));
   return out;
 }
@@ -113,9 +114,14 @@ std::string property(std::string_view table, std::string_view key) {
 /// Keys of other kinds stay allowed here; `evenstep check` names them.
 std::string table_schema(std::string_view table) {
   std::vector<std::string> properties, required;
+  std::string others = "false";
   std::string_view last;
   for (const Field& field : fields()) {
     if (field.table != table) continue;
+    if (field.key == "*") {
+      others = shaped(field);
+      continue;
+    }
     if (field.key != last) properties.push_back(property(table, field.key));
     last = field.key;
     // A base file need not be complete, so only what every file must have is required at the top.
@@ -123,7 +129,7 @@ std::string table_schema(std::string_view table) {
       required.push_back(quoted(field.key));
   }
   const std::string must = required.empty() ? "" : fmt::format(", \"required\": [{}]", fmt::join(required, ", "));
-  return fmt::format("{{\"type\": \"object\", \"additionalProperties\": false{}, \"properties\": {{\n{}\n}}}}", must,
+  return fmt::format("{{\"type\": \"object\", \"additionalProperties\": {}{}, \"properties\": {{\n{}\n}}}}", others, must,
                      fmt::join(properties, ",\n"));
 }
 

@@ -26,6 +26,7 @@ void read_rendering(ScenarioReading& reading);     ///< after read_scene
 void read_remap(ScenarioReading& reading);         ///< after read_timing
 void read_case(ScenarioReading& reading);
 void read_study(ScenarioReading& reading);         ///< after read_scene
+void read_sweep(ScenarioReading& reading);
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 
 std::string in_ms(Duration duration);  ///< "11.1 ms"

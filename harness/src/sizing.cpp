@@ -76,7 +76,7 @@ void walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const
         pushed.wait(began - launched);
       }
       const RealTime ended = pushed.end(step.end);
-      if (slot.kind == SlotKind::mapped && ended < end) steps.push_back({n, began, ended, slot.read});
+      if (slot.kind == SlotKind::mapped && ended < end) steps.push_back({n, began, ended, slot.read, segment.index});
       map->emission(n, ended);
       ++n;
     }
@@ -199,6 +199,11 @@ Sizing size_map(const Scenario& scenario, StrategyKind kind) {
   sizing.any_phase = least_latency_any_phase(sizing.steps, grids, strictest_emission(scenario));
   sizing.this_phase = least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario));
   return sizing;
+}
+
+std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, Duration lead) {
+  const GateModel here{lead, false};
+  return walk(scenario, kind, scenario.remap.interaction_underrun == InteractionUnderrun::gate ? &here : nullptr);
 }
 
 void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,

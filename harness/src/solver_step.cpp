@@ -46,7 +46,11 @@ ContactRecord SolverStep::contact(int tool) const {
 void SolverStep::run() {
   const double started_s = monotonic_seconds();
   const std::span<const glm::dvec3> tools(positions_m.data(), static_cast<std::size_t>(tool_count_));
-  response = variable_ ? solver_.step(tools, step_s_) : solver_.step(tools);
+  try {
+    response = variable_ ? solver_.step(tools, step_s_) : solver_.step(tools);
+  } catch (const SolverError& error) {
+    throw run_failure(error, step_);
+  }
   for (const glm::dvec3& force_N : response.force_N) {
     if (is_finite(force_N)) continue;
     throw RunFailure("diverged", fmt::format("step {}: the solver's force is not finite", step_),

@@ -1,10 +1,13 @@
 #include "underrun_rate.h"
 
+#include <fmt/format.h>
+
 #include <boost/math/distributions/binomial.hpp>
 
 #include <algorithm>
 #include <cmath>
 
+#include "evenstep/harness/size.h"
 #include "evenstep/harness/sizing.h"
 
 namespace evenstep::internal {
@@ -25,14 +28,15 @@ class SegmentCount {
   std::int64_t segment_ = -1, last_hit_ = -1;
 };
 
-RateCount count_one(const Scenario& scenario, const std::vector<MappedStep>& steps, UnderrunSide side, std::size_t device,
-                    Duration lead, Duration latency) {
-  const std::vector<bool> missing = interaction_underruns(steps, sampling_grids(scenario)[device], lead);
+RateCount count_one(const Scenario& scenario, const std::vector<MappedStep>& steps, const RateSignal& signal, Duration lead,
+                    Duration latency) {
+  const std::vector<bool> missing = interaction_underruns(steps, sampling_grids(scenario)[signal.device], lead);
   const std::vector<bool> late = late_forces(steps, lead, latency);
   SegmentCount count;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i].begin < RealTime{scenario.warmup.ns}) continue;
-    const bool hit = (side != UnderrunSide::force && missing[i]) || (side != UnderrunSide::interaction && late[i]);
+    const bool hit = (signal.side != UnderrunSide::force && missing[i]) ||
+                     (signal.side != UnderrunSide::interaction && late[i]);
     count.add(steps[i].segment, hit);
   }
   return count.count();
@@ -40,13 +44,27 @@ RateCount count_one(const Scenario& scenario, const std::vector<MappedStep>& ste
 
 }  // namespace
 
-RateCount count_underrun_segments(const Scenario& scenario, StrategyKind kind, UnderrunSide side, std::size_t device,
-                                  Duration lead, Duration latency, std::int64_t seeds) {
+std::vector<RateSignal> rate_signals(const Scenario& scenario) {
+  std::vector<RateSignal> signals;
+  for (std::size_t device = 0; device < scenario.devices.size(); ++device) {
+    const std::string& name = scenario.devices[device].name;
+    for (const StrategyKind kind : scenario.strategies) {
+      if (!is_remap(kind)) continue;
+      signals.push_back({name + ".interaction." + name_of(kind), kind, UnderrunSide::interaction, device});
+      signals.push_back({name + ".force." + name_of(kind), kind, UnderrunSide::force, device});
+      signals.push_back({name + ".buffers." + name_of(kind), kind, UnderrunSide::either, device});
+    }
+  }
+  return signals;
+}
+
+RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& signal, Duration lead, Duration latency,
+                                  std::int64_t seeds) {
   RateCount all;
   Scenario other = scenario;
   for (std::int64_t i = 0; i < seeds; ++i) {
     other.timing.programmed.seed = scenario.timing.programmed.seed + static_cast<std::uint64_t>(i);
-    const RateCount one = count_one(other, run_steps(other, kind, lead), side, device, lead, latency);
+    const RateCount one = count_one(other, run_steps(other, signal.kind, lead), signal, lead, latency);
     all.segments += one.segments;
     all.hit += one.hit;
   }
@@ -74,8 +92,37 @@ std::int64_t clean_segments(double rate, double confidence) {
   return segments;
 }
 
+std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_t segments) {
+  const std::int64_t each = judged_segments(scenario, kind);
+  return each == 0 ? 0 : (segments + each - 1) / each;
+}
+
 bool seeds_differ(const Scenario& scenario) {
   return scenario.timing.trace.empty() && !is_periodic(scenario.timing.programmed);
 }
 
 }  // namespace evenstep::internal
+
+namespace evenstep {
+
+std::vector<std::string> explain_rates(const Scenario& scenario) {
+  std::vector<std::string> lines;
+  const auto remap = std::find_if(scenario.strategies.begin(), scenario.strategies.end(), is_remap);
+  if (remap == scenario.strategies.end()) return lines;
+  for (const Expectation& expectation : scenario.expectations) {
+    if (!expectation.confidence) continue;
+    const double most = expectation.max->number * unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
+    const std::int64_t segments = internal::clean_segments(most, *expectation.confidence);
+    const std::int64_t seeds = internal::seeds_with(scenario, *remap, segments);
+    lines.push_back(fmt::format(
+        "line {}: {} underrun_rate <= {:.6g} at {:.6g} % needs {} segments without an underrun: {}", expectation.place.line,
+        expectation.signal, most, 100 * *expectation.confidence, segments,
+        !internal::seeds_differ(scenario) ? "every seed of this timing is the same, and has " +
+                                                fmt::format("{}", internal::judged_segments(scenario, *remap))
+        : expectation.seeds > 0 ? fmt::format("{} clean seeds; {} are run", seeds, expectation.seeds)
+                                : fmt::format("{} clean seeds", seeds)));
+  }
+  return lines;
+}
+
+}  // namespace evenstep

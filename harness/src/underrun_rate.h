@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "evenstep/harness/scenario.h"
 
@@ -16,14 +17,23 @@ namespace evenstep::internal {
 
 enum class UnderrunSide { interaction, force, either };
 
+/// A signal that has a rate of underruns, and what it is the rate of. Only maps have one.
+struct RateSignal {
+  std::string name;
+  StrategyKind kind = StrategyKind::phase_locked;
+  UnderrunSide side = UnderrunSide::either;
+  std::size_t device = 0;
+};
+std::vector<RateSignal> rate_signals(const Scenario& scenario);
+
 struct RateCount {
   std::int64_t segments = 0;   ///< with a judged step
   std::int64_t hit = 0;        ///< of them with an underrun
 };
 
-/// Of seeds scenario.seed, + 1, ...: `seeds` of them. `device`: its index, for the interaction side.
-RateCount count_underrun_segments(const Scenario& scenario, StrategyKind kind, UnderrunSide side, std::size_t device,
-                                  Duration lead, Duration latency, std::int64_t seeds);
+/// Of the scenario's seed and those after it: `seeds` of them.
+RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& signal, Duration lead, Duration latency,
+                                  std::int64_t seeds);
 /// Segments with a judged step that one seed has.
 std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind);
 
@@ -31,6 +41,10 @@ std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind);
 double upper_bound(RateCount count, double confidence);
 /// The fewest segments that, all clean, have an upper bound of `rate` or less. rate in (0, 1), confidence in (0, 1).
 std::int64_t clean_segments(double rate, double confidence);
+
+/// Seeds that have so many segments, if all have as many as the scenario's own; 0: no segment is judged.
+std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_t segments);
+inline constexpr std::int64_t kMostSeeds = 1'000'000;
 
 /// Different seeds are different schedules: not so for a recording, and where nothing varies.
 bool seeds_differ(const Scenario& scenario);

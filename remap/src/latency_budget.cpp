@@ -159,17 +159,30 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
   return budget;
 }
 
-std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
+std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
   const NewestThisPhase newest(device);
-  return std::count_if(steps.begin(), steps.end(),
-                       [&](const MappedStep& step) { return step.slot - lead > newest(step.begin); });
+  std::vector<bool> underruns;
+  underruns.reserve(steps.size());
+  for (const MappedStep& step : steps) underruns.push_back(step.slot - lead > newest(step.begin));
+  return underruns;
+}
+
+std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {
+  EmissionSlots slots;
+  std::vector<bool> late;
+  late.reserve(steps.size());
+  for (const MappedStep& step : steps) late.push_back(step.end > slots.next(step.slot) - lead + latency);
+  return late;
+}
+
+std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead) {
+  const std::vector<bool> underruns = interaction_underruns(steps, device, lead);
+  return std::count(underruns.begin(), underruns.end(), true);
 }
 
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {
-  EmissionSlots slots;
-  return std::count_if(steps.begin(), steps.end(), [&](const MappedStep& step) {
-    return step.end > slots.next(step.slot) - lead + latency;
-  });
+  const std::vector<bool> late = late_forces(steps, lead, latency);
+  return std::count(late.begin(), late.end(), true);
 }
 
 }  // namespace evenstep

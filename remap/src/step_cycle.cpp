@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -97,7 +98,7 @@ struct Cut {
 /// `borders` with the greatest rise first.
 Cut best_cut(std::span<const std::int64_t> gaps, const std::vector<Border>& borders) {
   std::vector<Cut> cuts;
-  double most = 0;
+  double most = -std::numeric_limits<double>::infinity();
   for (const Border& border : borders) {
     std::vector<std::int64_t> steps = counts(gaps, border.longest_short_ns);
     const auto segments = static_cast<std::int64_t>(steps.size());

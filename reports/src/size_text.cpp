@@ -47,8 +47,9 @@ std::string table(const SizeRecord& record) {
 }
 
 std::string late(const SizeCulprit& culprit) {
-  const std::string pause = fmt::format("{:.3f} ms in the pause before it", ms(culprit.pause_excess));
-  const std::string run = fmt::format("{:.3f} ms in its run", ms(culprit.run_excess));
+  const std::string pause = fmt::format("the pause before it took {:.3f} ms more than usual", ms(culprit.pause_excess));
+  const std::string run = fmt::format("its run {}{:.3f} ms more than usual", culprit.pause_excess.ns == 0 ? "took " : "",
+                                      ms(culprit.run_excess));
   if (culprit.run_excess.ns == 0) return pause;
   return culprit.pause_excess.ns == 0 ? run : pause + " and " + run;
 }
@@ -60,7 +61,7 @@ std::string culprit(const std::string& name, const SizeNeed& need) {
                                 culprit.segment, seconds(culprit.begin));
   if (culprit.late_step < 0) return out + ": no step of its segment or the two before took longer than usual\n";
   if (culprit.late_step != culprit.step) out += fmt::format(", by step {}", culprit.late_step);
-  out += fmt::format(": {} more than usual;", late(culprit));
+  out += fmt::format(": {};", late(culprit));
   const Duration saved = need.latency - culprit.mended_latency;
   return out + (saved.ns > 0 ? fmt::format(" mended, {:.6f} ms will do ({:.6f} ms less)\n", ms(culprit.mended_latency), ms(saved))
                              : " mended alone it saves nothing\n");

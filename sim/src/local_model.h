@@ -62,6 +62,6 @@ class ProbeCompliance {
   std::vector<ToolCoupling> tools_;
   std::vector<std::vector<Node>> nodes_;  // per tool
 };
-inline constexpr std::size_t kMostProbedNodes = 32;  ///< a disc three spacings wide, two layers deep
+inline constexpr std::size_t kMostProbedNodes = 16;  ///< 48 systems: two spacings around the centre, and some below
 
 }  // namespace evenstep::internal

@@ -47,6 +47,35 @@ case_include_cycle() {
   expect 2 "b.toml" run a.toml
   grep -q "a.toml -> b.toml -> a.toml" err || fail "does not name the chain"
 }
+swept() {  # a sweep of six points, of which those at 14 ms fail
+  printf '# a\nformat = 1\nextends = ["%s"]\nname = "s"\nexpect = [{ signal = "left.force.phase_locked", metric = "underruns", equals = 0 }]\n[run]\nduration = "0.5 s"\nstrategies = ["phase_locked"]\n[timing]\njitter = { step = "lognormal 10 %%" }\n[remap]\nlead = "1 ms"\n[sweep]\nseeds = "0..3"\ngrid = { "remap.latency" = ["14 ms", "40 ms"] }\n%s\n' "$spring" "$1" >s.toml
+}
+case_sweep_and_merge() {
+  swept ''
+  expect 1 "6 points" sweep s.toml
+  expect 1 "6 points" sweep s.toml --shard 1/2 --out parts; expect 1 "points" sweep s.toml --shard 2/2 --out parts
+  expect 1 "6 points" merge parts/sweep-2-of-2.jsonl parts/sweep-1-of-2.jsonl --out merged.jsonl
+  cmp -s merged.jsonl runs/s-sweep/sweep.jsonl || fail "merged bytes differ"
+  expect 2 "lack 3 of 6 points" merge parts/sweep-2-of-2.jsonl --out gap.jsonl
+  [ ! -e gap.jsonl ] || fail "a refused merge was written"
+  swept 'find = { smallest = "remap.latency" }'
+  expect 0 "smallest remap.latency: 40 ms" sweep s.toml --out found
+  expect 2 "does not go with [sweep.find]" sweep s.toml --stop-after 1
+  expect 2 "must be I/N" sweep s.toml --shard 3/2
+  expect 2 "has no [sweep]" sweep "$spring"
+}
+case_sweep_onto_a_full_disk() {
+  [ -w /dev/full ] || exit 77
+  swept ''
+  mkdir full && ln -s /dev/full full/sweep.jsonl.partial
+  expect 3 "No space left on device" sweep s.toml --out full --resume
+}
+case_shrink() {
+  swept ''
+  expect 0 "again: evenstep run" shrink s.toml --set remap.latency="14 ms"
+  expect 1 "FAIL" run runs/shrunk/s-shrunk.toml
+  expect 2 "nothing to shrink" shrink s.toml --set remap.latency="40 ms"
+}
 case_step_counts() { for n in 0 1000000000 -3; do scenario '[timing]' "steps = $n"; expect 2 "x.toml:5:" run x.toml; done; }
 case_negative_duration() { scenario '[run]' 'duration = "-1 s"'; expect 2 "x.toml:5:" run x.toml; scenario '[timing]' 'visualization = "-1 ms"'; expect 2 "x.toml:5:" run x.toml; }
 case_step_longer_than_segment() { scenario '[timing]' 'step = "40 ms"'; expect 2 "x.toml:5:" run x.toml; scenario '[timing]' 'visualization = "34 ms"'; expect 2 "x.toml:5:" run x.toml; }

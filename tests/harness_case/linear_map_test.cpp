@@ -75,6 +75,34 @@ TEST_CASE("The power of a method's matrix is its recurrence, over seven decades 
   }
 }
 
+TEST_CASE("Where float holds every constant, the problem that float solves is the one given") {
+  for (const Method method : kMethods) {
+    if (method == Method::rk4) continue;  // h / 6 is never a float
+    // h = 2^-10, k / m = 2^20 and its like: all products are powers of two.
+    const LinearMap given = linear_map(method, std::pow(2.0L, 18), 0, std::pow(2.0L, -10));
+    const LinearMap rounded = float_linear_map(method, 256, std::pow(2.0, -10), std::pow(2.0, -10));
+    INFO(name_of(method));
+    for (const auto& [a, b] : {std::pair{given.a, rounded.a}, {given.b, rounded.b}, {given.c, rounded.c}, {given.d, rounded.d}})
+      CHECK(std::abs(a - b) <= 1e-18L * std::abs(a));
+    CHECK(std::abs(given.determinant - rounded.determinant) <= 1e-18L);
+  }
+}
+
+TEST_CASE("The problem that float solves is another one by the rounding of its constants, and no more") {
+  for (const Method method : kMethods) {
+    for (const double z : {0.01, 0.3, 1.0, 1.9}) {
+      const double mass = 1e-3, h = 1e-3, stiffness = mass * z * z / (h * h);
+      const LinearMap given = linear_map(method, static_cast<Real>(stiffness) / mass, 0, h);
+      const LinearMap rounded = float_linear_map(method, stiffness, mass, h);
+      INFO(name_of(method) << " z " << z);
+      const Real apart = std::abs(given.b - rounded.b) / h + std::abs(given.c - rounded.c) * mass / (h * stiffness);
+      CHECK(apart > 1e-10L);
+      CHECK(apart < 5e-7L);
+      CHECK(std::abs(rounded.determinant - (rounded.a * rounded.d - rounded.b * rounded.c)) <= 1e-17L);
+    }
+  }
+}
+
 TEST_CASE("Symplectic Euler turns by the angle whose half has the sine w h / 2, down to the smallest step") {
   for (const Real z : {1e-9L, 1e-6L, 1e-3L, 0.1L, 1.0L, 1.99L}) {
     const Real angle = linear_map(Method::symplectic_euler, 1, 0, z).angle();

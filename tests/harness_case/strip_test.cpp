@@ -13,7 +13,7 @@ CaseRecord every_status() {
   CaseRow row{"rk4", "cpu", {}};
   double value = 1;
   for (const CellStatus status : {CellStatus::ok, CellStatus::damped, CellStatus::drifting, CellStatus::refused,
-                                  CellStatus::diverged, CellStatus::unavailable}) {
+                                  CellStatus::diverged, CellStatus::unavailable, CellStatus::interrupted}) {
     CaseCell cell;
     cell.value = value;
     cell.status = status;
@@ -40,17 +40,17 @@ std::size_t count_of(const std::string& text, const std::string& what) {
 
 TEST_CASE("The table shows the value and the fate of every cell, with the number of what is not quite right") {
   const std::string table = case_table(every_status());
-  for (const char* part : {"stiffness [N/m]", "1e+05", "rk4 cpu", " ok", "x0.25", "~0.03", "refused", "@17"})
+  for (const char* part : {"stiffness [N/m]", "1e+05", "rk4 cpu", " ok", "x0.25", "~0.03", "refused", "@17", " not run"})
     CHECK_THAT(table, Contains(part));
 }
 
 TEST_CASE("The picture has a cell of its own colour and words for every status, and a legend that explains them") {
   const std::string svg = case_strip_svg(every_status(), "a <case>");
   CHECK_THAT(svg, Contains("a &lt;case&gt;"));
-  for (const char* text : {">ok<", ">x0.25<", ">~0.03<", ">refused<", ">@17<", ">-<", "refused by the solver", "energy left"})
+  for (const char* text : {">ok<", ">x0.25<", ">~0.03<", ">refused<", ">@17<", ">-<", ">not run<", ">interrupted<", "refused by the solver", "energy left"})
     CHECK_THAT(svg, Contains(text));
   for (const char* colour : {"#009e73", "#e69f00", "#d55e00"}) CHECK(count_of(svg, colour) >= 2);  // cell and legend
-  CHECK(count_of(svg, "<rect") == 1 + 6 + 6);
+  CHECK(count_of(svg, "<rect") == 1 + 7 + 7);
 }
 
 TEST_CASE("A strip without rows is an empty picture, not a crash") {
@@ -61,8 +61,8 @@ TEST_CASE("A strip without rows is an empty picture, not a crash") {
 TEST_CASE("Counts add up, largest and least are taken over the cells in range, and a NaN is not hidden") {
   CaseRecord record = every_status();
   auto all = measure(record).at("case.rk4.cpu");
-  CHECK(all.at("cells") == 6);
-  for (const char* status : {"ok", "damped", "drifting", "refused", "diverged", "unavailable", "schedule_difference"})
+  CHECK(all.at("cells") == 7);
+  for (const char* status : {"ok", "damped", "drifting", "refused", "diverged", "unavailable", "interrupted", "schedule_difference"})
     CHECK(all.at(status) == 1);
   CHECK(all.at("order") == 2.5);
   CHECK(all.at("order_min") == 1.5);
@@ -80,5 +80,6 @@ TEST_CASE("cells.csv has a line per cell with every metric that any cell has") {
   CHECK_THAT(csv, Contains("method,solver,value,status,shown,steps,digest,schedule_differs,order,order_min,detail\n"));
   CHECK_THAT(csv, Contains("rk4,cpu,10,damped,0.25,17,0000000000000000,0,2.5,2.5,\n"));
   CHECK_THAT(csv, Contains("rk4,cpu,1000,refused,,17,0000000000000000,0,,,\"too long, \"\"quoted\"\"\"\n"));
-  CHECK(count_of(csv, "\n") == 7);
+  CHECK_THAT(csv, Contains("rk4,cpu,1000000,interrupted,"));
+  CHECK(count_of(csv, "\n") == 8);
 }

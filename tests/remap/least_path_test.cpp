@@ -68,7 +68,7 @@ TEST_CASE("the least path of none and of one step") {
   CHECK(least_path(one).latency_culprit == 0);
 }
 
-TEST_CASE("a path exists at the latency of the least path and none 1 ns below: 4000 random traces, 4000 that overlap") {
+TEST_CASE("a path exists at the least path's latency and none 1 ns below in 8000 traces of which half overlap") {
   for (std::uint64_t seed = 0; seed < 8000; ++seed) {
     Draw draw(seed + 7);
     const std::vector<StepTimes> steps = seed % 2 == 0 ? flat(random_schedule(draw, draw.between(1, 6))) : overlapping(draw);
@@ -88,7 +88,7 @@ TEST_CASE("a path exists at the latency of the least path and none 1 ns below: 4
   }
 }
 
-TEST_CASE("the taut string exists from the latency of the least path on, and no sooner: 1000 random traces") {
+TEST_CASE("the taut string exists from the least path's latency on and no sooner in 1000 traces") {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     Draw draw(seed + 1007);
     const std::vector<StepTimes> steps = flat(random_schedule(draw, draw.between(1, 6)));
@@ -102,7 +102,7 @@ TEST_CASE("the taut string exists from the latency of the least path on, and no 
   }
 }
 
-TEST_CASE("a line fits at the best line's latency and none 1 ns below, and it touches both culprits: 2000 random traces") {
+TEST_CASE("a line fits at the best line's latency and none 1 ns below and it touches both culprits in 2000 traces") {
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     Draw draw(seed + 77);
     std::vector<StepTimes> steps = flat(random_schedule(draw, 3));
@@ -120,7 +120,7 @@ TEST_CASE("a line fits at the best line's latency and none 1 ns below, and it to
   }
 }
 
-TEST_CASE("interpolated forces: each end becomes the next one, so a periodic line needs one slot more") {
+TEST_CASE("interpolated forces take the next end so a periodic line needs one slot more") {
   std::vector<StepTimes> steps = flat(Periodic{}.schedule(30));
   const Duration held = best_line(steps).latency;
   const std::vector<StepTimes> before = steps;
@@ -130,7 +130,7 @@ TEST_CASE("interpolated forces: each end becomes the next one, so a periodic lin
   CHECK(std::abs((best_line(steps).latency - held).ns - 2'222'222) <= 2);
 }
 
-TEST_CASE("windows hold every step up to the last whole one, each its length from its first step on: 1000 traces") {
+TEST_CASE("windows hold every step up to the last whole one and each lasts its length") {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     Draw draw(seed + 5);
     const std::vector<StepTimes> steps = flat(random_schedule(draw, 40));

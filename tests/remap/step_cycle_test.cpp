@@ -38,7 +38,7 @@ std::vector<StepTimes> gapped(Draw& draw, std::size_t count, Gap gap) {
 
 }  // namespace
 
-TEST_CASE("a periodic cycle is found exactly: 2 to 200 steps, visualizations from half a step to 100 steps long") {
+TEST_CASE("a periodic cycle of 2 to 200 steps and pauses of half a step to 100 steps is found exactly") {
   for (const std::int32_t steps : {2, 3, 15, 60, 200}) {
     for (const double in_steps : {0.5, 1.0, 5.0, 100.0}) {
       const double step_ns = 33'333'333 / (steps + in_steps);
@@ -73,7 +73,7 @@ TEST_CASE("it does not matter where in a cycle a list begins") {
   }
 }
 
-TEST_CASE("jitter of 1 to 30 % and gaps of the driver between steps do not hide a cycle: 300 traces") {
+TEST_CASE("no cycle is hidden by jitter of 1 to 30 % and gaps of the driver in 300 traces") {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     Draw draw(seed);
     Schedule schedule = jittered(draw, 0.01 * static_cast<double>(1 + seed % 30), 60);
@@ -89,7 +89,7 @@ TEST_CASE("jitter of 1 to 30 % and gaps of the driver between steps do not hide 
   }
 }
 
-TEST_CASE("N drawn from 14 to 16 is a cycle, and the confidence is the share of the commonest N") {
+TEST_CASE("N drawn from 14 to 16 is a cycle and the confidence is the share of the commonest N") {
   Draw draw(4);
   Schedule schedule;
   for (std::int64_t k = 0; k < 300; ++k)
@@ -118,7 +118,7 @@ TEST_CASE("a visualization dropped now and then leaves a cycle with segments of 
   CHECK(cycle.confidence > 0.9);
 }
 
-TEST_CASE("a hang does not hide the cycle, and a stray pause in one segment does not move the others") {
+TEST_CASE("a hang does not hide the cycle and a stray pause in one segment does not move the others") {
   std::vector<StepTimes> steps = flat(Periodic{}.schedule(100));
   const auto push_back = [&](std::size_t from, Duration by) {
     for (std::size_t n = from; n < steps.size(); ++n) steps[n] = {steps[n].begin + by, steps[n].end + by};
@@ -149,7 +149,7 @@ TEST_CASE("a longer pause in every tenth segment is part of the cycle of the sho
   CHECK(cycle.pause.ns == 10 * ms);
 }
 
-TEST_CASE("there is no cycle in steps back to back, evenly apart, or too few") {
+TEST_CASE("there is no cycle in steps back to back evenly apart or too few") {
   const auto reason = [](const std::vector<StepTimes>& steps) {
     const StepCycle cycle = find_cycle(steps);
     CHECK_FALSE(cycle.found);
@@ -166,7 +166,7 @@ TEST_CASE("there is no cycle in steps back to back, evenly apart, or too few") {
   CHECK(reason(flat(Periodic{}.schedule(16))).find("fewer than 16 segments") == 0);
 }
 
-TEST_CASE("pauses that fall anywhere are no cycle: 3000 traces without rhythm, at most 3 mistaken") {
+TEST_CASE("pauses that fall anywhere are no cycle and of 3000 such traces at most 3 are mistaken") {
   // Long pauses after each step with a probability of 1/2 to 1/50, lengths alike or over decades.
   int found = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
@@ -195,7 +195,7 @@ TEST_CASE("steps per segment drawn evenly from 1 to 40 are no cycle") {
   }
 }
 
-TEST_CASE("the cycle found does not change with the origin of time, and scales with it") {
+TEST_CASE("the cycle found does not change with the origin of time and scales with it") {
   const StepCycle cycle = find_cycle(flat(Periodic{}.schedule(40)));
   std::vector<StepTimes> steps = flat(Periodic{}.schedule(40));
   for (StepTimes& step : steps) step = {RealTime{3 * step.begin.ns - 5'000 * ms}, RealTime{3 * step.end.ns - 5'000 * ms}};

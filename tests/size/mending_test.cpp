@@ -64,7 +64,7 @@ std::vector<SegmentTiming> without_visualizations(std::vector<SegmentTiming> seg
 
 }  // namespace
 
-TEST_CASE("a long visualization is blamed on the first step behind it, for every step of its segment and the next two") {
+TEST_CASE("a long visualization is blamed on the first step behind it for every step of its segment and the next two") {
   auto segments = back_to_back(40);
   lengthen_visualization(segments, 20, {7 * ms}, true);
   const Mending mending(segments);
@@ -81,7 +81,7 @@ TEST_CASE("a long visualization is blamed on the first step behind it, for every
   CHECK(mending.blame(230).late_step == -1);
 }
 
-TEST_CASE("mended is the schedule without the fault: back to back everything after it moves, with idle time its segment only") {
+TEST_CASE("mended is the schedule without the fault and nothing behind idle time moves") {
   for (const std::size_t k : {0U, 20U, 39U}) {
     auto late = back_to_back(40);
     lengthen_visualization(late, k, {7 * ms}, true);
@@ -92,7 +92,7 @@ TEST_CASE("mended is the schedule without the fault: back to back everything aft
   }
 }
 
-TEST_CASE("a step that ran long is mended by its own length, and a pause between steps too") {
+TEST_CASE("a step that ran long is mended by its own length and a pause between steps too") {
   auto late = with_idle(40);
   late[20].steps[3].end = late[20].steps[3].end + Duration{2 * ms};
   push_back(late[20], 4, {2 * ms});
@@ -110,7 +110,7 @@ TEST_CASE("a step that ran long is mended by its own length, and a pause between
   CHECK(same_steps(mended(paused, 205), with_idle(40)));
 }
 
-TEST_CASE("without visualizations the pause is the gap: paced segments keep their begin, free running ones move up") {
+TEST_CASE("without visualizations the pause is the gap and only free running segments move up") {
   auto free = back_to_back(40);
   for (std::size_t k = 0; k < 40; ++k)   // lengths that differ by 10 %, so that they keep no time
     if (k % 2 == 1) lengthen_visualization(free, k, {3 * ms}, true);
@@ -126,7 +126,7 @@ TEST_CASE("without visualizations the pause is the gap: paced segments keep thei
   CHECK(same_steps(mended(without_visualizations(paced), 209), without_visualizations(with_idle(40))));
 }
 
-TEST_CASE("where nothing is late nobody is blamed, and a step 1 % longer than usual is not late") {
+TEST_CASE("where nothing is late nobody is blamed and a step 1 % longer than usual is not late") {
   auto segments = with_idle(40);
   segments[20].steps[3].end = segments[20].steps[3].end + Duration{20'000};
   segments[20].steps[4].begin = segments[20].steps[3].end;
@@ -134,7 +134,7 @@ TEST_CASE("where nothing is late nobody is blamed, and a step 1 % longer than us
   for (std::int64_t step = 0; step < 400; ++step) REQUIRE(mending.blame(step).late_step == -1);
 }
 
-TEST_CASE("the latency saved is that of the schedule without the fault: reported for both maps and both bounds") {
+TEST_CASE("the mended latency is that of the schedule without the fault for maps and bounds") {
   auto late = back_to_back(60);
   lengthen_visualization(late, 30, {7 * ms}, true);
   const SizeRecord record = size_segments(late, "", {}), whole = size_segments(back_to_back(60), "", {});

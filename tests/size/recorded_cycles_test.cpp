@@ -27,7 +27,7 @@ Recorded recorded(const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("the cycle of six recordings is found in the step times alone: 15 steps, and the boundaries of the files") {
+TEST_CASE("the cycle of six recordings and their boundaries are found in the step times alone") {
   for (const char* name : {"small-paced30-basic", "paced30-pthread", "paperlike-free-basic", "regime-free-basic",
                            "contended-free-basic", "coldstart-paced30-basic"}) {
     const Recorded file = recorded(name);

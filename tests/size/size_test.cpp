@@ -64,7 +64,7 @@ std::string written(const std::vector<SegmentTiming>& segments, bool visualizati
 
 }  // namespace
 
-TEST_CASE("the reference case: 12.842 ms, 2.482 ms for any path, in every window, and the loop that it leaves") {
+TEST_CASE("the reference case needs 12.842 ms and any path 2.482 ms in every window") {
   const SizeRecord record = size_segments(play(kReference, 300), "reference", {});
   CHECK(record.steps == 4500);
   CHECK(record.segments == 300);
@@ -89,7 +89,7 @@ TEST_CASE("the reference case: 12.842 ms, 2.482 ms for any path, in every window
   CHECK(record.cycle->steps_per_segment == 15);
 }
 
-TEST_CASE("interpolated forces need one slot more, and no half slot of a staircase is added to their delay") {
+TEST_CASE("interpolated forces need one slot more and no half slot of a staircase is added to their delay") {
   const SizeRecord record = size_segments(play(kReference, 300), "reference", {.emission = Emission::linear});
   CHECK(record.held.best_line.latency.ns == 12'842'223);
   REQUIRE(record.linear);
@@ -101,7 +101,7 @@ TEST_CASE("interpolated forces need one slot more, and no half slot of a stairca
   }
 }
 
-TEST_CASE("damping and the device period are the user's: the stiffness is proportional to the one, h counts twice") {
+TEST_CASE("the stiffness is proportional to the damping and the device period counts twice") {
   const auto segments = play(kReference, 100);
   const SizeRecord one = size_segments(segments, "", {}), five = size_segments(segments, "", {.damping_N_s_per_m = 5});
   CHECK(five.held.best_line.stiffness_limit_N_per_m == Approx(5 * one.held.best_line.stiffness_limit_N_per_m));
@@ -112,7 +112,7 @@ TEST_CASE("damping and the device period are the user's: the stiffness is propor
   CHECK(slow.held.best_line.stiffness_limit_N_per_m == Approx(1 / (0.004 + delay_s)));
 }
 
-TEST_CASE("every number is what the oracle and the budgets say of the same steps: 150 random timings") {
+TEST_CASE("every number is what the oracle and the budgets say of 150 random timings") {
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     const auto segments = play(random_timing(seed), 60);
     const Emission emission = seed % 2 == 0 ? Emission::hold : Emission::linear;
@@ -147,7 +147,7 @@ TEST_CASE("every number is what the oracle and the budgets say of the same steps
   }
 }
 
-TEST_CASE("a bare list has the bounds of its recording, and the segments of the cycle found in it") {
+TEST_CASE("a bare list has the bounds of its recording and the segments of the cycle found in it") {
   const auto segments = play({.visualization = {9 * ms}, .steps = {8}, .step = Duration{2 * ms}, .visualization_variation = 0.1,
                               .step_variation = 0.05},
                              100);
@@ -163,7 +163,7 @@ TEST_CASE("a bare list has the bounds of its recording, and the segments of the 
   CHECK(without.held.best_line.culprit.step == with.held.best_line.culprit.step);
 }
 
-TEST_CASE("a list that begins in the middle of a cycle is sized from the first pause on, and counts steps from its begin") {
+TEST_CASE("a list that begins in the middle of a cycle is sized from the first pause on and counts steps from its begin") {
   auto segments = play(kReference, 60);
   segments.front().steps.erase(segments.front().steps.begin(), segments.front().steps.begin() + 10);
   Interval& late = segments[30].steps[4];                        // step 5 + 29 * 15 + 4 of the list
@@ -176,7 +176,7 @@ TEST_CASE("a list that begins in the middle of a cycle is sized from the first p
   CHECK(record.held.taut_string.culprit.late_step == 5 + 29 * 15 + 4);
 }
 
-TEST_CASE("without a cycle every step is a segment, and that is said") {
+TEST_CASE("without a cycle every step is a segment and that is said") {
   const SizeRecord record = size_segments(
       play({.visualization = {}, .steps = {500}, .step = Duration{1 * ms}, .step_variation = 0.1}, 1), "", {});
   CHECK(record.segments_from == "step");
@@ -186,7 +186,7 @@ TEST_CASE("without a cycle every step is a segment, and that is said") {
   CHECK_THAT(size_text(record), Contains("none: no pause between steps stands out"));
 }
 
-TEST_CASE("a list of begins and ends is read like timing.csv, and its mistakes are named") {
+TEST_CASE("a list of begins and ends is read like timing.csv and its mistakes are named") {
   const auto error = [](const std::string& text) {
     const TimingCsv csv = parse_timing_or_steps(text, "list.csv");
     return csv.errors.empty() ? "" : evenstep::text(csv.errors.front());

@@ -58,7 +58,8 @@ class NumberingTrial final : public Trial {
     tissue.lattice = {4, 5, 6};
     tissue.particle_count = 120;
     tissue.spacing_m = kSpacing_m;
-    tissue.damping_per_s = 2;
+    tissue.fixed.x_min = true;
+    tissue.damping_per_s = 100;
     tissue.axial_damping_N_s_per_m = 1e-3;
     tissue.gravity_m_per_s2 = {1, -2, -9.81};
     tissue.regions = {{glm::dvec3(0), glm::dvec3(1.5, 2.5, 2.5) * kSpacing_m, 2 * tissue.stiffness_N_per_m,

@@ -19,7 +19,8 @@ class OscillatorTrial final : public Trial {
     mass_kg_ = tissue.particle_mass_kg;
     w2_ = static_cast<LinearMap::Real>(stiffness_N_per_m) / static_cast<LinearMap::Real>(mass_kg_);
     const double h_s = period_s(kOscillatorRate);
-    map_ = cell.is_float() ? float_linear_map(cell.method, stiffness_N_per_m, mass_kg_, h_s) : linear_map(cell.method, w2_, 0, h_s);
+    map_ = cell.is_float() ? float_linear_map(cell.method, stiffness_N_per_m, mass_kg_, h_s)
+                           : linear_map(cell.method, w2_, 0, h_s);
     // The largest excursion of the discrete motion is kReach_m.
     start_.x = kReach_m / (map_.oscillates() ? map_.amplitude({1, 0}) : 1);
     tissue.initial_displacement_m = {glm::dvec3(0), glm::dvec3(static_cast<double>(start_.x), 0, 0)};

@@ -231,7 +231,8 @@ class MovingTargetTrial final : public Trial {
     scene.body = std::move(tissue);
     scene.tool_count = 1;
     scene.step_rate = {1000, 1};
-    steps = static_cast<std::int64_t>(2 * std::numbers::pi / period_s(scene.step_rate));
+    // Half a turn: judged in its second half, in which the acceleration goes from nothing to all.
+    steps = static_cast<std::int64_t>(std::numbers::pi / period_s(scene.step_rate));
   }
   void hands(std::int64_t n, std::span<glm::dvec3> positions_m) const override {
     positions_m[0] = {kTravel_m * (1 - std::cos(period_s(scene.step_rate) * static_cast<double>(n))), 0, 0};

@@ -20,7 +20,7 @@ class RunFailure : public std::runtime_error {
   std::int64_t step;
 };
 
-/// A solver's error as the run's.
-RunFailure run_failure(const SolverError& error);
+/// A solver's error as the run's; `at_step`: -1 before the first one.
+RunFailure run_failure(const SolverError& error, std::int64_t at_step = -1);
 
 }  // namespace evenstep

@@ -120,6 +120,10 @@ struct Expectation {
   std::optional<Limit> min, max;
   std::optional<std::array<double, 2>> at;      ///< of a case: only the cells whose values lie between these
   bool expect_fail = false;
+  /// Of an underrun_rate: the limit must hold for the true rate with this confidence, and the maps alone are run over so many
+  /// seeds to know; 0: as many as suffice if all are clean.
+  std::optional<double> confidence;
+  std::int64_t seeds = 0;
 };
 
 /// [case]: an entry of the catalogue of stiff and extreme cases. It drives the solver itself, for every method and solver over
@@ -137,6 +141,29 @@ struct CaseSpec {
   int iterations = 0;                           ///< of methods that iterate; 0: their default
   bool allow_unstable = false;
 };
+
+/// A key of a sweep's grid and what it is set to.
+struct SweepAxis {
+  std::string path;                             ///< as --set takes it: "timing.visualization"
+  std::vector<std::string> values;              ///< as TOML: "\"5 ms\"", "15"; all different
+  Place place;
+};
+/// The least (greatest) value of an axis from which on everything passes.
+struct SweepFind {
+  std::size_t axis = 0;                         ///< of the grid; its values rise strictly
+  bool smallest = true;
+  std::string gate;                             ///< at_most or at_least as written; empty: any value will do
+  std::size_t allowed = 0;                      ///< so many of its values meet it: the first ones of `smallest`, else the last
+};
+/// [sweep]: the runs that `evenstep sweep` makes of a scenario.
+struct SweepSpec {
+  std::vector<std::uint64_t> seeds;             ///< at least one, all different
+  std::vector<SweepAxis> grid;                  ///< the first varies slowest
+  std::optional<std::int64_t> stop_after;
+  int keep_worst = 5;
+  std::optional<SweepFind> find;
+};
+inline constexpr std::int64_t kMostSweepPoints = 10'000'000;  // some 5 GB of lines
 
 struct Scenario {
   std::string file;
@@ -158,6 +185,7 @@ struct Scenario {
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
   StudySpec study;
+  std::optional<SweepSpec> sweep;
   std::vector<Expectation> expectations;
   struct ExpectStop { std::string reason; std::optional<std::int64_t> at_most_step; Place place; };
   std::optional<ExpectStop> expect_stop;

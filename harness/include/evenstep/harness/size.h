@@ -32,4 +32,7 @@ SizeResult size_recording(const std::string& path, const SizeOptions& options);
 /// The same for segments in memory, with a step among them.
 SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options);
 
+/// Of every expectation with a confidence, what it takes: one line each, for people.
+std::vector<std::string> explain_rates(const Scenario& scenario);
+
 }  // namespace evenstep

@@ -29,7 +29,9 @@ struct Sizing {
   LatencyBudget this_phase;
 };
 Sizing size_map(const Scenario& scenario, StrategyKind kind);
-/// The mapped steps alone, over these segments instead of the scenario's own timing. `steps` is written anew; its storage is
+/// The mapped steps of a run with this lead: a gate's waits are in them, and there only does the lead matter.
+std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, Duration lead);
+/// The mapped steps without a gate, over these segments instead of the scenario's own timing. `steps` is written anew; its storage is
 /// reused.
 void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
                std::vector<MappedStep>& steps);

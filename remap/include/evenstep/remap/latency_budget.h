@@ -31,6 +31,7 @@ struct MappedStep {
   RealTime begin;
   RealTime end;
   RealTime slot;
+  std::int64_t segment = 0;
 };
 
 /// The sampling grid of one device: tick k at origin + floor(k / rate), for every k: a mapped step that begins, or reads,
@@ -65,9 +66,12 @@ LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
                              Duration latency, Duration sample_window = {}, Duration force_window = {});
 
-/// What a run with this c and L will count, device by device: interaction reads whose sample was not there.
-std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
+/// What a run with this c and L will see, step by step, device by device: interaction reads whose sample is not there.
+std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
 /// Steps with E(n) > F(n). F is repaired from the first step given on.
+std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency);
+/// How many of them.
+std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency);
 
 }  // namespace evenstep

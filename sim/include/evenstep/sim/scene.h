@@ -117,9 +117,9 @@ enum class LocalModel {
   none,
   instantaneous,  ///< the other particles stay where they are
   /// The other particles come to rest again: probed at rest when the scene loads, three systems per grab or spring. A probe
-  /// touches other particles in every step: the 32 nearest to its centre at the start are probed, three systems each, and
+  /// touches other particles in every step: the 16 nearest to its centre at the start are probed, three systems each, and
   /// every one touched is in series with its own nodal compliance. The result is at least the settled stiffness: that they
-  /// yield under each other is neglected, and others than these 32 count as in `instantaneous`.
+  /// yield under each other is neglected, and others than these 16 count as in `instantaneous`.
   settled
 };
 

@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <boost/math/special_functions/beta.hpp>
+#include <cmath>
+#include <limits>
+
+#include "evenstep/reports/sweep_record.h"
+
+namespace evenstep {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void count(SweepTally& tally, SweepVerdict verdict) {
+  ++(verdict == SweepVerdict::pass ? tally.passed : verdict == SweepVerdict::fail ? tally.failed : tally.errors);
+}
+
+/// A limit of 0 has no shares: there the distance itself counts.
+double excess_over(double limit, double distance) { return limit == 0 ? distance : distance / std::abs(limit); }
+
+/// How far over its limits, or how near to them. nullopt: says nothing (an exact value that is met).
+std::optional<double> excess_of(const SweepPoint::Value& judged) {
+  if (!judged.value) return kInfinity;
+  const bool passes = judged.verdict == SweepVerdict::pass;
+  if (passes && judged.min && judged.max && *judged.min == *judged.max) return std::nullopt;
+  double excess = -kInfinity;
+  if (judged.max) excess = std::max(excess, excess_over(*judged.max, *judged.value - *judged.max));
+  if (judged.min) excess = std::max(excess, excess_over(*judged.min, *judged.min - *judged.value));
+  // A known fault that is gone, or still there, is within or over its limit the other way round.
+  return (excess > 0) == passes ? -excess : excess;
+}
+
+SweepSummary::Worst worst_of(const SweepPoint& point, std::size_t at) {
+  if (point.expect.empty()) return {at, kInfinity, std::nullopt};
+  SweepSummary::Worst worst{at, -kInfinity, std::nullopt};
+  for (std::size_t i = 0; i < point.expect.size(); ++i) {
+    const std::optional<double> excess = excess_of(point.expect[i]);
+    if (excess && (*excess > worst.excess || !worst.expectation)) worst = {at, *excess, i};
+  }
+  return worst;
+}
+
+/// The value whose failures decide what is found: the one beyond it, or the one at the safe end where nothing is found.
+std::optional<std::size_t> deciding_value(const SweepHeader& header, const std::optional<SweepSummary::Find>& found) {
+  if (!found) return std::nullopt;
+  const std::size_t last = header.grid[header.find->axis].values.size() - 1;
+  if (!found->value) return header.find->smallest ? last : 0;
+  if (*found->value == (header.find->smallest ? 0 : last)) return std::nullopt;
+  return header.find->smallest ? *found->value - 1 : *found->value + 1;
+}
+
+std::vector<SweepSummary::Worst> worst_points(const SweepRecord& record, std::optional<std::size_t> value) {
+  std::vector<SweepSummary::Worst> all;
+  for (std::size_t i = 0; i < record.points.size(); ++i) {
+    if (!value || record.header.value_of(record.points[i].index, record.header.find->axis) == *value)
+      all.push_back(worst_of(record.points[i], i));
+  }
+  const auto kept = all.begin() + std::min<std::ptrdiff_t>(record.header.keep_worst, std::ssize(all));
+  std::partial_sort(all.begin(), kept, all.end(), [&](const auto& a, const auto& b) {
+    // What did not pass comes first, however small its excess.
+    const bool a_passes = record.points[a.point].verdict == SweepVerdict::pass;
+    const bool b_passes = record.points[b.point].verdict == SweepVerdict::pass;
+    if (a_passes != b_passes) return b_passes;
+    return a.excess != b.excess ? a.excess > b.excess : a.point < b.point;
+  });
+  all.erase(kept, all.end());
+  return all;
+}
+
+SweepSummary::Find find_value(const SweepHeader::Find& wanted, const std::vector<SweepTally>& tallies) {
+  SweepSummary::Find found;
+  const auto passes = [&](std::size_t i) { return tallies[i].runs() > 0 && tallies[i].passed == tallies[i].runs(); };
+  // From the safe end on: the last one for `smallest`, the first one for `largest`.
+  std::size_t steps = 0;
+  const auto at = [&](std::size_t step) { return wanted.smallest ? tallies.size() - 1 - step : step; };
+  while (steps < tallies.size() && passes(at(steps))) ++steps;
+  if (steps > 0) found.value = at(steps - 1);
+  for (std::size_t step = steps; step < tallies.size(); ++step) found.beyond += passes(at(step)) ? 1 : 0;
+  found.within_gate = steps > tallies.size() - wanted.allowed;
+  return found;
+}
+
+}  // namespace
+
+const char* name_of(SweepVerdict verdict) {
+  return verdict == SweepVerdict::pass ? "pass" : verdict == SweepVerdict::fail ? "fail" : "error";
+}
+
+std::int64_t SweepHeader::combinations() const {
+  std::int64_t product = 1;
+  for (const Axis& axis : grid) product *= std::ssize(axis.values);
+  return product;
+}
+
+std::uint64_t SweepHeader::seed_of(std::int64_t point) const {
+  return seeds[static_cast<std::size_t>(point % std::ssize(seeds))];
+}
+
+std::size_t SweepHeader::value_of(std::int64_t point, std::size_t axis) const {
+  std::int64_t rest = point / std::ssize(seeds);
+  for (std::size_t later = grid.size() - 1; later > axis; --later) rest /= std::ssize(grid[later].values);
+  return static_cast<std::size_t>(rest % std::ssize(grid[axis].values));
+}
+
+double rate_at_most(std::int64_t hits, std::int64_t runs) {
+  if (hits >= runs) return 1;
+  return boost::math::ibeta_inv(static_cast<double>(hits + 1), static_cast<double>(runs - hits), 0.95);
+}
+
+SweepSummary summarize(const SweepRecord& record) {
+  const SweepHeader& header = record.header;
+  SweepSummary summary;
+  for (const SweepHeader::Axis& axis : header.grid) summary.values.emplace_back(axis.values.size());
+  for (const SweepPoint& point : record.points) {
+    count(summary.all, point.verdict);
+    for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
+      count(summary.values[axis][header.value_of(point.index, axis)], point.verdict);
+  }
+  summary.stopped = header.stop_after && summary.all.failed + summary.all.errors >= *header.stop_after;
+  if (header.find) summary.find = find_value(*header.find, summary.values[header.find->axis]);
+  summary.worst = worst_points(record, deciding_value(header, summary.find));
+  return summary;
+}
+
+}  // namespace evenstep

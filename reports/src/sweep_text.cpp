@@ -1,0 +1,182 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "evenstep/reports/sweep_record.h"
+#include "src/json_members.h"
+
+namespace evenstep {
+namespace {
+
+using internal::Members;
+
+std::string tally_cells(const SweepTally& tally) {
+  if (tally.runs() == 0) return "not run";
+  return fmt::format("{:>9} {:>9} {:>9}   {:.3g} %", tally.passed, tally.failed, tally.errors,
+                     100 * tally.failure_rate_at_most());
+}
+
+std::string values_of(const SweepHeader& header, const SweepPoint& point) {
+  std::string text = fmt::format("seed {}", header.seed_of(point.index));
+  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
+    const SweepHeader::Axis& one = header.grid[axis];
+    text += fmt::format(", {} {}", one.path, shown_value(one.values[header.value_of(point.index, axis)]));
+  }
+  return text;
+}
+
+std::string with_unit(double number, const std::string& unit) {
+  return unit.empty() ? fmt::format("{:.6g}", number) : fmt::format("{:.6g} {}", number, unit);
+}
+
+/// "left.force.paper underruns 3, limit 0"
+std::string reason(const SweepHeader& header, const SweepPoint& point, const SweepSummary::Worst& worst) {
+  if (!worst.expectation) return point.failure.empty() ? "nothing to compare" : point.failure;
+  const SweepPoint::Value& judged = point.expect[*worst.expectation];
+  const SweepHeader::Expect& expect = header.expectations[*worst.expectation];
+  if (!judged.value) return fmt::format("{} {}: {}", expect.signal, expect.metric, point.failure);
+  const bool over = judged.max && (!judged.min || *judged.value > (*judged.min + *judged.max) / 2);
+  return fmt::format("{} {} {}, {} {}", expect.signal, expect.metric, with_unit(*judged.value, expect.unit),
+                     over ? "max" : "min", with_unit(over ? *judged.max : *judged.min, expect.unit));
+}
+
+std::string find_text(const SweepHeader& header, const SweepSummary::Find& found) {
+  const SweepHeader::Find& wanted = *header.find;
+  const SweepHeader::Axis& axis = header.grid[wanted.axis];
+  const std::string_view word = wanted.smallest ? "smallest" : "largest", beyond = wanted.smallest ? "smaller" : "larger";
+  if (!found.value) {
+    std::string text = fmt::format("{} {}: none, since {} does not pass for every seed\n", word, axis.path,
+                                   shown_value(wanted.smallest ? axis.values.back() : axis.values.front()));
+    if (found.beyond > 0) text += fmt::format("  {} {} values pass, but a value at the safe end fails\n", found.beyond, beyond);
+    return text;
+  }
+  std::string text = fmt::format("{} {}: {}", word, axis.path, shown_value(axis.values[*found.value]));
+  const std::string_view gate = wanted.smallest ? "at most" : "at least";
+  if (!wanted.gate.empty())
+    text += found.within_gate ? fmt::format(" ({} {} asked for)", gate, wanted.gate)
+                              : fmt::format(", but {} {} is asked for", gate, wanted.gate);
+  text += '\n';
+  if (found.beyond > 0)
+    text += fmt::format("  not monotone: {} {} value{} pass{} too, with a failure in between\n", found.beyond, beyond,
+                        found.beyond == 1 ? "" : "s", found.beyond == 1 ? "es" : "");
+  return text;
+}
+
+void append_tally(Members& members, const SweepTally& tally) {
+  members.whole("points", tally.runs());
+  members.whole("passed", tally.passed);
+  members.whole("failed", tally.failed);
+  members.whole("errors", tally.errors);
+  if (tally.runs() > 0) members.number("failure_rate_at_most", tally.failure_rate_at_most());
+}
+
+void append_axis(std::string& out, const SweepHeader::Axis& axis, const std::vector<SweepTally>& tallies) {
+  out += '{';
+  Members members(out);
+  members.text("key", axis.path);
+  members.key("values") += '[';
+  Members values(out);
+  for (std::size_t i = 0; i < tallies.size(); ++i) {
+    values.next() += '{';
+    Members value(out);
+    value.text("value", shown_value(axis.values[i]));
+    append_tally(value, tallies[i]);
+    out += '}';
+  }
+  out += "]}";
+}
+
+void append_worst(std::string& out, const SweepRecord& record, const SweepSummary::Worst& worst, const SweepCommand& command) {
+  const SweepPoint& point = record.points[worst.point];
+  out += '{';
+  Members members(out);
+  members.whole("index", point.index);
+  members.whole("seed", static_cast<std::int64_t>(record.header.seed_of(point.index)));
+  members.text("verdict", name_of(point.verdict));
+  members.number("excess", worst.excess);
+  members.text("reason", reason(record.header, point, worst));
+  members.text("again", command(point));
+  out += '}';
+}
+
+void append_find(std::string& out, const SweepHeader& header, const SweepSummary::Find& found) {
+  const SweepHeader::Axis& axis = header.grid[header.find->axis];
+  out += '{';
+  Members members(out);
+  members.text(header.find->smallest ? "smallest" : "largest", axis.path);
+  if (found.value)
+    members.text("value", shown_value(axis.values[*found.value]));
+  else
+    members.key("value") += "null";
+  members.flag("within_gate", found.within_gate);
+  members.whole("passing_beyond", found.beyond);
+  out += '}';
+}
+
+}  // namespace
+
+std::string shown_value(const std::string& toml) {
+  const bool plain = toml.size() >= 2 && toml.front() == '"' && toml.find_first_of("\"\\", 1) == toml.size() - 1;
+  return plain ? toml.substr(1, toml.size() - 2) : toml;
+}
+
+std::string sweep_text(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command) {
+  const SweepHeader& header = record.header;
+  std::size_t width = 12;
+  for (const SweepHeader::Axis& axis : header.grid) {
+    width = std::max(width, axis.path.size());
+    for (const std::string& value : axis.values) width = std::max(width, shown_value(value).size() + 2);
+  }
+  std::string out = fmt::format("{:<{}} {:>9} {:>9} {:>9}   failure rate at most (95 %)\n", "", width, "passed", "failed", "errors");
+  out += fmt::format("{:<{}} {}\n", fmt::format("{} points", summary.all.runs()), width, tally_cells(summary.all));
+  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
+    out += header.grid[axis].path + '\n';
+    for (std::size_t i = 0; i < summary.values[axis].size(); ++i)
+      out += fmt::format("  {:<{}} {}\n", shown_value(header.grid[axis].values[i]), width - 2, tally_cells(summary.values[axis][i]));
+  }
+  if (summary.stopped)
+    out += fmt::format("stopped after failure {}: {} of {} points\n", *header.stop_after, summary.all.runs(), header.points());
+  if (!summary.worst.empty()) out += "worst points\n";
+  for (const SweepSummary::Worst& worst : summary.worst) {
+    const SweepPoint& point = record.points[worst.point];
+    out += fmt::format("  {:<5} {}: {}\n        {}\n", name_of(point.verdict), values_of(header, point),
+                       reason(header, point, worst), command(point));
+  }
+  if (summary.find) out += find_text(header, *summary.find);
+  return out;
+}
+
+std::string sweep_json(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command) {
+  const SweepHeader& header = record.header;
+  std::string out = "{";
+  Members members(out);
+  members.text("sweep", header.name);
+  members.text("scenario", header.scenario);
+  members.text("build", header.build);
+  append_tally(members, summary.all);
+  members.flag("stopped", summary.stopped);
+  members.key("grid") += '[';
+  Members axes(out);
+  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
+    axes.next();
+    append_axis(out, header.grid[axis], summary.values[axis]);
+  }
+  out += ']';
+  members.key("worst") += '[';
+  Members list(out);
+  for (const SweepSummary::Worst& worst : summary.worst) {
+    list.next();
+    append_worst(out, record, worst, command);
+  }
+  out += ']';
+  members.key("find");
+  if (summary.find)
+    append_find(out, header, *summary.find);
+  else
+    out += "null";
+  return out + "}\n";
+}
+
+}  // namespace evenstep

@@ -1,0 +1,49 @@
+#pragma once
+// A folder of a test's own, its files, and a small sweep.
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace evenstep::test {
+
+class Folder {
+ public:
+  Folder() : path_(std::filesystem::temp_directory_path() / ("evenstep-test-" + std::to_string(::getpid()) + "-" + std::to_string(count_++))) {
+    std::filesystem::create_directories(path_);
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(*this / name, std::ios::binary) << text;
+    return *this / name;
+  }
+
+ private:
+  static inline int count_ = 0;
+  std::filesystem::path path_;
+};
+
+inline std::string contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  REQUIRE(file.good());
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// A third of a second of the shipped spring with 10 % jitter: its force is late wherever the latency is short.
+inline std::string small_scenario(const std::string& sweep) {
+  return std::string("format = 1\nextends = [\"") + EVENSTEP_SOURCE_DIR +
+         "/scenarios/paper/figure-1-spring.toml\"]\nname = \"small\"\n"
+         "expect = [{ signal = \"left.force.phase_locked\", metric = \"underruns\", equals = 0 }]\n"
+         "[run]\nduration = \"0.3 s\"\nwarmup = \"0.1 s\"\nstrategies = [\"phase_locked\"]\n"
+         "[timing]\njitter = { visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }\n"
+         "[remap]\nlead = \"6 ms\"\n" + sweep;
+}
+
+}  // namespace evenstep::test
