@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "commands.h"
@@ -123,6 +124,18 @@ std::string stability_lines(const Scenario& scenario) {
              1e3 * limit.step_s, 1e3 * limit.rest_state_step_s,
              tissue->stiffness_N_per_m * stiffness_margin(tissue->method, limit, substep_s), limit.particle,
              limit.particle % nx, limit.particle / nx % ny, limit.particle / nx / ny);
+}
+
+std::string rendering_lines(const Scenario& scenario) {
+  std::string lines;
+  const auto local = [](const DeviceSpec& device) { return device.render.kind == RenderSpec::Kind::local; };
+  if (std::none_of(scenario.devices.begin(), scenario.devices.end(), local)) return lines;
+  for (const StrategyPlan& plan : plan(scenario)) {
+    for (const DeviceSpec& device : scenario.devices) {
+      if (local(device)) lines += fmt::format("  {:<12} {}: {}\n", name_of(plan.kind), device.name, rendering_line(scenario, plan, device));
+    }
+  }
+  return lines;
 }
 
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set) {

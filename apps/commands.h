@@ -82,5 +82,7 @@ std::filesystem::path default_place();
 /// Of a tissue: method and substeps; longest stable substep, largest stiffness and the particle that sets them. Empty for a
 /// spring. Throws SolverError for a scene that no solver takes.
 std::string stability_lines(const Scenario& scenario);
+/// alpha, alpha* and the laws of the devices that render locally, per strategy; empty without one.
+std::string rendering_lines(const Scenario& scenario);
 
 }  // namespace evenstep::app

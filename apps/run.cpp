@@ -101,9 +101,9 @@ bool leave_out(const Scenario& scenario, const RunArguments& arguments) {
   return !arguments.include_long && contains(scenario.tags, "long") && !contains(arguments.paths, scenario.file);
 }
 
-void print_stability(const Scenario& scenario) {
+void print_limits(const Scenario& scenario) {
   try {
-    fmt::print("{}", stability_lines(scenario));
+    fmt::print("{}{}", stability_lines(scenario), rendering_lines(scenario));
   } catch (const SolverError&) {
     return;  // the run stops for the same reason, and says it
   }
@@ -128,7 +128,7 @@ std::optional<ExitCode> run_one(const std::string& file, const std::string& fold
                arguments.clock);
     std::fflush(stdout);
   }
-  if (!arguments.json && !scenario.case_spec) print_stability(scenario);
+  if (!arguments.json && !scenario.case_spec) print_limits(scenario);
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
     spdlog::error("error: {}", objection);
     return ExitCode::run_failed;

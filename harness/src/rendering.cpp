@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <memory>
 #include <optional>
+#include <type_traits>
+#include <variant>
 
 namespace evenstep {
 namespace {
@@ -39,6 +41,16 @@ bool plays_as_it_comes(StrategyKind kind) {
 std::optional<Plant> plant_of(const DeviceSpec& device) {
   if (!device.hand) return std::nullopt;
   return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};
+}
+
+/// What the tool feels, for an example; of a tissue, whose stiffness at the tool nobody knows yet, 100 N/m.
+double felt_stiffness(const Scene& scene) {
+  return std::visit(
+      [](const auto& body) {
+        using Body = std::decay_t<decltype(body)>;
+        return std::is_same_v<Body, TissueScene> ? 100 : body.stiffness_N_per_m;
+      },
+      scene.body);
 }
 
 }  // namespace
@@ -81,9 +93,10 @@ std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, c
   std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
   if (const std::optional<double> star = alpha_star(loop); local && star)
     line += fmt::format(", alpha {:.4g} (alpha* {:.4g})", alpha, *star);
-  line += fmt::format(", damping rendered beside a spring of 100 N/m {:+.3g} N s/m", rendered_damping(100, alpha, loop));
+  const double stiffness = felt_stiffness(scenario.scene);
+  line += fmt::format(", renders {:+.3g} N s/m beside {:.6g} N/m", rendered_damping(stiffness, alpha, loop), stiffness);
   if (const std::optional<Plant> plant = plant_of(device))
-    line += fmt::format(", largest stable spring {:.4g} N/m", largest_stiffness_N_per_m(alpha, loop, *plant));
+    line += fmt::format(", a spring of {:.4g} N/m at most", largest_stiffness_N_per_m(alpha, loop, *plant));
   return line;
 }
 

@@ -11,8 +11,9 @@ namespace evenstep {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kStillLess = 0.98;   // of the amplitude before: less is a decay
-constexpr double kAtRest_m = 5e-6;    // peak to peak: less is nobody's oscillation
+constexpr double kDecay = 0.98;            // over five eighths of the run; what is above does not decay
+constexpr double kDecayFromMiddle = 0.992; // the same decay over two eighths: 0.98^(2/5) = 0.99195
+constexpr double kAtRest_m = 5e-6;         // peak to peak: less is nobody's oscillation
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -71,7 +72,9 @@ double peak_to_peak(std::span<const Vec3> x) {
   return internal::norm(internal::minus(most, least));
 }
 
-bool Oscillation::stable() const { return late_m < kStillLess * early_m || late_m < kAtRest_m; }
+bool Oscillation::stable() const {
+  return (late_m < kDecay * early_m && late_m < kDecayFromMiddle * middle_m) || late_m < kAtRest_m;
+}
 
 std::optional<Oscillation> oscillation(std::span<const double> t, std::span<const Vec3> x, double from_s, double length_s) {
   const auto window = [&](double begin, double end) {
@@ -79,9 +82,9 @@ std::optional<Oscillation> oscillation(std::span<const double> t, std::span<cons
     const auto last = std::lower_bound(first, t.end(), from_s + end * length_s);
     return x.subspan(static_cast<std::size_t>(first - t.begin()), static_cast<std::size_t>(last - first));
   };
-  const std::span<const Vec3> early = window(2.0 / 8, 3.0 / 8), late = window(7.0 / 8, 1);
-  if (early.empty() || late.empty()) return std::nullopt;
-  return Oscillation{peak_to_peak(early), peak_to_peak(late)};
+  const std::span<const Vec3> early = window(2.0 / 8, 3.0 / 8), middle = window(5.0 / 8, 6.0 / 8), late = window(7.0 / 8, 1);
+  if (early.empty() || middle.empty() || late.empty()) return std::nullopt;
+  return Oscillation{peak_to_peak(early), peak_to_peak(middle), peak_to_peak(late)};
 }
 
 std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal) {

@@ -52,10 +52,12 @@ std::optional<RenderedDamping> rendered_damping(std::span<const double> t, std::
                                                 double frequency_Hz);
 /// Diagonal of the box that holds them all.
 double peak_to_peak(std::span<const Vec3> x);
-/// Peak to peak in the third and in the last eighth of a run: of 8 s, between 2 s and 3 s and between 7 s and 8 s.
+/// Peak to peak in the third, the sixth and the last eighth of a run: of 8 s, 2 s to 3 s, 5 s to 6 s and 7 s to 8 s.
 struct Oscillation {
-  double early_m = 0, late_m = 0;
-  bool stable() const;   ///< late is below 0.98 early, or below 5 um; never where one is not a number
+  double early_m = 0, middle_m = 0, late_m = 0;
+  /// Late is below 0.98 early and as good a decay below the middle (0.98^(2/5): a swing that a force limit bounds can overshoot
+  /// once and then stay), or it is below 5 um. Never where one is not a number.
+  bool stable() const;
 };
 std::optional<Oscillation> oscillation(std::span<const double> t, std::span<const Vec3> x, double from_s, double length_s);
 /// Of a device's judged ticks.
