@@ -228,6 +228,50 @@ case_fit_refuses_bad_input() {
   expect 2 "a fit needs at least 32" fit short.csv
   expect 2 "required" fit
 }
+case_size_of_a_recording_and_of_a_scenario() {
+  local trace=$source_dir/scenarios/recorded/small-paced30-basic.csv
+  expect 0 "15 steps every 33.33" size "$trace"
+  expect 0 "taut string" size "$source_dir/scenarios/paper/figure-1-spring-hold.toml"
+  grep -q " 12.842223 " out || fail "not the latency of the reference case"
+  expect 0 "device period 0.125 ms" size "$trace" --sampling "8 kHz"
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  "$evenstep" size "$trace" --json --sampling "1 ms" >out 2>err || fail "exit"
+  python3 -c 'import csv, json; d = json.load(open("out")); r = [x for x in csv.DictReader(open("'"$trace"'")) if x["kind"] == "step"]
+longest = max(int(x["end_ns"]) - int(x["begin_ns"]) for x in r)
+assert d["taut_string_latency_ns"] == longest + 999999 <= d["best_line_latency_ns"]
+assert d["window_latency_ns"]["p50"] <= d["window_latency_ns"]["p99"] <= d["window_latency_ns"]["max"]
+for s in ("paper", "phase_locked"):
+    s = d["strategies"][s]
+    assert s["latency_this_phase_ns"] <= s["latency_any_phase_ns"] and 0 <= s["culprit_step"] < len(r)
+    assert min(s["lead_ns"], s["interaction_capacity"], s["force_capacity"]) > 0' || fail "JSON"
+}
+case_size_refuses_bad_input() {
+  expect 2 "nowhere.csv" size nowhere.csv
+  printf 'begin_ns,end_ns\n0,5\n4,9\n' >bad.csv
+  expect 2 "bad.csv:3:1: error: begins at 4 ns, before the step before it ended at 5 ns" size bad.csv
+  printf 'segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,5\n' >drawn.csv
+  expect 2 "there is no step in it" size drawn.csv
+  expect 2 '"5" is no period' size drawn.csv --sampling 5
+  expect 2 "must be above 0 N s/m" size drawn.csv --damping "0 N s/m"
+  expect 2 "belong to a recording" size "$spring" --sampling "1 ms"
+  expect 2 "belongs to a scenario" size drawn.csv --set run.seed=2
+  expect 2 "drives the solver without a loop" size "$source_dir/scenarios/stiff/s1-oscillator.toml"
+}
+case_a_rate_with_confidence() {
+  expect 0 "27 clean seeds" check "$source_dir/scenarios/sizing/underrun-rate.toml"
+  expect 0 "fails as expected" run "$source_dir/scenarios/sizing/underrun-rate.toml"
+  local rate='signal = "left.buffers.phase_locked"'
+  scenario '[[expect]]' "$rate" 'metric = "underruns"' 'max = 0' 'confidence = "95 %"'
+  expect 2 "x.toml:8:14: error: 'confidence' is that of an underrun_rate" check x.toml
+  scenario '[[expect]]' "$rate" 'metric = "underrun_rate"' 'equals = 0' 'confidence = "95 %"'
+  expect 2 "needs a max, and no min or equals" check x.toml
+  scenario '[[expect]]' "$rate" 'metric = "underrun_rate"' 'max = 0' 'confidence = "95 %"'
+  expect 2 "no number of seeds shows a rate of 0" check x.toml
+  scenario '[[expect]]' "$rate" 'metric = "underrun_rate"' 'max = 0.1' 'seeds = 5'
+  expect 2 "'seeds' goes with 'confidence'" check x.toml
+  scenario '[[expect]]' "$rate" 'metric = "underrun_rate"' 'max = "1 %"' 'confidence = "95 %"'
+  expect 0 "every seed of this timing is the same" check x.toml
+}
 case_concurrent_timing_runs_and_is_refused_on_a_wall_clock() {
   local lane=(--set timing.order=concurrent --set timing.paced=true --set timing.slowdown=1.5 --set 'timing.jitter={ step = "lognormal 5 %" }')
   local short=(--set 'run.duration="1 s"' --set 'expect=[]')

@@ -35,7 +35,7 @@ TEST_CASE("on a spring every strategy that renders locally sends the force of no
     for (const StrategyRecord& record : local.strategies) {
       INFO(motion << " " << record.name);
       CHECK(largest_error(local, record.name) <= 1e-13 * 200);  // rounding of 200 N/m times less than 0.1 m
-      CHECK(largest_error(plain, record.name) >= 0.02);
+      if (record.name != "predict") CHECK(largest_error(plain, record.name) >= 0.02);  // an even motion is predicted exactly
       // What the solver sees is the same, bit for bit: only the device's side is another.
       const StrategyRecord& same = strategy(plain, record.name);
       REQUIRE(record.steps.size() == same.steps.size());

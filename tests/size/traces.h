@@ -23,7 +23,8 @@ inline std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, std::
 /// Free running or paced, with jitter, spikes and dropped visualizations, by seed.
 inline ProgrammedTiming random_timing(std::uint64_t seed) {
   const RandomStream stream(seed, "size.test");
-  const auto pick = [&, draw = std::uint64_t{0}](std::uint64_t count) mutable { return stream.bits(draw++) % count; };
+  std::uint64_t draw = 0;
+  const auto pick = [&](std::uint64_t count) { return stream.bits(draw++) % count; };
   ProgrammedTiming timing;
   timing.seed = seed + 1;
   timing.visualization = {static_cast<std::int64_t>(pick(20) + 1) * ms};
