@@ -64,16 +64,18 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
   }
   if (outcome.exit == ExitCode::interrupted)
     spdlog::error("interrupted after {} points; --resume goes on from there", outcome.record.points.size());
-  return report(outcome, [&](const SweepPoint& point) {
-    return point_command(outcome.record.header, point, arguments.file, arguments.set);
-  }, arguments.json);
+  return report(
+      outcome,
+      [&](const SweepPoint& point) { return point_command(outcome.record.header, point, arguments.file, arguments.set); },
+      arguments.json);
 }
 
 ExitCode merge(const MergeArguments& arguments) {
   const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
-  return report(outcome, [&](const SweepPoint& point) {
-    return point_command(outcome.record.header, point, outcome.record.header.file);
-  }, arguments.json);
+  return report(
+      outcome,
+      [&](const SweepPoint& point) { return point_command(outcome.record.header, point, outcome.record.header.file); },
+      arguments.json);
 }
 
 }  // namespace evenstep::app

@@ -32,9 +32,10 @@ void append_seeds(const Value& value, std::vector<std::uint64_t>& seeds, Errors&
   std::uint64_t first = 0, end = 0;
   if (!parse_span(value.text, first, end)) {
     errors.add(value.place, fmt::format("'seeds': \"{}\" must be two whole numbers, the first one below the other, such as "
-                                        "\"0..30000\" for 0 to 29999", value.text));
-  } else if (end - first > static_cast<std::uint64_t>(kMostSweepPoints)) {
-    errors.add(value.place, fmt::format("'seeds': \"{}\" are more than {}", value.text, kMostSweepPoints));
+                                        "\"0..30000\" for 0 to 29999",
+                                        value.text));
+  } else if (seeds.size() + (end - first) > static_cast<std::uint64_t>(kMostSweepPoints)) {
+    errors.add(value.place, fmt::format("'seeds': with \"{}\" there are more than {}", value.text, kMostSweepPoints));
   } else {
     for (std::uint64_t seed = first; seed < end; ++seed) seeds.push_back(seed);
   }
@@ -117,12 +118,13 @@ void append_range(const Table& range, std::string_view path, std::vector<std::st
   const std::int64_t count = range.integer("count");
   if (from.unit != to.unit)
     return errors.add(range.place("to"), fmt::format("'{}': 'from' and 'to' must be in the same unit", path));
-  if (!(from.number < to.number))
-    return errors.add(range.place("to"), fmt::format("'{}': 'to' must be above 'from'", path));
+  if (!(from.number < to.number)) return errors.add(range.place("to"), fmt::format("'{}': 'to' must be above 'from'", path));
   const bool whole = from.whole && to.whole;
   if (whole && std::fmod(to.number - from.number, static_cast<double>(count - 1)) != 0) {
-    return errors.add(range.place("count"), fmt::format("'{}': {} whole numbers from {} to {} are not evenly spaced; write a "
-                                                        "list, or another count", path, count, from.number, to.number));
+    return errors.add(range.place("count"),
+                      fmt::format("'{}': {} whole numbers from {} to {} are not evenly spaced; write a "
+                                  "list, or another count",
+                                  path, count, from.number, to.number));
   }
   for (std::int64_t i = 0; i < count; ++i) {
     if (i == 0 || i == count - 1) {
@@ -193,10 +195,13 @@ void read_gate(const Table& find, std::string_view key, const std::vector<Measur
   out.allowed = 0;
   for (const Measure& value : values) {
     const std::optional<std::partial_ordering> order = compare(value, gate);
-    if (!order) return errors.add(find.place(key), fmt::format("'{}': \"{}\" cannot be compared with the grid's values", key, out.gate));
+    if (!order)
+      return errors.add(find.place(key),
+                        fmt::format("'{}': \"{}\" cannot be compared with the grid's values", key, out.gate));
     if (out.smallest ? *order <= 0 : *order >= 0) ++out.allowed;
   }
-  if (out.allowed == 0) errors.add(find.place(key), fmt::format("'{}': no value of the grid is within \"{}\"", key, out.gate));
+  if (out.allowed == 0)
+    errors.add(find.place(key), fmt::format("'{}': no value of the grid is within \"{}\"", key, out.gate));
 }
 
 std::optional<SweepFind> read_find(const Table& find, const std::vector<SweepAxis>& grid, Errors& errors) {
@@ -236,7 +241,8 @@ void read_sweep(ScenarioReading& reading) {
     for (const Entry& entry : grid->table) spec.grid.push_back(read_axis(entry, errors));
   }
   __int128 points = static_cast<__int128>(spec.seeds.size());
-  for (const SweepAxis& axis : spec.grid) points = std::min<__int128>(points * static_cast<__int128>(axis.values.size()), INT64_MAX);
+  for (const SweepAxis& axis : spec.grid)
+    points = std::min<__int128>(points * static_cast<__int128>(axis.values.size()), INT64_MAX);
   if (points > kMostSweepPoints)
     errors.add(written->place, fmt::format("[sweep] has more than {} points; take fewer seeds or values", kMostSweepPoints));
   spec.keep_worst = static_cast<int>(sweep.integer("keep_worst"));
@@ -244,7 +250,8 @@ void read_sweep(ScenarioReading& reading) {
   if (sweep.has("find")) {
     spec.find = read_find(sweep.table("find"), spec.grid, errors);
     if (spec.stop_after)
-      errors.add(sweep.place("stop_after"), "'stop_after' does not go with [sweep.find], which must know every point; remove one");
+      errors.add(sweep.place("stop_after"),
+                 "'stop_after' does not go with [sweep.find], which must know every point; remove one");
   }
   reading.scenario.sweep = std::move(spec);
 }

@@ -33,7 +33,9 @@ void write_text(const std::string& path, const std::string& text) {
 
 /// A folder for the candidate's recording, gone at the end.
 struct ScratchFolder {
-  ScratchFolder() : path(fs::temp_directory_path() / fmt::format("evenstep-shrink-{}", ::getpid())) { fs::create_directories(path); }
+  ScratchFolder() : path(fs::temp_directory_path() / fmt::format("evenstep-shrink-{}", ::getpid())) {
+    fs::create_directories(path);
+  }
   ~ScratchFolder() {
     std::error_code ignored;
     fs::remove_all(path, ignored);
@@ -56,8 +58,13 @@ bool too_high(const ExpectationResult& result) {
 
 class Shrink {
  public:
-  Shrink(Value document, const Scenario& scenario, std::size_t expectation, const ShrinkOptions& options, ShrinkOutcome& outcome)
-      : options_(options), outcome_(outcome), shape_(scenario), path_(scenario.file), wanted_(scenario.run_duration),
+  Shrink(Value document, const Scenario& scenario, std::size_t expectation, const ShrinkOptions& options,
+         ShrinkOutcome& outcome)
+      : options_(options),
+        outcome_(outcome),
+        shape_(scenario),
+        path_(scenario.file),
+        wanted_(scenario.run_duration),
         segments_(shape_.segments()) {
     document_ = internal::fixed_document(std::move(document), scenario,
                                          strategies_of(scenario, scenario.expectations[expectation].signal), expectation);
@@ -70,8 +77,9 @@ class Shrink {
     kept_ = shape_.perturbations();
     const std::optional<ExpectationResult> whole = judged(kept_, segments_);
     if (!whole || whole->verdict != ExpectationResult::Verdict::fail) {
-      throw std::runtime_error("the expectation fails, but not when the same timing is replayed as a recording: it depends on the "
-                               "nominal times of [timing]");
+      throw std::runtime_error(
+          "the expectation fails, but not when the same timing is replayed as a recording: it depends on the "
+          "nominal times of [timing]");
     }
     const bool cuttable = too_high(*whole);
     if (cuttable) cut();
@@ -109,11 +117,11 @@ class Shrink {
   ScratchFolder scratch_;
 };
 
-/// As long as the run was, or as the timing lasts.
+/// As long as the run was, or as the timing lasts: all of it where it was cut.
 Duration Shrink::duration_of(const std::vector<SegmentTiming>& timing) const {
   Duration length;
   for (const SegmentTiming& segment : timing) length = std::max(length, segment.end - timing.front().begin);
-  return segments_ < shape_.segments() ? length : std::min(wanted_, length);
+  return timing.size() < shape_.segments() ? length : std::min(wanted_, length);
 }
 
 std::optional<ExpectationResult> Shrink::judged_document(const Value& document) {
@@ -137,9 +145,7 @@ std::optional<ExpectationResult> Shrink::judged(const std::vector<Perturbation>&
   const std::string trace = (scratch_.path / "timing.csv").string();
   write_text(trace, internal::timing_csv_of(timing));
   Value document = document_;
-  const std::size_t before = std::exchange(segments_, segments);
   internal::set_timing(document, trace, duration_of(timing));
-  segments_ = before;
   return judged_document(document);
 }
 
@@ -199,11 +205,12 @@ void Shrink::write(const ExpectationResult& before) {
   outcome_.duration = duration_of(timing);
   internal::set_timing(document, stem + ".csv", outcome_.duration);
   const std::string because =
-      fmt::format("{} {} fails with the timing of {} (line {}) cut down to {} length{} that {} not nominal.", before.signal, before.metric,
-                  fs::path(path_).filename().string(), before.line, kept_.size(), kept_.size() == 1 ? "" : "s",
-                  kept_.size() == 1 ? "is" : "are");
+      fmt::format("{} {} fails with the timing of {} (line {}) cut down to {} length{} that {} not nominal.", before.signal,
+                  before.metric, fs::path(path_).filename().string(), before.line, kept_.size(),
+                  kept_.size() == 1 ? "" : "s", kept_.size() == 1 ? "is" : "are");
   const Value* name = document.find("name");
-  const std::string title = (name == nullptr || name->text.empty() ? fs::path(path_).stem().string() : name->text) + ", shrunk";
+  const std::string title =
+      (name == nullptr || name->text.empty() ? fs::path(path_).stem().string() : name->text) + ", shrunk";
   for (const std::string_view key : {"name", "because", "tags"}) {
     std::erase_if(document.table, [&](const internal::Entry& entry) { return entry.key == key; });
   }
@@ -218,7 +225,8 @@ void Shrink::write(const ExpectationResult& before) {
   outcome_.file = (fs::path(options_.folder) / (stem + ".toml")).string();
 
   const ReadResult read = read_scenario(outcome_.file);
-  if (!read.scenario) throw std::runtime_error(fmt::format("the written scenario does not read: {}", text(read.errors.front())));
+  if (!read.scenario)
+    throw std::runtime_error(fmt::format("the written scenario does not read: {}", text(read.errors.front())));
   RunOptions options;
   options.control.interrupted = options_.interrupted;
   const RunOutcome again = run_scenario(*read.scenario, options);
@@ -231,7 +239,8 @@ void Shrink::write(const ExpectationResult& before) {
 /// Which expectation to shrink for, or why there is none.
 std::optional<std::size_t> failing(const Scenario& scenario, const RunOutcome& run, const ShrinkOptions& options,
                                    std::vector<Diagnostic>& errors) {
-  const std::string stopped = run.failure.empty() ? "" : fmt::format("the run stopped ({}); only a failed expectation can be shrunk", run.failure);
+  const std::string stopped =
+      run.failure.empty() ? "" : fmt::format("the run stopped ({}); only a failed expectation can be shrunk", run.failure);
   bool line_known = false;
   for (std::size_t i = 0; i < run.results.size() && stopped.empty(); ++i) {
     const ExpectationResult& result = run.results[i];
@@ -240,8 +249,8 @@ std::optional<std::size_t> failing(const Scenario& scenario, const RunOutcome& r
     if (result.verdict == ExpectationResult::Verdict::fail) return i;
   }
   const std::int64_t line = options.expect_line.value_or(0);
-  errors.push_back({scenario.file, line, 0,
-                    !stopped.empty()                       ? stopped
+  errors.push_back({scenario.file, line, line > 0 ? 1 : 0,
+                    !stopped.empty()                     ? stopped
                     : options.expect_line && !line_known ? "--expect: no expectation begins in this line"
                     : options.expect_line                ? "this expectation does not fail, so there is nothing to shrink"
                                                          : "no expectation fails, so there is nothing to shrink"});

@@ -15,8 +15,8 @@ using Fails = std::function<bool(const std::vector<std::size_t>&)>;
 /// order; empty if nothing is needed to fail. `go_on` false ends the search with the smallest set so far.
 std::vector<std::size_t> fewest(std::size_t count, const Fails& fails, const std::function<bool()>& go_on);
 
-/// The least whole number in (passing, failing] for which `fails`, if it fails from there on; `failing` is known to. The same
-/// with both negative, towards `passing`.
+/// The least whole number in (passing, failing] for which `fails`, if it fails from there on; `failing` is known to. The
+/// same with both negative, towards `passing`.
 std::int64_t smallest(std::int64_t passing, std::int64_t failing, const std::function<bool(std::int64_t)>& fails,
                       const std::function<bool()>& go_on);
 

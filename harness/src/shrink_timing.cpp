@@ -43,9 +43,11 @@ struct Cursor {
 
 TimingShape::TimingShape(const Scenario& scenario) {
   const std::vector<SegmentTiming> segments = segments_of(scenario);
-  lanes_ = std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& s) { return s.concurrent || s.overlaps(); });
+  lanes_ =
+      std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& s) { return s.concurrent || s.overlaps(); });
   const ProgrammedTiming& programmed = scenario.timing.programmed;
-  if (scenario.timing.trace.empty() && (programmed.paced || (!lanes_ && is_periodic(programmed)))) grid_ = programmed.segment;
+  if (scenario.timing.trace.empty() && (programmed.paced || (!lanes_ && is_periodic(programmed))))
+    grid_ = programmed.segment;
   measure(segments);
   set_nominal(scenario);
   compare();
@@ -90,7 +92,8 @@ void TimingShape::set_nominal(const Scenario& scenario) {
     gaps.insert(gaps.end(), one.gaps.begin(), one.gaps.end());
     counts.push_back(one.steps.size());
   }
-  nominal_ = {median(visualizations), median(visualization_gaps), median(steps), median(gaps), median(counts), median(before)};
+  nominal_ = {median(visualizations), median(visualization_gaps), median(steps), median(gaps), median(counts),
+              median(before)};
   if (!scenario.timing.trace.empty()) return;
   nominal_.visualization = scenario.timing.programmed.visualization.ns;
   nominal_.step = scenario.nominal.step_run_time.ns;
@@ -104,8 +107,7 @@ void TimingShape::compare() {
   };
   for (std::size_t k = 0; k < segments_.size(); ++k) {
     const Lengths& one = segments_[k];
-    if (!lanes_)
-      add(Kind::count, k, 0, std::ssize(one.steps), static_cast<std::int64_t>(nominal_.count));
+    if (!lanes_) add(Kind::count, k, 0, std::ssize(one.steps), static_cast<std::int64_t>(nominal_.count));
     if (!grid_ && k > 0 && one.visualization > 0)
       add(Kind::visualization_gap, k, 0, one.visualization_gap, nominal_.visualization_gap);
     add(Kind::visualization, k, 0, one.visualization, nominal_.visualization);
@@ -158,8 +160,8 @@ std::vector<SegmentTiming> TimingShape::in_turn(const std::vector<Lengths>& all)
       if (one.visualization <= 0) return;
       // Steps first: it ends on the grid if it can.
       const std::int64_t last = grid_ && one.steps_before > 0 ? tick_time(*grid_, k + 1).ns - one.visualization : cursor.now;
-      segment.visualization = cursor.take(grid_ ? std::max<std::int64_t>(last - cursor.now, 0) : one.visualization_gap,
-                                          one.visualization);
+      segment.visualization =
+          cursor.take(grid_ ? std::max<std::int64_t>(last - cursor.now, 0) : one.visualization_gap, one.visualization);
     };
     for (std::size_t i = 0; i < one.steps.size(); ++i) {
       if (i == one.steps_before) show();

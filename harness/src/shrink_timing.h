@@ -40,7 +40,7 @@ class TimingShape {
 
   std::vector<Lengths> segments_;  // as they were; with a lane for visualizations, all steps are in the first one
   bool lanes_ = false;
-  std::optional<Rate> grid_;       // segments wait for it, so gaps are no lengths of their own
+  std::optional<Rate> grid_;  // segments wait for it, so gaps are no lengths of their own
   Nominal nominal_;
   std::vector<Perturbation> perturbations_;
 };

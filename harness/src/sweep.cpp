@@ -37,7 +37,8 @@ class Part {
   void add(const std::string& line) {
     record_.points.push_back(internal::read_point_line(record_.header, line));
     if (record_.points.back().index != point(done() - 1))
-      throw std::runtime_error(fmt::format("is of point {}, where {} is due", record_.points.back().index, point(done() - 1)));
+      throw std::runtime_error(
+          fmt::format("is of point {}, where {} is due", record_.points.back().index, point(done() - 1)));
     failures_ += internal::failed(record_.points.back()) ? 1 : 0;
   }
 
@@ -45,8 +46,10 @@ class Part {
   void keep(const std::vector<std::string>& lines, const std::string& file) {
     if (lines.empty()) return;
     if (lines.front() != internal::header_line(record_.header, shard_)) {
-      throw std::runtime_error(fmt::format("{}:1: error: is of another sweep: the scenario, its overrides, the shard or this program "
-                                           "differ; remove it, or give another place with --out", file));
+      throw std::runtime_error(
+          fmt::format("{}:1: error: is of another sweep: the scenario, its overrides, the shard or this program "
+                      "differ; remove it, or give another place with --out",
+                      file));
     }
     for (std::size_t i = 1; i < lines.size(); ++i) {
       try {
@@ -96,7 +99,8 @@ bool run_rest(const SweepPoints& points, const SweepOptions& options, Part& part
 /// Throws std::runtime_error.
 void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutcome& outcome) {
   Part part(points, options.shard, outcome.record);
-  const bool ended = options.resume && !std::filesystem::exists(outcome.file + ".partial") && std::filesystem::exists(outcome.file);
+  const bool ended =
+      options.resume && !std::filesystem::exists(outcome.file + ".partial") && std::filesystem::exists(outcome.file);
   if (ended) {
     part.keep(internal::read_lines(outcome.file, false), outcome.file);
     if (!part.complete()) throw std::runtime_error(fmt::format("'{}' is not complete; remove it", outcome.file));
@@ -114,7 +118,8 @@ void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutco
   outcome.summary = summarize(outcome.record);
   if (outcome.exit == ExitCode::interrupted) return;
   if (options.shard.of > 1 && outcome.summary.find) {
-    outcome.summary.find.reset();  // a shard knows its own points only: what is found, and whether that passes, the merge says
+    outcome.summary.find
+        .reset();  // a shard knows its own points only: what is found, and whether that passes, the merge says
     return;
   }
   outcome.exit = internal::exit_of(outcome.summary);
@@ -131,7 +136,8 @@ std::string value_argument(const std::string& toml, bool is_file, const std::str
 }  // namespace
 
 std::string shell_word(const std::string& word) {
-  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
+  if (!word.empty() &&
+      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
     return word;
   std::string out = "'";
   for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);

@@ -1,6 +1,6 @@
 #pragma once
-/// sweep.jsonl on its way: its lines go to "<file>.partial", one at a time and each at once, and that file takes the name when
-/// it is complete. Nobody ever sees half of one under its own name.
+/// sweep.jsonl on its way: its lines go to "<file>.partial", one at a time and each at once, and that file takes the name
+/// when it is complete. Nobody ever sees half of one under its own name.
 
 #include <string>
 #include <vector>
@@ -13,8 +13,8 @@ std::vector<std::string> read_lines(const std::string& path, bool torn_end_allow
 
 class SweepFile {
  public:
-  /// Opens "<file>.partial". `resume`: keeps its whole lines; not so: there must be none. Throws std::runtime_error that names
-  /// the file, what is wrong and the remedy; another process that writes it is such an error.
+  /// Opens "<file>.partial". `resume`: keeps its whole lines; not so: there must be none. Throws std::runtime_error that
+  /// names the file, what is wrong and the remedy; another process that writes it is such an error.
   SweepFile(std::string file, bool resume);
   ~SweepFile();
   SweepFile(const SweepFile&) = delete;

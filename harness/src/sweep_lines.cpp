@@ -132,7 +132,9 @@ std::string header_line(const SweepHeader& header, SweepShard shard) {
   if (header.stop_after) json["stop_after"] = *header.stop_after;
   json["keep_worst"] = header.keep_worst;
   if (header.find) {
-    json["find"] = {{"axis", header.find->axis}, {"smallest", header.find->smallest}, {"gate", header.find->gate},
+    json["find"] = {{"axis", header.find->axis},
+                    {"smallest", header.find->smallest},
+                    {"gate", header.find->gate},
                     {"allowed", header.find->allowed}};
   }
   if (shard.of > 1) json["shard"] = {shard.index, shard.of};
@@ -168,7 +170,8 @@ SweepPoint read_point_line(const SweepHeader& header, const std::string& line) {
     SweepPoint point;
     point.index = json.at("index").get<std::int64_t>();
     if (point.index < 0 || point.index >= header.points()) refuse(fmt::format("has the number {} of no point", point.index));
-    if (json.at("seed").get<std::uint64_t>() != header.seed_of(point.index) || json.at("grid") != json_of_grid(header, point.index))
+    if (json.at("seed").get<std::uint64_t>() != header.seed_of(point.index) ||
+        json.at("grid") != json_of_grid(header, point.index))
       refuse(fmt::format("has other values than point {}", point.index));
     point.verdict = read_verdict(json.at("verdict"));
     const std::string trace = json.at("trace").get<std::string>();

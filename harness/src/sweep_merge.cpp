@@ -69,8 +69,9 @@ void Merge::read_part(std::size_t part, std::vector<Diagnostic>& errors) {
     std::uintmax_t whole = 0;
     for (const std::string& line : lines) whole += line.size() + 1;
     if (lines.empty() || whole != std::filesystem::file_size(path, ignored)) {
-      errors.push_back({path, std::ssize(lines) + 1, 1, "the line has no end: the file was cut off, or its sweep has not ended; "
-                                                        "`evenstep sweep --resume` ends it"});
+      errors.push_back({path, std::ssize(lines) + 1, 1,
+                        "the line has no end: the file was cut off, or its sweep has not ended; "
+                        "`evenstep sweep --resume` ends it"});
       return;
     }
     number = 1;
@@ -116,8 +117,9 @@ void Merge::check_gaps(std::vector<Diagnostic>& errors) const {
   if (missing == 0) return;
   const std::string more = gaps.size() > kMostNamed ? ", ..." : "";
   gaps.resize(std::min(gaps.size(), kMostNamed));
-  errors.push_back({parts_.front(), 0, 0, fmt::format("this and the other parts lack {} of {} points: {}{}; is a shard missing?",
-                                                      missing, last, fmt::join(gaps, ", "), more)});
+  errors.push_back({parts_.front(), 0, 0,
+                    fmt::format("this and the other parts lack {} of {} points: {}{}; is a shard missing?", missing, last,
+                                fmt::join(gaps, ", "), more)});
 }
 
 std::vector<std::string> Merge::lines() const {

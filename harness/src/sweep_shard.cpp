@@ -31,7 +31,9 @@ bool whole(std::string_view text, int& out) {
   return error == std::errc{} && at == text.data() + text.size();
 }
 
-bool is_shard(SweepShard shard) { return shard.of >= 1 && shard.of <= kMostShards && shard.index >= 1 && shard.index <= shard.of; }
+bool is_shard(SweepShard shard) {
+  return shard.of >= 1 && shard.of <= kMostShards && shard.index >= 1 && shard.index <= shard.of;
+}
 
 Parsed<SweepShard> shard_of_batch(const std::function<const char*(const char*)>& variable) {
   for (const BatchSystem& system : kBatchSystems) {
@@ -40,13 +42,15 @@ Parsed<SweepShard> shard_of_batch(const std::function<const char*(const char*)>&
     const char* first = system.first == nullptr ? nullptr : variable(system.first);
     SweepShard shard;
     int first_number = system.first_number;
-    const bool fine = whole(index, shard.index) && whole(count, shard.of) && (first == nullptr || whole(first, first_number));
+    const bool fine =
+        whole(index, shard.index) && whole(count, shard.of) && (first == nullptr || whole(first, first_number));
     shard.index += 1 - first_number;
     if (fine && is_shard(shard)) return {shard, {}};
     return {{}, fmt::format("{}={} and {}={} are no shard; write I/N instead", system.index, index, system.count, count)};
   }
-  return {{}, "auto: no batch system has set its variables (SLURM_ARRAY_TASK_ID, OMPI_COMM_WORLD_RANK, PMI_RANK, SLURM_PROCID, "
-              "GTEST_SHARD_INDEX, CI_NODE_INDEX, each with its count); write I/N instead"};
+  return {{},
+          "auto: no batch system has set its variables (SLURM_ARRAY_TASK_ID, OMPI_COMM_WORLD_RANK, PMI_RANK, SLURM_PROCID, "
+          "GTEST_SHARD_INDEX, CI_NODE_INDEX, each with its count); write I/N instead"};
 }
 
 }  // namespace

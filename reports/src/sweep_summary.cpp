@@ -51,8 +51,10 @@ std::optional<std::size_t> deciding_value(const SweepHeader& header, const std::
 std::vector<SweepSummary::Worst> worst_points(const SweepRecord& record, std::optional<std::size_t> value) {
   std::vector<SweepSummary::Worst> all;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
-    if (!value || record.header.value_of(record.points[i].index, record.header.find->axis) == *value)
-      all.push_back(worst_of(record.points[i], i));
+    const SweepPoint& point = record.points[i];
+    if (value && record.header.value_of(point.index, record.header.find->axis) != *value) continue;
+    const SweepSummary::Worst worst = worst_of(point, i);
+    if (worst.expectation || point.verdict != SweepVerdict::pass) all.push_back(worst);
   }
   const auto kept = all.begin() + std::min<std::ptrdiff_t>(record.header.keep_worst, std::ssize(all));
   std::partial_sort(all.begin(), kept, all.end(), [&](const auto& a, const auto& b) {

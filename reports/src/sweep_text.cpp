@@ -49,7 +49,8 @@ std::string find_text(const SweepHeader& header, const SweepSummary::Find& found
   if (!found.value) {
     std::string text = fmt::format("{} {}: none, since {} does not pass for every seed\n", word, axis.path,
                                    shown_value(wanted.smallest ? axis.values.back() : axis.values.front()));
-    if (found.beyond > 0) text += fmt::format("  {} {} values pass, but a value at the safe end fails\n", found.beyond, beyond);
+    if (found.beyond > 0)
+      text += fmt::format("  {} {} values pass, but a value at the safe end fails\n", found.beyond, beyond);
     return text;
   }
   std::string text = fmt::format("{} {}: {}", word, axis.path, shown_value(axis.values[*found.value]));
@@ -88,7 +89,8 @@ void append_axis(std::string& out, const SweepHeader::Axis& axis, const std::vec
   out += "]}";
 }
 
-void append_worst(std::string& out, const SweepRecord& record, const SweepSummary::Worst& worst, const SweepCommand& command) {
+void append_worst(std::string& out, const SweepRecord& record, const SweepSummary::Worst& worst,
+                  const SweepCommand& command) {
   const SweepPoint& point = record.points[worst.point];
   out += '{';
   Members members(out);
@@ -129,15 +131,18 @@ std::string sweep_text(const SweepRecord& record, const SweepSummary& summary, c
     width = std::max(width, axis.path.size());
     for (const std::string& value : axis.values) width = std::max(width, shown_value(value).size() + 2);
   }
-  std::string out = fmt::format("{:<{}} {:>9} {:>9} {:>9}   failure rate at most (95 %)\n", "", width, "passed", "failed", "errors");
+  std::string out =
+      fmt::format("{:<{}} {:>9} {:>9} {:>9}   failure rate at most (95 %)\n", "", width, "passed", "failed", "errors");
   out += fmt::format("{:<{}} {}\n", fmt::format("{} points", summary.all.runs()), width, tally_cells(summary.all));
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
     out += header.grid[axis].path + '\n';
     for (std::size_t i = 0; i < summary.values[axis].size(); ++i)
-      out += fmt::format("  {:<{}} {}\n", shown_value(header.grid[axis].values[i]), width - 2, tally_cells(summary.values[axis][i]));
+      out += fmt::format("  {:<{}} {}\n", shown_value(header.grid[axis].values[i]), width - 2,
+                         tally_cells(summary.values[axis][i]));
   }
   if (summary.stopped)
-    out += fmt::format("stopped after failure {}: {} of {} points\n", *header.stop_after, summary.all.runs(), header.points());
+    out +=
+        fmt::format("stopped after failure {}: {} of {} points\n", *header.stop_after, summary.all.runs(), header.points());
   if (!summary.worst.empty()) out += "worst points\n";
   for (const SweepSummary::Worst& worst : summary.worst) {
     const SweepPoint& point = record.points[worst.point];

@@ -53,7 +53,10 @@ swept() {  # a sweep of six points, of which those at 14 ms fail
 case_sweep_and_merge() {
   swept ''
   expect 1 "6 points" sweep s.toml
-  expect 1 "6 points" sweep s.toml --shard 1/2 --out parts; expect 1 "points" sweep s.toml --shard 2/2 --out parts
+  for shard in 1/2 2/2; do
+    "$evenstep" sweep s.toml --shard $shard --out parts >out 2>err
+    [ $? -le 1 ] || fail "shard $shard"
+  done
   expect 1 "6 points" merge parts/sweep-2-of-2.jsonl parts/sweep-1-of-2.jsonl --out merged.jsonl
   cmp -s merged.jsonl runs/s-sweep/sweep.jsonl || fail "merged bytes differ"
   expect 2 "lack 3 of 6 points" merge parts/sweep-2-of-2.jsonl --out gap.jsonl
@@ -65,16 +68,19 @@ case_sweep_and_merge() {
   expect 2 "has no [sweep]" sweep "$spring"
 }
 case_sweep_onto_a_full_disk() {
-  [ -w /dev/full ] || exit 77
   swept ''
-  mkdir full && ln -s /dev/full full/sweep.jsonl.partial
-  expect 3 "No space left on device" sweep s.toml --out full --resume
+  trap '' XFSZ
+  ulimit -S -f 1
+  expect 3 "File too large" sweep s.toml --out full
+  ulimit -S -f unlimited
+  [ ! -e full/sweep.jsonl ] || fail "half a sweep has its name"
+  expect 1 "6 points" sweep s.toml --out full --resume
 }
 case_shrink() {
   swept ''
-  expect 0 "again: evenstep run" shrink s.toml --set remap.latency="14 ms"
+  expect 0 "again: evenstep run" shrink s.toml --seed 0 --set remap.latency="14 ms"
   expect 1 "FAIL" run runs/shrunk/s-shrunk.toml
-  expect 2 "nothing to shrink" shrink s.toml --set remap.latency="40 ms"
+  expect 2 "nothing to shrink" shrink s.toml --seed 0 --set remap.latency="40 ms"
 }
 case_step_counts() { for n in 0 1000000000 -3; do scenario '[timing]' "steps = $n"; expect 2 "x.toml:5:" run x.toml; done; }
 case_negative_duration() { scenario '[run]' 'duration = "-1 s"'; expect 2 "x.toml:5:" run x.toml; scenario '[timing]' 'visualization = "-1 ms"'; expect 2 "x.toml:5:" run x.toml; }

@@ -13,7 +13,9 @@ namespace evenstep::test {
 
 class Folder {
  public:
-  Folder() : path_(std::filesystem::temp_directory_path() / ("evenstep-test-" + std::to_string(::getpid()) + "-" + std::to_string(count_++))) {
+  Folder()
+      : path_(std::filesystem::temp_directory_path() /
+              ("evenstep-test-" + std::to_string(::getpid()) + "-" + std::to_string(count_++))) {
     std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }
@@ -43,7 +45,8 @@ inline std::string small_scenario(const std::string& sweep) {
          "expect = [{ signal = \"left.force.phase_locked\", metric = \"underruns\", equals = 0 }]\n"
          "[run]\nduration = \"0.3 s\"\nwarmup = \"0.1 s\"\nstrategies = [\"phase_locked\"]\n"
          "[timing]\njitter = { visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }\n"
-         "[remap]\nlead = \"6 ms\"\n" + sweep;
+         "[remap]\nlead = \"6 ms\"\n" +
+         sweep;
 }
 
 }  // namespace evenstep::test

@@ -29,7 +29,8 @@ std::vector<std::string> values(const std::string& value) {
 std::string errors(const std::string& sweep) {
   Folder folder;
   std::string out;
-  for (const Diagnostic& error : check_sweep(folder.write("x.toml", test::small_scenario(sweep)), {})) out += text(error) + "\n";
+  for (const Diagnostic& error : check_sweep(folder.write("x.toml", test::small_scenario(sweep)), {}))
+    out += text(error) + "\n";
   return out;
 }
 
@@ -40,7 +41,8 @@ TEST_CASE("Seeds are a span without its end or a list of numbers and spans") {
   CHECK(read("[sweep]\nseeds = \"0..30000\"\n").seeds.back() == 29'999);
   CHECK(read("[sweep]\nseeds = [5, \"10..12\", 1]\n").seeds == std::vector<std::uint64_t>{5, 10, 11, 1});
   CHECK(read("[sweep]\nkeep_worst = 1\n").seeds == std::vector<std::uint64_t>{1});
-  for (const char* bad : {"\"5..5\"", "\"6..5\"", "\"a..5\"", "\"5\"", "\"0..1e3\"", "[1, \"0..3\"]", "\"0..99999999999\"", "-1"}) {
+  for (const char* bad :
+       {"\"5..5\"", "\"6..5\"", "\"a..5\"", "\"5\"", "\"0..1e3\"", "[1, \"0..3\"]", "\"0..99999999999\"", "-1"}) {
     INFO(bad);
     CHECK_THAT(errors(fmt::format("[sweep]\nseeds = {}\n", bad)), Contains("x.toml:14:") && Contains("'seeds'"));
   }
@@ -48,7 +50,8 @@ TEST_CASE("Seeds are a span without its end or a list of numbers and spans") {
 
 TEST_CASE("A range has its ends as written and evenly spaced values between, times to a nanosecond") {
   CHECK(values("{ from = \"5 ms\", to = \"20 ms\", count = 7 }") ==
-        std::vector<std::string>{"\"5 ms\"", "\"7.5 ms\"", "\"10 ms\"", "\"12.5 ms\"", "\"15 ms\"", "\"17.5 ms\"", "\"20 ms\""});
+        std::vector<std::string>{"\"5 ms\"", "\"7.5 ms\"", "\"10 ms\"", "\"12.5 ms\"", "\"15 ms\"", "\"17.5 ms\"",
+                                 "\"20 ms\""});
   CHECK(values("{ from = \"0 us\", to = \"1 us\", count = 4 }") ==
         std::vector<std::string>{"\"0 us\"", "\"0.333 us\"", "\"0.667 us\"", "\"1 us\""});
   CHECK(values("[\"minimal\", { from = \"10 ns\", to = \"30 ns\", count = 3 }]") ==
@@ -59,14 +62,16 @@ TEST_CASE("A range has its ends as written and evenly spaced values between, tim
 TEST_CASE("What is wrong with a sweep is named with its place") {
   const auto grid = [](const std::string& line) { return errors("[sweep.grid]\n" + line + "\n"); };
   CHECK_THAT(grid("\"timing.visualisation\" = [\"5 ms\"]"), Contains("x.toml:14:1: error: unknown key 'visualisation'"));
-  CHECK_THAT(grid("\"timing.visualization\" = [\"5 ms\", \"50 ms\"]"), Contains("x.toml:14:1: error: 'visualization': V = 50 ms"));
+  CHECK_THAT(grid("\"timing.visualization\" = [\"5 ms\", \"50 ms\"]"),
+             Contains("x.toml:14:1: error: 'visualization': V = 50 ms"));
   CHECK_THAT(grid("\"device.right.rate\" = [\"1 kHz\"]"), Contains("x.toml:14:1: error: there is no element named 'right'"));
   CHECK_THAT(grid("timing.visualization = [\"5 ms\"]"), Contains("a path stands in quotes"));
   CHECK_THAT(grid("\"run.seed\" = [1]"), Contains("x.toml:14:1: error: seeds have a key of their own"));
   CHECK_THAT(grid("\"sweep.seeds\" = [1]"), Contains("cannot be part of a grid"));
   CHECK_THAT(grid("\"remap.latency\" = [\"5 ms\", \"5 ms\"]"), Contains("is there twice"));
   CHECK_THAT(grid("\"remap.latency\" = []"), Contains("x.toml:14:"));
-  CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"1 ms\", count = 3 }"), Contains("'to' must be above 'from'"));
+  CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"1 ms\", count = 3 }"),
+             Contains("'to' must be above 'from'"));
   CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"1 s\", count = 3 }"), Contains("same unit"));
   CHECK_THAT(grid("\"remap.latency\" = { from = \"5 ms\", to = \"9 ms\" }"), Contains("has no 'count'"));
   CHECK_THAT(grid("\"timing.steps\" = { from = 1, to = 4, count = 3 }"), Contains("not evenly spaced"));
@@ -87,8 +92,10 @@ TEST_CASE("What a sweep finds must be a key of its grid with rising values, and 
   CHECK_THAT(find(rising, "smallest = \"remap.latency\"\nat_most = \"6 Hz\""), Contains("cannot be compared"));
   CHECK_THAT(find("[\"5 ms\", \"4 ms\"]", "smallest = \"remap.latency\""), Contains("does not come after"));
   CHECK_THAT(find("[\"minimal\"]", "smallest = \"remap.latency\""), Contains("is no number with a unit"));
-  CHECK_THAT(errors("[sweep]\nstop_after = 3\ngrid = { \"remap.latency\" = [\"5 ms\"] }\nfind = { smallest = \"remap.latency\" }\n"),
-             Contains("'stop_after' does not go with [sweep.find]"));
+  CHECK_THAT(
+      errors(
+          "[sweep]\nstop_after = 3\ngrid = { \"remap.latency\" = [\"5 ms\"] }\nfind = { smallest = \"remap.latency\" }\n"),
+      Contains("'stop_after' does not go with [sweep.find]"));
 }
 
 TEST_CASE("The digest of a sweep follows what its files say and not where they lie") {
@@ -96,9 +103,10 @@ TEST_CASE("The digest of a sweep follows what its files say and not where they l
     Folder folder;
     folder.write("t.csv", "segment,kind,index,begin_ns,end_ns\n" + rows);
     const std::string scenario = folder.write(
-        "x.toml", "format = 1\n[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n"
-                  "motion = { kind = \"still\" }\n[[expect]]\nsignal = \"left.force.direct\"\nmetric = \"underruns\"\nequals = 0\n"
-                  "[sweep]\nseeds = [1]\n");
+        "x.toml",
+        "format = 1\n[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n"
+        "motion = { kind = \"still\" }\n[[expect]]\nsignal = \"left.force.direct\"\nmetric = \"underruns\"\nequals = 0\n"
+        "[sweep]\nseeds = [1]\n");
     SweepOptions options;
     options.folder = folder / "out";
     if (!set.empty()) options.set = {set};

@@ -50,16 +50,19 @@ std::string recording(const std::vector<Spike>& spikes) {
 /// A force is late where its step ends more than latency - lead = 12 ms after the begin of its slot.
 std::string scenario(const Folder& folder, const std::vector<Spike>& spikes, const std::string& more = "") {
   folder.write("t.csv", recording(spikes));
-  return folder.write("late.toml",
-                      "format = 1\nname = \"late\"\n[run]\nwarmup = \"2 segments\"\nstrategies = [\"direct\", \"paper\"]\n"
-                      "[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\nphase = \"0.01 segment\"\n"
-                      "motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.1 s\" }\n"
-                      "[remap]\nlead = \"2 ms\"\nlatency = \"14 ms\"\n"
-                      "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underruns\"\nequals = 0\n"
-                      "[[expect]]\nsignal = \"left.interaction.direct\"\nmetric = \"velocity_jump\"\nmax = \"1 step\"\n" + more);
+  return folder.write(
+      "late.toml",
+      "format = 1\nname = \"late\"\n[run]\nwarmup = \"2 segments\"\nstrategies = [\"direct\", \"paper\"]\n"
+      "[timing]\ntrace = \"t.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\nphase = \"0.01 segment\"\n"
+      "motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.1 s\" }\n"
+      "[remap]\nlead = \"2 ms\"\nlatency = \"14 ms\"\n"
+      "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underruns\"\nequals = 0\n"
+      "[[expect]]\nsignal = \"left.interaction.direct\"\nmetric = \"velocity_jump\"\nmax = \"1 step\"\n" +
+          more);
 }
 
-ShrinkOutcome shrunk(const Folder& folder, const std::string& path, ShrinkOptions options = {}, const std::string& out = "out") {
+ShrinkOutcome shrunk(const Folder& folder, const std::string& path, ShrinkOptions options = {},
+                     const std::string& out = "out") {
   options.folder = folder / out;
   const ShrinkOutcome outcome = shrink_scenario(path, options);
   for (const Diagnostic& error : outcome.errors) UNSCOPED_INFO(text(error));
@@ -74,8 +77,10 @@ std::string pieces(const std::vector<SegmentTiming>& segments) {
   const RealTime origin = segments.empty() ? RealTime{} : segments.front().begin;
   for (const SegmentTiming& segment : segments) {
     if (segment.visualization && segment.visualization->begin < segment.visualization->end)
-      out += fmt::format("{}: {}-{}\n", segment.index, (segment.visualization->begin - origin).ns, (segment.visualization->end - origin).ns);
-    for (const Interval& step : segment.steps) out += fmt::format("{} {}-{}\n", segment.index, (step.begin - origin).ns, (step.end - origin).ns);
+      out += fmt::format("{}: {}-{}\n", segment.index, (segment.visualization->begin - origin).ns,
+                         (segment.visualization->end - origin).ns);
+    for (const Interval& step : segment.steps)
+      out += fmt::format("{} {}-{}\n", segment.index, (step.begin - origin).ns, (step.end - origin).ns);
   }
   return out;
 }
@@ -90,7 +95,8 @@ std::vector<SegmentTiming> as_run(const Scenario& scenario) {
 
 }  // namespace
 
-TEST_CASE("One spike among many small deviations is left alone and shrunk to the nanosecond at which it makes a force late") {
+TEST_CASE(
+    "One spike among many small deviations is left alone and shrunk to the nanosecond at which it makes a force late") {
   const Folder folder;
   for (const std::size_t step : {0U, 5U, 15U}) {
     const ShrinkOutcome outcome = shrunk(folder, scenario(folder, {{12, step, 11'000'000}}));
@@ -148,7 +154,8 @@ TEST_CASE("The same scenario shrinks to the same files") {
   const std::string path = scenario(folder, {{12, 5, 6'000'000}, {13, 2, 6'000'000}});
   const ShrinkOutcome a = shrunk(folder, path, {}, "a"), b = shrunk(folder, path, {}, "b");
   CHECK(a.runs == b.runs);
-  for (const char* name : {"/late-shrunk.toml", "/late-shrunk.csv"}) CHECK(contents(folder / ("a" + std::string(name))) == contents(folder / ("b" + std::string(name))));
+  for (const char* name : {"/late-shrunk.toml", "/late-shrunk.csv"})
+    CHECK(contents(folder / ("a" + std::string(name))) == contents(folder / ("b" + std::string(name))));
 }
 
 TEST_CASE("The expectation to shrink for is the first that fails or the one of a line") {
@@ -161,7 +168,7 @@ TEST_CASE("The expectation to shrink for is the first that fails or the one of a
   const ShrinkOutcome outcome = shrink_scenario(path, options);
   CHECK(outcome.exit == ExitCode::usage);
   REQUIRE(outcome.errors.size() == 1);
-  CHECK_THAT(text(outcome.errors.front()), Contains("late.toml:3: error: --expect: no expectation begins in this line"));
+  CHECK_THAT(text(outcome.errors.front()), Contains("late.toml:3:1: error: --expect: no expectation begins in this line"));
 }
 
 TEST_CASE("A scenario that passes is refused and a search that runs out of runs says so") {
@@ -233,7 +240,8 @@ TEST_CASE("The fewest that fail are found for every set of up to two culprits an
     return sum;
   };
   for (std::size_t least = 1; least < 300; least += 7) {
-    const auto found = internal::fewest(40, [&](const auto& set) { return weight(set) >= least; }, always);
+    const auto found = internal::fewest(
+        40, [&](const auto& set) { return weight(set) >= least; }, always);
     REQUIRE(weight(found) >= least);
     for (std::size_t i = 0; i < found.size(); ++i) {
       std::vector<std::size_t> less = found;
@@ -241,16 +249,22 @@ TEST_CASE("The fewest that fail are found for every set of up to two culprits an
       CHECK(weight(less) < least);
     }
   }
-  CHECK(internal::fewest(9, [](const auto&) { return true; }, always).empty());
-  CHECK(internal::fewest(0, [](const auto&) { return true; }, always).empty());
+  CHECK(internal::fewest(
+            9, [](const auto&) { return true; }, always)
+            .empty());
+  CHECK(internal::fewest(
+            0, [](const auto&) { return true; }, always)
+            .empty());
 }
 
 TEST_CASE("Bisection ends at the least number that fails in both directions") {
   const auto always = [] { return true; };
   for (std::int64_t least = 1; least <= 40; ++least) {
     for (std::int64_t from = least; from <= 40; ++from) {
-      CHECK(internal::smallest(0, from, [&](std::int64_t v) { return v >= least; }, always) == least);
-      CHECK(internal::smallest(0, -from, [&](std::int64_t v) { return v <= -least; }, always) == -least);
+      CHECK(internal::smallest(
+                0, from, [&](std::int64_t v) { return v >= least; }, always) == least);
+      CHECK(internal::smallest(
+                0, -from, [&](std::int64_t v) { return v <= -least; }, always) == -least);
     }
   }
 }

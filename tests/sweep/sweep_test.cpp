@@ -184,7 +184,8 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
              Contains("sweep-2-of-3.jsonl:2:1: error: point 1 is in") && Contains("sweep-2-of-3.jsonl:2 already"));
   const auto with = [&](const std::string& part) { return only_error(merge_sweep({parts[0], part, parts[2]}, out)); };
   const std::string good = contents(parts[1]);
-  CHECK_THAT(with(small.folder.write("torn", good.substr(0, good.size() - 1))), Contains("torn:6:1: error: the line has no end"));
+  CHECK_THAT(with(small.folder.write("torn", good.substr(0, good.size() - 1))),
+             Contains("torn:6:1: error: the line has no end"));
   CHECK_THAT(with(small.folder.write("empty", "")), Contains("empty:1:1: error: the line has no end"));
   CHECK_THAT(with(small.folder / "absent"), Contains("absent"));
   CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")), Contains("header:1:1: error: the line is not a line"));
@@ -196,7 +197,8 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
   CHECK_THAT(with(changed("scenario", "\"scenario\":\"", "g")), Contains("is of another scenario"));
   CHECK_THAT(with(changed("build", "\"build\":\"", "9")), Contains("is of another build"));
   CHECK_THAT(with(changed("worst", "\"keep_worst\":", "9")), Contains("is of another sweep"));
-  CHECK_THAT(with(changed("index", "\"index\":", "2")), Contains("index:2:1: error: the line has other values than point 2"));
+  CHECK_THAT(with(changed("index", "\"index\":", "2")),
+             Contains("index:2:1: error: the line has other values than point 2"));
   CHECK_THAT(with(changed("verdict", "\"verdict\":\"", "pasz")), Contains("verdict:2:1: error: the line verdict \"pasz"));
   CHECK_FALSE(std::filesystem::exists(out));
   CHECK_FALSE(std::filesystem::exists(out + ".partial"));
@@ -221,21 +223,23 @@ TEST_CASE("Any damaged byte of a part is refused or does not change what is merg
 TEST_CASE("Ordered results come in order whatever the threads and the first exception is the one of the lowest number") {
   for (const int threads : {1, 2, 7}) {
     std::string taken;
-    internal::ordered_for(100, threads, [](std::size_t i) { return fmt::format("{} ", i); },
-                          [&](std::size_t i, const std::string& made) {
-                            CHECK(made == fmt::format("{} ", i));
-                            taken += made;
-                            return i < 60;
-                          });
+    internal::ordered_for(
+        100, threads, [](std::size_t i) { return fmt::format("{} ", i); },
+        [&](std::size_t i, const std::string& made) {
+          CHECK(made == fmt::format("{} ", i));
+          taken += made;
+          return i < 60;
+        });
     CHECK(taken.ends_with(" 59 60 "));
     std::size_t last = 0;
     const auto run = [&] {
-      internal::ordered_for(100, threads,
-                            [](std::size_t i) -> std::string {
-                              if (i == 41 || i == 40 || i == 77) throw std::runtime_error(fmt::format("at {}", i));
-                              return "x";
-                            },
-                            [&](std::size_t i, const std::string&) { return last = i, true; });
+      internal::ordered_for(
+          100, threads,
+          [](std::size_t i) -> std::string {
+            if (i == 41 || i == 40 || i == 77) throw std::runtime_error(fmt::format("at {}", i));
+            return "x";
+          },
+          [&](std::size_t i, const std::string&) { return last = i, true; });
     };
     CHECK_THROWS_WITH(run(), "at 40");
     CHECK(last == 39);
@@ -261,8 +265,11 @@ TEST_CASE("A shard is written as I of N or taken from the batch system") {
       return nullptr;
     });
   };
-  const auto array = from({{"SLURM_ARRAY_TASK_ID", "12"}, {"SLURM_ARRAY_TASK_COUNT", "4"}, {"SLURM_ARRAY_TASK_MIN", "10"},
-                           {"SLURM_PROCID", "0"}, {"SLURM_NTASKS", "1"}});
+  const auto array = from({{"SLURM_ARRAY_TASK_ID", "12"},
+                           {"SLURM_ARRAY_TASK_COUNT", "4"},
+                           {"SLURM_ARRAY_TASK_MIN", "10"},
+                           {"SLURM_PROCID", "0"},
+                           {"SLURM_NTASKS", "1"}});
   CHECK(array.value.index == 3);
   CHECK(array.value.of == 4);
   CHECK(from({{"OMPI_COMM_WORLD_RANK", "0"}, {"OMPI_COMM_WORLD_SIZE", "2"}}).value.index == 1);
@@ -297,5 +304,6 @@ TEST_CASE("The shipped sweeps find what they ask for") {
   CHECK(outcome.exit == ExitCode::pass);
   CHECK(outcome.summary.find->beyond == 0);
   options.set = {"sweep.seeds=\"0..10\"", "sweep.find.at_most=\"22 ms\""};
-  CHECK(run_sweep(EVENSTEP_SOURCE_DIR "/scenarios/sizing/latency-jitter-10.toml", options).exit == ExitCode::expectation_failed);
+  CHECK(run_sweep(EVENSTEP_SOURCE_DIR "/scenarios/sizing/latency-jitter-10.toml", options).exit ==
+        ExitCode::expectation_failed);
 }

@@ -1,7 +1,7 @@
 #pragma once
-/// `evenstep sweep` and `evenstep merge`: a scenario's [sweep], every combination of its grid with every seed. Each point is a
-/// run on the virtual clock whose result depends on nothing but itself, so it does not matter who runs it: threads and shards
-/// give the same bytes. docs/sweep.md has the format of sweep.jsonl.
+/// `evenstep sweep` and `evenstep merge`: a scenario's [sweep], every combination of its grid with every seed. Each point is
+/// a run on the virtual clock whose result depends on nothing but itself, so it does not matter who runs it: threads and
+/// shards give the same bytes. docs/sweep.md has the format of sweep.jsonl.
 
 #include <atomic>
 #include <cstdint>
@@ -19,17 +19,17 @@ namespace evenstep {
 struct SweepShard {
   int index = 1, of = 1;
 };
-/// "2/5"; or "auto": what a batch system says of itself (Slurm arrays and tasks, Open MPI, PMI, GitLab's parallel jobs, Google
-/// Test's variables), which is an error where nobody says anything. `variable`: reads the environment.
+/// "2/5"; or "auto": what a batch system says of itself (Slurm arrays and tasks, Open MPI, PMI, GitLab's parallel jobs,
+/// Google Test's variables), which is an error where nobody says anything. `variable`: reads the environment.
 Parsed<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
 
 struct SweepOptions {
   std::vector<std::string> set;
   SweepShard shard;
-  int threads = 0;                          ///< points side by side; 0: one per core
-  std::optional<std::int64_t> stop_after;   ///< instead of the scenario's
+  int threads = 0;                         ///< points side by side; 0: one per core
+  std::optional<std::int64_t> stop_after;  ///< instead of the scenario's
   bool resume = false;
-  std::string folder;                       ///< for sweep.jsonl, or sweep-I-of-N.jsonl
+  std::string folder;  ///< for sweep.jsonl, or sweep-I-of-N.jsonl
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(std::int64_t done, std::int64_t of, std::int64_t failed)> progress;  ///< any thread, one at a time
 };
