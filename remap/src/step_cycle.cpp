@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kStandsOut = 1.5;      // factor between the longest short gap and the shortest long one
 constexpr double kRegular = 0.6;
-constexpr double kAlike = 0.1;          // regularities that do not tell two candidates apart
+constexpr double kAlike = 0.01;         // regularities that do not tell two candidates apart
 // Shuffled are this many gaps, or as many as hold 64 segments: beyond, a shuffle says nothing new.
 constexpr std::size_t kShuffled = 16'384, kShuffledSegments = 64;
 
@@ -49,11 +49,15 @@ std::vector<Border> candidates(const std::vector<std::int64_t>& gaps, std::int64
   const double blur = std::max(static_cast<double>(run_time_ns) / 4, 1.0);
   // Only gaps that a rise from 0 could reach matter: the rest are short whatever the others are.
   const auto least = static_cast<std::int64_t>((kStandsOut - 1) * blur);
-  std::vector<std::int64_t> long_ones{0};
+  std::vector<std::int64_t> long_ones;
+  std::int64_t longest_short = -1;
   for (const std::int64_t gap : gaps) {
-    if (gap >= least) long_ones.push_back(gap);
-    else long_ones[0] = std::max(long_ones[0], gap);
+    if (gap >= least)
+      long_ones.push_back(gap);
+    else
+      longest_short = std::max(longest_short, gap);
   }
+  if (longest_short >= 0) long_ones.push_back(longest_short);
   std::sort(long_ones.begin(), long_ones.end());
   std::vector<Border> borders;
   for (std::size_t i = 1; i < long_ones.size(); ++i) {

@@ -209,7 +209,7 @@ case_study_refuses_bad_input() {
   local block=$source_dir/scenarios/stiff/study-block.toml
   expect 1 "cannot tell what meets 1e-20 % force" study "$block" "${small_study[@]}" --set 'study.methods=["symplectic-euler"]' --advise "1e-20 % force"
   expect 2 "--advise: error: \"1 kg\"" study "$block" --advise "1 kg"
-  expect 2 "a spring has no steps to compare" study "$spring"
+  expect 2 "only a tissue has steps to compare" study "$spring"
   expect 2 "no such file" study nowhere.toml
   expect 2 "'repeats': 0 is out of range" study "$block" --set study.repeats=0
 }

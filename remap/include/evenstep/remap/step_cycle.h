@@ -9,7 +9,7 @@
 ///    P(N) = q (1 - q)^(N-1), q their share of all gaps; its mean distance from its median m is
 ///      D0 = m - 1/q + 2 (1 - q)^m / q,   m = ceil(ln(1/2) / ln(1 - q)).
 ///    regularity = 1 - (mean |N_k - median N|) / D0: 1 for a cycle, about 0 for chance, below for clusters.
-/// 3. The candidate with the greatest rise wins among those within 0.1 of the greatest regularity. It is a cycle if that
+/// 3. The candidate with the greatest rise wins among those within 0.01 of the greatest regularity. It is a cycle if that
 ///    is at least 0.6, there are at least 16 complete segments, and none of 99 shuffles of the gaps is as regular.
 ///
 /// Deterministic (the shuffles are counters, mixed). A cycle of one step has no short gaps and is not told from steps that
