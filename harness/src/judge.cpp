@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "evenstep/harness/run.h"
+#include "evenstep/reports/rate_bound.h"
 #include "underrun_rate.h"
 
 namespace evenstep {
@@ -142,9 +143,10 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   }
   const internal::RateCount count =
       internal::count_underrun_segments(scenario, signal, latency.lead, latency.latency, seeds);
-  result.value = internal::upper_bound(count, *expectation.confidence) / unit;
+  result.value = rate_at_most(count.hit, count.segments, *expectation.confidence) / unit;
   result.verdict = verdict_of(result);
-  result.detail = fmt::format("{} of {} segments in {} seeds; {} clean ones would do", count.hit, count.segments, seeds, needed);
+  result.detail =
+      fmt::format("{} of {} segments in {} seeds; {} clean ones would do", count.hit, count.segments, seeds, needed);
   return result;
 }
 
@@ -208,8 +210,10 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
       continue;
     }
     if (expectation.metric == "deviation_from_ideal" && has_hand(scenario)) {
-      error("'deviation_from_ideal' has no value here: its twin reads the programmed motion, and a hand that feels the force has "
-            "none");
+      error(
+          "'deviation_from_ideal' has no value here: its twin reads the programmed motion, and a hand that feels the force "
+          "has "
+          "none");
       continue;
     }
     if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked for each signal it matches

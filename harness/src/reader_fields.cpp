@@ -575,8 +575,8 @@ const std::vector<Field> kSweep{
 const std::vector<Field> kExpect{
     {.table = "expect", .key = "signal", .forms = kText,
      .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
-                "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, `events.<lane>.<name>` or `run`; `*` for any one part. "
-                "Of a case: `case.<method>.<solver>`.",
+                "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, "
+                "`events.<lane>.<name>` or `run`; `*` for any one part. Of a case: `case.<method>.<solver>`.",
      .required = true, .example = "\"left.interaction.phase_locked\""},
     {.table = "expect", .key = "metric", .forms = kText, .meaning = "A number of that signal: docs/metrics.md.",
      .required = true,

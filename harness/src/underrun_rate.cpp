@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <boost/math/distributions/binomial.hpp>
-
 #include <algorithm>
 #include <cmath>
 
 #include "evenstep/harness/size.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/reports/rate_bound.h"
 
 namespace evenstep::internal {
 namespace {
@@ -79,16 +78,10 @@ std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind) {
   return count.count().segments;
 }
 
-double upper_bound(RateCount count, double confidence) {
-  if (count.hit >= count.segments) return 1;
-  using Binomial = boost::math::binomial_distribution<double>;
-  return Binomial::find_upper_bound_on_p(static_cast<double>(count.segments), static_cast<double>(count.hit), 1 - confidence);
-}
-
 std::int64_t clean_segments(double rate, double confidence) {
   auto segments = static_cast<std::int64_t>(std::ceil(std::log1p(-confidence) / std::log1p(-rate)));
   segments = std::max<std::int64_t>(segments, 1);
-  while (upper_bound({segments, 0}, confidence) > rate) ++segments;   // the quotient may have been rounded down
+  while (rate_at_most(0, segments, confidence) > rate) ++segments;   // the quotient may have been rounded down
   return segments;
 }
 

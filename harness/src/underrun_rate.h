@@ -1,11 +1,11 @@
 #pragma once
-/// How sure a rate of underruns is. The map runs alone over this timing with further seeds: no solver, no device, nothing but
-/// the schedule and the map, with the lead and latency of the run that is judged.
+/// How sure a rate of underruns is. The map runs alone over this timing with further seeds: no solver, no device, nothing
+/// but the schedule and the map, with the lead and latency of the run that is judged.
 ///
-/// Counted are segments: an underrun rarely comes alone, and what happens within a segment is one event. k of n segments with
-/// one or more bound the true rate p from above, one-sided, at a confidence C (Clopper and Pearson, Biometrika 26, 1934):
-/// the p at which so few would turn up with probability 1 - C. With k = 0 that is 1 - (1 - C)^(1/n), about 3/n at 95 %.
-/// Segments are taken as independent draws; lateness that spans several makes the bound a little too sure.
+/// Counted are segments: an underrun rarely comes alone, and what happens within a segment is one event. k of n segments
+/// with one or more bound the true rate p from above, one-sided, at a confidence C (Clopper and Pearson, Biometrika 26,
+/// 1934): the p at which so few would turn up with probability 1 - C. With k = 0 that is 1 - (1 - C)^(1/n), about 3/n at 95
+/// %. Segments are taken as independent draws; lateness that spans several makes the bound a little too sure.
 
 #include <cstdint>
 #include <string>
@@ -37,9 +37,7 @@ RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& si
 /// Segments with a judged step that one seed has.
 std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind);
 
-/// Clopper-Pearson; 1 where there are no segments.
-double upper_bound(RateCount count, double confidence);
-/// The fewest segments that, all clean, have an upper bound of `rate` or less. rate in (0, 1), confidence in (0, 1).
+/// The fewest segments that, all clean, bound the rate of underruns by `rate`. rate in (0, 1), confidence in (0, 1).
 std::int64_t clean_segments(double rate, double confidence);
 
 /// Seeds that have so many segments, if all have as many as the scenario's own; 0: no segment is judged.

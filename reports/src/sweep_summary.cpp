@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <boost/math/special_functions/beta.hpp>
 #include <cmath>
 #include <limits>
 
@@ -101,11 +100,6 @@ std::size_t SweepHeader::value_of(std::int64_t point, std::size_t axis) const {
   std::int64_t rest = point / std::ssize(seeds);
   for (std::size_t later = grid.size() - 1; later > axis; --later) rest /= std::ssize(grid[later].values);
   return static_cast<std::size_t>(rest % std::ssize(grid[axis].values));
-}
-
-double rate_at_most(std::int64_t hits, std::int64_t runs) {
-  if (hits >= runs) return 1;
-  return boost::math::ibeta_inv(static_cast<double>(hits + 1), static_cast<double>(runs - hits), 0.95);
 }
 
 SweepSummary summarize(const SweepRecord& record) {

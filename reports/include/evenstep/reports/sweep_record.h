@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/reports/rate_bound.h"
+
 namespace evenstep {
 
 enum class SweepVerdict {
@@ -57,14 +59,10 @@ struct SweepRecord {
   std::vector<SweepPoint> points;           ///< by index, without a gap from 0 on unless it is a shard
 };
 
-/// Upper end of the one-sided 95 % interval of Clopper and Pearson (Biometrika 26, 1934) for a probability, after `hits` in
-/// `runs` independent runs: the p with P(at most `hits`) = 0.05, a quantile of Beta(hits + 1, runs - hits). 1 for runs = hits.
-/// Where a sweep stopped after its last failure it is a little too high, never too low.
-double rate_at_most(std::int64_t hits, std::int64_t runs);
-
 struct SweepTally {
   std::int64_t passed = 0, failed = 0, errors = 0;
   std::int64_t runs() const { return passed + failed + errors; }
+  /// At 95 %. Where a sweep stopped after its last failure it is a little too high, never too low.
   double failure_rate_at_most() const { return rate_at_most(failed + errors, runs()); }
 };
 
@@ -77,7 +75,7 @@ struct SweepSummary {
     double excess = 0;                          ///< over the limit, as a share of it; below 0: within
     std::optional<std::size_t> expectation;     ///< none: it stopped
   };
-  std::vector<Worst> worst;                     ///< largest excess first, then by index; with `find`, of the value next to it, which failed
+  std::vector<Worst> worst;  ///< largest excess first, then by index; with `find`, of the value next to it, which failed
   struct Find {
     std::optional<std::size_t> value;           ///< of the axis; none: not even the value at the safe end passes
     bool within_gate = false;
