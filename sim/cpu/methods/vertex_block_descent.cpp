@@ -16,30 +16,10 @@
 namespace evenstep::internal {
 namespace {
 
-/// A particle's force on a model and its symmetric Hessian.
-template <class Real>
-struct Model {
-  /// Adds the force pull d and the Hessian across I + along d d'.
-  EVENSTEP_INLINE void add(Real pull, Real across, Real along, const Vector<Real>& d) {
-    f.x += pull * d.x;
-    f.y += pull * d.y;
-    f.z += pull * d.z;
-    xx += across + along * d.x * d.x;
-    yy += across + along * d.y * d.y;
-    zz += across + along * d.z * d.z;
-    xy += along * d.x * d.y;
-    xz += along * d.x * d.z;
-    yz += along * d.y * d.z;
-  }
-  Vector<Real> f;
-  Real xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-};
-
 /// H dx = g for a symmetric H whose pivots are at least `least` > 0.
 template <class Real>
-EVENSTEP_INLINE Vector<Real> solve_block(const Model<Real>& h, Real stiffness, Real least, const Vector<Real>& g) {
-  const Real xx = least + stiffness * h.xx, yy = least + stiffness * h.yy, zz = least + stiffness * h.zz;
-  const Real xy = stiffness * h.xy, xz = stiffness * h.xz, yz = stiffness * h.yz;
+EVENSTEP_INLINE Vector<Real> solve_block(Real xx, Real xy, Real xz, Real yy, Real yz, Real zz, Real least,
+                                         const Vector<Real>& g) {
   const Real d0 = xx > least ? xx : least;
   const Real l10 = xy / d0, l20 = xz / d0;
   const Real yy1 = yy - l10 * xy;
@@ -72,7 +52,9 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
 #pragma GCC ivdep
   for (std::ptrdiff_t n = 0; n < count; ++n) {
     const std::ptrdiff_t i = cells[n];
-    Model<Real> model;
+    // Nine locals, added to in two places: as members of a struct they keep the compiler from vectorising (three times slower).
+    Vector<Real> f;
+    Real xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
     const Vector<Real> moved{u.x[i] - u0.x[i], u.y[i] - u0.y[i], u.z[i] - u0.z[i]};
 #pragma GCC unroll 18
     for (int s = 0; s < kNeighbours; ++s) {
@@ -91,25 +73,43 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
         pull += damper * (w.x * d.x + w.y * d.y + w.z * d.z);
         along += damper;
       }
-      model.add(pull, across, along, d);
+      f.x += pull * d.x;
+      f.y += pull * d.y;
+      f.z += pull * d.z;
+      xx += across + along * d.x * d.x;
+      yy += across + along * d.y * d.y;
+      zz += across + along * d.z * d.z;
+      xy += along * d.x * d.y;
+      xz += along * d.x * d.z;
+      yz += along * d.y * d.z;
     }
     if constexpr (kGeneral) {
 #pragma GCC unroll 2
       for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
         const auto& [x, w] = tools.at[tool];
         const Real held = arrays.held[tool][i], k = held * tools.stiffness[tool], b = held * tools.damping[tool];
-        model.f.x += k * (x.x - u.x[i]) + b * (w.x * constants.step_s - moved.x);
-        model.f.y += k * (x.y - u.y[i]) + b * (w.y * constants.step_s - moved.y);
-        model.f.z += k * (x.z - u.z[i]) + b * (w.z * constants.step_s - moved.z);
+        f.x += k * (x.x - u.x[i]) + b * (w.x * constants.step_s - moved.x);
+        f.y += k * (x.y - u.y[i]) + b * (w.y * constants.step_s - moved.y);
+        f.z += k * (x.z - u.z[i]) + b * (w.z * constants.step_s - moved.z);
+        const Real across = k + b;
         const auto [d, factor, along] = probe_term(u, arrays, constants.tools[tool], tools.at[tool], i);
-        model.add(factor, k + b, along, d);
+        f.x += factor * d.x;
+        f.y += factor * d.y;
+        f.z += factor * d.z;
+        xx += across + along * d.x * d.x;
+        yy += across + along * d.y * d.y;
+        zz += across + along * d.z * d.z;
+        xy += along * d.x * d.y;
+        xz += along * d.x * d.z;
+        yz += along * d.y * d.z;
       }
     }
     const Real stiffness = block.stiffness, inertia = mass[i] * (Real{1} + block.damping);
-    const Vector<Real> g{stiffness * model.f.x - mass[i] * ((u.x[i] - y.x[i]) + block.damping * moved.x),
-                         stiffness * model.f.y - mass[i] * ((u.y[i] - y.y[i]) + block.damping * moved.y),
-                         stiffness * model.f.z - mass[i] * ((u.z[i] - y.z[i]) + block.damping * moved.z)};
-    const Vector<Real> move = solve_block(model, stiffness, inertia, g);
+    const Vector<Real> g{stiffness * f.x - mass[i] * ((u.x[i] - y.x[i]) + block.damping * moved.x),
+                         stiffness * f.y - mass[i] * ((u.y[i] - y.y[i]) + block.damping * moved.y),
+                         stiffness * f.z - mass[i] * ((u.z[i] - y.z[i]) + block.damping * moved.z)};
+    const Vector<Real> move = solve_block(inertia + stiffness * xx, stiffness * xy, stiffness * xz, inertia + stiffness * yy,
+                                          stiffness * yz, inertia + stiffness * zz, inertia, g);
     moves.x[n] = move.x;
     moves.y[n] = move.y;
     moves.z[n] = move.z;
