@@ -69,8 +69,8 @@ Spent run_once(const Scenario& scenario, const StrategyPlan& plan) {
   const double reading_s = reading_costs_s();
   VirtualClock clock;
   SimulatedDevices devices(scenario, clock);
-  DeviceExchange exchange({plan.interaction_capacity, plan.force_capacity}, emissions_of(scenario), devices.drivers());
-  auto watched = std::make_unique<WatchedSolver>(make_scenario_solver(scenario), spent);
+  DeviceExchange exchange(links_of(scenario, plan), devices.drivers());
+  auto watched = std::make_unique<WatchedSolver>(make_scenario_solver(scenario, plan.kind), spent);
   const WatchedSolver& solver = *watched;
   StrategyLanes lanes(scenario, plan, std::move(watched), exchange, make_timing(scenario), devices.drivers());
   InlineExecutor executor;
