@@ -29,17 +29,23 @@ StudyRecord measure(const Scenario& scenario, const std::atomic<bool>& interrupt
   return run_study(scenario, control);
 }
 
-ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
-                        const std::atomic<bool>& interrupted) {
-  const std::string folder = folder_for(arguments);
+/// Says what is studied. False, with an error, where the folder cannot take it.
+bool begin(const StudyArguments& arguments, const Scenario& scenario, const std::string& folder) {
   if (const std::string objection = run_folder_objection(folder, kStudyFile); !objection.empty()) {
     spdlog::error("error: {}", objection);
-    return ExitCode::run_failed;
+    return false;
   }
   if (!arguments.json) {
     fmt::print("evenstep {}  study  {}  ({})\n", kVersion, scenario.name, scenario.file);
     std::fflush(stdout);
   }
+  return true;
+}
+
+ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
+                        const std::atomic<bool>& interrupted) {
+  const std::string folder = folder_for(arguments);
+  if (!begin(arguments, scenario, folder)) return ExitCode::run_failed;
   const StudyRecord record = measure(scenario, interrupted);
   fmt::print("{}", arguments.json ? study_json(record) : study_table(record));
   ExitCode code = ExitCode::pass;
@@ -60,14 +66,7 @@ ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenari
 /// The other study: how stiff the scene may be.
 ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scenario, const std::atomic<bool>& interrupted) {
   const std::string folder = folder_for(arguments);
-  if (const std::string objection = run_folder_objection(folder, kStudyFile); !objection.empty()) {
-    spdlog::error("error: {}", objection);
-    return ExitCode::run_failed;
-  }
-  if (!arguments.json) {
-    fmt::print("evenstep {}  study  {}  ({})\n", kVersion, scenario.name, scenario.file);
-    std::fflush(stdout);
-  }
+  if (!begin(arguments, scenario, folder)) return ExitCode::run_failed;
   StudyControl control;
   control.interrupted = &interrupted;
   const StiffnessLimits limits = run_stiffness_limits(scenario, control);

@@ -83,8 +83,9 @@ struct SpringMode {
 };
 
 /// G of the samples as they come, with a memory of what it gave. Between two samples x goes in a straight line. Steps of
-/// at most 25 us and a twentieth of the mode's time sqrt(M / (K_c + K_t)), v <- v + h a(q, x), q <- q + h v, which is Verlet's
-/// path with the velocity half a step behind: second order but for the damping. It starts at rest under the first sample, and again after a pause longer than kFadeAfter.
+/// at most 25 us and a twentieth of the mode's time sqrt(M / (K_c + K_t)), v <- v + h a(q, x), q <- q + h v, which is
+/// Verlet's path with the velocity half a step behind: second order but for the damping. It starts at rest under the first
+/// sample, and again after a pause longer than kFadeAfter.
 class SmithRenderer {
  public:
   /// `memory`: how far back t_read may lie, at `period` per tick. A read older than that gives the oldest kept.
