@@ -62,7 +62,7 @@ void ReferenceDriver::take(std::span<const std::byte> bytes) {
 void ReferenceDriver::write(const glm::dvec3& force_N) {
   assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));
   const auto bytes = reference_device::encode({++output_sequence_, reference_device::to_uN(force_N)});
-  const HidWrite result = transport_.write(bytes);
+  const HidWrite result = transport_.write_newest(bytes);
   if (result == HidWrite::gone) gone();
   if (result == HidWrite::rejected) ++counters_.write_failures;
 }

@@ -1,6 +1,7 @@
 #pragma once
 /// Bytes to and from one HID device. The driver is the code above this seam; transports are hidapi (wall clock only) and
-/// simulated. Numbered reports carry their id as byte 0 both ways.
+/// simulated. Every report carries its id as byte 0: 0 where the device does not number its reports (input reports of such a
+/// device have no id byte at all, as hidapi delivers them).
 
 #include <cstddef>
 #include <cstdint>
@@ -22,13 +23,24 @@ struct HidRead {
   std::size_t size = 0;            ///< bytes of the report; may exceed what the buffer could take (then it is cut)
 };
 enum class HidWrite { ok, rejected, gone };
+struct HidFeature {
+  enum class Status { ok, rejected, interrupted, gone } status = Status::rejected;
+  std::size_t size = 0;            ///< bytes of the report, its id included
+};
 
 class HidTransport {
  public:
   virtual ~HidTransport() = default;
   /// One queued input report, without waiting.
   virtual HidRead read(std::span<std::byte> buffer) = 0;
+  /// Output reports, sent in the order of the calls.
   virtual HidWrite write(std::span<const std::byte> report) = 0;
+  /// An output report that a later one makes worthless (a force): while it waits to be sent, a later report with the same
+  /// first two bytes (report id, effect block) takes its place. Never blocks.
+  virtual HidWrite write_newest(std::span<const std::byte> report) { return write(report); }
+  /// Feature reports; report[0] is the id to ask for. `rejected`: the device has no such report. May block: not for a tick.
+  virtual HidFeature get_feature(std::span<std::byte> /*report*/) { return {}; }
+  virtual HidWrite set_feature(std::span<const std::byte> /*report*/) { return HidWrite::rejected; }
   virtual std::span<const std::byte> report_descriptor() const = 0;
   virtual const HidDeviceInfo& info() const = 0;
 };
