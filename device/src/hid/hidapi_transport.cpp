@@ -1,0 +1,260 @@
+#include "evenstep/device/hid/hidapi_transport.h"
+
+#include <fmt/format.h>
+#include <hidapi/hidapi.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <thread>
+
+#include "evenstep/device/haptic_device.h"
+#include "hidraw_sysfs.h"
+
+namespace evenstep {
+namespace {
+
+/// The kernel's own limit of a report (HID_MAX_BUFFER_SIZE is larger, hidraw's is not).
+constexpr std::size_t kLargestReport = 4096;
+/// As deep as the kernel's queue of input reports: more waiting means a device that has stopped taking any.
+constexpr std::size_t kMostWaiting = 64;
+/// What a destructor lets the queue have.
+constexpr Duration kFarewell{1'000'000'000};
+
+/// hidapi's list, its openings and its global error string are one unguarded state.
+std::mutex& hidapi_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+/// hidapi's strings are wide and may be missing; outside ASCII they need a locale that we do not ask for.
+std::string text_of(const wchar_t* wide) {
+  std::string text;
+  for (; wide && *wide; ++wide) text += *wide < 0x80 ? static_cast<char>(*wide) : '?';
+  return text;
+}
+
+struct CloseHid {
+  void operator()(hid_device* device) const { hid_close(device); }
+};
+using HidHandle = std::unique_ptr<hid_device, CloseHid>;
+
+std::string or_else(std::string text, const std::string& name, const char* key) {
+  return text.empty() ? internal::hidraw_property(name, key) : text;
+}
+
+std::string refusal_of(const std::string& path) { return access(path.c_str(), R_OK | W_OK) == 0 ? "" : std::strerror(errno); }
+
+HidListing listing_of(const hid_device_info& entry) {
+  HidListing listing;
+  const std::string name = internal::hidraw_name(entry.path);
+  listing.info = {entry.path, entry.vendor_id, entry.product_id, or_else(text_of(entry.product_string), name, "HID_NAME"),
+                  or_else(text_of(entry.serial_number), name, "HID_UNIQ")};
+  listing.report_descriptor = internal::hidraw_report_descriptor(name);
+  listing.refusal = refusal_of(entry.path);
+  listing.force_feedback_node = internal::hidraw_force_feedback_node(name);
+  return listing;
+}
+
+/// hidraw2 before hidraw10.
+bool by_path(const HidListing& a, const HidListing& b) {
+  return std::pair(a.info.path.size(), a.info.path) < std::pair(b.info.path.size(), b.info.path);
+}
+
+HidHandle open_handle(const HidDeviceInfo& info) {
+  HidHandle handle(hid_open_path(info.path.c_str()));
+  if (handle) return handle;
+  const std::string why = text_of(hid_error(nullptr));
+  throw DeviceError(fmt::format("{}: cannot be opened: {}; if permission is missing, paste this line into "
+                                "/etc/udev/rules.d/70-evenstep.rules and plug the device in again: {}",
+                                info.path, why, udev_rule(info)));
+}
+
+}  // namespace
+
+std::vector<HidListing> hid_devices() {
+  const std::lock_guard lock(hidapi_mutex());
+  if (hid_init() != 0) throw DeviceError("hidapi cannot be started: " + text_of(hid_error(nullptr)));
+  std::vector<HidListing> found;
+  hid_device_info* const all = hid_enumerate(0, 0);
+  for (const hid_device_info* entry = all; entry; entry = entry->next) {
+    // One entry per usage: a force-feedback device has dozens of the same path.
+    const auto same_path = [&](const HidListing& listing) { return listing.info.path == entry->path; };
+    if (std::none_of(found.begin(), found.end(), same_path)) found.push_back(listing_of(*entry));
+  }
+  hid_free_enumeration(all);
+  std::sort(found.begin(), found.end(), by_path);
+  return found;
+}
+
+std::string udev_rule(const HidDeviceInfo& info) {
+  return fmt::format(R"(KERNEL=="hidraw*", KERNELS=="*:{:04X}:{:04X}.*", TAG+="uaccess")", info.vendor_id, info.product_id);
+}
+
+struct HidapiTransport::State {
+  struct Report {
+    std::array<std::byte, kLargestReport> bytes;
+    std::size_t size = 0;
+    bool newest = false;  // may be replaced by a later one
+  };
+
+  State(const std::string& path, const WallClock& given) : clock(given), waiting(kMostWaiting) {
+    const std::string name = internal::hidraw_name(path);
+    if (name.empty()) throw DeviceError(path + ": not a hidraw device; `evenstep devices` lists those that are there");
+    for (HidListing& device : hid_devices()) {
+      if (internal::hidraw_name(device.info.path) == name) listing = std::move(device);
+    }
+    if (listing.info.path.empty()) throw DeviceError(path + ": the system does not list it; `evenstep devices` lists what is there");
+    const std::lock_guard lock(hidapi_mutex());
+    reader = open_handle(listing.info);
+    writer = open_handle(listing.info);
+  }
+
+  HidWrite put(std::span<const std::byte> report, bool newest);
+  void write_until_closed();
+  HidWrite send(const Report& report);
+
+  const WallClock& clock;
+  HidListing listing;
+  HidHandle reader, writer;
+  std::array<std::byte, kLargestReport> input;
+
+  mutable std::mutex mutex;  // all below
+  std::condition_variable work;
+  std::vector<Report> waiting;  // a ring of `count` from `first` on: nothing is allocated after the start
+  std::size_t first = 0, count = 0;
+  HidWriteTimes times;
+  bool rejected_since = false, gone = false, closing = false;
+  RealTime closed_at;
+  std::thread thread;  // the last member: it runs on all others
+};
+
+HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool newest) {
+  assert(!report.empty());
+  const std::lock_guard lock(mutex);
+  if (gone) return HidWrite::gone;
+  HidWrite answer = rejected_since ? HidWrite::rejected : HidWrite::ok;
+  rejected_since = false;
+  Report* slot = nullptr;
+  // Never over a report that must be sent before it: from the back, up to the first that keeps its place.
+  for (std::size_t i = count; newest && i > 0 && !slot; --i) {
+    Report& other = waiting[(first + i - 1) % kMostWaiting];
+    if (!other.newest) break;
+    const std::size_t key = std::min<std::size_t>(2, std::min(other.size, report.size()));
+    if (std::equal(report.begin(), report.begin() + static_cast<std::ptrdiff_t>(key), other.bytes.begin())) slot = &other;
+  }
+  if (slot) {
+    ++times.overtaken;
+  } else if (count == kMostWaiting || report.size() > kLargestReport) {
+    ++times.rejected;
+    return HidWrite::rejected;
+  } else {
+    slot = &waiting[(first + count++) % kMostWaiting];
+  }
+  std::copy(report.begin(), report.end(), slot->bytes.begin());
+  slot->size = report.size();
+  slot->newest = newest;
+  work.notify_one();
+  return answer;
+}
+
+HidWrite HidapiTransport::State::send(const Report& report) {
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(report.bytes.data());
+  int written;
+  do {
+    errno = 0;
+    written = hid_write(writer.get(), bytes, report.size);
+  } while (written < 0 && errno == EINTR);
+  if (written == static_cast<int>(report.size)) return HidWrite::ok;
+  return written < 0 && (errno == ENODEV || errno == EIO || errno == ESHUTDOWN) ? HidWrite::gone : HidWrite::rejected;
+}
+
+void HidapiTransport::State::write_until_closed() {
+  std::unique_lock lock(mutex);
+  while (true) {
+    work.wait(lock, [&] { return count > 0 || closing; });
+    if (count == 0 || gone || (closing && clock.now() > closed_at + kFarewell)) return;
+    const Report report = waiting[first];
+    first = (first + 1) % kMostWaiting;
+    --count;
+    lock.unlock();
+    const RealTime began = clock.now();
+    const HidWrite result = send(report);
+    const Duration taken = clock.now() - began;
+    lock.lock();
+    times.taken.add(taken);
+    if (result == HidWrite::rejected) {
+      ++times.rejected;
+      rejected_since = true;
+    }
+    if (result == HidWrite::gone) gone = true;
+  }
+}
+
+HidapiTransport::HidapiTransport(const std::string& path, const WallClock& clock)
+    : state_(std::make_unique<State>(path, clock)) {
+  state_->thread = std::thread([state = state_.get()] { state->write_until_closed(); });
+}
+
+HidapiTransport::~HidapiTransport() {
+  {
+    const std::lock_guard lock(state_->mutex);
+    state_->closing = true;
+    state_->closed_at = state_->clock.now();
+  }
+  state_->work.notify_one();
+  state_->thread.join();
+  const std::lock_guard lock(hidapi_mutex());
+  state_->reader.reset();
+  state_->writer.reset();
+}
+
+HidRead HidapiTransport::read(std::span<std::byte> buffer) {
+  auto* const input = reinterpret_cast<unsigned char*>(state_->input.data());
+  errno = 0;
+  // Into a buffer of the largest size there is: the kernel cuts a report silently.
+  const int size = hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
+  if (size == 0) return {HidRead::Status::nothing};
+  if (size < 0) return {errno == EINTR ? HidRead::Status::interrupted : HidRead::Status::gone};
+  const auto bytes = static_cast<std::size_t>(size);
+  std::copy_n(state_->input.begin(), std::min(bytes, buffer.size()), buffer.begin());
+  return {HidRead::Status::report, bytes};
+}
+
+HidWrite HidapiTransport::write(std::span<const std::byte> report) { return state_->put(report, false); }
+HidWrite HidapiTransport::write_newest(std::span<const std::byte> report) { return state_->put(report, true); }
+
+HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
+  errno = 0;
+  auto* const bytes = reinterpret_cast<unsigned char*>(report.data());
+  const int size = hid_get_feature_report(state_->reader.get(), bytes, report.size());
+  if (size >= 0) return {HidFeature::Status::ok, static_cast<std::size_t>(size)};
+  if (errno == EINTR) return {HidFeature::Status::interrupted};
+  return {errno == ENODEV ? HidFeature::Status::gone : HidFeature::Status::rejected};
+}
+
+HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(report.data());
+  int size;
+  do {
+    errno = 0;
+    size = hid_send_feature_report(state_->reader.get(), bytes, report.size());
+  } while (size < 0 && errno == EINTR);
+  if (size >= 0) return HidWrite::ok;
+  return errno == ENODEV ? HidWrite::gone : HidWrite::rejected;
+}
+
+std::span<const std::byte> HidapiTransport::report_descriptor() const { return state_->listing.report_descriptor; }
+const HidDeviceInfo& HidapiTransport::info() const { return state_->listing.info; }
+
+HidWriteTimes HidapiTransport::write_times() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->times;
+}
+
+}  // namespace evenstep
