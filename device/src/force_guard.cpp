@@ -20,6 +20,9 @@ glm::dvec3 shortened(const glm::dvec3& v, double new_length) {
   return direction * (new_length / length(direction));
 }
 
+/// A hand's speed is its mean velocity over so long: a single count of a coarse encoder within one tick is no speed.
+constexpr Duration kSpeedWindow{5'000'000};
+
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace
@@ -27,13 +30,17 @@ bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite
 ForceGuard::ForceGuard(ForceLimits limits) : limits_(limits) {
   assert(limits.max_N > 0 && limits.max_N <= kLargestMax_N);
   assert(limits.max_slew_N_per_s > 0 && std::isfinite(limits.max_slew_N_per_s));
+  assert(limits.cut.gain > 0 && limits.cut.gain <= 1 && limits.cut.max_speed_m_per_s > 0);
+  assert(limits.cut.ramp_up.ns >= 0 && limits.cut.ramp_down.ns >= 0);
 }
 
-glm::dvec3 ForceGuard::pass(RealTime now, const glm::dvec3& wanted_N) {
+glm::dvec3 ForceGuard::pass(RealTime now, const glm::dvec3& wanted_N, const GuardedTick& tick) {
   if (!started_) last_at_ = now;
   started_ = true;
   assert(now >= last_at_);
-  const glm::dvec3 target_N = clamped(wanted_N);
+  follow_hand(tick.sample);
+  move_authority(now, tick);
+  const glm::dvec3 target_N = clamped(wanted_N * limits_.cut.gain) * authority_;
   const glm::dvec3 change_N = target_N - last_N_;
   const double max_change_N = limits_.max_slew_N_per_s * seconds(now - last_at_);
   last_at_ = now;
@@ -50,6 +57,41 @@ glm::dvec3 ForceGuard::clamped(const glm::dvec3& wanted_N) {
   if (length(wanted_N) <= limits_.max_N) return wanted_N;
   ++counters_.clamped;
   return shortened(wanted_N, limits_.max_N);
+}
+
+void ForceGuard::follow_hand(const DeviceSample& sample) {
+  if (!sample.fresh) return;
+  const std::size_t kept = std::min(fresh_samples_, hand_.size());
+  // The oldest of the window; the last one in any case.
+  for (std::size_t back = kept; back >= 1; --back) {
+    const Position& then = hand_[(fresh_samples_ - back) % hand_.size()];
+    const Duration since = sample.read_at - then.at;
+    if (since.ns <= 0 || (since > kSpeedWindow && back > 1)) continue;
+    const double speed_m_per_s = length(sample.position_m - then.m) / seconds(since);
+    const double limit_m_per_s = limits_.cut.max_speed_m_per_s;
+    too_fast_ = !(speed_m_per_s <= (too_fast_ ? limit_m_per_s / 2 : limit_m_per_s));
+    break;
+  }
+  hand_[fresh_samples_++ % hand_.size()] = {sample.read_at, sample.position_m};
+}
+
+/// The counter of the first reason; nullptr: none.
+std::int64_t* ForceGuard::reason_to_cut(RealTime now, const GuardedTick& tick) {
+  const RealTime last_fresh = fresh_samples_ == 0 ? RealTime{} : hand_[(fresh_samples_ - 1) % hand_.size()].at;
+  if (!tick.sample.drivable) return &counters_.cuts_device;
+  if (now - last_fresh > limits_.cut.stale_hand) return &counters_.cuts_stale_hand;
+  if (now - tick.force_due > limits_.cut.stale_force) return &counters_.cuts_stale_force;
+  if (too_fast_) return &counters_.cuts_speed;
+  return nullptr;
+}
+
+void ForceGuard::move_authority(RealTime now, const GuardedTick& tick) {
+  std::int64_t* const reason = reason_to_cut(now, tick);
+  if (reason && !cut_ && authority_ > 0) ++*reason;
+  cut_ = reason != nullptr;
+  const Duration ramp = cut_ ? limits_.cut.ramp_down : limits_.cut.ramp_up;
+  const double most = ramp.ns == 0 ? 1.0 : static_cast<double>((now - last_at_).ns) / static_cast<double>(ramp.ns);
+  authority_ = cut_ ? std::max(0.0, authority_ - most) : std::min(1.0, authority_ + most);
 }
 
 }  // namespace evenstep

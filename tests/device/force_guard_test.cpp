@@ -43,12 +43,12 @@ glm::dvec3 any_force(std::mt19937_64& random) {
 TEST_CASE("a force within the limits passes bit for bit, 100,000 random ones") {
   std::mt19937_64 random(1);
   ForceGuard guard({100, 1e6});  // 1000 N per tick: any change within the ball
-  guard.pass(RealTime{0}, glm::dvec3(0));
+  guard.pass(RealTime{0}, glm::dvec3(0), {});
   for (std::int64_t tick = 1; tick <= 100'000; ++tick) {
     glm::dvec3 wanted{uniform(random), uniform(random), uniform(random)};
     wanted *= std::pow(10, static_cast<double>(random() % 40) - 38) * 5;  // up to 50 sqrt(3) N, and tiny ones
     if (tick % 100 == 0) wanted = glm::dvec3(-0.0, 0.0, -0.0);
-    REQUIRE(same_bits(guard.pass(RealTime{tick * kMs}, wanted), wanted));
+    REQUIRE(same_bits(guard.pass(RealTime{tick * kMs}, wanted, {}), wanted));
   }
   CHECK((guard.counters().clamped == 0 && guard.counters().slewed == 0 && guard.counters().non_finite == 0));
 }
@@ -63,15 +63,15 @@ TEST_CASE("whatever is wanted, length and change stay within the limits, 100,000
     RealTime last_at = now;
     for (int call = 0; call < 1000; ++call) {
       const glm::dvec3 wanted = any_force(random);
-      const glm::dvec3 sent = guard.pass(now, wanted);
+      const glm::dvec3 sent = guard.pass(now, wanted, {});
       // Direction, its length and the scaling round 8 times at most, 2^-53 each, as does hypot here: 8 epsilon.
       REQUIRE(length(sent) <= limits.max_N * (1 + 8 * kEpsilon));
       // The sum last + change rounds once more per component, of numbers up to max_N.
       const double allowed_N = limits.max_slew_N_per_s * seconds(now - last_at);
       REQUIRE(length(sent - last) <= allowed_N * (1 + 8 * kEpsilon) + 2 * kEpsilon * limits.max_N);
       // Idempotent: the same instant again changes nothing, for the same wish and for the force that was sent.
-      REQUIRE(guard.pass(now, wanted) == sent);
-      REQUIRE(guard.pass(now, sent) == sent);
+      REQUIRE(guard.pass(now, wanted, {}) == sent);
+      REQUIRE(guard.pass(now, sent, {}) == sent);
       last = sent;
       last_at = now;
       now = now + Duration{static_cast<std::int64_t>(random() % (2 * kMs)) * static_cast<std::int64_t>(random() % 4)};
@@ -83,12 +83,12 @@ TEST_CASE("a clamped force keeps its direction and has the largest length, not z
   std::mt19937_64 random(3);
   for (int i = 0; i < 10'000; ++i) {
     ForceGuard guard({3, 1e9});
-    guard.pass(RealTime{0}, glm::dvec3(0));
+    guard.pass(RealTime{0}, glm::dvec3(0), {});
     const double size = std::pow(10, 1 + static_cast<double>(random() % 308));
     const glm::dvec3 unit{uniform(random), uniform(random), uniform(random)};
     const glm::dvec3 wanted = unit * size;
     if (length(unit) < 0.5) continue;
-    const glm::dvec3 sent = guard.pass(RealTime{kMs}, wanted);
+    const glm::dvec3 sent = guard.pass(RealTime{kMs}, wanted, {});
     for (int axis = 0; axis < 3; ++axis)
       REQUIRE(sent[axis] == Approx(3 * unit[axis] / length(unit)).epsilon(1e-14).margin(1e-14));
     REQUIRE(guard.counters().clamped == 1);
@@ -100,16 +100,16 @@ TEST_CASE("on an axis the clamp gives the limit exactly, and one ulp below it pa
     for (int axis = 0; axis < 3; ++axis) {
       for (const double sign : {-1.0, 1.0}) {
         ForceGuard guard({limit, 1e300});
-        guard.pass(RealTime{0}, glm::dvec3(0));
+        guard.pass(RealTime{0}, glm::dvec3(0), {});
         glm::dvec3 wanted(0);
         wanted[axis] = sign * std::nextafter(limit, 0);
-        CHECK(guard.pass(RealTime{kMs}, wanted) == wanted);
+        CHECK(guard.pass(RealTime{kMs}, wanted, {}) == wanted);
         wanted[axis] = sign * limit;
-        CHECK(guard.pass(RealTime{kMs * 2}, wanted) == wanted);
+        CHECK(guard.pass(RealTime{kMs * 2}, wanted, {}) == wanted);
         CHECK(guard.counters().clamped == 0);
         const glm::dvec3 at_limit = wanted;
         wanted[axis] = sign * std::nextafter(limit, kInfinity);
-        CHECK(guard.pass(RealTime{kMs * 3}, wanted) == at_limit);
+        CHECK(guard.pass(RealTime{kMs * 3}, wanted, {}) == at_limit);
         CHECK(guard.counters().clamped == 1);
       }
     }
@@ -119,10 +119,10 @@ TEST_CASE("on an axis the clamp gives the limit exactly, and one ulp below it pa
 TEST_CASE("the first call sends zero, and from it on the slew has the time that passed") {
   for (const std::int64_t start_ns : {0 * kMs, 17 * kMs, 1000 * kMs}) {
     ForceGuard guard({100, 1000});
-    CHECK(guard.pass(RealTime{start_ns}, {50, 0, 0}) == glm::dvec3(0));
+    CHECK(guard.pass(RealTime{start_ns}, {50, 0, 0}, {}) == glm::dvec3(0));
     for (int tick = 1; tick <= 60; ++tick) {
       // 1 N per tick up to 50; 50 sums of rounded numbers below 64 stray by at most 50 * 2^-48.
-      const double sent_N = guard.pass(RealTime{start_ns + tick * kMs}, {50, 0, 0}).x;
+      const double sent_N = guard.pass(RealTime{start_ns + tick * kMs}, {50, 0, 0}, {}).x;
       CHECK(sent_N == Approx(std::min(tick, 50)).epsilon(0).margin(50 * 0x1p-48));
     }
   }
@@ -130,8 +130,8 @@ TEST_CASE("the first call sends zero, and from it on the slew has the time that 
 
 TEST_CASE("a schedule that starts with zero force is not touched by the first call") {
   ForceGuard guard({100, 1e6});
-  CHECK(guard.pass(RealTime{0}, glm::dvec3(0)) == glm::dvec3(0));
-  CHECK(guard.pass(RealTime{kMs}, {0, 0, 99}) == glm::dvec3(0, 0, 99));
+  CHECK(guard.pass(RealTime{0}, glm::dvec3(0), {}) == glm::dvec3(0));
+  CHECK(guard.pass(RealTime{kMs}, {0, 0, 99}, {}) == glm::dvec3(0, 0, 99));
   CHECK(guard.counters().slewed == 0);
 }
 
@@ -139,11 +139,11 @@ TEST_CASE("a non-finite force ramps to zero by the slew limit and is counted") {
   for (const double bad : {kNaN, kInfinity, -kInfinity}) {
     for (int axis = 0; axis < 3; ++axis) {
       ForceGuard guard({100, 1024});  // 1.024 N per tick
-      for (int tick = 0; tick <= 10; ++tick) guard.pass(RealTime{tick * kMs}, {0, 8, 0});
+      for (int tick = 0; tick <= 10; ++tick) guard.pass(RealTime{tick * kMs}, {0, 8, 0}, {});
       glm::dvec3 wanted(0, 8, 0);
       wanted[axis] = bad;
       for (int tick = 11; tick <= 20; ++tick) {
-        const glm::dvec3 sent = guard.pass(RealTime{tick * kMs}, wanted);
+        const glm::dvec3 sent = guard.pass(RealTime{tick * kMs}, wanted, {});
         CHECK(sent.y == Approx(std::max(0.0, 8 - 1.024 * (tick - 10))).margin(1e-14));
         CHECK((sent.x == 0 && sent.z == 0));
       }
@@ -151,5 +151,110 @@ TEST_CASE("a non-finite force ramps to zero by the slew limit and is counted") {
       CHECK(guard.counters().clamped == 0);
       CHECK(guard.counters().slewed == 15);  // 8 ticks up (the first sends zero), then 7 whole ones down; the 8th arrives
     }
+  }
+}
+
+namespace {
+
+/// A tick of a hand at rest, its force due right now, at `ms`.
+GuardedTick calm(std::int64_t ms) {
+  GuardedTick tick;
+  tick.sample.read_at = RealTime{ms * kMs};
+  tick.sample.fresh = true;
+  tick.force_due = RealTime{ms * kMs};
+  return tick;
+}
+
+ForceLimits with_ramps() {
+  ForceLimits limits;
+  limits.cut.ramp_up = Duration{100 * kMs};
+  limits.cut.ramp_down = Duration{20 * kMs};
+  return limits;
+}
+
+}  // namespace
+
+TEST_CASE("the authority rises in a straight line and then passes the force bit for bit") {
+  ForceGuard guard(with_ramps());
+  for (int ms = 0; ms <= 100; ++ms) CHECK(guard.pass(RealTime{ms * kMs}, {0, 2, 0}, calm(ms)).y == Approx(2.0 * ms / 100).margin(1e-12));
+  for (int ms = 101; ms < 110; ++ms) CHECK(guard.pass(RealTime{ms * kMs}, {0, 2, 0}, calm(ms)) == glm::dvec3(0, 2, 0));
+}
+
+TEST_CASE("the gain scales the force before the clamp") {
+  for (const double gain : {0.25, 0.5, 1.0}) {
+    ForceLimits limits;
+    limits.max_N = 3;
+    limits.cut.gain = gain;
+    ForceGuard guard(limits);
+    guard.pass(RealTime{0}, glm::dvec3(0), calm(0));
+    for (const double wanted : {0.5, 2.0, 4.0, 20.0}) {
+      ForceGuard each = guard;
+      CHECK(each.pass(RealTime{kMs}, {wanted, 0, 0}, calm(1)).x == std::min(3.0, gain * wanted));
+    }
+  }
+}
+
+TEST_CASE("each reason to cut ramps to zero and back in the ramps' own time and is counted once") {
+  // Not right between 200 ms and 300 ms: down to nothing at 220 ms, up again from 300 ms on.
+  enum class Fault { device, hand, force, speed };
+  for (const Fault fault : {Fault::device, Fault::hand, Fault::force, Fault::speed}) {
+    ForceLimits limits = with_ramps();
+    limits.cut.max_speed_m_per_s = 1;
+    limits.cut.stale_force = limits.cut.stale_hand = Duration{0};
+    ForceGuard guard(limits);
+    glm::dvec3 hand(0);
+    for (int ms = 0; ms < 500; ++ms) {
+      const bool faulty = ms >= 200 && ms < 300;
+      GuardedTick tick = calm(ms);
+      if (faulty && fault == Fault::device) tick.sample.drivable = false;
+      if (faulty && fault == Fault::hand) tick.sample.fresh = false;
+      if (faulty && fault == Fault::force) tick.force_due = RealTime{199 * kMs};
+      if (faulty && fault == Fault::speed) hand.x += 0.002;  // 2 m/s
+      tick.sample.position_m = hand;
+      // The speed is a mean over 5 ms: it has fallen to half its limit, where the cut ends, when 2.5 of them are at rest.
+      // It has risen above the limit with the third of them.
+      const int late = fault == Fault::speed ? 2 : 0;
+      const double sent = guard.pass(RealTime{ms * kMs}, {1, 0, 0}, tick).x;
+      if (ms >= 100 && ms < 200) CHECK(sent == 1);
+      if (ms >= 200 && ms < 220 + late) CHECK(sent == Approx(std::min(1.0, 1 - (ms - 199 - late) / 20.0)).margin(1e-12));
+      if (ms >= 220 + late && ms < 300) CHECK(sent < 1e-12);
+      if (ms >= 310 && ms < 395) CHECK(sent == Approx((ms - 299 - (fault == Fault::speed ? 3 : 0)) / 100.0).margin(1e-12));
+      if (ms >= 405) CHECK(sent == 1);
+    }
+    const ForceGuardCounters& counters = guard.counters();
+    CHECK(counters.cuts_device == (fault == Fault::device));
+    CHECK(counters.cuts_stale_hand == (fault == Fault::hand));
+    CHECK(counters.cuts_stale_force == (fault == Fault::force));
+    CHECK(counters.cuts_speed == (fault == Fault::speed));
+  }
+}
+
+TEST_CASE("a hand just below the speed limit is never cut off and one just above always is") {
+  for (const double rate_Hz : {500.0, 1000.0, 4000.0}) {
+    for (const double speed : {0.5, 0.99, 1.01, 3.0}) {
+      ForceLimits limits;
+      limits.cut.max_speed_m_per_s = 1;
+      ForceGuard guard(limits);
+      for (int i = 0; i < 200; ++i) {
+        GuardedTick tick;
+        tick.sample.fresh = true;
+        tick.sample.read_at = RealTime{static_cast<std::int64_t>(i * 1e9 / rate_Hz)};
+        tick.sample.position_m = {0, 0, speed * i / rate_Hz};
+        guard.pass(tick.sample.read_at, {1, 0, 0}, tick);
+      }
+      CHECK(guard.authority() == (speed < 1 ? 1 : 0));
+    }
+  }
+}
+
+TEST_CASE("with the default limits nothing is ever cut off") {
+  ForceGuard guard{ForceLimits{}};
+  for (int i = 0; i < 1000; ++i) {
+    GuardedTick tick;
+    tick.sample.fresh = i % 3 == 0;
+    tick.sample.read_at = RealTime{i * 1'000'000'000LL};
+    tick.sample.position_m = glm::dvec3(i * 1e6);
+    guard.pass(tick.sample.read_at, {1, 0, 0}, tick);
+    CHECK(guard.authority() == 1);
   }
 }

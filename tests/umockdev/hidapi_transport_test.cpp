@@ -216,3 +216,35 @@ TEST_CASE("an unplugged device is gone for reads and writes and for ever") {
   }
   CHECK(hid_devices().empty());
 }
+
+TEST_CASE("a device that comes back within the patience is found again and says so once") {
+  MockedHidraw device(reference(MockedHidraw::Node::pty));
+  HidapiTransport transport("/dev/hidraw0", a_clock(), Duration{60'000'000'000});
+  std::array<std::byte, 64> buffer;
+  for (int round = 0; round < 3; ++round) {
+    REQUIRE(device.send(input(1)));
+    REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::report; }));
+    device.unplug();
+    REQUIRE(eventually([&] {
+      REQUIRE(transport.read(buffer).status != HidRead::Status::gone);
+      return transport.times_unplugged() == round + 1;
+    }));
+    CHECK(transport.write_newest(input(2)) == HidWrite::rejected);
+    device.plug_in();
+    REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::returned; }));
+    CHECK(transport.read(buffer).status == HidRead::Status::nothing);
+    const std::size_t before = device.outputs().size();
+    transport.write(input(7));
+    REQUIRE(eventually([&] { return device.outputs().size() == before + 1; }));
+  }
+}
+
+TEST_CASE("a device that does not come back within the patience is gone") {
+  MockedHidraw device(reference(MockedHidraw::Node::pty));
+  HidapiTransport transport("/dev/hidraw0", a_clock(), Duration{300'000'000});
+  std::array<std::byte, 64> buffer;
+  device.unplug();
+  REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::gone; }));
+  CHECK(transport.write(input(1)) == HidWrite::gone);
+  CHECK(transport.times_unplugged() == 1);
+}

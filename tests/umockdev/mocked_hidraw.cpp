@@ -7,6 +7,7 @@
 #include <umockdev.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -17,7 +18,6 @@
 
 namespace {
 
-constexpr const char* kNode = "/dev/hidraw0";
 constexpr const char* kUsb = "/devices/pci0000:00/usb1/1-1";
 constexpr const char* kInterface = "/devices/pci0000:00/usb1/1-1/1-1:1.0";
 
@@ -36,18 +36,18 @@ std::string hex(const Bytes& bytes) {
 }
 
 /// A hidraw node below its HID device, USB interface and USB device, as the kernel shows them.
-std::string devices_text(const MockedHidraw::Spec& spec) {
-  const std::string hid = hid_folder(spec);
+std::string devices_text(const MockedHidraw::Spec& spec, int number) {
+  const std::string hid = hid_folder(spec), node = "hidraw" + std::to_string(number), minor = std::to_string(number);
   std::string text;
-  text += std::string("P: ") + kUsb + "\nN: bus/usb/001/002\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n" +
+  text += std::string("P: ") + kUsb + "\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n" +
           "A: manufacturer=evenstep\\n\nA: product=" + spec.name + "\\n\nA: serial=" + spec.serial + "\\n\n" + "A: idVendor=" +
           spec.vendor_product.substr(4, 4) + "\\n\nA: idProduct=" + spec.vendor_product.substr(13, 4) + "\\n\nA: bcdDevice=0100\\n\n\n";
   text += std::string("P: ") + kInterface + "\nE: DEVTYPE=usb_interface\nE: SUBSYSTEM=usb\nA: bInterfaceNumber=00\\n\n\n";
   text += "P: " + hid + "\nE: DRIVER=hid-generic\nE: HID_ID=0003:" + spec.vendor_product + "\nE: HID_NAME=" + spec.name +
           "\nE: HID_PHYS=usb-1/input0\nE: HID_UNIQ=" + spec.serial + "\nE: SUBSYSTEM=hid\nH: report_descriptor=" +
           hex(spec.report_descriptor) + "\n\n";
-  text += "P: " + hid + "/hidraw/hidraw0\nN: hidraw0\nE: DEVNAME=" + kNode + "\nE: MAJOR=240\nE: MINOR=0\nE: SUBSYSTEM=hidraw\n" +
-          "A: dev=240:0\\n\nL: device=../../../" + hid.substr(hid.rfind('/') + 1) + "\n\n";
+  text += "P: " + hid + "/hidraw/" + node + "\nN: " + node + "\nE: DEVNAME=/dev/" + node + "\nE: MAJOR=240\nE: MINOR=" + minor + "\nE: SUBSYSTEM=hidraw\n" +
+          "A: dev=240:" + minor + "\\n\nL: device=../../../" + hid.substr(hid.rfind('/') + 1) + "\n\n";
   return text;
 }
 
@@ -58,6 +58,7 @@ struct MockedHidraw::State {
   UMockdevTestbed* testbed = nullptr;
   UMockdevIoctlBase* handler = nullptr;
   int device_end = -1;  // where we write input reports
+  int number = -1;      // of the node: the next one each time it is plugged in
 
   std::mutex mutex;  // all below: umockdev's own thread calls the handlers
   std::vector<Bytes> outputs, features_set;
@@ -65,7 +66,13 @@ struct MockedHidraw::State {
   std::chrono::nanoseconds time_to_write{0};
   bool present = false;
 
+  std::vector<std::string> ptys_used;
+  std::vector<int> ptys_kept;
+
   void add();
+  void never_reuse_a_pty();
+  std::string node() const { return "hidraw" + std::to_string(number); }
+  std::string path() const { return "/dev/" + node(); }
 };
 
 namespace {
@@ -155,25 +162,27 @@ bool MockedHidraw::possible() {
 }
 
 void MockedHidraw::State::add() {
+  ++number;
   handler = umockdev_ioctl_base_new();
   g_signal_connect(handler, "handle-ioctl", G_CALLBACK(on_ioctl), this);
   g_signal_connect(handler, "handle-write", G_CALLBACK(on_write), this);
-  umockdev_testbed_attach_ioctl(testbed, kNode, handler, nullptr);  // before the device is there
-  if (!umockdev_testbed_add_from_string(testbed, devices_text(spec).c_str(), nullptr))
+  umockdev_testbed_attach_ioctl(testbed, path().c_str(), handler, nullptr);  // before the device is there
+  if (!umockdev_testbed_add_from_string(testbed, devices_text(spec, number).c_str(), nullptr))
     throw std::runtime_error("umockdev does not take the device");
   if (spec.node == Node::fifo) {
     gchar* const root = umockdev_testbed_get_root_dir(testbed);
-    const std::string path = std::string(root) + kNode;
+    const std::string fifo = std::string(root) + path();
     g_free(root);
     umockdev_testbed_disable(testbed);  // the path is a real one
-    unlink(path.c_str());
-    if (mkfifo(path.c_str(), 0600) != 0) throw std::runtime_error("no FIFO at " + path);
-    device_end = open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    unlink(fifo.c_str());
+    if (mkfifo(fifo.c_str(), 0600) != 0) throw std::runtime_error("no FIFO at " + fifo);
+    device_end = open(fifo.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
     umockdev_testbed_enable(testbed);
     fcntl(device_end, F_SETFL, O_NONBLOCK | O_DIRECT);  // packets
     fcntl(device_end, F_SETPIPE_SZ, 64 * 4096);         // of at most a page: 64 of them
   } else {
-    device_end = umockdev_testbed_get_dev_fd(testbed, kNode);
+    device_end = umockdev_testbed_get_dev_fd(testbed, path().c_str());
+    ptys_used.push_back(ptsname(device_end));
   }
   const std::lock_guard lock(mutex);
   present = true;
@@ -187,7 +196,8 @@ MockedHidraw::MockedHidraw(Spec spec) : state_(std::make_unique<State>()) {
 
 MockedHidraw::~MockedHidraw() {
   if (state_->spec.node == Node::fifo && state_->device_end >= 0) close(state_->device_end);
-  umockdev_testbed_detach_ioctl(state_->testbed, kNode, nullptr);
+  umockdev_testbed_detach_ioctl(state_->testbed, state_->path().c_str(), nullptr);
+  for (const int pty : state_->ptys_kept) close(pty);
   g_object_unref(state_->testbed);
   g_object_unref(state_->handler);
 }
@@ -202,13 +212,33 @@ void MockedHidraw::unplug() {
     state_->present = false;
   }
   const std::string hid = hid_folder(state_->spec);
-  close(state_->device_end);  // the other end sees a hang-up
-  for (const std::string& path : {hid + "/hidraw/hidraw0", hid, std::string(kInterface), std::string(kUsb)})
+  // The other end sees a hang-up. (umockdev will close this number again: it must stay a file of ours.)
+  const int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
+  dup2(nothing, state_->device_end);
+  close(nothing);
+  for (const std::string& path : {hid + "/hidraw/" + state_->node(), hid, std::string(kInterface), std::string(kUsb)})
     umockdev_testbed_remove_device(state_->testbed, ("/sys" + path).c_str());
 }
 
+/// umockdev stops the program when it meets the name of a pty for the second time, and the kernel gives the lowest free number
+/// away again. So whoever had a number before keeps it busy.
+void MockedHidraw::State::never_reuse_a_pty() {
+  umockdev_testbed_disable(testbed);
+  for (;;) {
+    const int pty = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (pty < 0) throw std::runtime_error("no pty");
+    if (std::find(ptys_used.begin(), ptys_used.end(), ptsname(pty)) == ptys_used.end()) {
+      close(pty);
+      break;
+    }
+    ptys_kept.push_back(pty);
+  }
+  umockdev_testbed_enable(testbed);
+}
+
 void MockedHidraw::plug_in() {
-  umockdev_testbed_detach_ioctl(state_->testbed, kNode, nullptr);
+  state_->never_reuse_a_pty();
+  umockdev_testbed_detach_ioctl(state_->testbed, state_->path().c_str(), nullptr);
   g_object_unref(state_->handler);
   state_->add();
 }

@@ -38,7 +38,7 @@ class MockedHidraw {
   /// One input report; false: the queue was full and it was dropped.
   bool send(std::span<const std::byte> report);
   void unplug();   ///< Node::pty only
-  void plug_in();  ///< again, after unplug()
+  void plug_in();  ///< again, after unplug(), as the next hidraw node
 
   /// What reached the device, in order.
   std::vector<Bytes> outputs() const;

@@ -7,11 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <chrono>
 #include <cerrno>
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
+#include <optional>
 #include <thread>
+#include <utility>
 
 #include "evenstep/device/haptic_device.h"
 #include "hidraw_sysfs.h"
@@ -25,6 +28,7 @@ constexpr std::size_t kLargestReport = 4096;
 constexpr std::size_t kMostWaiting = 64;
 /// What a destructor lets the queue have.
 constexpr Duration kFarewell{1'000'000'000};
+constexpr std::chrono::milliseconds kLookAgain{250};
 
 /// hidapi's list, its openings and its global error string are one unguarded state.
 std::mutex& hidapi_mutex() {
@@ -66,13 +70,23 @@ bool by_path(const HidListing& a, const HidListing& b) {
   return std::pair(a.info.path.size(), a.info.path) < std::pair(b.info.path.size(), b.info.path);
 }
 
-HidHandle open_handle(const HidDeviceInfo& info) {
-  HidHandle handle(hid_open_path(info.path.c_str()));
-  if (handle) return handle;
-  const std::string why = text_of(hid_error(nullptr));
+/// The two handles of one device (hidapi_transport.h says why two).
+struct Handles {
+  HidHandle reader, writer;
+};
+
+Handles open_handles(const HidDeviceInfo& info) {
+  const std::lock_guard lock(hidapi_mutex());
+  Handles handles{HidHandle(hid_open_path(info.path.c_str())), nullptr};
+  if (handles.reader) handles.writer.reset(hid_open_path(info.path.c_str()));
+  if (handles.writer) return handles;
   throw DeviceError(fmt::format("{}: cannot be opened: {}; if permission is missing, paste this line into "
                                 "/etc/udev/rules.d/70-evenstep.rules and plug the device in again: {}",
-                                info.path, why, udev_rule(info)));
+                                info.path, text_of(hid_error(nullptr)), udev_rule(info)));
+}
+
+bool is_same_device(const HidDeviceInfo& a, const HidDeviceInfo& b) {
+  return a.vendor_id == b.vendor_id && a.product_id == b.product_id && a.serial == b.serial;
 }
 
 }  // namespace
@@ -102,26 +116,33 @@ struct HidapiTransport::State {
     std::size_t size = 0;
     bool newest = false;  // may be replaced by a later one
   };
+  enum class Presence { here, away, gone };
 
-  State(const std::string& path, const WallClock& given) : clock(given), waiting(kMostWaiting) {
+  State(const std::string& path, const WallClock& given, Duration patient)
+      : clock(given), patience(patient), waiting(kMostWaiting) {
     const std::string name = internal::hidraw_name(path);
     if (name.empty()) throw DeviceError(path + ": not a hidraw device; `evenstep devices` lists those that are there");
     for (HidListing& device : hid_devices()) {
       if (internal::hidraw_name(device.info.path) == name) listing = std::move(device);
     }
     if (listing.info.path.empty()) throw DeviceError(path + ": the system does not list it; `evenstep devices` lists what is there");
-    const std::lock_guard lock(hidapi_mutex());
-    reader = open_handle(listing.info);
-    writer = open_handle(listing.info);
+    Handles handles = open_handles(listing.info);
+    reader = std::move(handles.reader);
+    writer = std::move(handles.writer);
   }
 
   HidWrite put(std::span<const std::byte> report, bool newest);
   void write_until_closed();
   HidWrite send(const Report& report);
+  void write_one(std::unique_lock<std::mutex>& lock);
+  void look_for_device(std::unique_lock<std::mutex>& lock);
+  void lose_device();  // `mutex` is held
 
   const WallClock& clock;
+  const Duration patience;
   HidListing listing;
-  HidHandle reader, writer;
+  HidHandle reader;  // of the thread that reads
+  HidHandle writer;  // of the thread that writes
   std::array<std::byte, kLargestReport> input;
 
   mutable std::mutex mutex;  // all below
@@ -129,16 +150,32 @@ struct HidapiTransport::State {
   std::vector<Report> waiting;  // a ring of `count` from `first` on: nothing is allocated after the start
   std::size_t first = 0, count = 0;
   HidWriteTimes times;
-  bool rejected_since = false, gone = false, closing = false;
-  RealTime closed_at;
-  std::thread thread;  // the last member: it runs on all others
+  bool rejected_since = false, closing = false;
+  Presence presence = Presence::here;
+  RealTime lost_at, closed_at;
+  std::int64_t times_unplugged = 0;
+  HidHandle returned_reader;  // for the thread that reads, once the device is back
+  std::thread thread;         // the last member: it runs on all others
 };
+
+void HidapiTransport::State::lose_device() {
+  if (presence != Presence::here) return;
+  ++times_unplugged;
+  presence = patience.ns > 0 ? Presence::away : Presence::gone;
+  lost_at = clock.now();
+  times.rejected += static_cast<std::int64_t>(std::exchange(count, 0));
+  work.notify_one();
+}
 
 HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool newest) {
   assert(!report.empty());
   const std::lock_guard lock(mutex);
-  if (gone) return HidWrite::gone;
-  HidWrite answer = rejected_since ? HidWrite::rejected : HidWrite::ok;
+  if (presence == Presence::gone) return HidWrite::gone;
+  if (presence == Presence::away) {
+    ++times.rejected;
+    return HidWrite::rejected;
+  }
+  const HidWrite answer = rejected_since ? HidWrite::rejected : HidWrite::ok;
   rejected_since = false;
   Report* slot = nullptr;
   // Never over a report that must be sent before it: from the back, up to the first that keeps its place.
@@ -176,28 +213,58 @@ HidWrite HidapiTransport::State::send(const Report& report) {
 
 void HidapiTransport::State::write_until_closed() {
   std::unique_lock lock(mutex);
-  while (true) {
-    work.wait(lock, [&] { return count > 0 || closing; });
-    if (count == 0 || gone || (closing && clock.now() > closed_at + kFarewell)) return;
-    const Report report = waiting[first];
-    first = (first + 1) % kMostWaiting;
-    --count;
-    lock.unlock();
-    const RealTime began = clock.now();
-    const HidWrite result = send(report);
-    const Duration taken = clock.now() - began;
-    lock.lock();
-    times.taken.add(taken);
-    if (result == HidWrite::rejected) {
-      ++times.rejected;
-      rejected_since = true;
-    }
-    if (result == HidWrite::gone) gone = true;
+  while (presence != Presence::gone) {
+    work.wait(lock, [&] { return count > 0 || closing || presence != Presence::here; });
+    if (closing && (count == 0 || presence != Presence::here || clock.now() > closed_at + kFarewell)) return;
+    if (presence == Presence::here)
+      write_one(lock);
+    else
+      look_for_device(lock);
   }
 }
 
-HidapiTransport::HidapiTransport(const std::string& path, const WallClock& clock)
-    : state_(std::make_unique<State>(path, clock)) {
+void HidapiTransport::State::write_one(std::unique_lock<std::mutex>& lock) {
+  const Report report = waiting[first];
+  first = (first + 1) % kMostWaiting;
+  --count;
+  lock.unlock();
+  const RealTime began = clock.now();
+  const HidWrite result = send(report);
+  const Duration taken = clock.now() - began;
+  lock.lock();
+  times.taken.add(taken);
+  if (result == HidWrite::gone) lose_device();
+  if (result == HidWrite::ok) return;
+  ++times.rejected;
+  rejected_since = true;
+}
+
+void HidapiTransport::State::look_for_device(std::unique_lock<std::mutex>& lock) {
+  if (clock.now() > lost_at + patience) {
+    presence = Presence::gone;
+    return;
+  }
+  lock.unlock();
+  std::optional<Handles> found;
+  try {
+    for (const HidListing& device : hid_devices()) {
+      if (!found && is_same_device(device.info, listing.info)) found = open_handles(device.info);
+    }
+  } catch (const DeviceError&) {
+    found.reset();  // not ready yet: udev sets its permissions a moment after it appears
+  }
+  lock.lock();
+  if (found) {
+    writer = std::move(found->writer);
+    returned_reader = std::move(found->reader);
+    presence = Presence::here;
+  } else {
+    work.wait_for(lock, kLookAgain, [&] { return closing; });
+  }
+}
+
+HidapiTransport::HidapiTransport(const std::string& path, const WallClock& clock, Duration patience)
+    : state_(std::make_unique<State>(path, clock, patience)) {
   state_->thread = std::thread([state = state_.get()] { state->write_until_closed(); });
 }
 
@@ -210,17 +277,30 @@ HidapiTransport::~HidapiTransport() {
   state_->work.notify_one();
   state_->thread.join();
   const std::lock_guard lock(hidapi_mutex());
-  state_->reader.reset();
-  state_->writer.reset();
+  state_.reset();
 }
 
 HidRead HidapiTransport::read(std::span<std::byte> buffer) {
+  {
+    const std::lock_guard lock(state_->mutex);
+    if (state_->presence == State::Presence::gone) return {HidRead::Status::gone};
+    if (state_->presence == State::Presence::away) return {HidRead::Status::nothing};
+    if (state_->returned_reader) {
+      state_->reader = std::move(state_->returned_reader);
+      return {HidRead::Status::returned};
+    }
+  }
   auto* const input = reinterpret_cast<unsigned char*>(state_->input.data());
   errno = 0;
   // Into a buffer of the largest size there is: the kernel cuts a report silently.
   const int size = hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
   if (size == 0) return {HidRead::Status::nothing};
-  if (size < 0) return {errno == EINTR ? HidRead::Status::interrupted : HidRead::Status::gone};
+  if (size < 0 && errno == EINTR) return {HidRead::Status::interrupted};
+  if (size < 0) {
+    const std::lock_guard lock(state_->mutex);
+    if (!state_->returned_reader) state_->lose_device();
+    return {state_->presence == State::Presence::gone ? HidRead::Status::gone : HidRead::Status::nothing};
+  }
   const auto bytes = static_cast<std::size_t>(size);
   std::copy_n(state_->input.begin(), std::min(bytes, buffer.size()), buffer.begin());
   return {HidRead::Status::report, bytes};
@@ -251,6 +331,11 @@ HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
 
 std::span<const std::byte> HidapiTransport::report_descriptor() const { return state_->listing.report_descriptor; }
 const HidDeviceInfo& HidapiTransport::info() const { return state_->listing.info; }
+
+std::int64_t HidapiTransport::times_unplugged() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->times_unplugged;
+}
 
 HidWriteTimes HidapiTransport::write_times() const {
   const std::lock_guard lock(state_->mutex);

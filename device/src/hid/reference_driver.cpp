@@ -36,6 +36,10 @@ DeviceSample ReferenceDriver::read(RealTime now) {
     if (got.status == HidRead::Status::gone) gone();
     if (got.status == HidRead::Status::nothing) break;
     if (got.status == HidRead::Status::interrupted) continue;
+    if (got.status == HidRead::Status::returned) {
+      any_report_ = false;
+      continue;
+    }
     take(std::span<const std::byte>(buffer).first(std::min(got.size, buffer.size())));
   }
   if (!last_.fresh) ++counters_.stale;

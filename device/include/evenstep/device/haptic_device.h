@@ -16,6 +16,7 @@ struct DeviceSample {
   glm::dvec3 position_m{0};
   std::uint32_t sequence = 0;          ///< of the newest report
   bool fresh = false;                  ///< false: no new report since the last read; the position is the one before
+  bool drivable = true;                ///< false: the device says that its motors are off (safety switch, actuator power)
 };
 
 /// What went wrong since the start; each is an expectation's metric.

@@ -19,7 +19,8 @@ struct HidDeviceInfo {
 };
 
 struct HidRead {
-  enum class Status { report, nothing, interrupted, gone } status = Status::nothing;
+  /// `returned`, once: the device was unplugged and is back. What it was told before is lost, and its counters begin anew.
+  enum class Status { report, nothing, interrupted, returned, gone } status = Status::nothing;
   std::size_t size = 0;            ///< bytes of the report; may exceed what the buffer could take (then it is cut)
 };
 enum class HidWrite { ok, rejected, gone };

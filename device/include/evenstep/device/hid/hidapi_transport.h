@@ -46,7 +46,9 @@ class HidapiTransport final : public HidTransport {
  public:
   /// Opens /dev/hidrawN. Throws DeviceError, with the remedy, where `path` is no such device (hidapi itself would crash on some
   /// other file), or may not be opened.
-  HidapiTransport(const std::string& path, const WallClock& clock);
+  /// For `patience` after it was unplugged, the same device (ids and serial) is looked for four times a second, at whatever path;
+  /// meanwhile reads find nothing and writes are rejected. Then, or with no patience at once, it is gone for ever.
+  HidapiTransport(const std::string& path, const WallClock& clock, Duration patience = {});
   /// Sends what still waits for at most a second, then closes. A single write that hangs is the kernel's to end (5 s over USB).
   ~HidapiTransport() override;
 
@@ -61,6 +63,7 @@ class HidapiTransport final : public HidTransport {
   const HidDeviceInfo& info() const override;
 
   HidWriteTimes write_times() const;  ///< so far; any thread
+  std::int64_t times_unplugged() const;  ///< any thread
 
  private:
   struct State;
