@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "evenstep/device/haptic_device.h"
+#include "evenstep/device/hid/report_descriptor.h"
 #include "hidraw_sysfs.h"
 
 namespace evenstep {
@@ -126,11 +127,18 @@ struct HidapiTransport::State {
       if (internal::hidraw_name(device.info.path) == name) listing = std::move(device);
     }
     if (listing.info.path.empty()) throw DeviceError(path + ": the system does not list it; `evenstep devices` lists what is there");
+    ParsedDescriptor parsed = parse_report_descriptor(listing.report_descriptor);
+    if (parsed.error) {
+      throw DeviceError(fmt::format("{}: byte {} of its report descriptor: {}; without it no report can be sent safely", path,
+                                    parsed.error->offset, parsed.error->message));
+    }
+    descriptor = std::move(parsed.value);
     Handles handles = open_handles(listing.info);
     reader = std::move(handles.reader);
     writer = std::move(handles.writer);
   }
 
+  bool is_declared(ReportType type, std::span<const std::byte> report) const;
   HidWrite put(std::span<const std::byte> report, bool newest);
   void write_until_closed();
   HidWrite send(const Report& report);
@@ -141,6 +149,7 @@ struct HidapiTransport::State {
   const WallClock& clock;
   const Duration patience;
   HidListing listing;
+  ReportDescriptor descriptor;
   HidHandle reader;  // of the thread that reads
   HidHandle writer;  // of the thread that writes
   std::array<std::byte, kLargestReport> input;
@@ -167,8 +176,13 @@ void HidapiTransport::State::lose_device() {
   work.notify_one();
 }
 
+/// The kernel sends a report of any id and length, and says that all went well.
+bool HidapiTransport::State::is_declared(ReportType type, std::span<const std::byte> report) const {
+  const HidReport* const declared = report.empty() ? nullptr : descriptor.report(type, std::to_integer<std::uint8_t>(report[0]));
+  return declared && declared->size() == report.size() && report.size() <= kLargestReport;
+}
+
 HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool newest) {
-  assert(!report.empty());
   const std::lock_guard lock(mutex);
   if (presence == Presence::gone) return HidWrite::gone;
   if (presence == Presence::away) {
@@ -177,6 +191,10 @@ HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool new
   }
   const HidWrite answer = rejected_since ? HidWrite::rejected : HidWrite::ok;
   rejected_since = false;
+  if (!is_declared(ReportType::output, report)) {
+    ++times.rejected;
+    return HidWrite::rejected;
+  }
   Report* slot = nullptr;
   // Never over a report that must be sent before it: from the back, up to the first that keeps its place.
   for (std::size_t i = count; newest && i > 0 && !slot; --i) {
@@ -187,7 +205,7 @@ HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool new
   }
   if (slot) {
     ++times.overtaken;
-  } else if (count == kMostWaiting || report.size() > kLargestReport) {
+  } else if (count == kMostWaiting) {
     ++times.rejected;
     return HidWrite::rejected;
   } else {
@@ -319,6 +337,7 @@ HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
 }
 
 HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
+  if (!state_->is_declared(ReportType::feature, report)) return HidWrite::rejected;
   const auto* const bytes = reinterpret_cast<const unsigned char*>(report.data());
   int size;
   do {

@@ -53,8 +53,8 @@ class HidapiTransport final : public HidTransport {
   ~HidapiTransport() override;
 
   HidRead read(std::span<std::byte> buffer) override;
-  /// Returns at once: the answer is about the reports before. `rejected`: one of them was since the last call, or 64 reports
-  /// wait already and this one was dropped. `gone`: the device is.
+  /// Returns at once: the answer is about the reports before. `rejected`: one of them was since the last call; or the report
+  /// descriptor has no output report of this id and length, or 64 reports wait already, and this one was dropped.
   HidWrite write(std::span<const std::byte> report) override;
   HidWrite write_newest(std::span<const std::byte> report) override;
   HidFeature get_feature(std::span<std::byte> report) override;
