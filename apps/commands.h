@@ -22,6 +22,8 @@ struct RunArguments {
   std::optional<std::uint64_t> permute_ties;
   int threads = 0;
   bool json = false;
+  std::vector<std::string> devices;  ///< NAME=PATH or PATH
+  bool forces = false;
   bool include_long = false;  ///< also what carries the tag "long" and is only found in a folder
 };
 
@@ -36,6 +38,7 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
 /// Exit 1 where nothing meets what --advise asks for.
 ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted);
 ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set);
+ExitCode devices(bool json);
 ExitCode list(const std::vector<std::string>& paths);
 struct SizeArguments {
   std::string file;

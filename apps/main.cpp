@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   spdlog::set_pattern("%v");
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  std::signal(SIGHUP, on_signal);
   std::signal(SIGPIPE, SIG_IGN);
 
   CLI::App cli{"Deterministic tests of haptic interaction under irregular simulation steps."};
@@ -54,6 +55,12 @@ int main(int argc, char** argv) {
   run_command
       ->add_option("--threads", run.threads, "strategies side by side; 0 = one per core (results do not depend on it)")
       ->check(CLI::Range(0, 1024));
+  run_command->add_option("--device", run.devices,
+                          "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
+                          "[[device]], default the first")
+      ->expected(1)
+      ->take_all();
+  run_command->add_flag("--forces", run.forces, "let forces reach the real device; without it, it is only read");
   run_command->add_flag("--long", run.include_long,
                         "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
   run_command->add_flag("--json", run.json, "print summary.json of each run instead of tables");
@@ -62,6 +69,10 @@ int main(int argc, char** argv) {
   CLI::App* check_command = cli.add_subcommand("check", "read and explain scenarios, run nothing");
   check_command->add_option("scenario", check_paths, "scenario files, or folders of them")->required();
   check_command->add_option("--set", check_set, "path=value, overrides the file")->expected(1)->take_all();
+
+  bool devices_as_json = false;
+  CLI::App* devices_command = cli.add_subcommand("devices", "the HID devices of this machine, and what each of them can do");
+  devices_command->add_flag("--json", devices_as_json, "the list as JSON instead of text");
 
   std::vector<std::string> list_paths;
   CLI::App* list_command =
@@ -154,6 +165,8 @@ int main(int argc, char** argv) {
       code = app::study(study, interrupted);
     else if (*check_command)
       code = app::check(check_paths, check_set);
+    else if (*devices_command)
+      code = app::devices(devices_as_json);
     else if (*list_command)
       code = app::list(list_paths);
     else if (*diff_command)

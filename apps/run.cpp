@@ -23,6 +23,8 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   std::string command = "evenstep run " + shell_word(scenario.file) + fmt::format(" --seed {}", scenario.seed);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
+  for (const std::string& device : arguments.devices) command += " --device " + shell_word(device);
+  if (arguments.forces) command += " --forces";
   if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
   if (arguments.repeat) command += " --repeat";
   return command;
@@ -110,6 +112,34 @@ void print_limits(const Scenario& scenario) {
   std::fflush(stdout);
 }
 
+/// "left=/dev/hidraw0", or the path alone.
+LiveDeviceOptions live_devices_of(const RunArguments& arguments) {
+  LiveDeviceOptions options;
+  options.forces = arguments.forces;
+  for (const std::string& device : arguments.devices) {
+    const std::size_t equals = device.find('=');
+    const bool named = equals < device.find('/');
+    options.bindings.push_back(named ? DeviceBinding{device.substr(0, equals), device.substr(equals + 1)} : DeviceBinding{"", device});
+  }
+  return options;
+}
+
+/// What the person at the device should know before it moves.
+void warn_of_devices(const LiveDeviceOptions& options) {
+  if (options.bindings.empty()) return;
+  if (options.forces)
+    spdlog::warn("forces are on: keep a hand on the device and the other one on its switch. evenstep is not a safety device");
+  else
+    spdlog::info("forces are off, the device is only read; --forces lets them through");
+  for (const HidListing& listing : hid_devices()) {
+    const auto is_it = [&](const DeviceBinding& binding) { return binding.path == listing.info.path; };
+    if (listing.force_feedback_node.empty() || std::none_of(options.bindings.begin(), options.bindings.end(), is_it)) continue;
+    spdlog::warn("{}: the kernel's own force-feedback driver holds this device, too ({}); a program that plays effects there will "
+                 "disturb the forces",
+                 listing.info.path, listing.force_feedback_node);
+  }
+}
+
 /// nullopt: left out.
 std::optional<ExitCode> run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
                                 const std::atomic<bool>& interrupted) {
@@ -134,11 +164,13 @@ std::optional<ExitCode> run_one(const std::string& file, const std::string& fold
     return ExitCode::run_failed;
   }
   RunOptions options;
+  options.devices = live_devices_of(arguments);
   options.clock = arguments.clock == "wall" ? ClockKind::wall : ClockKind::virtual_clock;
   options.threads = arguments.threads;
   options.repeat = arguments.repeat;
   options.control.permute_ties = arguments.permute_ties;
   options.control.interrupted = &interrupted;
+  if (options.clock == ClockKind::wall) warn_of_devices(options.devices);
   RunOutcome outcome;
   {
     Progress progress(isatty(STDERR_FILENO));

@@ -88,6 +88,15 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
   return segments;
 }
 
+/// A device that is not there, or not allowed, is a failed run like one that goes away later.
+std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallClock& clock, const LiveDeviceOptions& options) {
+  try {
+    return std::make_unique<LiveDevices>(scenario, clock, options);
+  } catch (const DeviceError& error) {
+    throw RunFailure("device", error.what(), "`evenstep devices` lists the devices and what each of them needs");
+  }
+}
+
 }  // namespace
 
 std::string wall_clock_objection(const Scenario& scenario) {
@@ -111,16 +120,17 @@ std::string wall_clock_objection(const Scenario& scenario) {
   return {};
 }
 
-LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
+LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const LiveDeviceOptions& options,
+                       const RunControl& control) {
   LiveRecording recording;
   const std::string name = name_of(plan.kind);
   // May compile for a second: before t = 0 is chosen.
   std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
-  SimulatedDevices devices(scenario, device_clock);
-  DeviceExchange exchange(live_links(scenario, plan), devices.drivers(), &recording.inputs);
-  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices.drivers());
+  const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
+  DeviceExchange exchange(live_links(scenario, plan), devices->drivers(), &recording.inputs);
+  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers());
   WorkerExecutor worker(simulation_clock);
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
@@ -144,6 +154,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   throw_if_failed(simulation_status, name);
 
   recording.record = lanes.finish(merge(simulation.events(), device.events()));
+  for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
+    recording.record.devices[tool].counters.merge(devices->counters(tool));
   recording.timing = timing_of(recording.record, simulation.events(), end);
   return recording;
 }

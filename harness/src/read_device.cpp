@@ -155,6 +155,20 @@ void check_strategies(const ScenarioReading& reading) {
                      "strategies = [\"direct\", \"phase_locked\"]");
 }
 
+CutSpec read_guard(const Table& guard, const NominalUnits& nominal, Errors& errors) {
+  CutSpec cut;
+  const auto span = [&](std::string_view key) {
+    return guard.has(key) ? std::optional(guard.span(key, nominal, errors)) : std::nullopt;
+  };
+  if (guard.has("gain")) cut.gain = guard.number("gain");
+  cut.ramp_up = span("ramp_up");
+  cut.ramp_down = span("ramp_down");
+  if (guard.has("speed_limit")) cut.max_speed_m_per_s = guard.si("speed_limit");
+  cut.stale_force = span("stale_force");
+  cut.stale_hand = span("stale_hand");
+  return cut;
+}
+
 DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   DeviceSpec spec;
   spec.name = device.text("name");
@@ -170,7 +184,8 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   const Table render = device.table("render");
   spec.emission = render.text("emission") == "hold" ? Emission::hold : Emission::linear;
   spec.render = read_render(render);
-  spec.limits = {device.si("force_limit"), device.si("slew_limit")};
+  spec.cut = read_guard(device.table("guard"), reading.scenario.nominal, reading.errors);
+  spec.limits = {device.si("force_limit"), device.si("slew_limit"), cut_limits(spec.cut, {})};
   return spec;
 }
 
@@ -194,6 +209,15 @@ void read_devices(ScenarioReading& reading) {
 }
 
 }  // namespace internal
+
+CutLimits cut_limits(const CutSpec& spec, const CutLimits& otherwise) {
+  return {spec.gain.value_or(otherwise.gain),
+          spec.ramp_up.value_or(otherwise.ramp_up),
+          spec.ramp_down.value_or(otherwise.ramp_down),
+          spec.max_speed_m_per_s.value_or(otherwise.max_speed_m_per_s),
+          spec.stale_force.value_or(otherwise.stale_force),
+          spec.stale_hand.value_or(otherwise.stale_hand)};
+}
 
 bool has_hand(const Scenario& scenario) {
   return std::any_of(scenario.devices.begin(), scenario.devices.end(),

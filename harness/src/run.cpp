@@ -84,7 +84,7 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
 void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
               std::string& difference) {
   const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
-  LiveRecording recording = run_live(scenario, *live, options.control);
+  LiveRecording recording = run_live(scenario, *live, options.devices, options.control);
   run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
   const bool interrupted = options.control.interrupted && options.control.interrupted->load();
   for (const StrategyPlan& plan : plans) {
@@ -156,6 +156,14 @@ void judge_stop(const Scenario& scenario, const RunFailure& failure, RunOutcome&
   outcome.exit = in_time ? ExitCode::pass : ExitCode::expectation_failed;
 }
 
+std::string objection_to(const Scenario& scenario, const RunOptions& options) {
+  if (options.clock == ClockKind::wall) {
+    const std::string objection = wall_clock_objection(scenario);
+    return objection.empty() ? binding_objection(scenario, options.devices.bindings) : objection;
+  }
+  return options.devices.bindings.empty() ? "" : "a real device cannot wait for a virtual clock; --device needs --clock wall";
+}
+
 }  // namespace
 
 ExitCode worse(ExitCode a, ExitCode b) { return severity(a) >= severity(b) ? a : b; }
@@ -191,13 +199,12 @@ Nominal nominal_of(const Scenario& scenario) {
   return nominal;
 }
 
-RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options) {
+RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {
+  const Scenario scenario = with_live_guards(as_read, options.devices.bindings);
   RunOutcome outcome;
   outcome.errors = check_expectations(scenario);
-  if (options.clock == ClockKind::wall) {
-    const std::string objection = wall_clock_objection(scenario);
-    if (!objection.empty()) outcome.errors.push_back({scenario.file, 0, 0, objection});
-  }
+  if (const std::string objection = objection_to(scenario, options); !objection.empty())
+    outcome.errors.push_back({scenario.file, 0, 0, objection});
   outcome.record = start_run(scenario, options);
   if (!outcome.errors.empty()) {
     outcome.exit = ExitCode::usage;

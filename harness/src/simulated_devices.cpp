@@ -23,15 +23,15 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
 
 }  // namespace
 
+SimulatedTransport simulated_transport(const DeviceSpec& device, const Clock& clock) {
+  const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay,
+                                       device.name};
+  if (device.hand) return {clock, Hand(*device.hand, device.motion), options};
+  return {clock, device.motion, options};
+}
+
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
-  for (const DeviceSpec& device : scenario.devices) {
-    const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay,
-                                         device.name};
-    if (device.hand)
-      transports_.emplace_back(clock, Hand(*device.hand, device.motion), options);
-    else
-      transports_.emplace_back(clock, device.motion, options);
-  }
+  for (const DeviceSpec& device : scenario.devices) transports_.push_back(simulated_transport(device, clock));
   for (SimulatedTransport& transport : transports_) drivers_.emplace_back(transport);
 }
 
@@ -88,7 +88,11 @@ std::map<std::string, double> counters_of(const DeviceLane& lane) {
   const ForceGuardCounters& guarded = lane.guard.counters();
   std::map<std::string, double> counters{{"clamped", static_cast<double>(guarded.clamped)},
                                          {"slewed", static_cast<double>(guarded.slewed)},
-                                         {"non_finite_forces", static_cast<double>(guarded.non_finite)}};
+                                         {"non_finite", static_cast<double>(guarded.non_finite)},
+                                         {"cuts_device", static_cast<double>(guarded.cuts_device)},
+                                         {"cuts_stale_hand", static_cast<double>(guarded.cuts_stale_hand)},
+                                         {"cuts_stale_force", static_cast<double>(guarded.cuts_stale_force)},
+                                         {"cuts_speed", static_cast<double>(guarded.cuts_speed)}};
   if (!lane.device) return counters;
   const DeviceCounters& driver = lane.device->counters();
   counters["reports"] = static_cast<double>(driver.reports);

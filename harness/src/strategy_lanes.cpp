@@ -149,7 +149,7 @@ StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
     DeviceRecord& device = record_.devices[tool];
     device.counters = counters_of(lanes_[tool]);
     put_undelayed(scenario_, scenario_.devices[tool], device);
-    if (scenario_.devices[tool].hand) continue;  // where it was is not known beforehand
+    if (scenario_.devices[tool].hand || scenario_.devices[tool].is_real) continue;  // where it was is not known beforehand
     for (std::size_t n = 0; n < device.steps.size(); ++n) {
       device.steps[n].true_position_m = to_vec3(position_m(scenario_.devices[tool].motion, record_.steps[n].read));
     }

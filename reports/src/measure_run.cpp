@@ -312,13 +312,23 @@ double percentile_s(const std::vector<std::int64_t>& sorted_ns, double share) {
   return nearest_s(sorted_ns[std::max<std::size_t>(rank, 1) - 1]);
 }
 
+/// Ticks of the device's grid, from the first that ran to the last, that never ran because one before them ran late.
+std::int64_t skipped_ticks(const std::vector<TickRow>& ticks, const Nominal::Device& device) {
+  if (ticks.empty()) return 0;
+  const auto index = [&](const TickRow& tick) { return first_tick_at_or_after(device.rate, tick.at, device.first_tick); };
+  return index(ticks.back()) - index(ticks.front()) + 1 - static_cast<std::int64_t>(ticks.size());
+}
+
 /// Lateness of every tick of the strategy that ran live; shadows and virtual time have none.
 void put_lateness(Values& values, const RunRecord& run) {
   std::vector<std::int64_t> lateness_ns;
+  std::int64_t misses = 0;
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.shadow) continue;
-    for (const DeviceRecord& device : strategy.devices) {
-      for (const TickRow& tick : device.ticks) lateness_ns.push_back(tick.lateness.ns);
+    for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
+      const std::vector<TickRow>& ticks = strategy.devices[d].ticks;
+      for (const TickRow& tick : ticks) lateness_ns.push_back(tick.lateness.ns);
+      misses += skipped_ticks(ticks, run.nominal.devices[d]);
     }
   }
   if (lateness_ns.empty()) return;
@@ -326,6 +336,7 @@ void put_lateness(Values& values, const RunRecord& run) {
   put(values, "lateness_p50", percentile_s(lateness_ns, 0.5));
   put(values, "lateness_p99", percentile_s(lateness_ns, 0.99));
   put(values, "lateness_max", nearest_s(lateness_ns.back()));
+  put(values, "deadline_misses", static_cast<double>(misses));
 }
 
 Values run_values(const RunRecord& run) {

@@ -64,6 +64,17 @@ constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
                                                          {"malformed", "count"},
                                                          {"stale", "count"},
                                                          {"write_failures", "count"},
+                                                         {"cuts_device", "count"},
+                                                         {"cuts_stale_hand", "count"},
+                                                         {"cuts_stale_force", "count"},
+                                                         {"cuts_speed", "count"},
+                                                         {"writes", "count"},
+                                                         {"writes_overtaken", "count"},
+                                                         {"writes_rejected", "count"},
+                                                         {"unplugged", "count"},
+                                                         {"write_time_p50", "s"},
+                                                         {"write_time_p99", "s"},
+                                                         {"write_time_max", "s"},
                                                          {"gain", "1"},
                                                          {"phase_delay", "s"},
                                                          {"distortion", "1"}});
@@ -107,7 +118,7 @@ constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"}
                                                           {"step_over_limit_max", "1"},
                                                           {"segment_mean", "s"}});
 constexpr std::array kEvents =
-    std::to_array<MetricUnit>({{"sometimes", "count"}, {"lateness_p50", "s"}, {"lateness_p99", "s"}, {"lateness_max", "s"}});
+    std::to_array<MetricUnit>({{"sometimes", "count"}, {"lateness_p50", "s"}, {"lateness_p99", "s"}, {"lateness_max", "s"}, {"deadline_misses", "count"}});
 constexpr std::array kRun = std::to_array<MetricUnit>(
     {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
 

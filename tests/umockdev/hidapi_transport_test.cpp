@@ -28,6 +28,24 @@ MockedHidraw::Spec reference(MockedHidraw::Node node = MockedHidraw::Node::fifo)
   return spec;
 }
 
+/// Output reports 5 (2 bytes after the id) and 12 (1 byte), feature reports 0x11 (2 bytes) and 0x13 (4 bytes).
+MockedHidraw::Spec with_features() {
+  MockedHidraw::Spec spec;
+  for (const int b : {0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01, 0x15, 0x00, 0x26, 0xFF, 0x00, 0x75, 0x08,  //
+                      0x85, 0x01, 0x95, 0x14, 0x09, 0x02, 0x81, 0x02,                                      //
+                      0x85, 0x05, 0x95, 0x02, 0x09, 0x03, 0x91, 0x02,                                      //
+                      0x85, 0x0C, 0x95, 0x01, 0x09, 0x04, 0x91, 0x02,                                      //
+                      0x85, 0x11, 0x95, 0x02, 0x09, 0x05, 0xB1, 0x02,                                      //
+                      0x85, 0x13, 0x95, 0x04, 0x09, 0x06, 0xB1, 0x02, 0xC0})
+    spec.report_descriptor.push_back(static_cast<std::byte>(b));
+  return spec;
+}
+
+Bytes output(std::uint32_t sequence) {
+  const auto encoded = reference_device::encode(reference_device::OutputReport{sequence, {4, 5, 6}});
+  return {encoded.begin(), encoded.end()};
+}
+
 Bytes input(std::uint32_t sequence) {
   const auto encoded = reference_device::encode(reference_device::InputReport{sequence, sequence * 1000, {1, 2, 3}});
   return {encoded.begin(), encoded.end()};
@@ -131,11 +149,11 @@ TEST_CASE("the driver above real hidapi sees what a full queue dropped") {
 }
 
 TEST_CASE("output reports arrive in order and each write is timed") {
-  MockedHidraw device(reference());
+  MockedHidraw device(with_features());
   HidapiTransport transport("/dev/hidraw0", a_clock());
   std::vector<Bytes> sent;
   for (unsigned char i = 0; i < 50; ++i) {
-    sent.push_back({std::byte{2}, std::byte{i}, std::byte{0xAA}});
+    sent.push_back({std::byte{5}, std::byte{i}, std::byte{0xAA}});
     REQUIRE(transport.write(sent.back()) == HidWrite::ok);
   }
   REQUIRE(eventually([&] { return device.outputs().size() == sent.size(); }));
@@ -147,7 +165,7 @@ TEST_CASE("output reports arrive in order and each write is timed") {
 }
 
 TEST_CASE("of forces that wait only the newest of each block is sent and never across a report that must keep its place") {
-  MockedHidraw device(reference());
+  MockedHidraw device(with_features());
   device.take_time_to_write(Duration{200'000'000});
   HidapiTransport transport("/dev/hidraw0", a_clock());
   const auto force = [](unsigned char block, unsigned char value) { return Bytes{std::byte{5}, std::byte{block}, std::byte{value}}; };
@@ -168,7 +186,7 @@ TEST_CASE("of forces that wait only the newest of each block is sent and never a
 }
 
 TEST_CASE("the 65th report that waits is rejected and what waits is sent before the handle closes") {
-  MockedHidraw device(reference());
+  MockedHidraw device(with_features());
   const Bytes report{std::byte{12}, std::byte{1}};
   {
     device.take_time_to_write(Duration{100'000'000});
@@ -184,7 +202,7 @@ TEST_CASE("the 65th report that waits is rejected and what waits is sent before 
 }
 
 TEST_CASE("feature reports are asked for by id and an unknown one is rejected") {
-  MockedHidraw device(reference());
+  MockedHidraw device(with_features());
   const Bytes pool{std::byte{0x13}, std::byte{0x10}, std::byte{0x00}, std::byte{4}, std::byte{1}};
   device.answer_feature(pool);
   HidapiTransport transport("/dev/hidraw0", a_clock());
@@ -200,6 +218,19 @@ TEST_CASE("feature reports are asked for by id and an unknown one is rejected") 
   CHECK(device.features_set() == std::vector<Bytes>{create});
 }
 
+TEST_CASE("a report that the descriptor does not declare never reaches the device") {
+  MockedHidraw device(with_features());
+  HidapiTransport transport("/dev/hidraw0", a_clock());
+  for (const std::size_t size : {0, 1, 2, 4, 40, 20'000}) CHECK(transport.write(Bytes(size, std::byte{5})) == HidWrite::rejected);
+  CHECK(transport.write(Bytes(3, std::byte{6})) == HidWrite::rejected);
+  CHECK(transport.set_feature(Bytes(3, std::byte{5})) == HidWrite::rejected);
+  CHECK(transport.set_feature(Bytes(4, std::byte{0x11})) == HidWrite::rejected);
+  CHECK(transport.write_times().rejected == 7);
+  REQUIRE(transport.write(Bytes(3, std::byte{5})) == HidWrite::ok);
+  REQUIRE(eventually([&] { return device.outputs().size() == 1; }));
+  CHECK(device.features_set().empty());
+}
+
 TEST_CASE("an unplugged device is gone for reads and writes and for ever") {
   MockedHidraw device(reference(MockedHidraw::Node::pty));
   HidapiTransport transport("/dev/hidraw0", a_clock());
@@ -208,10 +239,10 @@ TEST_CASE("an unplugged device is gone for reads and writes and for ever") {
   REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::report; }));
   device.unplug();
   REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::gone; }));
-  REQUIRE(eventually([&] { return transport.write_newest(input(2)) == HidWrite::gone; }));
+  REQUIRE(eventually([&] { return transport.write_newest(output(2)) == HidWrite::gone; }));
   for (int i = 0; i < 100; ++i) {
     REQUIRE(transport.read(buffer).status == HidRead::Status::gone);
-    REQUIRE(transport.write(input(2)) == HidWrite::gone);
+    REQUIRE(transport.write(output(2)) == HidWrite::gone);
     REQUIRE(transport.get_feature(buffer).status != HidFeature::Status::ok);
   }
   CHECK(hid_devices().empty());
@@ -229,12 +260,12 @@ TEST_CASE("a device that comes back within the patience is found again and says 
       REQUIRE(transport.read(buffer).status != HidRead::Status::gone);
       return transport.times_unplugged() == round + 1;
     }));
-    CHECK(transport.write_newest(input(2)) == HidWrite::rejected);
+    CHECK(transport.write_newest(output(2)) == HidWrite::rejected);
     device.plug_in();
     REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::returned; }));
     CHECK(transport.read(buffer).status == HidRead::Status::nothing);
     const std::size_t before = device.outputs().size();
-    transport.write(input(7));
+    transport.write(output(7));
     REQUIRE(eventually([&] { return device.outputs().size() == before + 1; }));
   }
 }
@@ -245,6 +276,6 @@ TEST_CASE("a device that does not come back within the patience is gone") {
   std::array<std::byte, 64> buffer;
   device.unplug();
   REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::gone; }));
-  CHECK(transport.write(input(1)) == HidWrite::gone);
+  CHECK(transport.write(output(1)) == HidWrite::gone);
   CHECK(transport.times_unplugged() == 1);
 }

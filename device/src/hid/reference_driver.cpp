@@ -71,6 +71,10 @@ void ReferenceDriver::write(const glm::dvec3& force_N) {
   if (result == HidWrite::rejected) ++counters_.write_failures;
 }
 
+void ReferenceDriver::stop() noexcept {
+  transport_.write(reference_device::encode(reference_device::OutputReport{++output_sequence_, {}}));
+}
+
 void ReferenceDriver::gone() const {
   const HidDeviceInfo& info = transport_.info();
   throw DeviceError(info.path + ": device '" + info.product + "' is gone (unplugged or reset); plug it in and run again");

@@ -36,6 +36,10 @@ class DeviceError : public std::runtime_error {
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
+  /// What must be said to the device before its first force. May block; not for a tick. Throws DeviceError.
+  virtual void start() {}
+  /// No force from now on, as far as the device can still be told. After this it is only read.
+  virtual void stop() noexcept {}
   /// Drains the reports that are there and returns the newest. Never blocks. Throws DeviceError when the device is gone.
   virtual DeviceSample read(RealTime now) = 0;
   /// Sends one force. Never blocks. The caller has passed it through the ForceGuard.

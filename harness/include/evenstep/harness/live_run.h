@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evenstep/clock/wall_clock.h"
+#include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/scenario.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_run.h"
@@ -23,7 +24,9 @@ struct LiveRecording {
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.
 std::string wall_clock_objection(const Scenario& scenario);
 
-LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control);
+/// Throws RunFailure, also where a device of `options` cannot be opened.
+LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const LiveDeviceOptions& options,
+                       const RunControl& control);
 /// The exact twin. Its trace_hash equals the recording's, or the run was not reproducible.
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/scenario.h"
 #include "evenstep/harness/strategy_run.h"
 #include "evenstep/reports/case_record.h"
@@ -21,6 +22,7 @@ enum class ClockKind { virtual_clock, wall };
 struct RunOptions {
   ClockKind clock = ClockKind::virtual_clock;
   int threads = 0;      ///< strategies side by side; 0 = one per core
+  LiveDeviceOptions devices;  ///< wall clock only
   bool repeat = false;  ///< run twice and compare the traces
   RunControl control;
 };

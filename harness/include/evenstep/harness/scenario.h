@@ -55,6 +55,19 @@ struct RenderSpec {
   double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
 };
 
+/// [device.guard]: what is written there.
+struct CutSpec {
+  std::optional<double> gain;
+  std::optional<Duration> ramp_up, ramp_down;
+  std::optional<double> max_speed_m_per_s;
+  std::optional<Duration> stale_force, stale_hand;
+};
+/// What is not written is taken from `otherwise`.
+CutLimits cut_limits(const CutSpec& spec, const CutLimits& otherwise);
+/// `otherwise` with a real device: a quarter of the force, risen over a second, and cut off in 50 ms.
+inline constexpr CutLimits kLiveCuts{0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000},
+                                     Duration{50'000'000}};
+
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
@@ -65,7 +78,9 @@ struct DeviceSpec {
   Duration force_delay;                         ///< from writing a force to when the hand feels it
   Emission emission = Emission::linear;
   RenderSpec render;
-  ForceLimits limits;
+  bool is_real = false;                         ///< run with --device: nobody knows where it was
+  CutSpec cut;
+  ForceLimits limits;                           ///< `cut` included
 };
 
 /// A latency or lead: minimal for any phase, minimal for this phase, or a duration.

@@ -14,6 +14,9 @@
 
 namespace evenstep {
 
+/// The device of a [[device]], in software.
+SimulatedTransport simulated_transport(const DeviceSpec& device, const Clock& clock);
+
 class SimulatedDevices {
  public:
   SimulatedDevices(const Scenario& scenario, const Clock& clock);

@@ -20,6 +20,7 @@ class ReferenceDriver final : public HapticDevice {
   explicit ReferenceDriver(HidTransport& transport);
   DeviceSample read(RealTime now) override;
   void write(const glm::dvec3& force_N) override;
+  void stop() noexcept override;  ///< sends zero force
   const DeviceCounters& counters() const override { return counters_; }
 
  private:

@@ -1,0 +1,81 @@
+// evenstep devices
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "evenstep/device/haptic_device.h"
+#include "evenstep/device/hid/hidapi_transport.h"
+#include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/hid/report_descriptor.h"
+
+namespace evenstep::app {
+namespace {
+
+/// What evenstep can do with a device.
+struct Ability {
+  std::string kind;  ///< "reference", "pid" or "none"
+  std::string text;
+};
+
+Ability ability_of(const HidListing& listing) {
+  const HidDeviceInfo& info = listing.info;
+  if (info.vendor_id == reference_device::kVendorId && info.product_id == reference_device::kProductId)
+    return {"reference", "reads 3 positions, renders 3 forces (reference device)"};
+  const ParsedDescriptor parsed = parse_report_descriptor(listing.report_descriptor);
+  if (parsed.error) return {"none", fmt::format("byte {} of its report descriptor: {}", parsed.error->offset, parsed.error->message)};
+  return {"none", "not a force-feedback device"};
+}
+
+void print_listing(const HidListing& listing) {
+  const HidDeviceInfo& info = listing.info;
+  fmt::print("{}  {:04x}:{:04x}  {}{}\n", info.path, info.vendor_id, info.product_id,
+             info.product.empty() ? "(no name)" : info.product, info.serial.empty() ? "" : "  serial " + info.serial);
+  fmt::print("    {}\n", ability_of(listing).text);
+  if (!listing.force_feedback_node.empty())
+    fmt::print("    the kernel's force-feedback driver holds it, too: {}\n", listing.force_feedback_node);
+  if (listing.refusal.empty()) return;
+  fmt::print("    cannot be opened: {}. Paste this line into /etc/udev/rules.d/70-evenstep.rules, then plug it in again:\n"
+             "      {}\n",
+             listing.refusal, udev_rule(info));
+}
+
+nlohmann::ordered_json json_of(const HidListing& listing) {
+  const HidDeviceInfo& info = listing.info;
+  const Ability ability = ability_of(listing);
+  return {{"path", info.path},
+          {"vendor_id", info.vendor_id},
+          {"product_id", info.product_id},
+          {"product", info.product},
+          {"serial", info.serial},
+          {"driver", ability.kind},
+          {"ability", ability.text},
+          {"refusal", listing.refusal},
+          {"udev_rule", udev_rule(info)},
+          {"force_feedback_node", listing.force_feedback_node}};
+}
+
+}  // namespace
+
+ExitCode devices(bool json) {
+  std::vector<HidListing> found;
+  try {
+    found = hid_devices();
+  } catch (const DeviceError& error) {
+    spdlog::error("error: {}", error.what());
+    return ExitCode::run_failed;
+  }
+  if (json) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const HidListing& listing : found) list.push_back(json_of(listing));
+    // A device's strings are its own: what is no UTF-8 there must not stop the list.
+    fmt::print("{}\n", list.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+    return ExitCode::pass;
+  }
+  for (const HidListing& listing : found) print_listing(listing);
+  if (found.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
+  return ExitCode::pass;
+}
+
+}  // namespace evenstep::app

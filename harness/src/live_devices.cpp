@@ -1,0 +1,131 @@
+#include "evenstep/harness/live_devices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/hid/reference_driver.h"
+#include "evenstep/harness/simulated_devices.h"
+
+namespace evenstep {
+namespace {
+
+/// A cable that is put back within this continues the run.
+constexpr Duration kPatience{10'000'000'000};
+
+/// Reads the device and never drives it.
+class ForcesOff final : public HapticDevice {
+ public:
+  explicit ForcesOff(HapticDevice& device) : device_(device) {}
+  DeviceSample read(RealTime now) override { return device_.read(now); }
+  void write(const glm::dvec3&) override {}
+  const DeviceCounters& counters() const override { return device_.counters(); }
+
+ private:
+  HapticDevice& device_;
+};
+
+const DeviceBinding* binding_of(const std::vector<DeviceBinding>& bindings, const Scenario& scenario, std::size_t tool) {
+  for (const DeviceBinding& binding : bindings) {
+    if (binding.name.empty() ? tool == 0 : binding.name == scenario.devices[tool].name) return &binding;
+  }
+  return nullptr;
+}
+
+std::unique_ptr<HapticDevice> make_driver(HidapiTransport& transport) {
+  const HidDeviceInfo& info = transport.info();
+  if (info.vendor_id == reference_device::kVendorId && info.product_id == reference_device::kProductId)
+    return std::make_unique<ReferenceDriver>(transport);
+  throw DeviceError(fmt::format("{}: '{}' ({:04x}:{:04x}) has no driver here; `evenstep devices` says what can be driven",
+                                info.path, info.product, info.vendor_id, info.product_id));
+}
+
+}  // namespace
+
+std::string binding_objection(const Scenario& scenario, const std::vector<DeviceBinding>& bindings) {
+  for (std::size_t i = 0; i < bindings.size(); ++i) {
+    const std::string& name = bindings[i].name;
+    const auto is_it = [&](const DeviceSpec& device) { return device.name == name; };
+    if (!name.empty() && std::none_of(scenario.devices.begin(), scenario.devices.end(), is_it)) {
+      std::string names;
+      for (const DeviceSpec& device : scenario.devices) names += (names.empty() ? "" : ", ") + device.name;
+      return fmt::format("--device {}={}: the scenario has no device \"{}\", but {}", name, bindings[i].path, name, names);
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      const std::string& first = scenario.devices.front().name;
+      if ((name.empty() ? first : name) == (bindings[j].name.empty() ? first : bindings[j].name))
+        return fmt::format("--device is given twice for \"{}\"", name.empty() ? first : name);
+      if (bindings[i].path == bindings[j].path) return fmt::format("--device {} is given for two devices", bindings[i].path);
+    }
+  }
+  return {};
+}
+
+Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& bindings) {
+  for (std::size_t tool = 0; tool < scenario.devices.size(); ++tool) {
+    DeviceSpec& device = scenario.devices[tool];
+    if (!binding_of(bindings, scenario, tool)) continue;
+    device.is_real = true;
+    device.limits.cut = cut_limits(device.cut, kLiveCuts);
+  }
+  return scenario;
+}
+
+struct LiveDevices::Device {
+  std::unique_ptr<HidapiTransport> transport;  // a real one
+  std::unique_ptr<HapticDevice> driver;
+  std::unique_ptr<ForcesOff> forces_off;
+  std::unique_ptr<SimulatedTransport> simulated;  // or this
+
+  bool driven() const { return transport && !forces_off; }
+};
+
+LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const LiveDeviceOptions& options) {
+  for (std::size_t tool = 0; tool < scenario.devices.size(); ++tool) {
+    const DeviceBinding* const binding = binding_of(options.bindings, scenario, tool);
+    Device& device = devices_.emplace_back();
+    if (!binding) {
+      device.simulated = std::make_unique<SimulatedTransport>(simulated_transport(scenario.devices[tool], clock));
+      device.driver = std::make_unique<ReferenceDriver>(*device.simulated);
+      continue;
+    }
+    device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
+    device.driver = make_driver(*device.transport);
+    if (!options.forces) device.forces_off = std::make_unique<ForcesOff>(*device.driver);
+  }
+  // Only when all of them are there.
+  for (Device& device : devices_) {
+    if (device.driven()) device.driver->start();
+  }
+}
+
+LiveDevices::~LiveDevices() {
+  for (Device& device : devices_) {
+    if (device.driven()) device.driver->stop();
+  }
+}
+
+std::vector<HapticDevice*> LiveDevices::drivers() {
+  std::vector<HapticDevice*> drivers;
+  for (Device& device : devices_) drivers.push_back(device.forces_off ? device.forces_off.get() : device.driver.get());
+  return drivers;
+}
+
+std::map<std::string, double> LiveDevices::counters(std::size_t tool) const {
+  const HidapiTransport* const transport = devices_[tool].transport.get();
+  if (!transport) return {};
+  const HidWriteTimes times = transport->write_times();
+  std::map<std::string, double> counters{{"writes", static_cast<double>(times.taken.count())},
+                                         {"writes_overtaken", static_cast<double>(times.overtaken)},
+                                         {"writes_rejected", static_cast<double>(times.rejected)},
+                                         {"unplugged", static_cast<double>(transport->times_unplugged())}};
+  if (times.taken.count() == 0) return counters;
+  counters["write_time_p50"] = seconds(times.taken.quantile(500));
+  counters["write_time_p99"] = seconds(times.taken.quantile(990));
+  counters["write_time_max"] = seconds(times.taken.largest());
+  return counters;
+}
+
+}  // namespace evenstep

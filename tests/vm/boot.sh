@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# boot.sh FOLDER SCENARIOS PROGRAM... : boots a Debian kernel of its own in qemu twice, with these programs in it and init.sh as
+# its only process, and keeps what it said in FOLDER/1.log and FOLDER/2.log. No root and no network in the guest. qemu counts
+# instructions for time (-icount), so that guest time does not depend on how busy this machine is, and sleeping costs nothing.
+#
+# Prints "skipped: REASON" where a program or the kernel cannot be had. The kernel package is downloaded once (70 MB) and kept.
+set -euo pipefail
+here=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
+folder=$1 scenarios=$2
+shift 2
+skip() { printf 'skipped: %s\n' "$*"; exit 0; }
+
+for program in qemu-system-x86_64 busybox cpio xz dpkg-deb ldd; do
+  command -v "$program" >/dev/null || skip "$program is not installed (.ci/packages.txt lists what the virtual machine needs)"
+done
+mkdir -p -- "$folder"
+cd -- "$folder"
+
+# --- the kernel: an uncompressed image boots in half the time
+if [[ ! -s kernel/vmlinux ]]; then
+  mkdir -p kernel
+  name=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -nE 's/^ *Depends: (linux-image-[^ ]*)$/\1/p' | head -n 1)
+  [[ -n $name ]] || skip "apt knows no linux-image-amd64 (run apt-get update)"
+  (cd kernel && apt-get download "$name" >/dev/null 2>download.log) || skip "the kernel package $name cannot be downloaded: $(tail -n 1 kernel/download.log)"
+  rm -rf kernel/boot kernel/lib
+  dpkg-deb --fsys-tarfile kernel/"$name"_*.deb |
+    tar -x -C kernel --wildcards './boot/vmlinuz*' '*/hid/hid.ko' '*/hid/uhid.ko' '*/hid/hid-generic.ko'
+  offset=$(LC_ALL=C grep -abo -m1 $'\xfd7zXZ' kernel/boot/vmlinuz* | head -n 1 | cut -d: -f1)
+  # xz complains of what follows its stream.
+  tail -c +$((offset + 1)) kernel/boot/vmlinuz* | xz -dc >kernel/vmlinux.new 2>/dev/null || [[ -s kernel/vmlinux.new ]]
+  rm -f kernel/*.deb
+  mv kernel/vmlinux.new kernel/vmlinux
+fi
+
+# --- its root: busybox, our programs, and the libraries that they name
+rm -rf root
+mkdir -p root/{bin,proc,sys,dev,tmp,modules,scenarios}
+cp "$(command -v busybox)" root/bin/busybox
+for tool in sh mount insmod sed sleep poweroff; do ln -s busybox "root/bin/$tool"; done
+find kernel/lib -name '*.ko' -exec cp -t root/modules {} +
+cp -- "$here/init.sh" root/init
+chmod +x root/init
+cp -- "$here/live.toml" root/scenarios/
+sed 's#\.\./paper/#paper-#' "$scenarios/live/figure-1-spring.toml" >root/scenarios/figure-1-spring.toml
+cp -- "$scenarios/paper/figure-1-spring.toml" root/scenarios/paper-figure-1-spring.toml
+for program in "$@"; do
+  cp -- "$program" root/bin/
+  while read -r library; do
+    mkdir -p "root$(dirname "$library")"
+    cp -L -n "$library" "root$library"
+  done < <(ldd "$program" 2>/dev/null | grep -oE '/[^ ]+')
+done
+for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program" 2>/dev/null || true; done
+(cd root && find . | LC_ALL=C sort | cpio --quiet -o -H newc --reproducible | gzip -1 -n) >initrd.gz
+
+# --- twice
+for run in 1 2; do
+  timeout 600 qemu-system-x86_64 -M pc -accel tcg -cpu qemu64 -smp 1 -m 512 -nographic -nodefaults -serial stdio -no-reboot \
+    -icount shift=3,sleep=off -rtc base=2024-01-01T00:00:00,clock=vm -kernel kernel/vmlinux -initrd initrd.gz \
+    -append "console=ttyS0 quiet panic=-1 nokaslr random.trust_cpu=off" </dev/null 2>qemu.log | tr -d '\r' |
+    sed -n '/^== kernel$/,/^== end$/p' >$run.log || true
+  if ! grep -q '^== end$' $run.log; then
+    cat qemu.log $run.log
+    echo "the guest did not come to its end"
+    exit 1
+  fi
+done
+echo "booted twice"

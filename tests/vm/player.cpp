@@ -1,0 +1,49 @@
+/// uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S: the reference device on the kernel's own HID core, its hand in constant motion
+/// along x. Prints the node, reports at its rate for so long, then says what came back. Its clock is the machine's.
+
+#include <time.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "evenstep/device/hid/reference_device.h"
+#include "uhid_device.h"
+
+using namespace evenstep;
+
+int main(int argc, char** argv) {
+  if (argc != 4) return std::fputs("uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S\n", stderr), 2;
+  const long rate = std::atol(argv[1]), seconds = std::atol(argv[2]), velocity = std::atol(argv[3]);
+  UhidDevice::Spec spec;
+  spec.report_descriptor.assign(reference_device::report_descriptor().begin(), reference_device::report_descriptor().end());
+  UhidDevice device(spec);
+  std::printf("%s\n", device.node().c_str());
+  std::fflush(stdout);
+  timespec at{};
+  clock_gettime(CLOCK_MONOTONIC, &at);
+  const long period_ns = 1'000'000'000 / rate;
+  for (long k = 0; k < rate * seconds; ++k) {
+    at.tv_nsec += period_ns;
+    if (at.tv_nsec >= 1'000'000'000) at.tv_nsec -= 1'000'000'000, ++at.tv_sec;
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) != 0) {
+    }
+    const long long x_nm = static_cast<long long>(k) * velocity * 1000 / rate;
+    device.send(reference_device::encode(reference_device::InputReport{
+        static_cast<std::uint32_t>(k + 1), static_cast<std::uint32_t>(k * (period_ns / 1000)), {static_cast<std::int32_t>(x_nm), 0, 0}}));
+  }
+  long forces = 0, lost = 0, back = 0;
+  std::uint32_t last_sequence = 0;
+  std::int32_t most_uN = 0, last_uN = 0;
+  for (const Bytes& bytes : device.outputs()) {
+    const auto output = reference_device::decode_output(bytes);
+    if (!output) continue;
+    ++forces;
+    lost += output->sequence - last_sequence - 1;
+    last_sequence = output->sequence;
+    last_uN = output->force_uN[0];
+    most_uN = std::max(most_uN, std::abs(last_uN));
+    back += output->force_uN[0] > 0;  // a spring that is pulled along +x pulls back
+  }
+  std::printf("%ld reports out, %ld forces in, %ld of them lost on the way, %ld in the wrong direction; largest %d uN, last %d uN\n",
+              rate * seconds, forces, lost, back, most_uN, last_uN);
+}
