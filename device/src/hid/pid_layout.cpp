@@ -235,7 +235,7 @@ PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor) {
   PidLayout layout;
   layout.position = positions_of(descriptor);
   for (const HidReport& report : descriptor.reports) {
-    if (report.type == ReportType::input) layout.largest_input = std::max(layout.largest_input, report.size());
+    if (report.type == ReportType::input) layout.inputs.push_back({report.id, report.size()});
   }
   layout.set_effect = set_effect_of(descriptor, needs);
   layout.set_constant = set_constant_of(descriptor, needs);
@@ -255,6 +255,15 @@ PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor) {
 bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_t wanted) {
   const auto fits = nearest(value.field, wanted);
   return fits && set(report, value.field, value.index, *fits);
+}
+
+double seconds_per_count(const FieldLayout& duration) {
+  const bool is_time = (duration.unit >> 12 & 0xF) == 1;
+  double seconds = is_time ? 1 : 1e-3;
+  for (int e = is_time ? std::clamp(duration.unit_exponent, -9, 9) : 0; e != 0; e += e < 0 ? 1 : -1) {
+    seconds = e < 0 ? seconds / 10 : seconds * 10;
+  }
+  return seconds;
 }
 
 bool is_chosen(std::span<const std::byte> report, const PidChoice& choice) {

@@ -109,7 +109,7 @@ struct PidPosition {                   ///< input report
 
 struct PidLayout {
   std::array<std::optional<PidPosition>, pid::kAxes> position;
-  std::size_t largest_input = 0;       ///< bytes, of all input reports
+  std::vector<PidReport> inputs;       ///< all input reports
   PidSetEffect set_effect;
   PidSetConstant set_constant;
   PidOperation operation;
@@ -138,6 +138,10 @@ bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_
 inline bool choose(std::span<std::byte> report, const PidChoice& choice) {
   return set_raw(report, choice.where.field, choice.where.index, choice.value);
 }
+/// Of a duration: from its unit exponent where its unit is one of time; milliseconds, as devices have it, where it is not.
+double seconds_per_count(const FieldLayout& duration);
+/// By convention 0xFFFF is for ever, whatever the logical range.
+inline constexpr std::uint32_t kPidInfinite = 0xFFFF;
 /// Whether the report holds that choice.
 bool is_chosen(std::span<const std::byte> report, const PidChoice& choice);
 
