@@ -191,7 +191,9 @@ TEST_CASE("a hand comes to rest on the device's own wall and the wall goes when 
   HandSpec spec;
   spec.damping_N_s_per_m = 5;
   spec.push_N = {-1, 0, 0};
-  PidBench bench(pid_device(PidFlavour::mask), with_springs(), Hand(spec, {Still{}, RealTime{}}));
+  SimulatedPidOptions device = pid_device(PidFlavour::mask);
+  device.reports.queue = QueuePolicy::libusb;  // the newest position after the pause
+  PidBench bench(device, with_springs(), Hand(spec, {Still{}, RealTime{}}));
   bench.driver->start();
   const DeviceSpring wall_spring{{0.02, 0, 0}, {40, 0, 0}, {0, 0, 0}, {10, 0, 0}};
   DeviceSample sample;
