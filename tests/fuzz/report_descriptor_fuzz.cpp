@@ -17,7 +17,11 @@ void require_sound(const ReportDescriptor& descriptor, const HidField& field) {
   require(report != nullptr, "a field of no report");
   require(field.bit_offset + field.bits * field.count <= report->bits, "a field reaches past its report");
   require(report->size() <= kLongestReport, "a report is too long");
-  require(field.usages.size() >= field.count && !field.usages.empty(), "an element without a usage");
+  require(field.usages.size() >= 1, "an element without a usage");
+  for (const std::uint32_t place : {0u, field.usages.size() - 1}) {
+    const auto first = field.usages.find(field.usages[place]);
+    require(first && *first <= place, "a usage that is not found");
+  }
   require(field.logical_minimum <= field.logical_maximum, "an empty logical range");
   require(field.collection < static_cast<std::int32_t>(descriptor.collections.size()), "a field in no known collection");
 }

@@ -36,15 +36,16 @@ struct Globals {
   std::int32_t logical_minimum = 0, logical_maximum = 0, physical_minimum = 0, physical_maximum = 0, unit_exponent = 0;
 };
 
-struct Usage {
-  std::uint32_t value;
+/// Neighbours of one page.
+struct Usages {
+  std::uint32_t first, count;
   bool has_page;
 };
 
 /// Items that hold for the next main item only.
 struct Locals {
-  std::vector<Usage> usages;
-  std::uint32_t usage_minimum = 0;
+  std::vector<Usages> usages;
+  std::uint32_t usage_count = 0, usage_minimum = 0;
   int alternatives = 0;
   bool in_delimiter = false;
 };
@@ -73,7 +74,7 @@ class Parser {
   Refusal pop();
   Refusal delimiter(bool open);
   Refusal usage_range(std::uint32_t maximum, unsigned size);
-  Refusal add_usage(std::uint32_t usage, unsigned size);
+  Refusal add_usages(std::uint32_t first, std::uint32_t count, unsigned size);
   Refusal add_field(ReportType type, std::uint32_t flags);
   HidField field_of(const HidReport& report, std::uint32_t bit_offset, std::uint32_t flags) const;
   void complete_usages();
@@ -132,10 +133,10 @@ Parser::Refusal Parser::take(const Item& item) {
 /// A usage page that comes after a usage of one or two bytes, and before the main item, is that usage's page too. Usages are
 /// looked at from the last; the first that has the page already ends it, as in Linux.
 void Parser::complete_usages() {
-  for (auto usage = locals_.usages.rbegin(); usage != locals_.usages.rend(); ++usage) {
-    if (usage->has_page) continue;
-    if (usage->value >> 16 == globals_.usage_page) break;
-    usage->value = with_page(usage->value);
+  for (auto usages = locals_.usages.rbegin(); usages != locals_.usages.rend(); ++usages) {
+    if (usages->has_page) continue;
+    if (usages->first >> 16 == globals_.usage_page) break;
+    usages->first = with_page(usages->first);
   }
 }
 
@@ -154,7 +155,7 @@ Parser::Refusal Parser::main(const Item& item) {
 }
 
 void Parser::open_collection(std::uint8_t type) {
-  found_.collections.push_back({type, locals_.usages.empty() ? 0 : locals_.usages.front().value, open_});
+  found_.collections.push_back({type, locals_.usages.empty() ? 0 : locals_.usages.front().first, open_});
   open_ = static_cast<std::int32_t>(found_.collections.size()) - 1;
 }
 
@@ -200,9 +201,7 @@ HidField Parser::field_of(const HidReport& report, std::uint32_t bit_offset, std
   field.physical_maximum = maximum(globals_.physical_minimum, globals_.physical_maximum);
   field.unit_exponent = globals_.unit_exponent;
   field.unit = globals_.unit;
-  field.usages.reserve(std::max<std::size_t>(locals_.usages.size(), field.count));
-  for (const Usage& usage : locals_.usages) field.usages.push_back(usage.value);
-  if (field.usages.size() < field.count) field.usages.resize(field.count, field.usages.back());
+  for (const Usages& usages : locals_.usages) field.usages.add(usages.first, usages.count);
   field.collection = open_;
   return field;
 }
@@ -255,7 +254,7 @@ Parser::Refusal Parser::local(const Item& item) {
   if (item.tag == 10) return delimiter(item.data != 0);
   if (locals_.alternatives > 1) return std::nullopt;
   switch (item.tag) {
-    case 0: return add_usage(item.data, item.size);
+    case 0: return add_usages(item.data, 1, item.size);
     case 1: locals_.usage_minimum = item.data; return std::nullopt;
     case 2: return usage_range(item.data, item.size);
     default: return std::nullopt;
@@ -270,29 +269,68 @@ Parser::Refusal Parser::delimiter(bool open) {
 }
 
 /// In 32-bit arithmetic that wraps around, as in Linux: a range of more usages than fit is cut to those that do, also one
-/// whose maximum lies below its minimum and to which no usage belongs. One that would pass 2^32 runs out of room.
+/// whose maximum lies below its minimum and to which no usage belongs. Linux counts up to the maximum; where that is the
+/// largest number, it never arrives and runs out of room.
 Parser::Refusal Parser::usage_range(std::uint32_t maximum, unsigned size) {
-  const auto used = static_cast<std::uint32_t>(locals_.usages.size());
-  if (maximum - locals_.usage_minimum + used >= kMaxUsages) {
-    maximum = kMaxUsages - used + locals_.usage_minimum - 1;
+  const std::uint32_t minimum = locals_.usage_minimum, used = locals_.usage_count;
+  if (maximum - minimum + used >= kMaxUsages) {
+    maximum = kMaxUsages - used + minimum - 1;
     if (maximum == 0) return "a usage range that no room is left for";
   }
-  for (std::uint32_t usage = locals_.usage_minimum; usage <= maximum; ++usage) {
-    if (auto refusal = add_usage(usage, size)) return refusal;
-  }
-  return std::nullopt;
+  if (maximum == UINT32_MAX) return add_usages(minimum, kMaxUsages + 1, size);
+  return maximum < minimum ? std::nullopt : add_usages(minimum, maximum - minimum + 1, size);
 }
 
-Parser::Refusal Parser::add_usage(std::uint32_t usage, unsigned size) {
-  if (locals_.usages.size() >= kMaxUsages) return fmt::format("more than {} usages for one main item", kMaxUsages);
-  const bool has_page = size == 4;
-  locals_.usages.push_back({has_page ? usage : with_page(usage), has_page});
+/// A short range of usages that passes 0xFFFF goes on at 0 of its page.
+Parser::Refusal Parser::add_usages(std::uint32_t first, std::uint32_t count, unsigned size) {
+  if (count > kMaxUsages - locals_.usage_count) return fmt::format("more than {} usages for one main item", kMaxUsages);
+  locals_.usage_count += count;
+  if (size == 4) {
+    locals_.usages.push_back({first, count, true});
+    return std::nullopt;
+  }
+  const std::uint32_t up_to_end = std::min(count, 0x10000 - (first & 0xFFFF));
+  locals_.usages.push_back({with_page(first), up_to_end, false});
+  if (up_to_end < count) locals_.usages.push_back({with_page(0), count - up_to_end, false});
   return std::nullopt;
 }
 
 }  // namespace
 
 ParsedDescriptor parse_report_descriptor(std::span<const std::byte> bytes) { return Parser(bytes).parse(); }
+
+void UsageList::add(std::uint32_t first, std::uint32_t count) {
+  if (count == 0) return;
+  const bool continues = !ranges_.empty() && first != 0 && first == ranges_.back().first + ranges_.back().count;
+  if (continues)
+    ranges_.back().count += count;
+  else
+    ranges_.push_back({first, count});
+}
+
+std::uint32_t UsageList::size() const {
+  std::uint32_t size = 0;
+  for (const Range& range : ranges_) size += range.count;
+  return size;
+}
+
+std::uint32_t UsageList::operator[](std::uint32_t index) const {
+  for (const Range& range : ranges_) {
+    if (index < range.count) return range.first + index;
+    index -= range.count;
+  }
+  return ranges_.back().first + ranges_.back().count - 1;
+}
+
+std::optional<std::uint32_t> UsageList::find(std::uint32_t usage, std::uint32_t limit) const {
+  std::uint32_t before = 0;
+  for (const Range& range : ranges_) {
+    const std::uint32_t place = usage - range.first;
+    if (place < range.count) return before + place < limit ? std::optional(before + place) : std::nullopt;
+    before += range.count;
+  }
+  return std::nullopt;
+}
 
 const HidReport* ReportDescriptor::report(ReportType type, std::uint8_t id) const {
   for (const HidReport& candidate : reports) {
@@ -304,10 +342,8 @@ const HidReport* ReportDescriptor::report(ReportType type, std::uint8_t id) cons
 std::optional<HidElement> ReportDescriptor::find(ReportType type, std::uint8_t id, std::uint32_t usage) const {
   for (const HidField& field : fields) {
     if (field.type != type || field.id != id || field.count == 0) continue;
-    const auto end = field.variable() ? field.usages.begin() + field.count : field.usages.end();
-    const auto found = std::find(field.usages.begin(), end, usage);
-    if (found == end) continue;
-    return HidElement{&field, field.variable() ? static_cast<std::uint32_t>(found - field.usages.begin()) : 0};
+    const auto place = field.usages.find(usage, field.variable() ? field.count : UINT32_MAX);
+    if (place) return HidElement{&field, field.variable() ? *place : 0};
   }
   return std::nullopt;
 }

@@ -96,16 +96,16 @@ std::optional<std::int64_t> nearest(const FieldLayout& field, std::int64_t value
 }
 
 std::optional<std::int64_t> selector(const HidField& array, std::uint32_t usage) {
-  const auto found = std::find(array.usages.begin(), array.usages.end(), usage);
-  if (found == array.usages.end()) return std::nullopt;
-  const std::int64_t value = array.logical_minimum + (found - array.usages.begin());
+  const auto place = array.usages.find(usage);
+  if (!place) return std::nullopt;
+  const std::int64_t value = array.logical_minimum + *place;
   return can_hold(array, value) ? std::optional(value) : std::nullopt;
 }
 
 std::optional<std::uint32_t> selected(const HidField& array, std::int64_t value) {
   if (value < array.logical_minimum || value > array.logical_maximum) return std::nullopt;
-  const auto place = static_cast<std::size_t>(value - array.logical_minimum);
-  return place < array.usages.size() ? std::optional(array.usages[place]) : std::nullopt;
+  const std::int64_t place = value - array.logical_minimum;
+  return place < array.usages.size() ? std::optional(array.usages[static_cast<std::uint32_t>(place)]) : std::nullopt;
 }
 
 double to_physical(const FieldLayout& field, std::int64_t logical) {

@@ -33,6 +33,15 @@ class DeviceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Springs that a device renders by itself, at a rate of its own: one along each axis, which pulls to `center_m` with
+/// k (center - x), at most limit_N, k = below where x < center and above where x > center.
+struct DeviceSpring {
+  glm::dvec3 center_m{0};
+  glm::dvec3 below_N_per_m{0};         ///< >= 0
+  glm::dvec3 above_N_per_m{0};         ///< >= 0
+  glm::dvec3 limit_N{0};               ///< >= 0
+};
+
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
@@ -44,6 +53,9 @@ class HapticDevice {
   virtual DeviceSample read(RealTime now) = 0;
   /// Sends one force. Never blocks. The caller has passed it through the ForceGuard.
   virtual void write(const glm::dvec3& force_N) = 0;
+  /// Springs besides the force, until the next call. Returns what the device does render: it may be softer, and rounded, and
+  /// nothing along an axis where it cannot. The rest is the caller's (device_spring.h). Never blocks.
+  virtual DeviceSpring write_spring(const DeviceSpring& /*wanted*/) { return {}; }
   virtual const DeviceCounters& counters() const = 0;
 };
 

@@ -14,7 +14,7 @@
 ///   - Fields in no collection, and reports without an id beside numbered ones, are accepted.
 ///   - Push and Pop keep the range, unit, size, count and id together, four deep.
 /// Limits: descriptor 1 to 4096 bytes, field element 256 bits, count 12288, usages of a field 12288, id 1 to 255, report
-/// 16383 bytes besides its id. The largest result is of a descriptor full of usage ranges: some 30 MB, 0.1 s.
+/// 16383 bytes besides its id. Usages are kept as ranges, so that the result is no larger than a few times the descriptor.
 
 #include <cstddef>
 #include <cstdint>
@@ -58,8 +58,28 @@ struct HidCollection {
   friend bool operator==(const HidCollection&, const HidCollection&) = default;
 };
 
+/// Usages in their order, neighbours as ranges. Never empty in a field; the last belongs to all that follows.
+class UsageList {
+ public:
+  void add(std::uint32_t first, std::uint32_t count = 1);
+  /// As many as declared.
+  std::uint32_t size() const;
+  /// The last one's for an index past the end.
+  std::uint32_t operator[](std::uint32_t index) const;
+  /// The first place of a usage, within the first `limit` places.
+  std::optional<std::uint32_t> find(std::uint32_t usage, std::uint32_t limit = UINT32_MAX) const;
+  friend bool operator==(const UsageList&, const UsageList&) = default;
+
+ private:
+  struct Range {
+    std::uint32_t first, count;
+    friend bool operator==(const Range&, const Range&) = default;
+  };
+  std::vector<Range> ranges_;
+};
+
 struct HidField : FieldLayout {
-  std::vector<std::uint32_t> usages;   ///< of element i in a variable field; what an array selects from; at least `count`
+  UsageList usages;                    ///< usages[i]: of element i in a variable field; what an array selects from
   std::int32_t collection = -1;        ///< the innermost around it
   friend bool operator==(const HidField&, const HidField&) = default;
 };

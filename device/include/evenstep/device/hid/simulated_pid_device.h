@@ -1,0 +1,133 @@
+#pragma once
+/// A force feedback device of the PID class in software: what its firmware does with the reports it gets, on an injected clock.
+/// It knows its own descriptor only (pid_descriptors.h), as a driver does. Reports, queue and faults: simulated_reports.h.
+///
+/// - Effects lie in a pool. Create New Effect takes the lowest free block; Block Load then says which, or full, or an error, at
+///   first nothing for `block_load_delay` questions. Without these reports Set Effect takes the block that it names.
+/// - An effect plays from Start on for its duration (0xFFFF: for ever); Start again begins anew. What plays adds up:
+///     constant force    magnitude / largest * effect gain, along the enabled axes, or the direction's X = sin, Y = cos
+///     spring            coefficient / largest * (center - position) in half travels, saturated, along the enabled axes
+///   times device gain and full_scale_N; nothing while paused, without power, safety switch or enabled actuators.
+/// - The actuators are off until they are enabled (on where there is no Device Control); Device Reset enables them, frees all
+///   blocks and sets the gain to its full.
+/// - A hand feels the constant forces as they change, and springs at `firmware_rate`.
+/// - Whatever its state report says is sent when it changes.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "evenstep/clock/clock.h"
+#include "evenstep/device/hid/hid_transport.h"
+#include "evenstep/device/hid/pid_descriptors.h"
+#include "evenstep/device/hid/pid_layout.h"
+#include "evenstep/device/hid/simulated_reports.h"
+
+namespace evenstep {
+
+/// Somebody at the device; in order of time.
+struct PidDeviceEvent {
+  enum class Kind { safety_switch, actuator_power } kind = Kind::safety_switch;
+  RealTime at;
+  bool on = false;
+};
+
+struct SimulatedPidOptions {
+  PidDescriptorOptions descriptor;
+  SimulatedDeviceOptions reports;
+  glm::dvec3 travel_m{0.4};              ///< position +-travel / 2 is the logical range; beyond, its ends
+  double full_scale_N = 10;              ///< of the largest magnitude at full gain
+  Rate firmware_rate{4000, 1};
+  int pool_effects = 40;                 ///< at most 40
+  int simultaneous = 40;                 ///< what the pool report says
+  bool device_managed = true;            ///< what the pool report says; false: Create New Effect is answered by an error
+  int block_load_delay = 0;
+  int block_load_error_at = -1;          ///< the so-many-th Create New Effect ends in an error
+  int feature_interruptions = 0;         ///< so many feature requests are interrupted first
+  std::vector<PidDeviceEvent> events;
+};
+
+class SimulatedPidDevice final : public HidTransport {
+ public:
+  SimulatedPidDevice(const Clock& clock, ProgrammedMotion motion, SimulatedPidOptions options);
+  SimulatedPidDevice(const Clock& clock, Hand hand, SimulatedPidOptions options);
+
+  HidRead read(std::span<std::byte> buffer) override;
+  /// `rejected`: no output report of this device, or too short.
+  HidWrite write(std::span<const std::byte> report) override;
+  HidFeature get_feature(std::span<std::byte> report) override;
+  HidWrite set_feature(std::span<const std::byte> report) override;
+  std::span<const std::byte> report_descriptor() const override { return descriptor_; }
+  const HidDeviceInfo& info() const override { return info_; }
+
+  /// What the motors do now. A device that is gone does nothing.
+  glm::dvec3 force_N();
+  int playing() const;
+  int allocated() const;
+  bool actuators_enabled() const { return enabled_; }
+  double gain() const { return gain_; }
+  const PidLayout& layout() const { return layout_; }
+  std::int64_t dropped() const { return reports_.dropped(); }
+
+ private:
+  struct Condition {
+    double center = 0, above = 0, below = 0, saturation_above = 1, saturation_below = 1, dead_band = 0;
+  };
+  struct Effect {
+    bool allocated = false, is_spring = false, playing = false;
+    std::optional<Duration> duration;    // none: for ever
+    std::optional<RealTime> ends_at;
+    std::array<double, pid::kAxes> along{};
+    double gain = 1, magnitude = 0;
+    Condition condition;
+  };
+
+  SimulatedPidDevice(const Clock& clock, SimulatedReports reports, SimulatedPidOptions options);
+  void catch_up();
+  std::optional<RealTime> next_change(RealTime until) const;
+  void change_at(RealTime at);
+  void run_until(RealTime until);
+  glm::dvec3 force_at(const glm::dvec3& position_m) const;
+  double spring_force(const Effect& effect, std::size_t axis, const glm::dvec3& position_m) const;
+  bool any_spring() const;
+  void feel(RealTime at);
+  void say_state(std::size_t block);
+
+  void take(std::span<const std::byte> report);
+  void take_effect(std::span<const std::byte> report);
+  void take_constant(std::span<const std::byte> report);
+  void take_condition(std::span<const std::byte> report);
+  void take_operation(std::span<const std::byte> report);
+  void take_control(std::span<const std::byte> report);
+  void reset();
+  void free(std::size_t block);
+  std::array<double, pid::kAxes> axes_of(std::span<const std::byte> report) const;
+  Effect* effect_of(std::span<const std::byte> report, const PidValue& block);
+  std::size_t lowest_free() const;
+  std::vector<std::byte> position_report(const SimulatedReport& report) const;
+  std::vector<std::byte> state_report(std::uint64_t state) const;
+
+  const Clock& clock_;
+  SimulatedReports reports_;
+  SimulatedPidOptions options_;
+  std::vector<std::byte> descriptor_;
+  ReportDescriptor parsed_;
+  PidLayout layout_;
+  HidDeviceInfo info_;
+  std::vector<Effect> effects_;          // by block; 0 is none
+  bool enabled_ = false, paused_ = false, safety_ = true, power_ = true;
+  double gain_ = 1;
+  std::size_t next_event_ = 0;
+  std::int64_t next_firmware_tick_ = 0;
+  struct Load {
+    std::size_t block = 0;
+    std::optional<PidChoice> status;
+    int unanswered = 0;
+  } load_;
+  int created_ = 0;
+};
+
+}  // namespace evenstep

@@ -1,0 +1,387 @@
+#include "evenstep/device/hid/simulated_pid_device.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "evenstep/time/reproducible_math.h"
+
+namespace evenstep {
+namespace {
+
+// A state report's bits, and above them its block.
+constexpr std::uint64_t kPaused = 1, kEnabled = 2, kSafety = 4, kPower = 8, kPlaying = 16, kIsState = 32;
+constexpr int kBlockShift = 8;
+
+ReportDescriptor parsed(std::span<const std::byte> descriptor) {
+  ParsedDescriptor result = parse_report_descriptor(descriptor);
+  assert(!result.error);
+  return std::move(result.value);
+}
+
+PidLayout layout_of(const ReportDescriptor& descriptor) {
+  const PidLayoutOrMissing found = pid_layout(descriptor);
+  assert(found.layout);
+  return *found.layout;
+}
+
+double fraction(std::span<const std::byte> report, const PidValue& value) {
+  return static_cast<double>(get(report, value).value_or(0)) / static_cast<double>(value.field.logical_maximum);
+}
+double fraction(std::span<const std::byte> report, const std::optional<PidValue>& value, double otherwise) {
+  return value ? fraction(report, *value) : otherwise;
+}
+
+/// sin of a share of a turn, exact at its quarters.
+double sin_of_turn(double turns) {
+  constexpr double kPi = 3.14159265358979323846;
+  const double within = turns - std::floor(turns);
+  const double half = within < 0.5 ? within : within - 0.5;
+  const double value = reproducible::sin(kPi * 2 * std::min(half, 0.5 - half));
+  return within < 0.5 ? value : -value;
+}
+
+}  // namespace
+
+SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, ProgrammedMotion motion, SimulatedPidOptions options)
+    : SimulatedPidDevice(clock, SimulatedReports(std::move(motion), options.reports), options) {}
+
+SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, Hand hand, SimulatedPidOptions options)
+    : SimulatedPidDevice(clock, SimulatedReports(std::move(hand), options.reports), options) {}
+
+SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, SimulatedReports reports, SimulatedPidOptions options)
+    : clock_(clock),
+      reports_(std::move(reports)),
+      options_(std::move(options)),
+      descriptor_(pid_descriptor(options_.descriptor)),
+      parsed_(parsed(descriptor_)),
+      layout_(layout_of(parsed_)),
+      info_{options_.reports.name, 0x1209, 0x0E58, "evenstep PID device", ""},
+      effects_(static_cast<std::size_t>(options_.pool_effects) + 1),
+      enabled_(!layout_.device_control) {
+  assert(options_.pool_effects >= 0 && options_.pool_effects <= 40);
+}
+
+// ---- time
+
+/// Everything that happened since the last call, in order of time.
+void SimulatedPidDevice::catch_up() {
+  const RealTime now = clock_.now();
+  while (const auto at = next_change(now)) {
+    run_until(*at);
+    if (reports_.is_gone()) return;
+    change_at(*at);
+  }
+  run_until(now);
+}
+
+std::optional<RealTime> SimulatedPidDevice::next_change(RealTime until) const {
+  std::optional<RealTime> next;
+  const auto consider = [&](RealTime at) {
+    if (at <= until && (!next || at < *next)) next = at;
+  };
+  for (const Effect& effect : effects_) {
+    if (effect.playing && effect.ends_at) consider(*effect.ends_at);
+  }
+  if (next_event_ < options_.events.size()) consider(options_.events[next_event_].at);
+  return next;
+}
+
+void SimulatedPidDevice::change_at(RealTime at) {
+  for (std::size_t block = 1; block < effects_.size(); ++block) {
+    Effect& effect = effects_[block];
+    if (!effect.playing || !effect.ends_at || *effect.ends_at > at) continue;
+    effect.playing = false;
+    say_state(block);
+  }
+  for (; next_event_ < options_.events.size() && options_.events[next_event_].at <= at; ++next_event_) {
+    const PidDeviceEvent& event = options_.events[next_event_];
+    (event.kind == PidDeviceEvent::Kind::safety_switch ? safety_ : power_) = event.on;
+    say_state(0);
+  }
+  feel(at);
+}
+
+void SimulatedPidDevice::run_until(RealTime until) {
+  if (reports_.has_hand() && any_spring()) {
+    const RealTime first = options_.reports.first_tick;
+    for (;; ++next_firmware_tick_) {
+      const RealTime tick = tick_time(options_.firmware_rate, next_firmware_tick_, first);
+      if (tick > until) break;
+      reports_.advance(tick);
+      if (reports_.is_gone()) return;
+      feel(tick);
+    }
+  }
+  reports_.advance(until);
+}
+
+void SimulatedPidDevice::feel(RealTime at) {
+  if (reports_.has_hand()) reports_.feel(at, force_at(reports_.position_m(at)));
+}
+
+bool SimulatedPidDevice::any_spring() const {
+  return std::any_of(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.playing && effect.is_spring; });
+}
+
+// ---- force
+
+glm::dvec3 SimulatedPidDevice::force_N() {
+  catch_up();
+  if (reports_.is_gone()) return glm::dvec3(0);
+  return force_at(reports_.position_m(clock_.now()));
+}
+
+glm::dvec3 SimulatedPidDevice::force_at(const glm::dvec3& position_m) const {
+  glm::dvec3 share{0};
+  if (paused_ || !enabled_ || !safety_ || !power_) return share;
+  for (const Effect& effect : effects_) {
+    if (!effect.playing) continue;
+    for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
+      if (effect.along[axis] == 0) continue;
+      share[static_cast<int>(axis)] += effect.is_spring ? spring_force(effect, axis, position_m) : effect.magnitude * effect.gain * effect.along[axis];
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis) share[axis] = std::clamp(share[axis], -1.0, 1.0) * gain_ * options_.full_scale_N;
+  return share;
+}
+
+double SimulatedPidDevice::spring_force(const Effect& effect, std::size_t axis, const glm::dvec3& position_m) const {
+  const Condition& condition = effect.condition;
+  const double deflection = position_m[static_cast<int>(axis)] / (options_.travel_m[static_cast<int>(axis)] / 2) - condition.center;
+  const double past = std::abs(deflection) - condition.dead_band;
+  if (past <= 0) return 0;
+  const double pull = deflection > 0 ? std::min(condition.above * past, condition.saturation_above) : std::min(condition.below * past, condition.saturation_below);
+  return effect.gain * (deflection > 0 ? -pull : pull);
+}
+
+int SimulatedPidDevice::playing() const {
+  return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.playing; }));
+}
+int SimulatedPidDevice::allocated() const {
+  return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.allocated; }));
+}
+
+// ---- input reports
+
+HidRead SimulatedPidDevice::read(std::span<std::byte> buffer) {
+  catch_up();
+  if (reports_.is_gone()) return {HidRead::Status::gone};
+  if (reports_.take_interruption()) return {HidRead::Status::interrupted};
+  const auto report = reports_.take();
+  if (!report) return {HidRead::Status::nothing};
+  return deliver(*report, report->other != 0 ? state_report(report->other) : position_report(*report), buffer);
+}
+
+std::vector<std::byte> SimulatedPidDevice::position_report(const SimulatedReport& report) const {
+  std::vector<std::byte> bytes(layout_.position[0]->report.size);
+  bytes[0] = std::byte{layout_.position[0]->report.id};
+  for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
+    if (!layout_.position[axis]) continue;
+    const PidValue& value = layout_.position[axis]->value;
+    const auto range = static_cast<double>(value.field.logical_maximum - value.field.logical_minimum);
+    const double share = report.position_m[static_cast<int>(axis)] / options_.travel_m[static_cast<int>(axis)] + 0.5;
+    set_nearest(bytes, value, value.field.logical_minimum + static_cast<std::int64_t>(std::round(share * range)));
+  }
+  return bytes;
+}
+
+void SimulatedPidDevice::say_state(std::size_t block) {
+  if (!layout_.state) return;
+  const bool plays = layout_.state->block && block != 0 ? effects_[block].playing : playing() > 0;
+  reports_.push(kIsState | (paused_ ? kPaused : 0) | (enabled_ ? kEnabled : 0) | (safety_ ? kSafety : 0) | (power_ ? kPower : 0) |
+                (plays ? kPlaying : 0) | std::uint64_t{block} << kBlockShift);
+}
+
+std::vector<std::byte> SimulatedPidDevice::state_report(std::uint64_t state) const {
+  const PidStateLayout& layout = *layout_.state;
+  std::vector<std::byte> bytes(layout.report.size);
+  bytes[0] = std::byte{layout.report.id};
+  const auto put = [&](const std::optional<PidValue>& value, std::uint64_t content) {
+    if (value) set_nearest(bytes, *value, static_cast<std::int64_t>(content));
+  };
+  put(layout.paused, (state & kPaused) != 0);
+  put(layout.actuators_enabled, (state & kEnabled) != 0);
+  put(layout.safety_switch, (state & kSafety) != 0);
+  put(layout.actuator_power, (state & kPower) != 0);
+  put(layout.effect_playing, (state & kPlaying) != 0);
+  put(layout.block, state >> kBlockShift);
+  return bytes;
+}
+
+// ---- output reports
+
+HidWrite SimulatedPidDevice::write(std::span<const std::byte> report) {
+  catch_up();
+  if (reports_.is_gone()) return HidWrite::gone;
+  const HidReport* known = report.empty() ? nullptr : parsed_.report(ReportType::output, std::to_integer<std::uint8_t>(report[0]));
+  bool lost = false;
+  if (known == nullptr || report.size() < known->size() || reports_.write_fault(lost) == HidWrite::rejected) return HidWrite::rejected;
+  if (lost) return HidWrite::ok;
+  take(report);
+  feel(clock_.now());
+  return HidWrite::ok;
+}
+
+void SimulatedPidDevice::take(std::span<const std::byte> report) {
+  const auto is = [id = std::to_integer<std::uint8_t>(report[0])](const auto& layout) { return layout.report.id == id; };
+  const auto is_there = [&](const auto& layout) { return layout && is(*layout); };
+  if (is(layout_.set_effect)) take_effect(report);
+  if (is(layout_.set_constant)) take_constant(report);
+  if (is_there(layout_.set_condition)) take_condition(report);
+  if (is(layout_.operation)) take_operation(report);
+  if (is_there(layout_.device_control)) take_control(report);
+  if (is_there(layout_.device_gain)) gain_ = fraction(report, layout_.device_gain->gain);
+  if (is_there(layout_.block_free)) free(static_cast<std::size_t>(get(report, layout_.block_free->block).value_or(0)));
+}
+
+/// A block that does not exist, or that nobody created, is nobody's: the report changes nothing.
+SimulatedPidDevice::Effect* SimulatedPidDevice::effect_of(std::span<const std::byte> report, const PidValue& block) {
+  const auto index = static_cast<std::size_t>(get(report, block).value_or(0));
+  return index >= 1 && index < effects_.size() && effects_[index].allocated ? &effects_[index] : nullptr;
+}
+
+void SimulatedPidDevice::take_effect(std::span<const std::byte> report) {
+  const PidSetEffect& layout = layout_.set_effect;
+  const auto index = static_cast<std::size_t>(get(report, layout.block).value_or(0));
+  if ((!layout_.create_effect || !options_.device_managed) && index >= 1 && index < effects_.size()) effects_[index].allocated = true;
+  Effect* effect = effect_of(report, layout.block);
+  if (effect == nullptr) return;
+  effect->is_spring = layout.spring && is_chosen(report, *layout.spring);
+  effect->gain = fraction(report, layout.gain, 1);
+  effect->along = axes_of(report);
+  effect->duration.reset();
+  if (!layout.duration) return;
+  const std::int64_t counts = get(report, *layout.duration).value_or(0);
+  if (counts == kPidInfinite || counts > layout.duration->field.logical_maximum) return;
+  effect->duration = Duration{static_cast<std::int64_t>(std::round(static_cast<double>(counts) * seconds_per_count(layout.duration->field) * 1e9))};
+}
+
+std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::byte> report) const {
+  const PidSetEffect& layout = layout_.set_effect;
+  std::array<double, pid::kAxes> along{};
+  const bool one_axis = std::none_of(layout.axis_enable.begin(), layout.axis_enable.end(), [](const auto& axis) { return axis.has_value(); });
+  const bool by_direction = !layout.directions.empty() && (!layout.direction_enable || get(report, *layout.direction_enable) == 1);
+  double turns = 0;
+  if (by_direction) {
+    const FieldLayout& field = layout.directions.front().field;
+    turns = static_cast<double>(*get(report, layout.directions.front()) - field.logical_minimum) / static_cast<double>(field.logical_maximum - field.logical_minimum);
+  }
+  const std::array<double, pid::kAxes> direction{sin_of_turn(turns), sin_of_turn(turns + 0.25), 0};
+  for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
+    const bool enabled = layout.axis_enable[axis] ? get(report, *layout.axis_enable[axis]) == 1 : one_axis && (by_direction || axis == 0);
+    if (enabled) along[axis] = by_direction ? direction[axis] : 1;
+  }
+  return along;
+}
+
+void SimulatedPidDevice::take_constant(std::span<const std::byte> report) {
+  if (Effect* effect = effect_of(report, layout_.set_constant.block)) effect->magnitude = fraction(report, layout_.set_constant.magnitude);
+}
+
+void SimulatedPidDevice::take_condition(std::span<const std::byte> report) {
+  const PidSetCondition& layout = *layout_.set_condition;
+  Effect* effect = effect_of(report, layout.block);
+  if (effect == nullptr) return;
+  Condition condition;
+  condition.center = fraction(report, layout.center, 0);
+  condition.above = fraction(report, layout.positive_coefficient);
+  condition.below = fraction(report, layout.negative_coefficient, condition.above);
+  condition.saturation_above = fraction(report, layout.positive_saturation, 1);
+  condition.saturation_below = fraction(report, layout.negative_saturation, condition.saturation_above);
+  condition.dead_band = fraction(report, layout.dead_band, 0);
+  effect->condition = condition;
+}
+
+void SimulatedPidDevice::take_operation(std::span<const std::byte> report) {
+  Effect* effect = effect_of(report, layout_.operation.block);
+  if (effect == nullptr) return;
+  const bool starts = is_chosen(report, layout_.operation.start);
+  if (!starts && !(layout_.operation.stop && is_chosen(report, *layout_.operation.stop))) return;
+  const bool changed = effect->playing != starts;
+  const bool any_before = any_spring();
+  effect->playing = starts;
+  effect->ends_at.reset();
+  if (starts && effect->duration) effect->ends_at = clock_.now() + *effect->duration;
+  // Springs are rendered from the next firmware tick on.
+  if (!any_before) next_firmware_tick_ = first_tick_at_or_after(options_.firmware_rate, clock_.now(), options_.reports.first_tick);
+  if (changed) say_state(static_cast<std::size_t>(effect - effects_.data()));
+}
+
+void SimulatedPidDevice::take_control(std::span<const std::byte> report) {
+  const PidDeviceControl& layout = *layout_.device_control;
+  const auto commanded = [&](const std::optional<PidChoice>& command) { return command && is_chosen(report, *command); };
+  if (commanded(layout.reset)) reset();
+  if (commanded(layout.enable_actuators)) enabled_ = true;
+  if (commanded(layout.disable_actuators)) enabled_ = false;
+  if (commanded(layout.pause)) paused_ = true;
+  if (commanded(layout.resume)) paused_ = false;
+  if (commanded(layout.stop_all)) {
+    for (Effect& effect : effects_) effect.playing = false;
+  }
+  say_state(0);
+}
+
+void SimulatedPidDevice::reset() {
+  std::fill(effects_.begin(), effects_.end(), Effect{});
+  enabled_ = true;
+  paused_ = false;
+  gain_ = 1;
+}
+
+void SimulatedPidDevice::free(std::size_t block) {
+  if (block >= 1 && block < effects_.size()) effects_[block] = {};
+}
+
+// ---- feature reports
+
+std::size_t SimulatedPidDevice::lowest_free() const {
+  for (std::size_t block = 1; block < effects_.size(); ++block) {
+    if (!effects_[block].allocated) return block;
+  }
+  return 0;
+}
+
+HidWrite SimulatedPidDevice::set_feature(std::span<const std::byte> report) {
+  catch_up();
+  if (reports_.is_gone()) return HidWrite::gone;
+  const auto& create = layout_.create_effect;
+  if (!create || report.size() < create->report.size || std::to_integer<std::uint8_t>(report[0]) != create->report.id) return HidWrite::rejected;
+  const bool is_spring = create->spring && is_chosen(report, *create->spring);
+  const std::size_t block = lowest_free();
+  load_ = {0, layout_.block_load ? layout_.block_load->error : std::nullopt, options_.block_load_delay};
+  if (created_++ == options_.block_load_error_at || !options_.device_managed || !(is_spring || is_chosen(report, create->constant))) return HidWrite::ok;
+  if (block == 0) {
+    load_.status = layout_.block_load->full;
+    return HidWrite::ok;
+  }
+  effects_[block] = {};
+  effects_[block].allocated = true;
+  load_.block = block;
+  load_.status = layout_.block_load->success;
+  return HidWrite::ok;
+}
+
+HidFeature SimulatedPidDevice::get_feature(std::span<std::byte> report) {
+  catch_up();
+  if (reports_.is_gone()) return {HidFeature::Status::gone};
+  if (options_.feature_interruptions > 0 && options_.feature_interruptions-- > 0) return {HidFeature::Status::interrupted};
+  const auto asks = [&](const auto& layout) {
+    return layout && report.size() >= layout->report.size && std::to_integer<std::uint8_t>(report[0]) == layout->report.id;
+  };
+  if (asks(layout_.block_load)) {
+    std::fill(report.begin() + 1, report.end(), std::byte{0});
+    if (load_.unanswered-- > 0) return {HidFeature::Status::ok, layout_.block_load->report.size};
+    set_nearest(report, layout_.block_load->block, static_cast<std::int64_t>(load_.block));
+    if (load_.status) choose(report, *load_.status);
+    return {HidFeature::Status::ok, layout_.block_load->report.size};
+  }
+  if (!asks(layout_.pool)) return {HidFeature::Status::rejected};
+  std::fill(report.begin() + 1, report.end(), std::byte{0});
+  if (layout_.pool->simultaneous) set_nearest(report, *layout_.pool->simultaneous, options_.simultaneous);
+  if (layout_.pool->device_managed) set_nearest(report, *layout_.pool->device_managed, options_.device_managed);
+  return {HidFeature::Status::ok, layout_.pool->report.size};
+}
+
+}  // namespace evenstep

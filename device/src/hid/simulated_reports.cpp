@@ -1,0 +1,134 @@
+#include "evenstep/device/hid/simulated_reports.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+#include <utility>
+
+namespace evenstep {
+namespace {
+
+constexpr std::byte kUnknownId{0xFF};
+constexpr std::byte kFiller{0xEE};
+
+/// The newest tick at or before `at`; -1 or less where there is none.
+std::int64_t newest_tick(const SimulatedDeviceOptions& options, RealTime at) {
+  return first_tick_at_or_after(options.rate, at + Duration{1}, options.first_tick) - 1;
+}
+
+}  // namespace
+
+HidRead deliver(const SimulatedReport& report, std::span<const std::byte> whole, std::span<std::byte> buffer) {
+  using Shape = SimulatedReport::Shape;
+  std::size_t size = whole.size();
+  if (report.shape == Shape::cut) size = std::min(size, static_cast<std::size_t>(report.bytes));
+  const std::size_t copied = std::min(size, buffer.size());
+  std::copy_n(whole.begin(), copied, buffer.begin());
+  if (report.shape == Shape::longer) {
+    size += static_cast<std::size_t>(report.bytes);
+    std::fill(buffer.begin() + static_cast<std::ptrdiff_t>(copied), buffer.begin() + static_cast<std::ptrdiff_t>(std::min(size, buffer.size())), kFiller);
+  }
+  if (report.shape == Shape::unknown_id && copied > 0) buffer[0] = kUnknownId;
+  return {HidRead::Status::report, size};
+}
+
+SimulatedReports::SimulatedReports(ProgrammedMotion motion, SimulatedDeviceOptions options)
+    : options_(std::move(options)), motion_(std::move(motion)), queue_(options_.queue) {
+  // One report per ns at most, or two ticks would fall on one instant.
+  assert(options_.rate.num > 0 && options_.rate.den > 0 && options_.rate.num / options_.rate.den <= 1'000'000'000);
+  std::stable_sort(options_.faults.begin(), options_.faults.end(), [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
+  for (const ReportFault& fault : options_.faults) {
+    assert(fault.tick >= 0 && fault.amount >= (fault.kind == ReportFault::Kind::late ? 1 : 0));
+  }
+}
+
+SimulatedReports::SimulatedReports(Hand hand, SimulatedDeviceOptions options) : SimulatedReports(ProgrammedMotion{}, std::move(options)) {
+  assert(options_.force_delay.ns >= 0);
+  hand_ = std::move(hand);
+}
+
+glm::dvec3 SimulatedReports::position_m(RealTime at) {
+  if (!hand_) return evenstep::position_m(motion_, at);
+  try {
+    return hand_->position_m(at);
+  } catch (const HandDiverged& diverged) {
+    throw HandDiverged(options_.name + ": " + diverged.what(), diverged.at);
+  }
+}
+
+glm::dvec3 SimulatedReports::position_at(std::int64_t tick) { return position_m(tick_time(options_.rate, tick, options_.first_tick)); }
+
+void SimulatedReports::feel(RealTime now, const glm::dvec3& force_N) {
+  if (hand_) hand_->feel(now + options_.force_delay, force_N);
+}
+
+void SimulatedReports::advance(RealTime now) {
+  const std::int64_t newest = newest_tick(options_, now);
+  if (options_.unplug_at_tick >= 0 && newest >= options_.unplug_at_tick) gone_ = true;
+  if (gone_) return;
+  while (next_tick_ <= newest) {
+    const std::int64_t event = next_event();
+    if (event == next_tick_)
+      make_faulty_tick(next_tick_++);
+    else
+      make_ticks(std::min(newest, event - 1));
+  }
+}
+
+std::int64_t SimulatedReports::next_event() const {
+  std::int64_t event = std::numeric_limits<std::int64_t>::max();
+  if (next_fault_ < options_.faults.size()) event = options_.faults[next_fault_].tick;
+  return late_.empty() ? event : std::min(event, late_.front().due);
+}
+
+/// Nobody reads between two calls, so which of the ticks the queue keeps is arithmetic. A stall costs one queue of work, and a
+/// hand its motion until then.
+void SimulatedReports::make_ticks(std::int64_t last) {
+  const auto kept = queue_.make_room(last - next_tick_ + 1);
+  const std::int64_t first = next_tick_ + kept.first;
+  for (std::int64_t tick = first; tick < first + kept.count; ++tick) queue_.append({tick, position_at(tick)});
+  if (hand_) position_at(last);  // it moves on, whatever becomes of the report
+  next_tick_ = last + 1;
+}
+
+void SimulatedReports::make_faulty_tick(std::int64_t tick) {
+  using Kind = ReportFault::Kind;
+  SimulatedReport report{tick, position_at(tick)};
+  std::int64_t copies = 1, delay = 0;
+  bool lost = false;
+  for (; next_fault_ < options_.faults.size() && options_.faults[next_fault_].tick == tick; ++next_fault_) {
+    const ReportFault& fault = options_.faults[next_fault_];
+    switch (fault.kind) {
+      case Kind::lost: lost = true; break;
+      case Kind::duplicated: copies += fault.amount; break;
+      case Kind::late: delay = fault.amount; break;
+      case Kind::cut: report.shape = SimulatedReport::Shape::cut, report.bytes = fault.amount; break;
+      case Kind::longer: report.shape = SimulatedReport::Shape::longer, report.bytes = fault.amount; break;
+      case Kind::unknown_id: report.shape = SimulatedReport::Shape::unknown_id; break;
+      case Kind::interrupted: interruptions_ += fault.amount; break;
+      case Kind::write_lost: writes_to_lose_ += fault.amount; break;
+      case Kind::write_rejected: writes_to_reject_ += fault.amount; break;
+    }
+  }
+  for (std::int64_t copy = 0; copy < copies && !lost; ++copy) {
+    if (delay == 0) {
+      queue_.push(report);
+      continue;
+    }
+    const auto after = std::upper_bound(late_.begin(), late_.end(), tick + delay, [](std::int64_t due, const Late& late) { return due < late.due; });
+    late_.insert(after, {tick + delay, report});
+  }
+  while (!late_.empty() && late_.front().due == tick) {
+    queue_.push(late_.front().report);
+    late_.erase(late_.begin());
+  }
+}
+
+HidWrite SimulatedReports::write_fault(bool& lost) {
+  lost = false;
+  if (writes_to_reject_ > 0) return --writes_to_reject_, HidWrite::rejected;
+  if (writes_to_lose_ > 0) --writes_to_lose_, lost = true;
+  return HidWrite::ok;
+}
+
+}  // namespace evenstep
