@@ -135,22 +135,22 @@ ProbeCompliance::ProbeCompliance(const TissueScene& scene, const Lattice& lattic
   }
 }
 
-glm::dmat3 ProbeCompliance::settled(std::size_t tool, const glm::dvec3& offset_m,
+glm::dmat3 ProbeCompliance::settled(std::size_t tool, const glm::dvec3& offset_m, double reach_m,
                                     std::span<const std::array<double, 3>> displacement_m,
                                     const glm::dmat3& instantaneous_N_per_m) const {
   const ToolCoupling& probe = tools_[tool];
   const glm::dvec3 center_m = probe.center_m + offset_m;
   // The instantaneous sum may be one of floats: what it does not count must not be taken from it.
-  const double rounding_m = 1e-6 * (probe.radius_m + glm::length(probe.center_m) + glm::length(offset_m));
+  const double rounding_m = 1e-6 * (reach_m + glm::length(probe.center_m) + glm::length(offset_m));
   glm::dmat3 sum = instantaneous_N_per_m;
   for (const Node& node : nodes_[tool]) {
     const auto& [x, y, z] = displacement_m[node.at];
     const glm::dvec3 d = glm::dvec3(x, y, z) + (node.rest_m - center_m);
     const double distance_m = glm::length(d);
-    if (!(probe.radius_m - distance_m > rounding_m) || distance_m < rounding_m) continue;
+    if (!(reach_m - distance_m > rounding_m) || distance_m < rounding_m) continue;
     const glm::dvec3 n = d / distance_m;
     const double yields_m_per_N = 1 / probe.stiffness_N_per_m + glm::dot(n, node.compliance_m_per_N * n);
-    sum += glm::outerProduct(n, n) / yields_m_per_N - spring_hessian(probe.stiffness_N_per_m, probe.radius_m, d);
+    sum += glm::outerProduct(n, n) / yields_m_per_N - spring_hessian(probe.stiffness_N_per_m, reach_m, d);
   }
   return sum;
 }

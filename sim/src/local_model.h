@@ -48,8 +48,10 @@ class ProbeCompliance {
   ProbeCompliance(const TissueScene& scene, const Lattice& lattice);
   /// Cells whose displacements `settled` reads, probe after probe.
   const std::vector<std::uint32_t>& cells() const { return cells_; }
-  /// The settled stiffness from the instantaneous one, of a probe displaced by `offset_m`; `displacement_m` as cells().
-  glm::dmat3 settled(std::size_t tool, const glm::dvec3& offset_m, std::span<const std::array<double, 3>> displacement_m,
+  /// The settled stiffness from the instantaneous one, of a probe of radius `reach_m` displaced by `offset_m`; `displacement_m`
+  /// as cells().
+  glm::dmat3 settled(std::size_t tool, const glm::dvec3& offset_m, double reach_m,
+                     std::span<const std::array<double, 3>> displacement_m,
                      const glm::dmat3& instantaneous_N_per_m) const;
 
  private:
