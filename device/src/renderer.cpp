@@ -30,7 +30,7 @@ Softened softened(const ContactRecord& record, double most_N_per_m) {
   const Axes of = axes_of(record.stiffness_N_per_m);
   const auto& [values, axes] = of;
   Softened soft{record, largest_value(of)};
-  if (!(soft.stiffest_N_per_m > most_N_per_m)) return soft;
+  if (!(soft.stiffest_N_per_m > most_N_per_m) || !std::isfinite(soft.stiffest_N_per_m)) return soft;
   ContactRecord& contact = soft.record;
   Symmetric& k = contact.stiffness_N_per_m;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -34,11 +34,11 @@ void rotate(Matrix& a, Matrix& v, std::size_t p, std::size_t q) {
 Axes axes_of(const Symmetric& k) {
   Matrix a{{{k.xx, k.xy, k.xz}, {k.xy, k.yy, k.yz}, {k.xz, k.yz, k.zz}}};
   Matrix v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  // It converges quadratically: five or six sweeps for any 3x3 matrix.
+  // It converges quadratically: five or six sweeps.
   for (int sweep = 0; sweep < 12; ++sweep) {
     const double beside = std::abs(a[0][1]) + std::abs(a[0][2]) + std::abs(a[1][2]);
     const double on = std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2]);
-    if (on + beside * 1e-3 == on) break;
+    if (on + beside == on) break;
     rotate(a, v, 0, 1);
     rotate(a, v, 0, 2);
     rotate(a, v, 1, 2);
@@ -53,7 +53,7 @@ Axes axes_of(const Symmetric& k) {
 
 double largest_value(const Axes& of) {
   const auto [x, y, z] = of.values;
-  return std::isnan(x + y + z) ? x + y + z : std::max({x, y, z});
+  return std::isfinite(x + y + z) ? std::max({x, y, z}) : x + y + z;
 }
 
 }  // namespace evenstep

@@ -329,6 +329,29 @@ TEST_CASE("A probe on a chain has the stiffness of the springs in series; on a f
   CHECK(largest(stiffness()) < 1e-9);
 }
 
+TEST_CASE("A particle at the very surface of a probe is never counted as stiffer than it is, whichever way it rounds", "[local]") {
+  for (const SolverKind kind : kEverySolver) {
+    TissueScene chain;
+    chain.lattice = {1, 1, 5};
+    chain.particle_count = 5;
+    chain.stiffness_N_per_m = 40;
+    chain.particle_mass_kg = 1e6;  // stays where it is
+    chain.substeps = 1;
+    chain.tools = {{glm::dvec3(0.011, -0.007, 0) + glm::dvec3(0, 0, 20e-3 + 4e-3), 4e-3, CouplingKind::probe, 25}};
+    const auto solver = make_solver(kind, modelled(chain, LocalModel::settled, 1e-3));
+    step(*solver, 1, {});
+    // To the place over the chain's end, through its surface in steps of a tenth of a float's rounding.
+    int touched = 0;
+    for (int n = -400; n <= 400; ++n) {
+      step(*solver, 1, {glm::dvec3(-0.011, 0.007, n * 2e-10)});
+      const ToolContact& contact = solver->contacts()[0];
+      REQUIRE(contact.stiffness_N_per_m[2][2] == Approx(1 / (1.0 / 25 + 4.0 / 40)).epsilon(1e-4));
+      touched += contact.touching;
+    }
+    CHECK((touched > 100 && touched < 700));
+  }
+}
+
 TEST_CASE(
     "Of a probe that touches several particles the settled model lies between the settled and the instantaneous stiffness",
     "[local]") {

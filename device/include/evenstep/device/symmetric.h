@@ -22,7 +22,7 @@ struct Axes {
 /// rounding; values to a few roundings of the largest. A diagonal matrix is its own answer. What is not finite has values that
 /// are not.
 Axes axes_of(const Symmetric& a);
-/// The largest of the values; a NaN if one is not a number.
+/// The largest of the values; not finite where one is not.
 double largest_value(const Axes& of);
 
 }  // namespace evenstep
