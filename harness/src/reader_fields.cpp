@@ -445,8 +445,8 @@ const std::vector<Field> kDevice{
                 "with a jump.",
      .kinds = "local"},
     {.table = "device.render", .key = "cap", .forms = kWord | kQuantity,
-     .meaning = "A stiffer contact is played as stiff as this, along its stiff directions, force and stiffness alike. `law`: the "
-                "largest stable stiffness of a spring in this device's `hand`. Default: none.",
+     .meaning = "A stiffer contact is played as stiff as this, along its stiff directions, force and stiffness alike. `law`: nine "
+                "tenths of the largest stable stiffness of a spring in this device's `hand`. Default: none.",
      .words = "law", .kinds = "local", .dimension = D::stiffness, .range = above(0), .example = "\"2000 N/m\""},
     {.table = "device.render", .key = "frequency", .forms = kRate,
      .meaning = "Of the model's mass between its springs, the tool held still. Default: the scene's, of kind `mode`.",
