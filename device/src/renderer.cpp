@@ -25,6 +25,25 @@ glm::dvec3 without_pull(const glm::dvec3& force_N, const glm::dvec3& outward) {
 
 }  // namespace
 
+Softened softened(const ContactRecord& record, double most_N_per_m) {
+  assert(most_N_per_m > 0);
+  const Axes of = axes_of(record.stiffness_N_per_m);
+  const auto& [values, axes] = of;
+  Softened soft{record, largest_value(of)};
+  if (!(soft.stiffest_N_per_m > most_N_per_m) || !std::isfinite(soft.stiffest_N_per_m)) return soft;
+  ContactRecord& contact = soft.record;
+  Symmetric& k = contact.stiffness_N_per_m;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (values[i] <= most_N_per_m) continue;
+    const glm::dvec3& v = axes[i];
+    const double less = values[i] - most_N_per_m;
+    k = {k.xx - less * v.x * v.x, k.yy - less * v.y * v.y, k.zz - less * v.z * v.z,
+         k.xy - less * v.x * v.y, k.xz - less * v.x * v.z, k.yz - less * v.y * v.z};
+    contact.force_N -= v * (dot(v, record.force_N) * (less / values[i]));
+  }
+  return soft;
+}
+
 AffineContact affine_contact(const ContactRecord& record, bool knows_gap) {
   AffineContact contact{record.force_N, record.tool_m, record.stiffness_N_per_m,
                         record.unilateral ? record.normal : glm::dvec3(0), record.read_at};

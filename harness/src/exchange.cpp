@@ -34,6 +34,10 @@ Exchange::~Exchange() = default;
 
 std::uint64_t Exchange::forces(int tool) const { return links_[static_cast<std::size_t>(tool)].forces->head(); }
 
+std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
+  return links_[static_cast<std::size_t>(tool)].forces->contacts();
+}
+
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
   links_[static_cast<std::size_t>(tool)].interaction.push(sample.read_at, sample.position_m);

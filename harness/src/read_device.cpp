@@ -88,6 +88,12 @@ ProgrammedMotion read_programmed(const ScenarioReading& reading, const Table& mo
   return programmed;
 }
 
+RenderSpec::Cap read_cap(const Table& render) {
+  using Kind = RenderSpec::Cap::Kind;
+  if (render.text("cap") == "law") return {Kind::by_law, 0};
+  return {Kind::fixed, render.si("cap")};
+}
+
 RenderSpec read_render(const Table& render) {
   RenderSpec spec;
   const std::string kind = render.text("kind");
@@ -96,6 +102,7 @@ RenderSpec read_render(const Table& render) {
     spec.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
     spec.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
     spec.knows_gap = render.boolean("gap");
+    if (render.has("cap")) spec.cap = read_cap(render);
   } else if (kind == "smith") {
     spec.kind = RenderSpec::Kind::smith;
     if (render.has("frequency")) spec.mode.frequency_Hz = in_Hz(render.rate("frequency"));
@@ -184,6 +191,9 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   const Table render = device.table("render");
   spec.emission = render.text("emission") == "hold" ? Emission::hold : Emission::linear;
   spec.render = read_render(render);
+  if (spec.render.cap.kind == RenderSpec::Cap::Kind::by_law && !spec.hand)
+    reading.errors.add(render.place("cap"), "'cap': \"law\" follows from the mass and damping of a hand, and this motion is "
+                                            "programmed; write a stiffness, or motion = { kind = \"hand\", ... }");
   spec.cut = read_guard(device.table("guard"), reading.scenario.nominal, reading.errors);
   spec.limits = {device.si("force_limit"), device.si("slew_limit"), cut_limits(spec.cut, {})};
   return spec;

@@ -82,6 +82,9 @@ void read_steps(const Table& study, Scenario& scenario, Errors& errors) {
 void read_stiffness_limit(const Table& study, Scenario& scenario, Errors& errors) {
   const Table search = study.table("stiffness_limit");
   scenario.study.stiffness_limit = {search.si("from"), search.si("to"), static_cast<int>(search.integer("seeds"))};
+  scenario.study.stiffness_limit->scales_mass = search.text("mass") == "in-proportion";
+  if (search.has("mass") && !std::holds_alternative<TissueScene>(scenario.scene.body))
+    errors.add(search.place("mass"), "'mass' is that of a tissue's particles, and this scene has none; remove it");
   if (scenario.study.stiffness_limit->from_N_per_m >= scenario.study.stiffness_limit->to_N_per_m)
     errors.add(search.place("to"), "'stiffness_limit': 'to' is not above 'from'; exchange them, or look further");
   if (!has_hand(scenario))

@@ -463,6 +463,10 @@ const std::vector<Field> kDevice{
      .meaning = "Whether the distance to a surface that is not touched is used. `false` is a control: the touch then comes late, "
                 "with a jump.",
      .kinds = "local"},
+    {.table = "device.render", .key = "cap", .forms = kWord | kQuantity,
+     .meaning = "A stiffer contact is played as stiff as this, along its stiff directions, force and stiffness alike. `law`: nine "
+                "tenths of the largest stable stiffness of a spring in this device's `hand`. Default: none.",
+     .words = "law", .kinds = "local", .dimension = D::stiffness, .range = above(0), .example = "\"2000 N/m\""},
     {.table = "device.render", .key = "frequency", .forms = kRate,
      .meaning = "Of the model's mass between its springs, the tool held still. Default: the scene's, of kind `mode`.",
      .kinds = "smith", .range = above(0, 1000), .example = "\"7 Hz\""},
@@ -552,6 +556,10 @@ const std::vector<Field> kStudy{
      .dimension = D::stiffness, .range = above(0), .example = "\"30000 N/m\""},
     {.table = "study.stiffness_limit", .key = "seeds", .forms = kInteger, .default_toml = "1",
      .meaning = "Stable is what is so with each of so many seeds, from [run] `seed` on.", .range = between(1, 1000)},
+    {.table = "study.stiffness_limit", .key = "mass", .forms = kWord, .default_toml = "\"kept\"",
+     .meaning = "Of a tissue, whose regions and tools become stiffer in proportion. `kept`: what is stiffer swings faster. "
+                "`in-proportion`: masses and axial damping too, so that its frequencies stay, as those of a `mode` do.",
+     .words = "kept|in-proportion"},
 };
 
 const std::vector<Field> kSweep{

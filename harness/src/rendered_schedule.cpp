@@ -1,6 +1,6 @@
 #include "rendered_schedule.h"
 
-#include <utility>
+#include <algorithm>
 #include <variant>
 
 namespace evenstep::internal {
@@ -17,45 +17,55 @@ class ForcesAsScheduled final : public RenderedSchedule {
   ForceSchedule<glm::dvec3> forces_;
 };
 
-glm::dvec3 rendered(const LocalRenderer& renderer, const AffineContact& contact, Duration age, const DeviceSample& sample) {
-  return renderer.force_N(contact, age, sample.position_m);
-}
-glm::dvec3 rendered(SmithRenderer& renderer, const AffineContact& contact, Duration age, const DeviceSample& sample) {
-  return renderer.force_N(contact, age, sample.read_at, sample.position_m);
-}
-
 /// Records past the newest one are held: their law goes on answering the hand.
-template <class Renderer>
-class RenderedContacts final : public RenderedSchedule {
+class ContactsByLaw final : public RenderedSchedule {
  public:
-  RenderedContacts(const LinkSpec& link, bool knows_gap, Renderer renderer)
-      : contacts_(link.forces, link.emission), knows_gap_(knows_gap), renderer_(std::move(renderer)) {}
+  ContactsByLaw(const LinkSpec& link, const RenderLocal& local)
+      : contacts_(link.forces, link.emission), local_(local), renderer_(local.alpha) {}
   void push(RealTime emission, const ContactRecord& record) override {
-    contacts_.push(emission, affine_contact(record, knows_gap_));
+    const Softened soft = softened(record, local_.most_N_per_m);
+    summary_.stiffest_N_per_m = std::max(summary_.stiffest_N_per_m, soft.stiffest_N_per_m);
+    summary_.softened += soft.stiffest_N_per_m > local_.most_N_per_m;
+    contacts_.push(emission, affine_contact(soft.record, local_.knows_gap));
   }
+  std::uint64_t head() const override { return contacts_.head(); }
+  std::optional<RenderedContactsSummary> contacts() const override { return summary_; }
+  Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
+    const Reading<AffineContact> contact = contacts_.at(at, head);
+    if (contact.status == ReadStatus::empty) return {glm::dvec3(0), contact.status, contact.newest};
+    return {renderer_.force_N(contact.value, at - contact.newest, sample.position_m), contact.status, contact.newest};
+  }
+
+ private:
+  ForceSchedule<AffineContact> contacts_;
+  RenderLocal local_;
+  LocalRenderer renderer_;
+  RenderedContactsSummary summary_;
+};
+
+class ContactsByMode final : public RenderedSchedule {
+ public:
+  ContactsByMode(const LinkSpec& link, const RenderSmith& smith)
+      : contacts_(link.forces, link.emission), renderer_(smith.mode, smith.memory, period_ceil(link.ticks.rate)) {}
+  void push(RealTime emission, const ContactRecord& record) override { contacts_.push(emission, affine_contact(record, true)); }
   std::uint64_t head() const override { return contacts_.head(); }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
     const Reading<AffineContact> contact = contacts_.at(at, head);
     // Also where there is no record yet: what remembers the hand must see every tick.
-    const glm::dvec3 force_N = rendered(renderer_, contact.value, at - contact.newest, sample);
+    const glm::dvec3 force_N = renderer_.force_N(contact.value, at - contact.newest, sample.read_at, sample.position_m);
     return {contact.status == ReadStatus::empty ? glm::dvec3(0) : force_N, contact.status, contact.newest};
   }
 
  private:
   ForceSchedule<AffineContact> contacts_;
-  bool knows_gap_;
-  Renderer renderer_;
+  SmithRenderer renderer_;
 };
 
 }  // namespace
 
 std::unique_ptr<RenderedSchedule> make_rendered_schedule(const LinkSpec& link) {
-  if (const auto* local = std::get_if<RenderLocal>(&link.render))
-    return std::make_unique<RenderedContacts<LocalRenderer>>(link, local->knows_gap, LocalRenderer(local->alpha));
-  if (const auto* smith = std::get_if<RenderSmith>(&link.render)) {
-    return std::make_unique<RenderedContacts<SmithRenderer>>(
-        link, true, SmithRenderer(smith->mode, smith->memory, period_ceil(link.ticks.rate)));
-  }
+  if (const auto* local = std::get_if<RenderLocal>(&link.render)) return std::make_unique<ContactsByLaw>(link, *local);
+  if (const auto* smith = std::get_if<RenderSmith>(&link.render)) return std::make_unique<ContactsByMode>(link, *smith);
   return std::make_unique<ForcesAsScheduled>(link);
 }
 

@@ -3,6 +3,7 @@
 /// the scheduled force itself carries nothing but forces.
 
 #include <memory>
+#include <optional>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/renderer.h"
@@ -16,6 +17,7 @@ class RenderedSchedule {
   virtual ~RenderedSchedule() = default;
   /// Simulation lane.
   virtual void push(RealTime emission, const ContactRecord& record) = 0;
+  virtual std::optional<RenderedContactsSummary> contacts() const { return std::nullopt; }
   virtual std::uint64_t head() const = 0;
   /// Device lane, once per tick: the force at `at` under the hand as it was sampled in this tick.
   virtual Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) = 0;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <type_traits>
@@ -43,14 +46,20 @@ std::optional<Plant> plant_of(const DeviceSpec& device) {
   return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};
 }
 
-/// What the tool feels, for an example; of a tissue, whose stiffness at the tool nobody knows yet, 100 N/m.
-double felt_stiffness(const Scene& scene) {
+/// What the tool feels at rest; of a tissue nobody knows it yet.
+std::optional<double> felt_stiffness(const Scene& scene) {
   return std::visit(
-      [](const auto& body) {
+      [](const auto& body) -> std::optional<double> {
         using Body = std::decay_t<decltype(body)>;
-        return std::is_same_v<Body, TissueScene> ? 100 : body.stiffness_N_per_m;
+        if constexpr (std::is_same_v<Body, TissueScene>) return std::nullopt;
+        else return body.stiffness_N_per_m;
       },
       scene.body);
+}
+
+/// 0 where the scheduled force is played as it is.
+double alpha_or_none(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  return device.render.kind == RenderSpec::Kind::local ? alpha_of(scenario, plan, device) : 0;
 }
 
 }  // namespace
@@ -68,6 +77,41 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
 double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   if (device.render.alpha) return *device.render.alpha;
   return automatic_alpha(loop_delays(scenario, plan, device), plant_of(device));
+}
+
+double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  using Kind = RenderSpec::Cap::Kind;
+  if (device.render.cap.kind == Kind::fixed) return device.render.cap.fixed_N_per_m;
+  const std::optional<Plant> plant = plant_of(device);
+  if (device.render.cap.kind == Kind::none || !plant) return std::numeric_limits<double>::infinity();
+  // What is measured lies between 0.2 % below the law and 80 % above it.
+  constexpr double kMargin = 0.9;
+  return kMargin * largest_stiffness_N_per_m(alpha_of(scenario, plan, device), loop_delays(scenario, plan, device), *plant);
+}
+
+LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  const LoopDelays loop = loop_delays(scenario, plan, device);
+  LoopRecord record{loop.scheduled_s + loop.device_s, felt_stiffness(scenario.scene)};
+  if (device.render.kind == RenderSpec::Kind::smith) return record;  // the laws are of a spring
+  const double alpha = alpha_or_none(scenario, plan, device);
+  record.damping_per_stiffness_s = rendered_damping(1, alpha, loop);
+  if (const std::optional<Plant> plant = plant_of(device))
+    record.stiffness_limit_N_per_m = largest_stiffness_N_per_m(alpha, loop, *plant);
+  if (device.render.kind != RenderSpec::Kind::local) return record;
+  record.alpha = alpha;
+  record.alpha_star = alpha_star(loop);
+  record.cap_N_per_m = cap_of(scenario, plan, device);
+  return record;
+}
+
+std::optional<double> stored_energy_J(const Scene& scene, const glm::dvec3& x) {
+  const auto dot = [](const glm::dvec3& a, const glm::dvec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  if (const auto* spring = std::get_if<SpringScene>(&scene.body)) return spring->stiffness_N_per_m * dot(x, x) / 2;
+  const auto* wall = std::get_if<WallScene>(&scene.body);
+  if (wall == nullptr) return std::nullopt;
+  const double depth_m = std::max(0.0, wall->surface_m - dot(wall->normal, x) / std::sqrt(dot(wall->normal, wall->normal)));
+  const double harder = wall->hardening_m > 0 ? 2 * depth_m / (3 * wall->hardening_m) : 0;
+  return wall->stiffness_N_per_m * depth_m * depth_m / 2 * (1 + harder);
 }
 
 std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render) {
@@ -89,14 +133,16 @@ std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& rende
 std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
   const bool local = device.render.kind == RenderSpec::Kind::local;
-  const double alpha = local ? alpha_of(scenario, plan, device) : 0;
+  const double alpha = alpha_or_none(scenario, plan, device);
   std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
   if (const std::optional<double> star = alpha_star(loop); local && star)
     line += fmt::format(", alpha {:.4g} (alpha* {:.4g})", alpha, *star);
-  const double stiffness = felt_stiffness(scenario.scene);
+  const double stiffness = felt_stiffness(scenario.scene).value_or(100);  // for an example
   line += fmt::format(", renders {:+.3g} N s/m beside {:.6g} N/m", rendered_damping(stiffness, alpha, loop), stiffness);
   if (const std::optional<Plant> plant = plant_of(device))
     line += fmt::format(", a spring of {:.4g} N/m at most", largest_stiffness_N_per_m(alpha, loop, *plant));
+  if (const double cap = cap_of(scenario, plan, device); local && std::isfinite(cap))
+    line += fmt::format(", contacts above {:.4g} N/m played as that", cap);
   return line;
 }
 

@@ -11,7 +11,7 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
     case RenderSpec::Kind::force:
       break;
     case RenderSpec::Kind::local:
-      return RenderLocal{alpha_of(scenario, plan, device), device.render.knows_gap};
+      return RenderLocal{alpha_of(scenario, plan, device), device.render.knows_gap, cap_of(scenario, plan, device)};
     case RenderSpec::Kind::smith:
       // A record is read up to the latency before it is played, or up to a segment where it is played as it comes; the next
       // one is two slots on; and it is held until it has faded.

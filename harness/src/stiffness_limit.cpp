@@ -22,11 +22,25 @@ constexpr double kCloseEnough = 1.01;
 
 bool interrupted(const StudyControl& control) { return control.interrupted && *control.interrupted; }
 
+/// Of a tissue its regions and tools in proportion, and where asked the masses.
+void make_stiffer(TissueScene& tissue, double factor, bool masses_too) {
+  for (MaterialRegion& region : tissue.regions) region.stiffness_N_per_m *= factor;
+  for (ToolCoupling& tool : tissue.tools) tool.stiffness_N_per_m *= factor;
+  if (!masses_too) return;
+  tissue.particle_mass_kg *= factor;
+  tissue.axial_damping_N_s_per_m *= factor;
+  for (MaterialRegion& region : tissue.regions) region.particle_mass_kg *= factor;
+  for (ToolCoupling& tool : tissue.tools) tool.damping_N_s_per_m *= factor;
+}
+
 /// The scenario with another stiffness, and nothing kept that only a report needs.
 Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   Scenario changed = scenario;
+  if (auto* tissue = std::get_if<TissueScene>(&changed.scene.body))
+    make_stiffer(*tissue, stiffness_N_per_m / tissue->stiffness_N_per_m, scenario.study.stiffness_limit->scales_mass);
   std::visit([&](auto& body) { body.stiffness_N_per_m = stiffness_N_per_m; }, changed.scene.body);
   changed.scene.needs_state_digest = false;
+  changed.needs_undelayed = false;
   changed.keep_rows = false;
   return changed;
 }

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "evenstep/harness/rendering.h"
 #include "evenstep/harness/run_failure.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "undelayed.h"
 
 namespace evenstep {
 namespace {
@@ -18,6 +21,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
   for (const DeviceSpec& device : scenario.devices) {
     DeviceRecord& kept = record.devices.emplace_back();
     kept.name = device.name;
+    kept.loop = loop_record(scenario, plan, device);
   }
   const auto& [steps, any, here] = plan.sizing;
   record.latency = {plan.lead,
@@ -78,20 +82,20 @@ Scene scene_of(const Scenario& scenario, StrategyKind kind) {
   return scene;
 }
 
-/// What the scene would have answered without any delay: stepped at the device's own ticks, by what each of them read. Not of a
-/// tissue, whose every step costs.
-void put_undelayed(const Scenario& scenario, const DeviceSpec& device, DeviceRecord& record) {
-  if (std::holds_alternative<TissueScene>(scenario.scene.body)) return;
-  Scene scene = scenario.scene;
-  scene.step_rate = device.rate;
-  scene.tool_count = 1;
-  scene.local_model = LocalModel::none;
-  const std::unique_ptr<Solver> solver = make_solver(scenario.solver, scene);
-  for (TickRow& tick : record.ticks) {
-    const auto [x, y, z] = tick.position_m;
-    const glm::dvec3 position_m(x, y, z);
-    tick.undelayed_N = to_vec3(solver->step(std::span(&position_m, 1)).force_N[0]);
-  }
+/// Of the contacts that it was given, where it renders with them.
+void put_contacts(const std::optional<RenderedContactsSummary>& contacts, DeviceRecord& record) {
+  if (!contacts) return;
+  record.counters["contact_stiffness"] = contacts->stiffest_N_per_m;
+  record.counters["softened"] = static_cast<double>(contacts->softened);
+}
+
+/// What the scene holds where judging begins.
+void put_stored(const Scenario& scenario, DeviceRecord& record) {
+  const RealTime from{scenario.warmup.ns};
+  const auto first = std::find_if(record.ticks.begin(), record.ticks.end(), [&](const TickRow& tick) { return tick.at >= from; });
+  if (first == record.ticks.end()) return;
+  const auto [x, y, z] = first->position_m;
+  record.stored_J = stored_energy_J(scenario.scene, glm::dvec3(x, y, z));
 }
 
 void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
@@ -145,10 +149,12 @@ StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
   keep_events(events, record_);
   record_.emission_repairs = map_->emission_repairs();
   record_.solver = solver_record(*solver_, scene_, step_.seconds);
+  internal::put_undelayed(scenario_, record_.devices);
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
     DeviceRecord& device = record_.devices[tool];
     device.counters = counters_of(lanes_[tool]);
-    put_undelayed(scenario_, scenario_.devices[tool], device);
+    put_contacts(exchange_.contacts(static_cast<int>(tool)), device);
+    put_stored(scenario_, device);
     if (scenario_.devices[tool].hand || scenario_.devices[tool].is_real) continue;  // where it was is not known beforehand
     for (std::size_t n = 0; n < device.steps.size(); ++n) {
       device.steps[n].true_position_m = to_vec3(position_m(scenario_.devices[tool].motion, record_.steps[n].read));

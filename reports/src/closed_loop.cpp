@@ -98,9 +98,31 @@ std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal
 }
 
 namespace internal {
+namespace {
+
+/// What the laws say, beside what was measured. Of a tissue the stiffness is the stiffest contact that was met, where one was.
+void put_laws(const DeviceRecord& device, std::map<std::string, double>& values) {
+  const LoopRecord& loop = device.loop;
+  const auto put = [&](const char* metric, const std::optional<double>& value) {
+    if (value && std::isfinite(*value)) values[metric] = *value;
+  };
+  put("loop_delay", loop.delay_s);
+  put("alpha", loop.alpha);
+  put("alpha_star", loop.alpha_star);
+  put("stiffness_cap", loop.cap_N_per_m);
+  put("predicted_stiffness_limit", loop.stiffness_limit_N_per_m);
+  std::optional<double> stiffness_N_per_m = loop.stiffness_N_per_m;
+  const auto met = device.counters.find("contact_stiffness");
+  if (!stiffness_N_per_m && met != device.counters.end()) stiffness_N_per_m = met->second;
+  if (!stiffness_N_per_m || !loop.damping_per_stiffness_s) return;
+  put("predicted_damping", *loop.damping_per_stiffness_s * std::min(*stiffness_N_per_m, loop.cap_N_per_m.value_or(*stiffness_N_per_m)));
+}
+
+}  // namespace
 
 std::map<std::string, double> closed_loop_values(const RunRecord& run, const DeviceRecord& device) {
   std::map<std::string, double> values;
+  put_laws(device, values);
   const Nominal::Device* nominal = nominal_device(run.nominal, device.name);
   const std::vector<std::size_t> ticks = judged_ticks(device, run.nominal);
   if (!nominal || ticks.size() < 2) return values;
@@ -116,6 +138,7 @@ std::map<std::string, double> closed_loop_values(const RunRecord& run, const Dev
   for (const double energy : energy_J) extracted.add(-energy);
   values["energy_min"] = -extracted.value;
   values["energy_end"] = energy_J.back();
+  if (device.stored_J.value_or(0) > 0) values["energy_released"] = extracted.value / *device.stored_J;
   if (nominal->sine) {
     const double begun_s = nominal->sine->begin_s - seconds(run.nominal.judged_from - RealTime{0});
     const auto first = static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), begun_s) - t.begin());

@@ -71,10 +71,17 @@ class CpuTissue final : public TissueSolver {
     std::size_t n = 0;
     for (std::size_t tool = 0; tool < lattice().held.size(); ++tool) {
       for (const std::uint32_t cell : lattice().held[tool]) readings.held_N[n++] = force_on_hand(tool, cell, now);
-      if (scene().tools[tool].kind == CouplingKind::probe) readings.probes[tool] = sum_probe(tool, now);
+      if (scene().tools[tool].kind == CouplingKind::probe) 
+        readings.probes[tool] = sum_probe(constants_.tools[tool], now[tool]);
     }
     for (std::size_t w = 0; w < watched().size(); ++w)
       readings.displacement_m[w] = {now_.x[watched()[w]], now_.y[watched()[w]], now_.z[watched()[w]]};
+  }
+
+  ProbeSums read_probe(std::size_t tool, const ToolStates& now, double radius_m) override {
+    ToolConstants<Real> reaching = constants_.tools[tool];
+    reaching.radius_m = static_cast<Real>(radius_m);
+    return sum_probe(reaching, now[tool]);
   }
 
   std::uint64_t digest() override {
@@ -199,11 +206,11 @@ class CpuTissue final : public TissueSolver {
     return {-(f.x * k), -(f.y * k), -(f.z * k)};
   }
 
-  ProbeSums sum_probe(std::size_t tool, const ToolStates& now) {
+  ProbeSums sum_probe(const ToolConstants<Real>& constants, const ToolState& now) {
     const std::size_t partials = lattice().span / kChunk;
     const auto run = [&](auto local_model) {
-      probe_sums<local_model, Real>(static_cast<std::ptrdiff_t>(partials), read(now_), cells_, constants_.tools[tool],
-                                    ToolVectors<Real>(now[tool]), probe_sums_.data());
+      probe_sums<local_model, Real>(static_cast<std::ptrdiff_t>(partials), read(now_), cells_, constants,
+                                    ToolVectors<Real>(now), probe_sums_.data());
     };
     features().local_model ? run(std::true_type{}) : run(std::false_type{});
     return add_partials<Real>(probe_sums_, features().local_model);

@@ -79,6 +79,10 @@ class OpenClTissue final : public TissueSolver {
 
   void read_tools(const ToolStates& now, ToolReadings& readings) override { tools_.read(current_, now, readings); }
 
+  ProbeSums read_probe(std::size_t tool, const ToolStates& now, double radius_m) override {
+    return tools_.read_probe(current_, tool, now, static_cast<float>(radius_m));
+  }
+
   std::uint64_t digest() override {
     commands_.enqueue(kernels().cell_digest, lattice().span);
     commands_.enqueue(chunk_digest_, cells_.chunks());

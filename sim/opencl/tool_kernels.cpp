@@ -58,11 +58,13 @@ void ToolKernels::bind_grab(Kernels& kernels, const ClField& u, const ClField& v
   kernels.grab_force.add(cl_uint{0}, result_buffer_);
 }
 
-void ToolKernels::bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) const {
+void ToolKernels::bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) {
   const ToolConstants<float>& constants = cells_.constants.tools[tool];
   const auto& [x, y, z] = constants.center_m;
   probe = commands_.kernel("probe_cells");
-  probe.add(u, cells_.rest_m, cells_.mobile, constants.stiffness, constants.radius_m, cl_float4{{x, y, z, 0}}, probe_cells_);
+  probe.add(u, cells_.rest_m, cells_.mobile, constants.stiffness);
+  radius_at_ = probe.next();
+  probe.add(constants.radius_m, cl_float4{{x, y, z, 0}}, probe_cells_);
   probe.tools_at = probe.next();
   probe.add(cl_float4{});
 }
@@ -92,14 +94,29 @@ void ToolKernels::read(std::size_t direction, const ToolStates& now, ToolReading
     commands_.enqueue(kernels.coupling_force, commands_.padded(coupled_count_));
   }
   for (std::size_t tool = 0; tool < cells_.scene.tools.size(); ++tool) {
-    if (!cells_.is_probe(tool)) continue;
-    kernels.probe[tool].set(kernels.probe[tool].tools_at, float4(now[tool].offset_m));
-    commands_.enqueue(kernels.probe[tool], cells_.lattice.span);
-    commands_.enqueue(probe_sums_[tool], probe_size());
+    if (cells_.is_probe(tool)) enqueue_probe(kernels, tool, now, cells_.constants.tools[tool].radius_m);
   }
   if (!watched_.empty()) commands_.enqueue(kernels.displacements, commands_.padded(watched_.size()));
   commands_.read(result_buffer_, result_);
   take_result(readings);
+}
+
+void ToolKernels::enqueue_probe(const Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m) const {
+  const BoundKernel& probe = kernels.probe[tool];
+  probe.set(radius_at_, radius_m);
+  probe.set(probe.tools_at, float4(now[tool].offset_m));
+  commands_.enqueue(probe, cells_.lattice.span);
+  commands_.enqueue(probe_sums_[tool], probe_size());
+}
+
+ProbeSums ToolKernels::probe_result(std::size_t tool) const {
+  return add_partials(std::span(result_).subspan(probe_at(tool), probe_size()), cells_.features.local_model);
+}
+
+ProbeSums ToolKernels::read_probe(std::size_t direction, std::size_t tool, const ToolStates& now, float radius_m) {
+  enqueue_probe(kernels_[direction], tool, now, radius_m);
+  commands_.read(result_buffer_, result_);
+  return probe_result(tool);
 }
 
 void ToolKernels::take_result(ToolReadings& readings) const {
@@ -109,8 +126,7 @@ void ToolKernels::take_result(ToolReadings& readings) const {
     for (std::size_t held = 0; held < cells_.lattice.held[tool].size(); ++held, from += 3)
       readings.held_N[n++] = {result_[from], result_[from + 1], result_[from + 2]};
     if (!cells_.is_probe(tool)) continue;
-    readings.probes[tool] =
-        add_partials(std::span(result_).subspan(probe_at(tool), probe_size()), cells_.features.local_model);
+    readings.probes[tool] = probe_result(tool);
   }
   for (std::size_t w = 0; w < watched_.size(); ++w) {
     const std::size_t from = watched_at() + 3 * w;

@@ -21,14 +21,18 @@ class ToolKernels {
 
   void put_grabs(std::size_t direction, const ToolStates& tools) const;
   void read(std::size_t direction, const ToolStates& now, ToolReadings& readings);
+  /// The sums of one probe again, as if its radius were another.
+  ProbeSums read_probe(std::size_t direction, std::size_t tool, const ToolStates& now, float radius_m);
 
  private:
   struct Kernels {
     BoundKernel grab, grab_force, coupling_force, displacements;
     std::array<BoundKernel, kMaxTools> probe;
   };
+  void enqueue_probe(const Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m) const;
+  ProbeSums probe_result(std::size_t tool) const;
   void bind_grab(Kernels& kernels, const ClField& u, const ClField& v) const;
-  void bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) const;
+  void bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u);
   void take_result(ToolReadings& readings) const;
 
   // The result holds the grabbed particles' forces, then the coupled ones', each probe's sums and the watched cells.
@@ -46,6 +50,7 @@ class ToolKernels {
   std::vector<float> result_;
   std::array<Kernels, 2> kernels_;
   std::array<BoundKernel, kMaxTools> probe_sums_;
+  cl_uint radius_at_ = 0;  // among the arguments of probe_cells
 };
 
 }  // namespace evenstep::internal

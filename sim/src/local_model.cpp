@@ -1,6 +1,7 @@
 #include "src/local_model.h"
 
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -35,6 +36,19 @@ void for_couplings(const TissueScene& scene, const Lattice& lattice, const RestH
       if (lattice.active[to] && !holds(lattice, tool, to)) visit(to, hessian.spring(cell, s));
     }
   }
+}
+
+/// Whether the sums of a probe that reaches so far have a particle in them: probe_sums (cpu/cell_loops.h, probe.cl), to the bit.
+template <class Real>
+bool counts(const glm::dvec3& displacement_m, const glm::dvec3& offset_m, const glm::dvec3& rest_m, const glm::dvec3& center_m,
+            double reach_m) {
+  Real square = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Real d = (static_cast<Real>(displacement_m[axis]) - static_cast<Real>(offset_m[axis])) +
+                   (static_cast<Real>(rest_m[axis]) - static_cast<Real>(center_m[axis]));
+    square += d * d;
+  }
+  return square > 0 && static_cast<Real>(reach_m) - std::sqrt(square + Real{FLT_MIN}) > 0;
 }
 
 /// So little resists that nothing does.
@@ -111,8 +125,8 @@ glm::dmat3 settled_stiffness(const TissueScene& scene, const Lattice& lattice, s
   return (k + glm::transpose(k)) * 0.5;
 }
 
-ProbeCompliance::ProbeCompliance(const TissueScene& scene, const Lattice& lattice)
-    : tools_(scene.tools), nodes_(scene.tools.size()) {
+ProbeCompliance::ProbeCompliance(const TissueScene& scene, const Lattice& lattice, bool in_double)
+    : tools_(scene.tools), nodes_(scene.tools.size()), in_double_(in_double) {
   const RestHessian hessian(scene, lattice);
   for (std::size_t tool = 0; tool < tools_.size(); ++tool) {
     if (tools_[tool].kind != CouplingKind::probe) continue;
@@ -135,22 +149,22 @@ ProbeCompliance::ProbeCompliance(const TissueScene& scene, const Lattice& lattic
   }
 }
 
-glm::dmat3 ProbeCompliance::settled(std::size_t tool, const glm::dvec3& offset_m,
+glm::dmat3 ProbeCompliance::settled(std::size_t tool, const glm::dvec3& offset_m, double reach_m,
                                     std::span<const std::array<double, 3>> displacement_m,
                                     const glm::dmat3& instantaneous_N_per_m) const {
   const ToolCoupling& probe = tools_[tool];
   const glm::dvec3 center_m = probe.center_m + offset_m;
-  // The instantaneous sum may be one of floats: what it does not count must not be taken from it.
-  const double rounding_m = 1e-6 * (probe.radius_m + glm::length(probe.center_m) + glm::length(offset_m));
   glm::dmat3 sum = instantaneous_N_per_m;
   for (const Node& node : nodes_[tool]) {
     const auto& [x, y, z] = displacement_m[node.at];
-    const glm::dvec3 d = glm::dvec3(x, y, z) + (node.rest_m - center_m);
-    const double distance_m = glm::length(d);
-    if (!(probe.radius_m - distance_m > rounding_m) || distance_m < rounding_m) continue;
-    const glm::dvec3 n = d / distance_m;
+    const glm::dvec3 u(x, y, z), d = u + (node.rest_m - center_m);
+    // What the instantaneous sum does not count must not be taken from it.
+    const bool counted = in_double_ ? counts<double>(u, offset_m, node.rest_m, probe.center_m, reach_m)
+                                    : counts<float>(u, offset_m, node.rest_m, probe.center_m, reach_m);
+    if (!counted || d == glm::dvec3(0)) continue;
+    const glm::dvec3 n = d / glm::length(d);
     const double yields_m_per_N = 1 / probe.stiffness_N_per_m + glm::dot(n, node.compliance_m_per_N * n);
-    sum += glm::outerProduct(n, n) / yields_m_per_N - spring_hessian(probe.stiffness_N_per_m, probe.radius_m, d);
+    sum += glm::outerProduct(n, n) / yields_m_per_N - spring_hessian(probe.stiffness_N_per_m, reach_m, d);
   }
   return sum;
 }

@@ -42,14 +42,17 @@ class GrabStiffness {
 glm::dmat3 settled_stiffness(const TissueScene& scene, const Lattice& lattice, std::size_t tool);
 
 /// The nodal compliance of the kMostProbedNodes moving particles nearest to each probe's centre at the start, three systems
-/// each. What a probe touches beyond them, and within rounding of its surface, counts with its instantaneous stiffness.
+/// each. What a probe touches beyond them counts with its instantaneous stiffness.
 class ProbeCompliance {
  public:
-  ProbeCompliance(const TissueScene& scene, const Lattice& lattice);
+  /// `in_double`: the sums of the solver are, otherwise they are of floats.
+  ProbeCompliance(const TissueScene& scene, const Lattice& lattice, bool in_double);
   /// Cells whose displacements `settled` reads, probe after probe.
   const std::vector<std::uint32_t>& cells() const { return cells_; }
-  /// The settled stiffness from the instantaneous one, of a probe displaced by `offset_m`; `displacement_m` as cells().
-  glm::dmat3 settled(std::size_t tool, const glm::dvec3& offset_m, std::span<const std::array<double, 3>> displacement_m,
+  /// The settled stiffness from the instantaneous one, of a probe of radius `reach_m` displaced by `offset_m`; `displacement_m`
+  /// as cells().
+  glm::dmat3 settled(std::size_t tool, const glm::dvec3& offset_m, double reach_m,
+                     std::span<const std::array<double, 3>> displacement_m,
                      const glm::dmat3& instantaneous_N_per_m) const;
 
  private:
@@ -61,6 +64,7 @@ class ProbeCompliance {
   std::vector<std::uint32_t> cells_;
   std::vector<ToolCoupling> tools_;
   std::vector<std::vector<Node>> nodes_;  // per tool
+  bool in_double_;
 };
 inline constexpr std::size_t kMostProbedNodes = 16;  ///< 48 systems: two spacings around the centre, and some below
 

@@ -54,7 +54,8 @@ void TissueSolver::prepare_local_model() {
   for (std::size_t tool = 0; tool < scene_.tools.size(); ++tool) {
     const ToolCoupling& coupling = scene_.tools[tool];
     if (coupling.kind == CouplingKind::probe) {
-      if (local_model_ == LocalModel::settled && !probe_compliance_) probe_compliance_.emplace(scene_, lattice_);
+      if (local_model_ == LocalModel::settled && !probe_compliance_) 
+        probe_compliance_.emplace(scene_, lattice_, info_.name == "cpu-double");
     } else if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
     else if (coupling.kind == CouplingKind::spring) settled_[tool] = glm::dmat3(coupling.stiffness_N_per_m);
     else if (!grab_stiffness_) grab_stiffness_.emplace(scene_, lattice_);
@@ -89,6 +90,7 @@ ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m, std::op
   for (std::size_t tool = 0; tool < tools; ++tool) offset_m_[tool] = positions_m[tool] - origin_m_[tool];
 
   const ToolResponse response = sum_forces();
+  if (!contacts_.empty()) foresee_touches();
   for (std::size_t tool = 0; tool < contacts_.size(); ++tool) contacts_[tool] = contact(tool);
   for (std::size_t tool = 0; tool < tools; ++tool) note_finite(finite(response.force_N[tool]));
   if (features_.energy) balance_energy(std::span(moved_m.data(), tools), response);
@@ -152,6 +154,21 @@ ToolResponse TissueSolver::sum_forces() {
   return response;
 }
 
+double TissueSolver::probe_reach_m(std::size_t tool) const {
+  const double radius_m = scene_.tools[tool].radius_m, gap_m = readings_.probes[tool].back();
+  const bool foresees = gap_m >= 0 && gap_m <= kForeseen * scene_.spacing_m;
+  return foresees ? radius_m + gap_m + kMeets * scene_.spacing_m : radius_m;
+}
+
+void TissueSolver::foresee_touches() {
+  for (std::size_t tool = 0; tool < scene_.tools.size(); ++tool) {
+    if (scene_.tools[tool].kind != CouplingKind::probe) continue;
+    readings_.to_come[tool] = readings_.probes[tool];
+    const double reach_m = probe_reach_m(tool);
+    if (reach_m > scene_.tools[tool].radius_m) readings_.to_come[tool] = read_probe(tool, tools_, reach_m);
+  }
+}
+
 ToolContact TissueSolver::contact(std::size_t tool) const {
   const ToolCoupling& coupling = scene_.tools[tool];
   const auto& [x, y, z] = tools_[tool].offset_m;
@@ -159,25 +176,29 @@ ToolContact TissueSolver::contact(std::size_t tool) const {
   ToolContact contact{.touching = true, .point_m = center_m, .stiffness_N_per_m = settled_[tool]};
   if (coupling.kind == CouplingKind::grab && grab_stiffness_)
     contact.stiffness_N_per_m = grab_stiffness_->of(tool, readings_.displacement_m);
-  if (coupling.kind == CouplingKind::probe) {
-    const auto& [fx, fy, fz, depth, px, py, pz, xx, yy, zz, xy, xz, yz, gap_m] = readings_.probes[tool];
-    contact.touching = depth > 0;
-    contact.unilateral = true;
-    if (contact.touching) {
-      contact.point_m = canonical(glm::dvec3(px, py, pz) / depth);
-      const glm::dvec3 out_m = center_m - contact.point_m;
-      const double length_m = glm::length(out_m);
-      if (length_m > 0) contact.normal = out_m / length_m;
-    }
-    contact.gap_m = gap_m;
-    contact.stiffness_N_per_m = glm::dmat3(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scene_.stiffness_N_per_m;
-    if (probe_compliance_)
-      contact.stiffness_N_per_m =
-          probe_compliance_->settled(tool, {x, y, z}, readings_.displacement_m, contact.stiffness_N_per_m);
-  }
+  if (coupling.kind == CouplingKind::probe) put_probe(tool, contact);
   for (int column = 0; column < 3; ++column)
     contact.stiffness_N_per_m[column] = canonical(contact.stiffness_N_per_m[column]);
   return contact;
+}
+
+void TissueSolver::put_probe(std::size_t tool, ToolContact& contact) const {
+  const auto& [fx, fy, fz, depth, px, py, pz, xx, yy, zz, xy, xz, yz, nearest_m] = readings_.to_come[tool];
+  const glm::dvec3 center_m = contact.point_m;
+  contact.touching = readings_.probes[tool][3] > 0;
+  contact.unilateral = true;
+  contact.gap_m = readings_.probes[tool].back();
+  if (depth > 0) {
+    contact.point_m = canonical(glm::dvec3(px, py, pz) / depth);
+    const glm::dvec3 out_m = center_m - contact.point_m;
+    const double length_m = glm::length(out_m);
+    if (length_m > 0) contact.normal = out_m / length_m;
+  }
+  contact.stiffness_N_per_m = glm::dmat3(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scene_.stiffness_N_per_m;
+  if (!probe_compliance_) return;
+  const auto& [x, y, z] = tools_[tool].offset_m;
+  contact.stiffness_N_per_m = probe_compliance_->settled(tool, {x, y, z}, probe_reach_m(tool), readings_.displacement_m,
+                                                         contact.stiffness_N_per_m);
 }
 
 void TissueSolver::note_finite(bool is_finite) {

@@ -33,6 +33,12 @@ ProbeSums add_partials(std::span<const Real> sums, bool local_model) {
   return total;
 }
 
+/// A probe that touches nothing foresees what it will touch this much after its first touch, in spacings: less, and of the
+/// particles that it meets nearly together it foresees one.
+inline constexpr double kMeets = 0.1;
+/// And from this many spacings away: within the time that a record is on its way no hand comes further.
+inline constexpr double kForeseen = 100;
+
 /// Of springs, couplings and probes and in motion, never negative; and of gravity, 0 at rest.
 struct Energy {
   double stored_J = 0, gravity_J = 0;
@@ -44,6 +50,8 @@ struct ToolReadings {
   std::vector<std::array<double, 3>> held_N;
   /// Per probe: sums of probe_parts (cpu/cell_loops.h) over the particles that it touches.
   std::array<ProbeSums, kMaxTools> probes{};
+  /// For the local model: the same sums; of a probe that touches nothing as if it reached as far as what it will touch.
+  std::array<ProbeSums, kMaxTools> to_come{};
   /// Of TissueSolver::watched().
   std::vector<std::array<double, 3>> displacement_m;
 };
@@ -67,6 +75,8 @@ class TissueSolver : public Solver {
   virtual void set_substep(double substep_s) = 0;
   /// Of the state now, with the tools where they are now; `readings` has its sizes.
   virtual void read_tools(const ToolStates& now, ToolReadings& readings) = 0;
+  /// Of the same state, the sums of a probe as if its radius were `radius_m`.
+  virtual ProbeSums read_probe(std::size_t tool, const ToolStates& now, double radius_m) = 0;
   virtual std::uint64_t digest() = 0;  ///< only where the scene needs it
   virtual Energy energy(const ToolStates& now) = 0;  ///< only where the scene needs it
   virtual void to_rest() = 0;
@@ -93,7 +103,11 @@ class TissueSolver : public Solver {
   void take_length(double substep_s);
   ToolResponse sum_forces();
   void prepare_local_model();
+  /// Of a probe: its radius; of one that touches nothing as far as what it is about to touch.
+  double probe_reach_m(std::size_t tool) const;
+  void foresee_touches();
   ToolContact contact(std::size_t tool) const;
+  void put_probe(std::size_t tool, ToolContact& contact) const;
   void move_tools(std::span<const glm::dvec3> moved_m);
   void note_finite(bool is_finite);
   void balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response);

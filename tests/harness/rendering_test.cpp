@@ -119,3 +119,48 @@ TEST_CASE("an automatic alpha is what makes up for the strategy's own latency, r
   const Scenario given = read("paper/figure-1-spring.toml", {"device.left.render={ kind = \"local\", alpha = 1.25 }"});
   CHECK(alpha_of(given, plan(given)[2], given.devices[0]) == 1.25);
 }
+
+TEST_CASE("under a cap a spring that shakes comes to rest: as stiff as the cap, and the run says how often and how much") {
+  const auto outcome = [](const std::string& cap, const std::string& stiffness) {
+    return run_scenario(read("closed-loop/price-local-unstable.toml",
+                             {"scene.stiffness=\"" + stiffness + "\"", "run.strategies=[\"phase_locked\"]", "expect=[]",
+                              "device.left.render={ kind = \"local\", cap = " + cap + " }"}), {});
+  };
+  for (const auto& [stiffness, N_per_m] : {std::pair{"2300 N/m", 2300.0}, std::pair{"5 kN/m", 5000.0}, std::pair{"20 kN/m", 20000.0}}) {
+    const RunOutcome fixed = outcome("\"1800 N/m\"", stiffness), law = outcome("\"law\"", stiffness);
+    const auto& loop = law.metrics.at("closed_loop.left.phase_locked");
+    CAPTURE(stiffness, fixed.failure, law.failure);
+    CHECK(fixed.metrics.at("closed_loop.left.phase_locked").at("stable") == 1);
+    CHECK(loop.at("stiffness_cap") == Approx(0.9 * 2000).epsilon(1e-9));  // of 2 b / h
+    CHECK(loop.at("predicted_damping") == Approx(-1800 * 0.5e-3).epsilon(1e-9));
+    const auto& force = fixed.metrics.at("left.force.phase_locked");
+    CHECK(force.at("contact_stiffness") == Approx(N_per_m).epsilon(1e-12));
+    CHECK(force.at("softened") >= 3599);  // every step of 8 s
+  }
+  const RunOutcome soft = outcome("\"1800 N/m\"", "1500 N/m");
+  CHECK(soft.metrics.at("left.force.phase_locked").at("softened") == 0);
+}
+
+TEST_CASE("a cap that a contact stays under changes no bit of a run") {
+  const auto hash = [](const std::string& cap) {
+    return run_all(read("closed-loop/wall-push.toml", {"expect=[]", "device.left.render={ kind = \"local\"" + cap + " }"})).trace_hash;
+  };
+  CHECK(hash("") == hash(", cap = \"301 N/m\""));
+  CHECK(hash("") != hash(", cap = \"299 N/m\""));
+}
+
+TEST_CASE("a tissue says what it would have answered without delay where an expectation asks, and its own path is the same") {
+  const auto run = [](const std::string& expect) {
+    std::vector<std::string> set = small_tissue("cpu");
+    set.push_back("expect=[" + expect + "]");
+    set.push_back("run.duration=\"0.6 s\"");
+    return run_all(read("paper/figure-1.toml", set));
+  };
+  const RunRecord plain = run(""), asked = run("{ signal = \"left.force.phase_locked\", metric = \"error_share\", max = \"50 %\" }");
+  CHECK(measure(plain).at("left.force.phase_locked").count("error_share") == 0);
+  const auto values = measure(asked);
+  CHECK(plain.trace_hash == asked.trace_hash);
+  // The twin of the paper's figure moves by itself at 10 mm/s: late by 15 ms of it, and ahead by nothing.
+  CHECK(values.at("left.force.phase_locked").at("error_share") > 0.001);
+  CHECK(values.at("left.force.phase_locked").at("error_share") < 0.2);
+}

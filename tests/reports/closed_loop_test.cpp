@@ -180,6 +180,50 @@ TEST_CASE("a run's energy is judged from the end of warm-up on and its least is 
   CHECK(measure(run).at("closed_loop.left.direct").at("energy_min") == 0);
 }
 
+TEST_CASE("what is released is counted in what was stored, and has no meaning where nothing or nobody knows what was") {
+  auto ticks = swing(0);
+  for (TickRow& tick : ticks) tick.force_N = {-100 * tick.position_m[0], 0, 0};
+  RunRecord run = run_of(ticks, true);
+  const auto values = [&] { return measure(run).at("closed_loop.left.direct"); };
+  CHECK(values().count("energy_released") == 0);
+  run.strategies[0].devices[0].stored_J = 0;
+  CHECK(values().count("energy_released") == 0);
+  run.strategies[0].devices[0].stored_J = 1.25e-3;  // 100 N/m, 5 mm
+  CHECK(values().at("energy_released") == Approx(-values().at("energy_min") / 1.25e-3).epsilon(1e-14));
+  CHECK(values().at("energy_released") > 1);  // held for a tick, it makes energy
+}
+
+TEST_CASE("the laws stand beside what was measured, each where it has a meaning") {
+  RunRecord run = run_of(swing(-1), true);
+  DeviceRecord& device = run.strategies[0].devices[0];
+  const auto values = [&] { return measure(run).at("closed_loop.left.direct"); };
+  device.loop = {15e-3};
+  CHECK(values().at("loop_delay") == 15e-3);
+  for (const char* metric : {"alpha", "alpha_star", "stiffness_cap", "predicted_damping", "predicted_stiffness_limit"})
+    CHECK(values().count(metric) == 0);
+  device.loop.damping_per_stiffness_s = -0.5e-3;
+  device.loop.stiffness_limit_N_per_m = 2000;
+  device.loop.alpha = 1.0;
+  device.loop.alpha_star = 1.03;
+  device.loop.cap_N_per_m = INFINITY;
+  CHECK(values().at("predicted_stiffness_limit") == 2000);
+  CHECK(values().at("alpha") == 1);
+  CHECK(values().at("alpha_star") == 1.03);
+  CHECK(values().count("stiffness_cap") == 0);
+  CHECK(values().count("predicted_damping") == 0);  // of which stiffness?
+  device.counters["contact_stiffness"] = 400;
+  CHECK(values().at("predicted_damping") == Approx(-0.2).epsilon(1e-14));
+  device.loop.stiffness_N_per_m = 300;  // what the scene says counts more
+  CHECK(values().at("predicted_damping") == Approx(-0.15).epsilon(1e-14));
+  device.loop.cap_N_per_m = 100;
+  CHECK(values().at("stiffness_cap") == 100);
+  CHECK(values().at("predicted_damping") == Approx(-0.05).epsilon(1e-14));
+  device.loop.stiffness_limit_N_per_m = INFINITY;  // above alpha* nothing is lost to damping
+  CHECK(values().count("predicted_stiffness_limit") == 0);
+  CHECK(base_unit("closed_loop.left.direct", "predicted_damping") == "N s/m");
+  CHECK(base_unit("closed_loop.left.direct", "loop_delay") == "s");
+}
+
 TEST_CASE("the peak to peak of a vector is the diagonal of its box") {
   CHECK(peak_to_peak(std::vector<Vec3>{{0, 0, 0}, {3, 0, 0}, {0, 4, 0}}) == Approx(5));
   CHECK(std::isnan(peak_to_peak({})));

@@ -109,6 +109,7 @@ TEST_CASE("Local models are equal on cpu float and OpenCL, bit for bit", "[local
       if (model == LocalModel::settled && kind == CouplingKind::spring) continue;  // a number from the host
       const Scene scene = modelled(featured_block({true, true, true, true, kind}), model, 1e-3);
       const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
+      int apart = 0;
       for (int n = 0; n < 60; ++n) {
         step(*cpu, 2, wandering_tools(3 * n));
         step(*opencl, 2, wandering_tools(3 * n));
@@ -118,9 +119,11 @@ TEST_CASE("Local models are equal on cpu float and OpenCL, bit for bit", "[local
           const bool is_probe = two_tools(kind, 1)[tool].kind == CouplingKind::probe;
           REQUIRE((contact.gap_m < 0) == (is_probe && contact.touching));
           REQUIRE(contact.unilateral == is_probe);
-          REQUIRE(norm(contact.normal) == Approx(is_probe && contact.touching ? 1 : 0));
+          REQUIRE(norm(contact.normal) == Approx(is_probe ? 1 : 0));
+          apart += is_probe && !contact.touching;
         }
       }
+      CHECK((kind != CouplingKind::probe || apart > 0));
     }
   }
 }
@@ -182,9 +185,87 @@ TEST_CASE("A probe's normal points from the one particle it touches to its centr
     }
     step(*solver, 1, {glm::dvec3(0.03, 0, 0)});
     CHECK(solver->contacts()[0].gap_m == Approx(0.01));
+    CHECK_FALSE(solver->contacts()[0].touching);
+    step(*solver, 1, {glm::dvec3(0.6, 0, 0)});  // 116 spacings away
+    CHECK(solver->contacts()[0].gap_m == Approx(0.58));
     CHECK(solver->contacts()[0].normal == glm::dvec3(0));
     CHECK(solver->contacts()[0].stiffness_N_per_m == glm::dmat3(0));
   }
+}
+
+namespace {
+
+/// One particle too heavy to move, and a probe that starts at `offset` from it.
+TissueScene heavy_ball(const glm::dvec3& offset_m) {
+  TissueScene ball;
+  ball.lattice = {1, 1, 1};
+  ball.particle_count = 1;
+  ball.fixed = FixedFaces::none();
+  ball.particle_mass_kg = 1e6;
+  ball.substeps = 1;
+  ball.tools = {{offset_m, 0.02, CouplingKind::probe, 50}};
+  return ball;
+}
+
+}  // namespace
+
+TEST_CASE("A probe foresees its touch: the law it reports from outside is the force inside, to first order", "[local]") {
+  for (const SolverKind kind : kEverySolver) {
+    for (const glm::dvec3& n : {glm::dvec3(1, 0, 0), glm::dvec3(-0.6, 0.8, 0), glm::dvec3(2.0 / 3, -1.0 / 3, 2.0 / 3)}) {
+      for (const double gap_m : {1e-4, 1e-3, 5e-3, 0.2}) {
+        const auto solver = make_solver(kind, modelled(heavy_ball(n * (0.02 + gap_m)), LocalModel::instantaneous, 1e-3));
+        CHECK(step(*solver, 1, {}).force_N[0] == glm::dvec3(0));
+        const ToolContact far = solver->contacts()[0];
+        CHECK_FALSE(far.touching);
+        CHECK(far.unilateral);
+        CHECK(far.gap_m == Approx(gap_m).margin(1e-7));
+        CHECK(norm(far.normal - n) < 1e-6);
+        const double depth_m = 1e-4;
+        const glm::dvec3 foreseen_N = far.stiffness_N_per_m * (n * (gap_m + depth_m) - far.normal * far.gap_m);
+        const glm::dvec3 force_N = step(*solver, 1, {n * -(gap_m + depth_m)}).force_N[0];
+        CHECK(norm(force_N - n * (50 * depth_m)) < 1e-5);
+        CHECK(norm(foreseen_N - force_N) < 2e-5);  // 50 N/m times the rounding of a float at 0.2 m
+      }
+    }
+  }
+}
+
+TEST_CASE("A probe that will touch four particles at once foresees all four; of one far behind the first it does not", "[local]") {
+  TissueScene plate;
+  plate.lattice = {2, 2, 2};
+  plate.particle_count = 8;
+  plate.particle_mass_kg = 1e6;
+  plate.substeps = 1;
+  const double a = plate.spacing_m, radius_m = 8e-3;
+  // Over the middle of the four; over one of them, the others 3.7 mm further away.
+  for (const auto& [x, y, touched] : {std::tuple{a / 2, a / 2, 4}, std::tuple{0.0, 0.0, 1}}) {
+    plate.tools = {{{x, y, a + 10e-3}, radius_m, CouplingKind::probe, 35}};
+    const auto solver = make_solver(SolverKind::cpu_double, modelled(plate, LocalModel::instantaneous, 1e-3));
+    step(*solver, 1, {});
+    const ToolContact far = solver->contacts()[0];
+    CHECK_FALSE(far.touching);
+    CHECK(norm(far.normal - glm::dvec3(0, 0, 1)) < 1e-12);
+    const double reach_m = radius_m + far.gap_m, height_m = 10e-3;
+    CHECK(reach_m == Approx(touched == 4 ? std::sqrt(height_m * height_m + a * a / 2) : height_m));
+    // A tenth of a spacing on, as the solver promises; each particle has the same share along z.
+    const double further_m = reach_m + a / 10, along = height_m * height_m / (reach_m * reach_m);
+    const double expected = 35 * touched * (along + (1 - further_m / reach_m) * (1 - along));
+    CHECK(far.stiffness_N_per_m[2][2] == Approx(expected));
+  }
+}
+
+TEST_CASE("A settled probe foresees the tissue's own stiffness in series with its own", "[local]") {
+  TissueScene chain;
+  chain.lattice = {1, 1, 5};
+  chain.particle_count = 5;
+  chain.stiffness_N_per_m = 40;
+  chain.tools = {{glm::dvec3(0, 0, 20e-3 + 7e-3), 4e-3, CouplingKind::probe, 25}};
+  const auto solver = make_solver(SolverKind::cpu_double, modelled(chain, LocalModel::settled, 1e-3));
+  step(*solver, 1, {});
+  const ToolContact far = solver->contacts()[0];
+  CHECK_FALSE(far.touching);
+  CHECK(far.gap_m == Approx(3e-3));
+  CHECK(far.stiffness_N_per_m[2][2] == Approx(1 / (1.0 / 25 + 4.0 / 40)));
 }
 
 namespace {
@@ -246,6 +327,31 @@ TEST_CASE("A probe on a chain has the stiffness of the springs in series; on a f
   chain.lattice = {3, 3, 5};
   chain.particle_count = 3 * 3 * 5;
   CHECK(largest(stiffness()) < 1e-9);
+}
+
+TEST_CASE("A particle at the very surface of a probe is never counted as stiffer than it is, whichever way it rounds", "[local]") {
+  for (const SolverKind kind : kEverySolver) {
+    for (const double radius_m : {2.9e-3, 3.3e-3, 3.7e-3, 4e-3, 4.1e-3, 4.3e-3, 4.6e-3}) {
+      TissueScene chain;
+      chain.lattice = {1, 1, 5};
+      chain.particle_count = 5;
+      chain.stiffness_N_per_m = 40;
+      chain.particle_mass_kg = 1e6;  // stays where it is
+      chain.substeps = 1;
+      chain.tools = {{glm::dvec3(0.011, -0.007, 20e-3 + radius_m), radius_m, CouplingKind::probe, 25}};
+      const auto solver = make_solver(kind, modelled(chain, LocalModel::settled, 1e-3));
+      step(*solver, 1, {});
+      // To the place over the chain's end, through its surface in steps of a tenth of a float's rounding.
+      int touched = 0;
+      for (int n = -200; n <= 200; ++n) {
+        step(*solver, 1, {glm::dvec3(-0.011, 0.007, n * 2e-10)});
+        const ToolContact& contact = solver->contacts()[0];
+        REQUIRE(contact.stiffness_N_per_m[2][2] == Approx(1 / (1.0 / 25 + 4.0 / 40)).epsilon(1e-4));
+        touched += contact.touching;
+      }
+      CHECK((touched > 50 && touched < 350));
+    }
+  }
 }
 
 TEST_CASE(

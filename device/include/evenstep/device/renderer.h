@@ -16,17 +16,10 @@
 #include <optional>
 #include <vector>
 
+#include "evenstep/device/symmetric.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
-
-/// A symmetric 3x3 matrix.
-struct Symmetric {
-  double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
-};
-inline glm::dvec3 operator*(const Symmetric& a, const glm::dvec3& v) {
-  return {a.xx * v.x + a.xy * v.y + a.xz * v.z, a.xy * v.x + a.yy * v.y + a.yz * v.z, a.xz * v.x + a.yz * v.y + a.zz * v.z};
-}
 
 /// What one step leaves for the device lane.
 struct ContactRecord {
@@ -38,6 +31,17 @@ struct ContactRecord {
   bool unilateral = false;         ///< pushes and never pulls
   RealTime read_at;                ///< when the hand was at tool_m
 };
+
+/// The same contact, softer: of K = sum of k_i v_i v_i' every k_i above `most_N_per_m` becomes that, and what of F_c is along
+/// v_i becomes smaller in proportion. K <- S K and F_c <- S F_c with S = sum of min(1, most / k_i) v_i v_i', so a spring is a
+/// spring of the stiffness allowed, a surface stays where it is, and the record stays consistent. (To clamp K alone would be
+/// worse than nothing: what is missing in K comes late, which is what makes the loop unstable.) `most_N_per_m` > 0; below it a
+/// record is returned as it is, bit for bit, and so is one that is not finite.
+struct Softened {
+  ContactRecord record;
+  double stiffest_N_per_m = 0;     ///< the largest k_i of the record that was given
+};
+Softened softened(const ContactRecord& record, double most_N_per_m);
 
 /// The record as the affine law F(x) = force_N + K (tool_m - x), which interpolates: between contact and no contact too.
 struct AffineContact {

@@ -5,6 +5,7 @@
 /// clock these are kept (`DeviceInputs`); giving the same back replays the run exactly.
 
 #include <deque>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -43,6 +44,12 @@ struct Played {
   Reading<glm::dvec3> force_N;
 };
 
+/// The contacts that a local model was given in a run.
+struct RenderedContactsSummary {
+  double stiffest_N_per_m = 0;            ///< in the stiffest direction, before any cap
+  std::int64_t softened = 0;              ///< records that the cap made softer
+};
+
 namespace internal {
 class RenderedSchedule;
 }
@@ -52,6 +59,7 @@ struct RenderForce {};
 struct RenderLocal {
   double alpha = 1;
   bool knows_gap = true;
+  double most_N_per_m = std::numeric_limits<double>::infinity();  ///< stiffer contacts are played as stiff as this
 };
 struct RenderSmith {
   SpringMode mode;
@@ -96,6 +104,8 @@ class Exchange {
 
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
   std::uint64_t forces(int tool) const;
+  /// After the run; nothing of a device that plays forces or a mode.
+  std::optional<RenderedContactsSummary> contacts(int tool) const;
 
  protected:
   virtual DeviceSample read_device(int tool, const Scheduler& scheduler) = 0;

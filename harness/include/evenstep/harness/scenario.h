@@ -51,6 +51,8 @@ struct RenderSpec {
   std::optional<double> alpha = 1.0;            ///< local; none: automatic
   LocalModel stiffness = LocalModel::none;      ///< local: which one the solver gives
   bool knows_gap = true;                        ///< local; false is a control
+  /// local: no contact is played stiffer than that. by_law: what the law allows the hand (stiffness_laws.h).
+  struct Cap { enum class Kind { none, by_law, fixed } kind = Kind::none; double fixed_N_per_m = 0; } cap;
   TissueMode mode;                              ///< smith; what is not given is the scene's
   double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
 };
@@ -118,7 +120,11 @@ struct TimingSpec {
 /// A step of a study: the scene's step cut into `substeps`, or `steps` of them at once; one of the two is 1.
 struct StudyStep { int substeps = 1; int steps = 1; };
 /// Stiffnesses between which a study looks for the largest stable one.
-struct StiffnessSearch { double from_N_per_m = 0, to_N_per_m = 0; int seeds = 1; };
+struct StiffnessSearch {
+  double from_N_per_m = 0, to_N_per_m = 0;
+  int seeds = 1;
+  bool scales_mass = false;                     ///< of a tissue: its masses in proportion, so that its frequencies stay
+};
 struct StudySpec {
   Duration duration;                            ///< simulated, from the begin of the first motion
   std::vector<Method> methods;
@@ -191,6 +197,7 @@ struct Scenario {
   std::vector<StrategyKind> strategies;
   StrategyKind live = StrategyKind::phase_locked;
   bool keep_rows = true;                        ///< false: the run folder has bins and metrics only
+  bool needs_undelayed = false;                 ///< an expectation asks what the scene would have answered without delay
 
   std::optional<CaseSpec> case_spec;            ///< then there is no timing, scene, device or remap
   TimingSpec timing;

@@ -49,8 +49,20 @@ struct TickRow {
   std::optional<Vec3> undelayed_N = {};  ///< what the scene gives without any delay under these positions, where it was asked
 };
 
+/// The loop over a device, as the laws see it (docs/stiffness.md). What has no meaning there is nothing.
+struct LoopRecord {
+  double delay_s = 0;                              ///< L_e + d, of the scheduled force
+  std::optional<double> stiffness_N_per_m = {};    ///< that the hand feels at rest, where the scene says it
+  std::optional<double> damping_per_stiffness_s = {};  ///< b_eq / K: of every spring
+  std::optional<double> stiffness_limit_N_per_m = {};  ///< K_max, of a hand that feels the force
+  std::optional<double> alpha = {}, alpha_star = {};   ///< of a local model
+  std::optional<double> cap_N_per_m = {};          ///< of a local model; infinite: none
+};
+
 struct DeviceRecord {
   std::string name;
+  LoopRecord loop;
+  std::optional<double> stored_J;          ///< what the scene holds of the hand where judging begins, where it says it
   std::vector<StepSample> steps;
   std::vector<TickRow> ticks;
   std::map<std::string, double> counters;   ///< driver and guard: "lost", "clamped", ...

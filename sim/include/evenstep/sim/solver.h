@@ -24,18 +24,19 @@ struct ToolResponse {
 
 /// Where the tool touches and how stiff that is: enough for a local model at the device's rate, between two steps:
 ///   f(x + d) = force - stiffness d,    and 0 where unilateral and normal . f(x + d) < 0: a surface does not pull.
-/// A probe that touches nothing has the force and the stiffness 0, so f(x + d) = 0 for every d: the model holds while
-/// |d| <= gap and does not foresee the touch, which the next step reports. A wall, or a one-sided mode, that is not touched has
-/// the force 0 and the stiffness of the touch to come, which foresees it: f(x + d) = -stiffness (gap normal + d).
+/// What is unilateral and not touched has the force 0 and the stiffness of the touch to come, which foresees it:
+///   f(x + d) = -stiffness (gap normal + d).
+/// A wall and a one-sided mode do so from anywhere. Of a probe the touch to come is that of the particles that it would touch if
+/// its radius were larger by the gap and a tenth of the spacing: the nearest one, and those that it meets nearly with it. Farther
+/// than a hundred spacings away its stiffness and normal are 0.
 struct ToolContact {
   bool touching = false;    ///< grab and spring: always
   bool unilateral = false;  ///< pushes only (probe, wall, one-sided mode)
-  /// Block coordinates. Grab, spring: center_m moved with the tool; probe: mean of the particles touched, weighted by
-  /// penetration, or the sphere's centre. Of a spring, wall or mode: the tool's position.
+  /// Block coordinates. Grab, spring: center_m moved with the tool; probe: mean of the particles touched or to be touched,
+  /// weighted by penetration, or the sphere's centre where there are none. Of a spring, wall or mode: the tool's position.
   glm::dvec3 point_m{0};
   /// Probe: unit vector from point_m to the sphere's centre, out of the surface towards the tool; wall, one-sided mode: theirs.
-  /// 0 where there is no such
-  /// side: grab and spring, nothing touched, the centre amid what it touches.
+  /// 0 where there is no such side: grab and spring, nothing within reach, the centre amid what it touches.
   glm::dvec3 normal{0};
   /// Probe: distance of the nearest particle that moves to the sphere, < 0 inside it; wall, one-sided mode: of the tool from
   /// the surface, < 0 behind it; otherwise 0.
