@@ -10,6 +10,7 @@
 /// latency_budget.h. Links with the standard library alone.
 
 #include <cstdint>
+#include <optional>
 
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/phase_locked_map.h"
@@ -20,6 +21,7 @@ namespace evenstep {
 struct RemapperOptions {
   Duration lead;
   Duration latency;
+  std::optional<AdaptiveLatencyOptions> adapt = {};  ///< instead of `latency`; the capacity must hold its `most`
   Emission emission = Emission::linear;
   double bandwidth_Hz = 2.0;
   Extrapolation past_newest_sample = kHoldNewest;   ///< underrun policies; the capacities must hold their windows
@@ -34,7 +36,7 @@ class Remapper {
   explicit Remapper(const RemapperOptions& options)
       : interaction_(options.interaction_capacity, options.past_newest_sample),
         forces_(options.force_capacity, options.emission, options.past_newest_force),
-        map_(options.lead, options.latency, options.bandwidth_Hz) {}
+        map_(options.lead, options.adapt ? AdaptiveLatency(*options.adapt) : options.latency, options.bandwidth_Hz) {}
 
   // Haptic thread.
   void sample(RealTime now, const Value& position) { interaction_.push(now, position); }
