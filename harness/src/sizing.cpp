@@ -184,7 +184,7 @@ std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, D
     case StrategyKind::predict:
       return std::make_unique<PhaseLockedMap>(lead, latency, scenario.remap.bandwidth_Hz);
     case StrategyKind::ideal:
-      return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency);
+      return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency.latency());
   }
   return nullptr;
 }
