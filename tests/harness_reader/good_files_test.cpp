@@ -489,7 +489,7 @@ TEST_CASE("An adaptive latency is read as it is written, starts at its least, an
   CHECK(given.remap.adapt.start == Duration{20'000'000});
   CHECK(given.remap.adapt.least == Duration{12'842'223});
   CHECK(given.remap.adapt.most == Duration{40'000'000});
-  CHECK(given.remap.adapt.window == Duration{3'000'000'000});
+  CHECK(given.remap.adapt.window == given.nominal.segment * 90);
   CHECK(given.remap.adapt.slew_ppm == 123);
   CHECK(given.remap.adapt.margin == Duration{4'444'444});
   CHECK(read(plain + "adapt = { min = \"7 ms\" }").remap.adapt.start == Duration{7'000'000});

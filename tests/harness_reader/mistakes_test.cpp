@@ -137,7 +137,7 @@ TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused wi
   refused(changed(with(""), "[run]", "[run]\nstrategies = [\"ideal\", \"direct\"]"),
           "'latency': only paper and phase_locked have one that can adapt");
   refused(changed(with(""), "name = \"left\"",
-                  "name = \"left\"\nrender = { kind = \"local\", alpha = \"automatic\", emission = \"linear\" }"),
+                  "name = \"left\"\nrender = { kind = \"local\", alpha = \"auto\", emission = \"linear\" }"),
           "'latency': device 'left' takes its alpha from the latency");
   refused(changed(kSpring, "[[expect]]",
                   adaptive + "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underrun_rate\"\nmax = \"1 %\"\nconfidence = "

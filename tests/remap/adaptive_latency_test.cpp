@@ -39,8 +39,10 @@ std::vector<Timed> random_trace(Draw& draw) {
   const std::int64_t steps = draw.between(1, 60), usual_need = draw.between(0, 30'000'000);
   for (std::int64_t n = 0; n < steps; ++n) {
     const std::int64_t kind = draw.between(0, 19);
-    read = read + Duration{kind == 0 ? draw.between(-3'000'000, 3) : kind == 1 ? draw.between(0, 400'000'000)
-                                                                               : draw.between(1, 5'000'000)};
+    read = read + Duration{kind == 0   ? draw.between(-3'000'000, 3)
+                           : kind == 1 ? draw.between(0, 400'000'000)
+                           : kind <= 4 ? draw.between(1, 2)
+                                       : draw.between(1, 5'000'000)};
     const std::int64_t more = draw.between(0, 9) == 0 ? draw.between(0, 90'000'000) : draw.between(0, 3'000'000);
     trace.push_back({read, read + Duration{usual_need + more}});
   }
@@ -309,6 +311,15 @@ TEST_CASE("A need that creeps by less than the slew is followed without any unde
   CHECK(latency.growths() == 0);
   // What is kept above a need that falls: what it was a window ago (a 64th more, and a step), less than that much slew.
   CHECK(last <= margin + Duration{std::max<std::int64_t>(-creep, 0) * 13});
+}
+
+TEST_CASE("A force that is there when it is due is in time and one nanosecond later it is late") {
+  for (const std::int64_t after : {-1, 0, 1}) {
+    AdaptiveLatency latency({{5'000'000}, {}, {90'000'000}, {1'000'000'000}, {1'000'000}, 5'000, Emission::hold});
+    CHECK(latency.emission(RealTime{0}, RealTime{5'000'000 + after}) == RealTime{5'000'000});
+    CHECK(latency.latency() == Duration{after == 1 ? 6'000'001 : 5'000'000});
+    CHECK(latency.growths() == (after == 1));
+  }
 }
 
 TEST_CASE("An adaptive latency beyond its largest is a fixed one") {
