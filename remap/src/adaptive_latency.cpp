@@ -38,10 +38,7 @@ RealTime AdaptiveLatency::emission(RealTime read, RealTime ended) {
   return emission;
 }
 
-RealTime AdaptiveLatency::emission(RealTime ended) {
-  last_read_.reset();
-  return in_order(ended);
-}
+RealTime AdaptiveLatency::emission(RealTime ended) { return in_order(ended); }
 
 /// Towards the target, by slew * elapsed; what is less than 1 ns is kept for the next step.
 void AdaptiveLatency::move(Duration elapsed) {
