@@ -31,7 +31,8 @@ AdaptiveLatency::AdaptiveLatency(const AdaptiveLatencyOptions& options)
 RealTime AdaptiveLatency::emission(RealTime read, RealTime ended) {
   if (last_read_) move(read - *last_read_);
   const RealTime emission = in_order(read + latency_);
-  const RealTime effective_read = emission - latency_;
+  // What repairs the first one is a force without a slot, which the sizing pass does not know.
+  const RealTime effective_read = last_read_ ? emission - latency_ : read;
   const bool interpolated = options_.emission == Emission::linear && last_read_;
   learn(interpolated ? *last_read_ : effective_read, ended);
   last_read_ = effective_read;

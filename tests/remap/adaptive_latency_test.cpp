@@ -61,7 +61,7 @@ class Oracle {
     std::int64_t due = read.ns + latency_;
     if (last_emission_) due = std::max(due, *last_emission_ + 1);
     last_emission_ = due;
-    const std::int64_t own_read = due - latency_;
+    const std::int64_t own_read = last_read_ ? due - latency_ : read.ns;
     const std::int64_t from = o_.emission == Emission::linear && last_read_ ? *last_read_ : own_read;
     last_read_ = own_read;
     if (o_.least < o_.most) learn(from, ended.ns - from);
