@@ -62,8 +62,9 @@ void explain_sweep(const SweepSpec& sweep) {
 void explain_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
   const AdaptiveLatencyOptions& adapt = scenario.remap.adapt;
   const AdaptationForecast forecast = forecast_adaptation(scenario, plan);
-  fmt::print("               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, over needs of {:.6g} s and {:.6g} ms, slew {:.6g} %\n",
-             ms(adapt.start), ms(adapt.least), ms(adapt.most), seconds(adapt.window), ms(adapt.margin),
+  fmt::print("               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, {:.6g} ms above all needs of {:.6g} s, slew "
+             "{:.6g} %\n",
+             ms(adapt.start), ms(adapt.least), ms(adapt.most), ms(adapt.margin), seconds(adapt.window),
              static_cast<double>(adapt.slew_ppm) * 1e-4);
   fmt::print("               mean {:.6f} ms, largest {:.6f} ms, grows {} times on this timing\n", 1e3 * forecast.mean_s,
              ms(forecast.largest), forecast.growths);

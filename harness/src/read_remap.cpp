@@ -97,8 +97,8 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
   for (const DeviceSpec& device : reading.scenario.devices) {
     if (device.render.kind != RenderSpec::Kind::local || device.render.alpha) continue;
     reading.errors.add(remap.place("latency"),
-                       fmt::format("'latency': device '{}' takes its alpha from the latency, which \"adaptive\" does not know "
-                                   "beforehand; write alpha as a number there, or a duration here",
+                       fmt::format("'latency': device '{}' takes its alpha from the latency, which \"adaptive\" does not "
+                                   "know beforehand; write alpha as a number there, or a duration here",
                                    device.name));
   }
 }

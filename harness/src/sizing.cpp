@@ -172,7 +172,8 @@ std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario) {
   return std::make_unique<EvenTiming>(scenario.scene.step_rate, scenario.nominal.step_run_time);
 }
 
-std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, const AdaptiveLatency& latency) {
+std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead,
+                                  const AdaptiveLatency& latency) {
   switch (kind) {
     case StrategyKind::direct:
     case StrategyKind::filtered:

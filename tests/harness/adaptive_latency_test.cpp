@@ -1,4 +1,4 @@
-// A latency that adapts, in the whole loop: what the sizing pass foretells, what a device feels, and when it is the fixed one.
+// A latency that adapts, in the whole loop: what the sizing pass foretells, what a device feels, when it is the fixed one.
 #include <cmath>
 
 #include "evenstep/harness/sizing.h"
@@ -71,7 +71,8 @@ TEST_CASE("a growth is one hold in what the device plays, and the line goes on b
   // One visualization of 61.1 ms among those of 11.1 ms: a need of some 50 ms more, once.
   const Scenario scenario =
       read(kSpring, {"expect=[]", "run.strategies=[\"phase_locked\"]", "run.duration=\"3 s\"", kAdaptive,
-                     "timing.changes=[{ at = \"1.5 s\", visualization = \"61.1 ms\" }, { at = \"1.55 s\", visualization = \"11.1 ms\" }]",
+                     "timing.changes=[{ at = \"1.5 s\", visualization = \"61.1 ms\" }, { at = \"1.55 s\", visualization = "
+                     "\"11.1 ms\" }]",
                      "remap.lead=\"1 ms\"", "remap.adapt={ start = \"14 ms\", margin = \"1 ms\" }"});
   const RunRecord run = run_all(scenario);
   const StrategyRecord& record = strategy(run, "phase_locked");

@@ -484,8 +484,8 @@ TEST_CASE("An adaptive latency is read as it is written, starts at its least, an
   CHECK(defaults.remap.adapt.window == Duration{10'000'000'000});
   CHECK(defaults.remap.adapt.slew_ppm == 5'000);
   const Scenario given = read(plain +
-                              "adapt = { start = \"20 ms\", min = \"12.842223 ms\", max = \"40 ms\", window = \"90 segments\", "
-                              "slew = \"0.0123 %\", margin = \"2 slots\" }");
+                              "adapt = { start = \"20 ms\", min = \"12.842223 ms\", max = \"40 ms\", window = \"90 "
+                              "segments\", slew = \"0.0123 %\", margin = \"2 slots\" }");
   CHECK(given.remap.adapt.start == Duration{20'000'000});
   CHECK(given.remap.adapt.least == Duration{12'842'223});
   CHECK(given.remap.adapt.most == Duration{40'000'000});

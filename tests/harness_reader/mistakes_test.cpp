@@ -126,8 +126,11 @@ TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused wi
     CHECK_FALSE(result.scenario);
     CHECK_THAT(errors_of(result), Contains(error));
   };
-  const auto with = [&](const std::string& adapt) { return changed(kSpring, "[[expect]]", adaptive + adapt + "\n[[expect]]"); };
-  refused(with("adapt = { start = \"5 ms\", min = \"6 ms\" }"), "'adapt': min 6 ms, start 5 ms and max 100 ms must not decrease");
+  const auto with = [&](const std::string& adapt) {
+    return changed(kSpring, "[[expect]]", adaptive + adapt + "\n[[expect]]");
+  };
+  refused(with("adapt = { start = \"5 ms\", min = \"6 ms\" }"),
+          "'adapt': min 6 ms, start 5 ms and max 100 ms must not decrease");
   refused(with("adapt = { start = \"101 ms\" }"), "start 101 ms and max 100 ms must not decrease");
   refused(with("adapt = { min = \"6 ms\", max = \"5 ms\" }"), "min 6 ms, start 6 ms and max 5 ms must not decrease");
   refused(with("adapt = { slew = \"51 %\" }"), "'slew': \"51 %\" is out of range");
@@ -140,8 +143,8 @@ TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused wi
                   "name = \"left\"\nrender = { kind = \"local\", alpha = \"auto\", emission = \"linear\" }"),
           "'latency': device 'left' takes its alpha from the latency");
   refused(changed(kSpring, "[[expect]]",
-                  adaptive + "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underrun_rate\"\nmax = \"1 %\"\nconfidence = "
-                             "\"95 %\"\n[[expect]]"),
+                  adaptive + "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underrun_rate\"\nmax = \"1 %\"\n"
+                             "confidence = \"95 %\"\n[[expect]]"),
           "'confidence' judges a latency that stays as it is");
 }
 

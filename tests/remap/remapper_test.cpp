@@ -105,7 +105,7 @@ TEST_CASE("without the remap the same timing jumps by more than four steps") {
   CHECK(jump / (0.1 / 450) > 4);
 }
 
-TEST_CASE("a remapper that adapts finds the least latency by itself, held and interpolated, in the first segment that it maps") {
+TEST_CASE("a remapper that adapts finds the least latency by itself, held and interpolated, in one segment") {
   const bool held = GENERATE(true, false);
   const double latency_s = held ? 12.842e-3 + 0.5 / 450 : 15.064e-3;   // a held force is half a slot older on average
   Remapper<double> remap({.lead = {260'002},

@@ -16,7 +16,8 @@ namespace evenstep {
 std::unique_ptr<StepTiming> make_timing(const Scenario& scenario);
 /// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate.
 std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario);
-std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, const AdaptiveLatency& latency);
+std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead,
+                                  const AdaptiveLatency& latency);
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 /// Linear if any device interpolates: the stricter need.
 Emission strictest_emission(const Scenario& scenario);

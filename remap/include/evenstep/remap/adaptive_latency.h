@@ -10,10 +10,10 @@
 ///   else:              L(n+1) = L(n) moved towards T, by at most slew * (R(n+1) - R(n))
 ///
 /// Consequences: F increases strictly. L(n) never is below the largest need of the window (unless `most` is), so no
-/// underrun comes twice within one. A creeping need is followed without any underrun, as long as it creeps by less than the
-/// slew and the margin covers one step's. A growth by d is a hold of d in what is played, and the line continues d later: for a
-/// hand at speed v the force is v * d (times k) off the old line. While L moves, what is played runs slower or faster by
-/// the slew. A latency that cannot move (start = least = most) is the fixed one, to the nanosecond.
+/// underrun comes twice within one. A creeping need is followed without any underrun, as long as it creeps by less than
+/// the slew and the margin covers one step's. A growth by d is a hold of d in what is played, and the line continues d
+/// later: for a hand at speed v the force is v * d (times k) off the old line. While L moves, what is played runs slower or
+/// faster by the slew. A latency that cannot move (start = least = most) is the fixed one, to the nanosecond.
 ///
 /// The lead c is no part of this: it says how early a step reads the hand, is decided by when steps begin and not by when
 /// they end, and moving it would make the hand jump inside the simulation, where nothing can be stretched. Nor is the

@@ -21,7 +21,8 @@ namespace evenstep {
 struct RemapperOptions {
   Duration lead;
   Duration latency;
-  std::optional<AdaptiveLatencyOptions> adapt = {};  ///< instead of `latency`; force_capacity must do for its `most`, `emission` is the one here
+  /// Instead of `latency`; force_capacity must do for its `most`, and its emission is the one below.
+  std::optional<AdaptiveLatencyOptions> adapt = {};
   Emission emission = Emission::linear;
   double bandwidth_Hz = 2.0;
   Extrapolation past_newest_sample = kHoldNewest;   ///< underrun policies; the capacities must hold their windows
