@@ -59,6 +59,17 @@ void explain_sweep(const SweepSpec& sweep) {
   fmt::print("  sweep        {} points: {}\n", points, of);
 }
 
+void explain_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
+  const AdaptiveLatencyOptions& adapt = scenario.remap.adapt;
+  const AdaptationForecast forecast = forecast_adaptation(scenario, plan);
+  fmt::print("               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, {:.6g} ms above all needs of {:.6g} s, slew "
+             "{:.6g} %\n",
+             ms(adapt.start), ms(adapt.least), ms(adapt.most), ms(adapt.margin), seconds(adapt.window),
+             static_cast<double>(adapt.slew_ppm) * 1e-4);
+  fmt::print("               mean {:.6f} ms, largest {:.6f} ms, grows {} times on this timing\n", 1e3 * forecast.mean_s,
+             ms(forecast.largest), forecast.growths);
+}
+
 void explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
@@ -86,6 +97,7 @@ void explain(const Scenario& scenario) {
   for (const StrategyPlan& plan : plan(scenario)) {
     fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
                ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
+    if (plan.adapts) explain_adaptation(scenario, plan);
     for (const DeviceSpec& device : scenario.devices)
       fmt::print("               {}: {}\n", device.name, rendering_line(scenario, plan, device));
     if (plan.sizing.steps.empty()) continue;

@@ -101,9 +101,12 @@ std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallCl
 
 std::string wall_clock_objection(const Scenario& scenario) {
   if (scenario.case_spec) return "a [case] drives the solver itself, as fast as it can: there is no clock; leave --clock out";
-  if (scenario.remap.latency.kind != Budget::Kind::fixed || scenario.remap.lead.kind != Budget::Kind::fixed) {
+  const auto minimal = [](const Budget& budget) {
+    return budget.kind == Budget::Kind::any_phase || budget.kind == Budget::Kind::this_phase;
+  };
+  if (minimal(scenario.remap.latency) || minimal(scenario.remap.lead)) {
     return "[remap] latency and lead cannot be \"minimal\" on a wall clock, where the timing is not known before the run; "
-           "give durations, for example --set remap.latency=\"25 ms\" --set remap.lead=\"3 ms\"";
+           "give durations, for example --set remap.latency=\"25 ms\" --set remap.lead=\"3 ms\", or let the latency adapt";
   }
   const auto& trace = scenario.timing.trace;
   if (std::any_of(trace.begin(), trace.end(), [](const SegmentTiming& segment) { return segment.overlaps(); })) {

@@ -145,6 +145,9 @@ void read_confidence(ScenarioReading& reading, const Table& expect, Expectation&
     return errors.add(place, fmt::format("'confidence' is that of an underrun_rate; '{}' has none", expectation.metric));
   if (!expectation.max || expectation.min)
     return errors.add(place, "'confidence' needs a max, and no min or equals: it bounds the rate from above");
+  if (reading.scenario.remap.latency.kind == Budget::Kind::adaptive)
+    return errors.add(place, "'confidence' judges a latency that stays as it is, and [remap] latency is \"adaptive\"; judge "
+                             "the underruns of this run without it, or give a duration");
   const Parsed<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
   const double most = expectation.max->number * unit.value;
   if (unit.ok() && (most <= 0 || most >= 1))

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evenstep/harness/sizing.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -69,6 +70,39 @@ void read_filter(ScenarioReading& reading, const Table& filter) {
   }
 }
 
+/// The table of a latency that adapts; what must go together with it only where it is used.
+void read_adapt(ScenarioReading& reading, const Table& remap) {
+  const NominalUnits& nominal = reading.scenario.nominal;
+  const Table adapt = remap.table("adapt");
+  AdaptiveLatencyOptions& options = reading.scenario.remap.adapt;
+  options.least = adapt.span("min", nominal, reading.errors);
+  options.most = adapt.span("max", nominal, reading.errors);
+  options.start = adapt.has("start") ? adapt.span("start", nominal, reading.errors) : options.least;
+  options.window = adapt.span("window", nominal, reading.errors);
+  options.margin = adapt.span("margin", nominal, reading.errors);
+  options.slew_ppm = std::llround(adapt.si("slew") * 1e6);
+  Budget& latency = reading.scenario.remap.latency;
+  if (latency.kind != Budget::Kind::adaptive) return;
+  latency.fixed = options.most;
+  if (options.least > options.start || options.start > options.most) {
+    reading.errors.add(adapt.place(adapt.has("start") ? "start" : "max"),
+                       fmt::format("'adapt': min {}, start {} and max {} must not decrease", in_ms(options.least),
+                                   in_ms(options.start), in_ms(options.most)));
+  }
+  const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
+  if (std::none_of(strategies.begin(), strategies.end(), is_remap)) {
+    reading.errors.add(remap.place("latency"), "'latency': only paper and phase_locked have one that can adapt, and [run] "
+                                               "strategies names neither; add one, or give a duration");
+  }
+  for (const DeviceSpec& device : reading.scenario.devices) {
+    if (device.render.kind != RenderSpec::Kind::local || device.render.alpha) continue;
+    reading.errors.add(remap.place("latency"),
+                       fmt::format("'latency': device '{}' takes its alpha from the latency, which \"adaptive\" does not "
+                                   "know beforehand; write alpha as a number there, or a duration here",
+                                   device.name));
+  }
+}
+
 }  // namespace
 
 void read_remap(ScenarioReading& reading) {
@@ -82,10 +116,12 @@ void read_remap(ScenarioReading& reading) {
     const std::string text = remap.text(key);
     if (text == "minimal") return {Budget::Kind::any_phase, {}};
     if (text == "minimal-this-phase") return {Budget::Kind::this_phase, {}};
+    if (text == "adaptive") return {Budget::Kind::adaptive, {}};
     return {Budget::Kind::fixed, remap.span(key, reading.scenario.nominal, reading.errors)};
   };
   spec.latency = budget("latency");
   spec.lead = budget("lead");
+  read_adapt(reading, remap);
   spec.predict_window = remap.span("predict_window", reading.scenario.nominal, reading.errors);
   read_underrun(reading, remap.table("underrun"));
   read_filter(reading, remap.table("filter"));

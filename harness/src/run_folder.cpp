@@ -60,6 +60,7 @@ std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& out
     files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name)});
   }
   if (const auto figure = error_over_time_svg(run)) files.push_back({"error-over-time.svg", *figure});
+  if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
   files.push_back({"figure-2to4.svg", figure_2to4_svg(run, name_of(scenario.live), run.nominal.devices.front().name)});
   return files;
 }

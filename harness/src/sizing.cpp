@@ -33,7 +33,8 @@ Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
     case Budget::Kind::this_phase:
       return this_phase;
     case Budget::Kind::fixed:
-      return budget.fixed;
+    case Budget::Kind::adaptive:  // the most it may become
+      break;
   }
   return budget.fixed;
 }
@@ -58,7 +59,7 @@ struct GateModel {
 void walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel* gate,
           std::vector<MappedStep>& steps) {
   steps.clear();
-  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, {});
+  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, Duration{});
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   const RealTime end{scenario.run_duration.ns};
   Postponement pushed;
@@ -105,6 +106,12 @@ class GivenTiming final : public StepTiming {
   std::size_t next_ = 0;
 };
 
+/// Read times that a window of emission times spans at most: a latency that shrinks brings forces closer together.
+Duration force_window(const Scenario& scenario, const StrategyPlan& plan) {
+  if (!plan.adapts) return kContinueLine.window;
+  return {floor_mul_div(kContinueLine.window.ns + 1, 1'000'000, 1'000'000 - scenario.remap.adapt.slew_ppm) + 1};
+}
+
 StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   StrategyPlan plan{kind};
   plan.sizing = size_map(scenario, kind);
@@ -117,11 +124,12 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
     return gated ? least.latency : least.latency - least.lead + plan.lead;
   };
   plan.latency = chosen(scenario.remap.latency, with_lead(any), with_lead(here));
+  plan.adapts = scenario.remap.latency.kind == Budget::Kind::adaptive;
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   const bool lines = scenario.remap.interaction_underrun == InteractionUnderrun::extrapolate;
   const bool force_lines = scenario.remap.force_underrun == ForceUnderrun::extrapolate;
   const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency, lines ? kContinueLine.window : Duration{},
-                                             force_lines ? kContinueLine.window : Duration{});
+                                             force_lines ? force_window(scenario, plan) : Duration{});
   plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
   plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
 
@@ -132,7 +140,8 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
     plan.predicted_interaction_underruns =
         std::max(plan.predicted_interaction_underruns, count_interaction_underruns(judged, grid, plan.lead));
   }
-  plan.predicted_late_forces = count_late_forces(judged, plan.lead, plan.latency);
+  const std::vector<bool> late = late_forces(steps, plan.lead, latency_of(scenario, plan));
+  plan.predicted_late_forces = std::count(late.begin() + (first - steps.begin()), late.end(), true);
   return plan;
 }
 
@@ -163,7 +172,8 @@ std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario) {
   return std::make_unique<EvenTiming>(scenario.scene.step_rate, scenario.nominal.step_run_time);
 }
 
-std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, Duration latency) {
+std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead,
+                                  const AdaptiveLatency& latency) {
   switch (kind) {
     case StrategyKind::direct:
     case StrategyKind::filtered:
@@ -175,7 +185,7 @@ std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, D
     case StrategyKind::predict:
       return std::make_unique<PhaseLockedMap>(lead, latency, scenario.remap.bandwidth_Hz);
     case StrategyKind::ideal:
-      return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency);
+      return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency.latency());
   }
   return nullptr;
 }
@@ -227,6 +237,30 @@ Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead
   return sizing;
 }
 
+AdaptiveLatency latency_of(const Scenario& scenario, const StrategyPlan& plan) {
+  if (!plan.adapts) return plan.latency;
+  AdaptiveLatencyOptions options = scenario.remap.adapt;
+  options.emission = strictest_emission(scenario);
+  return AdaptiveLatency(options);
+}
+
+AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
+  AdaptationForecast forecast;
+  AdaptiveLatency latency = latency_of(scenario, plan);
+  std::int64_t sum_ns = 0, judged = 0;
+  for (const MappedStep& step : plan.sizing.steps) {
+    const RealTime read = step.slot - plan.lead;
+    const Duration scheduled = latency.emission(read, step.end) - read;
+    if (step.begin < RealTime{scenario.warmup.ns}) continue;
+    ++judged;
+    sum_ns += scheduled.ns;
+    forecast.largest = std::max(forecast.largest, scheduled);
+  }
+  forecast.growths = latency.growths();
+  if (judged > 0) forecast.mean_s = static_cast<double>(sum_ns) / static_cast<double>(judged) / 1e9;
+  return forecast;
+}
+
 std::vector<StrategyPlan> plan(const Scenario& scenario) {
   std::vector<StrategyPlan> plans;
   for (const StrategyKind kind : scenario.strategies) {
@@ -235,7 +269,7 @@ std::vector<StrategyPlan> plan(const Scenario& scenario) {
     else if (is_remap(kind))
       plans.push_back(plan_remap(scenario, kind));
     else
-      plans.push_back({kind, {}, {}, kDirectCapacity, kDirectCapacity});
+      plans.push_back({kind, {}, {}, false, kDirectCapacity, kDirectCapacity});
   }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
   auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });

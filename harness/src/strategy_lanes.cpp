@@ -35,7 +35,8 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
                     static_cast<std::int64_t>(plan.interaction_capacity),
                     static_cast<std::int64_t>(plan.force_capacity),
                     plan.predicted_interaction_underruns,
-                    plan.predicted_late_forces};
+                    plan.predicted_late_forces,
+                    plan.adapts};
   return record;
 }
 
@@ -130,7 +131,7 @@ StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan,
       scene_(scene_of(scenario, plan.kind)),
       exchange_(exchange),
       solver_(std::move(solver)),
-      map_(make_map(scenario, plan.kind, plan.lead, plan.latency)),
+      map_(make_map(scenario, plan.kind, plan.lead, latency_of(scenario, plan))),
       timing_(std::move(timing)),
       record_(start_record(scenario, plan)),
       step_(*solver_, scene_),
@@ -148,6 +149,7 @@ void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation) {
 StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
   keep_events(events, record_);
   record_.emission_repairs = map_->emission_repairs();
+  record_.latency_growths = map_->latency().growths();
   record_.solver = solver_record(*solver_, scene_, step_.seconds);
   internal::put_undelayed(scenario_, record_.devices);
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {

@@ -167,11 +167,10 @@ std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, Sampl
   return underruns;
 }
 
-std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {
-  EmissionSlots slots;
+std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, AdaptiveLatency latency) {
   std::vector<bool> late;
   late.reserve(steps.size());
-  for (const MappedStep& step : steps) late.push_back(step.end > slots.next(step.slot) - lead + latency);
+  for (const MappedStep& step : steps) late.push_back(step.end > latency.emission(step.slot - lead, step.end));
   return late;
 }
 
@@ -180,7 +179,7 @@ std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, Samp
   return std::count(underruns.begin(), underruns.end(), true);
 }
 
-std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency) {
+std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency) {
   const std::vector<bool> late = late_forces(steps, lead, latency);
   return std::count(late.begin(), late.end(), true);
 }

@@ -16,13 +16,7 @@ RealTime SlotMap::emission(std::int64_t n, RealTime ended) {
   assert(n == next_step_ && step_open_ && "emission(n) follows read(n)");
   step_open_ = false;
   ++next_step_;
-  RealTime emission = current_.kind == SlotKind::mapped ? current_.read + latency_ : ended;
-  if (last_emission_ && emission <= *last_emission_) {
-    emission = *last_emission_ + Duration{1};
-    ++emission_repairs_;
-  }
-  last_emission_ = emission;
-  return emission;
+  return current_.kind == SlotKind::mapped ? latency_.emission(current_.read, ended) : latency_.emission(ended);
 }
 
 }  // namespace evenstep

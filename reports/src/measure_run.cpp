@@ -42,6 +42,12 @@ struct Spread {
   double mean_s() const { return static_cast<double>(sum_ns) / static_cast<double>(count) / 1e9; }
 };
 
+/// The smallest value that at least `share` of the sorted list does not exceed (nearest rank).
+double percentile_s(const std::vector<std::int64_t>& sorted_ns, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted_ns.size())));
+  return nearest_s(sorted_ns[std::max<std::size_t>(rank, 1) - 1]);
+}
+
 /// Share of the judged segments in which `bad` holds for at least one judged step.
 template <class Bad>
 double segment_rate(const StrategyRecord& strategy, const std::vector<std::size_t>& steps, Bad bad) {
@@ -173,10 +179,17 @@ Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device,
 void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
                    const std::vector<std::size_t>& steps) {
   Spread schedule;
-  for (const std::size_t n : steps) schedule.add(strategy.steps[n].emission - strategy.steps[n].read);
+  std::vector<std::int64_t> scheduled_ns;
+  for (const std::size_t n : steps) {
+    const Duration latency = strategy.steps[n].emission - strategy.steps[n].read;
+    schedule.add(latency);
+    scheduled_ns.push_back(latency.ns);
+  }
+  std::sort(scheduled_ns.begin(), scheduled_ns.end());
   put(values, "schedule_latency", schedule.max_s());
   put(values, "schedule_latency_min", schedule.min_s());
   put(values, "schedule_latency_mean", schedule.mean_s());
+  put(values, "schedule_latency_p50", percentile_s(scheduled_ns, 0.5));
   put(values, "schedule_latency_spread", nearest_s(schedule.most_ns - schedule.least_ns));
   const Spread total = total_latency(strategy, device, steps);
   if (total.count == 0) return;
@@ -207,6 +220,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   Values values;
   put(values, "judged", static_cast<double>(ticks.size()));
   put(values, "emission_repairs", static_cast<double>(strategy.emission_repairs));
+  put(values, "latency_growths", static_cast<double>(strategy.latency_growths));
   for (const auto& [name, count] : device.counters) put(values, name, count);
   if (!ticks.empty()) {
     const Series series = internal::force_series(device, ticks, run.nominal.judged_from);
@@ -304,12 +318,6 @@ Values solver_values(const StrategyRecord& strategy, const std::vector<std::size
   put(values, "step_over_limit_max", solver.step_over_limit_max, solver.variable_step);
   put_segment_mean(values, strategy, steps);
   return values;
-}
-
-/// The smallest value that at least `share` of the sorted list does not exceed (nearest rank).
-double percentile_s(const std::vector<std::int64_t>& sorted_ns, double share) {
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted_ns.size())));
-  return nearest_s(sorted_ns[std::max<std::size_t>(rank, 1) - 1]);
 }
 
 /// Ticks of the device's grid, from the first that ran to the last, that never ran because one before them ran late.

@@ -78,6 +78,18 @@ TEST_CASE("steps as fast as the solver makes them replay to the same hash") {
   CHECK(pauses == 0);
 }
 
+TEST_CASE("a latency that adapts needs no knowledge of the timing, and replays to the same hash") {
+  std::vector<std::string> set = kLive;
+  set.insert(set.end(), {"remap.latency=\"adaptive\"", "remap.adapt={ window = \"0.1 s\" }"});
+  const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml", set));
+  INFO(outcome.failure << outcome.repeat_difference);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK(outcome.repeat_difference.empty());
+  const StrategyRecord& live = strategy(outcome.record, "phase_locked");
+  CHECK_FALSE(live.shadow);
+  CHECK(live.latency_growths > 0);   // it starts from 0: the first step of a segment alone takes longer
+}
+
 TEST_CASE("a minimal latency is refused on the wall clock, with the remedy") {
   const RunOutcome outcome = run_wall(read("paper/figure-1-spring.toml"));
   CHECK(outcome.exit == ExitCode::usage);

@@ -134,7 +134,8 @@ TEST_CASE("A scenario with every key of its kind spelled out at its default is t
   text.replace(text.find("steps = "), 0, spelled("timing", "visualization-first", ""));
   text.replace(text.find("stiffness"), 0, spelled("scene", "spring", "stiffness"));
   text.replace(text.find("motion"), 0, spelled("device", "", ""));
-  text += "[remap]\n" + spelled("remap", "", "") + "[remap.estimate]\n" + spelled("remap.estimate", "", "") +
+  text += "[remap]\n" + spelled("remap", "", "") + "[remap.adapt]\n" + spelled("remap.adapt", "", "") +
+          "[remap.estimate]\n" + spelled("remap.estimate", "", "") +
           "[remap.underrun]\n" + spelled("remap.underrun", "", "") + "[remap.filter]\n" +
           spelled("remap.filter", "butterworth", "");
   const ReadResult full = test::read_text(text);

@@ -463,6 +463,40 @@ TEST_CASE("Every scenario that is shipped reads and its resolved form is the sam
   }
 }
 
+TEST_CASE("An adaptive latency is read as it is written, starts at its least, and comes back from the resolved file") {
+  const std::string plain = "[remap]\nlatency = \"adaptive\"\n";
+  const auto read = [](const std::string& remap) {
+    std::string text = kSpring;
+    text.replace(text.find("[[expect]]"), 0, remap + "\n");
+    ReadResult result = read_text(text);
+    INFO(errors_of(result));
+    REQUIRE(result.scenario);
+    const ReadResult again = read_text(result.scenario->resolved_toml);
+    INFO(errors_of(again));
+    REQUIRE(again.scenario);
+    CHECK(describe(*again.scenario) == describe(*result.scenario));
+    return *result.scenario;
+  };
+  const Scenario defaults = read(plain);
+  CHECK(defaults.remap.latency.kind == Budget::Kind::adaptive);
+  CHECK(defaults.remap.latency.fixed == Duration{100'000'000});
+  CHECK(defaults.remap.adapt.start == Duration{0});
+  CHECK(defaults.remap.adapt.window == Duration{10'000'000'000});
+  CHECK(defaults.remap.adapt.slew_ppm == 5'000);
+  const Scenario given = read(plain +
+                              "adapt = { start = \"20 ms\", min = \"12.842223 ms\", max = \"40 ms\", window = \"90 "
+                              "segments\", slew = \"0.0123 %\", margin = \"2 slots\" }");
+  CHECK(given.remap.adapt.start == Duration{20'000'000});
+  CHECK(given.remap.adapt.least == Duration{12'842'223});
+  CHECK(given.remap.adapt.most == Duration{40'000'000});
+  CHECK(given.remap.adapt.window == given.nominal.segment * 90);
+  CHECK(given.remap.adapt.slew_ppm == 123);
+  CHECK(given.remap.adapt.margin == Duration{4'444'444});
+  CHECK(read(plain + "adapt = { min = \"7 ms\" }").remap.adapt.start == Duration{7'000'000});
+  // What nobody uses need not fit together, so that --set remap.latency=minimal compares with the file as it is.
+  CHECK(read("[remap]\nadapt = { min = \"7 ms\", max = \"5 ms\" }").remap.latency.kind == Budget::Kind::any_phase);
+}
+
 TEST_CASE("Filters, policies and long runs are read as they are written") {
   const auto read = [](const std::string& remap, const std::string& run = "") {
     std::string text = kSpring;

@@ -118,6 +118,36 @@ TEST_CASE("A value without a unit, with a wrong one or out of range is named wit
       });
 }
 
+TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused with the remedy") {
+  const std::string adaptive = "[remap]\nlatency = \"adaptive\"\n";
+  const auto refused = [](std::string text, const std::string& error) {
+    const ReadResult result = read_text(text);
+    INFO(text);
+    CHECK_FALSE(result.scenario);
+    CHECK_THAT(errors_of(result), Contains(error));
+  };
+  const auto with = [&](const std::string& adapt) {
+    return changed(kSpring, "[[expect]]", adaptive + adapt + "\n[[expect]]");
+  };
+  refused(with("adapt = { start = \"5 ms\", min = \"6 ms\" }"),
+          "'adapt': min 6 ms, start 5 ms and max 100 ms must not decrease");
+  refused(with("adapt = { start = \"101 ms\" }"), "start 101 ms and max 100 ms must not decrease");
+  refused(with("adapt = { min = \"6 ms\", max = \"5 ms\" }"), "min 6 ms, start 6 ms and max 5 ms must not decrease");
+  refused(with("adapt = { slew = \"51 %\" }"), "'slew': \"51 %\" is out of range");
+  refused(with("adapt = { window = \"0 s\" }"), "'window': \"0 s\" is out of range");
+  refused(with("adapt = { margin = \"-1 ms\" }"), "'margin'");
+  refused(with("adapt = { maximum = \"5 ms\" }"), "unknown key 'maximum'");
+  refused(changed(with(""), "[run]", "[run]\nstrategies = [\"ideal\", \"direct\"]"),
+          "'latency': only paper and phase_locked have one that can adapt");
+  refused(changed(with(""), "name = \"left\"",
+                  "name = \"left\"\nrender = { kind = \"local\", alpha = \"auto\", emission = \"linear\" }"),
+          "'latency': device 'left' takes its alpha from the latency");
+  refused(changed(kSpring, "[[expect]]",
+                  adaptive + "[[expect]]\nsignal = \"left.force.paper\"\nmetric = \"underrun_rate\"\nmax = \"1 %\"\n"
+                             "confidence = \"95 %\"\n[[expect]]"),
+          "'confidence' judges a latency that stays as it is");
+}
+
 TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave something of its signal") {
   check_each(kSpring,
              {{"name = \"left\"", "name = \"left\"\nrender = { kind = \"force\", emission = \"hold\" }\n[remap]\nunderrun = { force = "

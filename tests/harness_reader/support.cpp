@@ -238,6 +238,9 @@ std::string describe(const Scenario& s) {
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
                      name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
                      s.remap.filter_window.ns, s.remap.filter_force);
+  const AdaptiveLatencyOptions& adapt = s.remap.adapt;
+  out += fmt::format(" adapt {} {} {} {} {} {}\n", at(adapt.start), at(adapt.least), at(adapt.most), at(adapt.window),
+                     at(adapt.margin), adapt.slew_ppm);
   out += fmt::format("study {} repeats {} iterations {}", at(s.study.duration), s.study.repeats,
                      fmt::join(s.study.iterations, ","));
   for (const Method method : s.study.methods) out += fmt::format(" {}", name_of(method));

@@ -105,8 +105,30 @@ TEST_CASE("without the remap the same timing jumps by more than four steps") {
   CHECK(jump / (0.1 / 450) > 4);
 }
 
+TEST_CASE("a remapper that adapts finds the least latency by itself, held and interpolated, in one segment") {
+  const bool held = GENERATE(true, false);
+  const double latency_s = held ? 12.842e-3 + 0.5 / 450 : 15.064e-3;   // a held force is half a slot older on average
+  Remapper<double> remap({.lead = {260'002},
+                          .adapt = AdaptiveLatencyOptions{.start = {}, .least = {}, .most = {50'000'000}, .margin = {}},
+                          .emission = held ? Emission::hold : Emission::linear});
+  double hand = 0, off = 0;
+  play(Periodic{}.schedule(30),
+       [&](RealTime now) {
+         remap.sample(now, seconds(now));
+         if (now < RealTime{150'000'000}) return;
+         const double age = seconds(now) - remap.force(now).value;
+         off = std::max(off, std::abs(age - latency_s));
+       },
+       [&](RealTime now) { hand = remap.interaction(now).value; }, [&](RealTime now) { remap.response(now, hand); },
+       [&](RealTime now) { remap.segment(now); });
+  CHECK(off <= (held ? 0.5 / 450 : 0) + 1e-6);   // held for a slot: the age is the latency, and up to one slot more
+}
+
 TEST_CASE("a remapper allocates nothing after construction") {
-  Remapper<Vector> remap({.lead = {260'002}, .latency = {15'064'450}});
+  const bool adapts = GENERATE(false, true);
+  RemapperOptions options{.lead = {260'002}, .latency = {15'064'450}};
+  if (adapts) options.adapt = AdaptiveLatencyOptions{.start = {}, .least = {}, .most = {50'000'000}};
+  Remapper<Vector> remap(options);
   const Schedule schedule = Periodic{}.schedule(30);
   double sum = 0;
   const std::size_t before = allocations;

@@ -14,6 +14,7 @@
 #include "evenstep/device/renderer.h"
 #include "evenstep/harness/diagnostic.h"
 #include "evenstep/harness/quantity.h"
+#include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/scheduler/step_timing.h"
@@ -85,8 +86,8 @@ struct DeviceSpec {
   ForceLimits limits;                           ///< `cut` included
 };
 
-/// A latency or lead: minimal for any phase, minimal for this phase, or a duration.
-struct Budget { enum class Kind { any_phase, this_phase, fixed } kind = Kind::any_phase; Duration fixed; };
+/// A latency or lead: minimal for any phase, minimal for this phase, or a duration. A latency may adapt instead.
+struct Budget { enum class Kind { any_phase, this_phase, fixed, adaptive } kind = Kind::any_phase; Duration fixed; };
 
 /// What a step does whose sample is not there yet, and a tick whose force is not.
 enum class InteractionUnderrun { clamp, gate, extrapolate };
@@ -98,6 +99,7 @@ struct RemapSpec {
   double estimate_weight = 0.1;
   double bandwidth_Hz = 2.0;
   Budget latency;
+  AdaptiveLatencyOptions adapt;                 ///< of a latency that adapts; the devices say its emission
   Budget lead;
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;

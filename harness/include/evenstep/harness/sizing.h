@@ -16,7 +16,8 @@ namespace evenstep {
 std::unique_ptr<StepTiming> make_timing(const Scenario& scenario);
 /// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate.
 std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario);
-std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead, Duration latency);
+std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead,
+                                  const AdaptiveLatency& latency);
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 /// Linear if any device interpolates: the stricter need.
 Emission strictest_emission(const Scenario& scenario);
@@ -42,12 +43,22 @@ Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead
 /// What one strategy runs with, and what the sizing pass says of it.
 struct StrategyPlan {
   StrategyKind kind = StrategyKind::direct;
-  Duration lead, latency;
+  Duration lead, latency;                            ///< of a latency that adapts, the most it may become
+  bool adapts = false;
   std::size_t interaction_capacity = 0, force_capacity = 0;
   Sizing sizing;                                     ///< empty for direct and ideal
   std::int64_t predicted_interaction_underruns = 0;  ///< worst device; steps that begin in the judged span
   std::int64_t predicted_late_forces = 0;
 };
+/// What a map of this plan starts with: the fixed latency, or the one that adapts.
+AdaptiveLatency latency_of(const Scenario& scenario, const StrategyPlan& plan);
+/// What a latency that adapts will do in this run, by the sizing pass: over the steps that begin in the judged span.
+struct AdaptationForecast {
+  double mean_s = 0;
+  Duration largest;
+  std::int64_t growths = 0;                          ///< of the whole run
+};
+AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan);
 /// Plans for all strategies of the scenario, in its order. `ideal` takes lead and latency of `live`, or of the first
 /// remapping strategy, so that it is that one's twin.
 std::vector<StrategyPlan> plan(const Scenario& scenario);

@@ -68,10 +68,10 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
 
 /// What a run with this c and L will see, step by step, device by device: interaction reads whose sample is not there.
 std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
-/// Steps with E(n) > F(n). F is repaired from the first step given on.
-std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency);
+/// Steps with E(n) > F(n). F is repaired, and a latency that adapts starts, from the first step given on.
+std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, AdaptiveLatency latency);
 /// How many of them.
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
-std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, Duration latency);
+std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency);
 
 }  // namespace evenstep

@@ -12,7 +12,7 @@ namespace evenstep {
 
 class PaperMap final : public SlotMap {
  public:
-  PaperMap(Duration lead, Duration latency, double weight) : SlotMap(lead, latency), estimator_(weight) {}
+  PaperMap(Duration lead, const AdaptiveLatency& latency, double weight) : SlotMap(lead, latency), estimator_(weight) {}
   void boundary(std::int64_t n, RealTime begin) override;
 
  protected:

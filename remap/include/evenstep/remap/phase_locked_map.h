@@ -39,7 +39,7 @@ constexpr LoopGains loop_gains(double w) { return {w * w, std::numbers::sqrt2 * 
 
 class PhaseLockedMap final : public SlotMap {
  public:
-  PhaseLockedMap(Duration lead, Duration latency, double bandwidth_Hz = 2.0)
+  PhaseLockedMap(Duration lead, const AdaptiveLatency& latency, double bandwidth_Hz = 2.0)
       : SlotMap(lead, latency), bandwidth_Hz_(bandwidth_Hz) {}
   void boundary(std::int64_t n, RealTime begin) override;
   double period_ns() const { return period_ns_; }   ///< P, ns per step; 0 while acquiring

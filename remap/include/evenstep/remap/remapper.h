@@ -10,6 +10,7 @@
 /// latency_budget.h. Links with the standard library alone.
 
 #include <cstdint>
+#include <optional>
 
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/phase_locked_map.h"
@@ -20,6 +21,8 @@ namespace evenstep {
 struct RemapperOptions {
   Duration lead;
   Duration latency;
+  /// Instead of `latency`; force_capacity must do for its `most`, and its emission is the one below.
+  std::optional<AdaptiveLatencyOptions> adapt = {};
   Emission emission = Emission::linear;
   double bandwidth_Hz = 2.0;
   Extrapolation past_newest_sample = kHoldNewest;   ///< underrun policies; the capacities must hold their windows
@@ -34,7 +37,7 @@ class Remapper {
   explicit Remapper(const RemapperOptions& options)
       : interaction_(options.interaction_capacity, options.past_newest_sample),
         forces_(options.force_capacity, options.emission, options.past_newest_force),
-        map_(options.lead, options.latency, options.bandwidth_Hz) {}
+        map_(options.lead, latency_of(options), options.bandwidth_Hz) {}
 
   // Haptic thread.
   void sample(RealTime now, const Value& position) { interaction_.push(now, position); }
@@ -50,6 +53,13 @@ class Remapper {
   void response(RealTime now, const Value& force) { forces_.push(map_.emission(step_++, now), force); }
 
  private:
+  static AdaptiveLatency latency_of(const RemapperOptions& options) {
+    if (!options.adapt) return options.latency;
+    AdaptiveLatencyOptions adapt = *options.adapt;
+    adapt.emission = options.emission;
+    return AdaptiveLatency(adapt);
+  }
+
   SampleBuffer<Value> interaction_;
   ForceSchedule<Value> forces_;
   PhaseLockedMap map_;

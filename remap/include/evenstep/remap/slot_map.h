@@ -6,11 +6,14 @@
 /// when it ends. Until the first complete segment has been seen the map is "acquiring": it has no slots, steps read the
 /// newest sample and emit when they are done, and are not judged.
 ///
+/// L is fixed, or adapts to when steps end (adaptive_latency.h); c is fixed.
+///
 /// Symbols: c lead, L latency, T segment length, N steps of a segment, tau = T / N slot.
 
 #include <cstdint>
 #include <optional>
 
+#include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
@@ -27,7 +30,7 @@ struct Slot {
 
 class SlotMap {
  public:
-  SlotMap(Duration lead, Duration latency) : lead_(lead), latency_(latency) {}
+  SlotMap(Duration lead, const AdaptiveLatency& latency) : lead_(lead), latency_(latency) {}
   virtual ~SlotMap() = default;
 
   /// Segment boundary: the next step to run is n, and its segment began at `begin`. n and begin never decrease.
@@ -39,10 +42,10 @@ class SlotMap {
   /// F(n) of the step just read: R(n) + L, or `ended` where the slot is not mapped. Where that would not come after
   /// F(n-1) (only `paper` steps back) it becomes F(n-1) + 1 ns, and emission_repairs() counts it.
   RealTime emission(std::int64_t n, RealTime ended);
-  std::int64_t emission_repairs() const { return emission_repairs_; }
+  std::int64_t emission_repairs() const { return latency_.repairs(); }
 
   Duration lead() const { return lead_; }
-  Duration latency() const { return latency_; }
+  const AdaptiveLatency& latency() const { return latency_; }
 
  protected:
   /// slot(n), floored to ns; nullopt while acquiring.
@@ -51,18 +54,16 @@ class SlotMap {
 
  private:
   Duration lead_;
-  Duration latency_;
+  AdaptiveLatency latency_;
   std::int64_t next_step_ = 0;
   bool step_open_ = false;   // between read(n) and emission(n)
   Slot current_;
-  std::optional<RealTime> last_emission_;
-  std::int64_t emission_repairs_ = 0;
 };
 
 /// `direct`: no map; the fault that the paper describes (Figure 2).
 class DirectMap final : public SlotMap {
  public:
-  DirectMap() : SlotMap({}, {}) {}
+  DirectMap() : SlotMap({}, Duration{}) {}
   void boundary(std::int64_t, RealTime) override {}
 
  protected:

@@ -22,4 +22,8 @@ std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy, c
 /// underruns so far; interaction on the left, force on the right. nullopt: no signal has ten bins, nothing would show.
 std::optional<std::string> error_over_time_svg(const RunRecord& run);
 
+/// A latency that adapts, and what the steps needed, against run time: a panel for each strategy whose latency does.
+/// nullopt: none does.
+std::optional<std::string> latency_over_time_svg(const RunRecord& run);
+
 }  // namespace evenstep

@@ -70,12 +70,13 @@ struct DeviceRecord {
 
 struct LatencyRecord {
   Duration lead;
-  Duration latency;
+  Duration latency;                                    ///< of one that adapts, the most it may become
   Duration least_any_phase_lead, least_any_phase;      ///< of this run's map: hold emission, or linear where the scene says so
   Duration least_this_phase_lead, least_this_phase;
   std::int64_t lead_culprit = -1, latency_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
   std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;   ///< by the sizing pass
+  bool adapts = false;
 };
 
 struct SegmentRow {
@@ -130,6 +131,7 @@ struct StrategyRecord {
   LatencyRecord latency;
   SolverRecord solver;
   std::int64_t emission_repairs = 0;
+  std::int64_t latency_growths = 0;         ///< of a latency that adapts; whole run
   std::vector<std::string> event_names;
   std::vector<EventRow> events;             ///< empty where RunRecord::keep_rows is false
   std::vector<UnderrunRow> underruns;       ///< by step, of the whole run
