@@ -5,29 +5,7 @@
 namespace evenstep {
 namespace {
 
-/// slot(n) as the force side sees it, in step order: where a map steps back, SlotMap::emission repairs F(n) to
-/// F(n-1) + 1 ns. The repair commutes with adding the constant L - c, so it can be made on the slots.
-class EmissionSlots {
- public:
-  RealTime next(RealTime slot) {
-    if (last_ && slot <= *last_) slot = *last_ + Duration{1};
-    last_ = slot;
-    return slot;
-  }
-
- private:
-  std::optional<RealTime> last_;
-};
-
-struct Need {
-  std::optional<Duration> least;
-  std::int64_t culprit = -1;
-  void require(Duration duration, std::int64_t step) {
-    if (least && duration <= *least) return;
-    least = duration;
-    culprit = step;
-  }
-};
+using internal::EmissionSlots;
 
 /// The newest sample is sure to be at this time or later when a step begins.
 class NewestAnyPhase {
@@ -58,31 +36,11 @@ class NewestThisPhase {
   bool whole_ = false;                                            // the period is a whole number of ns
 };
 
-/// L - c: how long after its slot a force may be due at the earliest.
-Need least_force_delay(std::span<const MappedStep> steps, Emission emission) {
-  Need need;
-  EmissionSlots slots;
-  std::optional<RealTime> slot_before;
-  for (const MappedStep& step : steps) {
-    const RealTime slot = slots.next(step.slot);
-    // Interpolated, a force is due when the interval that leads to it begins.
-    const RealTime due = emission == Emission::linear && slot_before ? *slot_before : slot;
-    need.require(step.end - due, step.step);
-    slot_before = slot;
-  }
-  return need;
-}
-
-template <class Newest>
-LatencyBudget least_needs(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
-  Need lead;
-  for (const SamplingGrid& device : devices) {
-    const Newest newest(device);
-    for (const MappedStep& step : steps) lead.require(step.slot - newest(step.begin), step.step);
-  }
-  const Need delay = least_force_delay(steps, emission);
-  const Duration c = lead.least.value_or(Duration{});
-  return {c, delay.least.value_or(Duration{} - c) + c, lead.culprit, delay.culprit};
+LatencyBudget needs_of(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission,
+                       RunningNeeds::Phase phase) {
+  RunningNeeds needs(devices, emission, phase);
+  needs.add(steps);
+  return needs.budget();
 }
 
 LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> steps, std::span<const SamplingGrid> devices) {
@@ -99,6 +57,7 @@ std::size_t most_ticks(Rate rate, Duration span) {
 
 /// max over n of #{m <= n: F(m) > F(n) - window}: forces that the line past force n starts behind.
 std::size_t most_forces_within(std::span<const MappedStep> steps, Duration window) {
+  if (window.ns <= 0) return 0;
   std::size_t most = 0;
   std::size_t oldest = 0;                                // first m with F(m) > F(n) - window
   EmissionSlots newest_slots;
@@ -109,25 +68,61 @@ std::size_t most_forces_within(std::span<const MappedStep> steps, Duration windo
     while (oldest < n && oldest_slot <= newest_slot - window) oldest_slot = oldest_slots.next(steps[++oldest].slot);
     most = std::max(most, n + 1 - oldest);
   }
-  return window.ns <= 0 ? 0 : most;
-}
-
-/// max over n of #{m <= n: F(m) >= E(n)}: forces that wait when force n is pushed, itself included.
-std::size_t most_waiting_forces(std::span<const MappedStep> steps, Duration delay) {
-  std::size_t most = 0;
-  std::size_t oldest = 0;                                // first m with F(m) >= E(n)
-  EmissionSlots slots;
-  RealTime oldest_emission = steps.empty() ? RealTime{} : slots.next(steps[0].slot) + delay;
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    while (oldest <= n && oldest_emission < steps[n].end) {
-      if (++oldest < steps.size()) oldest_emission = slots.next(steps[oldest].slot) + delay;
-    }
-    most = std::max(most, n + 1 - oldest);
-  }
   return most;
 }
 
 }  // namespace
+
+RunningNeeds::RunningNeeds(std::span<const SamplingGrid> devices, Emission emission, Phase phase)
+    : devices_(devices.begin(), devices.end()), emission_(emission), phase_(phase), leads_(devices.size()) {}
+
+void RunningNeeds::add(std::span<const MappedStep> steps) {
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    const auto require = [&, lead = &leads_[i]](const auto& newest) {
+      for (const MappedStep& step : steps) lead->require(step.slot - newest(step.begin), step.step);
+    };
+    if (phase_ == Phase::any) require(NewestAnyPhase(devices_[i])); else require(NewestThisPhase(devices_[i]));
+  }
+  for (const MappedStep& step : steps) {
+    wait_.require(step.begin - step.slot, step.step);
+    const std::optional<RealTime> before = slots_.last();
+    const RealTime slot = slots_.next(step.slot);
+    // Interpolated, a force is due when the interval that leads to it begins.
+    delay_.require(step.end - (emission_ == Emission::linear && before ? *before : slot), step.step);
+  }
+}
+
+void RunningNeeds::restart() {
+  restart_needs();
+  slots_ = {};
+}
+
+void RunningNeeds::restart_needs() {
+  leads_.assign(devices_.size(), {});
+  delay_ = wait_ = {};
+}
+
+LatencyBudget RunningNeeds::budget() const {
+  if (delay_.culprit < 0) return {};
+  Need lead;
+  for (const Need& one : leads_) lead.require(one.least, one.culprit);
+  return {lead.least, delay_.least + lead.least, lead.culprit, delay_.culprit};
+}
+
+std::size_t RunningNeeds::interaction_capacity() const {
+  const Duration longest = std::max(wait_.least + budget().lead, Duration{});
+  std::size_t most = 0;
+  for (const SamplingGrid& device : devices_) most = std::max(most, most_ticks(device.rate, longest));
+  return most + 2;
+}
+
+void WaitingForces::add(std::span<const MappedStep> steps) {
+  for (const MappedStep& step : steps) {
+    emissions_.push_back(slots_.next(step.slot) + delay_);
+    while (!emissions_.empty() && emissions_.front() < step.end) emissions_.pop_front();
+    most_ = std::max(most_, emissions_.size());
+  }
+}
 
 LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                       Emission emission) {
@@ -136,12 +131,12 @@ LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::sp
 
 LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                        Emission emission) {
-  return with_capacities(least_needs<NewestThisPhase>(steps, devices, emission), steps, devices);
+  return with_capacities(needs_of(steps, devices, emission, RunningNeeds::Phase::this_one), steps, devices);
 }
 
 LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                     Emission emission) {
-  return least_needs<NewestAnyPhase>(steps, devices, emission);
+  return needs_of(steps, devices, emission, RunningNeeds::Phase::any);
 }
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
@@ -154,8 +149,9 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
   }
   LatencyBudget budget{lead, latency};
   budget.interaction_capacity = most_samples + 2;
-  const std::size_t most_waiting = most_waiting_forces(steps, latency - lead);
-  budget.force_capacity = std::max(most_waiting, most_forces_within(steps, force_window)) + 2;
+  WaitingForces waiting(latency - lead);
+  waiting.add(steps);
+  budget.force_capacity = std::max(waiting.most(), most_forces_within(steps, force_window)) + 2;
   return budget;
 }
 
