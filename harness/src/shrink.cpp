@@ -267,7 +267,8 @@ std::optional<std::string> why_not_this_seed(const Scenario& scenario, const Exp
   const std::vector<internal::RateSignal> signals = internal::rate_signals(scenario);
   const auto signal = std::find_if(signals.begin(), signals.end(), [&](const auto& one) { return one.name == signal_name; });
   const std::vector<StrategyPlan> plans = plan(scenario);
-  const auto with = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == signal->kind; });
+  const auto with =
+      std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == signal->kind; });
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal->kind);
   const double most = expectation.max->number * unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
   const auto rate = [](const internal::RateCount& count) {
@@ -286,13 +287,15 @@ std::optional<std::string> why_not_this_seed(const Scenario& scenario, const Exp
   }
   if (rate(own) > most) return std::nullopt;
   if (rate(worst) <= most) {
-    return fmt::format("of {} seeds none underruns more often than {:.6g} allows: they are too few to be sure, and no timing is "
-                       "at fault; let more be run with 'seeds'", seeds, most);
+    return fmt::format(
+        "of {} seeds none underruns more often than {:.6g} allows: they are too few to be sure, and no timing is at fault; let "
+        "more be run with 'seeds'",
+        seeds, most);
   }
-  return fmt::format("it fails over {} seeds, of which a recording has one, and seed {} alone keeps the limit ({} of {} segments "
-                     "underrun); seed {} has most ({} of {}): add --seed {}",
-                     seeds, scenario.timing.programmed.seed, own.hit, own.segments, worst_seed, worst.hit, worst.segments,
-                     worst_seed);
+  return fmt::format(
+      "it fails over {} seeds, of which a recording has one, and seed {} alone keeps the limit ({} of {} segments underrun); "
+      "seed {} has most ({} of {}): add --seed {}",
+      seeds, scenario.timing.programmed.seed, own.hit, own.segments, worst_seed, worst.hit, worst.segments, worst_seed);
 }
 
 }  // namespace

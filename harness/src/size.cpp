@@ -89,7 +89,8 @@ class Sizer {
     if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
     record.held = bounds(false);
     if (record.interpolated) record.linear = bounds(true);
-    for (const StrategyKind kind : {StrategyKind::paper, StrategyKind::phase_locked}) record.strategies.push_back(strategy(kind));
+    for (const StrategyKind kind : {StrategyKind::paper, StrategyKind::phase_locked})
+      record.strategies.push_back(strategy(kind));
   }
 
  private:

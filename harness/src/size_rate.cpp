@@ -34,7 +34,8 @@ RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std
   std::vector<std::size_t> by_lead(needs.size()), by_delay(needs.size());
   std::iota(by_lead.begin(), by_lead.end(), std::size_t{0});
   by_delay = by_lead;
-  std::stable_sort(by_lead.begin(), by_lead.end(), [&](std::size_t a, std::size_t b) { return needs[a].lead > needs[b].lead; });
+  std::stable_sort(by_lead.begin(), by_lead.end(),
+                   [&](std::size_t a, std::size_t b) { return needs[a].lead > needs[b].lead; });
   std::stable_sort(by_delay.begin(), by_delay.end(),
                    [&](std::size_t a, std::size_t b) { return needs[a].delay > needs[b].delay; });
   std::vector<std::size_t> rank(needs.size());

@@ -3,7 +3,7 @@
 ///
 /// Segment k has no underrun at lead c and latency L if  c >= a_k  and  L - c >= b_k:  a_k the lead that its reads need, b_k
 /// the largest E - slot of its forces (remap/latency_budget.h). At most m segments with an underrun:
-///   L = min over c of [c + the (m - i + 1)-th largest b_k of the segments with a_k <= c],  i the number of those with a_k > c.
+///   L = min over c of [c + the (m - i + 1)-th largest b_k of those with a_k <= c],   i the number of those with a_k > c.
 /// Only the m + 1 largest a_k are candidates for c. While c goes down through them, the b_k that decides only goes up.
 /// O(n log n).
 

@@ -46,7 +46,8 @@ class Part {
   bool is_ours(const std::string& line, const std::string& file) const {
     try {
       const internal::HeaderLine there = internal::read_header_line(line);
-      return internal::same_sweep(there.header, record_.header) && there.shard.index == shard_.index && there.shard.of == shard_.of;
+      return internal::same_sweep(there.header, record_.header) && there.shard.index == shard_.index &&
+             there.shard.of == shard_.of;
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(fmt::format("{}:1: error: the line {}; remove the file", file, error.what()));
     }

@@ -16,7 +16,7 @@ struct TextFile {
 /// Errors: not there (with the folder that is missing, if that is why), a directory, larger than `most_bytes`, unreadable.
 TextFile read_text_file(const std::string& path, std::int64_t most_bytes);
 
-/// The same in pieces of whole lines, of which there is one at a time: a recording of ten million rows need not be in memory.
+/// The same in pieces of whole lines, one at a time: a recording of ten million rows need not be in memory.
 class TextPieces {
  public:
   TextPieces(const std::string& path, std::int64_t most_bytes);

@@ -43,7 +43,8 @@ LatencyBudget needs_of(std::span<const MappedStep> steps, std::span<const Sampli
   return needs.budget();
 }
 
-LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> steps, std::span<const SamplingGrid> devices) {
+LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> steps,
+                              std::span<const SamplingGrid> devices) {
   const LatencyBudget rings = capacities_for(steps, devices, budget.lead, budget.latency);
   budget.interaction_capacity = rings.interaction_capacity;
   budget.force_capacity = rings.force_capacity;
@@ -81,7 +82,10 @@ void RunningNeeds::add(std::span<const MappedStep> steps) {
     const auto require = [&, lead = &leads_[i]](const auto& newest) {
       for (const MappedStep& step : steps) lead->require(step.slot - newest(step.begin), step.step);
     };
-    if (phase_ == Phase::any) require(NewestAnyPhase(devices_[i])); else require(NewestThisPhase(devices_[i]));
+    if (phase_ == Phase::any)
+      require(NewestAnyPhase(devices_[i]));
+    else
+      require(NewestThisPhase(devices_[i]));
   }
   for (const MappedStep& step : steps) {
     wait_.require(step.begin - step.slot, step.step);

@@ -112,7 +112,8 @@ int shuffles_as_regular(std::vector<std::int64_t> gaps, const std::vector<Border
   return as_regular;
 }
 
-void describe(const std::vector<RealTime>& begins, const std::vector<std::int64_t>& gaps, std::int64_t border, StepCycle& cycle) {
+void describe(const std::vector<RealTime>& begins, const std::vector<std::int64_t>& gaps, std::int64_t border,
+              StepCycle& cycle) {
   std::vector<std::int64_t> pauses, periods, deviations;
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     if (gaps[i] <= border) {
