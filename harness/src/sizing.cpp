@@ -1,6 +1,7 @@
 #include "evenstep/harness/sizing.h"
 
 #include <algorithm>
+#include <array>
 
 #include "evenstep/harness/segment_pace.h"
 #include "evenstep/remap/paper_map.h"
@@ -220,17 +221,16 @@ std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, D
 void each_mapped_step(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit) {
   constexpr std::size_t kAtATime = 256;   // they stay in the first cache
-  std::vector<MappedStep> steps;
-  steps.reserve(kAtATime);
-  std::size_t next = 0;
+  std::array<MappedStep, kAtATime> steps;
+  std::size_t next = 0, count = 0;
   walk(scenario, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
        [&](const MappedStep& step) {
-         steps.push_back(step);
-         if (steps.size() < kAtATime) return;
+         steps[count++] = step;
+         if (count < kAtATime) return;
          visit(steps);
-         steps.clear();
+         count = 0;
        });
-  visit(steps);
+  visit(std::span(steps).first(count));
 }
 
 Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead) {

@@ -22,18 +22,26 @@ class NewestThisPhase {
   explicit NewestThisPhase(SamplingGrid device) : device_(device), period_(period_ceil(device.rate)) {
     const __int128 period = static_cast<__int128>(period_.ns) * device.rate.num;
     whole_ = period == static_cast<__int128>(device.rate.den) * 1'000'000'000;
+    per_ns_ = 1 / static_cast<double>(period_.ns);
   }
   RealTime operator()(RealTime begin) const {
     const auto& [rate, origin] = device_;
     if (!whole_) return tick_time(rate, first_tick_at_or_after(rate, begin + Duration{1}, origin) - 1, origin);
-    const std::int64_t into = (begin - origin).ns % period_.ns;   // the usual case, without 128-bit divisions
-    return begin - Duration{into < 0 ? into + period_.ns : into};
+    // The usual case, without a division: below 2^50 ns, which are 13 days, the quotient is off by 1 at most.
+    const std::int64_t since = (begin - origin).ns;
+    const bool near = since > -(std::int64_t{1} << 50) && since < (std::int64_t{1} << 50);
+    std::int64_t into = near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns
+                             : since % period_.ns;
+    if (into < 0) into += period_.ns;
+    if (into >= period_.ns) into -= period_.ns;
+    return begin - Duration{into};
   }
 
  private:
   SamplingGrid device_;
   Duration period_;
   bool whole_ = false;                                            // the period is a whole number of ns
+  double per_ns_ = 0;
 };
 
 LatencyBudget needs_of(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission,
@@ -79,21 +87,30 @@ RunningNeeds::RunningNeeds(std::span<const SamplingGrid> devices, Emission emiss
 
 void RunningNeeds::add(std::span<const MappedStep> steps) {
   for (std::size_t i = 0; i < devices_.size(); ++i) {
-    const auto require = [&, lead = &leads_[i]](const auto& newest) {
-      for (const MappedStep& step : steps) lead->require(step.slot - newest(step.begin), step.step);
+    const auto require = [&](const auto& newest) {
+      Need lead = leads_[i];
+      for (const MappedStep& step : steps) lead.require(step.slot - newest(step.begin), step.step);
+      leads_[i] = lead;
     };
     if (phase_ == Phase::any)
       require(NewestAnyPhase(devices_[i]));
     else
       require(NewestThisPhase(devices_[i]));
   }
+  // Locals stay in registers.
+  Need wait = wait_, delay = delay_;
+  EmissionSlots slots = slots_;
+  const bool linear = emission_ == Emission::linear;
   for (const MappedStep& step : steps) {
-    wait_.require(step.begin - step.slot, step.step);
-    const std::optional<RealTime> before = slots_.last();
-    const RealTime slot = slots_.next(step.slot);
+    wait.require(step.begin - step.slot, step.step);
+    const std::optional<RealTime> before = slots.last();
+    const RealTime slot = slots.next(step.slot);
     // Interpolated, a force is due when the interval that leads to it begins.
-    delay_.require(step.end - (emission_ == Emission::linear && before ? *before : slot), step.step);
+    delay.require(step.end - (linear && before ? *before : slot), step.step);
   }
+  wait_ = wait;
+  delay_ = delay;
+  slots_ = slots;
 }
 
 void RunningNeeds::restart() {
