@@ -43,7 +43,7 @@ ExitCode list(const std::vector<std::string>& paths);
 struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping;
+  std::string sampling, emission, damping, rate, confidence;
   bool json = false;
 };
 struct SweepArguments {

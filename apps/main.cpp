@@ -110,6 +110,8 @@ int main(int argc, char** argv) {
   size_command->add_option("--emission", size.emission, "of a recording: how its forces are played, hold (default) or linear")
       ->check(CLI::IsMember({"hold", "linear"}));
   size_command->add_option("--damping", size.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
+  size_command->add_option("--rate", size.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
+  size_command->add_option("--confidence", size.confidence, "how sure the rate is to be, \"95 %\" (default)");
   size_command->add_flag("--json", size.json, "the numbers instead of the table");
 
   app::SweepArguments sweep;

@@ -18,6 +18,28 @@ std::optional<Rate> sampling_rate(const std::string& text) {
   return std::nullopt;
 }
 
+/// Between 0 and 1; empty on an error, which is then printed.
+std::optional<double> share(const std::string& option, const std::string& text) {
+  const Parsed<double> parsed = parse_si(text, Dimension::ratio);
+  if (parsed.ok() && parsed.value > 0 && parsed.value < 1) return parsed.value;
+  print({{option, 0, 0, parsed.ok() ? fmt::format("\"{}\" must be above 0 % and below 100 %", text) : parsed.error}});
+  return std::nullopt;
+}
+
+/// --rate and --confidence; false on an error, which is then printed.
+bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
+  if (arguments.rate.empty() && !arguments.confidence.empty()) {
+    print({{"--confidence", 0, 0, "goes with --rate, which says of what; for example --rate \"0.1 %\""}});
+    return false;
+  }
+  if (arguments.rate.empty()) return true;
+  options.rate = share("--rate", arguments.rate);
+  if (!options.rate || arguments.confidence.empty()) return options.rate.has_value();
+  const std::optional<double> confidence = share("--confidence", arguments.confidence);
+  options.confidence = confidence.value_or(options.confidence);
+  return confidence.has_value();
+}
+
 std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   SizeOptions options;
   if (!arguments.sampling.empty()) {
@@ -34,6 +56,7 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
     }
     options.damping_N_s_per_m = damping.value;
   }
+  if (!read_rate(arguments, options)) return std::nullopt;
   return options;
 }
 

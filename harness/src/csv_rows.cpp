@@ -8,13 +8,21 @@
 namespace evenstep::internal {
 
 bool CsvRows::take_line() {
+  if (text_.empty() && pieces_) text_ = pieces_();
   if (text_.empty()) return false;
   const std::size_t end = std::min(text_.find('\n'), text_.size());
   line_ = text_.substr(0, end);
   if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
   text_.remove_prefix(std::min(end + 1, text_.size()));
+  rest_ = line_.data();
+  cells_.clear();
   ++line_number_;
   return true;
+}
+
+bool CsvRows::begins_with(std::string_view header) {
+  if (text_.empty() && pieces_) text_ = pieces_();
+  return text_.substr(0, text_.find_first_of("\r\n")) == header;
 }
 
 bool CsvRows::header(std::string_view header) {
@@ -33,7 +41,7 @@ bool CsvRows::next() {
   return false;
 }
 
-bool CsvRows::split(std::size_t count) {
+void CsvRows::split_cells() {
   cells_.clear();
   std::string_view rest = line_;
   for (;;) {
@@ -42,12 +50,17 @@ bool CsvRows::split(std::size_t count) {
     if (comma == std::string_view::npos) break;
     rest.remove_prefix(comma + 1);
   }
+}
+
+bool CsvRows::split(std::size_t count) {
+  split_cells();
   if (cells_.size() == count) return true;
   errors_.push_back({name_, line_number_, 1, fmt::format("{} cells, where a row has {}", cells_.size(), count)});
   return false;
 }
 
 void CsvRows::error(std::size_t index, std::string message) {
+  if (cells_.empty()) split_cells();
   errors_.push_back({name_, line_number_, cells_[index].data() - line_.data() + 1, std::move(message)});
 }
 

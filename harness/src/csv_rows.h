@@ -2,6 +2,7 @@
 /// Rows of a CSV without quotes, with the columns each cell begins at.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,11 +19,35 @@ class CsvRows {
  public:
   CsvRows(std::string_view text, std::string name, std::vector<Diagnostic>& errors)
       : text_(text), name_(std::move(name)), errors_(errors) {}
+  /// The rows of a file in pieces of whole lines; an empty piece ends it.
+  CsvRows(std::function<std::string_view()> pieces, std::string name, std::vector<Diagnostic>& errors)
+      : pieces_(std::move(pieces)), name_(std::move(name)), errors_(errors) {}
 
+  /// Before anything is read: is the first line so?
+  bool begins_with(std::string_view header);
   /// True if the first line is `header`; adds an error otherwise.
   bool header(std::string_view header);
   /// The next line that is not empty; false at the end, after too many rows and after too many errors.
   bool next();
+  /// Cells of the row from the left, each read once: what a good row needs, in one go over it. False: this cell is not so,
+  /// and split() and the functions below it read the row again and say why.
+  bool take_whole(std::int64_t& value) {
+    const char* const first = rest_;
+    std::int64_t number = 0;
+    for (; rest_ != line_end() && *rest_ >= '0' && *rest_ <= '9'; ++rest_) number = 10 * number + (*rest_ - '0');
+    value = number;
+    // 18 digits cannot overflow.
+    return rest_ - first > 0 && rest_ - first <= 18 && end_cell();
+  }
+  bool take_word(std::string_view& word) {
+    const char* const first = rest_;
+    while (rest_ != line_end() && *rest_ != ',') ++rest_;
+    word = {first, static_cast<std::size_t>(rest_ - first)};
+    return end_cell();
+  }
+  /// No cells are left.
+  bool row_done() const { return rest_ == nullptr; }
+
   /// Exactly so many cells, or an error.
   bool split(std::size_t count);
   std::string_view cell(std::size_t index) const { return cells_[index]; }
@@ -33,8 +58,20 @@ class CsvRows {
 
  private:
   bool take_line();
+  void split_cells();
+  const char* line_end() const { return line_.data() + line_.size(); }
+  /// Behind the comma, or behind the last cell.
+  bool end_cell() {
+    if (rest_ == line_end()) {
+      rest_ = nullptr;
+      return true;
+    }
+    return *rest_++ == ',';
+  }
 
+  std::function<std::string_view()> pieces_;
   std::string_view text_, line_;
+  const char* rest_ = nullptr;   // of the row, for take_...
   std::string name_;
   std::vector<Diagnostic>& errors_;
   std::vector<std::string_view> cells_;

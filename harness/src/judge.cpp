@@ -131,12 +131,10 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   result.max = expectation.max->number;
   const double unit = unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
   const std::int64_t needed = internal::clean_segments(expectation.max->number * unit, *expectation.confidence);
-  const std::int64_t enough = internal::seeds_with(scenario, signal.kind, needed);
-  // Where nothing is drawn every seed is the same run, and running it again is no evidence.
-  const std::int64_t seeds = !internal::seeds_differ(scenario) ? 1 : expectation.seeds > 0 ? expectation.seeds : enough;
-  if (enough == 0 || seeds > internal::kMostSeeds) {
+  const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind);
+  if (seeds == 0 || seeds > internal::kMostSeeds) {
     result.verdict = Verdict::error;
-    result.detail = enough == 0 ? "no segment is judged"
+    result.detail = seeds == 0 ? "no segment is judged"
                                 : fmt::format("{} clean segments are needed: more than {} seeds of this run", needed,
                                               internal::kMostSeeds);
     return result;

@@ -10,7 +10,8 @@
 namespace evenstep::internal {
 
 /// Only these strategies and this expectation; no [sweep] and [study]; times in nominal units ("8 segments") in nanoseconds,
-/// and the step size as a rate, for both would follow the recording. `scenario`: what `document` reads as.
+/// and the step size as a rate, for both would follow the recording. A rate of underruns over many seeds becomes that of the
+/// recording. `scenario`: what `document` reads as.
 Value fixed_document(Value document, const Scenario& scenario, const std::vector<StrategyKind>& strategies,
                      std::size_t expectation);
 

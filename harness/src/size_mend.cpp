@@ -31,6 +31,7 @@ Mending::Mending(std::vector<SegmentTiming>& segments) : segments_(segments) {
 
 void Mending::find_pace() {
   std::vector<std::int64_t> lengths;
+  lengths.reserve(segments_.size());
   for (std::size_t k = 1; k < segments_.size(); ++k) lengths.push_back((segments_[k].begin - segments_[k - 1].begin).ns);
   const Duration usual = median(lengths);
   for (std::int64_t& length : lengths) length = std::abs(length - usual.ns);
@@ -40,6 +41,10 @@ void Mending::find_pace() {
 
 void Mending::find_usual() {
   std::vector<std::int64_t> pauses[2], runs[2];
+  for (auto* lengths : {pauses, runs}) {
+    lengths[0].reserve(segments_.size());
+    lengths[1].reserve(static_cast<std::size_t>(first_step_.back()));
+  }
   for (std::size_t k = 0; k < segments_.size(); ++k) {
     for (std::size_t i = 0; i < segments_[k].steps.size(); ++i) {
       const Interval& one = step({k, i});

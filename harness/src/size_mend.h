@@ -8,9 +8,9 @@
 
 namespace evenstep::internal {
 
-/// Late is what took longer than usual by more than 1 % of a usual step. Usual is the median, apart for the first steps of segments and for all others: of the run time, and of the pause before a
-/// step (before the first of a segment: from the visualization's begin, or from the end of the step before where the
-/// recording has no visualization there).
+/// Late is what took longer than usual by more than 1 % of a usual step. Usual is the median, apart for the first steps of
+/// segments and for all others: of the run time, and of the pause before a step (before the first of a segment: from the
+/// visualization's begin, or from the end of the step before where the recording has no visualization there).
 class Mending {
  public:
   /// Changes the segments while a mended schedule is looked at; they must outlive it.

@@ -1,6 +1,7 @@
 #include "evenstep/harness/sizing.h"
 
 #include <algorithm>
+#include <array>
 
 #include "evenstep/harness/segment_pace.h"
 #include "evenstep/remap/paper_map.h"
@@ -55,10 +56,29 @@ struct GateModel {
   }
 };
 
-/// The haptic loop without its lanes: every mapped step that ends within the run, with lead 0.
-void walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel* gate,
-          std::vector<MappedStep>& steps) {
-  steps.clear();
+/// The haptic loop without its lanes and without a gate: every mapped step that ends within the run, with lead 0. `next`
+/// gives the segments, and a null pointer at their end.
+template <class Next, class Visit>
+void walk(const Scenario& scenario, StrategyKind kind, Next next, Visit visit) {
+  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, Duration{});
+  const RealTime end{scenario.run_duration.ns};
+  std::int64_t n = 0;
+  std::vector<RealTime> slots;
+  for (const SegmentTiming* segment = next(); segment != nullptr && segment->begin < end; segment = next()) {
+    map->boundary(n, segment->begin);
+    slots.resize(segment->steps.size());
+    const bool mapped = map->slots(n, slots);
+    for (std::size_t i = 0; mapped && i < slots.size(); ++i) {
+      const auto& [began, ended] = segment->steps[i];
+      if (ended < end) visit({n + static_cast<std::int64_t>(i), began, ended, slots[i], segment->index});
+    }
+    n += std::ssize(slots);
+  }
+}
+
+/// The same with a gate, which pushes back what follows.
+void walk_gated(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel& gate,
+                std::vector<MappedStep>& steps) {
   const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, Duration{});
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   const RealTime end{scenario.run_duration.ns};
@@ -71,9 +91,9 @@ void walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const
     for (const Interval& step : segment.steps) {
       RealTime began = pushed.begin(step.begin);
       const Slot slot = map->read(n, began);
-      if (gate && slot.kind == SlotKind::mapped) {
+      if (slot.kind == SlotKind::mapped) {
         const RealTime launched = began;
-        for (const SamplingGrid& grid : grids) began = std::max(began, gate->opens(slot.read, grid));
+        for (const SamplingGrid& grid : grids) began = std::max(began, gate.opens(slot.read, grid));
         pushed.wait(began - launched);
       }
       const RealTime ended = pushed.end(step.end);
@@ -87,24 +107,16 @@ void walk(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const
 
 std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const GateModel* gate) {
   std::vector<MappedStep> steps;
-  walk(scenario, *make_timing(scenario), kind, gate, steps);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  if (gate) {
+    walk_gated(scenario, *timing, kind, *gate, steps);
+  } else {
+    SegmentTiming segment;
+    walk(scenario, kind, [&] { return timing->next(segment) ? &segment : nullptr; },
+         [&](const MappedStep& step) { steps.push_back(step); });
+  }
   return steps;
 }
-
-/// Plays segments that somebody else keeps.
-class GivenTiming final : public StepTiming {
- public:
-  explicit GivenTiming(std::span<const SegmentTiming> segments) : segments_(segments) {}
-  bool next(SegmentTiming& segment) override {
-    if (next_ == segments_.size()) return false;
-    segment = segments_[next_++];
-    return true;
-  }
-
- private:
-  std::span<const SegmentTiming> segments_;
-  std::size_t next_ = 0;
-};
 
 /// Read times that a window of emission times spans at most: a latency that shrinks brings forces closer together.
 Duration force_window(const Scenario& scenario, const StrategyPlan& plan) {
@@ -216,10 +228,19 @@ std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, D
   return walk(scenario, kind, scenario.remap.interaction_underrun == InteractionUnderrun::gate ? &here : nullptr);
 }
 
-void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
-               std::vector<MappedStep>& steps) {
-  GivenTiming timing(segments);
-  walk(scenario, timing, kind, nullptr, steps);
+void each_mapped_step(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+                      const std::function<void(std::span<const MappedStep>)>& visit) {
+  constexpr std::size_t kAtATime = 256;   // they stay in the first cache
+  std::array<MappedStep, kAtATime> steps;
+  std::size_t next = 0, count = 0;
+  walk(scenario, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
+       [&](const MappedStep& step) {
+         steps[count++] = step;
+         if (count < kAtATime) return;
+         visit(steps);
+         count = 0;
+       });
+  visit(std::span(steps).first(count));
 }
 
 Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead) {

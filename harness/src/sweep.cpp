@@ -42,10 +42,21 @@ class Part {
     failures_ += internal::failed(record_.points.back()) ? 1 : 0;
   }
 
+  /// Is the first line of a file that of this part? Throws where it is damaged.
+  bool is_ours(const std::string& line, const std::string& file) const {
+    try {
+      const internal::HeaderLine there = internal::read_header_line(line);
+      return internal::same_sweep(there.header, record_.header) && there.shard.index == shard_.index &&
+             there.shard.of == shard_.of;
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(fmt::format("{}:1: error: the line {}; remove the file", file, error.what()));
+    }
+  }
+
   /// Lines of an earlier process. Throws naming the line.
   void keep(const std::vector<std::string>& lines, const std::string& file) {
     if (lines.empty()) return;
-    if (lines.front() != internal::header_line(record_.header, shard_)) {
+    if (!is_ours(lines.front(), file)) {
       throw std::runtime_error(
           fmt::format("{}:1: error: is of another sweep: the scenario, its overrides, the shard or this program "
                       "differ; remove it, or give another place with --out",

@@ -1,6 +1,8 @@
 #include "sweep_lines.h"
 
 #include <fmt/format.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
 
 #include <charconv>
 #include <nlohmann/json.hpp>
@@ -67,7 +69,24 @@ Json json_of_grid(const SweepHeader& header, std::int64_t index) {
 }
 
 /// A text that is no UTF-8 (a solver's message) must not end a sweep.
-std::string line_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+std::string line_of(const Json& json) {
+  return with_checksum(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+/// The last member of a line, as it is written.
+std::string checksum_member(std::string_view line) {
+  return fmt::format(",\"check\":\"{:016x}\"}}", XXH64(line.data(), line.size(), 0));
+}
+constexpr std::size_t kChecksumMember = 28;
+
+/// The line as it was before its checksum.
+std::string without_checksum(const std::string& line) {
+  const std::size_t begin = line.size() - std::min(line.size(), kChecksumMember);
+  const std::string rest = line.substr(0, begin) + "}";
+  if (line.compare(begin, std::string::npos, checksum_member(rest)) == 0) return rest;
+  refuse(line.find("\"check\":") == std::string::npos ? "has no checksum: it is not a line that `evenstep sweep` writes"
+                                                       : "does not agree with its checksum: it is damaged");
+}
 
 SweepHeader read_header(const Json& json) {
   if (json.at("format").get<int>() != kFormat) refuse("is of another format");
@@ -105,7 +124,7 @@ SweepHeader read_header(const Json& json) {
 template <class Read>
 auto reading(const std::string& line, Read read) {
   try {
-    return read(Json::parse(line));
+    return read(Json::parse(without_checksum(line)));
   } catch (const nlohmann::json::exception&) {
     refuse("is not a line that `evenstep sweep` writes");
   } catch (const std::logic_error&) {  // of a number
@@ -114,6 +133,12 @@ auto reading(const std::string& line, Read read) {
 }
 
 }  // namespace
+
+std::string with_checksum(std::string line) {
+  const std::string member = checksum_member(line);
+  line.pop_back();
+  return line + member;
+}
 
 std::string header_line(const SweepHeader& header, SweepShard shard) {
   Json json;
@@ -187,6 +212,11 @@ SweepPoint read_point_line(const SweepHeader& header, const std::string& line) {
     if (point_line(header, point) != line) refuse("is not a line that `evenstep sweep` writes");
     return point;
   });
+}
+
+bool same_sweep(SweepHeader a, const SweepHeader& b) {
+  a.file = b.file;
+  return header_line(a, {}) == header_line(b, {});
 }
 
 ExitCode exit_of(const SweepSummary& summary) {

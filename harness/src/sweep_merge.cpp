@@ -46,12 +46,11 @@ class Merge {
 
 bool Merge::belongs(const std::string& line, const std::string& part, std::vector<Diagnostic>& errors) {
   const SweepHeader header = internal::read_header_line(line).header;
-  const std::string whole = internal::header_line(header, {});
-  if (header_line_.empty()) {
-    header_line_ = whole;
-    header_ = header;
-  }
-  if (whole == header_line_) return true;
+  if (header_line_.empty()) header_ = header;
+  // Machines may call the scenario's file by different names. In any order of the parts the same one is kept.
+  header_.file = std::min(header_.file, header.file);
+  header_line_ = internal::header_line(header_, {});
+  if (internal::same_sweep(header, header_)) return true;
   const std::string what = header.scenario != header_.scenario ? "another scenario (or other --set)"
                            : header.build != header_.build     ? "another build of evenstep"
                                                                : "another sweep";

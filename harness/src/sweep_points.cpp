@@ -43,7 +43,7 @@ SweepHeader header_of(const Scenario& scenario) {
   const SweepSpec& spec = *scenario.sweep;
   SweepHeader header;
   header.name = scenario.name;
-  header.file = std::filesystem::path(scenario.file).filename().string();
+  header.file = scenario.file;
   header.build = build_id();
   header.seeds = spec.seeds;
   for (const SweepAxis& axis : spec.grid) header.grid.push_back({axis.path, axis.values});

@@ -18,6 +18,7 @@ constexpr std::string_view kTooLong = "the recording is longer than 1e6 s; are t
 
 struct Row {
   std::int64_t segment = 0, index = 0;
+  std::string_view kind;
   Interval interval;
 };
 
@@ -30,11 +31,21 @@ struct State {
   RealTime last_step_end{0}, last_visualization_end{0};
 };
 
-bool read_row(CsvRows& rows, Row& row) {
+bool take_interval(CsvRows& rows, Interval& interval) {
+  return rows.take_whole(interval.begin.ns) && rows.take_whole(interval.end.ns) && rows.row_done();
+}
+
+bool read_cells(CsvRows& rows, Row& row) {
   if (!rows.split(5)) return false;
-  const bool fine = rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) &&
-                    rows.whole(kBegin, row.interval.begin.ns) && rows.whole(kEnd, row.interval.end.ns);
-  if (!fine) return false;
+  row.kind = rows.cell(kKind);
+  return rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) && rows.whole(kBegin, row.interval.begin.ns) &&
+         rows.whole(kEnd, row.interval.end.ns);
+}
+
+bool read_row(CsvRows& rows, Row& row) {
+  const bool quickly = rows.take_whole(row.segment) && rows.take_word(row.kind) && rows.take_whole(row.index) &&
+                       take_interval(rows, row.interval);
+  if (!quickly && !read_cells(rows, row)) return false;
   if (row.interval.end >= row.interval.begin) return true;
   rows.error(kEnd, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
   return false;
@@ -88,21 +99,20 @@ void widen(SegmentTiming& segment, const Interval& interval, State& state) {
 void add_row(CsvRows& rows, const Row& row, State& state) {
   if (!open_segment(rows, row, state)) return;
   SegmentTiming& segment = state.segments.back();
-  const std::string_view kind = rows.cell(kKind);
-  if (kind == "idle") {
-    if (!increasing(rows, row.index, state.idle_index)) return;
-  } else if (kind == "step") {
+  if (row.kind == "step") {
     if (!increasing(rows, row.index, state.step_index)) return;
     if (!not_before(rows, kBegin, row.interval, state.last_step_end, "step")) return;
     segment.steps.push_back(row.interval);
     widen(segment, row.interval, state);
-  } else if (kind == "visualization") {
+  } else if (row.kind == "idle") {
+    if (!increasing(rows, row.index, state.idle_index)) return;
+  } else if (row.kind == "visualization") {
     if (segment.visualization || row.index != 0) return rows.error(kIndex, "a segment has one visualization, of index 0");
     if (!not_before(rows, kBegin, row.interval, state.last_visualization_end, "visualization")) return;
     segment.visualization = row.interval;
     widen(segment, row.interval, state);
   } else {
-    return rows.error(kKind, fmt::format("kind '{}' must be visualization, step or idle", kind));
+    return rows.error(kKind, fmt::format("kind '{}' must be visualization, step or idle", row.kind));
   }
   segment.end = std::max(segment.end, row.interval.end);
   if (state.segments.size() > 1 && segment.begin <= state.segments[state.segments.size() - 2].begin) {
@@ -121,6 +131,7 @@ void shift(Interval& interval, Duration by) {
 void shift_to_zero(std::vector<SegmentTiming>& segments) {
   if (segments.empty()) return;
   const Duration origin = segments.front().begin - RealTime{};
+  if (origin == Duration{}) return;
   for (SegmentTiming& segment : segments) {
     segment.begin = segment.begin - origin;
     segment.end = segment.end - origin;
@@ -129,64 +140,71 @@ void shift_to_zero(std::vector<SegmentTiming>& segments) {
   }
 }
 
-TimingCsv finish(TimingCsv out, const std::string& name) {
+void finish(TimingCsv& out, const std::string& name) {
   if (out.segments.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
   if (out.errors.empty()) shift_to_zero(out.segments);
-  return out;
 }
 
 constexpr std::string_view kStepsHeader = "begin_ns,end_ns";
 
-TimingCsv parse_steps(const std::string& text, const std::string& name) {
-  TimingCsv out;
-  CsvRows rows(text, name, out.errors);
-  rows.header(kStepsHeader);
-  State state{out.segments};
+bool read_step(CsvRows& rows, Row& row) {
+  const bool fine = take_interval(rows, row.interval) ||
+                    (rows.split(2) && rows.whole(0, row.interval.begin.ns) && rows.whole(1, row.interval.end.ns));
+  if (!fine) return false;
+  if (row.interval.end >= row.interval.begin) return true;
+  rows.error(1, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
+  return false;
+}
+
+/// A bare list. The header has been read.
+void read_steps(CsvRows& rows, std::vector<SegmentTiming>& segments) {
+  State state{segments};
   Row row;
   while (rows.next()) {
-    if (!rows.split(2) || !rows.whole(0, row.interval.begin.ns) || !rows.whole(1, row.interval.end.ns)) continue;
-    if (row.interval.end < row.interval.begin) {
-      rows.error(1, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
-      continue;
-    }
-    if (!open_segment(rows, row, state) || !not_before(rows, 0, row.interval, state.last_step_end, "step")) continue;
-    SegmentTiming& segment = out.segments.front();
+    if (!read_step(rows, row) || !open_segment(rows, row, state)) continue;
+    if (!not_before(rows, 0, row.interval, state.last_step_end, "step")) continue;
+    SegmentTiming& segment = segments.front();
     segment.steps.push_back(row.interval);
     segment.end = row.interval.end;
     if (segment.end - segment.begin > Duration{kLongest_ns}) rows.error(0, std::string(kTooLong));
   }
-  return finish(std::move(out), name);
+}
+
+/// `rows` writes its errors to `out`.
+void read(CsvRows rows, const std::string& name, bool steps_too, TimingCsv& out) {
+  if (steps_too && rows.begins_with(kStepsHeader)) {
+    rows.header(kStepsHeader);
+    read_steps(rows, out.segments);
+  } else {
+    if (!rows.header("segment,kind,index,begin_ns,end_ns")) return;
+    State state{out.segments};
+    Row row;
+    while (rows.next()) {
+      if (read_row(rows, row)) add_row(rows, row, state);
+    }
+  }
+  finish(out, name);
+}
+
+TimingCsv parse(const std::string& text, const std::string& name, bool steps_too) {
+  TimingCsv out;
+  read(CsvRows(text, name, out.errors), name, steps_too, out);
+  return out;
+}
+
+TimingCsv read_file(const std::string& path, bool steps_too) {
+  TimingCsv out;
+  internal::TextPieces pieces(path, internal::kMostCsvBytes);
+  read(CsvRows([&] { return pieces.next(); }, path, out.errors), path, steps_too, out);
+  if (!pieces.error().empty()) return {{}, {{path, 0, 0, pieces.error()}}};
+  return out;
 }
 
 }  // namespace
 
-TimingCsv parse_timing_csv(const std::string& text, const std::string& name) {
-  TimingCsv out;
-  CsvRows rows(text, name, out.errors);
-  if (!rows.header("segment,kind,index,begin_ns,end_ns")) return out;
-  State state{out.segments};
-  while (rows.next()) {
-    Row row;
-    if (read_row(rows, row)) add_row(rows, row, state);
-  }
-  return finish(std::move(out), name);
-}
-
-TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) {
-  const std::string_view first_line = std::string_view(text).substr(0, text.find_first_of("\r\n"));
-  return first_line == kStepsHeader ? parse_steps(text, name) : parse_timing_csv(text, name);
-}
-
-TimingCsv read_timing_or_steps(const std::string& path) {
-  const internal::TextFile file = internal::read_text_file(path, internal::kMostCsvBytes);
-  if (!file.error.empty()) return {{}, {{path, 0, 0, file.error}}};
-  return parse_timing_or_steps(file.text, path);
-}
-
-TimingCsv read_timing_csv(const std::string& path) {
-  const internal::TextFile file = internal::read_text_file(path, internal::kMostCsvBytes);
-  if (!file.error.empty()) return {{}, {{path, 0, 0, file.error}}};
-  return parse_timing_csv(file.text, path);
-}
+TimingCsv parse_timing_csv(const std::string& text, const std::string& name) { return parse(text, name, false); }
+TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) { return parse(text, name, true); }
+TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
+TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
 
 }  // namespace evenstep

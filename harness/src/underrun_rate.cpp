@@ -90,6 +90,15 @@ std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_
   return each == 0 ? 0 : (segments + each - 1) / each;
 }
 
+std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind) {
+  const double unit = unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
+  const std::int64_t enough =
+      seeds_with(scenario, kind, clean_segments(expectation.max->number * unit, *expectation.confidence));
+  if (enough == 0) return 0;
+  // Where nothing is drawn every seed is the same run, and running it again is no evidence.
+  return !seeds_differ(scenario) ? 1 : expectation.seeds > 0 ? expectation.seeds : enough;
+}
+
 bool seeds_differ(const Scenario& scenario) {
   return scenario.timing.trace.empty() && !is_periodic(scenario.timing.programmed);
 }

@@ -44,6 +44,9 @@ std::int64_t clean_segments(double rate, double confidence);
 std::int64_t seeds_with(const Scenario& scenario, StrategyKind kind, std::int64_t segments);
 inline constexpr std::int64_t kMostSeeds = 1'000'000;
 
+/// Seeds that an expectation with a confidence is judged over; 0: no segment is judged.
+std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectation, StrategyKind kind);
+
 /// Different seeds are different schedules: not so for a recording, and where nothing varies.
 bool seeds_differ(const Scenario& scenario);
 

@@ -5,65 +5,10 @@
 namespace evenstep {
 namespace {
 
-struct Point {
-  std::int64_t n;
-  std::int64_t ns;
-};
-
-/// A slope in ns per step, as the exact fraction rise / run with run > 0.
-struct Slope {
-  std::int64_t rise = 0;
-  std::int64_t run = 1;
-  Slope() = default;
-  Slope(Point a, Point b) : rise(b.ns - a.ns), run(b.n - a.n) {}
-  friend bool operator<=(Slope a, Slope b) {
-    return static_cast<__int128>(a.rise) * b.run <= static_cast<__int128>(b.rise) * a.run;
-  }
-  friend bool operator<(Slope a, Slope b) { return !(b <= a); }
-};
-
-/// One point more on the hull whose slopes fall (upper) or rise (lower) from left to right.
-template <class Hull>
-void extend_upper(Hull& hull, Point p) {
-  while (hull.size() >= 2 && Slope(hull[hull.size() - 2], hull.back()) <= Slope(hull.back(), p)) hull.pop_back();
-  hull.push_back(p);
-}
-template <class Hull>
-void extend_lower(Hull& hull, Point p) {
-  while (hull.size() >= 2 && Slope(hull.back(), p) <= Slope(hull[hull.size() - 2], hull.back())) hull.pop_back();
-  hull.push_back(p);
-}
-
-struct Line {
-  Duration latency;
-  Slope slot;
-  std::int64_t end = 0, begin = 0;   // steps whose end and begin it touches
-};
-
-/// Two steps or more.
-Line least_bracket(std::span<const StepTimes> steps) {
-  std::vector<Point> ends;
-  std::vector<Point> begins;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    extend_upper(ends, {static_cast<std::int64_t>(i), steps[i].end.ns});
-    extend_lower(begins, {static_cast<std::int64_t>(i), steps[i].begin.ns});
-  }
-  // g(tau) = max(E - n tau) - min(S - n tau) has the slope (n of the begin that binds) - (n of the end that binds). From
-  // tau = -infinity upwards the binding end walks the upper hull leftwards and the binding begin the lower hull
-  // rightwards; where they meet or pass g is least.
-  std::size_t end = ends.size() - 1;
-  std::size_t begin = 0;
-  for (;;) {
-    const bool end_moves = begin + 1 == begins.size() ||
-                           (end > 0 && Slope(ends[end - 1], ends[end]) <= Slope(begins[begin], begins[begin + 1]));
-    const Slope tau = end_moves ? Slope(ends[end - 1], ends[end]) : Slope(begins[begin], begins[begin + 1]);
-    if (end_moves) --end; else ++begin;
-    if (begins[begin].n < ends[end].n) continue;
-    // ceil((E - S) - (n_E - n_S) tau), exactly.
-    const std::int64_t slots_ns = floor_mul_div(ends[end].n - begins[begin].n, tau.rise, tau.run);
-    return {Duration{ends[end].ns - begins[begin].ns - slots_ns}, tau, ends[end].n, begins[begin].n};
-  }
-}
+using internal::extend_lower;
+using internal::extend_upper;
+using internal::Point;
+using internal::Slope;
 
 /// The tube, and the taut string through it as the list of its bends.
 class Funnel {
@@ -149,23 +94,40 @@ std::vector<Point> Funnel::bends() {
 
 }  // namespace
 
-BestLine best_line(std::span<const StepTimes> steps) {
-  if (steps.empty()) return {};
-  if (steps.size() == 1) return {steps[0].end - steps[0].begin, 0, 0, 0};
-  const Line line = least_bracket(steps);
+internal::Bracket RunningLine::bracket() const {
+  if (ends_.empty()) return {};
+  // g(tau) = max(E - n tau) - min(S - n tau) has the slope (n of the begin that binds) - (n of the end that binds). From
+  // tau = -infinity upwards the binding end walks the upper hull leftwards and the binding begin the lower hull
+  // rightwards; where they meet or pass g is least. Of a single step they meet at once.
+  std::size_t end = ends_.size() - 1;
+  std::size_t begin = 0;
+  Slope tau;
+  while (begins_[begin].n < ends_[end].n) {
+    const bool end_moves = begin + 1 == begins_.size() ||
+                           (end > 0 && Slope(ends_[end - 1], ends_[end]) <= Slope(begins_[begin], begins_[begin + 1]));
+    tau = end_moves ? Slope(ends_[end - 1], ends_[end]) : Slope(begins_[begin], begins_[begin + 1]);
+    if (end_moves) --end; else ++begin;
+  }
+  // ceil((E - S) - (n_E - n_S) tau), exactly.
+  const std::int64_t slots_ns = floor_mul_div(ends_[end].n - begins_[begin].n, tau.rise, tau.run);
+  return {Duration{ends_[end].ns - begins_[begin].ns - slots_ns}, tau, ends_[end].n, begins_[begin].n};
+}
+
+BestLine RunningLine::best() const {
+  const internal::Bracket line = bracket();
   return {line.latency, static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run), line.end, line.begin};
 }
 
+BestLine best_line(std::span<const StepTimes> steps) {
+  RunningLine line;
+  for (std::size_t n = 0; n < steps.size(); ++n) line.add(static_cast<std::int64_t>(n), steps[n].begin, steps[n].end);
+  return line.best();
+}
+
 LeastPath least_path(std::span<const StepTimes> steps) {
-  LeastPath least;
-  std::size_t latest = 0;   // of the steps up to n, the one that ends last
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    if (steps[n].end > steps[latest].end) latest = n;
-    const Duration needed = steps[latest].end - steps[n].begin;
-    if (least.latency_culprit >= 0 && needed <= least.latency) continue;
-    least = {needed, static_cast<std::int64_t>(latest)};
-  }
-  return least;
+  RunningPath path;
+  for (std::size_t n = 0; n < steps.size(); ++n) path.add(static_cast<std::int64_t>(n), steps[n].begin, steps[n].end);
+  return path.least();
 }
 
 void interpolate(std::span<StepTimes> steps) {
@@ -174,7 +136,9 @@ void interpolate(std::span<StepTimes> steps) {
 
 TautString taut_string(std::span<const StepTimes> steps, Duration latency, Duration sampling_term) {
   TautString string;
-  const Slope slot = steps.size() < 2 ? Slope{} : least_bracket(steps).slot;
+  RunningLine line;
+  for (std::size_t n = 0; n < steps.size(); ++n) line.add(static_cast<std::int64_t>(n), steps[n].begin, steps[n].end);
+  const Slope slot = line.bracket().slot;
   Funnel funnel(steps, latency, sampling_term, slot);
   for (std::size_t n = 0; n < steps.size(); ++n) {
     if (funnel.low(n).ns <= funnel.high(n).ns) continue;

@@ -5,29 +5,7 @@
 namespace evenstep {
 namespace {
 
-/// slot(n) as the force side sees it, in step order: where a map steps back, SlotMap::emission repairs F(n) to
-/// F(n-1) + 1 ns. The repair commutes with adding the constant L - c, so it can be made on the slots.
-class EmissionSlots {
- public:
-  RealTime next(RealTime slot) {
-    if (last_ && slot <= *last_) slot = *last_ + Duration{1};
-    last_ = slot;
-    return slot;
-  }
-
- private:
-  std::optional<RealTime> last_;
-};
-
-struct Need {
-  std::optional<Duration> least;
-  std::int64_t culprit = -1;
-  void require(Duration duration, std::int64_t step) {
-    if (least && duration <= *least) return;
-    least = duration;
-    culprit = step;
-  }
-};
+using internal::EmissionSlots;
 
 /// The newest sample is sure to be at this time or later when a step begins.
 class NewestAnyPhase {
@@ -44,48 +22,37 @@ class NewestThisPhase {
   explicit NewestThisPhase(SamplingGrid device) : device_(device), period_(period_ceil(device.rate)) {
     const __int128 period = static_cast<__int128>(period_.ns) * device.rate.num;
     whole_ = period == static_cast<__int128>(device.rate.den) * 1'000'000'000;
+    per_ns_ = 1 / static_cast<double>(period_.ns);
   }
   RealTime operator()(RealTime begin) const {
     const auto& [rate, origin] = device_;
     if (!whole_) return tick_time(rate, first_tick_at_or_after(rate, begin + Duration{1}, origin) - 1, origin);
-    const std::int64_t into = (begin - origin).ns % period_.ns;   // the usual case, without 128-bit divisions
-    return begin - Duration{into < 0 ? into + period_.ns : into};
+    // The usual case, without a division: below 2^50 ns, which are 13 days, the quotient is off by 1 at most.
+    const std::int64_t since = (begin - origin).ns;
+    const bool near = since > -(std::int64_t{1} << 50) && since < (std::int64_t{1} << 50);
+    std::int64_t into = near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns
+                             : since % period_.ns;
+    if (into < 0) into += period_.ns;
+    if (into >= period_.ns) into -= period_.ns;
+    return begin - Duration{into};
   }
 
  private:
   SamplingGrid device_;
   Duration period_;
   bool whole_ = false;                                            // the period is a whole number of ns
+  double per_ns_ = 0;
 };
 
-/// L - c: how long after its slot a force may be due at the earliest.
-Need least_force_delay(std::span<const MappedStep> steps, Emission emission) {
-  Need need;
-  EmissionSlots slots;
-  std::optional<RealTime> slot_before;
-  for (const MappedStep& step : steps) {
-    const RealTime slot = slots.next(step.slot);
-    // Interpolated, a force is due when the interval that leads to it begins.
-    const RealTime due = emission == Emission::linear && slot_before ? *slot_before : slot;
-    need.require(step.end - due, step.step);
-    slot_before = slot;
-  }
-  return need;
+LatencyBudget needs_of(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission,
+                       RunningNeeds::Phase phase) {
+  RunningNeeds needs(devices, emission, phase);
+  needs.add(steps);
+  return needs.budget();
 }
 
-template <class Newest>
-LatencyBudget least_needs(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Emission emission) {
-  Need lead;
-  for (const SamplingGrid& device : devices) {
-    const Newest newest(device);
-    for (const MappedStep& step : steps) lead.require(step.slot - newest(step.begin), step.step);
-  }
-  const Need delay = least_force_delay(steps, emission);
-  const Duration c = lead.least.value_or(Duration{});
-  return {c, delay.least.value_or(Duration{} - c) + c, lead.culprit, delay.culprit};
-}
-
-LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> steps, std::span<const SamplingGrid> devices) {
+LatencyBudget with_capacities(LatencyBudget budget, std::span<const MappedStep> steps,
+                              std::span<const SamplingGrid> devices) {
   const LatencyBudget rings = capacities_for(steps, devices, budget.lead, budget.latency);
   budget.interaction_capacity = rings.interaction_capacity;
   budget.force_capacity = rings.force_capacity;
@@ -99,6 +66,7 @@ std::size_t most_ticks(Rate rate, Duration span) {
 
 /// max over n of #{m <= n: F(m) > F(n) - window}: forces that the line past force n starts behind.
 std::size_t most_forces_within(std::span<const MappedStep> steps, Duration window) {
+  if (window.ns <= 0) return 0;
   std::size_t most = 0;
   std::size_t oldest = 0;                                // first m with F(m) > F(n) - window
   EmissionSlots newest_slots;
@@ -109,25 +77,73 @@ std::size_t most_forces_within(std::span<const MappedStep> steps, Duration windo
     while (oldest < n && oldest_slot <= newest_slot - window) oldest_slot = oldest_slots.next(steps[++oldest].slot);
     most = std::max(most, n + 1 - oldest);
   }
-  return window.ns <= 0 ? 0 : most;
-}
-
-/// max over n of #{m <= n: F(m) >= E(n)}: forces that wait when force n is pushed, itself included.
-std::size_t most_waiting_forces(std::span<const MappedStep> steps, Duration delay) {
-  std::size_t most = 0;
-  std::size_t oldest = 0;                                // first m with F(m) >= E(n)
-  EmissionSlots slots;
-  RealTime oldest_emission = steps.empty() ? RealTime{} : slots.next(steps[0].slot) + delay;
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    while (oldest <= n && oldest_emission < steps[n].end) {
-      if (++oldest < steps.size()) oldest_emission = slots.next(steps[oldest].slot) + delay;
-    }
-    most = std::max(most, n + 1 - oldest);
-  }
   return most;
 }
 
 }  // namespace
+
+RunningNeeds::RunningNeeds(std::span<const SamplingGrid> devices, Emission emission, Phase phase)
+    : devices_(devices.begin(), devices.end()), emission_(emission), phase_(phase), leads_(devices.size()) {}
+
+void RunningNeeds::add(std::span<const MappedStep> steps) {
+  for (std::size_t i = 0; i < devices_.size(); ++i) {
+    const auto require = [&](const auto& newest) {
+      Need lead = leads_[i];
+      for (const MappedStep& step : steps) lead.require(step.slot - newest(step.begin), step.step);
+      leads_[i] = lead;
+    };
+    if (phase_ == Phase::any)
+      require(NewestAnyPhase(devices_[i]));
+    else
+      require(NewestThisPhase(devices_[i]));
+  }
+  // Locals stay in registers.
+  Need wait = wait_, delay = delay_;
+  EmissionSlots slots = slots_;
+  const bool linear = emission_ == Emission::linear;
+  for (const MappedStep& step : steps) {
+    wait.require(step.begin - step.slot, step.step);
+    const std::optional<RealTime> before = slots.last();
+    const RealTime slot = slots.next(step.slot);
+    // Interpolated, a force is due when the interval that leads to it begins.
+    delay.require(step.end - (linear && before ? *before : slot), step.step);
+  }
+  wait_ = wait;
+  delay_ = delay;
+  slots_ = slots;
+}
+
+void RunningNeeds::restart() {
+  restart_needs();
+  slots_ = {};
+}
+
+void RunningNeeds::restart_needs() {
+  leads_.assign(devices_.size(), {});
+  delay_ = wait_ = {};
+}
+
+LatencyBudget RunningNeeds::budget() const {
+  if (delay_.culprit < 0) return {};
+  Need lead;
+  for (const Need& one : leads_) lead.require(one.least, one.culprit);
+  return {lead.least, delay_.least + lead.least, lead.culprit, delay_.culprit};
+}
+
+std::size_t RunningNeeds::interaction_capacity() const {
+  const Duration longest = std::max(wait_.least + budget().lead, Duration{});
+  std::size_t most = 0;
+  for (const SamplingGrid& device : devices_) most = std::max(most, most_ticks(device.rate, longest));
+  return most + 2;
+}
+
+void WaitingForces::add(std::span<const MappedStep> steps) {
+  for (const MappedStep& step : steps) {
+    emissions_.push_back(slots_.next(step.slot) + delay_);
+    while (!emissions_.empty() && emissions_.front() < step.end) emissions_.pop_front();
+    most_ = std::max(most_, emissions_.size());
+  }
+}
 
 LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                       Emission emission) {
@@ -136,12 +152,12 @@ LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::sp
 
 LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                        Emission emission) {
-  return with_capacities(least_needs<NewestThisPhase>(steps, devices, emission), steps, devices);
+  return with_capacities(needs_of(steps, devices, emission, RunningNeeds::Phase::this_one), steps, devices);
 }
 
 LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                     Emission emission) {
-  return least_needs<NewestAnyPhase>(steps, devices, emission);
+  return needs_of(steps, devices, emission, RunningNeeds::Phase::any);
 }
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
@@ -154,8 +170,9 @@ LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const 
   }
   LatencyBudget budget{lead, latency};
   budget.interaction_capacity = most_samples + 2;
-  const std::size_t most_waiting = most_waiting_forces(steps, latency - lead);
-  budget.force_capacity = std::max(most_waiting, most_forces_within(steps, force_window)) + 2;
+  WaitingForces waiting(latency - lead);
+  waiting.add(steps);
+  budget.force_capacity = std::max(waiting.most(), most_forces_within(steps, force_window)) + 2;
   return budget;
 }
 

@@ -1,7 +1,6 @@
 #include "evenstep/remap/paper_map.h"
 
 #include <cassert>
-#include <cmath>
 
 namespace evenstep {
 
@@ -16,11 +15,21 @@ void PaperMap::boundary(std::int64_t n, RealTime begin) {
   begin_ = begin;
 }
 
-std::optional<RealTime> PaperMap::slot(std::int64_t n) {
-  if (step_count_ == 0) return std::nullopt;
+inline RealTime PaperMap::slot_of(std::int64_t n) const {
   const double step_count = static_cast<double>(step_count_);
   const double into_segment_ns = static_cast<double>(n - first_step_) * *estimator_.length_ns() / step_count;
-  return begin_ + Duration{static_cast<std::int64_t>(std::floor(into_segment_ns))};
+  return begin_ + Duration{internal::floor_ns(into_segment_ns)};
+}
+
+std::optional<RealTime> PaperMap::slot(std::int64_t n) {
+  if (step_count_ == 0) return std::nullopt;
+  return slot_of(n);
+}
+
+bool PaperMap::slots(std::int64_t n, std::span<RealTime> out) {
+  if (step_count_ == 0) return false;
+  for (RealTime& one : out) one = slot_of(n++);
+  return true;
 }
 
 }  // namespace evenstep

@@ -108,10 +108,19 @@ void PhaseLockedMap::relock(RealTime begin, double error_ns, double measured_ns,
   }
 }
 
+inline RealTime PhaseLockedMap::slot_of(std::int64_t n) const {
+  return origin_ + Duration{internal::floor_ns(remainder_ns_ + static_cast<double>(n - first_step_) * slope_ns_)};
+}
+
 std::optional<RealTime> PhaseLockedMap::slot(std::int64_t n) {
   if (period_ns_ == 0) return std::nullopt;
-  const double into_segment_ns = remainder_ns_ + static_cast<double>(n - first_step_) * slope_ns_;
-  return origin_ + Duration{static_cast<std::int64_t>(std::floor(into_segment_ns))};
+  return slot_of(n);
+}
+
+bool PhaseLockedMap::slots(std::int64_t n, std::span<RealTime> out) {
+  if (period_ns_ == 0) return false;
+  for (RealTime& one : out) one = slot_of(n++);
+  return true;
 }
 
 }  // namespace evenstep

@@ -12,6 +12,15 @@ Slot SlotMap::read(std::int64_t n, RealTime began) {
   return current_;
 }
 
+bool SlotMap::slots(std::int64_t n, std::span<RealTime> out) {
+  for (RealTime& one : out) {
+    const std::optional<RealTime> at = slot(n++);
+    if (!at) return false;
+    one = *at;
+  }
+  return true;
+}
+
 RealTime SlotMap::emission(std::int64_t n, RealTime ended) {
   assert(n == next_step_ && step_open_ && "emission(n) follows read(n)");
   step_open_ = false;

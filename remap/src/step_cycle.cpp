@@ -23,21 +23,6 @@ std::int64_t median(std::vector<std::int64_t>& values) {
   return *middle;
 }
 
-std::vector<std::int64_t> gaps_of(std::span<const StepTimes> steps) {
-  std::vector<std::int64_t> gaps;
-  gaps.reserve(steps.size());
-  for (std::size_t n = 1; n < steps.size(); ++n)
-    gaps.push_back(std::max<std::int64_t>((steps[n].begin - steps[n - 1].end).ns, 0));
-  return gaps;
-}
-
-std::int64_t median_run_time(std::span<const StepTimes> steps) {
-  std::vector<std::int64_t> times;
-  times.reserve(steps.size());
-  for (const StepTimes& step : steps) times.push_back((step.end - step.begin).ns);
-  return median(times);
-}
-
 /// Between short gaps and long ones, and the factor between their neighbours.
 struct Border {
   std::int64_t longest_short_ns = 0;
@@ -127,7 +112,8 @@ int shuffles_as_regular(std::vector<std::int64_t> gaps, const std::vector<Border
   return as_regular;
 }
 
-void describe(std::span<const StepTimes> steps, const std::vector<std::int64_t>& gaps, std::int64_t border, StepCycle& cycle) {
+void describe(const std::vector<RealTime>& begins, const std::vector<std::int64_t>& gaps, std::int64_t border,
+              StepCycle& cycle) {
   std::vector<std::int64_t> pauses, periods, deviations;
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     if (gaps[i] <= border) {
@@ -135,7 +121,7 @@ void describe(std::span<const StepTimes> steps, const std::vector<std::int64_t>&
       continue;
     }
     pauses.push_back(gaps[i]);
-    if (!cycle.boundaries.empty()) periods.push_back((steps[i + 1].begin - steps[cycle.boundaries.back()].begin).ns);
+    if (!cycle.boundaries.empty()) periods.push_back((begins[i + 1] - begins[cycle.boundaries.back()]).ns);
     cycle.boundaries.push_back(i + 1);
   }
   cycle.pause = {median(pauses)};
@@ -159,11 +145,23 @@ StepCycle none(StepCycle cycle, std::string reason) {
 
 }  // namespace
 
+CycleFinder::CycleFinder(std::size_t expected_steps) {
+  begins_.reserve(expected_steps);
+  gaps_ns_.reserve(expected_steps);
+  run_times_ns_.reserve(expected_steps);
+}
+
 StepCycle find_cycle(std::span<const StepTimes> steps) {
+  CycleFinder finder(steps.size());
+  for (const StepTimes& step : steps) finder.add(step.begin, step.end);
+  return finder.find();
+}
+
+StepCycle CycleFinder::find() {
   StepCycle cycle;
-  if (steps.size() < 2) return none(cycle, "fewer than two steps");
-  const std::vector<std::int64_t> gaps = gaps_of(steps);
-  const std::vector<Border> borders = candidates(gaps, median_run_time(steps));
+  if (begins_.size() < 2) return none(cycle, "fewer than two steps");
+  const std::vector<std::int64_t>& gaps = gaps_ns_;
+  const std::vector<Border> borders = candidates(gaps, median(run_times_ns_));
   if (borders.empty()) return none(cycle, "no pause between steps stands out from the others");
   const Cut cut = best_cut(gaps, borders);
   cycle.regularity = cut.regularity;
@@ -177,7 +175,7 @@ StepCycle find_cycle(std::span<const StepTimes> steps) {
   cycle.shuffles_as_regular = shuffles_as_regular(gaps, borders, cut);
   if (cycle.shuffles_as_regular > 0) return none(cycle, "the same gaps in another order are as regular by chance");
   cycle.found = true;
-  describe(steps, gaps, cut.border, cycle);
+  describe(begins_, gaps, cut.border, cycle);
   return cycle;
 }
 

@@ -46,6 +46,26 @@ void put_bounds(Members& top, const SizeBounds& bounds, const std::string& suffi
   put_bound(top.key("taut_string" + suffix), bounds.taut_string);
 }
 
+void put_rate_need(std::string& out, const SizeRateNeed& need) {
+  Members row(out += '{');
+  row.whole("latency_ns", need.latency.ns);
+  row.whole("lead_ns", need.lead.ns);
+  row.whole("underrun_segments", need.underruns);
+  row.number("rate_at_most", need.rate_at_most);
+  out += '}';
+}
+
+void put_rate(std::string& out, const SizeRate& rate) {
+  Members row(out += '{');
+  row.whole("segments", rate.segments);
+  row.whole("allowed_segments", rate.allowed);
+  put_rate_need(row.key("any_phase"), rate.any_phase);
+  put_rate_need(row.key("this_phase"), rate.this_phase);
+  row.flag("long_enough", rate.sure.has_value());
+  if (rate.sure) put_rate_need(row.key("sure"), *rate.sure);
+  out += '}';
+}
+
 void put_strategy(std::string& out, const SizeStrategy& strategy) {
   Members row(out += '{');
   row.whole("latency_any_phase_ns", strategy.any_phase.latency.ns);
@@ -56,6 +76,7 @@ void put_strategy(std::string& out, const SizeStrategy& strategy) {
   row.whole("interaction_capacity", strategy.interaction_capacity);
   row.whole("force_capacity", strategy.force_capacity);
   put_need(row, strategy.any_phase);
+  if (strategy.rate) put_rate(row.key("rate"), *strategy.rate);
   out += '}';
 }
 
@@ -97,6 +118,11 @@ std::string size_json(const SizeRecord& record) {
   top.whole("sampling_period_ns", record.sampling_period.ns);
   top.text("emission", record.interpolated ? "linear" : "hold");
   top.number("damping_N_s_per_m", record.damping_N_s_per_m);
+  if (record.rate) {
+    top.number("rate", *record.rate);
+    top.number("confidence", record.confidence);
+    top.whole("clean_segments_needed", record.clean_segments);
+  }
   put_bounds(top, record.held, "");
   if (record.linear) put_bounds(top, *record.linear, "_linear");
   Members strategies(top.key("strategies") += '{');

@@ -90,10 +90,33 @@ std::string cycle_text(const SizeRecord& record) {
   return out + ".\n";
 }
 
+std::string rate_row(const std::string& name, const SizeRateNeed& need) {
+  return fmt::format("  {:<13} {:>13.6f} {:>13.6f} {:>10} {:>13.3g} %\n", name, ms(need.latency), ms(need.lead),
+                     need.underruns, 100 * need.rate_at_most);
+}
+
+std::string rates(const SizeRecord& record) {
+  const double percent = 100 * *record.rate, sure = 100 * record.confidence;
+  std::string out = fmt::format("\n  At most {:.6g} % of the segments with an underrun\n", percent);
+  out += fmt::format("  {:<13} {:>13} {:>13} {:>10} {:>15}\n", "", "latency, ms", "lead, ms", "segments",
+                     fmt::format("rate at {:.6g} %", sure));
+  for (const SizeStrategy& strategy : record.strategies) {
+    if (!strategy.rate) continue;
+    const SizeRate& rate = *strategy.rate;
+    out += rate_row(strategy.name, rate.any_phase) + rate_row("  this phase", rate.this_phase);
+    out += rate.sure ? rate_row(fmt::format("  {:.6g} % sure", sure), *rate.sure)
+                     : fmt::format("    too short to be {:.6g} % sure of that: {} segments; {} without any underrun are "
+                                   "needed\n",
+                                   sure, rate.segments, record.clean_segments);
+  }
+  return out + "  The last column is the upper bound of Clopper and Pearson on the true rate; segments count as independent.\n";
+}
+
 }  // namespace
 
 std::string size_text(const SizeRecord& record) {
-  return heading(record) + table(record) + culprits(record) + (record.cycle ? cycle_text(record) : "");
+  return heading(record) + table(record) + (record.rate ? rates(record) : "") + culprits(record) +
+         (record.cycle ? cycle_text(record) : "");
 }
 
 }  // namespace evenstep

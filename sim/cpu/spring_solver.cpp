@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "cpu/cpu_solvers.h"
+#include "src/environments.h"
 
 namespace evenstep::internal {
 namespace {
@@ -22,15 +23,10 @@ class SpringSolver final : public Solver {
   }
   /// Of any length: it remembers nothing.
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double>) override {
+    check_positions(positions_m);
     ToolResponse response;
-    for (std::size_t tool = 0; tool < positions_m.size(); ++tool) {
-      const glm::dvec3& x = positions_m[tool];
-      if (!std::isfinite(x.x) || !std::isfinite(x.y) || !std::isfinite(x.z)) {
-        throw SolverError(SolverFault::bad_input, "a tool position is not finite",
-                          "check the device's reports or the recorded motion");
-      }
-      response.force_N[tool] = x * -stiffness_N_per_m_;
-    }
+    for (std::size_t tool = 0; tool < positions_m.size(); ++tool)
+      response.force_N[tool] = positions_m[tool] * -stiffness_N_per_m_;
     for (std::size_t tool = 0; tool < contacts_.size(); ++tool)
       contacts_[tool] = {
           .touching = true, .point_m = positions_m[tool], .stiffness_N_per_m = glm::dmat3(stiffness_N_per_m_)};

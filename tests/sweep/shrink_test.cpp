@@ -11,6 +11,7 @@
 #include "files.h"
 #include "shrink_search.h"
 #include "shrink_timing.h"
+#include "underrun_rate.h"
 
 using namespace evenstep;
 using Catch::Contains;
@@ -185,6 +186,45 @@ TEST_CASE("A scenario that passes is refused and a search that runs out of runs 
   CHECK_FALSE(cut.minimal);
   CHECK(cut.runs <= 13);
   CHECK(cut.after.verdict == ExpectationResult::Verdict::fail);
+}
+
+TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns and any other is told which one does") {
+  const Folder folder;
+  const auto with = [&](const std::string& name, const std::string& latency, int seeds) {
+    std::string text = test::small_scenario("latency = \"" + latency + "\"\n");
+    const std::string never = "metric = \"underruns\", equals = 0";
+    text.replace(text.find(never), never.size(),
+                 fmt::format("metric = \"underrun_rate\", max = \"5 %\", confidence = \"95 %\", seeds = {}", seeds));
+    return folder.write(name, text);
+  };
+  const std::string path = with("rate.toml", "22 ms", 20);
+  const Scenario scenario = *read_scenario(path).scenario;
+  const std::vector<StrategyPlan> plans = plan(scenario);
+  std::optional<std::uint64_t> clean, hit;
+  for (std::uint64_t seed = 1; seed < 100 && !(clean && hit); ++seed) {
+    Scenario one = scenario;
+    one.timing.programmed.seed = seed;
+    const internal::RateSignal force{"", StrategyKind::phase_locked, internal::UnderrunSide::force, 0};
+    (internal::count_underrun_segments(one, force, plans[0].lead, plans[0].latency, 1).hit == 0 ? clean : hit) = seed;
+  }
+  REQUIRE(clean);
+  REQUIRE(hit);
+  ShrinkOptions options;
+  options.seed = *hit;
+  const ShrinkOutcome outcome = shrunk(folder, path, options);
+  CHECK(outcome.perturbations.size() < 20);
+  CHECK_THAT(contents(outcome.file), Contains("underrun_rate") && !Contains("confidence") && !Contains("seeds"));
+  options.seed = *clean;
+  const ShrinkOutcome refused = shrink_scenario(path, options);
+  CHECK(refused.exit == ExitCode::usage);
+  REQUIRE(refused.errors.size() == 1);
+  const std::string message = text(refused.errors.front());
+  CHECK_THAT(message, Contains(fmt::format("over 20 seeds, of which a recording has one, and seed {} alone keeps", *clean)));
+  options.seed = std::stoull(message.substr(message.find("add --seed ") + 11));
+  shrunk(folder, path, options, "remedy");
+  const ShrinkOutcome unsure = shrink_scenario(with("sure.toml", "60 ms", 1), {});
+  REQUIRE(unsure.errors.size() == 1);
+  CHECK_THAT(unsure.errors.front().message, Contains("too few to be sure"));
 }
 
 TEST_CASE("Drawn timings shrink to a few of their lengths") {

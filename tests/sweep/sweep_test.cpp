@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "files.h"
+#include "sweep_lines.h"
 #include "sweep_threads.h"
 
 using namespace evenstep;
@@ -52,6 +53,16 @@ std::vector<std::string> lines_of(const std::string& text) {
   for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
     lines.push_back(text.substr(begin, end + 1 - begin));
   return lines;
+}
+
+/// Lines that were changed, with the checksums of what they are now.
+std::string resummed(const std::string& text) {
+  std::string out;
+  for (std::string line : lines_of(text)) {
+    line.resize(line.rfind(",\"check\":"));
+    out += internal::with_checksum(line + "}") + "\n";
+  }
+  return out;
 }
 
 std::string only_error(const SweepOutcome& outcome) {
@@ -167,12 +178,16 @@ TEST_CASE("A sweep does not go on with lines of another one or with damaged ones
   };
   std::string other = lines[0];
   other.replace(other.find("\"scenario\":\"") + 12, 1, "g");
-  CHECK_THAT(failure_with(other + lines[1]), Contains("sweep.jsonl.partial:1: error: is of another sweep"));
+  CHECK_THAT(failure_with(other + lines[1]), Contains("partial:1: error: the line does not agree with its checksum"));
+  CHECK_THAT(failure_with(resummed(other) + lines[1]), Contains("sweep.jsonl.partial:1: error: is of another sweep"));
   CHECK_THAT(failure_with(lines[0] + lines[2]), Contains(":2: error: the line is of point 1, where 0 is due"));
   std::string damaged = lines[1];
   damaged.replace(damaged.find("\"seed\":") + 7, 1, "9");
-  CHECK_THAT(failure_with(lines[0] + damaged), Contains(":2: error: the line has other values than point 0"));
-  CHECK_THAT(failure_with(lines[0] + "{}\n"), Contains(":2: error: the line is not a line"));
+  CHECK_THAT(failure_with(lines[0] + damaged), Contains(":2: error: the line does not agree with its checksum: it is dam"));
+  CHECK_THAT(failure_with(resummed(lines[0] + damaged)), Contains(":2: error: the line has other values than point 0"));
+  CHECK_THAT(failure_with(lines[0] + "{}\n"), Contains(":2: error: the line has no checksum"));
+  const std::string unknown = internal::with_checksum("{\"index\":0}") + "\n";
+  CHECK_THAT(failure_with(lines[0] + unknown), Contains(":2: error: the line is not a line"));
 }
 
 TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writes nothing then") {
@@ -188,11 +203,12 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
              Contains("torn:6:1: error: the line has no end"));
   CHECK_THAT(with(small.folder.write("empty", "")), Contains("empty:1:1: error: the line has no end"));
   CHECK_THAT(with(small.folder / "absent"), Contains("absent"));
-  CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")), Contains("header:1:1: error: the line is not a line"));
+  CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")), Contains("header:1:1: error: the line has no checksum"));
   const auto changed = [&](const std::string& name, const std::string& at, const std::string& to) {
     std::string text = good;
     text.replace(text.find(at) + at.size(), to.size(), to);
-    return small.folder.write(name, text);
+    CHECK_THAT(with(small.folder.write(name, text)), Contains("does not agree with its checksum: it is damaged"));
+    return small.folder.write(name, resummed(text));
   };
   CHECK_THAT(with(changed("scenario", "\"scenario\":\"", "g")), Contains("is of another scenario"));
   CHECK_THAT(with(changed("build", "\"build\":\"", "9")), Contains("is of another build"));
@@ -204,20 +220,46 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
   CHECK_FALSE(std::filesystem::exists(out + ".partial"));
 }
 
-TEST_CASE("Any damaged byte of a part is refused or does not change what is merged") {
+TEST_CASE("Any damaged byte of a part is refused with its file and line") {
   const Small small("[sweep]\nseeds = \"3..5\"\n");
   const std::vector<std::string> parts = small.shards(2);
   const std::string good = contents(parts[1]);
-  const SweepOutcome whole = merge_sweep(parts, small.folder / "whole");
-  int accepted = 0;
+  REQUIRE(merge_sweep(parts, small.folder / "whole").errors.empty());
+  std::size_t line = 1;
   for (std::size_t at = 0; at < good.size(); ++at) {
     std::string damaged = good;
     damaged[at] = static_cast<char>(damaged[at] ^ 1);
-    const SweepOutcome outcome = merge_sweep({parts[0], small.folder.write("damaged", damaged)}, small.folder / "merged");
-    accepted += outcome.errors.empty() ? 1 : 0;
+    INFO("byte " << at);
+    const std::string part = small.folder.write("damaged", damaged);
+    const std::string error = only_error(merge_sweep({parts[0], part}, small.folder / "merged"));
+    // A line end that is gone joins two lines: the first of them is named.
+    CHECK_THAT(error, Contains(fmt::format("damaged:{}:1: error: ", line)));
+    line += good[at] == '\n' ? 1 : 0;
   }
-  // What no digest covers: hexadecimal digits of the trace and numbers of values.
-  CHECK(accepted < 40);
+}
+
+TEST_CASE("Parts that call the scenario by different names merge to the same bytes in any order") {
+  const Small small(kPlain);
+  std::vector<std::string> parts = small.shards(2);
+  std::string text = contents(parts[1]);
+  text.replace(text.find(small.scenario), small.scenario.size(), "elsewhere/small.toml");
+  parts[1] = small.folder.write("other-name", resummed(text));
+  const SweepOutcome merged = merge_sweep(parts, small.folder / "merged");
+  REQUIRE(merged.errors.empty());
+  CHECK(merged.record.header.file == std::min<std::string>(small.scenario, "elsewhere/small.toml"));
+  std::reverse(parts.begin(), parts.end());
+  REQUIRE(merge_sweep(parts, small.folder / "reversed").errors.empty());
+  CHECK(contents(small.folder / "reversed") == contents(small.folder / "merged"));
+}
+
+TEST_CASE("The summary of a merge names the scenario as it was given and its commands run from there") {
+  const Small small(kPlain);
+  const SweepOutcome merged = merge_sweep(small.shards(2), small.folder / "merged");
+  CHECK(merged.record.header.file == small.scenario);
+  const std::string summary = sweep_text(merged.record, merged.summary, [&](const SweepPoint& point) {
+    return point_command(merged.record.header, point, merged.record.header.file);
+  });
+  CHECK_THAT(summary, Contains("evenstep run " + small.scenario + " --seed"));
 }
 
 TEST_CASE("Ordered results come in order whatever the threads and the first exception is the one of the lowest number") {

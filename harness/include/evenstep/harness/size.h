@@ -2,6 +2,7 @@
 /// `evenstep size`: the least latency, lead and rings of a timing for which nothing underruns, without running anything but
 /// the maps (docs/sizing.md).
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ namespace evenstep {
 struct SizeOptions {
   Rate sampling{1000, 1};                   ///< of the device, of which a recording knows nothing; a tick at its first begin
   Emission emission = Emission::hold;       ///< likewise
+  std::optional<double> rate;               ///< of segments that may underrun, in (0, 1): finds what latency that takes, too
+  double confidence = 0.95;                 ///< with which the rate is to be bounded, in (0, 1)
   double damping_N_s_per_m = 1;             ///< of hand and device, for the stiffness that the closed loop carries
 };
 

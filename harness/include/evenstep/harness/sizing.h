@@ -2,6 +2,7 @@
 /// The sizing pass: the map alone over this very timing and seed, before t = 0. No solver, no device. It gives the least
 /// lead, latency and ring capacities, and predicts what a run with other values will count.
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -32,11 +33,11 @@ struct Sizing {
 Sizing size_map(const Scenario& scenario, StrategyKind kind);
 /// The mapped steps of a run with this lead: a gate's waits are in them, and there only does the lead matter.
 std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, Duration lead);
-/// The mapped steps without a gate, over these segments instead of the scenario's own timing. `steps` is written anew; its storage is
-/// reused.
-void map_steps(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
-               std::vector<MappedStep>& steps);
-/// The same for a gate with this lead: steps begin when their sample is there, and what follows is pushed back. `lead` of
+/// The mapped steps without a gate, over these segments instead of the scenario's own timing: in order, some at a time, and
+/// nobody keeps them.
+void each_mapped_step(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+                      const std::function<void(std::span<const MappedStep>)>& visit);
+/// size_map for a gate with this lead: steps begin when their sample is there, and what follows is pushed back. `lead` of
 /// the budgets is what would spare all waiting, `latency` the least with the lead given.
 Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead);
 

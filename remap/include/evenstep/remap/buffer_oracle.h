@@ -42,12 +42,97 @@ struct BestLine {
 /// Steps in order (index = position). One step or none: latency = the step's run time or 0, slot 0.
 BestLine best_line(std::span<const StepTimes> steps);
 
+namespace internal {
+
+struct Point {
+  std::int64_t n;
+  std::int64_t ns;
+};
+
+/// A slope in ns per step, as the exact fraction rise / run with run > 0.
+struct Slope {
+  std::int64_t rise = 0;
+  std::int64_t run = 1;
+  Slope() = default;
+  Slope(Point a, Point b) : rise(b.ns - a.ns), run(b.n - a.n) {}
+  friend bool operator<=(Slope a, Slope b) {
+    return static_cast<__int128>(a.rise) * b.run <= static_cast<__int128>(b.rise) * a.run;
+  }
+  friend bool operator<(Slope a, Slope b) { return !(b <= a); }
+};
+
+/// One point more on the hull whose slopes fall (upper) or rise (lower) from left to right.
+template <class Hull>
+void extend_upper(Hull& hull, Point p) {
+  while (hull.size() >= 2 && Slope(hull[hull.size() - 2], hull.back()) <= Slope(hull.back(), p)) hull.pop_back();
+  hull.push_back(p);
+}
+template <class Hull>
+void extend_lower(Hull& hull, Point p) {
+  while (hull.size() >= 2 && Slope(hull.back(), p) <= Slope(hull[hull.size() - 2], hull.back())) hull.pop_back();
+  hull.push_back(p);
+}
+
+struct Bracket {
+  Duration latency;
+  Slope slot;
+  std::int64_t end = -1, begin = -1;   // steps whose end and begin it touches
+};
+
+}  // namespace internal
+
+/// best_line, one step more at a time. It keeps the hulls, which are short, and not the steps.
+class RunningLine {
+ public:
+  /// n counts up.
+  void add(std::int64_t n, RealTime begin, RealTime end) {
+    internal::extend_upper(ends_, {n, end.ns});
+    internal::extend_lower(begins_, {n, begin.ns});
+  }
+  /// The steps of another line, all of them behind those of this one.
+  void append(const RunningLine& later) {
+    for (const internal::Point end : later.ends_) internal::extend_upper(ends_, end);
+    for (const internal::Point begin : later.begins_) internal::extend_lower(begins_, begin);
+  }
+  void restart() {
+    ends_.clear();
+    begins_.clear();
+  }
+  /// Culprits are named by their n.
+  BestLine best() const;
+  internal::Bracket bracket() const;
+
+ private:
+  std::vector<internal::Point> ends_, begins_;
+};
+
 struct LeastPath {
   Duration latency;                    ///< L_path without the sampling term
   std::int64_t latency_culprit = -1;   ///< position of the step whose end decides; -1: no steps
 };
 /// Steps in order; they may overlap.
 LeastPath least_path(std::span<const StepTimes> steps);
+
+/// least_path, one step more at a time.
+class RunningPath {
+ public:
+  /// n counts up from 0 or more.
+  void add(std::int64_t n, RealTime begin, RealTime end) {
+    if (latest_ < 0 || end > latest_end_) {
+      latest_ = n;
+      latest_end_ = end;
+    }
+    const Duration needed = latest_end_ - begin;
+    if (least_.latency_culprit < 0 || needed > least_.latency) least_ = {needed, latest_};
+  }
+  void restart() { *this = {}; }
+  const LeastPath& least() const { return least_; }
+
+ private:
+  LeastPath least_;
+  std::int64_t latest_ = -1;   // of the steps so far, the one that ends last
+  RealTime latest_end_;
+};
 
 /// End n becomes that of step n + 1; the last stays.
 void interpolate(std::span<StepTimes> steps);

@@ -17,6 +17,8 @@
 /// it and needs only E <= F.
 
 #include <cstdint>
+#include <deque>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -59,6 +61,78 @@ LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::s
 /// Lead, latency and culprits of least_latency_any_phase; capacities stay 0.
 LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                     Emission emission);
+namespace internal {
+/// slot(n) as the force side sees it, in step order: where a map steps back, SlotMap::emission repairs F(n) to
+/// F(n-1) + 1 ns. The repair commutes with adding the constant L - c, so it can be made on the slots.
+class EmissionSlots {
+ public:
+  RealTime next(RealTime slot) {
+    if (last_ && slot <= *last_) slot = *last_ + Duration{1};
+    last_ = slot;
+    return slot;
+  }
+  /// The slot before the next one.
+  const std::optional<RealTime>& last() const { return last_; }
+
+ private:
+  std::optional<RealTime> last_;
+};
+}  // namespace internal
+
+/// Lead, latency and culprits of least_latency_any_phase and of least_latency_this_phase, a few steps more at a time: for a
+/// pass that keeps no steps.
+class RunningNeeds {
+ public:
+  enum class Phase { any, this_one };
+  RunningNeeds(std::span<const SamplingGrid> devices, Emission emission, Phase phase);
+  /// The next steps, in order.
+  void add(std::span<const MappedStep> steps);
+  /// As if there had been none.
+  void restart();
+  /// Forgets what was needed, but not where the last slot was: the needs of a part of a run.
+  void restart_needs();
+  /// Capacities are 0.
+  LatencyBudget budget() const;
+  /// Samples that the lead of the budget needs.
+  std::size_t interaction_capacity() const;
+
+ private:
+  /// The largest of some durations, and the first step that has it.
+  struct Need {
+    Duration least;
+    std::int64_t culprit = -1;          // -1: nothing is needed
+    void require(Duration duration, std::int64_t step) {
+      if (culprit >= 0 && duration <= least) return;
+      least = duration;
+      culprit = step;
+    }
+  };
+
+  std::vector<SamplingGrid> devices_;
+  Emission emission_;
+  Phase phase_;
+  std::vector<Need> leads_;             // c, of each device
+  Need delay_;                          // L - c: how long after its slot a force may be due at the earliest
+  Need wait_;                           // from slot to begin of a step
+  internal::EmissionSlots slots_;
+};
+
+/// max over n of #{m <= n: F(m) >= E(n)}, a few steps more at a time: forces that wait when force n is pushed, itself
+/// included. The force ring needs 2 more.
+class WaitingForces {
+ public:
+  /// `delay` = L - c.
+  explicit WaitingForces(Duration delay) : delay_(delay) {}
+  void add(std::span<const MappedStep> steps);
+  std::size_t most() const { return most_; }
+
+ private:
+  Duration delay_;
+  internal::EmissionSlots slots_;
+  std::deque<RealTime> emissions_;      // of the forces that wait
+  std::size_t most_ = 0;
+};
+
 /// Capacities that a given c and L need on these steps, at any phase of the devices. Underrun policies that continue a
 /// line need the entries of their windows too (extrapolation.h): ceil(window * rate) samples, and as many forces as
 /// were emitted in a window; a read needs either these or the ones above, not both, because the window ends at the

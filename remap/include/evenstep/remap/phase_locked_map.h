@@ -42,6 +42,7 @@ class PhaseLockedMap final : public SlotMap {
   PhaseLockedMap(Duration lead, const AdaptiveLatency& latency, double bandwidth_Hz = 2.0)
       : SlotMap(lead, latency), bandwidth_Hz_(bandwidth_Hz) {}
   void boundary(std::int64_t n, RealTime begin) override;
+  bool slots(std::int64_t n, std::span<RealTime> out) override;
   double period_ns() const { return period_ns_; }   ///< P, ns per step; 0 while acquiring
   std::int64_t pace_changes() const { return pace_changes_; }   ///< how often P was taken from two segments anew
 
@@ -49,6 +50,7 @@ class PhaseLockedMap final : public SlotMap {
   std::optional<RealTime> slot(std::int64_t n) override;
 
  private:
+  RealTime slot_of(std::int64_t n) const;   // where there are slots
   /// A complete segment, and P as it was when the segment ended.
   struct Segment {
     double length_ns = 0;

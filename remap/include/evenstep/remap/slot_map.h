@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/time/time.h"
@@ -28,6 +29,14 @@ struct Slot {
   SlotKind kind = SlotKind::newest;
 };
 
+namespace internal {
+/// floor, exact, without a call of the library's (2 ns): what is cut off is whole, and 1 too much of a negative number only.
+inline std::int64_t floor_ns(double ns) {
+  const auto whole = static_cast<std::int64_t>(ns);
+  return whole - (static_cast<double>(whole) > ns ? 1 : 0);
+}
+}  // namespace internal
+
 class SlotMap {
  public:
   SlotMap(Duration lead, const AdaptiveLatency& latency) : lead_(lead), latency_(latency) {}
@@ -42,6 +51,9 @@ class SlotMap {
   /// F(n) of the step just read: R(n) + L, or `ended` where the slot is not mapped. Where that would not come after
   /// F(n-1) (only `paper` steps back) it becomes F(n-1) + 1 ns, and emission_repairs() counts it.
   RealTime emission(std::int64_t n, RealTime ended);
+  /// slot(n), slot(n + 1), ... with lead 0, without taking a step: what a pass over a whole recording asks of each segment.
+  /// False while there are none.
+  virtual bool slots(std::int64_t n, std::span<RealTime> out);
   std::int64_t emission_repairs() const { return latency_.repairs(); }
 
   Duration lead() const { return lead_; }

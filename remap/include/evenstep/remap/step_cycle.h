@@ -15,6 +15,7 @@
 /// Deterministic (the shuffles are counters, mixed). A cycle of one step has no short gaps and is not told from steps that
 /// are merely apart: there is none. O(n log n).
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -43,6 +44,26 @@ struct StepCycle {
 
 inline constexpr int kCycleShuffles = 99;
 inline constexpr std::int64_t kLeastCycleSegments = 16;
+
+/// The same, with the steps told one by one, in order of begin.
+class CycleFinder {
+ public:
+  explicit CycleFinder(std::size_t expected_steps = 0);
+  void add(RealTime begin, RealTime end) {
+    if (!begins_.empty()) gaps_ns_.push_back(std::max<std::int64_t>((begin - last_end_).ns, 0));
+    begins_.push_back(begin);
+    run_times_ns_.push_back((end - begin).ns);
+    last_end_ = end;
+  }
+  /// Once.
+  StepCycle find();
+
+ private:
+  std::vector<RealTime> begins_;
+  std::vector<std::int64_t> gaps_ns_;        // before step n + 1
+  std::vector<std::int64_t> run_times_ns_;
+  RealTime last_end_;
+};
 
 /// Steps in order of begin. Fewer than two steps, no gaps that stand out, no rhythm in them: not found, with the reason.
 StepCycle find_cycle(std::span<const StepTimes> steps);

@@ -37,6 +37,23 @@ struct SizeNeed {
   double stiffness_limit_N_per_m = 0;   ///< damping / (h / 2 + total_delay)
 };
 
+/// The least latency at which no more than some segments underrun.
+struct SizeRateNeed {
+  Duration latency, lead;
+  std::int64_t underruns = 0;     ///< segments with an underrun at this latency and lead: as many as allowed, or fewer
+  double rate_at_most = 1;        ///< upper bound of Clopper and Pearson on the true rate, at the confidence asked for
+};
+
+/// What a rate of segments with an underrun takes.
+struct SizeRate {
+  std::int64_t segments = 0;      ///< with a mapped step
+  std::int64_t allowed = 0;       ///< floor(rate * segments)
+  SizeRateNeed any_phase, this_phase;
+  /// At any phase, the least latency at which so few segments underrun that the bound is no more than the rate; none where
+  /// not even a latency without underruns would show it.
+  std::optional<SizeRateNeed> sure;
+};
+
 struct SizeStrategy {
   std::string name;
   SizeNeed any_phase;
@@ -44,6 +61,7 @@ struct SizeStrategy {
   Duration latency_this_phase, lead_this_phase;
   std::int64_t lead_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
+  std::optional<SizeRate> rate;
 };
 
 /// Both for the same emission.
@@ -71,6 +89,9 @@ struct SizeRecord {
   Duration sampling_period;       ///< h: the longest of the devices'
   bool interpolated = false;      ///< emission of the strategies
   double damping_N_s_per_m = 1;
+  std::optional<double> rate;     ///< of segments that may underrun; what follows belongs to it
+  double confidence = 0.95;
+  std::int64_t clean_segments = 0;   ///< so many without an underrun would show the rate
   SizeBounds held;
   std::optional<SizeBounds> linear;    ///< if interpolated
   std::vector<SizeStrategy> strategies;

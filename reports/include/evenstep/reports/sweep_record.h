@@ -21,7 +21,7 @@ const char* name_of(SweepVerdict verdict);
 
 /// The first line of the file. The same for every shard of a sweep.
 struct SweepHeader {
-  std::string name, file;           ///< of the scenario; its file without a folder
+  std::string name, file;           ///< of the scenario; its file as it was given, which two parts may call by different names
   std::string scenario, build;      ///< digests: two files belong together only if these are equal
   std::vector<std::uint64_t> seeds;
   struct Axis { std::string path; std::vector<std::string> values; };  ///< values as TOML
