@@ -2,11 +2,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hidapi_transport.h"
+#include "evenstep/device/hid/pid_layout.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
 
@@ -19,13 +21,29 @@ struct Ability {
   std::string text;
 };
 
+std::string pid_ability(const PidLayout& layout) {
+  std::string axes;
+  for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
+    if (layout.position[axis]) axes += "XYZ"[axis];
+  }
+  std::string text = fmt::format("force feedback of the PID class: reads {}, renders constant forces", axes.empty() ? "no axis" : axes);
+  if (layout.set_condition && layout.set_effect.spring) text += " and springs";
+  text += "; driver = \"pid\" with its travel and its full scale in newtons";
+  if (!layout.state) text += "; it does not say whether its motors are on";
+  return text;
+}
+
 Ability ability_of(const HidListing& listing) {
   const HidDeviceInfo& info = listing.info;
   if (info.vendor_id == reference_device::kVendorId && info.product_id == reference_device::kProductId)
     return {"reference", "reads 3 positions, renders 3 forces (reference device)"};
   const ParsedDescriptor parsed = parse_report_descriptor(listing.report_descriptor);
   if (parsed.error) return {"none", fmt::format("byte {} of its report descriptor: {}", parsed.error->offset, parsed.error->message)};
-  return {"none", "not a force-feedback device"};
+  const PidLayoutOrMissing found = pid_layout(parsed.value);
+  if (found.layout) return {"pid", pid_ability(*found.layout)};
+  const auto is_of_pid = [&](const HidField& field) { return parsed.value.enclosing(field, 1) >> 16 == 0x0F || field.usages[0] >> 16 == 0x0F; };
+  if (std::none_of(parsed.value.fields.begin(), parsed.value.fields.end(), is_of_pid)) return {"none", "not a force-feedback device"};
+  return {"none", fmt::format("force feedback of the PID class, but without {}", fmt::join(found.missing, ", "))};
 }
 
 void print_listing(const HidListing& listing) {

@@ -31,7 +31,7 @@ std::string_view article(std::string_view noun) {
 }  // namespace
 
 std::string_view kind_key(std::string_view table) {
-  return table == "timing" ? "order" : table == "device.grab" ? "coupling" : "kind";
+  return table == "timing" ? "order" : table == "device" ? "driver" : table == "device.grab" ? "coupling" : "kind";
 }
 
 std::vector<std::string_view> split_words(std::string_view words) {

@@ -190,6 +190,21 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord&
 
 }  // namespace internal
 
+namespace {
+
+/// The device of a "<device>.force.<strategy>" whose newtons nobody knows; nullptr: none.
+const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view signal) {
+  for (const DeviceSpec& device : scenario.devices) {
+    const bool every = signal.substr(0, 1) == "*";
+    const bool is_its_force = signal.substr(0, device.name.size() + 7) == device.name + ".force.";
+    if ((every ? signal.find(".force.") != std::string_view::npos : is_its_force) && device.pid && !device.pid->options.full_scale_N)
+      return &device;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
   std::vector<Diagnostic> errors;
   const Nominal nominal = nominal_of(scenario);
@@ -205,6 +220,11 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     if (std::find(known->begin(), known->end(), expectation.metric) == known->end()) {
       error(fmt::format("unknown metric '{}' for signal '{}'; known: {}", expectation.metric, expectation.signal,
                         fmt::join(*known, ", ")));
+      continue;
+    }
+    if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {
+      error(fmt::format("'{}' is in newtons, and PID knows none; write full_scale in pid = {{ ... }} of device \"{}\"",
+                        expectation.signal, device->name));
       continue;
     }
     if (expectation.metric == "deviation_from_ideal" && has_hand(scenario)) {

@@ -3,11 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
+#include <utility>
 
-#include "evenstep/device/hid/reference_device.h"
-#include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "read_only_device.h"
 
 namespace evenstep {
 namespace {
@@ -15,31 +14,11 @@ namespace {
 /// A cable that is put back within this continues the run.
 constexpr Duration kPatience{10'000'000'000};
 
-/// Reads the device and never drives it.
-class ForcesOff final : public HapticDevice {
- public:
-  explicit ForcesOff(HapticDevice& device) : device_(device) {}
-  DeviceSample read(RealTime now) override { return device_.read(now); }
-  void write(const glm::dvec3&) override {}
-  const DeviceCounters& counters() const override { return device_.counters(); }
-
- private:
-  HapticDevice& device_;
-};
-
 const DeviceBinding* binding_of(const std::vector<DeviceBinding>& bindings, const Scenario& scenario, std::size_t tool) {
   for (const DeviceBinding& binding : bindings) {
     if (binding.name.empty() ? tool == 0 : binding.name == scenario.devices[tool].name) return &binding;
   }
   return nullptr;
-}
-
-std::unique_ptr<HapticDevice> make_driver(HidapiTransport& transport) {
-  const HidDeviceInfo& info = transport.info();
-  if (info.vendor_id == reference_device::kVendorId && info.product_id == reference_device::kProductId)
-    return std::make_unique<ReferenceDriver>(transport);
-  throw DeviceError(fmt::format("{}: '{}' ({:04x}:{:04x}) has no driver here; `evenstep devices` says what can be driven",
-                                info.path, info.product, info.vendor_id, info.product_id));
 }
 
 }  // namespace
@@ -75,11 +54,8 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
 
 struct LiveDevices::Device {
   std::unique_ptr<HidapiTransport> transport;  // a real one
+  std::unique_ptr<HidTransport> simulated;     // or this
   std::unique_ptr<HapticDevice> driver;
-  std::unique_ptr<ForcesOff> forces_off;
-  std::unique_ptr<SimulatedTransport> simulated;  // or this
-
-  bool driven() const { return transport && !forces_off; }
 };
 
 LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const LiveDeviceOptions& options) {
@@ -87,29 +63,25 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     const DeviceBinding* const binding = binding_of(options.bindings, scenario, tool);
     Device& device = devices_.emplace_back();
     if (!binding) {
-      device.simulated = std::make_unique<SimulatedTransport>(simulated_transport(scenario.devices[tool], clock));
-      device.driver = std::make_unique<ReferenceDriver>(*device.simulated);
+      device.simulated = simulated_transport(scenario.devices[tool], clock);
+      device.driver = make_driver(scenario.devices[tool], *device.simulated);
       continue;
     }
     device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
-    device.driver = make_driver(*device.transport);
-    if (!options.forces) device.forces_off = std::make_unique<ForcesOff>(*device.driver);
+    device.driver = make_driver(scenario.devices[tool], *device.transport);
+    if (!options.forces) device.driver = std::make_unique<internal::ReadOnlyDevice>(std::move(device.driver));
   }
   // Only when all of them are there.
-  for (Device& device : devices_) {
-    if (device.driven()) device.driver->start();
-  }
+  for (Device& device : devices_) device.driver->start();
 }
 
 LiveDevices::~LiveDevices() {
-  for (Device& device : devices_) {
-    if (device.driven()) device.driver->stop();
-  }
+  for (Device& device : devices_) device.driver->stop();
 }
 
 std::vector<HapticDevice*> LiveDevices::drivers() {
   std::vector<HapticDevice*> drivers;
-  for (Device& device : devices_) drivers.push_back(device.forces_off ? device.forces_off.get() : device.driver.get());
+  for (Device& device : devices_) drivers.push_back(device.driver.get());
   return drivers;
 }
 

@@ -162,6 +162,53 @@ void check_strategies(const ScenarioReading& reading) {
                      "strategies = [\"direct\", \"phase_locked\"]");
 }
 
+constexpr std::pair<std::string_view, ReportFault::Kind> kFaults[] = {
+    {"lost", ReportFault::Kind::lost},
+    {"duplicated", ReportFault::Kind::duplicated},
+    {"late", ReportFault::Kind::late},
+    {"cut", ReportFault::Kind::cut},
+    {"longer", ReportFault::Kind::longer},
+    {"unknown-id", ReportFault::Kind::unknown_id},
+    {"interrupted", ReportFault::Kind::interrupted},
+    {"write-lost", ReportFault::Kind::write_lost},
+    {"write-rejected", ReportFault::Kind::write_rejected},
+};
+
+/// By time in the file, by tick in the device. More ticks than a run of hours has are an error of the file's.
+void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec& spec) {
+  constexpr std::size_t kMostFaults = 1'000'000;
+  for (const Table& fault : device.tables("faults")) {
+    const auto kind = std::find_if(std::begin(kFaults), std::end(kFaults),
+                                   [&](const auto& word) { return word.first == fault.text("kind"); });
+    const RealTime at{fault.span("at", reading.scenario.nominal, reading.errors).ns};
+    const std::int64_t first = first_tick_at_or_after(spec.rate, at, RealTime{spec.phase.ns});
+    for (std::int64_t i = 0; i < fault.integer("ticks") && spec.faults.size() < kMostFaults; ++i)
+      spec.faults.push_back({kind->second, first + i, fault.integer("amount")});
+  }
+  std::stable_sort(spec.faults.begin(), spec.faults.end(),
+                   [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
+}
+
+PidSpec read_pid(const ScenarioReading& reading, const Table& device) {
+  PidSpec spec;
+  const Table pid = device.table("pid");
+  spec.options.travel_m = pid.vector("travel");
+  if (spec.options.travel_m == glm::dvec3(0))
+    reading.errors.add(pid.place("travel"), "'travel': no axis is used; write the travel of one, [\"200 mm\", \"0 mm\", \"0 mm\"]");
+  if (pid.has("full_scale")) spec.options.full_scale_N = pid.si("full_scale");
+  spec.options.gain = pid.number("gain");
+  spec.options.effect_duration = pid.duration("effect_duration");
+  spec.flavour = pid.text("flavour") == "array" ? PidFlavour::array : PidFlavour::mask;
+  for (const Table& event : device.tables("events")) {
+    const auto kind = event.text("kind") == "safety-switch" ? PidDeviceEvent::Kind::safety_switch : PidDeviceEvent::Kind::actuator_power;
+    const RealTime at{event.span("at", reading.scenario.nominal, reading.errors).ns};
+    if (!spec.events.empty() && at < spec.events.back().at)
+      reading.errors.add(event.place("at"), "'at': earlier than the event before; write them in order of time");
+    spec.events.push_back({kind, at, event.boolean("on")});
+  }
+  return spec;
+}
+
 CutSpec read_guard(const Table& guard, const NominalUnits& nominal, Errors& errors) {
   CutSpec cut;
   const auto span = [&](std::string_view key) {
@@ -185,6 +232,9 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
     reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest",
                                                           in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
   }
+  if (device.text("driver") == "pid") spec.pid = read_pid(reading, device);
+  if (device.has("unplug")) spec.unplug = device.span("unplug", reading.scenario.nominal, reading.errors);
+  read_faults(reading, device, spec);
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
   read_motion(reading, device, spec);
   spec.force_delay = device.span("delay", reading.scenario.nominal, reading.errors);

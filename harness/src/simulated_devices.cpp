@@ -1,6 +1,17 @@
 #include "evenstep/harness/simulated_devices.h"
 
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "evenstep/device/hid/pid_driver.h"
+#include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/hid/reference_driver.h"
+#include "evenstep/device/hid/simulated_pid_device.h"
+#include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/harness/rendering.h"
+#include "evenstep/harness/run_failure.h"
+#include "read_only_device.h"
 
 namespace evenstep {
 namespace {
@@ -23,21 +34,62 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
 
 }  // namespace
 
-SimulatedTransport simulated_transport(const DeviceSpec& device, const Clock& clock) {
-  const SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay,
-                                       device.name};
-  if (device.hand) return {clock, Hand(*device.hand, device.motion), options};
-  return {clock, device.motion, options};
+std::unique_ptr<HidTransport> simulated_transport(const DeviceSpec& device, const Clock& clock) {
+  SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay, device.name,
+                                 device.faults};
+  if (device.unplug)
+    options.unplug_at_tick = first_tick_at_or_after(device.rate, RealTime{device.unplug->ns}, options.first_tick);
+  if (!device.pid) {
+    if (device.hand) return std::make_unique<SimulatedTransport>(clock, Hand(*device.hand, device.motion), options);
+    return std::make_unique<SimulatedTransport>(clock, device.motion, options);
+  }
+  SimulatedPidOptions pid;
+  pid.descriptor.flavour = device.pid->flavour;
+  pid.descriptor.axes = device.pid->options.travel_m.z > 0 ? 3 : 2;
+  pid.reports = std::move(options);
+  pid.travel_m = device.pid->options.travel_m;
+  pid.full_scale_N = device.pid->options.full_scale_N.value_or(pid.full_scale_N);
+  pid.events = device.pid->events;
+  if (device.hand) return std::make_unique<SimulatedPidDevice>(clock, Hand(*device.hand, device.motion), pid);
+  return std::make_unique<SimulatedPidDevice>(clock, device.motion, pid);
+}
+
+std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport) {
+  const HidDeviceInfo& info = transport.info();
+  const auto refuse = [&](const std::string& why) {
+    return DeviceError(fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
+  };
+  if (!device.pid) {
+    if (info.vendor_id != reference_device::kVendorId || info.product_id != reference_device::kProductId) {
+      throw refuse("not a reference device; one that `evenstep devices` calls PID needs driver = \"pid\" and its travel and full "
+                   "scale in pid = { ... }");
+    }
+    return std::make_unique<ReferenceDriver>(transport);
+  }
+  const ParsedDescriptor parsed = parse_report_descriptor(transport.report_descriptor());
+  if (parsed.error) throw refuse(fmt::format("byte {} of its report descriptor: {}", parsed.error->offset, parsed.error->message));
+  PidLayoutOrMissing found = pid_layout(parsed.value);
+  if (!found.layout) throw refuse(fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(found.missing, ", ")));
+  auto driver = std::make_unique<PidDriver>(transport, std::move(*found.layout), device.pid->options);
+  if (driver->is_read_only()) return std::make_unique<internal::ReadOnlyDevice>(std::move(driver));
+  return driver;
 }
 
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
-  for (const DeviceSpec& device : scenario.devices) transports_.push_back(simulated_transport(device, clock));
-  for (SimulatedTransport& transport : transports_) drivers_.emplace_back(transport);
+  for (const DeviceSpec& device : scenario.devices) {
+    transports_.push_back(simulated_transport(device, clock));
+    try {
+      drivers_.push_back(make_driver(device, *transports_.back()));
+      drivers_.back()->start();
+    } catch (const DeviceError& error) {
+      throw RunFailure("device", error.what(), "change the [[device]]");
+    }
+  }
 }
 
 std::vector<HapticDevice*> SimulatedDevices::drivers() {
   std::vector<HapticDevice*> drivers;
-  for (ReferenceDriver& driver : drivers_) drivers.push_back(&driver);
+  for (const std::unique_ptr<HapticDevice>& driver : drivers_) drivers.push_back(driver.get());
   return drivers;
 }
 

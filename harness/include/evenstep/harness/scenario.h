@@ -9,7 +9,8 @@
 
 #include "evenstep/device/force_guard.h"
 #include "evenstep/device/hand.h"
-#include "evenstep/device/hid/simulated_transport.h"
+#include "evenstep/device/hid/pid_driver.h"
+#include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/motion.h"
 #include "evenstep/device/renderer.h"
 #include "evenstep/harness/diagnostic.h"
@@ -71,6 +72,13 @@ CutLimits cut_limits(const CutSpec& spec, const CutLimits& otherwise);
 inline constexpr CutLimits kLiveCuts{0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000},
                                      Duration{50'000'000}};
 
+/// [[device]] driver = "pid", and its simulated device.
+struct PidSpec {
+  PidOptions options;
+  PidFlavour flavour = PidFlavour::mask;
+  std::vector<PidDeviceEvent> events;
+};
+
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
@@ -82,6 +90,9 @@ struct DeviceSpec {
   Emission emission = Emission::linear;
   RenderSpec render;
   bool is_real = false;                         ///< run with --device: nobody knows where it was
+  std::optional<PidSpec> pid;                   ///< none: the reference device
+  std::optional<Duration> unplug;               ///< of the simulated device
+  std::vector<ReportFault> faults;
   CutSpec cut;
   ForceLimits limits;                           ///< `cut` included
 };

@@ -1,13 +1,13 @@
 #pragma once
 /// The scenario's devices in software: the real driver over a simulated transport, one per [[device]].
 
-#include <deque>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "evenstep/device/hid/reference_driver.h"
-#include "evenstep/device/hid/simulated_transport.h"
+#include "evenstep/clock/clock.h"
+#include "evenstep/device/hid/hid_transport.h"
 #include "evenstep/harness/haptic_loop.h"
 #include "evenstep/harness/scenario.h"
 #include "evenstep/harness/sizing.h"
@@ -15,17 +15,19 @@
 namespace evenstep {
 
 /// The device of a [[device]], in software.
-SimulatedTransport simulated_transport(const DeviceSpec& device, const Clock& clock);
+std::unique_ptr<HidTransport> simulated_transport(const DeviceSpec& device, const Clock& clock);
+/// The driver that the [[device]] names, above a transport of either kind. Throws DeviceError where it cannot drive what is there.
+std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
 
 class SimulatedDevices {
  public:
+  /// Ready to be driven. Throws RunFailure.
   SimulatedDevices(const Scenario& scenario, const Clock& clock);
   std::vector<HapticDevice*> drivers();
-  const SimulatedTransport& transport(std::size_t device) const { return transports_[device]; }
 
  private:
-  std::deque<SimulatedTransport> transports_;
-  std::deque<ReferenceDriver> drivers_;
+  std::vector<std::unique_ptr<HidTransport>> transports_;
+  std::vector<std::unique_ptr<HapticDevice>> drivers_;  // after what they talk to
 };
 
 /// The links of one strategy with the ring sizes of its plan.

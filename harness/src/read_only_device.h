@@ -1,0 +1,22 @@
+#pragma once
+/// A device that is read and never driven: forces are off, or nobody knows what its full scale is.
+
+#include <memory>
+#include <utility>
+
+#include "evenstep/device/haptic_device.h"
+
+namespace evenstep::internal {
+
+class ReadOnlyDevice final : public HapticDevice {
+ public:
+  explicit ReadOnlyDevice(std::unique_ptr<HapticDevice> device) : device_(std::move(device)) {}
+  DeviceSample read(RealTime now) override { return device_->read(now); }
+  void write(const glm::dvec3&) override {}
+  const DeviceCounters& counters() const override { return device_->counters(); }
+
+ private:
+  std::unique_ptr<HapticDevice> device_;
+};
+
+}  // namespace evenstep::internal
