@@ -229,6 +229,11 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
   CHECK_FALSE(all.devices[0].render.knows_gap);
   CHECK(all.scene.local_model == LocalModel::settled);
   CHECK(rendered(kSpring, "kind = \"local\", alpha = 2").devices[0].render.alpha == 2.0);
+  using Cap = RenderSpec::Cap::Kind;
+  CHECK(local.devices[0].render.cap.kind == Cap::none);
+  const RenderSpec::Cap fixed = rendered(kSpring, "kind = \"local\", cap = \"1.5 kN/m\"").devices[0].render.cap;
+  CHECK(fixed.kind == Cap::fixed);
+  CHECK(fixed.fixed_N_per_m == 1500);
   const Scenario smith =
       rendered(kSpring, "kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.2, static_stiffness = \"300 N/m\"");
   CHECK(smith.devices[0].render.kind == RenderSpec::Kind::smith);

@@ -186,6 +186,9 @@ TEST_CASE("What a device renders must go together, and with its scene") {
            {"kind = \"local\", stiffness = \"none\"", "'stiffness': \"none\" must be \"instantaneous\" or \"settled\""},
            {"kind = \"local\", gap = \"no\"", "'gap'"},
            {"kind = \"local\", frequency = \"7 Hz\"", "'frequency' means nothing with kind = \"local\"; remove it, or write kind = \"smith\""},
+           {"kind = \"local\", cap = \"laws\"", "'cap': \"laws\" must be \"law\" or a stiffness"},
+           {"kind = \"local\", cap = \"0 N/m\"", "'cap': \"0 N/m\" is out of range"},
+           {"kind = \"local\", cap = \"law\"", "'cap': \"law\" follows from the mass and damping of a hand"},
            {"kind = \"smith\", gap = false", "'gap' means nothing with kind = \"smith\"; remove it, or write kind = \"local\""},
            {"kind = \"smith\", frequency = \"1001 Hz\"", "'frequency': \"1001 Hz\" is out of range"},
            {"kind = \"smith\", factor = 0", "'factor': 0 is out of range"},
@@ -440,6 +443,8 @@ TEST_CASE("A hand that cannot be integrated, or that no strategy or study can us
   CHECK(study(base, "stiffness_limit = { from = \"20 N/m\", to = \"1 kN/m\" }").empty());
   CHECK_THAT(study(base, "stiffness_limit = { from = \"20 N/m\", to = \"20 N/m\" }"), Contains("'to' is not above 'from'"));
   CHECK_THAT(study(base, "stiffness_limit = { from = \"20 N/m\" }"), Contains("study.stiffness_limit has no 'to'"));
+  CHECK_THAT(study(base, "stiffness_limit = { from = \"20 N/m\", to = \"1 kN/m\", mass = \"in-proportion\" }"),
+             Contains("'mass' is that of a tissue's particles"));
   CHECK_THAT(study(base, "repeats = 3\nstiffness_limit = { from = \"20 N/m\", to = \"30 N/m\" }"),
              Contains("'repeats' does not go with 'stiffness_limit'"));
   CHECK_THAT(study(kSpring, "stiffness_limit = { from = \"20 N/m\", to = \"30 N/m\" }"), Contains("needs a hand that feels the force"));

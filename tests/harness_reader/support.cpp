@@ -229,8 +229,9 @@ std::string describe(const Scenario& s) {
                        at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,
                        static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s,
                        at(d.force_delay), d.hand ? hand_text(*d.hand) : "");
-    out += fmt::format(" render {} alpha {} stiffness {} gap {} mode {} {} {} factor {}\n", static_cast<int>(d.render.kind),
+    out += fmt::format(" render {} alpha {} stiffness {} gap {} cap {} {} mode {} {} {} factor {}\n", static_cast<int>(d.render.kind),
                        d.render.alpha.value_or(0), static_cast<int>(d.render.stiffness), d.render.knows_gap,
+                       static_cast<int>(d.render.cap.kind), d.render.cap.fixed_N_per_m,
                        d.render.mode.frequency_Hz.value_or(0), d.render.mode.damping_ratio.value_or(0),
                        d.render.mode.static_N_per_m.value_or(0), d.render.factor);
   }
@@ -247,9 +248,9 @@ std::string describe(const Scenario& s) {
   for (const SolverKind solver : s.study.solvers) out += fmt::format(" {}", name_of(solver));
   for (const StudyStep& step : s.study.steps) out += fmt::format(" {}/{}", step.steps, step.substeps);
   if (s.study.stiffness_limit)
-    out += fmt::format(" stiffness {} {} {}", s.study.stiffness_limit->from_N_per_m, s.study.stiffness_limit->to_N_per_m,
-                       s.study.stiffness_limit->seeds);
-  out += fmt::format("\nkeep {}\n", s.keep_rows);
+    out += fmt::format(" stiffness {} {} {} {}", s.study.stiffness_limit->from_N_per_m, s.study.stiffness_limit->to_N_per_m,
+                       s.study.stiffness_limit->seeds, s.study.stiffness_limit->scales_mass);
+  out += fmt::format("\nkeep {} undelayed {}\n", s.keep_rows, s.needs_undelayed);
   for (const Expectation& e : s.expectations) {
     out += fmt::format("expect {} {} '{}' min {} max {} fail {}", e.signal, e.metric, e.because, at(e.min), at(e.max),
                        e.expect_fail);

@@ -329,6 +329,19 @@ TEST_CASE("A probe on a chain has the stiffness of the springs in series; on a f
   CHECK(largest(stiffness()) < 1e-9);
 }
 
+TEST_CASE("A probe that reaches particles that are fixed takes the stiffness of those that move alone", "[local]") {
+  TissueScene pair;
+  pair.lattice = {1, 1, 2};
+  pair.particle_count = 2;
+  pair.stiffness_N_per_m = 40;
+  // From the side, between the fixed particle and the one on its spring, which gives way sideways.
+  pair.tools = {{glm::dvec3(3e-3, 0, 2.5e-3), 4e-3, CouplingKind::probe, 25}};
+  const auto solver = make_solver(SolverKind::cpu_double, modelled(pair, LocalModel::settled, 1e-3));
+  step(*solver, 1, {});
+  REQUIRE(solver->contacts()[0].touching);
+  CHECK(largest(solver->contacts()[0].stiffness_N_per_m) < 1e-6);
+}
+
 TEST_CASE("A particle at the very surface of a probe is never counted as stiffer than it is, whichever way it rounds", "[local]") {
   for (const SolverKind kind : kEverySolver) {
     for (const double radius_m : {2.9e-3, 3.3e-3, 3.7e-3, 4e-3, 4.1e-3, 4.3e-3, 4.6e-3}) {
