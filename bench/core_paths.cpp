@@ -104,7 +104,7 @@ class MapReads final : public CorePath {
   }
 
  private:
-  PhaseLockedMap map_{{12'000'000}, {15'000'000}};
+  PhaseLockedMap map_{Duration{12'000'000}, Duration{15'000'000}};
   std::int64_t n_ = 0;
 };
 

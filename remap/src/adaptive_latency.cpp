@@ -29,6 +29,7 @@ AdaptiveLatency::AdaptiveLatency(const AdaptiveLatencyOptions& options)
 }
 
 RealTime AdaptiveLatency::emission(RealTime read, RealTime ended) {
+  if (!moves()) return in_order(read + latency_);
   if (last_read_) move(read - *last_read_);
   const RealTime emission = in_order(read + latency_);
   // What repairs the first one is a force without a slot, which the sizing pass does not know.
@@ -43,7 +44,7 @@ RealTime AdaptiveLatency::emission(RealTime ended) { return in_order(ended); }
 
 /// Towards the target, by slew * elapsed; what is less than 1 ns is kept for the next step.
 void AdaptiveLatency::move(Duration elapsed) {
-  if (!moves() || latency_ == target_ || elapsed.ns <= 0) return;
+  if (latency_ == target_ || elapsed.ns <= 0) return;
   constexpr std::int64_t kMillion = 1'000'000;
   const __int128 allowed = static_cast<__int128>(elapsed.ns) * options_.slew_ppm + carry_;
   carry_ = static_cast<std::int64_t>(allowed % kMillion);
@@ -53,7 +54,6 @@ void AdaptiveLatency::move(Duration elapsed) {
 }
 
 void AdaptiveLatency::learn(RealTime due_read, RealTime ended) {
-  if (!moves()) return;
   const Duration need = ended - due_read;
   needs_.add(due_read, need);
   target_ = std::clamp(needs_.largest() + options_.margin, options_.least, options_.most);
