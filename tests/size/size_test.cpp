@@ -229,6 +229,10 @@ TEST_CASE("a list that begins in the middle of a cycle is sized from the first p
   CHECK(record.steps == 59 * 15);
   CHECK(record.held.taut_string.culprit.step == 5 + 29 * 15 + 4);
   CHECK(record.held.taut_string.culprit.late_step == 5 + 29 * 15 + 4);
+  segments.erase(segments.begin());
+  const SizeRecord whole = size_segments(parse_timing_or_steps(written(segments, false), "bare").segments, "", {});
+  CHECK(whole.left_out == 0);
+  for (std::size_t i = 0; i < 2; ++i) CHECK(record.strategies[i].lead_culprit == whole.strategies[i].lead_culprit + 5);
 }
 
 TEST_CASE("without a cycle every step is a segment and that is said") {
