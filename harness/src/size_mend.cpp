@@ -40,20 +40,21 @@ void Mending::find_pace() {
 }
 
 void Mending::find_usual() {
-  std::vector<std::int64_t> pauses[2], runs[2];
-  for (auto* lengths : {pauses, runs}) {
-    lengths[0].reserve(segments_.size());
-    lengths[1].reserve(static_cast<std::size_t>(first_step_.back()));
-  }
-  for (std::size_t k = 0; k < segments_.size(); ++k) {
-    for (std::size_t i = 0; i < segments_[k].steps.size(); ++i) {
-      const Interval& one = step({k, i});
-      pauses[i > 0].push_back((one.begin - pause_begin({k, i})).ns);
-      runs[i > 0].push_back((one.end - one.begin).ns);
+  std::vector<std::int64_t> lengths;   // the same storage four times
+  lengths.reserve(static_cast<std::size_t>(first_step_.back()));
+  const auto usual = [&](bool first, auto length) {
+    lengths.clear();
+    for (std::size_t k = 0; k < segments_.size(); ++k) {
+      const std::size_t count = segments_[k].steps.size();
+      for (std::size_t i = first ? 0 : 1; i < (first ? std::min<std::size_t>(count, 1) : count); ++i)
+        lengths.push_back(length(At{k, i}).ns);
     }
-  }
-  first_ = {median(pauses[0]), median(runs[0])};
-  other_ = {median(pauses[1]), median(runs[1])};
+    return median(lengths);
+  };
+  const auto pause = [&](At at) { return step(at).begin - pause_begin(at); };
+  const auto run = [&](At at) { return step(at).end - step(at).begin; };
+  first_ = {usual(true, pause), usual(true, run)};
+  other_ = {usual(false, pause), usual(false, run)};
   late_from_ = {first_.run.ns / kLatePart};
 }
 

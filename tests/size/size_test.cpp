@@ -1,11 +1,14 @@
 // What `evenstep size` says, against the formulas and against what it is made of.
 #include "evenstep/harness/size.h"
 
+#include <algorithm>
+
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
+#include "evenstep/remap/step_windows.h"
 #include "traces.h"
 
 using namespace evenstep;
@@ -149,6 +152,56 @@ TEST_CASE("every number is what the oracle and the budgets say of 150 random tim
   }
 }
 
+TEST_CASE("the windows of every row are those of its steps taken alone and their ranks are the nearest") {
+  const auto ranks = [](std::vector<Duration> latencies) {
+    std::sort(latencies.begin(), latencies.end());
+    const auto n = static_cast<std::int64_t>(latencies.size());
+    const auto rank = [&](std::int64_t percent) { return latencies[static_cast<std::size_t>((percent * n + 99) / 100 - 1)]; };
+    return std::vector<std::int64_t>{rank(50).ns, rank(99).ns, latencies.back().ns, n};
+  };
+  const auto found = [](const SizeWindows& windows) {
+    return std::vector<std::int64_t>{windows.p50.ns, windows.p99.ns, windows.most.ns, windows.count};
+  };
+  for (const Emission emission : {Emission::hold, Emission::linear}) {
+    const auto segments = play({.visualization_variation = 0.2, .step_variation = 0.2, .spikes = Spikes{2, {9 * ms}}}, 900);
+    const SizeRecord record = size_segments(segments, "", {.emission = emission});
+    const Duration term{999'999};
+    std::vector<StepTimes> steps = flat(segments);
+    if (emission == Emission::linear) interpolate(steps);
+    std::vector<Duration> lines, paths;
+    for (const auto& [from, to] : step_windows(std::span<const StepTimes>(steps))) {
+      const auto part = std::span(steps).subspan(from, to - from);
+      lines.push_back(best_line(part).latency + term);
+      paths.push_back(least_path(part).latency + term);
+    }
+    REQUIRE(lines.size() > 100);   // so that p99 is not the largest
+    const SizeBounds& bounds = record.linear ? *record.linear : record.held;
+    CHECK(found(bounds.best_line.windows) == ranks(lines));
+    CHECK(found(bounds.taut_string.windows) == ranks(paths));
+    // Interpolated, what is late is the end of the step behind.
+    const std::int64_t behind = emission == Emission::linear ? 1 : 0;
+    CHECK(bounds.best_line.culprit.step == best_line(steps).latency_culprit + behind);
+    CHECK(bounds.taut_string.culprit.step == least_path(steps).latency_culprit + behind);
+    const std::vector<MappedStep> locked = mapped(PhaseLockedMap({}, {}), segments);
+    const SamplingGrid grid{{1000, 1}, {}};
+    std::vector<Duration> maps;
+    for (const auto& [from, to] : step_windows(std::span<const MappedStep>(locked)))
+      maps.push_back(least_needs_any_phase(std::span(locked).subspan(from, to - from), std::span(&grid, 1), emission).latency);
+    CHECK(found(strategy(record, "phase_locked").any_phase.windows) == ranks(maps));
+  }
+}
+
+TEST_CASE("a step that ends with the run or after it is not judged and one that ends 1 ns before is") {
+  Scenario scenario;
+  scenario.timing.programmed = {.segment = {1000, 32}, .visualization = {8 * ms}, .steps = {16}, .step = Duration{1'500'000}};
+  scenario.devices.emplace_back();
+  const std::int64_t end = 10 * 32 * ms;   // of the last step of segment 9
+  for (const std::int64_t more : {-1, 0, 1}) {
+    scenario.run_duration = {end + more};
+    CHECK(size_scenario(scenario, {}).record.steps == (more > 0 ? 160 : 159));
+  }
+}
+
 TEST_CASE("a bare list has the bounds of its recording and the segments of the cycle found in it") {
   const auto segments = play({.visualization = {9 * ms}, .steps = {8}, .step = Duration{2 * ms}, .visualization_variation = 0.1,
                               .step_variation = 0.05},
@@ -176,6 +229,10 @@ TEST_CASE("a list that begins in the middle of a cycle is sized from the first p
   CHECK(record.steps == 59 * 15);
   CHECK(record.held.taut_string.culprit.step == 5 + 29 * 15 + 4);
   CHECK(record.held.taut_string.culprit.late_step == 5 + 29 * 15 + 4);
+  segments.erase(segments.begin());
+  const SizeRecord whole = size_segments(parse_timing_or_steps(written(segments, false), "bare").segments, "", {});
+  CHECK(whole.left_out == 0);
+  for (std::size_t i = 0; i < 2; ++i) CHECK(record.strategies[i].lead_culprit == whole.strategies[i].lead_culprit + 5);
 }
 
 TEST_CASE("without a cycle every step is a segment and that is said") {

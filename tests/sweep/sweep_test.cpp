@@ -195,6 +195,7 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
   const std::vector<std::string> parts = small.shards(3);
   const std::string out = small.folder / "merged.jsonl";
   CHECK_THAT(only_error(merge_sweep({parts[0], parts[2]}, out)), Contains("lack 5 of 15 points: 1, 4, 7, 10, 13;"));
+  CHECK_THAT(only_error(merge_sweep({parts[0], parts[1]}, out)), Contains("lack 5 of 15 points: 2, 5, 8, 11, 14;"));
   CHECK_THAT(only_error(merge_sweep({parts[0], parts[1], parts[2], parts[1]}, out)),
              Contains("sweep-2-of-3.jsonl:2:1: error: point 1 is in") && Contains("sweep-2-of-3.jsonl:2 already"));
   const auto with = [&](const std::string& part) { return only_error(merge_sweep({parts[0], part, parts[2]}, out)); };
