@@ -1,13 +1,11 @@
 #pragma once
 /// Report descriptors of two force feedback devices of our own, for simulation: what devices of the PID class differ in lies
-/// between them (docs/hid.md has both reports by reports), and what a device may leave out can be left out.
+/// between them (docs/hid.md has their reports), and what a device may leave out can be left out.
 ///
 ///   mask    device control is eight 1-bit variables, start delay, magnitudes of +-32767, directions u16 of 0.01 degrees,
-///   feature
-///           reports with ids of their own, positions of int16, unit exponents as nibbles.
-///   array   device control is an 8-bit array of 1 to 6, no start delay, +-10000, directions u8, feature reports with the
-///   ids of
-///           output reports, positions of 12 bits, physical ranges left over from other items, Push and Pop, 4-byte usages.
+///           feature reports with ids of their own, positions of int16, unit exponents as nibbles
+///   array   device control is an 8-bit array of 1 to 6, no start delay, +-10000, directions u8, feature reports with the ids
+///           of output reports, positions of 12 bits, physical ranges left over from other items, 4-byte usages
 
 #include <cstddef>
 #include <cstdint>

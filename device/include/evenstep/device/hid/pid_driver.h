@@ -5,8 +5,7 @@
 /// PID has no newtons and no metres. `travel_m` and `full_scale_N` come from the user, who has measured them or has a data
 /// sheet. Without `full_scale_N` the driver is read-only: start() creates nothing and writing a force is an error.
 ///
-///   magnitude = F / (full_scale_N * gain) * logical maximum, rounded to the nearest, halves away from zero, cut at the
-///   ends.
+///   magnitude = F / (full_scale_N * gain) * logical maximum, to the nearest, halves away from zero, cut at the ends
 ///
 /// `gain` is what the device is told to make of everything (Device Gain, or each effect's gain, or, where it has neither,
 /// the driver's own limit); so gain * full_scale_N is the largest force. It begins at a quarter: such devices break thumbs.
@@ -16,8 +15,7 @@
 /// count has changed, and nothing otherwise.
 ///
 /// Every effect ends by itself `effect_duration` after its last Start: the device's own dead man's handle. Half of that
-/// after the last refresh, the tick that writes sends force and Start again. A host that hangs leaves a device without
-/// force.
+/// after the last refresh, the tick that writes sends force and Start again. A host that hangs leaves no force behind.
 ///
 /// stop(), also on destruction: Stop for each effect, all effects stopped, actuators off, blocks freed; each tried three
 /// times, failures ignored. Not a safety device.

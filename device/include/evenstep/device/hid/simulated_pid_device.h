@@ -4,15 +4,13 @@
 /// simulated_reports.h.
 ///
 /// - Effects lie in a pool. Create New Effect takes the lowest free block; Block Load then says which, or full, or an error,
-/// at
-///   first nothing for `block_load_delay` questions. Without these reports Set Effect takes the block that it names.
+///   and nothing for the first `block_load_delay` questions. Without these reports Set Effect takes the block it names.
 /// - An effect plays from Start on for its duration (0xFFFF: for ever); Start again begins anew. What plays adds up:
 ///     constant force    magnitude / largest * effect gain, along the enabled axes, or the direction's X = sin, Y = cos
 ///     spring            coefficient / largest * (center - position) in half travels, saturated, along the enabled axes
 ///   times device gain and full_scale_N; nothing while paused, without power, safety switch or enabled actuators.
 /// - The actuators are off until they are enabled (on where there is no Device Control); Device Reset enables them, frees
-/// all
-///   blocks and sets the gain to its full.
+///   all blocks and sets the gain to its full.
 /// - A hand feels the constant forces as they change, and springs at `firmware_rate`.
 /// - Whatever its state report says is sent when it changes.
 
