@@ -1,9 +1,9 @@
-#include <catch2/catch.hpp>
+#include "evenstep/device/device_spring.h"
 
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <random>
 
-#include "evenstep/device/device_spring.h"
 #include "pid_bench.h"
 
 using namespace evenstep;
@@ -86,12 +86,15 @@ TEST_CASE("the device renders the springs that the driver says it does for both 
   std::mt19937_64 random(2);
   for (const PidFlavour flavour : kFlavours) {
     for (int i = 0; i < 300; ++i) {
-      const auto draw = [&](double low, double high) { return low + static_cast<double>(random() >> 11) / (1ll << 53) * (high - low); };
+      const auto draw = [&](double low, double high) {
+        return low + static_cast<double>(random() >> 11) / (1ll << 53) * (high - low);
+      };
       const glm::dvec3 at{draw(-0.2, 0.2), draw(-0.2, 0.2), 0};
       PidBench bench(pid_device(flavour), with_springs(), Still{at});
       bench.driver->start();
       bench.tick_at(0, {0, 0, 0});
-      const DeviceSpring wanted{{draw(-0.2, 0.2), draw(-0.2, 0.2), 0}, {draw(0, 50), 0, 0}, {0, draw(0, 50), 0}, {draw(0, 10), draw(0, 10), 0}};
+      const DeviceSpring wanted{
+          {draw(-0.2, 0.2), draw(-0.2, 0.2), 0}, {draw(0, 50), 0, 0}, {0, draw(0, 50), 0}, {draw(0, 10), draw(0, 10), 0}};
       const DeviceSpring rendered = bench.driver->write_spring(wanted);
       const double count = flavour == PidFlavour::mask ? 32767 : 10'000;
       for (int axis = 0; axis < 2; ++axis) {
@@ -142,9 +145,13 @@ TEST_CASE("a device renders no spring that it has no field for") {
     PidBench bench(device, with_springs());
     bench.driver->start();
     bench.tick_at(0, {0, 0, 0});
-    return bench.driver->write_spring(wanted).below_N_per_m.x > 0;
+    const DeviceSpring spring = bench.driver->write_spring(wanted);
+    return spring.below_N_per_m.x > 0 || spring.above_N_per_m.x > 0;
   };
+  const DeviceSpring other_side{{0.05, 0, 0}, {0, 0, 0}, {20, 0, 0}, {5, 0, 0}};
   CHECK(rendered(nullptr, one_sided));
+  CHECK(rendered(nullptr, other_side));
+  CHECK_FALSE(rendered(&Options::negative_coefficient, other_side));
   CHECK_FALSE(rendered(&Options::conditions, one_sided));
   CHECK_FALSE(rendered(&Options::negative_coefficient, one_sided));
   CHECK(rendered(&Options::negative_coefficient, both_sided));
@@ -183,8 +190,8 @@ TEST_CASE("a condition is sent when it changes and with the refresh") {
   CHECK(bench.transport.log == std::vector<std::string>{"w 12 02 00 00 40 00 00 00 40 00 40 00 40 00 00"});
   bench.transport.log.clear();
   bench.tick_at(250 * kMs, {0, 0, 0});
-  CHECK(bench.transport.log == std::vector<std::string>{"w 14 01 00 00", "w 16 01 01 01", "w 12 02 00 00 40 00 00 00 40 00 40 00 40 00 00",
-                                                        "w 16 02 01 01"});
+  CHECK(bench.transport.log == std::vector<std::string>{"w 14 01 00 00", "w 16 01 01 01",
+                                                        "w 12 02 00 00 40 00 00 00 40 00 40 00 40 00 00", "w 16 02 01 01"});
 }
 
 TEST_CASE("a hand comes to rest on the device's own wall and the wall goes when the host hangs") {

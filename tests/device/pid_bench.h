@@ -1,11 +1,11 @@
 #pragma once
 // A PID driver on a simulated device, with every byte between them kept.
+#include <fmt/format.h>
+
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/hid/pid_driver.h"
@@ -21,7 +21,9 @@ class RecordingTransport final : public HidTransport {
   explicit RecordingTransport(HidTransport& device) : device_(device) {}
   HidRead read(std::span<std::byte> buffer) override { return device_.read(buffer); }
   HidWrite write(std::span<const std::byte> report) override { return note("w", report), device_.write(report); }
-  HidFeature get_feature(std::span<std::byte> report) override { return note("g", report.first(1)), device_.get_feature(report); }
+  HidFeature get_feature(std::span<std::byte> report) override {
+    return note("g", report.first(1)), device_.get_feature(report);
+  }
   HidWrite set_feature(std::span<const std::byte> report) override { return note("s", report), device_.set_feature(report); }
   std::span<const std::byte> report_descriptor() const override { return device_.report_descriptor(); }
   const HidDeviceInfo& info() const override { return device_.info(); }
@@ -57,7 +59,8 @@ inline SimulatedPidOptions pid_device(PidFlavour flavour) {
 inline constexpr std::array<PidFlavour, 2> kFlavours{PidFlavour::mask, PidFlavour::array};
 
 struct PidBench {
-  explicit PidBench(const SimulatedPidOptions& device_options, const PidOptions& driver_options = pid_options(), Motion motion = Still{})
+  explicit PidBench(const SimulatedPidOptions& device_options, const PidOptions& driver_options = pid_options(),
+                    Motion motion = Still{})
       : device(clock, ProgrammedMotion{std::move(motion), RealTime{}}, device_options), driver(make(driver_options)) {}
   PidBench(const SimulatedPidOptions& device_options, const PidOptions& driver_options, Hand hand)
       : device(clock, std::move(hand), device_options), driver(make(driver_options)) {}

@@ -1,7 +1,8 @@
+#include <algorithm>
 #include <catch2/catch.hpp>
-
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "pid_bench.h"
 
@@ -15,8 +16,8 @@ namespace {
 /// Largest count of the magnitude.
 double counts_of(PidFlavour flavour) { return flavour == PidFlavour::mask ? 32767 : 10'000; }
 
-/// Half a count of the magnitude for rounding. A direction of 8 bits says 90 degrees as 64 / 255 of a turn, 0.35 degrees off:
-/// 1.9e-5 of the force is lost, a fifth of a count at most.
+/// Half a count of the magnitude for rounding. A direction of 8 bits says 90 degrees as 64 / 255 of a turn, 0.35 degrees
+/// off: 1.9e-5 of the force is lost, a fifth of a count at most.
 double tolerance_N(PidFlavour flavour, double largest_N) { return largest_N / counts_of(flavour) * 0.75; }
 
 void require_rendered(PidBench& bench, const glm::dvec3& force_N, double tolerance) {
@@ -29,13 +30,11 @@ void require_rendered(PidBench& bench, const glm::dvec3& force_N, double toleran
 TEST_CASE("start sends the mask flavour exactly these bytes and stop those") {
   PidBench bench(pid_device(PidFlavour::mask));
   bench.driver->start();
-  CHECK(bench.transport.log == Log{"w 18 08", "w 19 40", "w 18 01", "g 22",
-                                   "s 20 01 00 00", "g 21",
-                                   "w 10 01 01 F4 01 00 00 00 00 00 00 FF 00 05 28 23 00 00 00 00 00 00",
-                                   "w 14 01 00 00", "w 16 01 01 01",
-                                   "s 20 01 00 00", "g 21",
-                                   "w 10 02 01 F4 01 00 00 00 00 00 00 FF 00 06 00 00 00 00 00 00 00 00",
-                                   "w 14 02 00 00", "w 16 02 01 01"});
+  CHECK(bench.transport.log == Log{"w 18 08", "w 19 40", "w 18 01", "g 22", "s 20 01 00 00", "g 21",
+                                   "w 10 01 01 F4 01 00 00 00 00 00 00 FF 00 05 28 23 00 00 00 00 00 00", "w 14 01 00 00",
+                                   "w 16 01 01 01", "s 20 01 00 00", "g 21",
+                                   "w 10 02 01 F4 01 00 00 00 00 00 00 FF 00 06 00 00 00 00 00 00 00 00", "w 14 02 00 00",
+                                   "w 16 02 01 01"});
   CHECK((bench.device.playing() == 2 && bench.device.actuators_enabled()));
   bench.transport.log.clear();
   bench.driver->stop();
@@ -48,11 +47,10 @@ TEST_CASE("start sends the mask flavour exactly these bytes and stop those") {
 TEST_CASE("start sends the array flavour exactly these bytes and stop those") {
   PidBench bench(pid_device(PidFlavour::array));
   bench.driver->start();
-  CHECK(bench.transport.log == Log{"w 06 04", "w 07 40", "w 06 01", "g 03",
-                                   "s 01 01 00 00", "g 02",
-                                   "w 01 01 01 F4 01 00 00 00 00 FF 00 05 40 00 00 00 00 00", "w 03 01 00 00", "w 04 01 01 01",
-                                   "s 01 01 00 00", "g 02",
-                                   "w 01 02 01 F4 01 00 00 00 00 FF 00 06 00 00 00 00 00 00", "w 03 02 00 00", "w 04 02 01 01"});
+  CHECK(bench.transport.log ==
+        Log{"w 06 04", "w 07 40", "w 06 01", "g 03", "s 01 01 00 00", "g 02",
+            "w 01 01 01 F4 01 00 00 00 00 FF 00 05 40 00 00 00 00 00", "w 03 01 00 00", "w 04 01 01 01", "s 01 01 00 00",
+            "g 02", "w 01 02 01 F4 01 00 00 00 00 FF 00 06 00 00 00 00 00 00", "w 03 02 00 00", "w 04 02 01 01"});
   bench.transport.log.clear();
   bench.driver->stop();
   CHECK(bench.transport.log == Log{"w 04 01 03 01", "w 04 02 03 01", "w 06 03", "w 06 02", "w 05 01", "w 05 02"});
@@ -144,7 +142,8 @@ TEST_CASE("an axis is addressed by its enable bit alone or its direction alone a
       bench.driver->start();
       bench.tick_at(0, {1, -0.5, 0});
       // Without enable bits a direction of 8 bits that is 0.35 degrees off pushes along the other axis, too.
-      require_rendered(bench, {1, -0.5, 0}, part == &PidDescriptorOptions::axes_enable && flavour == PidFlavour::array ? 0.01 : 2e-4);
+      require_rendered(bench, {1, -0.5, 0},
+                       part == &PidDescriptorOptions::axes_enable && flavour == PidFlavour::array ? 0.01 : 2e-4);
     }
     SimulatedPidOptions neither = pid_device(flavour);
     neither.descriptor.direction = neither.descriptor.axes_enable = false;
@@ -161,9 +160,9 @@ TEST_CASE("an axis is addressed by its enable bit alone or its direction alone a
 
 TEST_CASE("a device that leaves out any one optional part still renders the force") {
   using Options = PidDescriptorOptions;
-  for (bool Options::*part : {&Options::duration, &Options::direction, &Options::axes_enable, &Options::effect_gain, &Options::conditions,
-                              &Options::device_control, &Options::device_gain, &Options::block_free, &Options::stop_operation,
-                              &Options::pool, &Options::state, &Options::block_load}) {
+  for (bool Options::*part : {&Options::duration, &Options::direction, &Options::axes_enable, &Options::effect_gain,
+                              &Options::conditions, &Options::device_control, &Options::device_gain, &Options::block_free,
+                              &Options::stop_operation, &Options::pool, &Options::state, &Options::block_load}) {
     SimulatedPidOptions device = pid_device(PidFlavour::mask);
     device.descriptor.*part = false;
     PidBench bench(device);
@@ -274,7 +273,8 @@ TEST_CASE("without full_scale_N the driver reads positions and sends the device 
     bench.driver->start();
     const DeviceSample sample = bench.driver->read(RealTime{0});
     CHECK((sample.fresh && sample.position_m.x == Approx(0.1).margin(1e-4)));
-    CHECK_THROWS_WITH(bench.driver->write({0, 0, 0}), Contains("no newtons") && Contains("full_scale_N") && Contains("simulated"));
+    CHECK_THROWS_WITH(bench.driver->write({0, 0, 0}),
+                      Contains("no newtons") && Contains("full_scale_N") && Contains("simulated"));
     CHECK_THROWS_AS(bench.driver->write_spring({}), DeviceError);
     bench.driver->stop();
     CHECK(bench.transport.log.empty());
@@ -301,9 +301,59 @@ TEST_CASE("positions arrive within half a count over the travel and stop at its 
       PidBench bench(pid_device(flavour), pid_options(), Still{at});
       const DeviceSample sample = bench.driver->read(RealTime{7});
       REQUIRE((sample.fresh && sample.sequence == 1 && sample.read_at == RealTime{7}));
-      for (int axis = 0; axis < 2; ++axis) REQUIRE(std::abs(sample.position_m[axis] - std::clamp(at[axis], -0.2, 0.2)) <= half_count_m);
+      for (int axis = 0; axis < 2; ++axis)
+        REQUIRE(std::abs(sample.position_m[axis] - std::clamp(at[axis], -0.2, 0.2)) <= half_count_m);
       REQUIRE(sample.position_m.z == 0);
     }
+  }
+}
+
+namespace {
+
+/// A device of the mask flavour whose axes may say "no value", and input reports of the test's own.
+class SayingTransport final : public HidTransport {
+ public:
+  explicit SayingTransport(bool with_null) : descriptor_(pid_descriptor({PidFlavour::mask})) {
+    const std::array<std::byte, 6> axes{std::byte{0x19}, std::byte{0x30}, std::byte{0x29},
+                                        std::byte{0x31}, std::byte{0x81}, std::byte{0x02}};
+    const auto at = std::search(descriptor_.begin(), descriptor_.end(), axes.begin(), axes.end());
+    REQUIRE(at != descriptor_.end());
+    if (with_null) *(at + 5) = std::byte{0x42};
+  }
+  HidRead read(std::span<std::byte> buffer) override {
+    if (said.empty()) return {HidRead::Status::nothing};
+    const std::vector<std::byte> report = std::exchange(said, {});
+    std::copy_n(report.begin(), std::min(report.size(), buffer.size()), buffer.begin());
+    return {HidRead::Status::report, report.size()};
+  }
+  HidWrite write(std::span<const std::byte>) override { return HidWrite::ok; }
+  std::span<const std::byte> report_descriptor() const override { return descriptor_; }
+  const HidDeviceInfo& info() const override { return info_; }
+  void say(int x_low, int x_high) {
+    said.assign({std::byte{1}, std::byte{0}, static_cast<std::byte>(x_low), static_cast<std::byte>(x_high), std::byte{0},
+                 std::byte{0}});
+  }
+  std::vector<std::byte> said;
+
+ private:
+  std::vector<std::byte> descriptor_;
+  HidDeviceInfo info_{"/dev/hidraw7", 0x1209, 0x0E58, "saying", ""};
+};
+
+}  // namespace
+
+TEST_CASE("a position outside its range is its end or where the axis can say no value the one before") {
+  for (const bool with_null : {false, true}) {
+    SayingTransport transport(with_null);
+    PidDriver driver(transport, layout_of(transport), pid_options());
+    transport.say(0xFF, 0x3F);  // 16383
+    const double before_m = driver.read(RealTime{0}).position_m.x;
+    CHECK(before_m == Approx(0.1).margin(1e-5));
+    transport.say(0x00, 0x80);  // -32768
+    const DeviceSample sample = driver.read(RealTime{1});
+    CHECK((sample.fresh && sample.position_m.x == (with_null ? before_m : -0.2)));
+    transport.say(0x01, 0x80);
+    CHECK(driver.read(RealTime{2}).position_m.x == -0.2);
   }
 }
 
@@ -398,8 +448,10 @@ TEST_CASE("what the device says of itself is kept and a force it does not render
   for (const PidFlavour flavour : kFlavours) {
     SimulatedPidOptions device = pid_device(flavour);
     using Kind = PidDeviceEvent::Kind;
-    device.events = {{Kind::safety_switch, RealTime{10 * kMs}, false}, {Kind::safety_switch, RealTime{20 * kMs}, true},
-                     {Kind::actuator_power, RealTime{30 * kMs}, false}, {Kind::actuator_power, RealTime{40 * kMs}, true}};
+    device.events = {{Kind::safety_switch, RealTime{10 * kMs}, false},
+                     {Kind::safety_switch, RealTime{20 * kMs}, true},
+                     {Kind::actuator_power, RealTime{30 * kMs}, false},
+                     {Kind::actuator_power, RealTime{40 * kMs}, true}};
     PidBench bench(device);
     CHECK_FALSE(bench.driver->state().safety_switch);
     bench.driver->start();

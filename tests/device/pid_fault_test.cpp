@@ -1,6 +1,5 @@
 // What goes wrong between a device and its driver, for the reference device and for both flavours of PID devices.
 #include <catch2/catch.hpp>
-
 #include <cmath>
 #include <deque>
 #include <map>
@@ -34,7 +33,8 @@ struct ReferenceBench {
 /// From call `from` on, for `count` calls, every request to the device ends this way.
 class FailingTransport final : public HidTransport {
  public:
-  FailingTransport(HidTransport& device, int from, int count, HidWrite how) : device_(device), from_(from), count_(count), how_(how) {}
+  FailingTransport(HidTransport& device, int from, int count, HidWrite how)
+      : device_(device), from_(from), count_(count), how_(how) {}
   HidRead read(std::span<std::byte> buffer) override { return device_.read(buffer); }
   HidWrite write(std::span<const std::byte> report) override { return fails() ? how_ : device_.write(report); }
   HidWrite set_feature(std::span<const std::byte> report) override { return fails() ? how_ : device_.set_feature(report); }
@@ -88,7 +88,8 @@ TEST_CASE("reference device: each fault at each of 50 ticks shows in its counter
         }
         const DeviceCounters& counted = bench.driver.counters();
         REQUIRE(counted.reports == 100 + row.expected.reports);
-        REQUIRE((counted.lost == row.expected.lost && counted.malformed == row.expected.malformed && counted.stale == row.expected.stale));
+        REQUIRE((counted.lost == row.expected.lost && counted.malformed == row.expected.malformed &&
+                 counted.stale == row.expected.stale));
       }
     }
   }
@@ -111,7 +112,8 @@ TEST_CASE("faults on one tick add up and a lost report has no copies") {
   std::vector<std::uint32_t> sequences;
   std::array<std::byte, 64> buffer;
   bench.clock.wait_until(RealTime{10 * kMs});
-  while (bench.transport.read(buffer).status == HidRead::Status::report) sequences.push_back(reference_device::decode_input(buffer)->sequence);
+  while (bench.transport.read(buffer).status == HidRead::Status::report)
+    sequences.push_back(reference_device::decode_input(buffer)->sequence);
   CHECK(sequences == std::vector<std::uint32_t>{1, 2, 3, 4, 5, 7, 9, 6, 6, 6, 10, 11});
 }
 
@@ -169,7 +171,8 @@ TEST_CASE("PID: whatever report fault in whatever state of the driver the force 
             SimulatedPidOptions device = pid_device(flavour);
             device.reports.queue = policy;
             device.reports.faults = {{static_cast<Kind>(kind), 50, amount}};
-            const bool hurts_writes = static_cast<Kind>(kind) == Kind::write_lost || static_cast<Kind>(kind) == Kind::write_rejected;
+            const bool hurts_writes =
+                static_cast<Kind>(kind) == Kind::write_lost || static_cast<Kind>(kind) == Kind::write_rejected;
             PidBench bench(device, pid_options(), kHand);
             const glm::dvec3 force{state == State::playing ? 1.0 : 0.0, 0.5 * (state == State::playing), 0};
             const std::int64_t start = state == State::before_start ? 120 : 0, stop = state == State::stopped ? 40 : 1000;
@@ -332,7 +335,8 @@ TEST_CASE("PID: malformed output reports are rejected and change nothing") {
   const std::array<std::byte, 22> bytes{};
   CHECK(bench.device.write({}) == HidWrite::rejected);
   const PidLayout layout = layout_of(bench.device);
-  for (const PidReport& report : {layout.set_effect.report, layout.set_constant.report, layout.operation.report, layout.device_control->report}) {
+  for (const PidReport& report :
+       {layout.set_effect.report, layout.set_constant.report, layout.operation.report, layout.device_control->report}) {
     for (std::size_t size = 1; size < report.size; ++size) {
       std::vector<std::byte> cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
       cut[0] = std::byte{report.id};
@@ -352,11 +356,17 @@ TEST_CASE("PID: 200000 random reports to the firmware end without harm and force
       if (random() % 4) bytes[0] = static_cast<std::byte>((flavour == PidFlavour::mask ? 0x10 : 0) + random() % 10);
       const auto report = std::span(bytes).first(random() % 25);
       switch (random() % 4) {
-        case 0: bench.device.set_feature(report); break;
-        case 1: bench.device.get_feature(report); break;
-        default: bench.device.write(report);
+        case 0:
+          bench.device.set_feature(report);
+          break;
+        case 1:
+          bench.device.get_feature(report);
+          break;
+        default:
+          bench.device.write(report);
       }
-      if (random() % 8 == 0) bench.clock.wait_until(RealTime{bench.clock.now().ns + static_cast<std::int64_t>(random() % kMs)});
+      if (random() % 8 == 0)
+        bench.clock.wait_until(RealTime{bench.clock.now().ns + static_cast<std::int64_t>(random() % kMs)});
       const glm::dvec3 force = bench.device.force_N();
       for (int axis = 0; axis < 3; ++axis) REQUIRE(std::abs(force[axis]) <= 10);
     }

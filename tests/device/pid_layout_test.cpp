@@ -1,10 +1,12 @@
-#include <catch2/catch.hpp>
+#include "evenstep/device/hid/pid_layout.h"
 
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
 #include <map>
 #include <string>
 
 #include "evenstep/device/hid/pid_descriptors.h"
-#include "evenstep/device/hid/pid_layout.h"
 
 using namespace evenstep;
 
@@ -26,7 +28,8 @@ PidLayout layout_of(const PidDescriptorOptions& options) {
 using Place = std::array<std::int64_t, 4>;
 Place place(const PidValue& value) {
   const FieldLayout& field = value.field;
-  return {std::int64_t{8} + field.bit_offset + value.index * field.bits, field.bits, field.logical_minimum, field.logical_maximum};
+  return {std::int64_t{8} + field.bit_offset + value.index * field.bits, field.bits, field.logical_minimum,
+          field.logical_maximum};
 }
 std::pair<Place, std::int64_t> place(const PidChoice& choice) { return {place(choice.where), choice.value}; }
 
@@ -43,11 +46,31 @@ constexpr auto kIn = ReportType::input, kOut = ReportType::output, kFeat = Repor
 
 TEST_CASE("both flavours' reports have their documented ids and sizes") {
   const ReportDescriptor mask = parsed(pid_descriptor({PidFlavour::mask}));
-  CHECK(sizes_of(mask) == Sizes{{{kIn, 1}, 6}, {{kIn, 2}, 2}, {{kOut, 0x10}, 22}, {{kOut, 0x12}, 15}, {{kOut, 0x14}, 4}, {{kOut, 0x16}, 4},
-                                {{kOut, 0x17}, 2}, {{kOut, 0x18}, 2}, {{kOut, 0x19}, 2}, {{kFeat, 0x20}, 4}, {{kFeat, 0x21}, 5}, {{kFeat, 0x22}, 5}});
+  CHECK(sizes_of(mask) == Sizes{{{kIn, 1}, 6},
+                                {{kIn, 2}, 2},
+                                {{kOut, 0x10}, 22},
+                                {{kOut, 0x12}, 15},
+                                {{kOut, 0x14}, 4},
+                                {{kOut, 0x16}, 4},
+                                {{kOut, 0x17}, 2},
+                                {{kOut, 0x18}, 2},
+                                {{kOut, 0x19}, 2},
+                                {{kFeat, 0x20}, 4},
+                                {{kFeat, 0x21}, 5},
+                                {{kFeat, 0x22}, 5}});
   const ReportDescriptor array = parsed(pid_descriptor({PidFlavour::array}));
-  CHECK(sizes_of(array) == Sizes{{{kIn, 1}, 5}, {{kIn, 2}, 3}, {{kOut, 1}, 18}, {{kOut, 2}, 15}, {{kOut, 3}, 4}, {{kOut, 4}, 4},
-                                 {{kOut, 5}, 2}, {{kOut, 6}, 2}, {{kOut, 7}, 2}, {{kFeat, 1}, 4}, {{kFeat, 2}, 5}, {{kFeat, 3}, 5}});
+  CHECK(sizes_of(array) == Sizes{{{kIn, 1}, 5},
+                                 {{kIn, 2}, 3},
+                                 {{kOut, 1}, 18},
+                                 {{kOut, 2}, 15},
+                                 {{kOut, 3}, 4},
+                                 {{kOut, 4}, 4},
+                                 {{kOut, 5}, 2},
+                                 {{kOut, 6}, 2},
+                                 {{kOut, 7}, 2},
+                                 {{kFeat, 1}, 4},
+                                 {{kFeat, 2}, 5},
+                                 {{kFeat, 3}, 5}});
 }
 
 TEST_CASE("the mask flavour's values lie where they are documented") {
@@ -204,16 +227,32 @@ TEST_CASE("a descriptor without what a constant force needs says what is missing
   CHECK_THAT(missing_without(std::byte{0x26}, std::byte{0xF0}), Contains("Constant Force (0x0F0026)"));
   CHECK_THAT(missing_without(std::byte{0x79}, std::byte{0xF0}), Contains("Start (0x0F0079)"));
   const std::string no_blocks = missing_without(std::byte{0x22}, std::byte{0xF0});
-  CHECK_THAT(no_blocks, Contains("in Set Effect\n") && Contains("in Set Constant Force\n") && Contains("in Effect Operation\n"));
+  CHECK_THAT(no_blocks,
+             Contains("in Set Effect\n") && Contains("in Set Constant Force\n") && Contains("in Effect Operation\n"));
 }
 
 TEST_CASE("a magnitude that knows no sign is none") {
   std::vector<std::byte> bytes = pid_descriptor({PidFlavour::mask});
   // 16 01 80: logical minimum -32767.
   for (std::size_t i = 0; i + 2 < bytes.size(); ++i) {
-    if (bytes[i] == std::byte{0x16} && bytes[i + 1] == std::byte{0x01} && bytes[i + 2] == std::byte{0x80}) bytes[i + 1] = bytes[i + 2] = std::byte{0};
+    if (bytes[i] == std::byte{0x16} && bytes[i + 1] == std::byte{0x01} && bytes[i + 2] == std::byte{0x80})
+      bytes[i + 1] = bytes[i + 2] = std::byte{0};
   }
   const PidLayoutOrMissing found = pid_layout(parsed(bytes));
   REQUIRE(found.missing.size() == 1);
   CHECK_THAT(found.missing.front(), Catch::Contains("both signs"));
+}
+
+TEST_CASE("what lies in another report of the same collection is not taken for a part of the first") {
+  std::vector<std::byte> bytes = pid_descriptor({PidFlavour::mask});
+  const std::array<std::byte, 4> direction{std::byte{0x09}, std::byte{0x57}, std::byte{0xA1}, std::byte{0x02}};
+  const auto at = std::search(bytes.begin(), bytes.end(), direction.begin(), direction.end());
+  REQUIRE(at != bytes.end());
+  const std::array<std::byte, 2> report_id{std::byte{0x85}, std::byte{0x30}};
+  bytes.insert(at, report_id.begin(), report_id.end());
+  const PidLayoutOrMissing found = pid_layout(parsed(bytes));
+  REQUIRE(found.layout);
+  CHECK(found.layout->set_effect.report.id == 0x10);
+  CHECK(found.layout->set_effect.directions.empty());
+  CHECK(found.layout->set_effect.axis_enable[0]);
 }

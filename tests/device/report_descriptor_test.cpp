@@ -1,13 +1,13 @@
-#include <catch2/catch.hpp>
+#include "evenstep/device/hid/report_descriptor.h"
 
 #include <array>
+#include <catch2/catch.hpp>
 #include <random>
 #include <string>
 #include <tuple>
 
 #include "descriptor_items.h"
 #include "evenstep/device/hid/reference_device.h"
-#include "evenstep/device/hid/report_descriptor.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
@@ -73,8 +73,8 @@ TEST_CASE("the reference device's descriptor gives its documented fields") {
   const auto field = [](ReportType type, std::uint8_t id, std::uint32_t offset, std::int64_t minimum, std::int64_t maximum,
                         std::int32_t exponent, std::uint32_t unit, std::vector<std::uint32_t> usages) {
     HidField f;
-    static_cast<FieldLayout&>(f) = {type, id, offset, 32, static_cast<std::uint32_t>(usages.size()), 2, minimum, maximum, 0, 0,
-                                    exponent, unit};
+    static_cast<FieldLayout&>(f) = {type, id, offset,   32,  static_cast<std::uint32_t>(usages.size()), 2, minimum, maximum,
+                                    0,    0,  exponent, unit};
     for (const std::uint32_t usage : usages) f.usages.add(usage);
     f.collection = 0;
     return f;
@@ -94,7 +94,8 @@ TEST_CASE("the reference device's reports are read and written by usage as its o
   std::mt19937_64 random(1);
   for (int i = 0; i < 1000; ++i) {
     const auto word = [&] { return static_cast<std::int32_t>(random()); };
-    const reference_device::InputReport input{static_cast<std::uint32_t>(word()), static_cast<std::uint32_t>(word()), {word(), word(), word()}};
+    const reference_device::InputReport input{
+        static_cast<std::uint32_t>(word()), static_cast<std::uint32_t>(word()), {word(), word(), word()}};
     const auto bytes = reference_device::encode(input);
     const auto value = [&](std::uint32_t usage) {
       const auto element = descriptor.find(ReportType::input, 1, 0xFF000000 + usage);
@@ -134,10 +135,12 @@ TEST_CASE("every kind of malformed descriptor is refused at its byte") {
       {"delimiter within a delimiter", bytes_of({0xA9, 1, 0xA9, 1}), 2, "within a delimiter"},
       {"close of no delimiter", bytes_of({0xA9, 0}), 0, "not open"},
       {"delimiter left open", bytes_of({0xA9, 1, 0x09, 1}), 4, "still open"},
-      {"too long by one element", bytes_of({0x75, 8, 0x96, 0xFF, 0x2F, 0x81, 2, 0x96, 1, 0x10, 0x81, 2}), 10, "the most is 131064"},
+      {"too long by one element", bytes_of({0x75, 8, 0x96, 0xFF, 0x2F, 0x81, 2, 0x96, 1, 0x10, 0x81, 2}), 10,
+       "the most is 131064"},
       {"one report of 256 bits times 12288", bytes_of({0x76, 0, 1, 0x96, 0, 0x30, 0x81, 2}), 6, "3145728 bits"},
       {"range and one more usage", bytes_of({0x19, 0, 0x2A, 0xFF, 0x2F, 0x09, 1}), 5, "more than 12288 usages"},
-      {"a range that passes 2^32", bytes_of({0x1B, 0xFE, 0xFF, 0xFF, 0xFF, 0x2B, 0xFF, 0xFF, 0xFF, 0xFF}), 5, "more than 12288 usages"},
+      {"a range that passes 2^32", bytes_of({0x1B, 0xFE, 0xFF, 0xFF, 0xFF, 0x2B, 0xFF, 0xFF, 0xFF, 0xFF}), 5,
+       "more than 12288 usages"},
       {"a range without room", bytes_of({0x1B, 0x01, 0xD0, 0xFF, 0xFF, 0x29, 1}), 5, "no room is left"},
   }};
   for (const Malformed& row : rows) {
@@ -152,7 +155,7 @@ TEST_CASE("every kind of malformed descriptor is refused at its byte") {
 
 TEST_CASE("one short of each limit is accepted") {
   CHECK(parsed(repeated({0xC3, 0, 0, 0, 0}, 0) + repeated({0xA4, 0xB4}, 2048)).fields.empty());  // 4096 bytes
-  CHECK(parsed(bytes_of({0x76, 0, 1, 0x96, 0, 0x30})).fields.empty());                          // 256 bits, 12288 elements
+  CHECK(parsed(bytes_of({0x76, 0, 1, 0x96, 0, 0x30})).fields.empty());                           // 256 bits, 12288 elements
   CHECK(parsed(repeated({0xA4}, 4)).fields.empty());
   CHECK(parsed(bytes_of({0x85, 1, 0x85, 255})).fields.empty());
   const ReportDescriptor longest = parsed(bytes_of({0x75, 8, 0x96, 0xFF, 0x2F, 0x81, 2, 0x96, 0, 0x10, 0x81, 2}));
@@ -189,9 +192,11 @@ TEST_CASE("a unit exponent is a nibble up to 15 and taken as it is otherwise") {
 
 TEST_CASE("the last usage belongs to all further elements and usages beyond the count stay for arrays") {
   const ReportDescriptor few = parsed_items({0x75, 1, 0x95, 8, 0x09, 0x30, 0x09, 0x31, 0x81, 2});
-  CHECK(usages_of(few.fields.front()) == std::vector<std::uint32_t>{0x10030, 0x10031, 0x10031, 0x10031, 0x10031, 0x10031, 0x10031, 0x10031});
+  CHECK(usages_of(few.fields.front()) ==
+        std::vector<std::uint32_t>{0x10030, 0x10031, 0x10031, 0x10031, 0x10031, 0x10031, 0x10031, 0x10031});
   CHECK(few.find(ReportType::input, 0, 0x10031)->index == 1);
-  const ReportDescriptor many = parsed_items({0x75, 8, 0x95, 1, 0x19, 0x30, 0x29, 0x33, 0x81, 0, 0x19, 0x40, 0x29, 0x43, 0x81, 2});
+  const ReportDescriptor many =
+      parsed_items({0x75, 8, 0x95, 1, 0x19, 0x30, 0x29, 0x33, 0x81, 0, 0x19, 0x40, 0x29, 0x43, 0x81, 2});
   CHECK(usages_of(many.fields[0]) == std::vector<std::uint32_t>{0x10030, 0x10031, 0x10032, 0x10033});
   CHECK(many.find(ReportType::input, 0, 0x10033)->field == &many.fields[0]);  // an array selects it
   CHECK(many.find(ReportType::input, 0, 0x10040)->field == &many.fields[1]);
@@ -199,11 +204,12 @@ TEST_CASE("the last usage belongs to all further elements and usages beyond the 
 }
 
 TEST_CASE("short usages take the page in force at their main item and long ones keep their own") {
-  const ReportDescriptor descriptor =
-      parsed_items({0x75, 8, 0x95, 4, 0x09, 0x30, 0x0A, 0x31, 0x00, 0x0B, 0x22, 0, 0x0F, 0, 0x05, 0x02, 0x09, 0x32, 0x81, 2});
+  const ReportDescriptor descriptor = parsed_items(
+      {0x75, 8, 0x95, 4, 0x09, 0x30, 0x0A, 0x31, 0x00, 0x0B, 0x22, 0, 0x0F, 0, 0x05, 0x02, 0x09, 0x32, 0x81, 2});
   // Looked at from the last, a usage that has the page already ends the search: the ones before it keep page 1, as in Linux.
   CHECK(usages_of(descriptor.fields.front()) == std::vector<std::uint32_t>{0x10030, 0x10031, 0xF0022, 0x20032});
-  const ReportDescriptor late = parsed_items({0x75, 8, 0x95, 3, 0x09, 0x30, 0x0B, 0x22, 0, 0x0F, 0, 0x09, 0x32, 0x05, 0x02, 0x81, 2});
+  const ReportDescriptor late =
+      parsed_items({0x75, 8, 0x95, 3, 0x09, 0x30, 0x0B, 0x22, 0, 0x0F, 0, 0x09, 0x32, 0x05, 0x02, 0x81, 2});
   CHECK(usages_of(late.fields.front()) == std::vector<std::uint32_t>{0x20030, 0xF0022, 0x20032});
 }
 
@@ -219,7 +225,8 @@ TEST_CASE("a usage range gives what its usages one by one would up to the ends o
     }
   }
   const auto usages = [](std::initializer_list<int> items) {
-    return usages_of(parsed(bytes_of({0x05, 0x09, 0x75, 1, 0x95, 1}) + bytes_of(items) + bytes_of({0x81, 0})).fields.front());
+    return usages_of(
+        parsed(bytes_of({0x05, 0x09, 0x75, 1, 0x95, 1}) + bytes_of(items) + bytes_of({0x81, 0})).fields.front());
   };
   // With four bytes a range goes on over the end of its page.
   CHECK(usages({0x1B, 0xFF, 0xFF, 0, 0, 0x2B, 0, 0, 1, 0}) == std::vector<std::uint32_t>{0xFFFF, 0x10000});
@@ -233,36 +240,41 @@ TEST_CASE("padding takes its bits and is no field and so is a 257th field of a r
   const ReportDescriptor padded = parsed_items({0x75, 3, 0x95, 1, 0x81, 3, 0x75, 5, 0x09, 0x30, 0x81, 2});
   REQUIRE(padded.fields.size() == 1);
   CHECK((padded.fields.front().bit_offset == 3 && padded.report(ReportType::input, 0)->bits == 8));
-  const ReportDescriptor many = parsed(bytes_of({0x75, 1, 0x95, 1}) + repeated({0x09, 1, 0x81, 2}, 300) + bytes_of({0x09, 1, 0x91, 2}));
+  const ReportDescriptor many =
+      parsed(bytes_of({0x75, 1, 0x95, 1}) + repeated({0x09, 1, 0x81, 2}, 300) + bytes_of({0x09, 1, 0x91, 2}));
   CHECK((many.fields.size() == 257 && many.report(ReportType::input, 0)->bits == 300));
 }
 
 TEST_CASE("reserved items and unknown main and local ones and alternative usages are skipped") {
-  const ReportDescriptor descriptor = parsed_items({0x0D, 9, 0x71, 3, 0x39, 4, 0x75, 8, 0x95, 2, 0xA9, 1, 0x09, 0x30, 0xA9, 0, 0xA9, 1,
-                                                    0x09, 0x31, 0x19, 1, 0x29, 9, 0xA9, 0, 0x81, 2});
+  const ReportDescriptor descriptor = parsed_items({0x0D, 9, 0x71, 3, 0x39, 4,    0x75, 8, 0x95, 2, 0xA9, 1, 0x09, 0x30,
+                                                    0xA9, 0, 0xA9, 1, 0x09, 0x31, 0x19, 1, 0x29, 9, 0xA9, 0, 0x81, 2});
   // The unknown main item at the front ended no collection; the second set of usages does not count.
   CHECK(usages_of(descriptor.fields.front()) == std::vector<std::uint32_t>{0x10030, 0x10030});
 }
 
 TEST_CASE("push and pop keep every global item") {
-  const ReportDescriptor descriptor = parsed_items(
-      {0x85, 3, 0x15, 0xFF, 0x25, 1, 0x35, 2, 0x45, 9, 0x55, 2, 0x65, 0x11, 0x75, 8, 0x95, 2, 0xA4, 0x05, 9, 0x85, 4, 0x15, 0, 0x25, 9,
-       0x35, 0, 0x45, 0, 0x55, 0, 0x65, 0, 0x75, 4, 0x95, 1, 0x09, 1, 0x81, 2, 0xB4, 0x09, 0x30, 0x81, 6});
+  const ReportDescriptor descriptor =
+      parsed_items({0x85, 3,    0x15, 0xFF, 0x25, 1,    0x35, 2,    0x45, 9,    0x55, 2,    0x65, 0x11, 0x75, 8,
+                    0x95, 2,    0xA4, 0x05, 9,    0x85, 4,    0x15, 0,    0x25, 9,    0x35, 0,    0x45, 0,    0x55,
+                    0,    0x65, 0,    0x75, 4,    0x95, 1,    0x09, 1,    0x81, 2,    0xB4, 0x09, 0x30, 0x81, 6});
   REQUIRE(descriptor.fields.size() == 2);
   CHECK(static_cast<FieldLayout>(descriptor.fields[0]) == FieldLayout{ReportType::input, 4, 0, 4, 1, 2, 0, 9, 0, 0, 0, 0});
-  CHECK(static_cast<FieldLayout>(descriptor.fields[1]) == FieldLayout{ReportType::input, 3, 0, 8, 2, 6, -1, 1, 2, 9, 2, 0x11});
+  CHECK(static_cast<FieldLayout>(descriptor.fields[1]) ==
+        FieldLayout{ReportType::input, 3, 0, 8, 2, 6, -1, 1, 2, 9, 2, 0x11});
   CHECK((descriptor.fields[1].relative() && descriptor.fields[1].usages[0] == 0x10030));
 }
 
 TEST_CASE("a field knows the collections around it") {
-  const ReportDescriptor descriptor = parsed_items({0x05, 0x0F, 0x09, 0x21, 0xA1, 2, 0x09, 0x57, 0xA1, 2, 0x75, 8, 0x95, 1, 0x0B, 1, 0, 0x0A, 0,
-                                                    0x91, 2, 0xC0, 0x09, 0x50, 0x91, 2, 0xC0});
+  const ReportDescriptor descriptor =
+      parsed_items({0x05, 0x0F, 0x09, 0x21, 0xA1, 2,    0x09, 0x57, 0xA1, 2,    0x75, 8, 0x95, 1,
+                    0x0B, 1,    0,    0x0A, 0,    0x91, 2,    0xC0, 0x09, 0x50, 0x91, 2, 0xC0});
   REQUIRE(descriptor.fields.size() == 2);
   const std::vector<HidCollection> collections{{1, 0x10004, -1}, {2, 0xF0021, 0}, {2, 0xF0057, 1}};
   CHECK(descriptor.collections == collections);
   CHECK((descriptor.is_within(descriptor.fields[0], 0xF0057) && descriptor.is_within(descriptor.fields[0], 0xF0021)));
   CHECK_FALSE(descriptor.is_within(descriptor.fields[1], 0xF0057));
-  CHECK((descriptor.enclosing(descriptor.fields[0], 2) == 0xF0057 && descriptor.enclosing(descriptor.fields[0], 1) == 0x10004));
+  CHECK((descriptor.enclosing(descriptor.fields[0], 2) == 0xF0057 &&
+         descriptor.enclosing(descriptor.fields[0], 1) == 0x10004));
   CHECK(descriptor.enclosing(descriptor.fields[0], 0) == 0);
 }
 
@@ -311,13 +323,21 @@ class Generator {
 
   void part() {
     switch (below(6)) {
-      case 0: open(); break;
+      case 0:
+        open();
+        break;
       case 1:
         if (depth_ > 1) close();
         break;
-      case 2: page(1 + below(0xFFFF)); break;
-      case 3: pushed_field(); break;
-      default: field(); break;
+      case 2:
+        page(1 + below(0xFFFF));
+        break;
+      case 3:
+        pushed_field();
+        break;
+      default:
+        field();
+        break;
     }
   }
 
@@ -346,7 +366,8 @@ class Generator {
       add(bytes, kReportId, layout_.id, size_from(1));
     }
     if (below(2)) set_range(kLogicalMinimum, kLogicalMaximum, layout_.logical_minimum, layout_.logical_maximum, kTwo31 - 1);
-    if (below(3) == 0) set_range(kPhysicalMinimum, kPhysicalMaximum, layout_.physical_minimum, layout_.physical_maximum, 100'000);
+    if (below(3) == 0)
+      set_range(kPhysicalMinimum, kPhysicalMaximum, layout_.physical_minimum, layout_.physical_maximum, 100'000);
     if (below(3) == 0) {
       layout_.unit = static_cast<std::uint32_t>(random_());
       add(bytes, kUnit, layout_.unit, 4);
@@ -457,8 +478,9 @@ TEST_CASE("a valid descriptor cut off anywhere after its first items is refused 
 TEST_CASE("a million random byte strings are parsed or refused and no value of what was parsed traps") {
   std::mt19937_64 random(3);
   // Items that fit together come up too seldom in plain noise; half of the bytes are prefixes in use.
-  const Bytes prefixes = bytes_of({0x05, 0x06, 0x09, 0x0A, 0x0B, 0x15, 0x16, 0x17, 0x19, 0x1A, 0x25, 0x26, 0x27, 0x29, 0x2A, 0x35, 0x45, 0x55,
-                                   0x65, 0x75, 0x81, 0x85, 0x91, 0x95, 0xA1, 0xA4, 0xA9, 0xB1, 0xB4, 0xC0, 0xC0, 0xC0});
+  const Bytes prefixes =
+      bytes_of({0x05, 0x06, 0x09, 0x0A, 0x0B, 0x15, 0x16, 0x17, 0x19, 0x1A, 0x25, 0x26, 0x27, 0x29, 0x2A, 0x35,
+                0x45, 0x55, 0x65, 0x75, 0x81, 0x85, 0x91, 0x95, 0xA1, 0xA4, 0xA9, 0xB1, 0xB4, 0xC0, 0xC0, 0xC0});
   int accepted = 0;
   for (int i = 0; i < 1'000'000; ++i) {
     std::array<std::byte, 24> bytes;
@@ -469,7 +491,8 @@ TEST_CASE("a million random byte strings are parsed or refused and no value of w
     }
     const ParsedDescriptor result = parse_report_descriptor(std::span(bytes).first(size));
     if (result.error) {
-      if (result.error->offset > size || result.error->message.empty()) FAIL("an error without a place or words at draw " << i);
+      if (result.error->offset > size || result.error->message.empty())
+        FAIL("an error without a place or words at draw " << i);
       continue;
     }
     accepted += !result.value.fields.empty();
@@ -477,7 +500,8 @@ TEST_CASE("a million random byte strings are parsed or refused and no value of w
     for (const HidField& field : result.value.fields) {
       REQUIRE(field.usages.size() >= 1);
       for (std::uint32_t index = 0; index < std::min<std::uint32_t>(field.count, 4); ++index) {
-        if (const auto low = nearest(field, field.logical_minimum); low && set(report, field, index, *low)) REQUIRE(get(report, field, index) == low);
+        if (const auto low = nearest(field, field.logical_minimum); low && set(report, field, index, *low))
+          REQUIRE(get(report, field, index) == low);
       }
     }
   }

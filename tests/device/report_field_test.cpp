@@ -1,6 +1,5 @@
-#include <catch2/catch.hpp>
-
 #include <array>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -30,12 +29,15 @@ FieldLayout field_of(std::uint32_t bits, std::uint32_t bit_offset, std::int64_t 
 /// The full range of `bits` bits.
 FieldLayout full_field(std::uint32_t bits, std::uint32_t bit_offset, bool is_signed, std::uint32_t count = 1) {
   const std::int64_t range = std::int64_t{1} << bits;
-  return is_signed ? field_of(bits, bit_offset, -range / 2, range / 2 - 1, count) : field_of(bits, bit_offset, 0, range - 1, count);
+  return is_signed ? field_of(bits, bit_offset, -range / 2, range / 2 - 1, count)
+                   : field_of(bits, bit_offset, 0, range - 1, count);
 }
 
 using Report = std::array<std::byte, 16>;
 
-bool bit(const Report& report, std::size_t index) { return (std::to_integer<unsigned>(report[index / 8]) >> (index % 8) & 1) != 0; }
+bool bit(const Report& report, std::size_t index) {
+  return (std::to_integer<unsigned>(report[index / 8]) >> (index % 8) & 1) != 0;
+}
 
 /// One bit after the other.
 std::int64_t oracle(const Report& report, std::size_t first, std::uint32_t bits, bool is_signed) {

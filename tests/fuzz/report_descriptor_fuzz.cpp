@@ -1,7 +1,9 @@
-// Any bytes as a report descriptor: parsed or refused, and every field of what was parsed is set and got.
+// Any bytes as a report descriptor: parsed or refused, and every field of what was parsed is set and got; and where
+// a PID device would want what.
 #include <algorithm>
 #include <cmath>
 
+#include "evenstep/device/hid/pid_layout.h"
 #include "evenstep/device/hid/report_descriptor.h"
 #include "property.h"
 
@@ -37,7 +39,8 @@ void set_and_get(std::span<std::byte> report, const HidField& field, std::uint32
     require(!std::isnan(physical), "a physical value is not a number");
     const auto back = to_logical(field, physical);
     require(!back || can_hold(field, *back), "a logical value does not fit");
-    if (const auto usage = selected(field, *value)) require(selector(field, *usage).has_value(), "a selected usage cannot be selected");
+    if (const auto usage = selected(field, *value))
+      require(selector(field, *usage).has_value(), "a selected usage cannot be selected");
   }
 }
 
@@ -51,6 +54,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(parsed.value.fields.empty() && parsed.value.reports.empty(), "a refused descriptor with reports");
     return 0;
   }
+  const PidLayoutOrMissing pid = pid_layout(parsed.value);
+  require(pid.layout.has_value() == pid.missing.empty(), "neither a layout nor what is missing");
   std::vector<std::byte> bytes(kLongestReport);
   for (const HidField& field : parsed.value.fields) {
     require_sound(parsed.value, field);

@@ -29,7 +29,9 @@ double fraction_of(const FieldLayout& field, std::int64_t value) {
 double deflection(const FieldLayout& field, std::int64_t value) { return 2 * fraction_of(field, value) - 1; }
 
 /// Reports may replace one another while they wait only if their second byte is the effect block.
-bool names_block_second(const PidValue& block) { return block.field.bit_offset == 0 && block.field.bits == 8 && block.index == 0; }
+bool names_block_second(const PidValue& block) {
+  return block.field.bit_offset == 0 && block.field.bits == 8 && block.index == 0;
+}
 
 /// Degrees from north, clockwise, of a force along X or Y.
 constexpr std::array<double, 2> kDirection_deg{90, 0};
@@ -43,7 +45,7 @@ struct PidDriver::Condition {
 
 PidDriver::PidDriver(HidTransport& transport, PidLayout layout, const PidOptions& options)
     : transport_(transport), layout_(std::move(layout)), options_(options) {
-  require_axes();
+  check_options();
   std::size_t longest = 1;
   for (const PidReport& input : layout_.inputs) longest = std::max(longest, input.size);
   input_.resize(longest);
@@ -51,8 +53,9 @@ PidDriver::PidDriver(HidTransport& transport, PidLayout layout, const PidOptions
 
 PidDriver::~PidDriver() { stop(); }
 
-void PidDriver::require_axes() const {
-  if (!(options_.gain > 0 && options_.gain <= 1)) fail(fmt::format("gain is {}; it must be above 0 and at most 1", options_.gain));
+void PidDriver::check_options() const {
+  if (!(options_.gain > 0 && options_.gain <= 1))
+    fail(fmt::format("gain is {}; it must be above 0 and at most 1", options_.gain));
   if (options_.full_scale_N && !(*options_.full_scale_N > 0 && std::isfinite(*options_.full_scale_N))) {
     fail(fmt::format("full_scale_N is {}; it must be above 0", *options_.full_scale_N));
   }
@@ -63,7 +66,8 @@ void PidDriver::require_axes() const {
     if (!(travel_m >= 0 && std::isfinite(travel_m))) fail(fmt::format("travel_m of axis {} is {}", "XYZ"[axis], travel_m));
     if (!is_used(axis)) continue;
     any = true;
-    if (!layout_.position[axis]) fail(fmt::format("axis {} has a travel, but no input report has it; give it a travel of 0", "XYZ"[axis]));
+    if (!layout_.position[axis])
+      fail(fmt::format("axis {} has a travel, but no input report has it; give it a travel of 0", "XYZ"[axis]));
   }
   if (!any) fail("no axis has a travel: give travel_m for at least one of X, Y, Z");
 }
@@ -157,7 +161,9 @@ void PidDriver::ask_pool() {
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) needed += is_used(axis) ? 1 + has_springs() : 0;
   if (!layout_.pool->simultaneous) return;
   const std::int64_t simultaneous = get(report, *layout_.pool->simultaneous).value_or(needed);
-  if (simultaneous < needed) fail(fmt::format("the device plays {} effects at once, {} are needed: use fewer axes or no springs", simultaneous, needed));
+  if (simultaneous < needed)
+    fail(fmt::format("the device plays {} effects at once, {} are needed: use fewer axes or no springs", simultaneous,
+                     needed));
 }
 
 void PidDriver::create(std::size_t axis, bool is_spring) {
@@ -183,18 +189,25 @@ std::uint8_t PidDriver::allocate(bool is_spring) {
 
 std::uint8_t PidDriver::loaded_block() {
   const PidBlockLoad& load = *layout_.block_load;
-  const auto says = [&](std::span<const std::byte> report, const std::optional<PidChoice>& status) { return status && is_chosen(report, *status); };
+  const auto says = [&](std::span<const std::byte> report, const std::optional<PidChoice>& status) {
+    return status && is_chosen(report, *status);
+  };
   for (int asked = 0; asked < options_.block_load_tries; ++asked) {
     const auto report = compose(load.report);
     const HidFeature got = transport_.get_feature(report);
     if (got.status == HidFeature::Status::gone) gone();
     if (got.status != HidFeature::Status::ok || got.size < report.size()) continue;
     const auto block = static_cast<std::uint8_t>(get(report, load.block).value_or(0));
-    if (says(report, load.full)) throw PidBlockLoadError(transport_.info().path + ": the device has no room for another effect", PidBlockLoadError::Reason::full);
-    if (says(report, load.error)) throw PidBlockLoadError(transport_.info().path + ": the device reports an error on loading an effect", PidBlockLoadError::Reason::error);
+    if (says(report, load.full))
+      throw PidBlockLoadError(transport_.info().path + ": the device has no room for another effect",
+                              PidBlockLoadError::Reason::full);
+    if (says(report, load.error))
+      throw PidBlockLoadError(transport_.info().path + ": the device reports an error on loading an effect",
+                              PidBlockLoadError::Reason::error);
     if (block != 0 && (!load.success || says(report, load.success))) return block;
   }
-  throw PidBlockLoadError(fmt::format("{}: the device did not say in {} tries whether an effect was loaded", transport_.info().path, options_.block_load_tries),
+  throw PidBlockLoadError(fmt::format("{}: the device did not say in {} tries whether an effect was loaded",
+                                      transport_.info().path, options_.block_load_tries),
                           PidBlockLoadError::Reason::no_answer);
 }
 
@@ -226,7 +239,8 @@ void PidDriver::address(std::span<std::byte> report, std::size_t axis) const {
   const PidSetEffect& layout = layout_.set_effect;
   const bool by_direction = !layout.directions.empty() && axis < kDirection_deg.size();
   if (!layout.axis_enable[axis] && !by_direction && axis > 0) {
-    fail(fmt::format("axis {} of an effect can be said neither by Axes Enable nor by Direction: give it a travel of 0", "XYZ"[axis]));
+    fail(fmt::format("axis {} of an effect can be said neither by Axes Enable nor by Direction: give it a travel of 0",
+                     "XYZ"[axis]));
   }
   if (layout.axis_enable[axis]) set_nearest(report, *layout.axis_enable[axis], 1);
   if (!by_direction) return;
@@ -271,14 +285,20 @@ DeviceSample PidDriver::read(RealTime now) {
 
 /// A report without ids has no first byte to tell; such a device has one input report.
 void PidDriver::take(std::span<const std::byte> bytes) {
-  const bool numbered = std::any_of(layout_.inputs.begin(), layout_.inputs.end(), [](const PidReport& input) { return input.id != 0; });
+  const bool numbered =
+      std::any_of(layout_.inputs.begin(), layout_.inputs.end(), [](const PidReport& input) { return input.id != 0; });
   const auto id = numbered && !bytes.empty() ? std::to_integer<std::uint8_t>(bytes[0]) : std::uint8_t{0};
-  const auto known = std::find_if(layout_.inputs.begin(), layout_.inputs.end(), [&](const PidReport& input) { return input.id == id; });
+  const auto known =
+      std::find_if(layout_.inputs.begin(), layout_.inputs.end(), [&](const PidReport& input) { return input.id == id; });
   if (known == layout_.inputs.end() || bytes.size() < known->size) {
     ++counters_.malformed;
     return;
   }
   if (layout_.state && layout_.state->report.id == id) take_state(bytes);
+  take_positions(id, bytes);
+}
+
+void PidDriver::take_positions(std::uint8_t id, std::span<const std::byte> bytes) {
   bool positions = false;
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
     const auto& position = layout_.position[axis];
@@ -308,14 +328,16 @@ void PidDriver::take_state(std::span<const std::byte> bytes) {
 }
 
 void PidDriver::require_writable() const {
-  if (is_read_only()) fail("a force cannot be written: PID devices have no newtons; give full_scale_N, the force of the largest magnitude");
+  if (is_read_only())
+    fail("a force cannot be written: PID devices have no newtons; give full_scale_N, the force of the largest magnitude");
   if (!started_) fail("a force cannot be written before start() or after stop()");
 }
 
 void PidDriver::write(const glm::dvec3& force_N) {
   require_writable();
   assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));
-  const bool silent = state_.paused == true || state_.actuators_enabled == false || state_.safety_switch == false || state_.actuator_power == false;
+  const bool silent = state_.paused == true || state_.actuators_enabled == false || state_.safety_switch == false ||
+                      state_.actuator_power == false;
   if (silent) ++pid_counters_.unpowered;
   bool saturated = false;
   for (Effect& effect : effects_) {
@@ -331,7 +353,8 @@ void PidDriver::write(const glm::dvec3& force_N) {
 std::span<std::byte> PidDriver::constant_force(const Effect& effect, double force_N) {
   const auto report = compose(layout_.set_constant.report);
   const PidValue& magnitude = layout_.set_constant.magnitude;
-  const double wanted_N = std::clamp(force_N, -largest_force_N_, largest_force_N_) * (options_.reversed_force[effect.axis] ? -1 : 1);
+  const double wanted_N =
+      std::clamp(force_N, -largest_force_N_, largest_force_N_) * (options_.reversed_force[effect.axis] ? -1 : 1);
   const auto most = static_cast<double>(std::min(magnitude.field.logical_maximum, -magnitude.field.logical_minimum));
   set_nearest(report, layout_.set_constant.block, effect.block);
   set_nearest(report, magnitude, rounded(wanted_N / device_force_N_ * most));
@@ -361,7 +384,8 @@ void PidDriver::refresh() {
 
 double PidDriver::largest_slope_N_per_m(int axis) const {
   const double full_scale_N = *options_.full_scale_N;
-  const double full = options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[axis] : full_scale_N / (options_.travel_m[axis] / 2);
+  const double full =
+      options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[axis] : full_scale_N / (options_.travel_m[axis] / 2);
   return full * (device_force_N_ / full_scale_N);
 }
 
@@ -379,19 +403,27 @@ std::optional<PidDriver::Condition> PidDriver::counts_of(const DeviceSpring& wan
   Condition condition;
   if (layout.center) condition.center = counts(wanted.center_m[axis] / half_travel_m, layout.center->field);
   condition.above = counts(above / slope, layout.positive_coefficient.field);
-  condition.below = layout.negative_coefficient ? counts(below / slope, layout.negative_coefficient->field) : condition.above;
-  if (layout.positive_saturation) condition.saturation = counts(limit_N / device_force_N_, layout.positive_saturation->field);
+  condition.below =
+      layout.negative_coefficient ? counts(below / slope, layout.negative_coefficient->field) : condition.above;
+  if (layout.positive_saturation)
+    condition.saturation = counts(limit_N / device_force_N_, layout.positive_saturation->field);
   return condition;
 }
 
 void PidDriver::render(const Condition& counts, DeviceSpring& rendered, int axis) const {
   const PidSetCondition& layout = *layout_.set_condition;
-  const auto fraction = [](std::int64_t value, const FieldLayout& field) { return static_cast<double>(value) / static_cast<double>(field.logical_maximum); };
+  const auto fraction = [](std::int64_t value, const FieldLayout& field) {
+    return static_cast<double>(value) / static_cast<double>(field.logical_maximum);
+  };
   const double slope = largest_slope_N_per_m(axis);
   if (layout.center) rendered.center_m[axis] = fraction(counts.center, layout.center->field) * (options_.travel_m[axis] / 2);
   rendered.above_N_per_m[axis] = fraction(counts.above, layout.positive_coefficient.field) * slope;
-  rendered.below_N_per_m[axis] = layout.negative_coefficient ? fraction(counts.below, layout.negative_coefficient->field) * slope : rendered.above_N_per_m[axis];
-  rendered.limit_N[axis] = layout.positive_saturation ? fraction(counts.saturation, layout.positive_saturation->field) * device_force_N_ : device_force_N_;
+  rendered.below_N_per_m[axis] = layout.negative_coefficient
+                                     ? fraction(counts.below, layout.negative_coefficient->field) * slope
+                                     : rendered.above_N_per_m[axis];
+  rendered.limit_N[axis] = layout.positive_saturation
+                               ? fraction(counts.saturation, layout.positive_saturation->field) * device_force_N_
+                               : device_force_N_;
 }
 
 DeviceSpring PidDriver::write_spring(const DeviceSpring& wanted) {
@@ -480,6 +512,8 @@ void PidDriver::try_command(const std::optional<PidChoice>& what) noexcept {
 
 void PidDriver::fail(const std::string& what) const { throw DeviceError(transport_.info().path + ": " + what); }
 
-void PidDriver::gone() const { fail("device '" + transport_.info().product + "' is gone (unplugged or reset); plug it in and run again"); }
+void PidDriver::gone() const {
+  fail("device '" + transport_.info().product + "' is gone (unplugged or reset); plug it in and run again");
+}
 
 }  // namespace evenstep

@@ -9,22 +9,60 @@ namespace {
 using pid::kPage;
 
 enum Usage : std::uint32_t {
-  kSetEffect = kPage | 0x21, kBlock = kPage | 0x22, kParameterBlock = kPage | 0x23, kConstant = kPage | 0x26, kSpring = kPage | 0x40,
-  kDuration = kPage | 0x50, kSamplePeriod = kPage | 0x51, kGain = kPage | 0x52, kTriggerButton = kPage | 0x53,
-  kTriggerRepeat = kPage | 0x54, kAxesEnable = kPage | 0x55, kDirectionEnable = kPage | 0x56, kDirection = kPage | 0x57,
+  kSetEffect = kPage | 0x21,
+  kBlock = kPage | 0x22,
+  kParameterBlock = kPage | 0x23,
+  kConstant = kPage | 0x26,
+  kSpring = kPage | 0x40,
+  kDuration = kPage | 0x50,
+  kSamplePeriod = kPage | 0x51,
+  kGain = kPage | 0x52,
+  kTriggerButton = kPage | 0x53,
+  kTriggerRepeat = kPage | 0x54,
+  kAxesEnable = kPage | 0x55,
+  kDirectionEnable = kPage | 0x56,
+  kDirection = kPage | 0x57,
   kStartDelay = kPage | 0xA7,
-  kSetCondition = kPage | 0x5F, kCenter = kPage | 0x60, kPositiveCoefficient = kPage | 0x61, kNegativeCoefficient = kPage | 0x62,
-  kPositiveSaturation = kPage | 0x63, kNegativeSaturation = kPage | 0x64, kDeadBand = kPage | 0x65,
-  kMagnitude = kPage | 0x70, kSetConstant = kPage | 0x73,
-  kOperation = kPage | 0x77, kStart = kPage | 0x79, kStop = kPage | 0x7B, kLoopCount = kPage | 0x7C,
-  kDeviceGainReport = kPage | 0x7D, kDeviceGain = kPage | 0x7E,
-  kPool = kPage | 0x7F, kRamSize = kPage | 0x80, kSimultaneous = kPage | 0x83, kDeviceManaged = kPage | 0xA9,
-  kBlockLoad = kPage | 0x89, kSuccess = kPage | 0x8C, kFull = kPage | 0x8D, kError = kPage | 0x8E, kRamAvailable = kPage | 0xAC,
-  kBlockFree = kPage | 0x90, kState = kPage | 0x92, kEffectPlaying = kPage | 0x94,
-  kEnableActuators = kPage | 0x97, kDisableActuators = kPage | 0x98, kStopAll = kPage | 0x99, kReset = kPage | 0x9A,
-  kPause = kPage | 0x9B, kResume = kPage | 0x9C,
-  kPaused = kPage | 0x9F, kActuatorsEnabled = kPage | 0xA0, kSafetySwitch = kPage | 0xA4, kOverrideSwitch = kPage | 0xA5,
-  kActuatorPower = kPage | 0xA6, kCreateEffect = kPage | 0xAB, kByteCount = 0x01003B,
+  kSetCondition = kPage | 0x5F,
+  kCenter = kPage | 0x60,
+  kPositiveCoefficient = kPage | 0x61,
+  kNegativeCoefficient = kPage | 0x62,
+  kPositiveSaturation = kPage | 0x63,
+  kNegativeSaturation = kPage | 0x64,
+  kDeadBand = kPage | 0x65,
+  kMagnitude = kPage | 0x70,
+  kSetConstant = kPage | 0x73,
+  kOperation = kPage | 0x77,
+  kStart = kPage | 0x79,
+  kStop = kPage | 0x7B,
+  kLoopCount = kPage | 0x7C,
+  kDeviceGainReport = kPage | 0x7D,
+  kDeviceGain = kPage | 0x7E,
+  kPool = kPage | 0x7F,
+  kRamSize = kPage | 0x80,
+  kSimultaneous = kPage | 0x83,
+  kDeviceManaged = kPage | 0xA9,
+  kBlockLoad = kPage | 0x89,
+  kSuccess = kPage | 0x8C,
+  kFull = kPage | 0x8D,
+  kError = kPage | 0x8E,
+  kRamAvailable = kPage | 0xAC,
+  kBlockFree = kPage | 0x90,
+  kState = kPage | 0x92,
+  kEffectPlaying = kPage | 0x94,
+  kEnableActuators = kPage | 0x97,
+  kDisableActuators = kPage | 0x98,
+  kStopAll = kPage | 0x99,
+  kReset = kPage | 0x9A,
+  kPause = kPage | 0x9B,
+  kResume = kPage | 0x9C,
+  kPaused = kPage | 0x9F,
+  kActuatorsEnabled = kPage | 0xA0,
+  kSafetySwitch = kPage | 0xA4,
+  kOverrideSwitch = kPage | 0xA5,
+  kActuatorPower = kPage | 0xA6,
+  kCreateEffect = kPage | 0xAB,
+  kByteCount = 0x01003B,
 };
 
 /// The fields of one report: those of a type within a collection, with the id of the first.
@@ -71,7 +109,8 @@ class Scope {
   static std::optional<std::uint32_t> selector_of(const HidField& array, std::uint32_t usage) {
     const auto value = selector(array, usage);
     if (!value || array.count == 0) return std::nullopt;
-    const bool zero_is_none = array.logical_minimum == 0 && array.logical_maximum == static_cast<std::int64_t>(array.usages.size());
+    const bool zero_is_none =
+        array.logical_minimum == 0 && array.logical_maximum == static_cast<std::int64_t>(array.usages.size());
     return static_cast<std::uint32_t>(*value + (zero_is_none ? 1 : 0));
   }
 
@@ -96,16 +135,18 @@ class Requirements {
   std::vector<std::string>& missing_;
 };
 
-/// All elements within a collection of the scope: of Axes Enable by axis, of Direction in their order.
+/// The first elements within a collection of the scope, or with its usage, with their own usages.
 std::vector<std::pair<std::uint32_t, PidValue>> elements_within(const ReportDescriptor& descriptor, const Scope& scope,
                                                                 std::uint32_t collection) {
   std::vector<std::pair<std::uint32_t, PidValue>> found;
   for (const HidField* field : scope.fields()) {
     if (!field->variable() || field->bits == 0 || field->bits > 32) continue;
-    for (std::uint32_t i = 0; i < field->count; ++i) {
-      if (descriptor.is_within(*field, collection) || field->usages[i] == collection) found.push_back({field->usages[i], {*field, i}});
-      if (found.size() == pid::kAxes) return found;
+    if (!descriptor.is_within(*field, collection)) {
+      if (const auto index = field->usages.find(collection, field->count)) found.push_back({collection, {*field, *index}});
+      continue;
     }
+    for (std::uint32_t i = 0; i < field->count && found.size() < pid::kAxes; ++i)
+      found.push_back({field->usages[i], {*field, i}});
   }
   return found;
 }
@@ -117,7 +158,8 @@ PidSetEffect set_effect_of(const ReportDescriptor& descriptor, Requirements& nee
   if (!scope.exists()) return effect;
   effect.report = scope.report();
   effect.block = needs.need(scope.value(kBlock), "an Effect Block Index (0x0F0022) in Set Effect");
-  effect.constant = needs.need(scope.choice(kConstant), "an Effect Type that selects Constant Force (0x0F0026) in Set Effect");
+  effect.constant =
+      needs.need(scope.choice(kConstant), "an Effect Type that selects Constant Force (0x0F0026) in Set Effect");
   effect.spring = scope.choice(kSpring);
   effect.duration = scope.value(kDuration);
   effect.trigger_repeat = scope.value(kTriggerRepeat);
@@ -127,7 +169,8 @@ PidSetEffect set_effect_of(const ReportDescriptor& descriptor, Requirements& nee
   effect.trigger_button = scope.value(kTriggerButton);
   effect.direction_enable = scope.value(kDirectionEnable);
   for (const auto& [usage, value] : elements_within(descriptor, scope, kAxesEnable)) {
-    if (usage >= pid::kFirstAxis && usage < pid::kFirstAxis + pid::kAxes) effect.axis_enable[usage - pid::kFirstAxis] = value;
+    if (usage >= pid::kFirstAxis && usage < pid::kFirstAxis + pid::kAxes)
+      effect.axis_enable[usage - pid::kFirstAxis] = value;
   }
   for (const auto& [usage, value] : elements_within(descriptor, scope, kDirection)) effect.directions.push_back(value);
   return effect;
@@ -137,7 +180,8 @@ PidSetConstant set_constant_of(const ReportDescriptor& descriptor, Requirements&
   const Scope scope(descriptor, ReportType::output, kSetConstant);
   needs.need(scope.exists(), "a Set Constant Force output report (usage 0x0F0073)");
   if (!scope.exists()) return {};
-  const PidSetConstant constant{scope.report(), needs.need(scope.value(kBlock), "an Effect Block Index (0x0F0022) in Set Constant Force"),
+  const PidSetConstant constant{scope.report(),
+                                needs.need(scope.value(kBlock), "an Effect Block Index (0x0F0022) in Set Constant Force"),
                                 needs.need(scope.value(kMagnitude), "a Magnitude (0x0F0070) in Set Constant Force")};
   const FieldLayout& magnitude = constant.magnitude.field;
   if (magnitude.bits > 0) {
@@ -152,16 +196,22 @@ PidOperation operation_of(const ReportDescriptor& descriptor, Requirements& need
   needs.need(scope.exists(), "an Effect Operation output report (usage 0x0F0077)");
   if (!scope.exists()) return {};
   return {scope.report(), needs.need(scope.value(kBlock), "an Effect Block Index (0x0F0022) in Effect Operation"),
-          needs.need(scope.choice(kStart), "an operation that selects Start (0x0F0079) in Effect Operation"), scope.choice(kStop),
-          scope.value(kLoopCount)};
+          needs.need(scope.choice(kStart), "an operation that selects Start (0x0F0079) in Effect Operation"),
+          scope.choice(kStop), scope.value(kLoopCount)};
 }
 
 std::optional<PidSetCondition> set_condition_of(const ReportDescriptor& descriptor) {
   const Scope scope(descriptor, ReportType::output, kSetCondition);
   const auto block = scope.value(kBlock), coefficient = scope.value(kPositiveCoefficient);
   if (!block || !coefficient) return std::nullopt;
-  return PidSetCondition{scope.report(), *block, *coefficient, scope.value(kParameterBlock), scope.value(kCenter),
-                         scope.value(kNegativeCoefficient), scope.value(kPositiveSaturation), scope.value(kNegativeSaturation),
+  return PidSetCondition{scope.report(),
+                         *block,
+                         *coefficient,
+                         scope.value(kParameterBlock),
+                         scope.value(kCenter),
+                         scope.value(kNegativeCoefficient),
+                         scope.value(kPositiveSaturation),
+                         scope.value(kNegativeSaturation),
                          scope.value(kDeadBand)};
 }
 
@@ -171,8 +221,9 @@ std::optional<PidDeviceControl> device_control_of(const ReportDescriptor& descri
     const Scope scope(descriptor, ReportType::output, collection);
     const auto command = [&](Usage usage) { return scope.choice(usage); };
     if (!command(kEnableActuators) && !command(kStopAll) && !command(kReset)) continue;
-    return PidDeviceControl{scope.report(),    command(kEnableActuators), command(kDisableActuators), command(kStopAll),
-                            command(kReset),   command(kPause),           command(kResume)};
+    return PidDeviceControl{scope.report(),    command(kEnableActuators), command(kDisableActuators),
+                            command(kStopAll), command(kReset),           command(kPause),
+                            command(kResume)};
   }
   return std::nullopt;
 }
@@ -188,7 +239,8 @@ std::optional<PidBlockLoad> block_load_of(const ReportDescriptor& descriptor) {
   const Scope scope(descriptor, ReportType::feature, kBlockLoad);
   const auto block = scope.value(kBlock);
   if (!block) return std::nullopt;
-  return PidBlockLoad{scope.report(), *block, scope.choice(kSuccess), scope.choice(kFull), scope.choice(kError), scope.value(kRamAvailable)};
+  return PidBlockLoad{
+      scope.report(), *block, scope.choice(kSuccess), scope.choice(kFull), scope.choice(kError), scope.value(kRamAvailable)};
 }
 
 std::optional<PidPoolLayout> pool_of(const ReportDescriptor& descriptor) {
@@ -200,8 +252,14 @@ std::optional<PidPoolLayout> pool_of(const ReportDescriptor& descriptor) {
 std::optional<PidStateLayout> state_of(const ReportDescriptor& descriptor) {
   const Scope scope(descriptor, ReportType::input, kState);
   if (!scope.exists()) return std::nullopt;
-  return PidStateLayout{scope.report(), scope.value(kPaused), scope.value(kActuatorsEnabled), scope.value(kSafetySwitch),
-                        scope.value(kOverrideSwitch), scope.value(kActuatorPower), scope.value(kEffectPlaying), scope.value(kBlock)};
+  return PidStateLayout{scope.report(),
+                        scope.value(kPaused),
+                        scope.value(kActuatorsEnabled),
+                        scope.value(kSafetySwitch),
+                        scope.value(kOverrideSwitch),
+                        scope.value(kActuatorPower),
+                        scope.value(kEffectPlaying),
+                        scope.value(kBlock)};
 }
 
 template <class Single>
@@ -216,12 +274,13 @@ std::optional<Single> single_value(const ReportDescriptor& descriptor, std::uint
 std::array<std::optional<PidPosition>, pid::kAxes> positions_of(const ReportDescriptor& descriptor) {
   std::array<std::optional<PidPosition>, pid::kAxes> positions;
   for (const HidField& field : descriptor.fields) {
-    if (field.type != ReportType::input || !field.variable() || field.relative() || field.bits == 0 || field.bits > 32) continue;
+    if (field.type != ReportType::input || !field.variable() || field.relative() || field.bits == 0 || field.bits > 32)
+      continue;
     if (field.logical_minimum == field.logical_maximum) continue;
-    for (std::uint32_t i = 0; i < field.count; ++i) {
-      const std::uint32_t axis = field.usages[i] - pid::kFirstAxis;
-      if (axis >= pid::kAxes || positions[axis]) continue;
-      positions[axis] = PidPosition{{field.id, descriptor.report(field.type, field.id)->size()}, {field, i}};
+    for (std::uint32_t axis = 0; axis < pid::kAxes; ++axis) {
+      const auto index = field.usages.find(pid::kFirstAxis + axis, field.count);
+      if (!index || positions[axis]) continue;
+      positions[axis] = PidPosition{{field.id, descriptor.report(field.type, field.id)->size()}, {field, *index}};
     }
   }
   return positions;

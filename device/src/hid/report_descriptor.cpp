@@ -88,27 +88,31 @@ class Parser {
   Globals globals_;
   std::vector<Globals> pushed_;
   Locals locals_;
-  std::int32_t open_ = -1;             // the innermost open collection
+  std::int32_t open_ = -1;  // the innermost open collection
 };
 
 ParsedDescriptor Parser::parse() {
   if (bytes_.empty() || bytes_.size() > kMaxDescriptor) {
-    return {{}, DescriptorError{0, fmt::format("a report descriptor has 1 to {} bytes, not {}", kMaxDescriptor, bytes_.size())}};
+    return {{},
+            DescriptorError{0, fmt::format("a report descriptor has 1 to {} bytes, not {}", kMaxDescriptor, bytes_.size())}};
   }
   while (at_ < bytes_.size()) {
     Item item;
     if (auto error = fetch(item)) return {{}, std::move(error)};
     if (auto refusal = take(item)) return {{}, DescriptorError{item.offset, *std::move(refusal)}};
   }
-  if (open_ >= 0) return {{}, DescriptorError{bytes_.size(), "a collection is still open: an End Collection (C0) is missing"}};
-  if (locals_.in_delimiter) return {{}, DescriptorError{bytes_.size(), "a delimiter is still open: its close (A9 00) is missing"}};
+  if (open_ >= 0)
+    return {{}, DescriptorError{bytes_.size(), "a collection is still open: an End Collection (C0) is missing"}};
+  if (locals_.in_delimiter)
+    return {{}, DescriptorError{bytes_.size(), "a delimiter is still open: its close (A9 00) is missing"}};
   return {std::move(found_), std::nullopt};
 }
 
 std::optional<DescriptorError> Parser::fetch(Item& item) {
   const auto prefix = std::to_integer<unsigned>(bytes_[at_]);
   item = {at_, prefix >> 2 & 3, prefix >> 4, (prefix & 3) == 3 ? 4 : prefix & 3, 0};
-  if (item.tag == kLongTag) return DescriptorError{at_, fmt::format("long item ({:02X}): only short items are supported", prefix)};
+  if (item.tag == kLongTag)
+    return DescriptorError{at_, fmt::format("long item ({:02X}): only short items are supported", prefix)};
   ++at_;
   if (bytes_.size() - at_ < item.size) {
     return DescriptorError{bytes_.size(), fmt::format("the item at byte {} ({:02X}) has {} data bytes, but only {} follow",
@@ -142,15 +146,21 @@ void Parser::complete_usages() {
 
 Parser::Refusal Parser::main(const Item& item) {
   switch (item.tag) {
-    case 8: return add_field(ReportType::input, item.data);
-    case 9: return add_field(ReportType::output, item.data);
-    case 11: return add_field(ReportType::feature, item.data);
-    case 10: open_collection(static_cast<std::uint8_t>(item.data)); return std::nullopt;
+    case 8:
+      return add_field(ReportType::input, item.data);
+    case 9:
+      return add_field(ReportType::output, item.data);
+    case 11:
+      return add_field(ReportType::feature, item.data);
+    case 10:
+      open_collection(static_cast<std::uint8_t>(item.data));
+      return std::nullopt;
     case 12:
       if (open_ < 0) return "End Collection without a collection: one C0 too many";
       open_ = found_.collections[static_cast<std::size_t>(open_)].parent;
       return std::nullopt;
-    default: return std::nullopt;
+    default:
+      return std::nullopt;
   }
 }
 
@@ -170,8 +180,8 @@ HidReport& Parser::report_of(ReportType type) {
 Parser::Refusal Parser::add_field(ReportType type, std::uint32_t flags) {
   HidReport& report = report_of(type);
   if (maximum(globals_.logical_minimum, globals_.logical_maximum) < globals_.logical_minimum) {
-    return fmt::format("the logical range {} to {} is empty: the maximum must not be below the minimum", globals_.logical_minimum,
-                       globals_.logical_maximum);
+    return fmt::format("the logical range {} to {} is empty: the maximum must not be below the minimum",
+                       globals_.logical_minimum, globals_.logical_maximum);
   }
   const std::uint32_t offset = report.bits;
   report.bits += globals_.bits * globals_.count;  // at most 131,064 + 256 * 12,288
@@ -208,17 +218,27 @@ HidField Parser::field_of(const HidReport& report, std::uint32_t bit_offset, std
 
 Parser::Refusal Parser::global(const Item& item) {
   switch (item.tag) {
-    case 0: globals_.usage_page = item.data; return std::nullopt;
-    case 1: globals_.logical_minimum = item.signed_data(); return std::nullopt;
+    case 0:
+      globals_.usage_page = item.data;
+      return std::nullopt;
+    case 1:
+      globals_.logical_minimum = item.signed_data();
+      return std::nullopt;
     case 2:
       globals_.logical_maximum = globals_.logical_minimum < 0 ? item.signed_data() : static_cast<std::int32_t>(item.data);
       return std::nullopt;
-    case 3: globals_.physical_minimum = item.signed_data(); return std::nullopt;
+    case 3:
+      globals_.physical_minimum = item.signed_data();
+      return std::nullopt;
     case 4:
       globals_.physical_maximum = globals_.physical_minimum < 0 ? item.signed_data() : static_cast<std::int32_t>(item.data);
       return std::nullopt;
-    case 5: globals_.unit_exponent = unit_exponent(item.signed_data()); return std::nullopt;
-    case 6: globals_.unit = item.data; return std::nullopt;
+    case 5:
+      globals_.unit_exponent = unit_exponent(item.signed_data());
+      return std::nullopt;
+    case 6:
+      globals_.unit = item.data;
+      return std::nullopt;
     case 7:
       globals_.bits = item.data;
       if (item.data > kMaxElementBits) return fmt::format("report size {}: at most {} bits", item.data, kMaxElementBits);
@@ -231,9 +251,12 @@ Parser::Refusal Parser::global(const Item& item) {
       globals_.count = item.data;
       if (item.data > kMaxUsages) return fmt::format("report count {}: at most {}", item.data, kMaxUsages);
       return std::nullopt;
-    case 10: return push();
-    case 11: return pop();
-    default: return fmt::format("unknown global item (tag {})", item.tag);
+    case 10:
+      return push();
+    case 11:
+      return pop();
+    default:
+      return fmt::format("unknown global item (tag {})", item.tag);
   }
 }
 
@@ -254,15 +277,21 @@ Parser::Refusal Parser::local(const Item& item) {
   if (item.tag == 10) return delimiter(item.data != 0);
   if (locals_.alternatives > 1) return std::nullopt;
   switch (item.tag) {
-    case 0: return add_usages(item.data, 1, item.size);
-    case 1: locals_.usage_minimum = item.data; return std::nullopt;
-    case 2: return usage_range(item.data, item.size);
-    default: return std::nullopt;
+    case 0:
+      return add_usages(item.data, 1, item.size);
+    case 1:
+      locals_.usage_minimum = item.data;
+      return std::nullopt;
+    case 2:
+      return usage_range(item.data, item.size);
+    default:
+      return std::nullopt;
   }
 }
 
 Parser::Refusal Parser::delimiter(bool open) {
-  if (open == locals_.in_delimiter) return open ? "a delimiter within a delimiter" : "the close of a delimiter that is not open";
+  if (open == locals_.in_delimiter)
+    return open ? "a delimiter within a delimiter" : "the close of a delimiter that is not open";
   locals_.in_delimiter = open;
   if (open) ++locals_.alternatives;
   return std::nullopt;

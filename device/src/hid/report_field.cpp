@@ -39,7 +39,8 @@ double scaled(double value, std::int32_t exponent) {
 
 std::pair<double, double> physical_range(const FieldLayout& field) {
   const bool declared = field.physical_minimum != 0 || field.physical_maximum != 0;
-  const bool usable = declared && field.physical_minimum != field.physical_maximum && field.logical_minimum != field.logical_maximum;
+  const bool usable =
+      declared && field.physical_minimum != field.physical_maximum && field.logical_minimum != field.logical_maximum;
   if (!usable) return {static_cast<double>(field.logical_minimum), static_cast<double>(field.logical_maximum)};
   return {static_cast<double>(field.physical_minimum), static_cast<double>(field.physical_maximum)};
 }
@@ -75,7 +76,8 @@ bool set_raw(std::span<std::byte> report, const FieldLayout& field, std::uint32_
   const std::size_t last_byte = (*first + field.bits - 1) / 8;
   for (std::size_t byte = *first / 8; byte <= last_byte; ++byte) {
     const std::size_t shift = 8 * (byte - *first / 8);
-    report[byte] = (report[byte] & static_cast<std::byte>(~mask >> shift & 0xFF)) | static_cast<std::byte>(shifted >> shift & 0xFF);
+    report[byte] =
+        (report[byte] & static_cast<std::byte>(~mask >> shift & 0xFF)) | static_cast<std::byte>(shifted >> shift & 0xFF);
   }
   return true;
 }

@@ -122,7 +122,8 @@ void SimulatedPidDevice::feel(RealTime at) {
 }
 
 bool SimulatedPidDevice::any_spring() const {
-  return std::any_of(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.playing && effect.is_spring; });
+  return std::any_of(effects_.begin(), effects_.end(),
+                     [](const Effect& effect) { return effect.playing && effect.is_spring; });
 }
 
 // ---- force
@@ -140,7 +141,8 @@ glm::dvec3 SimulatedPidDevice::force_at(const glm::dvec3& position_m) const {
     if (!effect.playing) continue;
     for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
       if (effect.along[axis] == 0) continue;
-      share[static_cast<int>(axis)] += effect.is_spring ? spring_force(effect, axis, position_m) : effect.magnitude * effect.gain * effect.along[axis];
+      share[static_cast<int>(axis)] +=
+          effect.is_spring ? spring_force(effect, axis, position_m) : effect.magnitude * effect.gain * effect.along[axis];
     }
   }
   for (int axis = 0; axis < 3; ++axis) share[axis] = std::clamp(share[axis], -1.0, 1.0) * gain_ * options_.full_scale_N;
@@ -149,18 +151,22 @@ glm::dvec3 SimulatedPidDevice::force_at(const glm::dvec3& position_m) const {
 
 double SimulatedPidDevice::spring_force(const Effect& effect, std::size_t axis, const glm::dvec3& position_m) const {
   const Condition& condition = effect.condition;
-  const double deflection = position_m[static_cast<int>(axis)] / (options_.travel_m[static_cast<int>(axis)] / 2) - condition.center;
+  const double deflection =
+      position_m[static_cast<int>(axis)] / (options_.travel_m[static_cast<int>(axis)] / 2) - condition.center;
   const double past = std::abs(deflection) - condition.dead_band;
   if (past <= 0) return 0;
-  const double pull = deflection > 0 ? std::min(condition.above * past, condition.saturation_above) : std::min(condition.below * past, condition.saturation_below);
+  const double pull = deflection > 0 ? std::min(condition.above * past, condition.saturation_above)
+                                     : std::min(condition.below * past, condition.saturation_below);
   return effect.gain * (deflection > 0 ? -pull : pull);
 }
 
 int SimulatedPidDevice::playing() const {
-  return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.playing; }));
+  return static_cast<int>(
+      std::count_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.playing; }));
 }
 int SimulatedPidDevice::allocated() const {
-  return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.allocated; }));
+  return static_cast<int>(
+      std::count_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return effect.allocated; }));
 }
 
 // ---- input reports
@@ -190,8 +196,8 @@ std::vector<std::byte> SimulatedPidDevice::position_report(const SimulatedReport
 void SimulatedPidDevice::say_state(std::size_t block) {
   if (!layout_.state) return;
   const bool plays = layout_.state->block && block != 0 ? effects_[block].playing : playing() > 0;
-  reports_.push(kIsState | (paused_ ? kPaused : 0) | (enabled_ ? kEnabled : 0) | (safety_ ? kSafety : 0) | (power_ ? kPower : 0) |
-                (plays ? kPlaying : 0) | std::uint64_t{block} << kBlockShift);
+  reports_.push(kIsState | (paused_ ? kPaused : 0) | (enabled_ ? kEnabled : 0) | (safety_ ? kSafety : 0) |
+                (power_ ? kPower : 0) | (plays ? kPlaying : 0) | std::uint64_t{block} << kBlockShift);
 }
 
 std::vector<std::byte> SimulatedPidDevice::state_report(std::uint64_t state) const {
@@ -215,9 +221,11 @@ std::vector<std::byte> SimulatedPidDevice::state_report(std::uint64_t state) con
 HidWrite SimulatedPidDevice::write(std::span<const std::byte> report) {
   catch_up();
   if (reports_.is_gone()) return HidWrite::gone;
-  const HidReport* known = report.empty() ? nullptr : parsed_.report(ReportType::output, std::to_integer<std::uint8_t>(report[0]));
+  const HidReport* known =
+      report.empty() ? nullptr : parsed_.report(ReportType::output, std::to_integer<std::uint8_t>(report[0]));
   bool lost = false;
-  if (known == nullptr || report.size() < known->size() || reports_.write_fault(lost) == HidWrite::rejected) return HidWrite::rejected;
+  if (known == nullptr || report.size() < known->size() || reports_.write_fault(lost) == HidWrite::rejected)
+    return HidWrite::rejected;
   if (lost) return HidWrite::ok;
   take(report);
   feel(clock_.now());
@@ -245,7 +253,8 @@ SimulatedPidDevice::Effect* SimulatedPidDevice::effect_of(std::span<const std::b
 void SimulatedPidDevice::take_effect(std::span<const std::byte> report) {
   const PidSetEffect& layout = layout_.set_effect;
   const auto index = static_cast<std::size_t>(get(report, layout.block).value_or(0));
-  if ((!layout_.create_effect || !options_.device_managed) && index >= 1 && index < effects_.size()) effects_[index].allocated = true;
+  if ((!layout_.create_effect || !options_.device_managed) && index >= 1 && index < effects_.size())
+    effects_[index].allocated = true;
   Effect* effect = effect_of(report, layout.block);
   if (effect == nullptr) return;
   effect->is_spring = layout.spring && is_chosen(report, *layout.spring);
@@ -255,29 +264,35 @@ void SimulatedPidDevice::take_effect(std::span<const std::byte> report) {
   if (!layout.duration) return;
   const std::int64_t counts = get(report, *layout.duration).value_or(0);
   if (counts == kPidInfinite || counts > layout.duration->field.logical_maximum) return;
-  effect->duration = Duration{static_cast<std::int64_t>(std::round(static_cast<double>(counts) * seconds_per_count(layout.duration->field) * 1e9))};
+  effect->duration = Duration{
+      static_cast<std::int64_t>(std::round(static_cast<double>(counts) * seconds_per_count(layout.duration->field) * 1e9))};
 }
 
 std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::byte> report) const {
   const PidSetEffect& layout = layout_.set_effect;
   std::array<double, pid::kAxes> along{};
-  const bool one_axis = std::none_of(layout.axis_enable.begin(), layout.axis_enable.end(), [](const auto& axis) { return axis.has_value(); });
-  const bool by_direction = !layout.directions.empty() && (!layout.direction_enable || get(report, *layout.direction_enable) == 1);
+  const bool one_axis =
+      std::none_of(layout.axis_enable.begin(), layout.axis_enable.end(), [](const auto& axis) { return axis.has_value(); });
+  const bool by_direction =
+      !layout.directions.empty() && (!layout.direction_enable || get(report, *layout.direction_enable) == 1);
   double turns = 0;
   if (by_direction) {
     const FieldLayout& field = layout.directions.front().field;
-    turns = static_cast<double>(*get(report, layout.directions.front()) - field.logical_minimum) / static_cast<double>(field.logical_maximum - field.logical_minimum);
+    turns = static_cast<double>(*get(report, layout.directions.front()) - field.logical_minimum) /
+            static_cast<double>(field.logical_maximum - field.logical_minimum);
   }
   const std::array<double, pid::kAxes> direction{sin_of_turn(turns), sin_of_turn(turns + 0.25), 0};
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
-    const bool enabled = layout.axis_enable[axis] ? get(report, *layout.axis_enable[axis]) == 1 : one_axis && (by_direction || axis == 0);
+    const bool enabled =
+        layout.axis_enable[axis] ? get(report, *layout.axis_enable[axis]) == 1 : one_axis && (by_direction || axis == 0);
     if (enabled) along[axis] = by_direction ? direction[axis] : 1;
   }
   return along;
 }
 
 void SimulatedPidDevice::take_constant(std::span<const std::byte> report) {
-  if (Effect* effect = effect_of(report, layout_.set_constant.block)) effect->magnitude = fraction(report, layout_.set_constant.magnitude);
+  if (Effect* effect = effect_of(report, layout_.set_constant.block))
+    effect->magnitude = fraction(report, layout_.set_constant.magnitude);
 }
 
 void SimulatedPidDevice::take_condition(std::span<const std::byte> report) {
@@ -305,7 +320,8 @@ void SimulatedPidDevice::take_operation(std::span<const std::byte> report) {
   effect->ends_at.reset();
   if (starts && effect->duration) effect->ends_at = clock_.now() + *effect->duration;
   // Springs are rendered from the next firmware tick on.
-  if (!any_before) next_firmware_tick_ = first_tick_at_or_after(options_.firmware_rate, clock_.now(), options_.reports.first_tick);
+  if (!any_before)
+    next_firmware_tick_ = first_tick_at_or_after(options_.firmware_rate, clock_.now(), options_.reports.first_tick);
   if (changed) say_state(static_cast<std::size_t>(effect - effects_.data()));
 }
 
@@ -347,11 +363,14 @@ HidWrite SimulatedPidDevice::set_feature(std::span<const std::byte> report) {
   catch_up();
   if (reports_.is_gone()) return HidWrite::gone;
   const auto& create = layout_.create_effect;
-  if (!create || report.size() < create->report.size || std::to_integer<std::uint8_t>(report[0]) != create->report.id) return HidWrite::rejected;
+  if (!create || report.size() < create->report.size || std::to_integer<std::uint8_t>(report[0]) != create->report.id)
+    return HidWrite::rejected;
   const bool is_spring = create->spring && is_chosen(report, *create->spring);
   const std::size_t block = lowest_free();
   load_ = {0, layout_.block_load ? layout_.block_load->error : std::nullopt, options_.block_load_delay};
-  if (created_++ == options_.block_load_error_at || !options_.device_managed || !(is_spring || is_chosen(report, create->constant))) return HidWrite::ok;
+  if (created_++ == options_.block_load_error_at || !options_.device_managed ||
+      !(is_spring || is_chosen(report, create->constant)))
+    return HidWrite::ok;
   if (block == 0) {
     load_.status = layout_.block_load->full;
     return HidWrite::ok;

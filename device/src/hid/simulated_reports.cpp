@@ -26,7 +26,8 @@ HidRead deliver(const SimulatedReport& report, std::span<const std::byte> whole,
   std::copy_n(whole.begin(), copied, buffer.begin());
   if (report.shape == Shape::longer) {
     size += static_cast<std::size_t>(report.bytes);
-    std::fill(buffer.begin() + static_cast<std::ptrdiff_t>(copied), buffer.begin() + static_cast<std::ptrdiff_t>(std::min(size, buffer.size())), kFiller);
+    std::fill(buffer.begin() + static_cast<std::ptrdiff_t>(copied),
+              buffer.begin() + static_cast<std::ptrdiff_t>(std::min(size, buffer.size())), kFiller);
   }
   if (report.shape == Shape::unknown_id && copied > 0) buffer[0] = kUnknownId;
   return {HidRead::Status::report, size};
@@ -36,13 +37,15 @@ SimulatedReports::SimulatedReports(ProgrammedMotion motion, SimulatedDeviceOptio
     : options_(std::move(options)), motion_(std::move(motion)), queue_(options_.queue) {
   // One report per ns at most, or two ticks would fall on one instant.
   assert(options_.rate.num > 0 && options_.rate.den > 0 && options_.rate.num / options_.rate.den <= 1'000'000'000);
-  std::stable_sort(options_.faults.begin(), options_.faults.end(), [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
+  std::stable_sort(options_.faults.begin(), options_.faults.end(),
+                   [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
   for (const ReportFault& fault : options_.faults) {
     assert(fault.tick >= 0 && fault.amount >= (fault.kind == ReportFault::Kind::late ? 1 : 0));
   }
 }
 
-SimulatedReports::SimulatedReports(Hand hand, SimulatedDeviceOptions options) : SimulatedReports(ProgrammedMotion{}, std::move(options)) {
+SimulatedReports::SimulatedReports(Hand hand, SimulatedDeviceOptions options)
+    : SimulatedReports(ProgrammedMotion{}, std::move(options)) {
   assert(options_.force_delay.ns >= 0);
   hand_ = std::move(hand);
 }
@@ -56,7 +59,9 @@ glm::dvec3 SimulatedReports::position_m(RealTime at) {
   }
 }
 
-glm::dvec3 SimulatedReports::position_at(std::int64_t tick) { return position_m(tick_time(options_.rate, tick, options_.first_tick)); }
+glm::dvec3 SimulatedReports::position_at(std::int64_t tick) {
+  return position_m(tick_time(options_.rate, tick, options_.first_tick));
+}
 
 void SimulatedReports::feel(RealTime now, const glm::dvec3& force_N) {
   if (hand_) hand_->feel(now + options_.force_delay, force_N);
@@ -81,8 +86,8 @@ std::int64_t SimulatedReports::next_event() const {
   return late_.empty() ? event : std::min(event, late_.front().due);
 }
 
-/// Nobody reads between two calls, so which of the ticks the queue keeps is arithmetic. A stall costs one queue of work, and a
-/// hand its motion until then.
+/// Nobody reads between two calls, so which of the ticks the queue keeps is arithmetic. A stall costs one queue of work, and
+/// a hand its motion until then.
 void SimulatedReports::make_ticks(std::int64_t last) {
   const auto kept = queue_.make_room(last - next_tick_ + 1);
   const std::int64_t first = next_tick_ + kept.first;
@@ -99,15 +104,33 @@ void SimulatedReports::make_faulty_tick(std::int64_t tick) {
   for (; next_fault_ < options_.faults.size() && options_.faults[next_fault_].tick == tick; ++next_fault_) {
     const ReportFault& fault = options_.faults[next_fault_];
     switch (fault.kind) {
-      case Kind::lost: lost = true; break;
-      case Kind::duplicated: copies += fault.amount; break;
-      case Kind::late: delay = fault.amount; break;
-      case Kind::cut: report.shape = SimulatedReport::Shape::cut, report.bytes = fault.amount; break;
-      case Kind::longer: report.shape = SimulatedReport::Shape::longer, report.bytes = fault.amount; break;
-      case Kind::unknown_id: report.shape = SimulatedReport::Shape::unknown_id; break;
-      case Kind::interrupted: interruptions_ += fault.amount; break;
-      case Kind::write_lost: writes_to_lose_ += fault.amount; break;
-      case Kind::write_rejected: writes_to_reject_ += fault.amount; break;
+      case Kind::lost:
+        lost = true;
+        break;
+      case Kind::duplicated:
+        copies += fault.amount;
+        break;
+      case Kind::late:
+        delay = fault.amount;
+        break;
+      case Kind::cut:
+        report.shape = SimulatedReport::Shape::cut, report.bytes = fault.amount;
+        break;
+      case Kind::longer:
+        report.shape = SimulatedReport::Shape::longer, report.bytes = fault.amount;
+        break;
+      case Kind::unknown_id:
+        report.shape = SimulatedReport::Shape::unknown_id;
+        break;
+      case Kind::interrupted:
+        interruptions_ += fault.amount;
+        break;
+      case Kind::write_lost:
+        writes_to_lose_ += fault.amount;
+        break;
+      case Kind::write_rejected:
+        writes_to_reject_ += fault.amount;
+        break;
     }
   }
   for (std::int64_t copy = 0; copy < copies && !lost; ++copy) {
@@ -115,7 +138,8 @@ void SimulatedReports::make_faulty_tick(std::int64_t tick) {
       queue_.push(report);
       continue;
     }
-    const auto after = std::upper_bound(late_.begin(), late_.end(), tick + delay, [](std::int64_t due, const Late& late) { return due < late.due; });
+    const auto after = std::upper_bound(late_.begin(), late_.end(), tick + delay,
+                                        [](std::int64_t due, const Late& late) { return due < late.due; });
     late_.insert(after, {tick + delay, report});
   }
   while (!late_.empty() && late_.front().due == tick) {

@@ -26,7 +26,8 @@ SimulatedTransport::SimulatedTransport(const Clock& clock, Hand hand, SimulatedD
 SimulatedTransport::SimulatedTransport(const Clock& clock, SimulatedReports reports)
     : clock_(clock),
       reports_(std::move(reports)),
-      info_{reports_.options().name, reference_device::kVendorId, reference_device::kProductId, "evenstep reference device", ""} {}
+      info_{reports_.options().name, reference_device::kVendorId, reference_device::kProductId, "evenstep reference device",
+            ""} {}
 
 HidRead SimulatedTransport::read(std::span<std::byte> buffer) {
   reports_.advance(clock_.now());

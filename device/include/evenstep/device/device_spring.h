@@ -1,15 +1,15 @@
 #pragma once
-/// A contact as springs that the device renders at its own rate, thousands of times a second, instead of forces at the loop's:
+/// A contact as springs that the device renders at its own rate, thousands of times a second, instead of forces at the
+/// loop's:
 ///
 ///   F(x) = F_a + alpha K (x_c - x)   is, along an axis with k = alpha K > 0, the spring k (cp - x),   cp = x_c + F_a / k.
 ///
 /// A contact that only pushes is a spring on the penetrating side of cp alone: below it where the normal points up the axis.
-/// Springs are one per axis: K must be diagonal, and the normal of a contact that only pushes along one axis, with K along no
-/// other. What a device does not render of them is a force for the loop: rest_N.
-
-#include <optional>
+/// Springs are one per axis: K must be diagonal, and the normal of a contact that only pushes along one axis, with K along
+/// no other. What a device does not render of them is a force for the loop: rest_N.
 
 #include <glm/vec3.hpp>
+#include <optional>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/renderer.h"
@@ -22,8 +22,8 @@ std::optional<DeviceSpring> device_spring(const AffineContact& contact, double a
 /// The springs' force on a hand at `hand_m`.
 glm::dvec3 force_N(const DeviceSpring& spring, const glm::dvec3& hand_m);
 
-/// What is left for the loop: the contact's force on a hand at `hand_m`, 0 where a contact that only pushes would pull, without
-/// that of the springs that the device renders.
+/// What is left for the loop: the contact's force on a hand at `hand_m`, 0 where a contact that only pushes would pull,
+/// without that of the springs that the device renders.
 glm::dvec3 rest_N(const AffineContact& contact, double alpha, const DeviceSpring& rendered, const glm::dvec3& hand_m);
 
 }  // namespace evenstep

@@ -1,11 +1,11 @@
 #pragma once
 /// Report descriptors of two force feedback devices of our own, for simulation: what devices of the PID class differ in lies
-/// between them (docs/hid.md has both reports by reports), and what a device may leave out can be left out.
+/// between them (docs/hid.md has their reports), and what a device may leave out can be left out.
 ///
-///   mask    device control is eight 1-bit variables, start delay, magnitudes of +-32767, directions u16 of 0.01 degrees, feature
-///           reports with ids of their own, positions of int16, unit exponents as nibbles.
-///   array   device control is an 8-bit array of 1 to 6, no start delay, +-10000, directions u8, feature reports with the ids of
-///           output reports, positions of 12 bits, physical ranges left over from other items, Push and Pop, 4-byte usages.
+///   mask    device control is eight 1-bit variables, start delay, magnitudes of +-32767, directions u16 of 0.01 degrees,
+///           feature reports with ids of their own, positions of int16, unit exponents as nibbles
+///   array   device control is an 8-bit array of 1 to 6, no start delay, +-10000, directions u8, feature reports with the ids
+///           of output reports, positions of 12 bits, physical ranges left over from other items, 4-byte usages
 
 #include <cstddef>
 #include <cstdint>
@@ -18,13 +18,14 @@ enum class PidFlavour { mask, array };
 /// Everything there is, where not said otherwise.
 struct PidDescriptorOptions {
   PidFlavour flavour = PidFlavour::mask;
-  int axes = 2;                        ///< 1 to 3: X, Y, Z
+  int axes = 2;  ///< 1 to 3: X, Y, Z
   bool duration = true, direction = true, axes_enable = true, effect_gain = true;
-  bool parameter_block = true, center = true, negative_coefficient = true, saturation = true, negative_saturation = true, dead_band = true;
-  bool conditions = true;              ///< Set Condition and the effect type Spring
+  bool parameter_block = true, center = true, negative_coefficient = true, saturation = true, negative_saturation = true,
+       dead_band = true;
+  bool conditions = true;  ///< Set Condition and the effect type Spring
   bool device_control = true, device_gain = true, block_free = true, stop_operation = true, pool = true, state = true;
-  bool block_load = true;              ///< Create New Effect and Block Load; without, the driver numbers the blocks
-  bool zero_is_none = false;           ///< arrays with logical minimum 0, of which 0 selects nothing
+  bool block_load = true;     ///< Create New Effect and Block Load; without, the driver numbers the blocks
+  bool zero_is_none = false;  ///< arrays with logical minimum 0, of which 0 selects nothing
 };
 
 std::vector<std::byte> pid_descriptor(const PidDescriptorOptions& options);

@@ -1,32 +1,31 @@
 #pragma once
-/// The driver of force feedback devices of the PID class (USB "Physical Interface Device"), above HidTransport: positions from
-/// the input report's axes X, Y, Z; one constant-force effect per axis; springs as conditions.
+/// The driver of force feedback devices of the PID class (USB "Physical Interface Device"), above HidTransport: positions
+/// from the input report's axes X, Y, Z; one constant-force effect per axis; springs as conditions.
 ///
 /// PID has no newtons and no metres. `travel_m` and `full_scale_N` come from the user, who has measured them or has a data
 /// sheet. Without `full_scale_N` the driver is read-only: start() creates nothing and writing a force is an error.
 ///
-///   magnitude = F / (full_scale_N * gain) * logical maximum, rounded to the nearest, halves away from zero, cut at the ends.
+///   magnitude = F / (full_scale_N * gain) * logical maximum, to the nearest, halves away from zero, cut at the ends
 ///
-/// `gain` is what the device is told to make of everything (Device Gain, or each effect's gain, or, where it has neither, the
-/// driver's own limit); so gain * full_scale_N is the largest force. It begins at a quarter: such devices break thumbs.
+/// `gain` is what the device is told to make of everything (Device Gain, or each effect's gain, or, where it has neither,
+/// the driver's own limit); so gain * full_scale_N is the largest force. It begins at a quarter: such devices break thumbs.
 ///
 /// start() may take long: reset, gain, actuators on, then per effect Create New Effect, Block Load (asked again up to
 /// `block_load_tries` times), Set Effect, Set Constant Force (0), Start. A tick writes Set Constant Force for an axis whose
 /// count has changed, and nothing otherwise.
 ///
-/// Every effect ends by itself `effect_duration` after its last Start: the device's own dead man's handle. Half of that after
-/// the last refresh, the tick that writes sends force and Start again. A host that hangs leaves a device without force.
+/// Every effect ends by itself `effect_duration` after its last Start: the device's own dead man's handle. Half of that
+/// after the last refresh, the tick that writes sends force and Start again. A host that hangs leaves no force behind.
 ///
-/// stop(), also on destruction: Stop for each effect, all effects stopped, actuators off, blocks freed; each tried three times,
-/// failures ignored. Not a safety device.
+/// stop(), also on destruction: Stop for each effect, all effects stopped, actuators off, blocks freed; each tried three
+/// times, failures ignored. Not a safety device.
 
 #include <array>
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hid_transport.h"
@@ -37,15 +36,15 @@ namespace evenstep {
 struct PidOptions {
   /// From one end of each axis' logical range to the other; the middle is 0. An axis of 0 is not used.
   glm::dvec3 travel_m{0};
-  std::optional<double> full_scale_N;    ///< at the largest magnitude and full gain; > 0
-  double gain = 0.25;                    ///< (0, 1]
+  std::optional<double> full_scale_N;  ///< at the largest magnitude and full gain; > 0
+  double gain = 0.25;                  ///< (0, 1]
   /// None: for ever. Rounded to the device's unit, at most what it can hold. A device without the field has no end.
   std::optional<Duration> effect_duration = Duration{500'000'000};
   /// Which way a positive magnitude pushes differs between devices.
   std::array<bool, pid::kAxes> reversed_force{};
-  bool springs = false;                  ///< one condition effect per axis besides
-  /// Slope of a condition with the largest coefficient at full gain, per axis. None: full_scale_N over half the travel, which is
-  /// what a coefficient means to most firmware; measure it.
+  bool springs = false;  ///< one condition effect per axis besides
+  /// Slope of a condition with the largest coefficient at full gain, per axis. None: full_scale_N over half the travel,
+  /// which is what a coefficient means to most firmware; measure it.
   std::optional<glm::dvec3> full_slope_N_per_m;
   int block_load_tries = 60;
 };
@@ -56,10 +55,10 @@ struct PidState {
 };
 
 struct PidCounters {
-  std::int64_t refreshes = 0;          ///< ticks that sent force and Start again
-  std::int64_t saturated = 0;          ///< writes of a force beyond gain * full_scale_N along an axis
+  std::int64_t refreshes = 0;  ///< ticks that sent force and Start again
+  std::int64_t saturated = 0;  ///< writes of a force beyond gain * full_scale_N along an axis
   std::int64_t state_reports = 0;
-  std::int64_t unpowered = 0;          ///< writes while the device said that it renders nothing
+  std::int64_t unpowered = 0;  ///< writes while the device said that it renders nothing
 };
 
 /// The device has no room for another effect, refuses it, or does not say.
@@ -72,14 +71,15 @@ class PidBlockLoadError : public DeviceError {
 
 class PidDriver final : public HapticDevice {
  public:
-  /// The layout of this transport's device. Throws DeviceError where an axis with travel is not there, or not in the options'
-  /// range.
+  /// The layout of this transport's device. Throws DeviceError where an axis with travel is not there, or not in the
+  /// options' range.
   PidDriver(HidTransport& transport, PidLayout layout, const PidOptions& options);
   ~PidDriver() override;
   PidDriver(const PidDriver&) = delete;
   PidDriver& operator=(const PidDriver&) = delete;
 
-  /// Not from a tick. Throws DeviceError (gone, or a report refused) and PidBlockLoadError; then nothing is left behind on the device.
+  /// Not from a tick. Throws DeviceError (gone, or a report refused) and PidBlockLoadError; then nothing is left behind on
+  /// the device.
   void start();
   void stop() noexcept;
   bool is_read_only() const { return !options_.full_scale_N; }
@@ -88,8 +88,8 @@ class PidDriver final : public HapticDevice {
   DeviceSample read(RealTime now) override;
   /// At the time of the last read. Throws DeviceError when read-only, not started or gone.
   void write(const glm::dvec3& force_N) override;
-  /// Nothing along an axis whose center lies out of the travel, or that needs what the device has no field for; never more than
-  /// the largest slope (the rest is the caller's).
+  /// Nothing along an axis whose center lies out of the travel, or that needs what the device has no field for; never more
+  /// than the largest slope (the rest is the caller's).
   DeviceSpring write_spring(const DeviceSpring& wanted) override;
   const DeviceCounters& counters() const override { return counters_; }
 
@@ -105,12 +105,12 @@ class PidDriver final : public HapticDevice {
     std::size_t axis = 0;
     bool is_spring = false;
     std::uint8_t block = 0;
-    std::vector<std::byte> sent;       ///< the last Set Constant Force or Set Condition that the device took
+    std::vector<std::byte> sent;  ///< the last Set Constant Force or Set Condition that the device took
   };
 
   bool is_used(std::size_t axis) const { return options_.travel_m[static_cast<int>(axis)] > 0; }
   bool has_springs() const;
-  void require_axes() const;
+  void check_options() const;
   void start_effects();
   void abandon() noexcept;
   void set_gain();
@@ -125,12 +125,13 @@ class PidDriver final : public HapticDevice {
   void command(const std::optional<PidChoice>& what, const char* name);
 
   void take(std::span<const std::byte> bytes);
+  void take_positions(std::uint8_t id, std::span<const std::byte> bytes);
   void take_state(std::span<const std::byte> bytes);
   void require_writable() const;
   void update(Effect& effect, std::span<const std::byte> report, const PidValue& block);
   void refresh();
   std::span<std::byte> constant_force(const Effect& effect, double force_N);
-  struct Condition;                    // one axis of a DeviceSpring in the device's counts
+  struct Condition;  // one axis of a DeviceSpring in the device's counts
   std::span<std::byte> condition(const Effect& effect, const Condition& counts);
   std::optional<Condition> counts_of(const DeviceSpring& wanted, int axis) const;
   void render(const Condition& counts, DeviceSpring& rendered, int axis) const;
@@ -155,9 +156,9 @@ class PidDriver final : public HapticDevice {
   std::vector<std::byte> input_, output_;
   std::vector<Effect> effects_;
   bool started_ = false;
-  bool numbers_blocks_ = false;        // the driver, since the device does not
-  std::int64_t effect_gain_ = 0;       // counts
-  double device_force_N_ = 0;          // of the largest magnitude, with the gain that the device applies
+  bool numbers_blocks_ = false;   // the driver, since the device does not
+  std::int64_t effect_gain_ = 0;  // counts
+  double device_force_N_ = 0;     // of the largest magnitude, with the gain that the device applies
   double largest_force_N_ = 0;
   std::optional<Duration> effect_duration_;
   std::optional<RealTime> refreshed_at_;

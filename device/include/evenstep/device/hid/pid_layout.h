@@ -1,11 +1,11 @@
 #pragma once
 /// Where in its reports a force feedback device of the PID class (HID usage page 0x0F) wants what: found in its report
 /// descriptor by usage and collection, never by report number or byte. Devices leave out much of what the standard has, so
-/// everything is optional but what a constant force cannot do without: effect block index and type in Set Effect, block index
-/// and a signed magnitude in Set Constant Force, block index and start in Effect Operation.
+/// everything is optional but what a constant force cannot do without: effect block index and type in Set Effect, block
+/// index and a signed magnitude in Set Constant Force, block index and start in Effect Operation.
 ///
-/// A value that selects a usage is its place in the array's list, counted from the logical minimum. Counted from 1 also where
-/// the logical minimum is 0 and the maximum the number of usages: such devices mean 0 as "none".
+/// A value that selects a usage is its place in the array's list, counted from the logical minimum. Counted from 1 also
+/// where the logical minimum is 0 and the maximum the number of usages: such devices mean 0 as "none".
 
 #include <array>
 #include <cstddef>
@@ -29,7 +29,7 @@ inline constexpr std::size_t kAxes = 3;
 /// A report to compose or to take apart.
 struct PidReport {
   std::uint8_t id = 0;
-  std::size_t size = 0;                ///< bytes, the id (or the 0 in its place) included
+  std::size_t size = 0;  ///< bytes, the id (or the 0 in its place) included
 };
 
 /// One value of a report.
@@ -47,11 +47,11 @@ struct PidChoice {
 struct PidSetEffect {
   PidReport report;
   PidValue block;
-  PidChoice constant;                  ///< effect type Constant Force
+  PidChoice constant;  ///< effect type Constant Force
   std::optional<PidChoice> spring;
   std::optional<PidValue> duration, trigger_repeat, sample_period, start_delay, gain, trigger_button, direction_enable;
   std::array<std::optional<PidValue>, pid::kAxes> axis_enable;
-  std::vector<PidValue> directions;    ///< as declared: first the angle from north, clockwise
+  std::vector<PidValue> directions;  ///< as declared: first the angle from north, clockwise
 };
 struct PidSetConstant {
   PidReport report;
@@ -82,34 +82,34 @@ struct PidDeviceGain {
   PidReport report;
   PidValue gain;
 };
-struct PidCreateEffect {               ///< feature report
+struct PidCreateEffect {  ///< feature report
   PidReport report;
   PidChoice constant;
   std::optional<PidChoice> spring;
   std::optional<PidValue> byte_count;
 };
-struct PidBlockLoad {                  ///< feature report
+struct PidBlockLoad {  ///< feature report
   PidReport report;
   PidValue block;
   std::optional<PidChoice> success, full, error;
   std::optional<PidValue> ram_available;
 };
-struct PidPoolLayout {                 ///< feature report
+struct PidPoolLayout {  ///< feature report
   PidReport report;
   std::optional<PidValue> ram_size, simultaneous, device_managed;
 };
-struct PidStateLayout {                ///< input report
+struct PidStateLayout {  ///< input report
   PidReport report;
   std::optional<PidValue> paused, actuators_enabled, safety_switch, override_switch, actuator_power, effect_playing, block;
 };
-struct PidPosition {                   ///< input report
+struct PidPosition {  ///< input report
   PidReport report;
   PidValue value;
 };
 
 struct PidLayout {
   std::array<std::optional<PidPosition>, pid::kAxes> position;
-  std::vector<PidReport> inputs;       ///< all input reports
+  std::vector<PidReport> inputs;  ///< all input reports
   PidSetEffect set_effect;
   PidSetConstant set_constant;
   PidOperation operation;
@@ -125,7 +125,7 @@ struct PidLayout {
 
 struct PidLayoutOrMissing {
   std::optional<PidLayout> layout;
-  std::vector<std::string> missing;    ///< what a constant force needs and the descriptor lacks; empty with a layout
+  std::vector<std::string> missing;  ///< what a constant force needs and the descriptor lacks; empty with a layout
 };
 PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor);
 

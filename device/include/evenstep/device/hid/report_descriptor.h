@@ -3,7 +3,8 @@
 /// values in a report's bits. Own code, since no library of the distribution does it.
 ///
 /// Accepts and refuses exactly what Linux's hid-core (6.1) does, so that a field here is a field of the kernel's own dump
-/// (debugfs `rdesc`). Where that is not what one would expect of the standard:
+/// (debugfs `rdesc`, which shows a maximum above 2^31 - 1 as negative). Where that is not what one would expect of the
+/// standard:
 ///   - Long items are refused, wherever they are. Reserved items, unknown main items and unknown local items are skipped.
 ///   - A maximum is unsigned where its minimum is not negative: `15 00 27 FF FF FF FF` is 0 to 2^32 - 1.
 ///   - A unit exponent of 0 to 15 is a 4-bit two's complement number; any other value is taken as it is.
@@ -30,31 +31,31 @@ enum class ReportType : std::uint8_t { input, output, feature };
 /// Where a field's elements lie, and what they may hold. All that getting and setting a value needs.
 struct FieldLayout {
   ReportType type = ReportType::input;
-  std::uint8_t id = 0;                 ///< of the report; 0: not numbered
-  std::uint32_t bit_offset = 0;        ///< of element 0, from the first bit after the id
-  std::uint32_t bits = 0;              ///< of one element; the first bit is the lowest
-  std::uint32_t count = 0;             ///< elements, one after the other
-  std::uint32_t flags = 0;             ///< the main item's data; see below
-  std::int64_t logical_minimum = 0;    ///< negative: the element is signed (two's complement)
+  std::uint8_t id = 0;               ///< of the report; 0: not numbered
+  std::uint32_t bit_offset = 0;      ///< of element 0, from the first bit after the id
+  std::uint32_t bits = 0;            ///< of one element; the first bit is the lowest
+  std::uint32_t count = 0;           ///< elements, one after the other
+  std::uint32_t flags = 0;           ///< the main item's data; see below
+  std::int64_t logical_minimum = 0;  ///< negative: the element is signed (two's complement)
   std::int64_t logical_maximum = 0;
-  std::int64_t physical_minimum = 0;   ///< both 0: as the logical range
+  std::int64_t physical_minimum = 0;  ///< both 0: as the logical range
   std::int64_t physical_maximum = 0;
   std::int32_t unit_exponent = 0;
-  std::uint32_t unit = 0;              ///< nibbles, as declared; the third is the power of time
+  std::uint32_t unit = 0;  ///< nibbles, as declared; the third is the power of time
 
   bool constant() const { return flags & 0x01; }
-  bool variable() const { return flags & 0x02; }       ///< otherwise an array: each element selects a usage
+  bool variable() const { return flags & 0x02; }  ///< otherwise an array: each element selects a usage
   bool relative() const { return flags & 0x04; }
-  bool has_null() const { return flags & 0x40; }       ///< values outside the logical range mean "no value"
+  bool has_null() const { return flags & 0x40; }  ///< values outside the logical range mean "no value"
   /// Bytes before the first field: the id, or the 0 that the transport wants in its place (hid_transport.h).
   std::size_t id_bytes() const { return id == 0 && type == ReportType::input ? 0 : 1; }
   friend bool operator==(const FieldLayout&, const FieldLayout&) = default;
 };
 
 struct HidCollection {
-  std::uint8_t type = 0;               ///< 0 physical, 1 application, 2 logical, ...
-  std::uint32_t usage = 0;             ///< page in the upper 16 bits
-  std::int32_t parent = -1;            ///< index of the collection around it, -1: none
+  std::uint8_t type = 0;     ///< 0 physical, 1 application, 2 logical, ...
+  std::uint32_t usage = 0;   ///< page in the upper 16 bits
+  std::int32_t parent = -1;  ///< index of the collection around it, -1: none
   friend bool operator==(const HidCollection&, const HidCollection&) = default;
 };
 
@@ -79,15 +80,15 @@ class UsageList {
 };
 
 struct HidField : FieldLayout {
-  UsageList usages;                    ///< usages[i]: of element i in a variable field; what an array selects from
-  std::int32_t collection = -1;        ///< the innermost around it
+  UsageList usages;              ///< usages[i]: of element i in a variable field; what an array selects from
+  std::int32_t collection = -1;  ///< the innermost around it
   friend bool operator==(const HidField&, const HidField&) = default;
 };
 
 struct HidReport {
   ReportType type = ReportType::input;
   std::uint8_t id = 0;
-  std::uint32_t bits = 0;              ///< of all fields and padding, without the id
+  std::uint32_t bits = 0;  ///< of all fields and padding, without the id
   /// Bytes as read from or written to a transport.
   std::size_t size() const { return (bits + 7) / 8 + (id == 0 && type == ReportType::input ? 0 : 1); }
   friend bool operator==(const HidReport&, const HidReport&) = default;
@@ -95,7 +96,7 @@ struct HidReport {
 
 /// One element of a field.
 struct HidElement {
-  const HidField* field = nullptr;     ///< in the descriptor that was asked
+  const HidField* field = nullptr;  ///< in the descriptor that was asked
   std::uint32_t index = 0;
 };
 
@@ -115,12 +116,12 @@ struct ReportDescriptor {
 };
 
 struct DescriptorError {
-  std::size_t offset = 0;              ///< byte at which the refused item begins; the size where bytes are missing
+  std::size_t offset = 0;  ///< byte at which the refused item begins; the size where bytes are missing
   std::string message;
 };
 
 struct ParsedDescriptor {
-  ReportDescriptor value;              ///< empty where there is an error
+  ReportDescriptor value;  ///< empty where there is an error
   std::optional<DescriptorError> error;
 };
 
@@ -145,8 +146,8 @@ std::optional<std::int64_t> selector(const HidField& array, std::uint32_t usage)
 std::optional<std::uint32_t> selected(const HidField& array, std::int64_t value);
 
 /// (logical - logical_minimum) (P_max - P_min) / (logical_maximum - logical_minimum) + P_min, times 10^exponent, in the
-/// field's unit (HID's linear units: cm, g, s). P the physical range, or the logical one where both its ends are 0, and where
-/// a range is empty.
+/// field's unit (HID's linear units: cm, g, s). P the physical range, or the logical one where both its ends are 0, and
+/// where a range is empty.
 double to_physical(const FieldLayout& field, std::int64_t logical);
 /// The nearest logical value, halves away from zero, that the field can hold. None for what is not finite.
 std::optional<std::int64_t> to_logical(const FieldLayout& field, double physical);

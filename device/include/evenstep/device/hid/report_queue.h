@@ -18,10 +18,10 @@ class ReportQueue {
  public:
   explicit ReportQueue(QueuePolicy policy) : policy_(policy) {}
 
-  /// Of reports that arrive one after the other while nobody reads, which there will be room for: the first that fit (hidraw),
-  /// or the last ones (libusb). So a stall of any length costs at most one queue of work: `append` just these.
+  /// Of reports that arrive one after the other while nobody reads, which there will be room for: the first that fit
+  /// (hidraw), or the last ones (libusb). So a stall of any length costs at most one queue of work: `append` just these.
   struct Kept {
-    std::int64_t first, count;         ///< first: how many before it are not kept
+    std::int64_t first, count;  ///< first: how many before it are not kept
   };
   Kept make_room(std::int64_t arriving) {
     const auto queued = static_cast<std::int64_t>(reports_.size());

@@ -1,24 +1,24 @@
 #pragma once
-/// A force feedback device of the PID class in software: what its firmware does with the reports it gets, on an injected clock.
-/// It knows its own descriptor only (pid_descriptors.h), as a driver does. Reports, queue and faults: simulated_reports.h.
+/// A force feedback device of the PID class in software: what its firmware does with the reports it gets, on an injected
+/// clock. It knows its own descriptor only (pid_descriptors.h), as a driver does. Reports, queue and faults:
+/// simulated_reports.h.
 ///
-/// - Effects lie in a pool. Create New Effect takes the lowest free block; Block Load then says which, or full, or an error, at
-///   first nothing for `block_load_delay` questions. Without these reports Set Effect takes the block that it names.
+/// - Effects lie in a pool. Create New Effect takes the lowest free block; Block Load then says which, or full, or an error,
+///   and nothing for the first `block_load_delay` questions. Without these reports Set Effect takes the block it names.
 /// - An effect plays from Start on for its duration (0xFFFF: for ever); Start again begins anew. What plays adds up:
 ///     constant force    magnitude / largest * effect gain, along the enabled axes, or the direction's X = sin, Y = cos
 ///     spring            coefficient / largest * (center - position) in half travels, saturated, along the enabled axes
 ///   times device gain and full_scale_N; nothing while paused, without power, safety switch or enabled actuators.
-/// - The actuators are off until they are enabled (on where there is no Device Control); Device Reset enables them, frees all
-///   blocks and sets the gain to its full.
+/// - The actuators are off until they are enabled (on where there is no Device Control); Device Reset enables them, frees
+///   all blocks and sets the gain to its full.
 /// - A hand feels the constant forces as they change, and springs at `firmware_rate`.
 /// - Whatever its state report says is sent when it changes.
 
 #include <array>
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "evenstep/clock/clock.h"
 #include "evenstep/device/hid/hid_transport.h"
@@ -38,15 +38,15 @@ struct PidDeviceEvent {
 struct SimulatedPidOptions {
   PidDescriptorOptions descriptor;
   SimulatedDeviceOptions reports;
-  glm::dvec3 travel_m{0.4};              ///< position +-travel / 2 is the logical range; beyond, its ends
-  double full_scale_N = 10;              ///< of the largest magnitude at full gain
+  glm::dvec3 travel_m{0.4};  ///< position +-travel / 2 is the logical range; beyond, its ends
+  double full_scale_N = 10;  ///< of the largest magnitude at full gain
   Rate firmware_rate{4000, 1};
-  int pool_effects = 40;                 ///< at most 40
-  int simultaneous = 40;                 ///< what the pool report says
-  bool device_managed = true;            ///< what the pool report says; false: Create New Effect is answered by an error
+  int pool_effects = 40;       ///< at most 40
+  int simultaneous = 40;       ///< what the pool report says
+  bool device_managed = true;  ///< what the pool report says; false: Create New Effect is answered by an error
   int block_load_delay = 0;
-  int block_load_error_at = -1;          ///< the so-many-th Create New Effect ends in an error
-  int feature_interruptions = 0;         ///< so many feature requests are interrupted first
+  int block_load_error_at = -1;   ///< the so-many-th Create New Effect ends in an error
+  int feature_interruptions = 0;  ///< so many feature requests are interrupted first
   std::vector<PidDeviceEvent> events;
 };
 
@@ -78,7 +78,7 @@ class SimulatedPidDevice final : public HidTransport {
   };
   struct Effect {
     bool allocated = false, is_spring = false, playing = false;
-    std::optional<Duration> duration;    // none: for ever
+    std::optional<Duration> duration;  // none: for ever
     std::optional<RealTime> ends_at;
     std::array<double, pid::kAxes> along{};
     double gain = 1, magnitude = 0;
@@ -117,7 +117,7 @@ class SimulatedPidDevice final : public HidTransport {
   ReportDescriptor parsed_;
   PidLayout layout_;
   HidDeviceInfo info_;
-  std::vector<Effect> effects_;          // by block; 0 is none
+  std::vector<Effect> effects_;  // by block; 0 is none
   bool enabled_ = false, paused_ = false, safety_ = true, power_ = true;
   double gain_ = 1;
   std::size_t next_event_ = 0;

@@ -5,12 +5,11 @@
 /// Tick k falls on tick_time(rate, k, first_tick). Nothing runs by itself: `advance(now)` makes all ticks up to now.
 
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
-
-#include <glm/vec3.hpp>
 
 #include "evenstep/device/hand.h"
 #include "evenstep/device/hid/hid_transport.h"
@@ -23,27 +22,27 @@ namespace evenstep {
 /// Several may fall on one tick.
 struct ReportFault {
   enum class Kind {
-    lost,             ///< the tick's report never comes
-    duplicated,       ///< it comes `amount` more times
-    late,             ///< it comes `amount` ticks later, after that tick's own
-    cut,              ///< only its first `amount` bytes come
-    longer,           ///< `amount` bytes follow it
-    unknown_id,       ///< its id is 0xFF
-    interrupted,      ///< from the tick on, `amount` reads are interrupted (EINTR)
-    write_lost,       ///< from the tick on, `amount` output reports are taken and lost
-    write_rejected,   ///< from the tick on, `amount` output reports are rejected
+    lost,            ///< the tick's report never comes
+    duplicated,      ///< it comes `amount` more times
+    late,            ///< it comes `amount` ticks later, after that tick's own
+    cut,             ///< only its first `amount` bytes come
+    longer,          ///< `amount` bytes follow it
+    unknown_id,      ///< its id is 0xFF
+    interrupted,     ///< from the tick on, `amount` reads are interrupted (EINTR)
+    write_lost,      ///< from the tick on, `amount` output reports are taken and lost
+    write_rejected,  ///< from the tick on, `amount` output reports are rejected
   } kind = Kind::lost;
-  std::int64_t tick = 0;               ///< >= 0
-  std::int64_t amount = 1;             ///< >= 0; late: >= 1
+  std::int64_t tick = 0;    ///< >= 0
+  std::int64_t amount = 1;  ///< >= 0; late: >= 1
 };
 
 struct SimulatedDeviceOptions {
   Rate rate{1000, 1};
-  RealTime first_tick;                   ///< time of tick 0 (the phase)
+  RealTime first_tick;  ///< time of tick 0 (the phase)
   QueuePolicy queue = QueuePolicy::hidraw;
-  std::int64_t unplug_at_tick = -1;      ///< from this tick on the device is gone
-  Duration force_delay;                  ///< from writing a force to when the hand feels it; a programmed motion feels none
-  std::string name = "simulated";        ///< HidDeviceInfo::path: whose errors these are
+  std::int64_t unplug_at_tick = -1;  ///< from this tick on the device is gone
+  Duration force_delay;              ///< from writing a force to when the hand feels it; a programmed motion feels none
+  std::string name = "simulated";    ///< HidDeviceInfo::path: whose errors these are
   std::vector<ReportFault> faults;
 };
 
@@ -51,9 +50,9 @@ struct SimulatedDeviceOptions {
 struct SimulatedReport {
   std::int64_t tick = 0;
   glm::dvec3 position_m{0};
-  std::uint64_t other = 0;             ///< not a position: whatever its device pushed
+  std::uint64_t other = 0;  ///< not a position: whatever its device pushed
   enum class Shape { whole, cut, longer, unknown_id } shape = Shape::whole;
-  std::int64_t bytes = 0;              ///< of cut and longer
+  std::int64_t bytes = 0;  ///< of cut and longer
 };
 /// The report's bytes in that shape, as far as the buffer takes them.
 HidRead deliver(const SimulatedReport& report, std::span<const std::byte> whole, std::span<std::byte> buffer);
@@ -92,11 +91,11 @@ class SimulatedReports {
   void make_faulty_tick(std::int64_t tick);
   glm::dvec3 position_at(std::int64_t tick);
 
-  SimulatedDeviceOptions options_;       // faults in order of their ticks
+  SimulatedDeviceOptions options_;  // faults in order of their ticks
   ProgrammedMotion motion_;
-  std::optional<Hand> hand_;             // instead of motion_
+  std::optional<Hand> hand_;  // instead of motion_
   ReportQueue<SimulatedReport> queue_;
-  std::vector<Late> late_;               // in order of due
+  std::vector<Late> late_;  // in order of due
   std::size_t next_fault_ = 0;
   std::int64_t next_tick_ = 0;
   std::int64_t interruptions_ = 0, writes_to_lose_ = 0, writes_to_reject_ = 0;

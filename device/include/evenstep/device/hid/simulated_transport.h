@@ -2,11 +2,11 @@
 /// A reference device in software: makes one input report per device tick from the programmed motion, or from a hand that
 /// feels the forces it was sent, and queues it as the real drivers do.
 ///
-/// Tick k (simulated_reports.h, with the queue's two policies and what can go wrong) has sequence k + 1 and the tick's time in
-/// whole microseconds (floored). Reads and writes look at the clock: all ticks up to clock.now() have reported. So a reader
-/// that sleeps through a stall finds what a real queue would hold. A hand feels the last output report, from `force_delay` after
-/// its writing on; a device that is gone pulls no more. After the unplugging every call answers `gone`, with
-/// reports still queued or not, as hidapi does.
+/// Tick k (simulated_reports.h, with the queue's two policies and what can go wrong) has sequence k + 1 and the tick's time
+/// in whole microseconds (floored). Reads and writes look at the clock: all ticks up to clock.now() have reported. So a
+/// reader that sleeps through a stall finds what a real queue would hold. A hand feels the last output report, from
+/// `force_delay` after its writing on; a device that is gone pulls no more. After the unplugging every call answers `gone`,
+/// with reports still queued or not, as hidapi does.
 
 #include <cstdint>
 
