@@ -30,7 +30,7 @@ void require_rendered(PidBench& bench, const glm::dvec3& force_N, double toleran
 TEST_CASE("start sends the mask flavour exactly these bytes and stop those") {
   PidBench bench(pid_device(PidFlavour::mask));
   bench.driver->start();
-  CHECK(bench.transport.log == Log{"w 18 08", "w 19 40", "w 18 01", "g 22", "s 20 01 00 00", "g 21",
+  CHECK(bench.transport.log == Log{"w 18 08", "w 19 3F", "w 18 01", "g 22", "s 20 01 00 00", "g 21",
                                    "w 10 01 01 F4 01 00 00 00 00 00 00 FF 00 05 28 23 00 00 00 00 00 00", "w 14 01 00 00",
                                    "w 16 01 01 01", "s 20 01 00 00", "g 21",
                                    "w 10 02 01 F4 01 00 00 00 00 00 00 FF 00 06 00 00 00 00 00 00 00 00", "w 14 02 00 00",
@@ -48,7 +48,7 @@ TEST_CASE("start sends the array flavour exactly these bytes and stop those") {
   PidBench bench(pid_device(PidFlavour::array));
   bench.driver->start();
   CHECK(bench.transport.log ==
-        Log{"w 06 04", "w 07 40", "w 06 01", "g 03", "s 01 01 00 00", "g 02",
+        Log{"w 06 04", "w 07 3F", "w 06 01", "g 03", "s 01 01 00 00", "g 02",
             "w 01 01 01 F4 01 00 00 00 00 FF 00 05 40 00 00 00 00 00", "w 03 01 00 00", "w 04 01 01 01", "s 01 01 00 00",
             "g 02", "w 01 02 01 F4 01 00 00 00 00 FF 00 06 00 00 00 00 00 00", "w 03 02 00 00", "w 04 02 01 01"});
   bench.transport.log.clear();
@@ -66,7 +66,7 @@ TEST_CASE("a force written is the force rendered within one count for every gain
       bench.driver->start();
       const double largest_N = bench.driver->largest_force_N();
       // As 8 bits have it.
-      REQUIRE(largest_N == Approx(10 * std::max(1.0, std::round(255.0 * percent / 100)) / 255).epsilon(1e-12));
+      REQUIRE(largest_N == Approx(10 * std::max(1.0, std::floor(255.0 * percent / 100)) / 255).epsilon(1e-12));
       for (int i = 0; i < 100; ++i) {
         const auto draw = [&] { return (static_cast<double>(random() >> 11) / (1ll << 52) - 1) * largest_N; };
         const glm::dvec3 force{draw(), draw(), 0};
@@ -101,7 +101,7 @@ TEST_CASE("without a device gain the effects carry it and without both the drive
       PidBench bench(device);
       bench.driver->start();
       const double largest_N = bench.driver->largest_force_N();
-      CHECK(largest_N == Approx(effect_gain ? 10 * 64.0 / 255 : 2.5));
+      CHECK(largest_N == Approx(effect_gain ? 10 * 63.0 / 255 : 2.5));
       bench.tick_at(0, {100, -100, 0});
       require_rendered(bench, {largest_N, -largest_N, 0}, tolerance_N(flavour, 10));
     }
@@ -192,10 +192,10 @@ TEST_CASE("a tick writes a report per changed axis and nothing for what is as it
   bench.tick_at(kMs, {0, 0, 0});
   CHECK(bench.transport.log.empty());
   bench.tick_at(2 * kMs, {1, 0, 0});
-  // 1 N of 10 N at a gain of 64 / 255: 13055.6 counts of 32767.
-  CHECK(bench.transport.log == Log{"w 14 01 00 33"});
+  // 1 N of 10 N at a gain of 63 / 255: 13262.8 counts of 32767.
+  CHECK(bench.transport.log == Log{"w 14 01 CF 33"});
   bench.tick_at(3 * kMs, {1, -1, 0});
-  CHECK(bench.transport.log.back() == "w 14 02 00 CD");
+  CHECK(bench.transport.log.back() == "w 14 02 31 CC");
   bench.tick_at(4 * kMs, {1.00001, -1.00001, 0});  // less than a count
   CHECK(bench.transport.log.size() == 2);
 }

@@ -121,8 +121,11 @@ bool PidDriver::has_springs() const {
 void PidDriver::set_gain() {
   std::optional<double> applied;
   const auto counted = [&](const FieldLayout& field) {
-    const std::int64_t least = field.logical_minimum + 1;
-    const std::int64_t counts = nearest(field, std::max(least, share(field, options_.gain))).value_or(field.logical_maximum);
+    // Down, so that it is no more than was asked for, but not to nothing; 1e-9 against the rounding of 0.6 * 255.
+    const auto range = static_cast<double>(field.logical_maximum - field.logical_minimum);
+    const std::int64_t whole = static_cast<std::int64_t>(options_.gain * range + 1e-9);
+    const std::int64_t counts =
+        nearest(field, field.logical_minimum + std::max<std::int64_t>(1, whole)).value_or(field.logical_maximum);
     applied = fraction_of(field, counts);
     return counts;
   };

@@ -37,7 +37,7 @@ struct PidOptions {
   /// From one end of each axis' logical range to the other; the middle is 0. An axis of 0 is not used.
   glm::dvec3 travel_m{0};
   std::optional<double> full_scale_N;  ///< at the largest magnitude and full gain; > 0
-  double gain = 0.25;                  ///< (0, 1]
+  double gain = 0.25;                  ///< (0, 1]; rounded down to a count of the device, at least 1
   /// None: for ever. Rounded to the device's unit, at most what it can hold. A device without the field has no end.
   std::optional<Duration> effect_duration = Duration{500'000'000};
   /// Which way a positive magnitude pushes differs between devices.
@@ -71,8 +71,8 @@ class PidBlockLoadError : public DeviceError {
 
 class PidDriver final : public HapticDevice {
  public:
-  /// The layout of this transport's device. Throws DeviceError where an axis with travel is not there, or not in the
-  /// options' range.
+  /// The layout of this transport's device; the transport must outlive the driver. Throws DeviceError where an axis with
+  /// travel is not there, or not in the options' range.
   PidDriver(HidTransport& transport, PidLayout layout, const PidOptions& options);
   ~PidDriver() override;
   PidDriver(const PidDriver&) = delete;
