@@ -174,8 +174,9 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   read_confidence(reading, expect, expectation);
   // Energy costs a pass over all springs per step, so the scene computes it only where it is asked for.
   if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop.")) reading.scenario.scene.needs_energy = true;
+  // A second solver steps a tissue at every tick.
   for (const char* metric : {"error_max", "error_rms", "error_share", "error_at_stop", "onset_delay", "ghost_force"})
-    reading.scenario.needs_undelayed |= expectation.metric == metric && expectation.signal.find(".force.") != std::string::npos;
+    reading.scenario.needs_undelayed |= expectation.metric == metric && expectation.signal.find(".interaction.") == std::string::npos;
   reading.scenario.expectations.push_back(std::move(expectation));
 }
 

@@ -71,7 +71,7 @@ class CpuTissue final : public TissueSolver {
     std::size_t n = 0;
     for (std::size_t tool = 0; tool < lattice().held.size(); ++tool) {
       for (const std::uint32_t cell : lattice().held[tool]) readings.held_N[n++] = force_on_hand(tool, cell, now);
-      if (scene().tools[tool].kind == CouplingKind::probe) 
+      if (scene().tools[tool].kind == CouplingKind::probe)
         readings.probes[tool] = sum_probe(constants_.tools[tool], now[tool]);
     }
     for (std::size_t w = 0; w < watched().size(); ++w)

@@ -54,7 +54,7 @@ void TissueSolver::prepare_local_model() {
   for (std::size_t tool = 0; tool < scene_.tools.size(); ++tool) {
     const ToolCoupling& coupling = scene_.tools[tool];
     if (coupling.kind == CouplingKind::probe) {
-      if (local_model_ == LocalModel::settled && !probe_compliance_) 
+      if (local_model_ == LocalModel::settled && !probe_compliance_)
         probe_compliance_.emplace(scene_, lattice_, info_.name == "cpu-double");
     } else if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
     else if (coupling.kind == CouplingKind::spring) settled_[tool] = glm::dmat3(coupling.stiffness_N_per_m);
