@@ -32,6 +32,7 @@ class CsvRows {
   /// Cells of the row from the left, each read once: what a good row needs, in one go over it. False: this cell is not so,
   /// and split() and the functions below it read the row again and say why.
   bool take_whole(std::int64_t& value) {
+    if (row_done()) return false;
     const char* const first = rest_;
     std::int64_t number = 0;
     for (; rest_ != line_end() && *rest_ >= '0' && *rest_ <= '9'; ++rest_) number = 10 * number + (*rest_ - '0');
@@ -40,6 +41,7 @@ class CsvRows {
     return rest_ - first > 0 && rest_ - first <= 18 && end_cell();
   }
   bool take_word(std::string_view& word) {
+    if (row_done()) return false;
     const char* const first = rest_;
     while (rest_ != line_end() && *rest_ != ',') ++rest_;
     word = {first, static_cast<std::size_t>(rest_ - first)};

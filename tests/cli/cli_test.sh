@@ -240,6 +240,7 @@ case_size_of_a_recording_and_of_a_scenario() {
   expect 0 "taut string" size "$source_dir/scenarios/paper/figure-1-spring-hold.toml"
   grep -q " 12.842223 " out || fail "not the latency of the reference case"
   expect 0 "device period 0.125 ms" size "$trace" --sampling "8 kHz"
+  expect 0 "90 % sure" size "$trace" --rate "5 %" --confidence "90 %"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   "$evenstep" size "$trace" --json --sampling "1 ms" >out 2>err || fail "exit"
   python3 -c 'import csv, json; d = json.load(open("out")); r = [x for x in csv.DictReader(open("'"$trace"'")) if x["kind"] == "step"]
@@ -258,6 +259,8 @@ case_size_refuses_bad_input() {
   printf 'segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,5\n' >drawn.csv
   expect 2 "there is no step in it" size drawn.csv
   expect 2 '"5" is no period' size drawn.csv --sampling 5
+  expect 2 "must be above 0 % and below 100 %" size drawn.csv --rate "100 %"
+  expect 2 "goes with --rate" size drawn.csv --confidence "95 %"
   expect 2 "must be above 0 N s/m" size drawn.csv --damping "0 N s/m"
   expect 2 "belong to a recording" size "$spring" --sampling "1 ms"
   expect 2 "belongs to a scenario" size drawn.csv --set run.seed=2
