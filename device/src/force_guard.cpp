@@ -80,7 +80,7 @@ std::int64_t* ForceGuard::reason_to_cut(RealTime now, const GuardedTick& tick) {
   const RealTime last_fresh = fresh_samples_ == 0 ? RealTime{} : hand_[(fresh_samples_ - 1) % hand_.size()].at;
   if (!tick.sample.drivable) return &counters_.cuts_device;
   if (now - last_fresh > limits_.cut.stale_hand) return &counters_.cuts_stale_hand;
-  if (now - tick.force_due > limits_.cut.stale_force) return &counters_.cuts_stale_force;
+  if (!tick.force_due || now - *tick.force_due > limits_.cut.stale_force) return &counters_.cuts_stale_force;
   if (too_fast_) return &counters_.cuts_speed;
   return nullptr;
 }

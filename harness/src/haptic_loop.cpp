@@ -10,7 +10,7 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
     const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
     const DeviceSample sample = exchange.sense(lane.tool, scheduler);
     const Played played = exchange.play(lane.tool, sample, scheduler);
-    const glm::dvec3 force_N = lane.guard.pass(played.at, played.force_N.value, {sample, played.force_N.newest});
+    const glm::dvec3 force_N = lane.guard.pass(played.at, played.force_N.value, {sample, played.due()});
     if (lane.device) lane.device->write(force_N);
     record.tick(scheduler, arrival, sample, played, force_N);
     // Ticks missed while this one ran late are skipped, never sent in a burst; the one due now still runs.

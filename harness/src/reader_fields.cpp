@@ -681,7 +681,7 @@ const std::vector<Field> kExpect{
     {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
      .meaning = "A known fault: passing then fails."},
     {.table = "expect_stop", .key = "reason", .forms = kWord, .meaning = "Why the run stops.",
-     .words = "unstable-step|diverged|bad-input",
+     .words = "unstable-step|diverged|bad-input|device",
      .required = true, .example = "\"diverged\""},
     {.table = "expect_stop", .key = "at_most_step", .forms = kInteger, .meaning = "It stops at this step or before.",
      .range = between(0, 1e12),

@@ -40,15 +40,20 @@ glm::dvec3 any_force(std::mt19937_64& random) {
 
 }  // namespace
 
+namespace {
+/// A schedule that has a force, and a hand that nobody asks about.
+const GuardedTick kWithForce{{}, RealTime{0}};
+}  // namespace
+
 TEST_CASE("a force within the limits passes bit for bit, 100,000 random ones") {
   std::mt19937_64 random(1);
   ForceGuard guard({100, 1e6});  // 1000 N per tick: any change within the ball
-  guard.pass(RealTime{0}, glm::dvec3(0), {});
+  guard.pass(RealTime{0}, glm::dvec3(0), kWithForce);
   for (std::int64_t tick = 1; tick <= 100'000; ++tick) {
     glm::dvec3 wanted{uniform(random), uniform(random), uniform(random)};
     wanted *= std::pow(10, static_cast<double>(random() % 40) - 38) * 5;  // up to 50 sqrt(3) N, and tiny ones
     if (tick % 100 == 0) wanted = glm::dvec3(-0.0, 0.0, -0.0);
-    REQUIRE(same_bits(guard.pass(RealTime{tick * kMs}, wanted, {}), wanted));
+    REQUIRE(same_bits(guard.pass(RealTime{tick * kMs}, wanted, kWithForce), wanted));
   }
   CHECK((guard.counters().clamped == 0 && guard.counters().slewed == 0 && guard.counters().non_finite == 0));
 }
@@ -63,15 +68,15 @@ TEST_CASE("whatever is wanted, length and change stay within the limits, 100,000
     RealTime last_at = now;
     for (int call = 0; call < 1000; ++call) {
       const glm::dvec3 wanted = any_force(random);
-      const glm::dvec3 sent = guard.pass(now, wanted, {});
+      const glm::dvec3 sent = guard.pass(now, wanted, kWithForce);
       // Direction, its length and the scaling round 8 times at most, 2^-53 each, as does hypot here: 8 epsilon.
       REQUIRE(length(sent) <= limits.max_N * (1 + 8 * kEpsilon));
       // The sum last + change rounds once more per component, of numbers up to max_N.
       const double allowed_N = limits.max_slew_N_per_s * seconds(now - last_at);
       REQUIRE(length(sent - last) <= allowed_N * (1 + 8 * kEpsilon) + 2 * kEpsilon * limits.max_N);
       // Idempotent: the same instant again changes nothing, for the same wish and for the force that was sent.
-      REQUIRE(guard.pass(now, wanted, {}) == sent);
-      REQUIRE(guard.pass(now, sent, {}) == sent);
+      REQUIRE(guard.pass(now, wanted, kWithForce) == sent);
+      REQUIRE(guard.pass(now, sent, kWithForce) == sent);
       last = sent;
       last_at = now;
       now = now + Duration{static_cast<std::int64_t>(random() % (2 * kMs)) * static_cast<std::int64_t>(random() % 4)};
@@ -83,12 +88,12 @@ TEST_CASE("a clamped force keeps its direction and has the largest length, not z
   std::mt19937_64 random(3);
   for (int i = 0; i < 10'000; ++i) {
     ForceGuard guard({3, 1e9});
-    guard.pass(RealTime{0}, glm::dvec3(0), {});
+    guard.pass(RealTime{0}, glm::dvec3(0), kWithForce);
     const double size = std::pow(10, 1 + static_cast<double>(random() % 308));
     const glm::dvec3 unit{uniform(random), uniform(random), uniform(random)};
     const glm::dvec3 wanted = unit * size;
     if (length(unit) < 0.5) continue;
-    const glm::dvec3 sent = guard.pass(RealTime{kMs}, wanted, {});
+    const glm::dvec3 sent = guard.pass(RealTime{kMs}, wanted, kWithForce);
     for (int axis = 0; axis < 3; ++axis)
       REQUIRE(sent[axis] == Approx(3 * unit[axis] / length(unit)).epsilon(1e-14).margin(1e-14));
     REQUIRE(guard.counters().clamped == 1);
@@ -100,16 +105,16 @@ TEST_CASE("on an axis the clamp gives the limit exactly, and one ulp below it pa
     for (int axis = 0; axis < 3; ++axis) {
       for (const double sign : {-1.0, 1.0}) {
         ForceGuard guard({limit, 1e300});
-        guard.pass(RealTime{0}, glm::dvec3(0), {});
+        guard.pass(RealTime{0}, glm::dvec3(0), kWithForce);
         glm::dvec3 wanted(0);
         wanted[axis] = sign * std::nextafter(limit, 0);
-        CHECK(guard.pass(RealTime{kMs}, wanted, {}) == wanted);
+        CHECK(guard.pass(RealTime{kMs}, wanted, kWithForce) == wanted);
         wanted[axis] = sign * limit;
-        CHECK(guard.pass(RealTime{kMs * 2}, wanted, {}) == wanted);
+        CHECK(guard.pass(RealTime{kMs * 2}, wanted, kWithForce) == wanted);
         CHECK(guard.counters().clamped == 0);
         const glm::dvec3 at_limit = wanted;
         wanted[axis] = sign * std::nextafter(limit, kInfinity);
-        CHECK(guard.pass(RealTime{kMs * 3}, wanted, {}) == at_limit);
+        CHECK(guard.pass(RealTime{kMs * 3}, wanted, kWithForce) == at_limit);
         CHECK(guard.counters().clamped == 1);
       }
     }
@@ -119,10 +124,10 @@ TEST_CASE("on an axis the clamp gives the limit exactly, and one ulp below it pa
 TEST_CASE("the first call sends zero, and from it on the slew has the time that passed") {
   for (const std::int64_t start_ns : {0 * kMs, 17 * kMs, 1000 * kMs}) {
     ForceGuard guard({100, 1000});
-    CHECK(guard.pass(RealTime{start_ns}, {50, 0, 0}, {}) == glm::dvec3(0));
+    CHECK(guard.pass(RealTime{start_ns}, {50, 0, 0}, kWithForce) == glm::dvec3(0));
     for (int tick = 1; tick <= 60; ++tick) {
       // 1 N per tick up to 50; 50 sums of rounded numbers below 64 stray by at most 50 * 2^-48.
-      const double sent_N = guard.pass(RealTime{start_ns + tick * kMs}, {50, 0, 0}, {}).x;
+      const double sent_N = guard.pass(RealTime{start_ns + tick * kMs}, {50, 0, 0}, kWithForce).x;
       CHECK(sent_N == Approx(std::min(tick, 50)).epsilon(0).margin(50 * 0x1p-48));
     }
   }
@@ -130,8 +135,8 @@ TEST_CASE("the first call sends zero, and from it on the slew has the time that 
 
 TEST_CASE("a schedule that starts with zero force is not touched by the first call") {
   ForceGuard guard({100, 1e6});
-  CHECK(guard.pass(RealTime{0}, glm::dvec3(0), {}) == glm::dvec3(0));
-  CHECK(guard.pass(RealTime{kMs}, {0, 0, 99}, {}) == glm::dvec3(0, 0, 99));
+  CHECK(guard.pass(RealTime{0}, glm::dvec3(0), kWithForce) == glm::dvec3(0));
+  CHECK(guard.pass(RealTime{kMs}, {0, 0, 99}, kWithForce) == glm::dvec3(0, 0, 99));
   CHECK(guard.counters().slewed == 0);
 }
 
@@ -139,11 +144,11 @@ TEST_CASE("a non-finite force ramps to zero by the slew limit and is counted") {
   for (const double bad : {kNaN, kInfinity, -kInfinity}) {
     for (int axis = 0; axis < 3; ++axis) {
       ForceGuard guard({100, 1024});  // 1.024 N per tick
-      for (int tick = 0; tick <= 10; ++tick) guard.pass(RealTime{tick * kMs}, {0, 8, 0}, {});
+      for (int tick = 0; tick <= 10; ++tick) guard.pass(RealTime{tick * kMs}, {0, 8, 0}, kWithForce);
       glm::dvec3 wanted(0, 8, 0);
       wanted[axis] = bad;
       for (int tick = 11; tick <= 20; ++tick) {
-        const glm::dvec3 sent = guard.pass(RealTime{tick * kMs}, wanted, {});
+        const glm::dvec3 sent = guard.pass(RealTime{tick * kMs}, wanted, kWithForce);
         CHECK(sent.y == Approx(std::max(0.0, 8 - 1.024 * (tick - 10))).margin(1e-14));
         CHECK((sent.x == 0 && sent.z == 0));
       }
@@ -178,6 +183,17 @@ TEST_CASE("the authority rises in a straight line and then passes the force bit 
   ForceGuard guard(with_ramps());
   for (int ms = 0; ms <= 100; ++ms) CHECK(guard.pass(RealTime{ms * kMs}, {0, 2, 0}, calm(ms)).y == Approx(2.0 * ms / 100).margin(1e-12));
   for (int ms = 101; ms < 110; ++ms) CHECK(guard.pass(RealTime{ms * kMs}, {0, 2, 0}, calm(ms)) == glm::dvec3(0, 2, 0));
+}
+
+TEST_CASE("the authority waits for the first force of the schedule and counts no cut meanwhile") {
+  ForceGuard guard(with_ramps());
+  GuardedTick waiting = calm(0);
+  waiting.force_due.reset();
+  for (int ms = 0; ms < 500; ++ms) guard.pass(RealTime{ms * kMs}, glm::dvec3(0), waiting);
+  CHECK(guard.authority() == 0);
+  CHECK(guard.counters().cuts_stale_force == 0);
+  guard.pass(RealTime{500 * kMs}, {1, 0, 0}, calm(500));
+  CHECK(guard.authority() == Approx(0.01));
 }
 
 TEST_CASE("the gain scales the force before the clamp") {
@@ -237,6 +253,7 @@ TEST_CASE("a hand just below the speed limit is never cut off and one just above
       ForceGuard guard(limits);
       for (int i = 0; i < 200; ++i) {
         GuardedTick tick;
+        tick.force_due = RealTime{0};
         tick.sample.fresh = true;
         tick.sample.read_at = RealTime{static_cast<std::int64_t>(i * 1e9 / rate_Hz)};
         tick.sample.position_m = {0, 0, speed * i / rate_Hz};
@@ -251,6 +268,7 @@ TEST_CASE("with the default limits nothing is ever cut off") {
   ForceGuard guard{ForceLimits{}};
   for (int i = 0; i < 1000; ++i) {
     GuardedTick tick;
+    tick.force_due = RealTime{0};
     tick.sample.fresh = i % 3 == 0;
     tick.sample.read_at = RealTime{i * 1'000'000'000LL};
     tick.sample.position_m = glm::dvec3(i * 1e6);

@@ -459,6 +459,7 @@ TEST_CASE("what the device says of itself is kept and a force it does not render
       bench.tick_at(tick * kMs, {1, 0, 0});
       const bool safe = tick < 10 || tick >= 20, powered = tick < 30 || tick >= 40;
       REQUIRE((bench.driver->state().safety_switch == safe && bench.driver->state().actuator_power == powered));
+      REQUIRE(bench.driver->read(RealTime{tick * kMs}).drivable == (safe && powered));
       require_rendered(bench, {safe && powered ? 1 : 0, 0, 0}, 4e-4);
     }
     CHECK(bench.driver->pid_counters().unpowered == 20);

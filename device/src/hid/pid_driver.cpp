@@ -280,9 +280,14 @@ DeviceSample PidDriver::read(RealTime now) {
     if (got.status == HidRead::Status::gone) gone();
     if (got.status == HidRead::Status::nothing) break;
     if (got.status == HidRead::Status::interrupted) continue;
+    if (got.status == HidRead::Status::returned) {
+      has_returned_ = true;
+      continue;
+    }
     take(std::span<const std::byte>(input_).first(std::min(got.size, input_.size())));
   }
   if (!last_.fresh) ++counters_.stale;
+  last_.drivable = !is_silent();
   return last_;
 }
 
@@ -336,12 +341,15 @@ void PidDriver::require_writable() const {
   if (!started_) fail("a force cannot be written before start() or after stop()");
 }
 
+bool PidDriver::is_silent() const {
+  return has_returned_ || state_.paused == true || state_.actuators_enabled == false || state_.safety_switch == false ||
+         state_.actuator_power == false;
+}
+
 void PidDriver::write(const glm::dvec3& force_N) {
   require_writable();
   assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));
-  const bool silent = state_.paused == true || state_.actuators_enabled == false || state_.safety_switch == false ||
-                      state_.actuator_power == false;
-  if (silent) ++pid_counters_.unpowered;
+  if (is_silent()) ++pid_counters_.unpowered;
   bool saturated = false;
   for (Effect& effect : effects_) {
     if (effect.is_spring) continue;

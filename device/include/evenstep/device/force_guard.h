@@ -5,7 +5,7 @@
 ///   target = authority * (gain * wanted, shortened to max_N); 0 where wanted is not finite
 ///   sent   = last sent + (target - last sent), shortened to max_slew_N_per_s * (now - time of the last call)
 ///
-/// The authority starts at 0, rises to 1 in `ramp_up` while all is well, and falls to 0 in `ramp_down` during a cut: a hand that
+/// The authority starts at 0, rises to 1 in `ramp_up` from the first force on while all is well, and falls to 0 in `ramp_down` during a cut: a hand that
 /// moves too fast, a force or a hand that is not renewed, a device that says that its motors are off. After a cut it rises again.
 /// A force that nothing limits, at gain 1 and authority 1, passes bit for bit; a limited one keeps its direction and may be longer
 /// than the limit by rounding (a few 1e-16 of it). A call at the instant of the last one may not change the force.
@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include <glm/vec3.hpp>
 
@@ -53,7 +54,7 @@ struct ForceGuardCounters {               // calls, each
 /// What a tick knows besides the force it wants.
 struct GuardedTick {
   DeviceSample sample;
-  RealTime force_due;                    ///< when the newest force of the schedule was due; before the first: 0
+  std::optional<RealTime> force_due;     ///< when the newest force of the schedule was due; none: before the first
 };
 
 class ForceGuard {

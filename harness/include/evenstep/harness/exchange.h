@@ -42,6 +42,11 @@ struct DeviceInputs {
 struct Played {
   RealTime at;
   Reading<glm::dvec3> force_N;
+
+  /// When the newest force of the schedule was due; none before the first.
+  std::optional<RealTime> due() const {
+    return force_N.status == ReadStatus::empty ? std::nullopt : std::optional(force_N.newest);
+  }
 };
 
 /// The contacts that a local model was given in a run.

@@ -84,7 +84,8 @@ class PidDriver final : public HapticDevice {
   void stop() noexcept;
   bool is_read_only() const { return !options_.full_scale_N; }
 
-  /// `sequence` counts the position reports that came; PID has no number of its own, so `lost` stays 0.
+  /// `sequence` counts the position reports that came; PID has no number of its own, so `lost` stays 0. `drivable` is false while
+  /// the device says that it renders nothing, and for ever once it was unplugged: its effects are gone, and none is made in a tick.
   DeviceSample read(RealTime now) override;
   /// At the time of the last read. Throws DeviceError when read-only, not started or gone.
   void write(const glm::dvec3& force_N) override;
@@ -128,6 +129,7 @@ class PidDriver final : public HapticDevice {
   void take_positions(std::uint8_t id, std::span<const std::byte> bytes);
   void take_state(std::span<const std::byte> bytes);
   void require_writable() const;
+  bool is_silent() const;
   void update(Effect& effect, std::span<const std::byte> report, const PidValue& block);
   void refresh();
   std::span<std::byte> constant_force(const Effect& effect, double force_N);
@@ -156,6 +158,7 @@ class PidDriver final : public HapticDevice {
   std::vector<std::byte> input_, output_;
   std::vector<Effect> effects_;
   bool started_ = false;
+  bool has_returned_ = false;          // unplugged meanwhile: it knows of no effect
   bool numbers_blocks_ = false;   // the driver, since the device does not
   std::int64_t effect_gain_ = 0;  // counts
   double device_force_N_ = 0;     // of the largest magnitude, with the gain that the device applies
