@@ -357,7 +357,7 @@ TEST_CASE("a position outside its range is its end or where the axis can say no 
   }
 }
 
-TEST_CASE("block load is asked until it answers, as often as allowed and no more") {
+TEST_CASE("block load is asked until it answers as often as allowed and no more") {
   for (const PidFlavour flavour : kFlavours) {
     for (const int delay : {0, 1, 59, 60, 1000}) {
       SimulatedPidOptions device = pid_device(flavour);

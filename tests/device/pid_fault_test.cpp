@@ -222,6 +222,23 @@ TEST_CASE("PID: a rejected force is counted and sent again in the next tick and 
   }
 }
 
+TEST_CASE("PID: a refresh that is refused is tried again in the next tick before the effect ends") {
+  SimulatedPidOptions device = pid_device(PidFlavour::mask);
+  device.reports.faults = {{Kind::write_rejected, 50, 40}};
+  PidOptions options = pid_options();
+  options.travel_m.y = 0;
+  options.effect_duration = Duration{100 * kMs};
+  PidBench bench(device, options);
+  bench.driver->start();
+  for (std::int64_t tick = 0; tick < 120; ++tick) {
+    bench.tick_at(tick * kMs, {1, 0, 0});
+    REQUIRE(bench.device.playing() == 1);
+    // Force and Start are refused for 20 ticks.
+    REQUIRE(bench.driver->pid_counters().refreshes == (tick < 70 ? 1 : 2));
+  }
+  CHECK(bench.driver->counters().write_failures == 40);
+}
+
 TEST_CASE("PID: unplugged at any tick in any state it is an error that names the device and stop is quiet") {
   for (const PidFlavour flavour : kFlavours) {
     for (std::int64_t unplug = 0; unplug < 30; ++unplug) {

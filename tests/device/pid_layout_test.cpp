@@ -147,6 +147,24 @@ TEST_CASE("the array flavour differs where it is documented to") {
   CHECK(place(*pid.state->block) == Place{16, 8, 0, 40});
 }
 
+TEST_CASE("a duration is in its unit of time or in milliseconds where it has none") {
+  FieldLayout duration;
+  CHECK(seconds_per_count(duration) == 0.001);
+  duration.unit_exponent = -6;  // of nothing
+  CHECK(seconds_per_count(duration) == 0.001);
+  for (const std::uint32_t unit : {0x1001u, 0x1003u}) {
+    duration.unit = unit;
+    duration.unit_exponent = 0;
+    CHECK(seconds_per_count(duration) == 1);
+    duration.unit_exponent = -3;
+    CHECK(seconds_per_count(duration) == 0.001);
+    duration.unit_exponent = -6;
+    CHECK(seconds_per_count(duration) == Approx(1e-6));
+    duration.unit_exponent = 1;
+    CHECK(seconds_per_count(duration) == 10);
+  }
+}
+
 TEST_CASE("arrays from a logical minimum of 0 that have one value more than usages count from 1") {
   for (const PidFlavour flavour : {PidFlavour::mask, PidFlavour::array}) {
     PidDescriptorOptions options{flavour};

@@ -4,7 +4,7 @@
 ///
 ///   mask    device control is eight 1-bit variables, start delay, magnitudes of +-32767, directions u16 of 0.01 degrees,
 ///           feature reports with ids of their own, positions of int16, unit exponents as nibbles
-///   array   device control is an 8-bit array of 1 to 6, no start delay, +-10000, directions u8, feature reports with the ids
+///   array   device control is an 8-bit array of 1 to 6, no start delay, +-10000, directions u8, feature reports with ids
 ///           of output reports, positions of 12 bits, physical ranges left over from other items, 4-byte usages
 
 #include <cstddef>
