@@ -90,13 +90,19 @@ void check_alone(const Field& field, std::string_view toml) {
   for (std::string_view path = field.table; !path.empty();) {
     const std::size_t dot = path.rfind('.');
     const std::string_view key = dot == std::string_view::npos ? path : path.substr(dot + 1);
-    if (key == "device" || key == "expect" || key == "changes" || key == "regions" || key == "moves") {
+    if (key == "device" || key == "expect" || key == "changes" || key == "regions" || key == "moves" || key == "faults" ||
+        key == "events") {
       Value list = parse_toml_value("[]", kHere);
       list.list.push_back(std::move(document));
       document = std::move(list);
     }
     document = around(key, std::move(document));
     path = dot == std::string_view::npos ? std::string_view() : path.substr(0, dot);
+    const auto needs_kind = [&](const Field& outer) {
+      return !path.empty() && outer.table == path && outer.key == key && !outer.kinds.empty();
+    };
+    if (const auto outer = std::find_if(fields().begin(), fields().end(), needs_kind); outer != fields().end())
+      document.table.push_back({std::string(kind_key(path)), kHere, text_value(std::string(split_words(outer->kinds).front()), kHere)});
   }
   Errors errors;
   const Check check(document, errors);

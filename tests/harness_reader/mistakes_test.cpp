@@ -289,7 +289,7 @@ TEST_CASE("Strategies, devices and expectations must fit each other") {
                  {"metric = \"velocity_jump\"", "", "[[expect]] has no 'metric'"},
                  {"metric = \"velocity_jump\"", "metric = \"\"", "'metric' is empty"},
                  {"[[expect]]", "[expect_stop]\nreason = \"tired\"\n[[expect]]",
-                  "'reason': \"tired\" must be \"unstable-step\", \"diverged\" or \"bad-input\""},
+                  "'reason': \"tired\" must be \"unstable-step\", \"diverged\", \"bad-input\" or \"device\""},
              });
   for (const char* signal : {"run", "solver.*", "*.*", "events.device.tick", "*.interaction.direct", "left.*.*",
                              "left.buffers.paper", "events.*.*"}) {
