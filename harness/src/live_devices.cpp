@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "evenstep/harness/simulated_devices.h"
@@ -83,6 +84,16 @@ std::vector<HapticDevice*> LiveDevices::drivers() {
   std::vector<HapticDevice*> drivers;
   for (Device& device : devices_) drivers.push_back(device.driver.get());
   return drivers;
+}
+
+void LiveDevices::forget_queued() {
+  constexpr int kDeepestQueue = 64;
+  std::array<std::byte, 64> ignored;
+  for (Device& device : devices_) {
+    for (int i = 0; device.transport && i < kDeepestQueue; ++i) {
+      if (device.transport->read(ignored).status != HidRead::Status::report) break;
+    }
+  }
 }
 
 std::map<std::string, double> LiveDevices::counters(std::size_t tool) const {

@@ -14,6 +14,8 @@ namespace {
 
 /// Long enough for both lanes to be set up and scheduled before t = 0.
 constexpr Duration kStartDelay{100'000'000};
+/// A device reports all the while; its lane starts to listen so long before its first tick.
+constexpr Duration kListenBefore{500'000};
 /// Below the kernel's own threaded interrupts (50), the device above the simulation.
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
@@ -146,6 +148,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   quiet.progress = nullptr;
   LaneThread device_thread([&] {
     recording.device_grant = request_real_time(kDevicePriority);
+    device_clock.wait_until(RealTime{} - kListenBefore);
+    devices->forget_queued();
     device_status = run_in_slices(device, end, name, quiet);
     if (ended_badly(device_status)) simulation.request_stop();
   });

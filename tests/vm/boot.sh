@@ -56,7 +56,7 @@ for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program
 # --- twice
 for run in 1 2; do
   timeout 600 qemu-system-x86_64 -M pc -accel tcg -cpu qemu64 -smp 1 -m 512 -nographic -nodefaults -serial stdio -no-reboot \
-    -icount shift=3,sleep=off -rtc base=2024-01-01T00:00:00,clock=vm -kernel kernel/vmlinux -initrd initrd.gz \
+    -icount shift=1,sleep=off -rtc base=2024-01-01T00:00:00,clock=vm -kernel kernel/vmlinux -initrd initrd.gz \
     -append "console=ttyS0 quiet panic=-1 nokaslr random.trust_cpu=off" </dev/null 2>qemu.log | tr -d '\r' |
     sed -n '/^== kernel$/,/^== end$/p' >$run.log || true
   if ! grep -q '^== end$' $run.log; then

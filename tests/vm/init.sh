@@ -1,7 +1,7 @@
 #!/bin/sh
 # The guest's first and only process: loads the kernel's HID modules, runs what is to be tested, powers off. The test reads the
 # serial line: everything between two marks.
-export PATH=/bin HOME=/tmp
+export PATH=/bin HOME=/tmp NO_COLOR=1
 mount -t proc none /proc
 mount -t sysfs none /sys
 mount -t devtmpfs none /dev
@@ -9,7 +9,7 @@ mount -t tmpfs none /tmp
 mount -t debugfs none /sys/kernel/debug
 for module in hid hid-generic uhid; do insmod /modules/$module.ko || echo "no module $module"; done
 cd /tmp
-echo "== kernel"
+echo; echo "== kernel"
 test_uhid --durations no 2>&1
 echo "== kernel: $?"
 echo "== live"

@@ -40,6 +40,8 @@ class LiveDevices {
   LiveDevices& operator=(const LiveDevices&) = delete;
 
   std::vector<HapticDevice*> drivers();
+  /// Reports that came before anybody listened, which is as long as the queue is: they are no loss.
+  void forget_queued();
   /// Of device `tool`: what its transport counted; empty of a simulated one.
   std::map<std::string, double> counters(std::size_t tool) const;
 
