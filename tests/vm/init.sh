@@ -10,7 +10,7 @@ mount -t debugfs none /sys/kernel/debug
 for module in hid hid-generic uhid; do insmod /modules/$module.ko || echo "no module $module"; done
 cd /tmp
 echo; echo "== kernel"
-test_uhid --durations no 2>&1
+test_uhid --use-colour no 2>&1
 echo "== kernel: $?"
 echo "== live"
 uhid_player 1000 12 10000 > player.log &

@@ -1,6 +1,7 @@
 /// uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S: the reference device on the kernel's own HID core, its hand in constant motion
 /// along x. Prints the node, reports at its rate for so long, then says what came back. Its clock is the machine's.
 
+#include <sched.h>
 #include <time.h>
 
 #include <cstdio>
@@ -19,6 +20,9 @@ int main(int argc, char** argv) {
   UhidDevice device(spec);
   std::printf("%s\n", device.node().c_str());
   std::fflush(stdout);
+  // It stands for hardware, which waits for nobody. Where that is not allowed it is as late as other programs make it.
+  const sched_param first{60};
+  sched_setscheduler(0, SCHED_FIFO, &first);
   timespec at{};
   clock_gettime(CLOCK_MONOTONIC, &at);
   const long period_ns = 1'000'000'000 / rate;
