@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
   run_command->add_option("--seed", run.seed, "instead of [run] seed");
   run_command->add_option("--set", run.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"")
       ->expected(1)
+      ->allow_extra_args(false)
       ->take_all();
   run_command->add_option("--out", run.out,
                           "run folder (one scenario) or folder of run folders (several); default runs/<name>");
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
                           "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
                           "[[device]], default the first")
       ->expected(1)
+      ->allow_extra_args(false)
       ->take_all();
   run_command->add_flag("--forces", run.forces, "let forces reach the real device; without it, it is only read");
   run_command->add_flag("--long", run.include_long,
@@ -68,7 +70,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> check_paths, check_set;
   CLI::App* check_command = cli.add_subcommand("check", "read and explain scenarios, run nothing");
   check_command->add_option("scenario", check_paths, "scenario files, or folders of them")->required();
-  check_command->add_option("--set", check_set, "path=value, overrides the file")->expected(1)->take_all();
+  check_command->add_option("--set", check_set, "path=value, overrides the file")->expected(1)->allow_extra_args(false)->take_all();
 
   bool devices_as_json = false;
   CLI::App* devices_command = cli.add_subcommand("devices", "the HID devices of this machine, and what each of them can do");
@@ -84,6 +86,7 @@ int main(int argc, char** argv) {
   study_command->add_option("scenario", study.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit")->required();
   study_command->add_option("--set", study.set, "path=value, overrides the file: --set study.repeats=9")
       ->expected(1)
+      ->allow_extra_args(false)
       ->take_all();
   study_command->add_option(
       "--advise", study.advise,
@@ -104,7 +107,7 @@ int main(int argc, char** argv) {
       "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost");
   size_command->add_option("file", size.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns")
       ->required();
-  size_command->add_option("--set", size.set, "path=value, overrides the scenario")->expected(1)->take_all();
+  size_command->add_option("--set", size.set, "path=value, overrides the scenario")->expected(1)->allow_extra_args(false)->take_all();
   size_command->add_option("--sampling", size.sampling,
                            "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
   size_command->add_option("--emission", size.emission, "of a recording: how its forces are played, hold (default) or linear")
@@ -119,6 +122,7 @@ int main(int argc, char** argv) {
   sweep_command->add_option("scenario", sweep.file, "a scenario file with a [sweep]")->required();
   sweep_command->add_option("--set", sweep.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"")
       ->expected(1)
+      ->allow_extra_args(false)
       ->take_all();
   sweep_command->add_option("--shard", sweep.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
   sweep_command->add_option("--threads", sweep.threads, "points side by side; 0 = one per core (results do not depend on it)")
@@ -138,7 +142,7 @@ int main(int argc, char** argv) {
   app::ShrinkArguments shrink;
   CLI::App* shrink_command = cli.add_subcommand("shrink", "from a scenario that fails to the smallest timing that still fails");
   shrink_command->add_option("scenario", shrink.file, "a scenario file that fails")->required();
-  shrink_command->add_option("--set", shrink.set, "path=value, overrides the file")->expected(1)->take_all();
+  shrink_command->add_option("--set", shrink.set, "path=value, overrides the file")->expected(1)->allow_extra_args(false)->take_all();
   shrink_command->add_option("--seed", shrink.seed, "instead of [run] seed");
   shrink_command->add_option("--expect", shrink.expect, "the line of the expectation; default: the first that fails");
   shrink_command->add_option("--max-runs", shrink.max_runs, "runs to spend; default 2000")

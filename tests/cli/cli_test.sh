@@ -131,6 +131,20 @@ case_failing_expectation_names_the_line_and_the_command() {
 }
 case_json() { "$evenstep" run "$spring" --json >out 2>err || fail "exit"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
 case_repeat() { expect 0 "PASS" run "$spring" --repeat; }
+case_options_may_come_before_the_file() { expect 0 "seed 3" run --seed 3 --set 'run.duration="1 s"' --set 'run.warmup="0.3 s"' "$spring"; }
+case_devices_lists_what_is_there() {
+  "$evenstep" devices >out 2>err || fail "devices"
+  "$evenstep" devices --json >out 2>err || fail "devices --json"
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  python3 -m json.tool out >/dev/null || fail "not JSON"
+}
+case_a_device_that_is_none_is_refused() {
+  local live=$source_dir/scenarios/live/figure-1-spring.toml
+  expect 3 "not a hidraw device" run --clock wall --device /dev/null "$live"
+  expect 2 'no device "right", but left' run --clock wall --device right=/dev/hidraw0 "$live"
+  expect 2 'given twice for "left"' run --clock wall --device /dev/hidraw0 --device left=/dev/hidraw1 "$live"
+  expect 2 "needs --clock wall" run --device /dev/hidraw0 "$live"
+}
 case_seed_and_set_are_in_the_run() {
   expect 0 "seed 7" run "$spring" --seed 7 --set 'run.duration="1 s"'
   grep -q '"seed":7' runs/figure-1-spring/summary.json || fail "summary seed"
