@@ -92,6 +92,14 @@ TEST_CASE("a device is listed once with its strings and descriptor") {
   CHECK(udev_rule(found[0].info) == R"(KERNEL=="hidraw*", KERNELS=="*:1209:0E57.*", TAG+="uaccess")");
 }
 
+TEST_CASE("a device that the kernel drives too is listed with the input node that does") {
+  MockedHidraw::Spec spec = reference();
+  spec.force_feedback = "3000";
+  MockedHidraw device(spec);
+  REQUIRE(hid_devices().size() == 1);
+  CHECK(hid_devices()[0].force_feedback_node == "/dev/input/event7");
+}
+
 TEST_CASE("what is no hidraw device is refused with the remedy and never reaches hidapi") {
   MockedHidraw device(reference());
   for (const std::string path : {"/dev/null", "/dev/hidraw1", "/dev/hidraw", "", "/nowhere/hidraw0"}) {

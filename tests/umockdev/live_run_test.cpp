@@ -40,7 +40,7 @@ class Reporter {
   std::thread thread_;
 };
 
-RunOutcome live_run(bool forces) {
+RunOutcome live_run(bool forces, const std::atomic<bool>* interrupted = nullptr) {
   const ReadResult read =
       read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml",
                     {{"run.duration=\"1 s\"", "run.warmup=\"0.3 s\"", "device.0.rate=\"250 Hz\"", "device.0.guard={ramp_up=\"0.1 s\"}",
@@ -49,6 +49,7 @@ RunOutcome live_run(bool forces) {
   for (const Diagnostic& error : read.errors) FAIL(text(error));
   RunOptions options;
   options.clock = ClockKind::wall;
+  options.control.interrupted = interrupted;
   options.devices = {{{"left", "/dev/hidraw0"}}, forces};
   return run_scenario(*read.scenario, options);
 }
@@ -71,6 +72,22 @@ TEST_CASE("a live run on a real transport renders forces and replays and ends wi
   bool any_force = false;
   for (const Bytes& bytes : outputs) any_force = any_force || reference_device::decode_output(bytes)->force_uN[0] != 0;
   CHECK(any_force);
+  CHECK(reference_device::decode_output(outputs.back())->force_uN == std::array<std::int32_t, 3>{});
+}
+
+TEST_CASE("a run that is interrupted ends with no force") {
+  MockedHidraw device(reference());
+  const Reporter hand(device);
+  std::atomic<bool> interrupted{false};
+  std::thread person([&] {
+    for (int i = 0; i < 60'000 && device.outputs().size() < 20; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    interrupted = true;
+  });
+  const RunOutcome outcome = live_run(true, &interrupted);
+  person.join();
+  CHECK(outcome.exit == ExitCode::interrupted);
+  const std::vector<Bytes> outputs = device.outputs();
+  REQUIRE(outputs.size() >= 20);
   CHECK(reference_device::decode_output(outputs.back())->force_uN == std::array<std::int32_t, 3>{});
 }
 

@@ -46,6 +46,10 @@ std::string devices_text(const MockedHidraw::Spec& spec, int number) {
   text += "P: " + hid + "\nE: DRIVER=hid-generic\nE: HID_ID=0003:" + spec.vendor_product + "\nE: HID_NAME=" + spec.name +
           "\nE: HID_PHYS=usb-1/input0\nE: HID_UNIQ=" + spec.serial + "\nE: SUBSYSTEM=hid\nH: report_descriptor=" +
           hex(spec.report_descriptor) + "\n\n";
+  if (spec.force_feedback != "0") {
+    text += "P: " + hid + "/input/input5\nE: SUBSYSTEM=input\nA: capabilities/ff=" + spec.force_feedback + "\\n\n\n";
+    text += "P: " + hid + "/input/input5/event7\nN: input/event7\nE: DEVNAME=/dev/input/event7\nE: SUBSYSTEM=input\n\n";
+  }
   text += "P: " + hid + "/hidraw/" + node + "\nN: " + node + "\nE: DEVNAME=/dev/" + node + "\nE: MAJOR=240\nE: MINOR=" + minor + "\nE: SUBSYSTEM=hidraw\n" +
           "A: dev=240:" + minor + "\\n\nL: device=../../../" + hid.substr(hid.rfind('/') + 1) + "\n\n";
   return text;

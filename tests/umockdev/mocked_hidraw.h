@@ -28,6 +28,7 @@ class MockedHidraw {
     std::string serial = "SN0001";
     Bytes report_descriptor;
     Node node = Node::fifo;
+    std::string force_feedback = "0";  ///< "capabilities/ff" of an input device that the kernel made of it; "0": none
   };
   /// False: not under umockdev; nothing may be tested then.
   static bool possible();

@@ -1,0 +1,6 @@
+// A real device and the clock it is given, chosen by -DCLOCK=.
+#include "evenstep/clock/virtual_clock.h"
+#include "evenstep/clock/wall_clock.h"
+#include "evenstep/device/hid/hidapi_transport.h"
+
+void open(const evenstep::CLOCK& clock) { evenstep::HidapiTransport("/dev/hidraw0", clock); }
