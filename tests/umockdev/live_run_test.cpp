@@ -1,10 +1,12 @@
 /// The live run through unmodified libhidapi, on a device that this process makes up: a hand in slow motion, reported by a thread.
 
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <thread>
 
+#include "evenstep/device/hid/pid_descriptors.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/scenario.h"
@@ -20,16 +22,28 @@ MockedHidraw::Spec reference() {
   return spec;
 }
 
+Bytes reference_report(std::uint32_t sequence) {
+  const auto encoded = reference_device::encode(
+      reference_device::InputReport{sequence, sequence * 4000, {static_cast<std::int32_t>(sequence) * 40'000, 0, 0}});
+  return {encoded.begin(), encoded.end()};
+}
+
+/// Of the PID device's flavour `mask`: buttons, X and Y, 100 counts on along X each time.
+Bytes pid_report(std::uint32_t sequence) {
+  const std::uint32_t x = sequence * 100;
+  return {std::byte{1}, std::byte{0}, static_cast<std::byte>(x), static_cast<std::byte>(x >> 8), std::byte{0}, std::byte{0}};
+}
+
 /// Reports at some 250 Hz: how late the thread is asserts nothing.
 class Reporter {
  public:
-  explicit Reporter(MockedHidraw& device) : thread_([this, &device] {
-    for (std::uint32_t sequence = 1; !stopped_; ++sequence) {
-      const reference_device::InputReport report{sequence, sequence * 4000, {static_cast<std::int32_t>(sequence) * 40'000, 0, 0}};
-      device.send(reference_device::encode(report));
-      std::this_thread::sleep_for(std::chrono::milliseconds(4));
-    }
-  }) {}
+  explicit Reporter(MockedHidraw& device, Bytes (*report)(std::uint32_t) = reference_report)
+      : thread_([this, &device, report] {
+          for (std::uint32_t sequence = 1; !stopped_; ++sequence) {
+            device.send(report(sequence));
+            std::this_thread::sleep_for(std::chrono::milliseconds(4));
+          }
+        }) {}
   ~Reporter() {
     stopped_ = true;
     thread_.join();
@@ -40,12 +54,12 @@ class Reporter {
   std::thread thread_;
 };
 
-RunOutcome live_run(bool forces, const std::atomic<bool>* interrupted = nullptr) {
-  const ReadResult read =
-      read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml",
-                    {{"run.duration=\"1 s\"", "run.warmup=\"0.3 s\"", "device.0.rate=\"250 Hz\"", "device.0.guard={ramp_up=\"0.1 s\"}",
-                      "remap.lead=\"60 ms\"", "remap.latency=\"200 ms\"", "expect=[]", "run.strategies=[\"direct\", \"phase_locked\"]"},
-                     std::nullopt});
+RunOutcome live_run(bool forces, const std::atomic<bool>* interrupted = nullptr, std::vector<std::string> more = {}) {
+  ReadOptions set{{"run.duration=\"1 s\"", "run.warmup=\"0.3 s\"", "device.0.rate=\"250 Hz\"", "device.0.guard={ramp_up=\"0.1 s\"}",
+                   "remap.lead=\"60 ms\"", "remap.latency=\"200 ms\"", "expect=[]", "run.strategies=[\"direct\", \"phase_locked\"]"},
+                  std::nullopt};
+  set.set.insert(set.set.end(), more.begin(), more.end());
+  const ReadResult read = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml", set);
   for (const Diagnostic& error : read.errors) FAIL(text(error));
   RunOptions options;
   options.clock = ClockKind::wall;
@@ -89,6 +103,35 @@ TEST_CASE("a run that is interrupted ends with no force") {
   const std::vector<Bytes> outputs = device.outputs();
   REQUIRE(outputs.size() >= 20);
   CHECK(reference_device::decode_output(outputs.back())->force_uN == std::array<std::int32_t, 3>{});
+}
+
+TEST_CASE("a live run drives a PID device from its descriptor and leaves its actuators off") {
+  MockedHidraw::Spec spec;
+  spec.vendor_product = "00001209:0000F1D0";
+  spec.report_descriptor = pid_descriptor({});
+  MockedHidraw device(spec);
+  device.answer_feature({std::byte{0x21}, std::byte{1}, std::byte{1}, std::byte{0xFF}, std::byte{0}});   // Block Load: block 1, success
+  device.answer_feature({std::byte{0x22}, std::byte{0xFF}, std::byte{0}, std::byte{40}, std::byte{1}});  // Pool: device-managed
+  const Reporter hand(device, pid_report);
+  const RunOutcome outcome =
+      live_run(true, nullptr,
+               {"device.0.driver=\"pid\"", "device.0.pid={travel=[\"200 mm\", \"0 mm\", \"0 mm\"], full_scale=\"20 N\"}"});
+  INFO(outcome.failure);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK(outcome.repeat_difference.empty());
+  CHECK(outcome.metrics.at("left.force.phase_locked").at("malformed") == 0);
+  REQUIRE(device.features_set().size() == 1);  // Create New Effect
+  const std::vector<Bytes> outputs = device.outputs();
+  const auto sent = [&](unsigned id) {
+    return std::count_if(outputs.begin(), outputs.end(), [&](const Bytes& bytes) { return bytes[0] == std::byte(id); });
+  };
+  CHECK(sent(0x10) == 1);  // Set Effect
+  CHECK(sent(0x14) > 1);   // Set Constant Force: zero, and what came
+  CHECK(sent(0x16) > 1);   // Effect Operation: start, again, and stop
+  // Device Control: reset, enable; at the end stop all, and disable (bit 2).
+  const auto control = [](const Bytes& bytes) { return bytes[0] == std::byte{0x18}; };
+  REQUIRE(sent(0x18) >= 4);
+  CHECK(*std::find_if(outputs.rbegin(), outputs.rend(), control) == Bytes{std::byte{0x18}, std::byte{0x02}});
 }
 
 TEST_CASE("without forces a live run sends nothing at all") {
