@@ -17,8 +17,9 @@ uhid_player 1000 12 10000 > player.log &
 player=$!
 while ! node=$(sed -n 1p player.log) || [ -z "$node" ]; do sleep 0.01; done
 evenstep devices
-evenstep run --clock wall --device "$node" --forces /scenarios/live.toml --out run 2>&1
+evenstep run --clock wall --device "$node" --forces /scenarios/live.toml --out run >run.log 2>&1
 echo "== live: $?"
+cat run.log
 wait $player
 sed -n 2p player.log
 echo "== end"
