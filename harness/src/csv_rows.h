@@ -34,10 +34,10 @@ class CsvRows {
   bool take_whole(std::int64_t& value) {
     if (row_done()) return false;
     const char* const first = rest_;
-    std::int64_t number = 0;
-    for (; rest_ != line_end() && *rest_ >= '0' && *rest_ <= '9'; ++rest_) number = 10 * number + (*rest_ - '0');
-    value = number;
-    // 18 digits cannot overflow.
+    std::uint64_t number = 0;   // 18 digits fit; more wrap, and are refused
+    for (; rest_ != line_end() && *rest_ >= '0' && *rest_ <= '9'; ++rest_)
+      number = 10 * number + static_cast<std::uint64_t>(*rest_ - '0');
+    value = static_cast<std::int64_t>(number);
     return rest_ - first > 0 && rest_ - first <= 18 && end_cell();
   }
   bool take_word(std::string_view& word) {
