@@ -80,8 +80,8 @@ class PidDriver final : public HapticDevice {
 
   /// Not from a tick. Throws DeviceError (gone, or a report refused) and PidBlockLoadError; then nothing is left behind on
   /// the device.
-  void start();
-  void stop() noexcept;
+  void start() override;
+  void stop() noexcept override;
   bool is_read_only() const { return !options_.full_scale_N; }
 
   /// `sequence` counts the position reports that came; PID has no number of its own, so `lost` stays 0. `drivable` is false while
