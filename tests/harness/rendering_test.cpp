@@ -82,7 +82,7 @@ TEST_CASE("a device's own springs and the force beside them are the local model'
 }
 
 TEST_CASE("a contact that no springs along the axes can say is left to the loop") {
-  std::vector<std::string> set = small_tissue("cpu-float");
+  std::vector<std::string> set = small_tissue("cpu");
   set.insert(set.end(), {"expect=[]", kPid, kPidSpec, "run.strategies=[\"phase_locked\"]", "device.left.render={ kind = \"device_spring\" }"});
   const RunRecord sprung = run_all(read("paper/figure-1.toml", set));
   set.back() = "device.left.render={ kind = \"local\" }";
