@@ -48,7 +48,7 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
     DeviceSpec& device = scenario.devices[tool];
     if (!binding_of(bindings, scenario, tool)) continue;
     device.is_real = true;
-    device.limits.cut = cut_limits(device.cut, kLiveCuts);
+    device.limits = force_limits(device.guard, kLiveLimits);
   }
   return scenario;
 }

@@ -221,18 +221,21 @@ PidSpec read_pid(const ScenarioReading& reading, const Table& device) {
   return spec;
 }
 
-CutSpec read_guard(const Table& guard, const NominalUnits& nominal, Errors& errors) {
-  CutSpec cut;
+GuardSpec read_guard(const Table& device, const NominalUnits& nominal, Errors& errors) {
+  GuardSpec spec;
+  const Table guard = device.table("guard");
   const auto span = [&](std::string_view key) {
     return guard.has(key) ? std::optional(guard.span(key, nominal, errors)) : std::nullopt;
   };
-  if (guard.has("gain")) cut.gain = guard.number("gain");
-  cut.ramp_up = span("ramp_up");
-  cut.ramp_down = span("ramp_down");
-  if (guard.has("speed_limit")) cut.max_speed_m_per_s = guard.si("speed_limit");
-  cut.stale_force = span("stale_force");
-  cut.stale_hand = span("stale_hand");
-  return cut;
+  if (device.has("force_limit")) spec.max_N = device.si("force_limit");
+  if (device.has("slew_limit")) spec.max_slew_N_per_s = device.si("slew_limit");
+  if (guard.has("gain")) spec.gain = guard.number("gain");
+  spec.ramp_up = span("ramp_up");
+  spec.ramp_down = span("ramp_down");
+  if (guard.has("speed_limit")) spec.max_speed_m_per_s = guard.si("speed_limit");
+  spec.stale_force = span("stale_force");
+  spec.stale_hand = span("stale_hand");
+  return spec;
 }
 
 DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
@@ -257,8 +260,8 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   if (spec.render.cap.kind == RenderSpec::Cap::Kind::by_law && !spec.hand)
     reading.errors.add(render.place("cap"), "'cap': \"law\" follows from the mass and damping of a hand, and this motion is "
                                             "programmed; write a stiffness, or motion = { kind = \"hand\", ... }");
-  spec.cut = read_guard(device.table("guard"), reading.scenario.nominal, reading.errors);
-  spec.limits = {device.si("force_limit"), device.si("slew_limit"), cut_limits(spec.cut, {})};
+  spec.guard = read_guard(device, reading.scenario.nominal, reading.errors);
+  spec.limits = force_limits(spec.guard, {});
   return spec;
 }
 
@@ -283,13 +286,13 @@ void read_devices(ScenarioReading& reading) {
 
 }  // namespace internal
 
-CutLimits cut_limits(const CutSpec& spec, const CutLimits& otherwise) {
-  return {spec.gain.value_or(otherwise.gain),
-          spec.ramp_up.value_or(otherwise.ramp_up),
-          spec.ramp_down.value_or(otherwise.ramp_down),
-          spec.max_speed_m_per_s.value_or(otherwise.max_speed_m_per_s),
-          spec.stale_force.value_or(otherwise.stale_force),
-          spec.stale_hand.value_or(otherwise.stale_hand)};
+ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise) {
+  const CutLimits& cut = otherwise.cut;
+  return {spec.max_N.value_or(otherwise.max_N),
+          spec.max_slew_N_per_s.value_or(otherwise.max_slew_N_per_s),
+          {spec.gain.value_or(cut.gain), spec.ramp_up.value_or(cut.ramp_up), spec.ramp_down.value_or(cut.ramp_down),
+           spec.max_speed_m_per_s.value_or(cut.max_speed_m_per_s), spec.stale_force.value_or(cut.stale_force),
+           spec.stale_hand.value_or(cut.stale_hand)}};
 }
 
 bool has_hand(const Scenario& scenario) {

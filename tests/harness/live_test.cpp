@@ -1,6 +1,7 @@
 // Runs on the wall clock. Nothing here asserts how fast or how late: the machine decides that. What must hold on any
 // machine is that the recorded inputs give the same run again, and that every step got its sample in order.
 
+#include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/live_run.h"
 #include "scenarios.h"
 
@@ -88,6 +89,27 @@ TEST_CASE("a latency that adapts needs no knowledge of the timing, and replays t
   const StrategyRecord& live = strategy(outcome.record, "phase_locked");
   CHECK_FALSE(live.shadow);
   CHECK(live.latency_growths > 0);   // it starts from 0: the first step of a segment alone takes longer
+}
+
+TEST_CASE("a device that is bound to a path is guarded unless the scenario says otherwise, and no other") {
+  const std::vector<std::string> set{"device.left.guard={ gain = 0.5, ramp_up = \"10 ms\" }", "device.left.slew_limit=\"2 kN/s\""};
+  const Scenario scenario = read("paper/figure-1.toml", set);
+  const Scenario live = with_live_guards(scenario, {{"left", "/dev/hidraw0"}});
+  const ForceLimits &bound = live.devices[0].limits, &simulated = live.devices[1].limits;
+  CHECK(bound.max_N == 3);
+  CHECK(bound.max_slew_N_per_s == 2000);
+  CHECK(bound.cut.gain == 0.5);
+  CHECK(bound.cut.ramp_up == Duration{10'000'000});
+  CHECK(bound.cut.ramp_down == Duration{50'000'000});
+  CHECK(bound.cut.max_speed_m_per_s == 1);
+  CHECK(bound.cut.stale_force == Duration{100'000'000});
+  CHECK(bound.cut.stale_hand == Duration{50'000'000});
+  CHECK(simulated.max_N == 100);
+  CHECK(simulated.max_slew_N_per_s == 1e6);
+  CHECK(simulated.cut.gain == 1);
+  CHECK(simulated.cut.stale_hand == kNeverStale);
+  CHECK(with_live_guards(read("paper/figure-1.toml", {"device.left.force_limit=\"7 N\""}), {{"", "/dev/hidraw0"}}).devices[0].limits.max_N == 7);
+  CHECK(with_live_guards(read("paper/figure-1.toml"), {{"", "/dev/hidraw0"}}).devices[0].limits.max_slew_N_per_s == 1000);
 }
 
 TEST_CASE("a minimal latency is refused on the wall clock, with the remedy") {

@@ -27,7 +27,7 @@ struct LiveDeviceOptions {
 
 /// Why the bindings do not fit the scenario, with the remedy; empty if they do.
 std::string binding_objection(const Scenario& scenario, const std::vector<DeviceBinding>& bindings);
-/// The scenario as it runs on real devices: guards as kLiveCuts say where the file does not say otherwise.
+/// The scenario as it runs on real devices: guards as kLiveLimits say where the file does not say otherwise.
 Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& bindings);
 
 class LiveDevices {

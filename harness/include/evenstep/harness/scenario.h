@@ -62,18 +62,20 @@ struct RenderSpec {
   double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
 };
 
-/// [device.guard]: what is written there.
-struct CutSpec {
+/// [[device]] force_limit, slew_limit and guard: what is written there.
+struct GuardSpec {
+  std::optional<double> max_N, max_slew_N_per_s;
   std::optional<double> gain;
   std::optional<Duration> ramp_up, ramp_down;
   std::optional<double> max_speed_m_per_s;
   std::optional<Duration> stale_force, stale_hand;
 };
 /// What is not written is taken from `otherwise`.
-CutLimits cut_limits(const CutSpec& spec, const CutLimits& otherwise);
-/// `otherwise` with a real device: a quarter of the force, risen over a second, and cut off in 50 ms.
-inline constexpr CutLimits kLiveCuts{0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000},
-                                     Duration{50'000'000}};
+ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise);
+/// `otherwise` with a real device: what a hand can hold against, a quarter of each force, risen over a second, cut off in 50 ms.
+inline constexpr ForceLimits kLiveLimits{
+    3, 1000,
+    {0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000}, Duration{50'000'000}}};
 
 /// [[device]] driver = "pid", and its simulated device.
 struct PidSpec {
@@ -97,8 +99,8 @@ struct DeviceSpec {
   std::optional<PidSpec> pid;                   ///< none: the reference device
   std::optional<Duration> unplug;               ///< of the simulated device
   std::vector<ReportFault> faults;
-  CutSpec cut;
-  ForceLimits limits;                           ///< `cut` included
+  GuardSpec guard;
+  ForceLimits limits;                           ///< of `guard`
 };
 
 /// A latency or lead: minimal for any phase, minimal for this phase, or a duration. A latency may adapt instead.
