@@ -63,7 +63,7 @@ boot() {
   timeout 600 qemu-system-x86_64 -M pc -accel tcg -cpu qemu64 -smp 1 -m 512 -display none -monitor none -nodefaults \
     -serial file:serial.log -no-reboot -icount shift=1,sleep=off -rtc base=2024-01-01T00:00:00,clock=vm \
     -kernel kernel/vmlinux -initrd initrd.gz \
-    -append "console=ttyS0 loglevel=1 panic=-1 nokaslr random.trust_cpu=off cryptomgr.notests" </dev/null 2>qemu.log &
+    -append "console=ttyS0 loglevel=1 panic=-1 nokaslr random.trust_cpu=off" </dev/null 2>qemu.log &
   local qemu=$!
   while kill -0 "$qemu" 2>/dev/null && ! grep -q "^== $1" serial.log; do sleep 0.2; done
   kill "$qemu" 2>/dev/null || true
