@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
+#include <system_error>
 #include <utility>
 
 #include "evenstep/harness/simulated_devices.h"
@@ -22,22 +24,33 @@ const DeviceBinding* binding_of(const std::vector<DeviceBinding>& bindings, cons
   return nullptr;
 }
 
+/// What a link leads to, as udev makes them. (std::filesystem::equivalent knows no devices.)
+std::filesystem::path node_of(const std::string& path) {
+  std::error_code endless;
+  const std::filesystem::path node = std::filesystem::weakly_canonical(path, endless);
+  return endless ? std::filesystem::path(path) : node;
+}
+
 }  // namespace
 
 std::string binding_objection(const Scenario& scenario, const std::vector<DeviceBinding>& bindings) {
+  const auto tool_of = [&](const DeviceBinding& binding) {
+    return binding.name.empty() ? scenario.devices.front().name : binding.name;
+  };
   for (std::size_t i = 0; i < bindings.size(); ++i) {
-    const std::string& name = bindings[i].name;
+    const std::string name = tool_of(bindings[i]);
     const auto is_it = [&](const DeviceSpec& device) { return device.name == name; };
-    if (!name.empty() && std::none_of(scenario.devices.begin(), scenario.devices.end(), is_it)) {
+    if (std::none_of(scenario.devices.begin(), scenario.devices.end(), is_it)) {
       std::string names;
       for (const DeviceSpec& device : scenario.devices) names += (names.empty() ? "" : ", ") + device.name;
       return fmt::format("--device {}={}: the scenario has no device \"{}\", but {}", name, bindings[i].path, name, names);
     }
     for (std::size_t j = 0; j < i; ++j) {
-      const std::string& first = scenario.devices.front().name;
-      if ((name.empty() ? first : name) == (bindings[j].name.empty() ? first : bindings[j].name))
-        return fmt::format("--device is given twice for \"{}\"", name.empty() ? first : name);
-      if (bindings[i].path == bindings[j].path) return fmt::format("--device {} is given for two devices", bindings[i].path);
+      const std::string other = tool_of(bindings[j]);
+      if (name == other) return fmt::format("--device is given twice for \"{}\"", name);
+      if (node_of(bindings[i].path) == node_of(bindings[j].path))
+        return fmt::format("--device {}={} is the device of {} ({}): each needs one of its own", name, bindings[i].path, other,
+                           bindings[j].path);
     }
   }
   return {};

@@ -3,6 +3,9 @@
 
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/live_run.h"
+
+#include <filesystem>
+
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -133,4 +136,28 @@ TEST_CASE("what cannot run on the wall clock is refused there, with the remedy")
     REQUIRE(outcome.errors.size() == 1);
     CHECK_THAT(outcome.errors[0].message, Catch::Contains(remedy));
   }
+}
+
+TEST_CASE("one device for two hands is refused under whatever paths it is named") {
+  namespace fs = std::filesystem;
+  const Scenario scenario = read("paper/figure-1.toml");  // left and right
+  const fs::path folder = fs::temp_directory_path() / "evenstep_live_test";
+  fs::remove_all(folder);
+  fs::create_directories(folder / "by-id");
+  fs::create_symlink("/dev/null", folder / "haptic");
+  fs::create_symlink("../haptic", folder / "by-id" / "usb-haptic");
+  fs::create_symlink("loop", folder / "loop");
+  const auto objection = [&](const std::string& left, const std::string& right) {
+    return binding_objection(scenario, {{"left", left}, {"right", right}});
+  };
+  const std::vector<std::string> same{"/dev/null", "/dev/../dev/null", folder / "haptic", folder / "by-id" / "usb-haptic"};
+  for (const std::string& left : same) {
+    for (const std::string& right : same)
+      CHECK_THAT(objection(left, right), Catch::Contains("--device right=" + right + " is the device of left"));
+    for (const std::string& other : {std::string("/dev/zero"), (folder / "loop").string(), (folder / "absent").string()}) {
+      CHECK(objection(left, other).empty());
+      CHECK_FALSE(objection(other, other).empty());
+    }
+  }
+  fs::remove_all(folder);
 }

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <iostream>
+#include <set>
 #include <sstream>
 
 #include "check.h"
@@ -162,6 +163,17 @@ TEST_CASE("The document holds exactly the keys and units of the tables") {
     REQUIRE(to != std::string::npos);
     CHECK(text.substr(from + begin.size(), to - from - begin.size()) == expected);
   }
+}
+
+TEST_CASE("The fuzzer's dictionary has every key and word and unit of the tables") {
+  std::ifstream in(EVENSTEP_SOURCE_DIR "/tests/fuzz/scenario.dict");
+  std::set<std::string> tokens;
+  for (std::string line; std::getline(in, line);) tokens.insert(line);
+  for (const Field& field : fields()) {
+    if (field.key != "*") CHECK(tokens.count(fmt::format("\"{} = \"", field.key)) == 1);
+    for (const std::string_view word : split_words(field.words)) CHECK(tokens.count(fmt::format(R"("\"{}\"")", word)) == 1);
+  }
+  for (const Unit& unit : units()) CHECK(tokens.count(fmt::format("\" {}\"", unit.name)) == 1);
 }
 
 TEST_CASE("print the key tables of docs/scenario-format.md", "[.print-keys]") { std::cout << key_tables(); }

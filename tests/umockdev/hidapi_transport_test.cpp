@@ -226,6 +226,24 @@ TEST_CASE("feature reports are asked for by id and an unknown one is rejected") 
   CHECK(device.features_set() == std::vector<Bytes>{create});
 }
 
+TEST_CASE("a feature report never overtakes an output report that was written before it") {
+  MockedHidraw device(with_features());
+  device.answer_feature(Bytes(5, std::byte{0x13}));
+  device.take_time_to_write(Duration{50'000'000});
+  HidapiTransport transport("/dev/hidraw0", a_clock());
+  const Bytes written{std::byte{12}, std::byte{1}};
+  Bytes report(5, std::byte{0x13});
+  for (std::size_t sent = 2; sent <= 8; sent += 2) {
+    REQUIRE(transport.write(written) == HidWrite::ok);
+    REQUIRE(transport.write(written) == HidWrite::ok);
+    if (sent % 4 == 0)
+      REQUIRE(transport.get_feature(report).status == HidFeature::Status::ok);
+    else
+      REQUIRE(transport.set_feature(Bytes(3, std::byte{0x11})) == HidWrite::ok);
+    CHECK(device.outputs().size() == sent);
+  }
+}
+
 TEST_CASE("a report that the descriptor does not declare never reaches the device") {
   MockedHidraw device(with_features());
   HidapiTransport transport("/dev/hidraw0", a_clock());

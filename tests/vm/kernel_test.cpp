@@ -2,13 +2,12 @@
 
 #include <array>
 #include <catch2/catch.hpp>
-#include <chrono>
-#include <thread>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/reference_driver.h"
+#include "kernel_bench.h"
 #include "uhid_device.h"
 
 using namespace evenstep;
@@ -25,24 +24,6 @@ UhidDevice::Spec reference() {
 
 Bytes input(std::uint32_t sequence) { return bytes(reference_device::encode(reference_device::InputReport{sequence, sequence, {1, 2, 3}})); }
 Bytes output(std::uint32_t sequence) { return bytes(reference_device::encode(reference_device::OutputReport{sequence, {4, 5, 6}})); }
-
-const WallClock& a_clock() {
-  static const WallClock clock(WallEpoch::in(Duration{0}));
-  return clock;
-}
-
-/// A generous half minute: of real time, or of a guest's, which costs nothing while it sleeps.
-template <class Condition>
-bool eventually(Condition condition) {
-  for (int i = 0; i < 30'000; ++i) {
-    if (condition()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return false;
-}
-
-/// The kernel hands a report on within microseconds; nobody can see when it has.
-void settle() { std::this_thread::sleep_for(std::chrono::milliseconds(100)); }
 
 }  // namespace
 

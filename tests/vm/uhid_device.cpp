@@ -31,6 +31,11 @@ void copy_text(unsigned char (&to)[N], const std::string& text) {
   std::memcpy(to, text.data(), std::min(N - 1, text.size()));
 }
 
+Bytes bytes_of(const unsigned char* data, std::size_t size) {
+  const auto* const first = reinterpret_cast<const std::byte*>(data);
+  return {first, first + size};
+}
+
 /// The folder of the device whose uevent has this HID_PHYS.
 fs::path find_device(const std::string& unique) {
   std::error_code none;
@@ -122,27 +127,46 @@ void UhidDevice::serve() {
     const std::lock_guard lock(mutex_);
     uhid_event reply{};
     if (event.type == UHID_OUTPUT) {
-      const auto* bytes = reinterpret_cast<const std::byte*>(event.u.output.data);
-      outputs_.emplace_back(bytes, bytes + event.u.output.size);
+      take(bytes_of(event.u.output.data, event.u.output.size));
     } else if (event.type == UHID_SET_REPORT) {
-      const auto* bytes = reinterpret_cast<const std::byte*>(event.u.set_report.data);
-      features_set_.emplace_back(bytes, bytes + event.u.set_report.size);
       reply.type = UHID_SET_REPORT_REPLY;
       reply.u.set_report_reply.id = event.u.set_report.id;
+      reply.u.set_report_reply.err = take_feature(bytes_of(event.u.set_report.data, event.u.set_report.size)) ? 0 : EIO;
       put(fd_, reply);
     } else if (event.type == UHID_GET_REPORT) {
+      const Bytes answer = feature(event.u.get_report.rnum);
       reply.type = UHID_GET_REPORT_REPLY;
       reply.u.get_report_reply.id = event.u.get_report.id;
-      reply.u.get_report_reply.err = EIO;
-      for (const Bytes& answer : feature_answers_) {
-        if (std::to_integer<unsigned>(answer[0]) != event.u.get_report.rnum) continue;
-        reply.u.get_report_reply.err = 0;
-        reply.u.get_report_reply.size = static_cast<std::uint16_t>(answer.size());
-        std::memcpy(reply.u.get_report_reply.data, answer.data(), answer.size());
-      }
+      reply.u.get_report_reply.err = answer.empty() ? EIO : 0;
+      reply.u.get_report_reply.size = static_cast<std::uint16_t>(answer.size());
+      std::copy(answer.begin(), answer.end(), reinterpret_cast<std::byte*>(reply.u.get_report_reply.data));
       put(fd_, reply);
     }
   }
+}
+
+void UhidDevice::take(const Bytes& output) {
+  outputs_.push_back(output);
+  if (spec_.firmware) spec_.firmware->write(output);
+}
+
+bool UhidDevice::take_feature(const Bytes& report) {
+  features_set_.push_back(report);
+  return !spec_.firmware || spec_.firmware->set_feature(report) == evenstep::HidWrite::ok;
+}
+
+/// Empty: refused.
+Bytes UhidDevice::feature(std::uint8_t id) {
+  if (spec_.firmware) {
+    Bytes report(UHID_DATA_MAX, std::byte{id});
+    const evenstep::HidFeature got = spec_.firmware->get_feature(report);
+    report.resize(got.status == evenstep::HidFeature::Status::ok ? got.size : 0);
+    return report;
+  }
+  for (const Bytes& answer : feature_answers_) {
+    if (answer[0] == std::byte{id}) return answer;
+  }
+  return {};
 }
 
 void UhidDevice::answer_feature(Bytes report) {

@@ -11,6 +11,8 @@
 #include <thread>
 #include <vector>
 
+#include "evenstep/device/hid/hid_transport.h"
+
 using Bytes = std::vector<std::byte>;
 
 class UhidDevice {
@@ -19,6 +21,9 @@ class UhidDevice {
     std::uint32_t vendor = 0x1209, product = 0x0E57;
     std::string name = "evenstep reference device", serial = "SN0001";
     Bytes report_descriptor;
+    /// What the device does: takes its output reports, takes and answers its feature reports. Without one they are kept, and
+    /// answered as told by answer_feature. Called under the device's mutex (with_firmware); it must outlive the device.
+    evenstep::HidTransport* firmware = nullptr;
   };
   /// Empty if /dev/uhid can be opened, else why not.
   static std::string refusal();
@@ -34,6 +39,13 @@ class UhidDevice {
   void plug_in();  ///< again, after unplug()
   void answer_feature(Bytes report);  ///< of id report[0]; others are refused
 
+  /// While nothing reaches the firmware.
+  template <class Use>
+  auto with_firmware(Use use) const {
+    const std::lock_guard lock(mutex_);
+    return use();
+  }
+
   std::vector<Bytes> outputs() const;
   std::vector<Bytes> features_set() const;
 
@@ -47,6 +59,9 @@ class UhidDevice {
   void create();
   void destroy();
   void serve();
+  void take(const Bytes& output);
+  bool take_feature(const Bytes& report);
+  Bytes feature(std::uint8_t id);
 
   Spec spec_;
   std::string unique_;  // HID_PHYS, by which the device is found in sysfs

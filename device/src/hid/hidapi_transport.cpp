@@ -145,6 +145,7 @@ struct HidapiTransport::State {
   void write_one(std::unique_lock<std::mutex>& lock);
   void look_for_device(std::unique_lock<std::mutex>& lock);
   void lose_device();  // `mutex` is held
+  void wait_until_sent();
 
   const WallClock& clock;
   const Duration patience;
@@ -155,11 +156,11 @@ struct HidapiTransport::State {
   std::array<std::byte, kLargestReport> input;
 
   mutable std::mutex mutex;  // all below
-  std::condition_variable work;
+  std::condition_variable work, idle;
   std::vector<Report> waiting;  // a ring of `count` from `first` on: nothing is allocated after the start
   std::size_t first = 0, count = 0;
   HidWriteTimes times;
-  bool rejected_since = false, closing = false;
+  bool sending = false, rejected_since = false, closing = false;
   Presence presence = Presence::here;
   RealTime lost_at, closed_at;
   std::int64_t times_unplugged = 0;
@@ -174,6 +175,14 @@ void HidapiTransport::State::lose_device() {
   lost_at = clock.now();
   times.rejected += static_cast<std::int64_t>(std::exchange(count, 0));
   work.notify_one();
+  idle.notify_one();
+}
+
+/// Feature reports go another way than the output reports that wait, and must not overtake them: a Device Reset would take away
+/// what a later Create New Effect was given.
+void HidapiTransport::State::wait_until_sent() {
+  std::unique_lock lock(mutex);
+  idle.wait(lock, [&] { return (count == 0 && !sending) || presence != Presence::here; });
 }
 
 /// The kernel sends a report of any id and length, and says that all went well.
@@ -245,11 +254,14 @@ void HidapiTransport::State::write_one(std::unique_lock<std::mutex>& lock) {
   const Report report = waiting[first];
   first = (first + 1) % kMostWaiting;
   --count;
+  sending = true;
   lock.unlock();
   const RealTime began = clock.now();
   const HidWrite result = send(report);
   const Duration taken = clock.now() - began;
   lock.lock();
+  sending = false;
+  idle.notify_one();
   times.taken.add(taken);
   if (result == HidWrite::gone) lose_device();
   if (result == HidWrite::ok) return;
@@ -328,6 +340,7 @@ HidWrite HidapiTransport::write(std::span<const std::byte> report) { return stat
 HidWrite HidapiTransport::write_newest(std::span<const std::byte> report) { return state_->put(report, true); }
 
 HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
+  state_->wait_until_sent();
   errno = 0;
   auto* const bytes = reinterpret_cast<unsigned char*>(report.data());
   const int size = hid_get_feature_report(state_->reader.get(), bytes, report.size());
@@ -338,6 +351,7 @@ HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
 
 HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
   if (!state_->is_declared(ReportType::feature, report)) return HidWrite::rejected;
+  state_->wait_until_sent();
   const auto* const bytes = reinterpret_cast<const unsigned char*>(report.data());
   int size;
   do {

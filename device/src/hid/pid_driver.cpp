@@ -7,11 +7,11 @@
 #include <cmath>
 #include <utility>
 
+#include "report_exchange.h"
+
 namespace evenstep {
 namespace {
 
-/// As in the driver of the reference device: a device that reports faster than it is read must not hang the tick.
-constexpr int kMaxReadsPerTick = 1024;
 constexpr int kTriesToStop = 3;
 
 std::int64_t rounded(double value) { return static_cast<std::int64_t>(std::round(std::clamp(value, -1e15, 1e15))); }
@@ -157,7 +157,7 @@ void PidDriver::ask_pool() {
   if (!layout_.pool) return;
   const auto report = compose(layout_.pool->report);
   const HidFeature got = transport_.get_feature(report);
-  if (got.status == HidFeature::Status::gone) gone();
+  if (got.status == HidFeature::Status::gone) internal::throw_gone(transport_);
   if (got.status != HidFeature::Status::ok || got.size < report.size()) return;
   if (layout_.pool->device_managed && get(report, *layout_.pool->device_managed) == 0) numbers_blocks_ = true;
   std::int64_t needed = 0;
@@ -185,7 +185,7 @@ std::uint8_t PidDriver::allocate(bool is_spring) {
   const auto report = compose(create.report);
   choose(report, is_spring ? *create.spring : create.constant);
   const HidWrite sent = transport_.set_feature(report);
-  if (sent == HidWrite::gone) gone();
+  if (sent == HidWrite::gone) internal::throw_gone(transport_);
   if (sent == HidWrite::rejected) fail("the device refuses Create New Effect");
   return loaded_block();
 }
@@ -198,7 +198,7 @@ std::uint8_t PidDriver::loaded_block() {
   for (int asked = 0; asked < options_.block_load_tries; ++asked) {
     const auto report = compose(load.report);
     const HidFeature got = transport_.get_feature(report);
-    if (got.status == HidFeature::Status::gone) gone();
+    if (got.status == HidFeature::Status::gone) internal::throw_gone(transport_);
     if (got.status != HidFeature::Status::ok || got.size < report.size()) continue;
     const auto block = static_cast<std::uint8_t>(get(report, load.block).value_or(0));
     if (says(report, load.full))
@@ -275,17 +275,8 @@ void PidDriver::stop() noexcept {
 DeviceSample PidDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
-  for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
-    const HidRead got = transport_.read(input_);
-    if (got.status == HidRead::Status::gone) gone();
-    if (got.status == HidRead::Status::nothing) break;
-    if (got.status == HidRead::Status::interrupted) continue;
-    if (got.status == HidRead::Status::returned) {
-      has_returned_ = true;
-      continue;
-    }
-    take(std::span<const std::byte>(input_).first(std::min(got.size, input_.size())));
-  }
+  internal::drain(
+      transport_, input_, [&](std::span<const std::byte> report) { take(report); }, [&] { has_returned_ = true; });
   if (!last_.fresh) ++counters_.stale;
   last_.drivable = !is_silent();
   return last_;
@@ -489,14 +480,12 @@ std::span<std::byte> PidDriver::operation(const Effect& effect, const PidChoice&
 
 bool PidDriver::send_in_tick(std::span<const std::byte> report, const PidValue& block) {
   const HidWrite sent = names_block_second(block) ? transport_.write_newest(report) : transport_.write(report);
-  if (sent == HidWrite::gone) gone();
-  if (sent == HidWrite::rejected) ++counters_.write_failures;
-  return sent == HidWrite::ok;
+  return internal::is_taken(sent, transport_, counters_);
 }
 
 void PidDriver::require_sent(std::span<const std::byte> report, const char* name) {
   const HidWrite sent = transport_.write(report);
-  if (sent == HidWrite::gone) gone();
+  if (sent == HidWrite::gone) internal::throw_gone(transport_);
   if (sent == HidWrite::rejected) fail(fmt::format("the device refuses {}", name));
 }
 
@@ -522,9 +511,5 @@ void PidDriver::try_command(const std::optional<PidChoice>& what) noexcept {
 }
 
 void PidDriver::fail(const std::string& what) const { throw DeviceError(transport_.info().path + ": " + what); }
-
-void PidDriver::gone() const {
-  fail("device '" + transport_.info().product + "' is gone (unplugged or reset); plug it in and run again");
-}
 
 }  // namespace evenstep

@@ -1,12 +1,12 @@
 #include "evenstep/device/hid/reference_driver.h"
 
-#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <span>
 
 #include "evenstep/device/hid/reference_device.h"
+#include "report_exchange.h"
 
 namespace evenstep {
 namespace {
@@ -14,10 +14,6 @@ namespace {
 /// Room for what a newer firmware might append; a report that is longer still is cut, its head is whole.
 constexpr std::size_t kBufferSize = 64;
 static_assert(kBufferSize >= reference_device::kInputSize);
-
-/// A device that reports faster than it is read must not hang the tick. 16 times what any known queue holds; at the 0.3 to
-/// 0.6 us of an empty hidapi read (docs/reference-device.md), about half of a 1 ms tick.
-constexpr int kMaxReadsPerTick = 1024;
 
 /// No known queue holds more (hidraw: 64 slots). A report older than the newest by no more than this is late or repeated;
 /// one that is older still means that the device has started to count anew.
@@ -31,17 +27,8 @@ DeviceSample ReferenceDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
   std::array<std::byte, kBufferSize> buffer;
-  for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
-    const HidRead got = transport_.read(buffer);
-    if (got.status == HidRead::Status::gone) gone();
-    if (got.status == HidRead::Status::nothing) break;
-    if (got.status == HidRead::Status::interrupted) continue;
-    if (got.status == HidRead::Status::returned) {
-      any_report_ = false;
-      continue;
-    }
-    take(std::span<const std::byte>(buffer).first(std::min(got.size, buffer.size())));
-  }
+  internal::drain(
+      transport_, buffer, [&](std::span<const std::byte> report) { take(report); }, [&] { any_report_ = false; });
   if (!last_.fresh) ++counters_.stale;
   return last_;
 }
@@ -66,18 +53,11 @@ void ReferenceDriver::take(std::span<const std::byte> bytes) {
 void ReferenceDriver::write(const glm::dvec3& force_N) {
   assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));
   const auto bytes = reference_device::encode({++output_sequence_, reference_device::to_uN(force_N)});
-  const HidWrite result = transport_.write_newest(bytes);
-  if (result == HidWrite::gone) gone();
-  if (result == HidWrite::rejected) ++counters_.write_failures;
+  internal::is_taken(transport_.write_newest(bytes), transport_, counters_);
 }
 
 void ReferenceDriver::stop() noexcept {
   transport_.write(reference_device::encode(reference_device::OutputReport{++output_sequence_, {}}));
-}
-
-void ReferenceDriver::gone() const {
-  const HidDeviceInfo& info = transport_.info();
-  throw DeviceError(info.path + ": device '" + info.product + "' is gone (unplugged or reset); plug it in and run again");
 }
 
 }  // namespace evenstep

@@ -146,7 +146,6 @@ class PidDriver final : public HapticDevice {
   void try_to_send(std::span<const std::byte> report) noexcept;
   void try_command(const std::optional<PidChoice>& what) noexcept;
   [[noreturn]] void fail(const std::string& what) const;
-  [[noreturn]] void gone() const;
 
   HidTransport& transport_;
   PidLayout layout_;

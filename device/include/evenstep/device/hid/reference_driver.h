@@ -25,7 +25,6 @@ class ReferenceDriver final : public HapticDevice {
 
  private:
   void take(std::span<const std::byte> bytes);
-  [[noreturn]] void gone() const;
 
   HidTransport& transport_;
   DeviceCounters counters_;
