@@ -278,7 +278,10 @@ RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {
     return outcome;
   }
 
-  const double cpu_before = process_cpu_seconds();
+  const auto count_seconds = [&, cpu_before = process_cpu_seconds()] {
+    outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
+    for (const StrategyRecord& strategy : outcome.record.strategies) outcome.solver_seconds += strategy.solver.solver_seconds;
+  };
   try {
     const auto interrupted = [&] { return options.control.is_interrupted(); };
     if (scenario.case_spec) {
@@ -301,11 +304,10 @@ RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {
   } catch (const RunFailure& failure) {
     judge_stop(scenario, failure, outcome);
     judge_stopped(scenario, outcome);
+    count_seconds();
     return outcome;
   }
-  outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
-  for (const StrategyRecord& strategy : outcome.record.strategies) outcome.solver_seconds += strategy.solver.solver_seconds;
-
+  count_seconds();
   if (const auto stopped = interruption(scenario, outcome.record)) {
     judge_stop(scenario, *stopped, outcome);
   } else if (scenario.expect_stop) {

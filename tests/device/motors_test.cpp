@@ -125,7 +125,7 @@ TEST_CASE("a switch ends a force and a force that comes back is counted from the
 }
 
 TEST_CASE("a spring that a PID device renders by itself shows in its motors with a hand and without") {
-  // 10 N over 0.2 m are 50 N/m: a coefficient of half of that at 0.1 m/s.
+  // 25 N/m, of the 50 N/m that 10 N over 0.2 m are; the device moves by 0.1 m/s.
   SimulatedPidOptions options = pid_device(PidFlavour::mask);
   PidOptions driver = full_gain();
   driver.springs = true;
