@@ -179,8 +179,8 @@ void judge_stop(const Scenario& scenario, const RunFailure& failure, RunOutcome&
   const auto& [reason, message, at_least, at_most, place] = *scenario.expect_stop;
   std::string other;
   if (outcome.failure.find(message) == std::string::npos) other += fmt::format("; it was expected to say \"{}\"", message);
-  if (at_least && failure.step < *at_least) other += fmt::format("; after {} steps, not the {} expected or more", failure.step, *at_least);
-  if (at_most && failure.step > *at_most) other += fmt::format("; after {} steps, not the {} expected or fewer", failure.step, *at_most);
+  if ((at_least && failure.step < *at_least) || (at_most && failure.step > *at_most))
+    other += fmt::format("; it was expected earlier or later than after {} steps", failure.step);
   outcome.failure += other;
   outcome.exit = other.empty() ? ExitCode::pass : ExitCode::expectation_failed;
 }

@@ -26,6 +26,11 @@ struct ReferenceBench {
   ReferenceDriver driver{device};
 };
 
+bool is_still(const MotorState& motors) {
+  return motors.force_N == glm::dvec3(0) && motors.effects_playing == 0 && motors.effects_allocated == 0 &&
+         !motors.actuators_enabled;
+}
+
 /// 10 N at the largest magnitude of 32767, and all of it.
 PidOptions full_gain() {
   PidOptions options = pid_options();
@@ -39,7 +44,7 @@ TEST_CASE("the motors of a reference device render what it took and as long as n
   // Of 40 ticks the output of some is lost: the force before goes on, one tick longer for each.
   for (std::int64_t lost = 0; lost < 20; ++lost) {
     ReferenceBench bench({.faults = {{Kind::write_lost, 10, lost}}});
-    for (std::int64_t k = 0; k < 40; ++k) bench.tick(k, {0.003 * static_cast<double>(k), -0.004 * static_cast<double>(k), 0});
+    for (int k = 0; k < 40; ++k) bench.tick(k, {0.003 * k, -0.004 * k, 0});
     const MotorState motors = bench.device.motors();
     CHECK(motors.force_N == glm::dvec3(0.117, -0.156, 0));
     CHECK(motors.largest_N == Approx(0.195).epsilon(1e-12));  // 5 uN times 39 thousand
@@ -69,7 +74,7 @@ TEST_CASE("a device that is gone renders nothing and keeps what it did") {
   CHECK(pid.device.motors().effects_playing == 2);
   pid.clock.wait_until(RealTime{20 * kMs});
   const MotorState gone = pid.device.motors();
-  CHECK((gone.force_N == glm::dvec3(0) && gone.effects_playing == 0 && gone.effects_allocated == 0 && !gone.actuators_enabled));
+  CHECK(is_still(gone));
   CHECK(gone.largest_N == Approx(2).margin(10.0 / 32767));
 }
 
@@ -84,7 +89,7 @@ TEST_CASE("the motors of a PID device are on while its driver runs and off and e
     CHECK(driven.largest_N == Approx(5).margin(20.0 / 10000));  // two counts of the coarser flavour
     bench.driver->stop();
     const MotorState left = bench.device.motors();
-    CHECK((left.force_N == glm::dvec3(0) && left.effects_playing == 0 && left.effects_allocated == 0 && !left.actuators_enabled));
+    CHECK(is_still(left));
     CHECK(left.effects_ended == 0);  // stopped, not ended
   }
 }
@@ -188,7 +193,6 @@ TEST_CASE("a hand that leaves its reach is said once and its device can be stopp
     bench.clock.wait_until(RealTime{at_ms * kMs});
     CHECK_THROWS_AS(bench.driver->read(bench.clock.now()), HandDiverged);
     bench.driver->stop();
-    const MotorState left = bench.device.motors();
-    CHECK((left.force_N == glm::dvec3(0) && left.effects_allocated == 0 && !left.actuators_enabled));
+    CHECK(is_still(bench.device.motors()));
   }
 }
