@@ -102,3 +102,26 @@ TEST_CASE("an expectation beside the right stop is judged on what was recorded u
   const std::string never = "expect=[{ signal = \"left.force.phase_locked\", metric = \"motors_left\", max = 0 }]";
   CHECK(run_with("pid-pool-full", {never}).exit == ExitCode::usage);
 }
+
+TEST_CASE("on a wall clock simulated devices do not drive after the run either") {
+  RunOptions options;
+  options.clock = ClockKind::wall;
+  std::vector<std::string> set{"run.duration=\"0.3 s\"", "run.warmup=\"0 s\"", "remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"",
+                               "expect=[]"};
+  for (const std::string& driver : kDrivers) {
+    const RunOutcome outcome = run_scenario(read("safety/exit-" + driver + ".toml", set), options);
+    INFO(outcome.failure);
+    CHECK(outcome.exit == ExitCode::pass);
+    CHECK(strategy(outcome.record, "phase_locked").devices.at(0).counters.at("motors_left") == 0);
+  }
+  // Its effects were made before the first tick; the stop comes after it.
+  set.push_back(lost_from("0 s"));
+  const RunOutcome lost = run_scenario(read("safety/exit-pid.toml", set), options);
+  CHECK(lost.exit == ExitCode::run_failed);
+  CHECK_THAT(lost.failure, Catch::StartsWith("left: the device still drives") && Catch::Contains("2 effects play"));
+
+  const RunOutcome interrupted = run_scenario(read("safety/signal-pid.toml", {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\""}), options);
+  CHECK(interrupted.exit == ExitCode::usage);
+  REQUIRE_FALSE(interrupted.errors.empty());
+  CHECK_THAT(interrupted.errors.back().message, Catch::Contains("press Ctrl-C"));
+}
