@@ -125,6 +125,9 @@ StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, 
     devices.stop();  // may throw what is worse than what ended the run
     if (failure.so_far) put_motors(devices, *failure.so_far);
     throw;
+  } catch (...) {
+    devices.stop();
+    throw;
   }
   devices.stop();
   put_motors(devices, record);
