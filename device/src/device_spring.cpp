@@ -51,9 +51,4 @@ glm::dvec3 force_N(const DeviceSpring& spring, const glm::dvec3& hand_m) {
   return force;
 }
 
-glm::dvec3 rest_N(const AffineContact& contact, double alpha, const DeviceSpring& rendered, const glm::dvec3& hand_m) {
-  const glm::dvec3 whole = LocalRenderer(alpha).force_N(contact, Duration{0}, hand_m);
-  return whole - force_N(rendered, hand_m);
-}
-
 }  // namespace evenstep

@@ -59,6 +59,23 @@ glm::dvec3 ForceGuard::clamped(const glm::dvec3& wanted_N) {
   return shortened(wanted_N, limits_.max_N);
 }
 
+DeviceSpring ForceGuard::share(const DeviceSpring& wanted) const {
+  DeviceSpring shared;
+  const double share = limits_.cut.gain * authority_;
+  int axes = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double below = wanted.below_N_per_m[axis], above = wanted.above_N_per_m[axis];
+    if (below + above == 0 || !std::isfinite(below + above + wanted.center_m[axis])) continue;
+    ++axes;
+    shared.center_m[axis] = wanted.center_m[axis];
+    shared.below_N_per_m[axis] = below * share;
+    shared.above_N_per_m[axis] = above * share;
+    shared.limit_N[axis] = std::min(wanted.limit_N[axis], limits_.max_N) * authority_;
+  }
+  if (axes > 1) shared.limit_N /= std::sqrt(static_cast<double>(axes));
+  return shared;
+}
+
 void ForceGuard::follow_hand(const DeviceSample& sample) {
   if (!sample.fresh) return;
   const std::size_t kept = std::min(fresh_samples_, hand_.size());

@@ -11,26 +11,39 @@ constexpr double kRoundUp = 0.07;
 constexpr double kAboveEnvelope = 1.6;
 constexpr double kLargestAlpha = 4;
 
-/// -b_eq / K
-double lost_s(double alpha, const LoopDelays& loop) {
-  return (1 - alpha) * loop.scheduled_s + alpha * loop.period_s / 2 + loop.device_s;
+/// -b_eq / K of a spring that is held for `period_s`.
+double lost_s(double alpha, const LoopDelays& loop, double period_s) {
+  return (1 - alpha) * loop.scheduled_s + alpha * period_s / 2 + loop.device_s;
 }
+
+double over(double damping_N_s_per_m, double lost_s) {
+  return lost_s > 0 ? damping_N_s_per_m / lost_s : std::numeric_limits<double>::infinity();
+}
+
+/// How much sooner a spring of the device's own answers, on average.
+double sooner_s(const LoopDelays& loop) { return (loop.period_s - loop.own_period_s) / 2; }
+
+double shortest_period_s(const LoopDelays& loop) { return loop.own_N_per_m > 0 ? loop.own_period_s : loop.period_s; }
 
 }  // namespace
 
 double rendered_damping(double stiffness_N_per_m, double alpha, const LoopDelays& loop) {
-  return -stiffness_N_per_m * lost_s(alpha, loop);
+  const double own_N_per_m = std::min(alpha * stiffness_N_per_m, loop.own_N_per_m);
+  return own_N_per_m * sooner_s(loop) - stiffness_N_per_m * lost_s(alpha, loop, loop.period_s);
 }
 
 std::optional<double> alpha_star(const LoopDelays& loop) {
-  const double latency_s = loop.scheduled_s - loop.period_s / 2;
+  const double latency_s = loop.scheduled_s - shortest_period_s(loop) / 2;
   if (latency_s <= 0) return std::nullopt;
   return (loop.scheduled_s + loop.device_s) / latency_s;
 }
 
 double damping_limit_N_per_m(double alpha, const LoopDelays& loop, double damping_N_s_per_m) {
-  const double lost = lost_s(alpha, loop);
-  return lost > 0 ? damping_N_s_per_m / lost : std::numeric_limits<double>::infinity();
+  if (loop.own_N_per_m > 0) {
+    const double all_own_N_per_m = over(damping_N_s_per_m, lost_s(alpha, loop, loop.own_period_s));
+    if (alpha * all_own_N_per_m <= loop.own_N_per_m) return all_own_N_per_m;
+  }
+  return over(damping_N_s_per_m + loop.own_N_per_m * sooner_s(loop), lost_s(alpha, loop, loop.period_s));
 }
 
 double overshoot_limit_N_per_m(double alpha, const LoopDelays& loop, double mass_kg) {
@@ -51,7 +64,7 @@ double automatic_alpha(const LoopDelays& loop, const std::optional<Plant>& plant
   if (!star) return 1;
   const double alpha = std::min(*star + kRoundUp, kLargestAlpha);
   if (!plant) return alpha;
-  const double ideal_N_per_m = 2 * plant->damping_N_s_per_m / loop.period_s;
+  const double ideal_N_per_m = 2 * plant->damping_N_s_per_m / shortest_period_s(loop);
   return ideal_N_per_m > kAboveEnvelope * overshoot_limit_N_per_m(alpha, loop, plant->mass_kg) ? 1 : alpha;
 }
 

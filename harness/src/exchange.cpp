@@ -47,7 +47,7 @@ DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
 Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& scheduler) {
   const TickInput input = look(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
-  Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample)};
+  Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample), link.forces->spring()};
   if (link.force_filter) played.force_N.value = link.force_filter->next(played.force_N.value);
   return played;
 }
@@ -106,6 +106,12 @@ std::uint64_t DeviceExchange::interaction_head(int tool) {
   return head;
 }
 
+DeviceSpring DeviceExchange::render(int tool, const DeviceSpring& wanted) {
+  const DeviceSpring rendered = devices_[static_cast<std::size_t>(tool)]->write_spring(wanted);
+  if (keep_) (*keep_)[static_cast<std::size_t>(tool)].springs.push_back(rendered);
+  return rendered;
+}
+
 IdealExchange::IdealExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
                              std::vector<ProgrammedMotion> motions)
     : DeviceExchange(links, std::move(devices)), motions_(std::move(motions)) {}
@@ -120,7 +126,8 @@ RecordedExchange::RecordedExchange(const std::vector<LinkSpec>& links, const std
       inputs_(inputs),
       use_heads_(use_heads),
       next_tick_(inputs.size(), 0),
-      next_step_(inputs.size(), 0) {
+      next_step_(inputs.size(), 0),
+      next_spring_(inputs.size(), 0) {
   assert(inputs.size() == links.size());
 }
 
@@ -160,6 +167,12 @@ TickInput RecordedExchange::look(int tool, const Scheduler&) {
 std::uint64_t RecordedExchange::interaction_head(int tool) {
   const std::size_t device = static_cast<std::size_t>(tool);
   return use_heads_ ? inputs_[device].interaction_heads.at(next_step_[device]++) : samples(tool);
+}
+
+DeviceSpring RecordedExchange::render(int tool, const DeviceSpring&) {
+  if (!use_heads_) return {};
+  const std::size_t device = static_cast<std::size_t>(tool);
+  return inputs_[device].springs.at(next_spring_[device]++);
 }
 
 }  // namespace evenstep

@@ -9,9 +9,10 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
   for (std::int64_t k = 0;; ++k) {
     const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
     const DeviceSample sample = exchange.sense(lane.tool, scheduler);
-    const Played played = exchange.play(lane.tool, sample, scheduler);
+    Played played = exchange.play(lane.tool, sample, scheduler);
     const glm::dvec3 force_N = lane.guard.pass(played.at, played.force_N.value, {sample, played.due()});
-    if (lane.device) lane.device->write(force_N);
+    if (played.spring) played.spring = exchange.render(lane.tool, lane.guard.share(*played.spring));
+    if (lane.device) lane.device->write(force_N - played.sprung_N(sample.position_m));
     record.tick(scheduler, arrival, sample, played, force_N);
     // Ticks missed while this one ran late are skipped, never sent in a burst; the one due now still runs.
     k = std::max(k, first_tick_at_or_after(lane.rate, played.at + Duration{1}, lane.first_tick) - 2);

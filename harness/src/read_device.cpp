@@ -97,8 +97,8 @@ RenderSpec::Cap read_cap(const Table& render) {
 RenderSpec read_render(const Table& render) {
   RenderSpec spec;
   const std::string kind = render.text("kind");
-  if (kind == "local") {
-    spec.kind = RenderSpec::Kind::local;
+  if (kind == "local" || kind == "device_spring") {
+    spec.kind = kind == "local" ? RenderSpec::Kind::local : RenderSpec::Kind::device_spring;
     spec.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
     spec.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
     spec.knows_gap = render.boolean("gap");
@@ -190,6 +190,15 @@ void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec
                    [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
 }
 
+/// Only a device that has springs, and newtons to say how stiff they are, renders any.
+void check_springs(const Table& render, const DeviceSpec& spec, Errors& errors) {
+  if (spec.render.kind != RenderSpec::Kind::device_spring || (spec.pid && spec.pid->options.full_scale_N)) return;
+  errors.add(render.place("kind"), spec.pid ? "'kind': \"device_spring\" needs to know what the device's springs are in N/m; write "
+                                              "full_scale in its 'pid'"
+                                            : "'kind': \"device_spring\" is for devices that render springs by themselves; write "
+                                              "driver = \"pid\", or kind = \"local\", which sends the same as forces");
+}
+
 PidSpec read_pid(const ScenarioReading& reading, const Table& device) {
   PidSpec spec;
   const Table pid = device.table("pid");
@@ -197,6 +206,9 @@ PidSpec read_pid(const ScenarioReading& reading, const Table& device) {
   if (spec.options.travel_m == glm::dvec3(0))
     reading.errors.add(pid.place("travel"), "'travel': no axis is used; write the travel of one, [\"200 mm\", \"0 mm\", \"0 mm\"]");
   if (pid.has("full_scale")) spec.options.full_scale_N = pid.si("full_scale");
+  if (pid.has("full_slope")) spec.options.full_slope_N_per_m = glm::dvec3(pid.si("full_slope"));
+  spec.options.springs = device.table("render").text("kind") == "device_spring";
+  spec.firmware_rate = pid.rate("firmware_rate");
   spec.options.gain = pid.number("gain");
   spec.options.effect_duration = pid.duration("effect_duration");
   spec.flavour = pid.text("flavour") == "array" ? PidFlavour::array : PidFlavour::mask;
@@ -244,6 +256,7 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   const Table render = device.table("render");
   spec.emission = render.text("emission") == "hold" ? Emission::hold : Emission::linear;
   spec.render = read_render(render);
+  check_springs(render, spec, reading.errors);
   if (spec.render.cap.kind == RenderSpec::Cap::Kind::by_law && !spec.hand)
     reading.errors.add(render.place("cap"), "'cap': \"law\" follows from the mass and damping of a hand, and this motion is "
                                             "programmed; write a stiffness, or motion = { kind = \"hand\", ... }");

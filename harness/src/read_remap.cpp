@@ -95,7 +95,7 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
                                                "strategies names neither; add one, or give a duration");
   }
   for (const DeviceSpec& device : reading.scenario.devices) {
-    if (device.render.kind != RenderSpec::Kind::local || device.render.alpha) continue;
+    if (!device.render.is_local() || device.render.alpha) continue;
     reading.errors.add(remap.place("latency"),
                        fmt::format("'latency': device '{}' takes its alpha from the latency, which \"adaptive\" does not "
                                    "know beforehand; write alpha as a number there, or a duration here",

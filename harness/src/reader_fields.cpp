@@ -365,6 +365,13 @@ const std::vector<Field> kDevice{
      .meaning = "Its force at the largest magnitude, measured or from its data sheet: PID knows no newtons. Without it the device "
                 "is only read, and no expectation may be about its force.",
      .dimension = D::force, .range = above(0), .example = "\"5 N\""},
+    {.table = "device.pid", .key = "full_slope", .forms = kQuantity,
+     .meaning = "What a spring with its largest coefficient is at full gain. Default: the full scale over half the travel, which is what "
+                "most firmware makes of it; measure it.",
+     .dimension = D::stiffness, .range = above(0), .example = "\"500 N/m\""},
+    {.table = "device.pid", .key = "firmware_rate", .forms = kRate, .default_toml = "\"4 kHz\"",
+     .meaning = "How often the device renders its own springs: the simulated one does, of a real one the laws of stiffness believe it.",
+     .range = between(100, 100'000)},
     {.table = "device.pid", .key = "gain", .forms = kNumber, .default_toml = "0.25",
      .meaning = "What the device is told to make of its full scale: its largest force.", .range = above(0, 1)},
     {.table = "device.pid", .key = "effect_duration", .forms = kDuration, .default_toml = "\"0.5 s\"",
@@ -496,25 +503,26 @@ const std::vector<Field> kDevice{
      .meaning = "Towards the path.", .dimension = D::stiffness, .range = at_least(0)},
     {.table = "device.render", .key = "kind", .forms = kWord, .default_toml = "\"force\"",
      .meaning = "What a tick sends (docs/stiffness.md). `force`: the scheduled force itself. `local`: with the contact's stiffness, "
-                "corrected for where the hand is by now. `smith`: corrected by a model of one mode.",
-     .words = "force|local|smith"},
+                "corrected for where the hand is by now. `device_spring`: the same as springs that the device renders at its own "
+                "rate, with a force for what it cannot. `smith`: corrected by a model of one mode.",
+     .words = "force|local|device_spring|smith"},
     {.table = "device.render", .key = "emission", .forms = kWord, .default_toml = "\"linear\"",
      .meaning = "`hold`: the latest scheduled force. `linear`: between two; one slot more latency.", .words = "linear|hold"},
     {.table = "device.render", .key = "alpha", .forms = kWord | kNumber, .default_toml = "1.0",
      .meaning = "The local stiffness is played so many times as stiff. `auto`: what makes up for the latency, and 0.07 more; 1 "
                 "where the hand's damping allows more than that.",
-     .words = "auto", .kinds = "local", .range = above(0, 4)},
+     .words = "auto", .kinds = "local|device_spring", .range = above(0, 4)},
     {.table = "device.render", .key = "stiffness", .forms = kWord, .default_toml = "\"instantaneous\"",
      .meaning = "Which one the solver reports, as `local_model` of [scene], which this sets.",
-     .words = "instantaneous|settled", .kinds = "local"},
+     .words = "instantaneous|settled", .kinds = "local|device_spring"},
     {.table = "device.render", .key = "gap", .forms = kBoolean, .default_toml = "true",
      .meaning = "Whether the distance to a surface that is not touched is used. `false` is a control: the touch then comes late, "
                 "with a jump.",
-     .kinds = "local"},
+     .kinds = "local|device_spring"},
     {.table = "device.render", .key = "cap", .forms = kWord | kQuantity,
      .meaning = "A stiffer contact is played as stiff as this, along its stiff directions, force and stiffness alike. `law`: nine "
                 "tenths of the largest stable stiffness of a spring in this device's `hand`. Default: none.",
-     .words = "law", .kinds = "local", .dimension = D::stiffness, .range = above(0), .example = "\"2000 N/m\""},
+     .words = "law", .kinds = "local|device_spring", .dimension = D::stiffness, .range = above(0), .example = "\"2000 N/m\""},
     {.table = "device.render", .key = "frequency", .forms = kRate,
      .meaning = "Of the model's mass between its springs, the tool held still. Default: the scene's, of kind `mode`.",
      .kinds = "smith", .range = above(0, 1000), .example = "\"7 Hz\""},

@@ -13,6 +13,10 @@ void note(Scheduler& scheduler, const glm::dvec3& v) {
   scheduler.note(v.z);
 }
 
+SpringRow to_row(const DeviceSpring& spring) {
+  return {to_vec3(spring.center_m), to_vec3(spring.below_N_per_m), to_vec3(spring.above_N_per_m), to_vec3(spring.limit_N)};
+}
+
 }  // namespace
 
 void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
@@ -23,6 +27,12 @@ void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const De
   note(scheduler, force_N);
   record_.ticks.push_back({arrival.scheduled, arrival.lateness(), to_vec3(sample.position_m), to_vec3(force_N),
                            played.force_N.status != ReadStatus::empty});
+  if (!played.spring) return;
+  const DeviceSpring& spring = *played.spring;
+  for (const glm::dvec3& part : {spring.center_m, spring.below_N_per_m, spring.above_N_per_m, spring.limit_N})
+    note(scheduler, part);
+  record_.springs.resize(record_.ticks.size());  // none so far
+  record_.springs.back() = to_row(spring);
 }
 
 void StepRecorder::segment(const SegmentTiming& segment, RealTime began) {

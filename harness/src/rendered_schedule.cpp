@@ -1,7 +1,10 @@
 #include "rendered_schedule.h"
 
 #include <algorithm>
+#include <limits>
 #include <variant>
+
+#include "evenstep/device/device_spring.h"
 
 namespace evenstep::internal {
 namespace {
@@ -33,14 +36,26 @@ class ContactsByLaw final : public RenderedSchedule {
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
     const Reading<AffineContact> contact = contacts_.at(at, head);
     if (contact.status == ReadStatus::empty) return {glm::dvec3(0), contact.status, contact.newest};
-    return {renderer_.force_N(contact.value, at - contact.newest, sample.position_m), contact.status, contact.newest};
+    const Duration age = at - contact.newest;
+    if (local_.by_device) spring_ = faded_spring(contact.value, age);
+    return {renderer_.force_N(contact.value, age, sample.position_m), contact.status, contact.newest};
   }
+  std::optional<DeviceSpring> spring() const override { return spring_; }
 
  private:
+  /// A contact that no springs along the axes can say is left to the loop: the device must hear that it has none.
+  DeviceSpring faded_spring(const AffineContact& contact, Duration age) const {
+    DeviceSpring spring = device_spring(contact, local_.alpha, std::numeric_limits<double>::infinity()).value_or(DeviceSpring{});
+    spring.below_N_per_m *= fade(age);
+    spring.above_N_per_m *= fade(age);
+    return spring;
+  }
+
   ForceSchedule<AffineContact> contacts_;
   RenderLocal local_;
   LocalRenderer renderer_;
   RenderedContactsSummary summary_;
+  std::optional<DeviceSpring> spring_;
 };
 
 class ContactsByMode final : public RenderedSchedule {

@@ -21,6 +21,8 @@ class RenderedSchedule {
   virtual std::uint64_t head() const = 0;
   /// Device lane, once per tick: the force at `at` under the hand as it was sampled in this tick.
   virtual Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) = 0;
+  /// What of that force the device may render by itself.
+  virtual std::optional<DeviceSpring> spring() const { return std::nullopt; }
 };
 
 std::unique_ptr<RenderedSchedule> make_rendered_schedule(const LinkSpec& link);

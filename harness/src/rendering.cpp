@@ -59,7 +59,18 @@ std::optional<double> felt_stiffness(const Scene& scene) {
 
 /// 0 where the scheduled force is played as it is.
 double alpha_or_none(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
-  return device.render.kind == RenderSpec::Kind::local ? alpha_of(scenario, plan, device) : 0;
+  return device.render.is_local() ? alpha_of(scenario, plan, device) : 0;
+}
+
+/// That the device can render by itself, along the axis where it is least.
+double steepest_spring(const PidOptions& pid) {
+  double least_N_per_m = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (pid.travel_m[axis] <= 0) continue;
+    const double full = pid.full_slope_N_per_m ? (*pid.full_slope_N_per_m)[axis] : *pid.full_scale_N / (pid.travel_m[axis] / 2);
+    least_N_per_m = std::min(least_N_per_m, full * pid.gain);
+  }
+  return least_N_per_m;
 }
 
 }  // namespace
@@ -71,6 +82,9 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   const double latency_s = plays_as_it_comes(plan.kind) ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
+  if (device.render.kind != RenderSpec::Kind::device_spring) return loop;
+  loop.own_N_per_m = steepest_spring(device.pid->options);
+  loop.own_period_s = period_s(device.pid->firmware_rate);
   return loop;
 }
 
@@ -94,10 +108,14 @@ LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const
   LoopRecord record{loop.scheduled_s + loop.device_s, felt_stiffness(scenario.scene)};
   if (device.render.kind == RenderSpec::Kind::smith) return record;  // the laws are of a spring
   const double alpha = alpha_or_none(scenario, plan, device);
-  record.damping_per_stiffness_s = rendered_damping(1, alpha, loop);
+  LoopDelays of_host = loop;
+  of_host.own_N_per_m = 0;
+  record.damping_per_stiffness_s = rendered_damping(1, alpha, of_host);
+  record.own_N_per_m = loop.own_N_per_m;
+  record.own_gain_s = (loop.period_s - loop.own_period_s) / 2;
   if (const std::optional<Plant> plant = plant_of(device))
     record.stiffness_limit_N_per_m = largest_stiffness_N_per_m(alpha, loop, *plant);
-  if (device.render.kind != RenderSpec::Kind::local) return record;
+  if (!device.render.is_local()) return record;
   record.alpha = alpha;
   record.alpha_star = alpha_star(loop);
   record.cap_N_per_m = cap_of(scenario, plan, device);
@@ -132,7 +150,7 @@ std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& rende
 
 std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
-  const bool local = device.render.kind == RenderSpec::Kind::local;
+  const bool local = device.render.is_local();
   const double alpha = alpha_or_none(scenario, plan, device);
   std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
   if (const std::optional<double> star = alpha_star(loop); local && star)

@@ -23,7 +23,9 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
     case RenderSpec::Kind::force:
       break;
     case RenderSpec::Kind::local:
-      return RenderLocal{alpha_of(scenario, plan, device), device.render.knows_gap, cap_of(scenario, plan, device)};
+    case RenderSpec::Kind::device_spring:
+      return RenderLocal{alpha_of(scenario, plan, device), device.render.knows_gap,
+                         device.render.kind == RenderSpec::Kind::device_spring, cap_of(scenario, plan, device)};
     case RenderSpec::Kind::smith:
       // A record is read up to the latency before it is played, or up to a segment where it is played as it comes; the next
       // one is two slots on; and it is held until it has faded.
@@ -50,6 +52,8 @@ std::unique_ptr<SimulatedDevice> simulated_transport(const DeviceSpec& device, c
   pid.reports = std::move(options);
   pid.travel_m = device.pid->options.travel_m;
   pid.full_scale_N = device.pid->options.full_scale_N.value_or(pid.full_scale_N);
+  pid.full_slope_N_per_m = device.pid->options.full_slope_N_per_m;
+  pid.firmware_rate = device.pid->firmware_rate;
   pid.events = device.pid->events;
   pid.pool_effects = device.pid->pool_effects;
   pid.block_load_error_at = device.pid->block_load_error_at;

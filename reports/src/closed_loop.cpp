@@ -1,6 +1,7 @@
 #include "src/closed_loop.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -26,10 +27,32 @@ double energy_at(std::span<const double> t, std::span<const double> energy_J, do
   return energy_J[i - 1] + (energy_J[i] - energy_J[i - 1]) * ((at_s - t[i - 1]) / (t[i] - t[i - 1]));
 }
 
+struct Pull { double force_N, stored_J; };
+
+/// Of one axis: a spring up to its limit, where it goes on pulling with that.
+Pull pull_of(const SpringRow& spring, std::size_t axis, double x_m) {
+  const double stretch_m = spring.center_m[axis] - x_m, limit_N = spring.limit_N[axis];
+  const double k = stretch_m > 0 ? spring.below_N_per_m[axis] : spring.above_N_per_m[axis];
+  const double most = k * std::abs(stretch_m);
+  if (most <= limit_N) return {k * stretch_m, k * stretch_m * stretch_m / 2};
+  return {std::copysign(limit_N, stretch_m), limit_N * std::abs(stretch_m) - limit_N * limit_N / (2 * k)};
+}
+
+double stored_J(const SpringRow& spring, const Vec3& x_m) {
+  double sum_J = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) sum_J += pull_of(spring, axis, x_m[axis]).stored_J;
+  return sum_J;
+}
+
 }  // namespace
 
+Vec3 spring_force_N(const SpringRow& spring, const Vec3& x_m) {
+  return {pull_of(spring, 0, x_m[0]).force_N, pull_of(spring, 1, x_m[1]).force_N, pull_of(spring, 2, x_m[2]).force_N};
+}
+
 std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N,
-                                double delay_s) {
+                                double delay_s, std::span<const SpringRow> springs) {
+  assert(springs.empty() || (springs.size() == t.size() && delay_s == 0));
   std::vector<double> energy_J(t.size(), 0);
   std::size_t felt = 0;  // changes that are in the past: force_N[felt - 1] is felt
   for (std::size_t n = 1; n < t.size(); ++n) {
@@ -41,6 +64,12 @@ std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3>
       const double to_s = felt < t.size() ? std::min(t[n], t[felt] + delay_s) : t[n];
       if (felt > 0) work_J += dot(force_N[felt - 1], way_m) * ((to_s - from_s) / (t[n] - t[n - 1]));
       from_s = to_s;
+    }
+    if (!springs.empty()) {
+      const SpringRow& spring = springs[n - 1];
+      // Of the force that was held for the tick, this is what was not held.
+      work_J -= dot(spring_force_N(spring, x[n - 1]), way_m);
+      work_J += stored_J(spring, x[n - 1]) - stored_J(spring, x[n]);
     }
     energy_J[n] = energy_J[n - 1] - work_J;
   }
@@ -115,7 +144,37 @@ void put_laws(const DeviceRecord& device, std::map<std::string, double>& values)
   const auto met = device.counters.find("contact_stiffness");
   if (!stiffness_N_per_m && met != device.counters.end()) stiffness_N_per_m = met->second;
   if (!stiffness_N_per_m || !loop.damping_per_stiffness_s) return;
-  put("predicted_damping", *loop.damping_per_stiffness_s * std::min(*stiffness_N_per_m, loop.cap_N_per_m.value_or(*stiffness_N_per_m)));
+  const double played_N_per_m = std::min(*stiffness_N_per_m, loop.cap_N_per_m.value_or(*stiffness_N_per_m));
+  const double own_N_per_m = std::min(loop.alpha.value_or(0) * played_N_per_m, loop.own_N_per_m);
+  put("predicted_damping", *loop.damping_per_stiffness_s * played_N_per_m + own_N_per_m * loop.own_gain_s);
+}
+
+/// Of all the force at the ticks, what the device rendered by itself.
+std::optional<double> spring_share(const std::vector<Vec3>& x, const std::vector<Vec3>& force_N,
+                                   const std::vector<SpringRow>& springs) {
+  double by_device = 0, all = 0;
+  for (std::size_t k = 0; k < springs.size(); ++k) {
+    by_device += norm(spring_force_N(springs[k], x[k]));
+    all += norm(force_N[k]);
+  }
+  return all > 0 && !springs.empty() ? std::optional(by_device / all) : std::nullopt;
+}
+
+void put_energy(const DeviceRecord& device, const Nominal& run, const Nominal::Device& nominal, std::span<const double> t,
+                std::span<const double> energy_J, std::map<std::string, double>& values) {
+  Peak extracted;
+  for (const double energy : energy_J) extracted.add(-energy);
+  values["energy_min"] = -extracted.value;
+  values["energy_end"] = energy_J.back();
+  if (device.stored_J.value_or(0) > 0) values["energy_released"] = extracted.value / *device.stored_J;
+  if (!nominal.sine) return;
+  const double begun_s = nominal.sine->begin_s - seconds(run.judged_from - RealTime{0});
+  const auto first = static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), begun_s) - t.begin());
+  if (const auto rendered = rendered_damping(t.subspan(first), energy_J.subspan(first), norm(nominal.sine->amplitude_m),
+                                             nominal.sine->frequency_Hz)) {
+    values["energy_per_cycle"] = rendered->energy_per_cycle_J;
+    values["rendered_damping"] = rendered->damping_N_s_per_m;
+  }
 }
 
 }  // namespace
@@ -128,25 +187,18 @@ std::map<std::string, double> closed_loop_values(const RunRecord& run, const Dev
   if (!nominal || ticks.size() < 2) return values;
   std::vector<double> t;
   std::vector<Vec3> x, force_N;
+  std::vector<SpringRow> springs;
   for (const std::size_t k : ticks) {
     t.push_back(seconds(sent_at(device.ticks[k]) - run.nominal.judged_from));
     x.push_back(device.ticks[k].position_m);
     force_N.push_back(device.ticks[k].force_N);
+    if (!device.springs.empty()) springs.push_back(device.springs[k]);
   }
-  const std::vector<double> energy_J = port_energy(t, x, force_N, seconds(nominal->force_delay));
-  Peak extracted;
-  for (const double energy : energy_J) extracted.add(-energy);
-  values["energy_min"] = -extracted.value;
-  values["energy_end"] = energy_J.back();
-  if (device.stored_J.value_or(0) > 0) values["energy_released"] = extracted.value / *device.stored_J;
-  if (nominal->sine) {
-    const double begun_s = nominal->sine->begin_s - seconds(run.nominal.judged_from - RealTime{0});
-    const auto first = static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), begun_s) - t.begin());
-    if (const auto rendered = rendered_damping(std::span(t).subspan(first), std::span(energy_J).subspan(first),
-                                               norm(nominal->sine->amplitude_m), nominal->sine->frequency_Hz)) {
-      values["energy_per_cycle"] = rendered->energy_per_cycle_J;
-      values["rendered_damping"] = rendered->damping_N_s_per_m;
-    }
+  if (const auto share = spring_share(x, force_N, springs)) values["spring_share"] = *share;
+  // Springs that answer a hand that feels them late: what they give and take is known to the device alone.
+  const bool energy_is_known = springs.empty() || nominal->force_delay.ns == 0;
+  if (energy_is_known) {
+    put_energy(device, run.nominal, *nominal, t, port_energy(t, x, force_N, seconds(nominal->force_delay), springs), values);
   }
   if (!nominal->feels_force) return values;
   const auto swing = oscillation(device, run.nominal);

@@ -114,6 +114,7 @@ constexpr std::array kClosedLoop = std::to_array<MetricUnit>({{"energy_min", "J"
                                                               {"loop_delay", "s"},
                                                               {"alpha", "1"},
                                                               {"alpha_star", "1"},
+                                                              {"spring_share", "1"},
                                                               {"stiffness_cap", "N/m"},
                                                               {"predicted_damping", "N s/m"},
                                                               {"predicted_stiffness_limit", "N/m"}});

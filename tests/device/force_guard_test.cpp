@@ -210,6 +210,44 @@ TEST_CASE("the gain scales the force before the clamp") {
   }
 }
 
+TEST_CASE("a device's own springs get the share of gain and authority and together no more than the limit") {
+  ForceLimits limits = with_ramps();
+  limits.max_N = 6;
+  limits.cut.gain = 0.5;
+  ForceGuard guard(limits);
+  const DeviceSpring wanted{{0.01, -0.02, 0.03}, {100, 0, 300}, {0, 200, 300}, {kInfinity, kInfinity, 2}};
+  CHECK(guard.share(wanted).below_N_per_m == glm::dvec3(0));  // before the first call
+  for (int ms = 0; ms <= 40; ++ms) guard.pass(RealTime{ms * kMs}, glm::dvec3(0), calm(ms));
+  const double authority = guard.authority();
+  CHECK(authority == Approx(0.4));
+  const DeviceSpring shared = guard.share(wanted);
+  CHECK(shared.center_m == wanted.center_m);
+  for (int axis = 0; axis < 3; ++axis) {
+    CHECK(shared.below_N_per_m[axis] == Approx(0.5 * authority * wanted.below_N_per_m[axis]));
+    CHECK(shared.above_N_per_m[axis] == Approx(0.5 * authority * wanted.above_N_per_m[axis]));
+    CHECK(shared.limit_N[axis] == Approx(authority * (axis == 2 ? 2 : 6) / std::sqrt(3)));
+  }
+  CHECK(length(shared.limit_N) <= 6 * authority);
+}
+
+TEST_CASE("an axis without a spring takes no part of the limit and one that is not finite gets none") {
+  ForceGuard guard({6, 1e6});
+  guard.pass(RealTime{0}, glm::dvec3(0), kWithForce);
+  guard.pass(RealTime{kMs}, glm::dvec3(0), kWithForce);
+  const DeviceSpring alone = guard.share({{0.01, 0, 0}, {100, 0, 0}, {0, 0, 0}, {kInfinity, 5, 5}});
+  CHECK(alone.limit_N == glm::dvec3(6, 0, 0));
+  CHECK(alone.below_N_per_m == glm::dvec3(100, 0, 0));
+  for (const double bad : {kNaN, kInfinity, -kInfinity}) {
+    for (int part = 0; part < 3; ++part) {
+      DeviceSpring wanted{{0.01, 0.02, 0}, {100, 50, 0}, {100, 50, 0}, {1, 1, 1}};
+      (part == 0 ? wanted.center_m : part == 1 ? wanted.below_N_per_m : wanted.above_N_per_m).x = bad;
+      const DeviceSpring shared = guard.share(wanted);
+      CHECK((shared.center_m.x == 0 && shared.below_N_per_m.x == 0 && shared.above_N_per_m.x == 0 && shared.limit_N.x == 0));
+      CHECK((shared.below_N_per_m.y == 50 && shared.limit_N.y == 1));
+    }
+  }
+}
+
 TEST_CASE("each reason to cut ramps to zero and back in the ramps' own time and is counted once") {
   // Not right between 200 ms and 300 ms: down to nothing at 220 ms, up again from 300 ms on.
   enum class Fault { device, hand, force, speed };

@@ -60,6 +60,32 @@ TEST_CASE("the largest stiffness is where the rendered damping takes away all of
   CHECK(largest_stiffness_N_per_m(1.1, reference(), plant) == overshoot_limit_N_per_m(1.1, reference(), 0.2));
 }
 
+TEST_CASE("springs of the device's own are held for its own period and what is steeper for the loop's") {
+  // Measured (docs/stiffness.md) within 1 %: 7980 to 8050; 2725 to 2749, 3480 to 3510 and 4978 to 5022 N/m.
+  const auto with_own = [](double own_N_per_m) {
+    LoopDelays loop = reference();
+    loop.own_N_per_m = own_N_per_m;
+    loop.own_period_s = 0.25e-3;
+    return loop;
+  };
+  CHECK(damping_limit_N_per_m(1, with_own(1e5), 1) == Approx(8000));
+  for (const auto& [own, limit] : {std::pair{1000.0, 2750.0}, {2000.0, 3500.0}, {4000.0, 5000.0}})
+    CHECK(damping_limit_N_per_m(1, with_own(own), 1) == Approx(limit));
+  const Plant plant{0.2, 1};
+  for (const double own : {10.0, 300.0, 1000.0, 1e5}) {
+    const LoopDelays loop = with_own(own);
+    for (double alpha = 0; alpha < 1.005; alpha += 0.05) {
+      const double limit = largest_stiffness_N_per_m(alpha, loop, plant);
+      CHECK(limit >= largest_stiffness_N_per_m(alpha, reference(), plant));
+      CHECK(rendered_damping(limit, alpha, loop) == Approx(-plant.damping_N_s_per_m).epsilon(1e-12));
+    }
+  }
+  const double star = *alpha_star(with_own(1000));
+  CHECK(star == Approx(1.0081).margin(1e-4));
+  CHECK(rendered_damping(900, star, with_own(1000)) == Approx(0).margin(1e-10));
+  CHECK(rendered_damping(2000, star, with_own(1000)) < -0.3);
+}
+
 TEST_CASE("without a latency there is no alpha* and nothing to round up") {
   const LoopDelays none{0.5e-3, 1e-3, 0};
   CHECK_FALSE(alpha_star(none));

@@ -13,6 +13,10 @@ namespace {
 
 const std::string kLocal = "device.left.render={ kind = \"local\" }";
 
+const std::string kPid = "device.left.driver=\"pid\"";
+const std::string kPidSpec =
+    "device.left.pid={ travel = [\"800 mm\", \"800 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0 }";  // 250 N/m
+
 std::vector<std::string> short_run(std::vector<std::string> set) {
   set.insert(set.end(), {"run.duration=\"1 s\"", "expect=[]"});
   return set;
@@ -48,6 +52,47 @@ TEST_CASE("on a spring every strategy that renders locally sends the force of no
   }
 }
 
+TEST_CASE("a device's own springs and the force beside them are the local model's force at every tick, however steep it can be") {
+  for (const char* flavour : {"mask", "array"}) {
+    const auto run = [&](const std::string& render, const std::string& slope) {
+      const std::string pid = "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0, flavour = \"" +
+                              std::string(flavour) + "\", full_slope = \"" + slope + "\" }";
+      const std::string motion = "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }";
+      return run_all(read("paper/figure-1-spring.toml", short_run({motion, kPid, pid, "device.left.render={ kind = \"" + render + "\" }",
+                                                                   "run.strategies=[\"direct\", \"phase_locked\"]"})));
+    };
+    const RunRecord local = run("local", "500 N/m");
+    for (const auto& [slope, share] : std::vector<std::pair<std::string, double>>{{"500 N/m", 1}, {"50 N/m", 0.25}}) {
+      const RunRecord sprung = run("device_spring", slope);
+      for (const StrategyRecord& record : sprung.strategies) {
+        INFO(flavour << " " << slope << " " << record.name);
+        const StrategyRecord& same = strategy(local, record.name);
+        REQUIRE(record.devices[0].ticks.size() == same.devices[0].ticks.size());
+        for (std::size_t k = 0; k < same.devices[0].ticks.size(); ++k)
+          REQUIRE(record.devices[0].ticks[k].force_N == same.devices[0].ticks[k].force_N);
+        for (std::size_t n = 0; n < same.steps.size(); ++n)
+          REQUIRE(record.devices[0].steps[n].position_m == same.devices[0].steps[n].position_m);
+        // 200 N/m are wanted; a count of the coefficient is 0.05 N/m at most.
+        CHECK(measure(sprung).at("closed_loop.left." + record.name).at("spring_share") == Approx(share).margin(5e-4));
+        CHECK(measure(local).at("closed_loop.left." + record.name).count("spring_share") == 0);
+        CHECK(same.devices[0].springs.empty());
+      }
+    }
+  }
+}
+
+TEST_CASE("a contact that no springs along the axes can say is left to the loop") {
+  std::vector<std::string> set = small_tissue("cpu");
+  set.insert(set.end(), {"expect=[]", kPid, kPidSpec, "run.strategies=[\"phase_locked\"]", "device.left.render={ kind = \"device_spring\" }"});
+  const RunRecord sprung = run_all(read("paper/figure-1.toml", set));
+  set.back() = "device.left.render={ kind = \"local\" }";
+  const RunRecord local = run_all(read("paper/figure-1.toml", set));
+  const std::vector<TickRow>&a = sprung.strategies[0].devices[0].ticks, &b = local.strategies[0].devices[0].ticks;
+  REQUIRE(a.size() == b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) REQUIRE(a[k].force_N == b[k].force_N);
+  CHECK(measure(sprung).at("closed_loop.left.phase_locked").at("spring_share") == 0);
+}
+
 TEST_CASE("alpha under a local spring: too soft leaves its share of the latency's error, too stiff makes up for more") {
   const auto error = [](const std::string& alpha) {
     const Scenario scenario = read("paper/figure-1-spring.toml",
@@ -73,9 +118,10 @@ TEST_CASE("the tissue's local model has the bits of the host on the device, and 
 
 TEST_CASE("a live run whose devices render by themselves replays to the same hash") {
   for (const char* render : {"{ kind = \"local\", alpha = 1.1 }",
-                             "{ kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1, static_stiffness = \"200 N/m\" }"}) {
+                             "{ kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1, static_stiffness = \"200 N/m\" }",
+                             "{ kind = \"device_spring\" }"}) {
     const Scenario scenario = read("paper/figure-1-spring.toml",
-                                   {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"", "expect=[]",
+                                   {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"", "expect=[]", kPid, kPidSpec,
                                     std::string("device.left.render=") + render});
     RunOptions options;
     options.clock = ClockKind::wall;

@@ -264,6 +264,18 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
   const RenderSpec::Cap fixed = rendered(kSpring, "kind = \"local\", cap = \"1.5 kN/m\"").devices[0].render.cap;
   CHECK(fixed.kind == Cap::fixed);
   CHECK(fixed.fixed_N_per_m == 1500);
+  const std::string device = "device.left.driver=\"pid\"", travel = "travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\"";
+  const auto sprung = [&](const std::string& pid, const std::string& kind) {
+    return good(kSpring, {{device, "device.left.pid={ " + travel + pid + " }", "device.left.render={ kind = \"" + kind + "\" }"}, {}})
+        .devices[0];
+  };
+  CHECK(sprung("", "device_spring").render.kind == RenderSpec::Kind::device_spring);
+  CHECK(sprung("", "device_spring").pid->options.springs);
+  CHECK_FALSE(sprung("", "local").pid->options.springs);
+  CHECK_FALSE(sprung("", "device_spring").pid->options.full_slope_N_per_m);
+  CHECK(sprung(", full_slope = \"750 N/m\"", "device_spring").pid->options.full_slope_N_per_m == glm::dvec3(750));
+  CHECK(period_s(sprung("", "device_spring").pid->firmware_rate) == 1 / 4000.0);
+  CHECK(period_s(sprung(", firmware_rate = \"8 kHz\"", "device_spring").pid->firmware_rate) == 1 / 8000.0);
   const Scenario smith =
       rendered(kSpring, "kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.2, static_stiffness = \"300 N/m\"");
   CHECK(smith.devices[0].render.kind == RenderSpec::Kind::smith);

@@ -179,7 +179,7 @@ TEST_CASE("What a device renders must go together, and with its scene") {
   const auto render = [](const std::string& keys) { return "name = \"left\"\nrender = { " + keys + " }"; };
   for (const auto& [keys, error] : std::vector<std::pair<std::string, std::string>>{
            {"alpha = 1.1", "scenario.toml:17:12: error: 'alpha' means nothing with kind = \"force\"; remove it, or write kind = \"local\""},
-           {"kind = \"damped\"", "'kind': \"damped\" must be \"force\", \"local\" or \"smith\""},
+           {"kind = \"damped\"", "'kind': \"damped\" must be \"force\", \"local\", \"device_spring\" or \"smith\""},
            {"kind = \"local\", alpha = 0", "'alpha': 0 is out of range; it must be above 0 and at most 4"},
            {"kind = \"local\", alpha = 4.01", "'alpha': 4.01 is out of range"},
            {"kind = \"local\", alpha = \"most\"", "'alpha': \"most\" must be \"auto\" or a number"},
@@ -189,6 +189,11 @@ TEST_CASE("What a device renders must go together, and with its scene") {
            {"kind = \"local\", cap = \"laws\"", "'cap': \"laws\" must be \"law\" or a stiffness"},
            {"kind = \"local\", cap = \"0 N/m\"", "'cap': \"0 N/m\" is out of range"},
            {"kind = \"local\", cap = \"law\"", "'cap': \"law\" follows from the mass and damping of a hand"},
+           {"kind = \"device_spring\"", "scenario.toml:17:19: error: 'kind': \"device_spring\" is for devices that render springs by "
+                                         "themselves; write driver = \"pid\", or kind = \"local\""},
+           {"kind = \"device_spring\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"]", "write full_scale in its 'pid'"},
+           {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_slope = \"0 N/m\"", "'full_slope': \"0 N/m\" is out of range"},
+           {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], firmware_rate = \"99 Hz\"", "'firmware_rate': \"99 Hz\" is out of range"},
            {"kind = \"smith\", gap = false", "'gap' means nothing with kind = \"smith\"; remove it, or write kind = \"local\""},
            {"kind = \"smith\", frequency = \"1001 Hz\"", "'frequency': \"1001 Hz\" is out of range"},
            {"kind = \"smith\", factor = 0", "'factor': 0 is out of range"},

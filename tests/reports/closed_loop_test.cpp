@@ -83,6 +83,40 @@ TEST_CASE("every axis counts") {
   CHECK(port_energy(t, x, force, 0)[1] == Approx(10 + 40 + 90));
 }
 
+TEST_CASE("springs that go along with the hand give back what was put in, whatever way, saturation and side") {
+  // All of the force is the spring's: E is what the spring stores.
+  const SpringRow spring{{0.001, 0, -0.002}, {300, 0, 100}, {0, 200, 100}, {0.4, 0.2, 9}};
+  std::vector<double> t;
+  std::vector<Vec3> x, force;
+  for (int k = 0; k < 500; ++k) {
+    t.push_back(k * 1e-3);
+    x.push_back({4e-3 * std::sin(0.1 * k), 3e-3 * std::sin(0.07 * k), 5e-3 * std::sin(0.031 * k)});
+    force.push_back(spring_force_N(spring, x.back()));
+  }
+  const auto stored_J = [&](const Vec3& at) {
+    // By the midpoint rule along each axis from the center on, 1e-4 of the largest force wide.
+    double sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      constexpr int kParts = 20'000;
+      const double way = at[axis] - spring.center_m[axis];
+      for (int i = 0; i < kParts; ++i) {
+        Vec3 on = spring.center_m;
+        on[axis] += way * (i + 0.5) / kParts;
+        sum -= spring_force_N(spring, on)[axis] * way / kParts;
+      }
+    }
+    return sum;
+  };
+  const std::vector<SpringRow> springs(t.size(), spring);
+  const auto energy = port_energy(t, x, force, 0, springs);
+  for (std::size_t k = 0; k < t.size(); k += 7) CHECK(energy[k] == Approx(stored_J(x[k]) - stored_J(x[0])).margin(1e-9));
+  // Beside a held force: that one's work besides.
+  std::vector<Vec3> more = force;
+  for (Vec3& f : more) f[1] -= 0.5;
+  const auto both = port_energy(t, x, more, 0, springs);
+  for (std::size_t k = 0; k < t.size(); ++k) CHECK(both[k] - energy[k] == Approx(0.5 * (x[k][1] - x[0][1])).margin(1e-12));
+}
+
 TEST_CASE("a damper renders its own damping, a held spring minus k h / 2, a delayed one minus k times the delay") {
   const double k = 300, b = 2.5, A = 5e-3, h = 1e-3;
   for (const double f : {1.0, 3.0, 7.0}) {

@@ -6,7 +6,7 @@
 ///
 /// A contact that only pushes is a spring on the penetrating side of cp alone: below it where the normal points up the axis.
 /// Springs are one per axis: K must be diagonal, and the normal of a contact that only pushes along one axis, with K along
-/// no other. What a device does not render of them is a force for the loop: rest_N.
+/// no other. What a device does not render of them is a force for the loop.
 
 #include <glm/vec3.hpp>
 #include <optional>
@@ -21,9 +21,5 @@ std::optional<DeviceSpring> device_spring(const AffineContact& contact, double a
 
 /// The springs' force on a hand at `hand_m`.
 glm::dvec3 force_N(const DeviceSpring& spring, const glm::dvec3& hand_m);
-
-/// What is left for the loop: the contact's force on a hand at `hand_m`, 0 where a contact that only pushes would pull,
-/// without that of the springs that the device renders.
-glm::dvec3 rest_N(const AffineContact& contact, double alpha, const DeviceSpring& rendered, const glm::dvec3& hand_m);
 
 }  // namespace evenstep

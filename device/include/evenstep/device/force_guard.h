@@ -64,6 +64,10 @@ class ForceGuard {
   /// starts from zero force at the first call's time, and the first call sends zero whatever is wanted. A force schedule is
   /// empty (zero) at its first tick, so no strategy sees this; from the second tick on the slew has a whole period.
   glm::dvec3 pass(RealTime now, const glm::dvec3& wanted_N, const GuardedTick& tick);
+  /// What of these springs a device may render by itself, after pass(): gain * authority as stiff, and along each of n axes
+  /// at most authority * max_N / sqrt(n), so that all of them together obey max_N. Their slew is not limited: it is that of
+  /// the hand. Where stiffness or center is not finite there is no spring.
+  DeviceSpring share(const DeviceSpring& wanted) const;
   /// Share of the force that was rendered at the last call, [0, 1].
   double authority() const { return authority_; }
   const ForceGuardCounters& counters() const { return counters_; }

@@ -20,6 +20,8 @@ struct LoopDelays {
   double scheduled_s = 0;          ///< L_e
   double period_s = 1e-3;          ///< h
   double device_s = 0;             ///< d
+  /// A device that renders springs of up to own_N_per_m by itself (device_spring.h) holds these for own_period_s instead of h.
+  double own_N_per_m = 0, own_period_s = 0;
 };
 
 /// The hand and the device's handle, without the spring.
@@ -28,15 +30,16 @@ struct Plant {
   double damping_N_s_per_m = 0;    ///< >= 0
 };
 
-/// b_eq = K [(alpha - 1) L_e - alpha h/2 - d], N s/m. alpha = 0: no local model. At frequencies f with 2 pi f L_e < 1; matched to
+/// b_eq = K [(alpha - 1) L_e - alpha h/2 - d] + min(alpha K, own) (h - h_own)/2, N s/m. alpha = 0: no local model. At frequencies f with 2 pi f L_e < 1; matched to
 /// 0.03 N s/m at K = 300 N/m and 3 Hz.
 double rendered_damping(double stiffness_N_per_m, double alpha, const LoopDelays& loop);
 
-/// alpha* = (L_e + d) / (L_e - h/2): b_eq = 0 there, whatever K. None where L_e is not above h/2: without a latency there is
+/// alpha* = (L_e + d) / (L_e - h/2): b_eq = 0 there, whatever K; h_own for h where the device renders springs, of those. None where L_e is not above h/2: without a latency there is
 /// nothing to make up for.
 std::optional<double> alpha_star(const LoopDelays& loop);
 
-/// alpha <= alpha*: K_max = b / [(1 - alpha) L_e + alpha h/2 + d], 0 to 13 % below what is measured at b = 1 N s/m; far below it
+/// alpha <= alpha*: K_max = b / [(1 - alpha) L_e + alpha h/2 + d], h_own for h where alpha K_max is not above own; otherwise the
+/// same with b + own (h - h_own)/2 for b. 0 to 13 % below what is measured at b = 1 N s/m; far below it
 /// for alpha just under alpha* with strong damping, where the mass matters. Infinite at alpha* and above, where this law ends.
 double damping_limit_N_per_m(double alpha, const LoopDelays& loop, double damping_N_s_per_m);
 

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "evenstep/device/device_spring.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/motion.h"
 #include "evenstep/device/renderer.h"
@@ -36,13 +37,19 @@ struct TickInput {
 struct DeviceInputs {
   std::vector<TickInput> ticks;                  ///< in order of ticks run
   std::vector<std::uint64_t> interaction_heads;  ///< per step
+  std::vector<DeviceSpring> springs;             ///< what the device rendered by itself, each time it was asked to
 };
 
 /// The force of one tick as it was rendered from the schedule, before the guard.
 struct Played {
   RealTime at;
-  Reading<glm::dvec3> force_N;
+  Reading<glm::dvec3> force_N;           ///< all of it
+  std::optional<DeviceSpring> spring;    ///< what of it the device may render by itself; none: it is not asked
 
+  /// What the device renders by itself, of a hand at `hand_m`.
+  glm::dvec3 sprung_N(const glm::dvec3& hand_m) const {
+    return spring ? evenstep::force_N(*spring, hand_m) : glm::dvec3(0);
+  }
   /// When the newest force of the schedule was due; none before the first.
   std::optional<RealTime> due() const {
     return force_N.status == ReadStatus::empty ? std::nullopt : std::optional(force_N.newest);
@@ -64,6 +71,7 @@ struct RenderForce {};
 struct RenderLocal {
   double alpha = 1;
   bool knows_gap = true;
+  bool by_device = false;                 ///< as springs of the device, as far as it can
   double most_N_per_m = std::numeric_limits<double>::infinity();  ///< stiffer contacts are played as stiff as this
 };
 struct RenderSmith {
@@ -97,6 +105,8 @@ class Exchange {
   DeviceSample sense(int tool, const Scheduler& scheduler);
   /// The force to play now, under the hand as `sample` has it.
   Played play(int tool, const DeviceSample& sample, const Scheduler& scheduler);
+  /// Asks the device for springs of its own, which the guard has seen; what it does render of them.
+  virtual DeviceSpring render(int tool, const DeviceSpring& wanted) = 0;
 
   // Simulation lane.
   /// The hand at a slot's time, or the newest sample where the slot is not mapped.
@@ -133,6 +143,7 @@ class DeviceExchange : public Exchange {
  public:
   DeviceExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
                  std::vector<DeviceInputs>* keep = nullptr);
+  DeviceSpring render(int tool, const DeviceSpring& wanted) override;
 
  protected:
   DeviceSample read_device(int tool, const Scheduler& scheduler) override;
@@ -165,6 +176,8 @@ class RecordedExchange final : public Exchange {
   bool next_tick_ready() const;
   /// The next step finds the samples that its recorded heads name.
   bool next_step_ready() const;
+  /// Of a shadow nothing: nobody asked the device, and the force is the same without.
+  DeviceSpring render(int tool, const DeviceSpring& wanted) override;
 
  protected:
   DeviceSample read_device(int tool, const Scheduler& scheduler) override;
@@ -176,6 +189,7 @@ class RecordedExchange final : public Exchange {
   bool use_heads_;
   std::vector<std::size_t> next_tick_;
   std::vector<std::size_t> next_step_;
+  std::vector<std::size_t> next_spring_;
 };
 
 }  // namespace evenstep

@@ -49,11 +49,14 @@ struct TissueMode {
 /// [[device]] render: how a tick's force is made of its scheduled record (device/renderer.h). What its kind has no use for
 /// keeps the value here.
 struct RenderSpec {
-  enum class Kind { force, local, smith } kind = Kind::force;
-  std::optional<double> alpha = 1.0;            ///< local; none: automatic
-  LocalModel stiffness = LocalModel::none;      ///< local: which one the solver gives
-  bool knows_gap = true;                        ///< local; false is a control
-  /// local: no contact is played stiffer than that. by_law: what the law allows the hand (stiffness_laws.h).
+  /// device_spring: local, as springs of the device, as far as it can.
+  enum class Kind { force, local, device_spring, smith } kind = Kind::force;
+  bool is_local() const { return kind == Kind::local || kind == Kind::device_spring; }
+  // Of these two:
+  std::optional<double> alpha = 1.0;            ///< none: automatic
+  LocalModel stiffness = LocalModel::none;      ///< which one the solver gives
+  bool knows_gap = true;                        ///< false is a control
+  /// No contact is played stiffer than that. by_law: what the law allows the hand (stiffness_laws.h).
   struct Cap { enum class Kind { none, by_law, fixed } kind = Kind::none; double fixed_N_per_m = 0; } cap;
   TissueMode mode;                              ///< smith; what is not given is the scene's
   double factor = 1.1;                          ///< smith: both springs of the model are so many times as stiff
@@ -78,6 +81,7 @@ struct PidSpec {
   PidFlavour flavour = PidFlavour::mask;
   int pool_effects = 40;
   int block_load_error_at = -1;                 ///< counted from 0
+  Rate firmware_rate{4000, 1};                  ///< of springs that it renders by itself
   std::vector<PidDeviceEvent> events;
 };
 

@@ -42,9 +42,12 @@ double jump_max(std::span<const Vec3> x);
 double band_rms(std::span<const double> t, std::span<const Vec3> x, double window_s, double low_Hz, double high_Hz);
 /// Energy that has gone into what renders the force, J, at each tick since the first: E(n) = -sum of F . dx, where F is the
 /// force felt on the way (sent `delay_s` before; none is known before the first) and dx the way between two ticks. Negative:
-/// more came out than went in. `t` in s, increasing.
+/// more came out than went in. `t` in s, increasing. With `springs` (one per tick, or none; then without delay) what they are of
+/// the force goes along with the hand until the next tick, as if they were rendered at every instant.
 std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N,
-                                double delay_s);
+                                double delay_s, std::span<const SpringRow> springs = {});
+/// The springs' force on a hand at `x_m`, N.
+Vec3 spring_force_N(const SpringRow& spring, const Vec3& x_m);
 /// What a sine motion of the whole travel `travel_m` meets: E of a cycle, over the whole cycles from the first tick on, and the
 /// damper that would take as much, b = E / (pi (travel / 2)^2 2 pi f). Negative: it drives. nullopt: less than a cycle.
 struct RenderedDamping { double energy_per_cycle_J = 0, damping_N_s_per_m = 0; };

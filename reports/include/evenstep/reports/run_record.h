@@ -44,16 +44,23 @@ struct TickRow {
   RealTime at;           ///< scheduled
   Duration lateness;     ///< 0 in virtual time
   Vec3 position_m{};     ///< sample read
-  Vec3 force_N{};        ///< sent (after the guard)
+  Vec3 force_N{};        ///< after the guard: sent, and what of it the device renders by itself
   bool started = false;  ///< false before the first emission time: no force yet
   std::optional<Vec3> undelayed_N = {};  ///< what the scene gives without any delay under these positions, where it was asked
+};
+
+/// Springs that the device rendered by itself from a tick on, besides what was sent: along each axis k (center - x), at most
+/// limit_N, k = below where x < center and above where x > center.
+struct SpringRow {
+  Vec3 center_m{}, below_N_per_m{}, above_N_per_m{}, limit_N{};
 };
 
 /// The loop over a device, as the laws see it (docs/stiffness.md). What has no meaning there is nothing.
 struct LoopRecord {
   double delay_s = 0;                              ///< L_e + d, of the scheduled force
   std::optional<double> stiffness_N_per_m = {};    ///< that the hand feels at rest, where the scene says it
-  std::optional<double> damping_per_stiffness_s = {};  ///< b_eq / K: of every spring
+  std::optional<double> damping_per_stiffness_s = {};  ///< b_eq / K of every spring, but for what the device renders by itself:
+  double own_N_per_m = 0, own_gain_s = 0;          ///< that adds min(alpha K, own) * gain
   std::optional<double> stiffness_limit_N_per_m = {};  ///< K_max, of a hand that feels the force
   std::optional<double> alpha = {}, alpha_star = {};   ///< of a local model
   std::optional<double> cap_N_per_m = {};          ///< of a local model; infinite: none
@@ -65,6 +72,7 @@ struct DeviceRecord {
   std::optional<double> stored_J;          ///< what the scene holds of the hand where judging begins, where it says it
   std::vector<StepSample> steps;
   std::vector<TickRow> ticks;
+  std::vector<SpringRow> springs;          ///< per tick, of a device that renders springs by itself; otherwise empty
   std::map<std::string, double> counters;   ///< driver and guard: "lost", "clamped", ...
 };
 

@@ -7,7 +7,7 @@
 ///   and nothing for the first `block_load_delay` questions. Without these reports Set Effect takes the block it names.
 /// - An effect plays from Start on for its duration (0xFFFF: for ever); Start again begins anew. What plays adds up:
 ///     constant force    magnitude / largest * effect gain, along the enabled axes, or the direction's X = sin, Y = cos
-///     spring            coefficient / largest * (center - position) in half travels, saturated, along the enabled axes
+///     spring            coefficient / largest * (center - position) in half travels (or full_slope), saturated, along the enabled axes
 ///   times device gain and full_scale_N; nothing while paused, without power, safety switch or enabled actuators.
 /// - The actuators are off until they are enabled (on where there is no Device Control); Device Reset enables them, frees
 ///   all blocks and sets the gain to its full.
@@ -40,6 +40,7 @@ struct SimulatedPidOptions {
   SimulatedDeviceOptions reports;
   glm::dvec3 travel_m{0.4};  ///< position +-travel / 2 is the logical range; beyond, its ends
   double full_scale_N = 10;  ///< of the largest magnitude at full gain
+  std::optional<glm::dvec3> full_slope_N_per_m;  ///< of the largest coefficient at full gain; none: full_scale_N in half travels
   Rate firmware_rate{4000, 1};
   int pool_effects = 40;       ///< at most 40
   int simultaneous = 40;       ///< what the pool report says
