@@ -67,8 +67,9 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
 }
 
 struct LiveDevices::Device {
+  std::string name;
   std::unique_ptr<HidapiTransport> transport;  // a real one
-  std::unique_ptr<HidTransport> simulated;     // or this
+  std::unique_ptr<SimulatedDevice> simulated;  // or this
   std::unique_ptr<HapticDevice> driver;
 };
 
@@ -76,6 +77,7 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
   for (std::size_t tool = 0; tool < scenario.devices.size(); ++tool) {
     const DeviceBinding* const binding = binding_of(options.bindings, scenario, tool);
     Device& device = devices_.emplace_back();
+    device.name = scenario.devices[tool].name;
     if (!binding) {
       device.simulated = simulated_transport(scenario.devices[tool], clock);
       device.driver = make_driver(scenario.devices[tool], *device.simulated);
@@ -91,6 +93,12 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
 
 LiveDevices::~LiveDevices() {
   for (Device& device : devices_) device.driver->stop();
+}
+
+void LiveDevices::stop_simulated() {
+  for (Device& device : devices_) {
+    if (device.simulated) evenstep::stop_simulated(device.name, device.driver.get(), *device.simulated);
+  }
 }
 
 std::vector<HapticDevice*> LiveDevices::drivers() {
@@ -111,7 +119,7 @@ void LiveDevices::forget_queued() {
 
 std::map<std::string, double> LiveDevices::counters(std::size_t tool) const {
   const HidapiTransport* const transport = devices_[tool].transport.get();
-  if (!transport) return {};
+  if (!transport) return motor_counters(*devices_[tool].simulated);
   const HidWriteTimes times = transport->write_times();
   std::map<std::string, double> counters{{"writes", static_cast<double>(times.taken.count())},
                                          {"writes_overtaken", static_cast<double>(times.overtaken)},

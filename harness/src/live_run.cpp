@@ -118,6 +118,7 @@ std::string wall_clock_objection(const Scenario& scenario) {
     return "[remap] underrun: the gate changes the programmed schedule, which a wall clock does not let it do; write "
            "interaction = \"clamp\" or \"extrapolate\"";
   }
+  if (scenario.interrupt) return "[run] interrupt is a signal in virtual time; leave it out and press Ctrl-C";
   if (!scenario.keep_rows) return "[run] keep = \"summary\" leaves out the events that a live run is replayed from";
   if (scenario.timing.programmed.order == SegmentOrder::concurrent)
     return "[timing] order = \"concurrent\" runs on the virtual clock only";
@@ -150,13 +151,14 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
     recording.device_grant = request_real_time(kDevicePriority);
     device_clock.wait_until(RealTime{} - kListenBefore);
     devices->forget_queued();
-    device_status = run_in_slices(device, end, name, quiet);
+    device_status = run_in_slices(device, end, name, quiet).status;
     if (ended_badly(device_status)) simulation.request_stop();
   });
   recording.simulation_grant = request_real_time(kSimulationPriority);
-  const RunStatus simulation_status = run_in_slices(simulation, end, name, control);
+  const RunStatus simulation_status = run_in_slices(simulation, end, name, control).status;
   if (ended_badly(simulation_status)) device.request_stop();  // nobody makes forces any more
   device_thread.join();
+  devices->stop_simulated();
   throw_if_failed(device_status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
   throw_if_failed(simulation_status, name);
 

@@ -170,6 +170,7 @@ constexpr std::pair<std::string_view, ReportFault::Kind> kFaults[] = {
     {"longer", ReportFault::Kind::longer},
     {"unknown-id", ReportFault::Kind::unknown_id},
     {"interrupted", ReportFault::Kind::interrupted},
+    {"unread", ReportFault::Kind::unread},
     {"write-lost", ReportFault::Kind::write_lost},
     {"write-rejected", ReportFault::Kind::write_rejected},
 };
@@ -211,6 +212,8 @@ PidSpec read_pid(const ScenarioReading& reading, const Table& device) {
   spec.options.gain = pid.number("gain");
   spec.options.effect_duration = pid.duration("effect_duration");
   spec.flavour = pid.text("flavour") == "array" ? PidFlavour::array : PidFlavour::mask;
+  spec.pool_effects = static_cast<int>(pid.integer("pool"));
+  if (pid.has("block_load_error")) spec.block_load_error_at = static_cast<int>(pid.integer("block_load_error")) - 1;
   for (const Table& event : device.tables("events")) {
     const auto kind = event.text("kind") == "safety-switch" ? PidDeviceEvent::Kind::safety_switch : PidDeviceEvent::Kind::actuator_power;
     const RealTime at{event.span("at", reading.scenario.nominal, reading.errors).ns};

@@ -192,8 +192,13 @@ void read_expectations(ScenarioReading& reading) {
   const Value* stop = reading.document.find("expect_stop");
   if (stop == nullptr || !reading.check.sound(stop)) return;
   const Table table(stop, "expect_stop", stop->place);
-  Scenario::ExpectStop expected{table.text("reason"), std::nullopt, stop->place};
+  Scenario::ExpectStop expected{table.text("reason"), table.text("message"), std::nullopt, std::nullopt, stop->place};
+  if (table.has("at_least_step")) expected.at_least_step = table.integer("at_least_step");
   if (table.has("at_most_step")) expected.at_most_step = table.integer("at_most_step");
+  if (expected.at_least_step && expected.at_most_step && *expected.at_least_step > *expected.at_most_step) {
+    reading.errors.add(table.place("at_least_step"), fmt::format("'at_least_step': {} is above at_most_step, {}; nothing can hold",
+                                                                 *expected.at_least_step, *expected.at_most_step));
+  }
   reading.scenario.expect_stop = std::move(expected);
 }
 

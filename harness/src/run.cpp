@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 #include <map>
+#include <optional>
 
 #include "cases/run_case.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
 #include "evenstep/harness/recorder.h"
+#include "evenstep/harness/run_failure.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/reports/writers.h"
 #include "judge.h"
@@ -51,6 +53,15 @@ RunRecord start_run(const Scenario& scenario, const RunOptions& options) {
   return run;
 }
 
+/// A device that still drives is worse than what stopped the others.
+const RunFailure* worst_of(const std::vector<std::optional<RunFailure>>& failures) {
+  const RunFailure* worst = nullptr;
+  for (const std::optional<RunFailure>& failure : failures) {
+    if (failure && (!worst || (failure->reason == kStillDriving && worst->reason != kStillDriving))) worst = &*failure;
+  }
+  return worst;
+}
+
 void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options,
                  RunRecord& run) {
   // The twins that deviation_from_ideal needs and the scenario does not list: one per lead, since the forces of an even
@@ -68,9 +79,23 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   std::vector<StrategyRecord> records(all.size());
   RunControl unseen = options.control;  // a twin has the name of a strategy that may be listed, or of another twin
   unseen.progress = nullptr;
+  std::vector<std::optional<RunFailure>> failures(all.size());
   internal::parallel_for(all.size(), options.threads, [&](std::size_t i) {
-    records[i] = run_strategy(scenario, all[i], i < plans.size() ? options.control : unseen);
+    try {
+      records[i] = run_strategy(scenario, all[i], i < plans.size() ? options.control : unseen);
+    } catch (const RunFailure& failure) {
+      failures[i] = failure;
+    }
   });
+  if (const RunFailure* failure = worst_of(failures)) {
+    for (std::size_t i = 0; i < plans.size(); ++i) {
+      if (!failures[i])
+        run.strategies.push_back(std::move(records[i]));
+      else if (failures[i]->so_far)
+        run.strategies.push_back(std::move(*failures[i]->so_far));
+    }
+    throw *failure;
+  }
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const auto twin = twin_of_lead.find(plans[i].lead.ns);
     if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end())
@@ -86,7 +111,7 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
   LiveRecording recording = run_live(scenario, *live, options.devices, options.control);
   run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
-  const bool interrupted = options.control.interrupted && options.control.interrupted->load();
+  const bool interrupted = options.control.is_interrupted();
   for (const StrategyPlan& plan : plans) {
     if (plan.kind == scenario.live)
       run.strategies.push_back(recording.record);
@@ -107,8 +132,9 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   difference = found ? "the recorded run and its virtual twin differ: " + found->text : "hashes differ, events do not";
 }
 
-RunRecord run_once(const Scenario& scenario, const RunOptions& options, std::string& difference) {
-  RunRecord run = start_run(scenario, options);
+/// Where it throws, `run` has what was recorded until then.
+void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& run, std::string& difference) {
+  run = start_run(scenario, options);
   const std::vector<StrategyPlan> plans = plan(scenario);
   if (options.clock == ClockKind::wall)
     run_wall(scenario, plans, options, run, difference);
@@ -118,7 +144,6 @@ RunRecord run_once(const Scenario& scenario, const RunOptions& options, std::str
   for (const StrategyRecord& strategy : run.strategies) {
     if (run.left_out.empty()) run.left_out = strategy.solver.left_out;
   }
-  return run;
 }
 
 std::string compare(const RunRecord& a, const RunRecord& b) {
@@ -151,9 +176,51 @@ void judge_stop(const Scenario& scenario, const RunFailure& failure, RunOutcome&
   outcome.remedy = failure.remedy;
   outcome.exit = ExitCode::run_failed;
   if (!scenario.expect_stop || scenario.expect_stop->reason != failure.reason) return;
-  const auto& limit = scenario.expect_stop->at_most_step;
-  const bool in_time = !limit || failure.step <= *limit;
-  outcome.exit = in_time ? ExitCode::pass : ExitCode::expectation_failed;
+  const auto& [reason, message, at_least, at_most, place] = *scenario.expect_stop;
+  std::string other;
+  if (outcome.failure.find(message) == std::string::npos) other += fmt::format("; it was expected to say \"{}\"", message);
+  if ((at_least && failure.step < *at_least) || (at_most && failure.step > *at_most))
+    other += fmt::format("; it was expected earlier or later than after {} steps", failure.step);
+  outcome.failure += other;
+  outcome.exit = other.empty() ? ExitCode::pass : ExitCode::expectation_failed;
+}
+
+void count_results(RunOutcome& outcome) {
+  switch (worst(outcome.results)) {
+    case ExpectationResult::Verdict::pass:
+      break;
+    case ExpectationResult::Verdict::fail:
+      outcome.exit = worse(outcome.exit, ExitCode::expectation_failed);
+      break;
+    case ExpectationResult::Verdict::error:
+      outcome.exit = worse(outcome.exit, ExitCode::usage);
+      break;
+  }
+}
+
+/// Expectations beside the right [expect_stop] are about what was recorded until then. Of another stop nothing is kept.
+void judge_stopped(const Scenario& scenario, RunOutcome& outcome) {
+  if (outcome.exit != ExitCode::pass || scenario.case_spec) {
+    outcome.record.strategies.clear();
+    return;
+  }
+  outcome.record.trace_hash = hash_of(outcome.record.strategies);
+  outcome.metrics = measure(outcome.record);
+  outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+  count_results(outcome);
+}
+
+/// All its strategies by [run] interrupt; nullopt: it ran to its end.
+std::optional<RunFailure> interruption(const Scenario& scenario, const RunRecord& run) {
+  std::size_t steps = 0;
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (!strategy.interrupted) return std::nullopt;
+    steps = std::max(steps, strategy.steps.size());
+  }
+  if (!scenario.interrupt || run.strategies.empty()) return std::nullopt;
+  return RunFailure("interrupted", fmt::format("interrupted at {:.6g} s by [run] interrupt", seconds(*scenario.interrupt)),
+                    "a scenario says with [expect_stop] reason = \"interrupted\" that this is right",
+                    static_cast<std::int64_t>(steps));
 }
 
 std::string objection_to(const Scenario& scenario, const RunOptions& options) {
@@ -211,15 +278,22 @@ RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {
     return outcome;
   }
 
-  const double cpu_before = process_cpu_seconds();
+  const auto count_seconds = [&, cpu_before = process_cpu_seconds()] {
+    outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
+    for (const StrategyRecord& strategy : outcome.record.strategies) outcome.solver_seconds += strategy.solver.solver_seconds;
+  };
   try {
-    const auto interrupted = [&] { return options.control.interrupted && options.control.interrupted->load(); };
+    const auto interrupted = [&] { return options.control.is_interrupted(); };
     if (scenario.case_spec) {
       internal::run_case(scenario, options, outcome);
     } else {
       std::string& difference = outcome.repeat_difference;
-      outcome.record = run_once(scenario, options, difference);
-      if (options.repeat && !interrupted()) difference = compare(outcome.record, run_once(scenario, options, difference));
+      run_once(scenario, options, outcome.record, difference);
+      if (options.repeat && !interrupted()) {
+        RunRecord again;
+        run_once(scenario, options, again, difference);
+        difference = compare(outcome.record, again);
+      }
       outcome.metrics = measure(outcome.record);
       if (!interrupted()) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
     }
@@ -229,25 +303,18 @@ RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {
     }
   } catch (const RunFailure& failure) {
     judge_stop(scenario, failure, outcome);
+    judge_stopped(scenario, outcome);
+    count_seconds();
     return outcome;
   }
-  outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
-  for (const StrategyRecord& strategy : outcome.record.strategies) outcome.solver_seconds += strategy.solver.solver_seconds;
-
-  if (scenario.expect_stop) {
+  count_seconds();
+  if (const auto stopped = interruption(scenario, outcome.record)) {
+    judge_stop(scenario, *stopped, outcome);
+  } else if (scenario.expect_stop) {
     outcome.failure = fmt::format("the run was expected to stop ({}), but it ran to its end", scenario.expect_stop->reason);
     outcome.exit = ExitCode::expectation_failed;
   }
-  switch (worst(outcome.results)) {
-    case ExpectationResult::Verdict::pass:
-      break;
-    case ExpectationResult::Verdict::fail:
-      outcome.exit = worse(outcome.exit, ExitCode::expectation_failed);
-      break;
-    case ExpectationResult::Verdict::error:
-      outcome.exit = worse(outcome.exit, ExitCode::usage);
-      break;
-  }
+  count_results(outcome);
   if (!outcome.repeat_difference.empty()) outcome.exit = worse(outcome.exit, ExitCode::not_reproducible);
   return outcome;
 }

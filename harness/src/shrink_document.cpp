@@ -95,6 +95,7 @@ Value fixed_document(Value document, const Scenario& scenario, const std::vector
   Value kept = std::move(expect.list[expectation]);
   for (const std::string_view key : {"confidence", "seeds"}) drop(kept, key);   // a recording has no further seeds
   expect.list.assign(1, std::move(kept));
+  drop(table_at(document, "run"), "interrupt");
   put(table_at(document, "run"), "strategies", strategy_names(strategies));
   const Rate rate = scenario.scene.step_rate;
   const std::string step_rate = rate.den == 1 ? fmt::format("{} Hz", rate.num) : fmt::format("{}/{} Hz", rate.num, rate.den);

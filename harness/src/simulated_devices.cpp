@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <glm/geometric.hpp>
 #include <utility>
 
 #include "evenstep/device/hid/pid_driver.h"
@@ -36,7 +37,7 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
 
 }  // namespace
 
-std::unique_ptr<HidTransport> simulated_transport(const DeviceSpec& device, const Clock& clock) {
+std::unique_ptr<SimulatedDevice> simulated_transport(const DeviceSpec& device, const Clock& clock) {
   SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay, device.name,
                                  device.faults};
   if (device.unplug)
@@ -54,6 +55,8 @@ std::unique_ptr<HidTransport> simulated_transport(const DeviceSpec& device, cons
   pid.full_slope_N_per_m = device.pid->options.full_slope_N_per_m;
   pid.firmware_rate = device.pid->firmware_rate;
   pid.events = device.pid->events;
+  pid.pool_effects = device.pid->pool_effects;
+  pid.block_load_error_at = device.pid->block_load_error_at;
   if (device.hand) return std::make_unique<SimulatedPidDevice>(clock, Hand(*device.hand, device.motion), pid);
   return std::make_unique<SimulatedPidDevice>(clock, device.motion, pid);
 }
@@ -79,16 +82,57 @@ std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport
   return driver;
 }
 
+namespace {
+
+/// A hand may leave its world between the last tick and the end; that is no part of the run.
+MotorState motors_at_end(SimulatedDevice& device) {
+  try {
+    return device.motors();
+  } catch (const HandDiverged&) {
+    return device.motors();
+  }
+}
+
+}  // namespace
+
+void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device) {
+  motors_at_end(device);
+  if (driver) driver->stop();
+  const MotorState left = motors_at_end(device);
+  if (left.force_N == glm::dvec3(0) && left.effects_playing == 0 && left.effects_allocated == 0 && !left.actuators_enabled) return;
+  throw RunFailure(kStillDriving,
+                   fmt::format("{}: the device still drives after its driver has stopped: {:.6g} N, {} effects play, {} are "
+                               "allocated, actuators {}",
+                               name, glm::length(left.force_N), left.effects_playing, left.effects_allocated,
+                               left.actuators_enabled ? "on" : "off"),
+                   "what the driver said last was lost or refused (a fault that lasts to the end?), or it said nothing");
+}
+
+std::map<std::string, double> motor_counters(SimulatedDevice& device) {
+  const MotorState motors = motors_at_end(device);
+  return {{"motors_max", motors.largest_N},
+          {"motors_left", glm::length(motors.force_N)},
+          {"motors_unrenewed", seconds(motors.unrenewed)},
+          {"effects_ended", static_cast<double>(motors.effects_ended)}};
+}
+
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
   for (const DeviceSpec& device : scenario.devices) {
-    transports_.push_back(simulated_transport(device, clock));
+    names_.push_back(device.name);
+    devices_.push_back(simulated_transport(device, clock));
     try {
-      drivers_.push_back(make_driver(device, *transports_.back()));
+      drivers_.push_back(make_driver(device, *devices_.back()));
       drivers_.back()->start();
     } catch (const DeviceError& error) {
+      stop();
       throw RunFailure("device", error.what(), "change the [[device]]");
     }
   }
+}
+
+void SimulatedDevices::stop() {
+  for (std::size_t tool = 0; tool < devices_.size(); ++tool)
+    stop_simulated(names_[tool], tool < drivers_.size() ? drivers_[tool].get() : nullptr, *devices_[tool]);
 }
 
 std::vector<HapticDevice*> SimulatedDevices::drivers() {

@@ -10,6 +10,28 @@
 #include "evenstep/scheduler/live_lanes.h"
 
 namespace evenstep {
+namespace {
+
+/// [run] interrupt: what the signal handler does, in virtual time.
+Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupted) {
+  co_await scheduler.until(at, Lane::completion, "signal");
+  interrupted = true;
+}
+
+/// What the lanes did until they failed; nothing where even that cannot be said any more.
+std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, const Scheduler& scheduler) {
+  try {
+    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.events()));
+  } catch (const std::exception&) {
+    return nullptr;
+  }
+}
+
+void put_motors(SimulatedDevices& devices, StrategyRecord& record) {
+  for (std::size_t tool = 0; tool < record.devices.size(); ++tool) record.devices[tool].counters.merge(devices.counters(tool));
+}
+
+}  // namespace
 
 void throw_if_failed(const RunStatus& status, const std::string& strategy, std::int64_t steps) {
   if (status.end == RunEnd::limit) {
@@ -20,37 +42,38 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
   try {
     std::rethrow_exception(status.failure);
   } catch (const RunFailure& failure) {
-    throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy, failure.step);
+    throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy, failure.step < 0 ? steps : failure.step);
   } catch (const SolverError& error) {
     const RunFailure failure = run_failure(error);
-    throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy);
+    throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy, steps);
   } catch (const HandDiverged& error) {
     throw RunFailure("diverged", fmt::format("{}: {}", strategy, error.what()),
                      "a softer scene, a heavier or more damped hand, or a smaller force_limit, which bounds what shakes it",
                      steps);
   } catch (const DeviceError& error) {
     throw RunFailure("device", strategy + ": " + error.what(),
-                     "check the device's cable and permissions; `evenstep list` shows what a scenario can name");
+                     "check the device's cable and permissions; `evenstep list` shows what a scenario can name", steps);
   } catch (const std::exception& error) {
     throw RunFailure("solver", strategy + ": " + error.what(),
                      "this is a defect of evenstep; please report it with the scenario");
   }
 }
 
-RunStatus run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control) {
+SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control) {
   constexpr Duration kSlice{20'000'000};  // 20 ms: an interrupt is heard within a human's patience on both clocks
-  RunStatus status;
+  SlicedRun run;
   for (RealTime until = RealTime{0} + kSlice;; until = until + kSlice) {
-    status = scheduler.run(std::min(until, end));
-    if (status.end == RunEnd::failed || status.end == RunEnd::limit || status.end == RunEnd::stopped ||
-        status.end == RunEnd::idle)
+    run.status = scheduler.run(std::min(until, end));
+    if (run.status.end == RunEnd::failed || run.status.end == RunEnd::limit || run.status.end == RunEnd::stopped ||
+        run.status.end == RunEnd::idle)
       break;
     if (until >= end) break;
-    if (control.interrupted && control.interrupted->load()) break;
+    run.interrupted = control.is_interrupted();
+    if (run.interrupted) break;
     if (control.progress) control.progress(strategy, seconds(until) / seconds(end));
   }
   if (control.progress) control.progress(strategy, 1.0);
-  return status;
+  return run;
 }
 
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control) {
@@ -59,17 +82,28 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
   std::unique_ptr<Executor> executor = std::make_unique<InlineExecutor>();
   if (control.worker_thread) executor = std::make_unique<WorkerExecutor>(parts.clock);
   Scheduler scheduler(parts.clock, *executor, {control.limits, control.permute_ties, scenario.keep_rows});
+  RunControl control_in_time = control;
+  std::atomic<bool> interrupted{false};
+  control_in_time.interrupted_by_scenario = &interrupted;
+  if (scenario.interrupt) scheduler.spawn(signal_lane(scheduler, RealTime{scenario.interrupt->ns}, interrupted));
   lanes.spawn(scheduler, scheduler);
-  const RunStatus status = run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control);
-  throw_if_failed(status, name_of(plan.kind), static_cast<std::int64_t>(lanes.record().steps.size()));
+  const SlicedRun run = run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control_in_time);
+  try {
+    throw_if_failed(run.status, name_of(plan.kind), static_cast<std::int64_t>(lanes.record().steps.size()));
+  } catch (RunFailure& failure) {
+    failure.so_far = record_so_far(lanes, scheduler);
+    throw;
+  }
   StrategyRecord record = lanes.finish(scheduler.events());
+  record.interrupted = run.interrupted;
   record.trace_hash = scheduler.trace_hash();  // also where no events are kept
   return record;
 }
 
-StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
-  VirtualClock clock;
-  SimulatedDevices devices(scenario, clock);
+namespace {
+
+StrategyRecord run_on(SimulatedDevices& devices, const Scenario& scenario, const StrategyPlan& plan, Clock& clock,
+                      const RunControl& control) {
   const std::vector<LinkSpec> links = links_of(scenario, plan);
   if (plan.kind == StrategyKind::ideal) {
     IdealExchange exchange(links, devices.drivers(), motions_of(scenario));
@@ -77,6 +111,27 @@ StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, 
   }
   DeviceExchange exchange(links, devices.drivers());
   return run_lanes(scenario, plan, {clock, exchange, make_timing(scenario), devices.drivers()}, control);
+}
+
+}  // namespace
+
+StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control) {
+  VirtualClock clock;
+  SimulatedDevices devices(scenario, clock);
+  StrategyRecord record;
+  try {
+    record = run_on(devices, scenario, plan, clock, control);
+  } catch (RunFailure& failure) {
+    devices.stop();  // may throw what is worse than what ended the run
+    if (failure.so_far) put_motors(devices, *failure.so_far);
+    throw;
+  } catch (...) {
+    devices.stop();
+    throw;
+  }
+  devices.stop();
+  put_motors(devices, record);
+  return record;
 }
 
 }  // namespace evenstep

@@ -114,6 +114,36 @@ TEST_CASE("A tissue scenario with two devices holds what its file says") {
   check_round_trip(s);
 }
 
+TEST_CASE("A PID device has the pool and the faults that its file names and a run the signal and the stop") {
+  const Scenario s = good(kPid);
+  CHECK(s.interrupt->ns == 3'000'000'000);
+  REQUIRE(s.devices.at(0).pid);
+  const PidSpec& pid = *s.devices[0].pid;
+  CHECK(pid.pool_effects == 3);
+  CHECK(pid.block_load_error_at == 1);  // the second request
+  CHECK(pid.flavour == PidFlavour::array);
+  CHECK(pid.options.effect_duration->ns == 2'000'000'000);
+  const std::vector<ReportFault>& faults = s.devices[0].faults;
+  REQUIRE(faults.size() == 4);
+  CHECK((faults[0].kind == ReportFault::Kind::write_lost && faults[0].tick == 500 && faults[0].amount == 7));
+  for (int i = 1; i < 4; ++i) CHECK((faults[i].kind == ReportFault::Kind::unread && faults[i].tick == 1000 + i));
+  REQUIRE(s.expect_stop);
+  CHECK(s.expect_stop->reason == "interrupted");
+  CHECK(s.expect_stop->message == "at 3 s");
+  CHECK(*s.expect_stop->at_least_step == 1300);
+  CHECK(*s.expect_stop->at_most_step == 1400);
+  check_round_trip(s);
+
+  const Scenario plain = good(kSpring);
+  CHECK_FALSE(plain.interrupt);
+  std::string text = kPid;
+  const std::string keys = ", pool = 3, block_load_error = 2";
+  text.replace(text.find(keys), keys.size(), "");
+  const Scenario whole = good(text);
+  CHECK(whole.devices[0].pid->pool_effects == 40);
+  CHECK(whole.devices[0].pid->block_load_error_at == -1);  // never
+}
+
 TEST_CASE("A tissue has the materials, faces, method and couplings that its file names") {
   std::string text = kTissue;
   text.replace(text.find("damping = \"1 mN s/m\""), 0, R"(axial_damping = "0.01 N s/m"

@@ -294,13 +294,33 @@ TEST_CASE("Strategies, devices and expectations must fit each other") {
                  {"metric = \"velocity_jump\"", "", "[[expect]] has no 'metric'"},
                  {"metric = \"velocity_jump\"", "metric = \"\"", "'metric' is empty"},
                  {"[[expect]]", "[expect_stop]\nreason = \"tired\"\n[[expect]]",
-                  "'reason': \"tired\" must be \"unstable-step\", \"diverged\", \"bad-input\" or \"device\""},
+                  "'reason': \"tired\" must be \"unstable-step\", \"diverged\", \"bad-input\", \"device\" or \"interrupted\""},
              });
   for (const char* signal : {"run", "solver.*", "*.*", "events.device.tick", "*.interaction.direct", "left.*.*",
                              "left.buffers.paper", "events.*.*"}) {
     INFO(signal);
     CHECK(errors_of(read_text(changed(kSpring, "left.interaction.direct", signal))) == "");
   }
+}
+
+TEST_CASE("A fault, a pool or a stop that cannot be is named where it stands") {
+  check_each(kPid,
+             {
+                 {"interrupt = \"3 s\"", "interrupt = \"4 s\"",
+                  "scenario.toml:4:13: error: 'interrupt': the run has ended by 4000 ms; interrupt it earlier, or run longer"},
+                 {"interrupt = \"3 s\"", "interrupt = \"-1 s\"", "'interrupt': \"-1 s\" is out of range"},
+                 {"pool = 3", "pool = 41", "'pool': 41 is out of range; it must be at least 0 and at most 40"},
+                 {"pool = 3", "pool = -1", "'pool': -1 is out of range"},
+                 {"block_load_error = 2", "block_load_error = 0",
+                  "'block_load_error': 0 is out of range; it must be at least 1 and at most 40"},
+                 {"\"unread\"", "\"unreed\"", "did you mean 'unread'?"},
+                 {"driver = \"pid\"", "driver = \"reference\"", "'pid' means nothing with driver = \"reference\""},
+                 {"at_least_step = 1300", "at_least_step = 1401",
+                  "scenario.toml:25:17: error: 'at_least_step': 1401 is above at_most_step, 1400; nothing can hold"},
+                 {"message = \"at 3 s\"", "message = 3", "'message': must be a string, not 3"},
+             });
+  CHECK(errors_of(read_text(changed(kPid, "at_least_step = 1300", "at_least_step = 1400"))) == "");
+  CHECK(errors_of(read_text(changed(kPid, "interrupt = \"3 s\"", "interrupt = \"3.999999999 s\""))) == "");
 }
 
 TEST_CASE("A tissue must fit its lattice and its devices") {

@@ -105,6 +105,15 @@ std::string timing_text(const TimingSpec& t) {
   return out + "\n";
 }
 
+std::string pid_text(const PidSpec& p) {
+  const PidOptions& o = p.options;
+  std::string out = fmt::format(" pid {} {} {} scale {} gain {} duration {} flavour {} pool {} error {} events", o.travel_m.x, o.travel_m.y,
+                                o.travel_m.z, o.full_scale_N.value_or(-1), o.gain, o.effect_duration ? o.effect_duration->ns : -1,
+                                static_cast<int>(p.flavour), p.pool_effects, p.block_load_error_at);
+  for (const PidDeviceEvent& e : p.events) out += fmt::format(" {} {} {}", static_cast<int>(e.kind), e.at.ns, e.on);
+  return out;
+}
+
 std::string case_text(const CaseSpec& c) {
   std::string out = fmt::format("case {} values {} periods {} most {} duration {} step {} particles {} iterations {} unstable {}",
                                 c.kind, fmt::join(c.values, ","), c.periods, c.most_steps, c.duration_s, at(c.step_size), c.particles,
@@ -179,6 +188,34 @@ reason = "diverged"
 at_most_step = 100
 )";
 
+const char* const kPid = R"(format = 1
+[run]
+duration = "4 s"
+interrupt = "3 s"
+[timing]
+segment = "30 Hz"
+visualization = "11.1 ms"
+steps = 15
+[scene]
+kind = "spring"
+stiffness = "200 N/m"
+[[device]]
+name = "left"
+driver = "pid"
+pid = { travel = ["0.2 m", "0.1 m", "0 m"], full_scale = "5 N", gain = 0.5, effect_duration = "2 s", flavour = "array", pool = 3, block_load_error = 2 }
+faults = [
+  { kind = "unread", at = "1.0005 s", ticks = 3 },
+  { kind = "write-lost", at = "0.5 s", amount = 7 },
+]
+events = [{ kind = "actuator-power", at = "2 s", on = false }]
+unplug = "3.5 s"
+[expect_stop]
+reason = "interrupted"
+message = "at 3 s"
+at_least_step = 1300
+at_most_step = 1400
+)";
+
 Folder::Folder() {
   static std::atomic<int> count{0};
   root_ = (std::filesystem::temp_directory_path() / fmt::format("evenstep-reader-{}-{}", getpid(), count++)).string();
@@ -235,6 +272,12 @@ std::string describe(const Scenario& s) {
                        d.render.mode.frequency_Hz.value_or(0), d.render.mode.damping_ratio.value_or(0),
                        d.render.mode.static_N_per_m.value_or(0), d.render.factor);
   }
+  for (const DeviceSpec& d : s.devices) {
+    out += fmt::format("device {} unplug {} faults", d.name, d.unplug ? d.unplug->ns : -1);
+    for (const ReportFault& f : d.faults) out += fmt::format(" {} {} {}", static_cast<int>(f.kind), f.tick, f.amount);
+    if (d.pid) out += pid_text(*d.pid);
+    out += "\n";
+  }
   out += fmt::format("remap {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz,
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
                      name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
@@ -257,7 +300,10 @@ std::string describe(const Scenario& s) {
     out += e.at ? fmt::format(" at {} {}\n", (*e.at)[0], (*e.at)[1]) : "\n";
   }
   if (s.case_spec) out += case_text(*s.case_spec);
-  if (s.expect_stop) out += fmt::format("stop {} {}\n", s.expect_stop->reason, s.expect_stop->at_most_step.value_or(-1));
+  if (s.expect_stop)
+    out += fmt::format("stop {} '{}' {} {}\n", s.expect_stop->reason, s.expect_stop->message,
+                       s.expect_stop->at_least_step.value_or(-1), s.expect_stop->at_most_step.value_or(-1));
+  if (s.interrupt) out += fmt::format("interrupt {}\n", s.interrupt->ns);
   return out + fmt::format("nominal {} {} {} {}\n", at(s.nominal.segment), at(s.nominal.visualization), at(s.nominal.slot),
                            at(s.nominal.step_run_time));
 }

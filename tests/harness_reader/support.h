@@ -29,5 +29,6 @@ std::string describe(const Scenario& scenario);
 
 extern const char* const kSpring;  ///< a good scenario of each kind
 extern const char* const kTissue;
+extern const char* const kPid;
 
 }  // namespace evenstep::test

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <utility>
 
 #include "evenstep/time/reproducible_math.h"
@@ -93,6 +94,7 @@ void SimulatedPidDevice::change_at(RealTime at) {
     Effect& effect = effects_[block];
     if (!effect.playing || !effect.ends_at || *effect.ends_at > at) continue;
     effect.playing = false;
+    ++effects_ended_;
     say_state(block);
   }
   for (; next_event_ < options_.events.size() && options_.events[next_event_].at <= at; ++next_event_) {
@@ -100,25 +102,27 @@ void SimulatedPidDevice::change_at(RealTime at) {
     (event.kind == PidDeviceEvent::Kind::safety_switch ? safety_ : power_) = event.on;
     say_state(0);
   }
-  feel(at);
+  render(at);
 }
 
 void SimulatedPidDevice::run_until(RealTime until) {
-  if (reports_.has_hand() && any_spring()) {
+  if (any_spring()) {
     const RealTime first = options_.reports.first_tick;
     for (;; ++next_firmware_tick_) {
       const RealTime tick = tick_time(options_.firmware_rate, next_firmware_tick_, first);
       if (tick > until) break;
       reports_.advance(tick);
       if (reports_.is_gone()) return;
-      feel(tick);
+      render(tick);
     }
   }
   reports_.advance(until);
 }
 
-void SimulatedPidDevice::feel(RealTime at) {
-  if (reports_.has_hand()) reports_.feel(at, force_at(reports_.position_m(at)));
+void SimulatedPidDevice::render(RealTime at) {
+  const glm::dvec3 force_N = force_at(reports_.position_m(at));
+  motors_.render(at, glm::length(force_N));
+  reports_.feel(at, force_N);
 }
 
 bool SimulatedPidDevice::any_spring() const {
@@ -132,6 +136,21 @@ glm::dvec3 SimulatedPidDevice::force_N() {
   catch_up();
   if (reports_.is_gone()) return glm::dvec3(0);
   return force_at(reports_.position_m(clock_.now()));
+}
+
+MotorState SimulatedPidDevice::motors() {
+  MotorState state;
+  state.force_N = force_N();
+  if (!reports_.is_gone()) {
+    motors_.until(clock_.now());
+    state.effects_playing = playing();
+    state.effects_allocated = allocated();
+    state.actuators_enabled = enabled_ && layout_.device_control;
+  }
+  state.largest_N = motors_.largest_N();
+  state.unrenewed = motors_.unrenewed();
+  state.effects_ended = effects_ended_;
+  return state;
 }
 
 glm::dvec3 SimulatedPidDevice::force_at(const glm::dvec3& position_m) const {
@@ -230,8 +249,9 @@ HidWrite SimulatedPidDevice::write(std::span<const std::byte> report) {
   if (known == nullptr || report.size() < known->size() || reports_.write_fault(lost) == HidWrite::rejected)
     return HidWrite::rejected;
   if (lost) return HidWrite::ok;
+  motors_.heard(clock_.now());
   take(report);
-  feel(clock_.now());
+  render(clock_.now());
   return HidWrite::ok;
 }
 

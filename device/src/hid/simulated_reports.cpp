@@ -52,9 +52,11 @@ SimulatedReports::SimulatedReports(Hand hand, SimulatedDeviceOptions options)
 
 glm::dvec3 SimulatedReports::position_m(RealTime at) {
   if (!hand_) return evenstep::position_m(motion_, at);
+  if (has_let_go_) return hand_m_;
   try {
-    return hand_->position_m(at);
+    return hand_m_ = hand_->position_m(at);
   } catch (const HandDiverged& diverged) {
+    has_let_go_ = true;
     throw HandDiverged(options_.name + ": " + diverged.what(), diverged.at);
   }
 }
@@ -64,7 +66,7 @@ glm::dvec3 SimulatedReports::position_at(std::int64_t tick) {
 }
 
 void SimulatedReports::feel(RealTime now, const glm::dvec3& force_N) {
-  if (hand_) hand_->feel(now + options_.force_delay, force_N);
+  if (hand_ && !has_let_go_) hand_->feel(now + options_.force_delay, force_N);
 }
 
 void SimulatedReports::advance(RealTime now) {
@@ -124,6 +126,9 @@ void SimulatedReports::make_faulty_tick(std::int64_t tick) {
         break;
       case Kind::interrupted:
         interruptions_ += fault.amount;
+        break;
+      case Kind::unread:
+        unread_tick_ = tick;
         break;
       case Kind::write_lost:
         writes_to_lose_ += fault.amount;

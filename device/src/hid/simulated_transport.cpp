@@ -1,5 +1,6 @@
 #include "evenstep/device/hid/simulated_transport.h"
 
+#include <glm/geometric.hpp>
 #include <utility>
 
 namespace evenstep {
@@ -46,8 +47,22 @@ HidWrite SimulatedTransport::write(std::span<const std::byte> report) {
   if (!decoded || reports_.write_fault(lost) == HidWrite::rejected) return HidWrite::rejected;
   if (lost) return HidWrite::ok;
   output_ = *decoded;
+  motors_.heard(clock_.now());
+  motors_.render(clock_.now(), glm::length(force_of(output_)));
   reports_.feel(clock_.now(), force_of(output_));
   return HidWrite::ok;
+}
+
+MotorState SimulatedTransport::motors() {
+  reports_.advance(clock_.now());
+  MotorState state;
+  if (!reports_.is_gone()) {
+    motors_.until(clock_.now());
+    state.force_N = force_of(output_);
+  }
+  state.largest_N = motors_.largest_N();
+  state.unrenewed = motors_.unrenewed();
+  return state;
 }
 
 std::span<const std::byte> SimulatedTransport::report_descriptor() const { return reference_device::report_descriptor(); }

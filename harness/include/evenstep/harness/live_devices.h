@@ -42,7 +42,9 @@ class LiveDevices {
   std::vector<HapticDevice*> drivers();
   /// Reports that came before anybody listened, which is as long as the queue is: they are no loss.
   void forget_queued();
-  /// Of device `tool`: what its transport counted; empty of a simulated one.
+  /// The simulated ones, when the lanes have ended: stop_simulated.
+  void stop_simulated();
+  /// Of device `tool`: what its transport counted; of a simulated one what its motors did.
   std::map<std::string, double> counters(std::size_t tool) const;
 
  private:

@@ -81,6 +81,8 @@ inline constexpr ForceLimits kLiveLimits{
 struct PidSpec {
   PidOptions options;
   PidFlavour flavour = PidFlavour::mask;
+  int pool_effects = 40;
+  int block_load_error_at = -1;                 ///< counted from 0
   Rate firmware_rate{4000, 1};                  ///< of springs that it renders by itself
   std::vector<PidDeviceEvent> events;
 };
@@ -212,6 +214,7 @@ struct Scenario {
 
   Duration run_duration;                        ///< default with a trace: its length
   Duration warmup;
+  std::optional<Duration> interrupt;            ///< a signal comes then: before run_duration
   std::uint64_t seed = 1;
   std::vector<StrategyKind> strategies;
   StrategyKind live = StrategyKind::phase_locked;
@@ -228,7 +231,11 @@ struct Scenario {
   StudySpec study;
   std::optional<SweepSpec> sweep;
   std::vector<Expectation> expectations;
-  struct ExpectStop { std::string reason; std::optional<std::int64_t> at_most_step; Place place; };
+  struct ExpectStop {
+    std::string reason, message;                ///< message: a part of what the run says
+    std::optional<std::int64_t> at_least_step, at_most_step;
+    Place place;
+  };
   std::optional<ExpectStop> expect_stop;
 
   NominalUnits nominal;

@@ -22,11 +22,16 @@ struct RunControl {
   std::optional<std::uint64_t> permute_ties;
   SchedulerLimits limits;
   bool worker_thread = false;  ///< run the solver on a worker even in virtual time (same bits)
-  const std::atomic<bool>* interrupted = nullptr;
+  const std::atomic<bool>* interrupted = nullptr;               ///< set by a signal
+  const std::atomic<bool>* interrupted_by_scenario = nullptr;   ///< by [run] interrupt: each strategy's own, in its own time
+  bool is_interrupted() const {
+    return (interrupted && interrupted->load()) || (interrupted_by_scenario && interrupted_by_scenario->load());
+  }
   std::function<void(const std::string& strategy, double fraction)> progress;
 };
 
-/// Throws RunFailure. Interrupted: returns what is there (record.steps end early); the caller looks at control.interrupted.
+/// Throws RunFailure. Interrupted: returns what is there (record.steps end early, record.interrupted). However it ends, its
+/// simulated devices do not drive any more, or that is what it throws.
 StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, const RunControl& control);
 
 // Shared with live runs.
@@ -43,7 +48,11 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
 /// Turns a scheduler's failed status into RunFailure; returns if there is none. `steps`: that the run had made, the step of a
 /// failure that comes from the device.
 void throw_if_failed(const RunStatus& status, const std::string& strategy, std::int64_t steps = -1);
+struct SlicedRun {
+  RunStatus status;
+  bool interrupted = false;  ///< before its end
+};
 /// Runs in slices of virtual or wall time, so that an interrupt is heard and progress is shown.
-RunStatus run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control);
+SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control);
 
 }  // namespace evenstep

@@ -147,6 +147,7 @@ struct StrategyRecord {
   std::uint64_t trace_hash = 0;
   std::vector<Vec3> twin_force_N;           ///< per step and device (step-major), of the ideal twin with this lead; may be empty
   bool variable_step = false;               ///< the interaction runs over StepRow::simulated_s instead of n * slot
+  bool interrupted = false;                 ///< ended before its end, by a signal
   bool shadow = false;                      ///< replayed from a live run: its forces never reached the hand
 };
 

@@ -11,7 +11,7 @@
 ///   times device gain and full_scale_N; nothing while paused, without power, safety switch or enabled actuators.
 /// - The actuators are off until they are enabled (on where there is no Device Control); Device Reset enables them, frees
 ///   all blocks and sets the gain to its full.
-/// - A hand feels the constant forces as they change, and springs at `firmware_rate`.
+/// - The motors, and a hand, feel the constant forces as they change, and springs at `firmware_rate`.
 /// - Whatever its state report says is sent when it changes.
 
 #include <array>
@@ -21,9 +21,9 @@
 #include <vector>
 
 #include "evenstep/clock/clock.h"
-#include "evenstep/device/hid/hid_transport.h"
 #include "evenstep/device/hid/pid_descriptors.h"
 #include "evenstep/device/hid/pid_layout.h"
+#include "evenstep/device/hid/simulated_motors.h"
 #include "evenstep/device/hid/simulated_reports.h"
 
 namespace evenstep {
@@ -51,7 +51,7 @@ struct SimulatedPidOptions {
   std::vector<PidDeviceEvent> events;
 };
 
-class SimulatedPidDevice final : public HidTransport {
+class SimulatedPidDevice final : public SimulatedDevice {
  public:
   SimulatedPidDevice(const Clock& clock, ProgrammedMotion motion, SimulatedPidOptions options);
   SimulatedPidDevice(const Clock& clock, Hand hand, SimulatedPidOptions options);
@@ -63,6 +63,7 @@ class SimulatedPidDevice final : public HidTransport {
   HidWrite set_feature(std::span<const std::byte> report) override;
   std::span<const std::byte> report_descriptor() const override { return descriptor_; }
   const HidDeviceInfo& info() const override { return info_; }
+  MotorState motors() override;
 
   /// What the motors do now. A device that is gone does nothing.
   glm::dvec3 force_N();
@@ -94,7 +95,7 @@ class SimulatedPidDevice final : public HidTransport {
   glm::dvec3 force_at(const glm::dvec3& position_m) const;
   double spring_force(const Effect& effect, std::size_t axis, const glm::dvec3& position_m) const;
   bool any_spring() const;
-  void feel(RealTime at);
+  void render(RealTime at);
   void say_state(std::size_t block);
 
   void take(std::span<const std::byte> report);
@@ -129,6 +130,8 @@ class SimulatedPidDevice final : public HidTransport {
     int unanswered = 0;
   } load_;
   int created_ = 0;
+  MotorLog motors_;
+  std::int64_t effects_ended_ = 0;
 };
 
 }  // namespace evenstep

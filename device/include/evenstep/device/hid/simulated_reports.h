@@ -29,6 +29,7 @@ struct ReportFault {
     longer,          ///< `amount` bytes follow it
     unknown_id,      ///< its id is 0xFF
     interrupted,     ///< from the tick on, `amount` reads are interrupted (EINTR)
+    unread,          ///< nobody reads before the next tick, as if the host hung: what is queued stays queued
     write_lost,      ///< from the tick on, `amount` output reports are taken and lost
     write_rejected,  ///< from the tick on, `amount` output reports are rejected
   } kind = Kind::lost;
@@ -63,18 +64,17 @@ class SimulatedReports {
   SimulatedReports(Hand hand, SimulatedDeviceOptions options);
 
   const SimulatedDeviceOptions& options() const { return options_; }
-  /// `now` must not decrease. Throws HandDiverged.
+  /// `now` must not decrease. Throws HandDiverged, once: from then on the device stays where it was, and nobody holds it.
   void advance(RealTime now);
   bool is_gone() const { return gone_; }
-  bool has_hand() const { return hand_.has_value(); }
   /// With a hand, not before any instant asked for or advanced to.
   glm::dvec3 position_m(RealTime at);
-  /// The hand feels the force from `now` + force_delay on.
+  /// A hand feels the force from `now` + force_delay on.
   void feel(RealTime now, const glm::dvec3& force_N);
 
-  /// The oldest report; a read that is interrupted takes none.
+  /// The oldest report; a read that is interrupted takes none, nor does one of a tick that is `unread`.
   bool take_interruption() { return interruptions_ > 0 && interruptions_-- > 0; }
-  std::optional<SimulatedReport> take() { return queue_.pop(); }
+  std::optional<SimulatedReport> take() { return unread_tick_ == next_tick_ - 1 ? std::nullopt : queue_.pop(); }
   /// A report of another kind, made now.
   void push(std::uint64_t other) { queue_.push({next_tick_ - 1, {}, other}); }
   /// What becomes of an output report: ok, rejected, or `lost` set and ok.
@@ -94,10 +94,13 @@ class SimulatedReports {
   SimulatedDeviceOptions options_;  // faults in order of their ticks
   ProgrammedMotion motion_;
   std::optional<Hand> hand_;  // instead of motion_
+  glm::dvec3 hand_m_{0};      // where it was last
+  bool has_let_go_ = false;   // the hand has diverged
   ReportQueue<SimulatedReport> queue_;
   std::vector<Late> late_;  // in order of due
   std::size_t next_fault_ = 0;
   std::int64_t next_tick_ = 0;
+  std::int64_t unread_tick_ = -2;  // the last one of its kind; -2: none
   std::int64_t interruptions_ = 0, writes_to_lose_ = 0, writes_to_reject_ = 0;
   bool gone_ = false;
 };

@@ -12,14 +12,14 @@
 
 #include "evenstep/clock/clock.h"
 #include "evenstep/device/hand.h"
-#include "evenstep/device/hid/hid_transport.h"
 #include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/hid/simulated_motors.h"
 #include "evenstep/device/hid/simulated_reports.h"
 #include "evenstep/device/motion.h"
 
 namespace evenstep {
 
-class SimulatedTransport final : public HidTransport {
+class SimulatedTransport final : public SimulatedDevice {
  public:
   SimulatedTransport(const Clock& clock, ProgrammedMotion motion, SimulatedDeviceOptions options);
   /// Calls may throw HandDiverged.
@@ -29,6 +29,7 @@ class SimulatedTransport final : public HidTransport {
   HidWrite write(std::span<const std::byte> report) override;
   std::span<const std::byte> report_descriptor() const override;
   const HidDeviceInfo& info() const override { return info_; }
+  MotorState motors() override;
 
   /// The force the device would render now: the last output report; sequence 0 before the first.
   const reference_device::OutputReport& output() const { return output_; }
@@ -41,6 +42,7 @@ class SimulatedTransport final : public HidTransport {
   SimulatedReports reports_;
   HidDeviceInfo info_;
   reference_device::OutputReport output_;
+  MotorLog motors_;
 };
 
 }  // namespace evenstep
