@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # boot.sh FOLDER SCENARIOS PROGRAM... : boots a Debian kernel of its own in qemu twice, with these programs in it and init.sh as
-# its only process, and keeps what it said in FOLDER/1.log, and what the last two boots said of the live runs in FOLDER/live.log and
-# FOLDER/2.log: only the first boot runs the tests as well. No root and no network in the guest. qemu counts
-# instructions for time (-icount), so that guest time does not depend on how busy this machine is, and sleeping costs nothing.
+# its only process. No root and no network in the guest. qemu counts instructions for time (-icount), so that guest time does not
+# depend on how busy this machine is, and sleeping costs nothing.
+#
+# Only the first boot runs the tests as well as the live runs: FOLDER/1.log has all that it said, FOLDER/live.log and FOLDER/2.log
+# what the last two boots said of the live runs.
 #
 # Prints "skipped: REASON" where a program or the kernel cannot be had. The kernel package is downloaded once (70 MB) and kept.
 set -euo pipefail
@@ -55,7 +57,7 @@ for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program
 (cd root && find . | LC_ALL=C sort | cpio --quiet -o -H newc --reproducible | gzip -1 -n) >initrd.gz
 
 # --- twice, and up to four times until two boots in a row say the same of the live runs: on a busy machine qemu's instruction clock
-# has been seen to move by microseconds. The serial line is a file: a pipe that is full would hold up the guest by this machine's time.
+# has been seen to move by microseconds. The serial line is a file: a pipe that is full would hold up the guest.
 
 # boot MARK LOG : until the guest has said the mark
 boot() {
@@ -68,7 +70,7 @@ boot() {
   while kill -0 "$qemu" 2>/dev/null && ! grep -q "^== $1" serial.log; do sleep 0.2; done
   kill "$qemu" 2>/dev/null || true
   wait "$qemu" || true
-  tr -d '\r' <serial.log | sed -n "/^== live\$/,/^== $1\$/p" >"$2"
+  tr -d '\r' <serial.log | awk -v mark="== $1" '/^== live$/ { said = 1 } said { print } $0 == mark { exit }' >"$2"
   grep -q "^== $1\$" "$2" && return
   cat qemu.log serial.log
   echo "the guest did not come to \"== $1\""
