@@ -78,7 +78,8 @@ Spent run_once(const Scenario& scenario, const StrategyPlan& plan) {
   lanes.spawn(scheduler, scheduler);
 
   const double cpu_s = process_cpu_seconds(), real_s = monotonic_seconds();
-  throw_if_failed(run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), {}).status, name_of(plan.kind));
+  const SlicedRun run = run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), {});
+  throw_if_failed(run.status, name_of(plan.kind));
   spent.real_s = monotonic_seconds() - real_s;
   spent.total_s = process_cpu_seconds() - cpu_s;
   spent.reading_s = static_cast<double>(solver.readings()) * reading_s / 2;  // one of each two lies inside what it measures

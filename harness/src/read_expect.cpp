@@ -196,8 +196,9 @@ void read_expectations(ScenarioReading& reading) {
   if (table.has("at_least_step")) expected.at_least_step = table.integer("at_least_step");
   if (table.has("at_most_step")) expected.at_most_step = table.integer("at_most_step");
   if (expected.at_least_step && expected.at_most_step && *expected.at_least_step > *expected.at_most_step) {
-    reading.errors.add(table.place("at_least_step"), fmt::format("'at_least_step': {} is above at_most_step, {}; nothing can hold",
-                                                                 *expected.at_least_step, *expected.at_most_step));
+    reading.errors.add(table.place("at_least_step"),
+                       fmt::format("'at_least_step': {} is above at_most_step, {}; nothing can hold", *expected.at_least_step,
+                                   *expected.at_most_step));
   }
   reading.scenario.expect_stop = std::move(expected);
 }

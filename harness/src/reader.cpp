@@ -62,8 +62,9 @@ void read_run(ScenarioReading& reading) {
   }
   if (run.has("interrupt")) scenario.interrupt = run.span("interrupt", scenario.nominal, reading.errors);
   if (scenario.nominal.known && scenario.interrupt && *scenario.interrupt >= scenario.run_duration) {
-    reading.errors.add(run.place("interrupt"), fmt::format("'interrupt': the run has ended by {}; interrupt it earlier, or run longer",
-                                                           in_ms(scenario.run_duration)));
+    reading.errors.add(run.place("interrupt"),
+                       fmt::format("'interrupt': the run has ended by {}; interrupt it earlier, or run longer",
+                                   in_ms(scenario.run_duration)));
   }
   scenario.warmup = run.span("warmup", scenario.nominal, reading.errors);
   if (scenario.nominal.known && scenario.warmup >= scenario.run_duration) {

@@ -110,7 +110,8 @@ const std::vector<Field> kRun{
      .meaning = "Real time at the start that is not judged.",
      .range = between(0, kLongestRun_s), .example = "\"8 segments\""},
     {.table = "run", .key = "interrupt", .forms = kSpan,
-     .meaning = "A signal comes then (SIGINT, SIGTERM, a hang-up) and ends the run within 20 ms. Default: none. Virtual clock only.",
+     .meaning = "A signal comes then (SIGINT, SIGTERM, a hang-up) and ends the run within 20 ms. Default: none. Virtual clock "
+                "only.",
      .range = between(0, kLongestRun_s), .example = "\"1 s\""},
     {.table = "run", .key = "seed", .forms = kInteger, .default_toml = "1", .meaning = "Of everything drawn at random.",
      .range = at_least(0)},

@@ -99,7 +99,8 @@ void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevi
   motors_at_end(device);
   if (driver) driver->stop();
   const MotorState left = motors_at_end(device);
-  if (left.force_N == glm::dvec3(0) && left.effects_playing == 0 && left.effects_allocated == 0 && !left.actuators_enabled) return;
+  const bool any_effect = left.effects_playing > 0 || left.effects_allocated > 0;
+  if (left.force_N == glm::dvec3(0) && !any_effect && !left.actuators_enabled) return;
   throw RunFailure(kStillDriving,
                    fmt::format("{}: the device still drives after its driver has stopped: {:.6g} N, {} effects play, {} are "
                                "allocated, actuators {}",

@@ -28,7 +28,8 @@ std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, const Schedu
 }
 
 void put_motors(SimulatedDevices& devices, StrategyRecord& record) {
-  for (std::size_t tool = 0; tool < record.devices.size(); ++tool) record.devices[tool].counters.merge(devices.counters(tool));
+  for (std::size_t tool = 0; tool < record.devices.size(); ++tool)
+    record.devices[tool].counters.merge(devices.counters(tool));
 }
 
 }  // namespace
@@ -42,7 +43,8 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
   try {
     std::rethrow_exception(status.failure);
   } catch (const RunFailure& failure) {
-    throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy, failure.step < 0 ? steps : failure.step);
+    throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy,
+                     failure.step < 0 ? steps : failure.step);
   } catch (const SolverError& error) {
     const RunFailure failure = run_failure(error);
     throw RunFailure(failure.reason, strategy + ": " + failure.what(), failure.remedy, steps);

@@ -317,7 +317,7 @@ case_interrupt_keeps_what_is_finished() {
 case_every_signal_ends_a_run_without_a_force() {
   local signal got
   for signal in INT TERM HUP; do
-    "$evenstep" run "$source_dir/scenarios/safety/exit-pid.toml" --set 'run.duration="600 s"' --out "kept-$signal" >out 2>err &
+    "$evenstep" run "$source_dir/scenarios/safety/exit-pid.toml" --set 'run.duration="600 s"' --out "$signal" >out 2>err &
     local pid=$!
     for _ in $(seq 300); do [ -s out ] && break; sleep 0.1; done
     sleep 0.5
@@ -325,7 +325,8 @@ case_every_signal_ends_a_run_without_a_force() {
     wait $pid
     got=$?
     [ "$got" -eq 130 ] || fail "SIG$signal: exit $got instead of 130"
-    [ "$(grep -o '"motors_left":0[,}]' "kept-$signal/summary.json" | wc -l)" -eq 2 ] || fail "SIG$signal: a motor is left on, or nobody says"
+    [ "$(grep -o '"motors_left":0[,}]' "$signal/summary.json" | wc -l)" -eq 2 ] ||
+      fail "SIG$signal: a motor is left on, or nobody says"
   done
 }
 case_closed_stdout_is_not_a_crash() { "$evenstep" run "$spring" 2>err | head -c 10 >/dev/null; [ "${PIPESTATUS[0]}" -lt 128 ] || fail "died of a signal"; }

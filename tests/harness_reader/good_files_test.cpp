@@ -137,7 +137,7 @@ TEST_CASE("A PID device has the pool and the faults that its file names and a ru
   const Scenario plain = good(kSpring);
   CHECK_FALSE(plain.interrupt);
   std::string text = kPid;
-  const std::string keys = ", pool = 3, block_load_error = 2";
+  const std::string keys = "pool = 3\nblock_load_error = 2\n";
   text.replace(text.find(keys), keys.size(), "");
   const Scenario whole = good(text);
   CHECK(whole.devices[0].pid->pool_effects == 40);

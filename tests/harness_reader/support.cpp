@@ -107,9 +107,9 @@ std::string timing_text(const TimingSpec& t) {
 
 std::string pid_text(const PidSpec& p) {
   const PidOptions& o = p.options;
-  std::string out = fmt::format(" pid {} {} {} scale {} gain {} duration {} flavour {} pool {} error {} events", o.travel_m.x, o.travel_m.y,
-                                o.travel_m.z, o.full_scale_N.value_or(-1), o.gain, o.effect_duration ? o.effect_duration->ns : -1,
-                                static_cast<int>(p.flavour), p.pool_effects, p.block_load_error_at);
+  std::string out = fmt::format(" pid {} {} {} scale {} gain {} duration {}", o.travel_m.x, o.travel_m.y, o.travel_m.z,
+                                o.full_scale_N.value_or(-1), o.gain, o.effect_duration ? o.effect_duration->ns : -1);
+  out += fmt::format(" flavour {} pool {} error {} events", static_cast<int>(p.flavour), p.pool_effects, p.block_load_error_at);
   for (const PidDeviceEvent& e : p.events) out += fmt::format(" {} {} {}", static_cast<int>(e.kind), e.at.ns, e.on);
   return out;
 }
@@ -202,13 +202,20 @@ stiffness = "200 N/m"
 [[device]]
 name = "left"
 driver = "pid"
-pid = { travel = ["0.2 m", "0.1 m", "0 m"], full_scale = "5 N", gain = 0.5, effect_duration = "2 s", flavour = "array", pool = 3, block_load_error = 2 }
 faults = [
   { kind = "unread", at = "1.0005 s", ticks = 3 },
   { kind = "write-lost", at = "0.5 s", amount = 7 },
 ]
 events = [{ kind = "actuator-power", at = "2 s", on = false }]
 unplug = "3.5 s"
+[device.pid]
+travel = ["0.2 m", "0.1 m", "0 m"]
+full_scale = "5 N"
+gain = 0.5
+effect_duration = "2 s"
+flavour = "array"
+pool = 3
+block_load_error = 2
 [expect_stop]
 reason = "interrupted"
 message = "at 3 s"

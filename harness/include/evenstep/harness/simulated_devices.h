@@ -19,7 +19,7 @@ std::unique_ptr<SimulatedDevice> simulated_transport(const DeviceSpec& device, c
 /// The driver that the [[device]] names, above a transport of either kind. Throws DeviceError where it cannot drive what is there.
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
 
-/// Stops the driver of a simulated device. However a run ends, its motors are then off and its effects freed: throws RunFailure
+/// Stops the driver of a simulated device. However a run ends, its motors are then off, its effects freed: throws RunFailure
 /// ("still-driving", which no scenario can expect) if they are not.
 void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device);
 /// What its motors did, for DeviceRecord::counters.
