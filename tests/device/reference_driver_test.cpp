@@ -223,3 +223,16 @@ TEST_CASE("a rejected write is counted and leaves a gap in the numbers, not an e
   CHECK(bench.driver.counters().write_failures == 5);
   CHECK(reference_device::decode_output(bench.transport.written.back())->sequence == 6);
 }
+
+TEST_CASE("a driver that stops says no force, three times where the device does not take it, and is silent about it") {
+  for (const auto& [result, times] : {std::pair{HidWrite::ok, 1u}, {HidWrite::rejected, 3u}, {HidWrite::gone, 1u}}) {
+    Bench bench;
+    bench.driver.write({1, 2, 3});
+    bench.transport.write_result = result;
+    bench.driver.stop();
+    REQUIRE(bench.transport.written.size() == 1 + times);
+    for (std::size_t i = 1; i <= times; ++i)
+      CHECK(reference_device::decode_output(bench.transport.written[i])->force_uN == std::array<std::int32_t, 3>{});
+    CHECK(bench.driver.counters().write_failures == 0);
+  }
+}

@@ -12,8 +12,6 @@
 namespace evenstep {
 namespace {
 
-constexpr int kTriesToStop = 3;
-
 std::int64_t rounded(double value) { return static_cast<std::int64_t>(std::round(std::clamp(value, -1e15, 1e15))); }
 
 /// The share `fraction` of a field's range.
@@ -255,7 +253,7 @@ void PidDriver::address(std::span<std::byte> report, std::size_t axis) const {
 void PidDriver::stop() noexcept {
   if (!std::exchange(started_, false)) return;
   for (const Effect& effect : effects_) {
-    if (layout_.operation.stop) try_to_send(operation(effect, *layout_.operation.stop));
+    if (layout_.operation.stop) internal::try_to_send(transport_, operation(effect, *layout_.operation.stop));
   }
   if (layout_.device_control) {
     try_command(layout_.device_control->stop_all);
@@ -265,7 +263,7 @@ void PidDriver::stop() noexcept {
     if (!layout_.block_free) break;
     const auto report = compose(layout_.block_free->report);
     set_nearest(report, layout_.block_free->block, effect.block);
-    try_to_send(report);
+    internal::try_to_send(transport_, report);
   }
   effects_.clear();
 }
@@ -496,18 +494,11 @@ void PidDriver::command(const std::optional<PidChoice>& what, const char* name) 
   require_sent(report, name);
 }
 
-void PidDriver::try_to_send(std::span<const std::byte> report) noexcept {
-  try {
-    for (int tries = 0; tries < kTriesToStop && transport_.write(report) == HidWrite::rejected; ++tries) continue;
-  } catch (...) {  // a simulated hand may have left its world; the device has to be stopped all the same
-  }
-}
-
 void PidDriver::try_command(const std::optional<PidChoice>& what) noexcept {
   if (!what) return;
   const auto report = compose(layout_.device_control->report);
   choose(report, *what);
-  try_to_send(report);
+  internal::try_to_send(transport_, report);
 }
 
 void PidDriver::fail(const std::string& what) const { throw DeviceError(transport_.info().path + ": " + what); }

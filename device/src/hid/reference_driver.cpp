@@ -57,7 +57,7 @@ void ReferenceDriver::write(const glm::dvec3& force_N) {
 }
 
 void ReferenceDriver::stop() noexcept {
-  transport_.write(reference_device::encode(reference_device::OutputReport{++output_sequence_, {}}));
+  internal::try_to_send(transport_, reference_device::encode(reference_device::OutputReport{++output_sequence_, {}}));
 }
 
 }  // namespace evenstep

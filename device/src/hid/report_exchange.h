@@ -49,4 +49,13 @@ inline bool is_taken(HidWrite sent, const HidTransport& transport, DeviceCounter
   return sent == HidWrite::ok;
 }
 
+/// What a device must hear before it is left alone. Tried three times; that it fails is nobody's business any more.
+inline void try_to_send(HidTransport& transport, std::span<const std::byte> report) noexcept {
+  constexpr int kTries = 3;
+  try {
+    for (int tries = 0; tries < kTries && transport.write(report) == HidWrite::rejected; ++tries) continue;
+  } catch (...) {  // a simulated hand may have left its world; the device has to be stopped all the same
+  }
+}
+
 }  // namespace evenstep::internal

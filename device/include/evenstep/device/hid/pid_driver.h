@@ -143,7 +143,6 @@ class PidDriver final : public HapticDevice {
   std::span<std::byte> operation(const Effect& effect, const PidChoice& what);
   bool send_in_tick(std::span<const std::byte> report, const PidValue& block);
   void require_sent(std::span<const std::byte> report, const char* name);
-  void try_to_send(std::span<const std::byte> report) noexcept;
   void try_command(const std::optional<PidChoice>& what) noexcept;
   [[noreturn]] void fail(const std::string& what) const;
 
