@@ -21,7 +21,7 @@ std::optional<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spe
 
 Exchange::Link::Link(const LinkSpec& link)
     : spec(link),
-      interaction(link.samples, link.interaction),
+      interaction(link.samples, link.interaction, link.spare),
       forces(internal::make_rendered_schedule(link)),
       interaction_filter(filter_of(link.interaction_filter, link.step_rate)),
       force_filter(filter_of(link.force_filter, link.ticks.rate)) {}

@@ -20,11 +20,22 @@ constexpr Duration kListenBefore{500'000};
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
 
+/// While a lane reads, the other one makes no more than this: a second of ticks.
+constexpr std::size_t kSpare = 1024;
+/// In a replay a lane may be ahead of where it was by as much as it was late: by all that there is, at most.
+std::size_t all_entries(const LiveRecording& recording) {
+  std::size_t entries = recording.record.steps.size() + 1;  // and the unfinished one
+  for (const DeviceInputs& inputs : recording.inputs) entries = std::max(entries, inputs.ticks.size());
+  return entries;
+}
+
 /// On a wall clock lanes run late; rings hold four times what the programmed timing needs and at least 64 entries.
-std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan) {
+std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, std::size_t spare) {
   plan.interaction_capacity = 4 * plan.interaction_capacity + 64;
   plan.force_capacity = 4 * plan.force_capacity + 64;
-  return links_of(scenario, plan);
+  std::vector<LinkSpec> links = links_of(scenario, plan);
+  for (LinkSpec& link : links) link.spare = spare;
+  return links;
 }
 
 /// step = "real": a segment's steps run one after the other as fast as the solver makes them, without a programmed floor.
@@ -135,7 +146,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
-  DeviceExchange exchange(live_links(scenario, plan), devices->drivers(), &recording.inputs);
+  DeviceExchange exchange(live_links(scenario, plan, kSpare), devices->drivers(), &recording.inputs);
   StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers());
   WorkerExecutor worker(simulation_clock);
   InlineExecutor no_work;
@@ -171,7 +182,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
 
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control) {
-  RecordedExchange exchange(live_links(scenario, plan), recording.inputs, true);
+  RecordedExchange exchange(live_links(scenario, plan, all_entries(recording)), recording.inputs, true);
   StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange,
                       make_replayed_timing(recording.timing), {});
   VirtualClock device_clock, simulation_clock;
@@ -205,7 +216,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
 StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                           const RunControl& control) {
   VirtualClock clock;
-  RecordedExchange exchange(live_links(scenario, plan), recording.inputs, false);
+  RecordedExchange exchange(live_links(scenario, plan, kSpare), recording.inputs, false);
   StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, make_replayed_timing(recording.timing), {}}, control);
   record.shadow = true;
   return record;

@@ -11,7 +11,7 @@ namespace {
 
 class ForcesAsScheduled final : public RenderedSchedule {
  public:
-  explicit ForcesAsScheduled(const LinkSpec& link) : forces_(link.forces, link.emission, link.force) {}
+  explicit ForcesAsScheduled(const LinkSpec& link) : forces_(link.forces, link.emission, link.force, link.spare) {}
   void push(RealTime emission, const ContactRecord& record) override { forces_.push(emission, record.force_N); }
   std::uint64_t head() const override { return forces_.head(); }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample&) override { return forces_.at(at, head); }
@@ -24,7 +24,7 @@ class ForcesAsScheduled final : public RenderedSchedule {
 class ContactsByLaw final : public RenderedSchedule {
  public:
   ContactsByLaw(const LinkSpec& link, const RenderLocal& local)
-      : contacts_(link.forces, link.emission), local_(local), renderer_(local.alpha) {}
+      : contacts_(link.forces, link.emission, kHoldNewest, link.spare), local_(local), renderer_(local.alpha) {}
   void push(RealTime emission, const ContactRecord& record) override {
     const Softened soft = softened(record, local_.most_N_per_m);
     summary_.stiffest_N_per_m = std::max(summary_.stiffest_N_per_m, soft.stiffest_N_per_m);
@@ -61,7 +61,7 @@ class ContactsByLaw final : public RenderedSchedule {
 class ContactsByMode final : public RenderedSchedule {
  public:
   ContactsByMode(const LinkSpec& link, const RenderSmith& smith)
-      : contacts_(link.forces, link.emission), renderer_(smith.mode, smith.memory, period_ceil(link.ticks.rate)) {}
+      : contacts_(link.forces, link.emission, kHoldNewest, link.spare), renderer_(smith.mode, smith.memory, period_ceil(link.ticks.rate)) {}
   void push(RealTime emission, const ContactRecord& record) override { contacts_.push(emission, affine_contact(record, true)); }
   std::uint64_t head() const override { return contacts_.head(); }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {

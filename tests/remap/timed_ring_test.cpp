@@ -20,7 +20,7 @@ TEST_CASE("a ring gives the last `capacity` entries and no other: every capacity
       for (std::uint64_t index = 0; index < head + 3; ++index) {
         TimedRing<std::int64_t>::Entry entry;
         const bool there = index < head && head - index <= capacity;
-        REQUIRE(ring.get(index, entry) == there);
+        REQUIRE(ring.get(index, head, entry) == there);
         if (!there) continue;
         REQUIRE(entry.time.ns == static_cast<std::int64_t>(index) * 10);
         REQUIRE(entry.value == -static_cast<std::int64_t>(index));
@@ -28,6 +28,56 @@ TEST_CASE("a ring gives the last `capacity` entries and no other: every capacity
       ring.push(RealTime{static_cast<std::int64_t>(head) * 10}, -static_cast<std::int64_t>(head));
     }
   }
+}
+
+TEST_CASE("what is read at a head stays the same until more than the spare entries were pushed since, every capacity and spare up to 6") {
+  const auto time = [](std::uint64_t index) { return RealTime{static_cast<std::int64_t>(index) * 10}; };
+  for (std::size_t capacity = 2; capacity <= 6; ++capacity) {
+    for (std::size_t spare = 0; spare <= 6; ++spare) {
+      for (std::uint64_t head = 1; head <= 20; ++head) {
+        TimedRing<std::uint64_t> ring(capacity, spare);
+        for (std::uint64_t index = 0; index < head; ++index) ring.push(time(index), index);
+        for (std::uint64_t since = 0; since <= spare + capacity + 1; ++since) {
+          for (std::uint64_t index = 0; index < head + 2; ++index) {
+            TimedRing<std::uint64_t>::Entry entry;
+            const bool there = index < head && head - index <= capacity && head + since - index <= capacity + spare;
+            REQUIRE(ring.get(index, head, entry) == there);
+            if (there) REQUIRE((entry.time == time(index) && entry.value == index));
+          }
+          ring.push(time(head + since), head + since);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a buffer and a schedule say at a head what they said then, overruns included, however far the writer is by now") {
+  SampleBuffer<double> hand(4, kHoldNewest, 30);
+  ForceSchedule<double> forces(4, Emission::linear, kHoldNewest, 30);
+  std::vector<std::vector<Reading<double>>> then(31);
+  const auto read = [&](std::uint64_t head) {
+    std::vector<Reading<double>> all;
+    for (std::int64_t at = -5; at <= 320; at += 5) {
+      all.push_back(hand.at(RealTime{at}, head));
+      all.push_back(forces.at(RealTime{at}, head));
+    }
+    return all;
+  };
+  for (std::uint64_t head = 1; head <= 30; ++head) {
+    const double value = static_cast<double>(head * head);
+    hand.push(RealTime{static_cast<std::int64_t>(head) * 10}, value);
+    forces.push(RealTime{static_cast<std::int64_t>(head) * 10}, value);
+    then[head] = read(head);
+  }
+  bool overruns = false;
+  for (std::uint64_t head = 1; head <= 30; ++head) {
+    const std::vector<Reading<double>> now = read(head);
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      REQUIRE((now[i].value == then[head][i].value && now[i].status == then[head][i].status && now[i].newest == then[head][i].newest));
+      overruns = overruns || now[i].status == ReadStatus::overrun;
+    }
+  }
+  CHECK(overruns);
 }
 
 TEST_CASE("a ring of less than two entries stops on an assertion") {
@@ -60,7 +110,7 @@ TEST_CASE("one writer and one reader: an entry that was read is whole and the ri
   for (std::uint64_t head = 0; head < kPushes; head = ring.head()) {
     for (std::uint64_t back = 1; back <= std::min<std::uint64_t>(head, 6); ++back) {
       TimedRing<Sealed>::Entry entry;
-      if (!ring.get(head - back, entry)) { ++refused; continue; }
+      if (!ring.get(head - back, head, entry)) { ++refused; continue; }
       ++read;
       wrong += entry.time.ns != static_cast<std::int64_t>(head - back) || entry.value != Sealed::of(head - back);
     }
@@ -70,7 +120,7 @@ TEST_CASE("one writer and one reader: an entry that was read is whole and the ri
   // All four left are readable now, so this cannot pass by refusing everything.
   for (std::uint64_t back = 1; back <= 4; ++back) {
     TimedRing<Sealed>::Entry entry;
-    CHECK(ring.get(kPushes - back, entry));
+    CHECK(ring.get(kPushes - back, kPushes, entry));
     CHECK(entry.value == Sealed::of(kPushes - back));
   }
   CAPTURE(read, refused);

@@ -83,6 +83,7 @@ struct RenderSmith {
 struct LinkSpec {
   std::size_t samples = 0;                ///< capacity of the ring of samples
   std::size_t forces = 0;                 ///< capacity of the ring of forces
+  std::size_t spare = 0;                  ///< of both: how far a lane may go on while the other one reads at an earlier head
   Emission emission = Emission::linear;
   std::variant<RenderForce, RenderLocal, RenderSmith> render;
   SamplingGrid ticks;                     ///< when its samples are due

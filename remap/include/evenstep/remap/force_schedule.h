@@ -15,9 +15,9 @@ template <class Value>
 class ForceSchedule {
  public:
   /// `past_newest` is the underrun policy of linear emission. Emission::hold ignores it: it plays the latest force that
-  /// is due, so that none is ever missing.
-  ForceSchedule(std::size_t capacity, Emission emission, Extrapolation past_newest = kHoldNewest)
-      : ring_(capacity), emission_(emission), past_newest_(past_newest) {}
+  /// is due, so that none is ever missing. `spare`: see TimedRing.
+  ForceSchedule(std::size_t capacity, Emission emission, Extrapolation past_newest = kHoldNewest, std::size_t spare = 0)
+      : ring_(capacity, spare), emission_(emission), past_newest_(past_newest) {}
 
   /// Emission times must increase (SlotMap::emission_time repairs those of maps that step back).
   void push(RealTime emission, const Value& value) { ring_.push(emission, value); }
@@ -45,7 +45,7 @@ Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
   using Entry = typename TimedRing<Value>::Entry;
   Entry later;
   if (head == 0) return {};
-  if (!ring_.get(head - 1, later)) return {Value{}, ReadStatus::overrun, {}};
+  if (!ring_.get(head - 1, head, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
   if (newest <= at) {
     const bool past = emission_ == Emission::linear && newest < at;
@@ -55,7 +55,7 @@ Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
   for (std::uint64_t index = head - 1;; --index) {
     Entry earlier;
     if (index == 0) return {Value{}, ReadStatus::empty, newest};
-    if (!ring_.get(index - 1, earlier)) return {later.value, ReadStatus::overrun, newest};
+    if (!ring_.get(index - 1, head, earlier)) return {later.value, ReadStatus::overrun, newest};
     if (earlier.time <= at) {
       if (emission_ == Emission::hold) return {earlier.value, ReadStatus::inside, newest};
       const double w = ratio(at - earlier.time, later.time - earlier.time);

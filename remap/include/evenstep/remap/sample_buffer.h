@@ -12,8 +12,9 @@ namespace evenstep {
 template <class Value>
 class SampleBuffer {
  public:
-  explicit SampleBuffer(std::size_t capacity, Extrapolation past_newest = kHoldNewest)
-      : ring_(capacity), past_newest_(past_newest) {}
+  /// `spare`: see TimedRing.
+  explicit SampleBuffer(std::size_t capacity, Extrapolation past_newest = kHoldNewest, std::size_t spare = 0)
+      : ring_(capacity, spare), past_newest_(past_newest) {}
 
   void push(RealTime read_at, const Value& value) { ring_.push(read_at, value); }
   std::uint64_t head() const { return ring_.head(); }
@@ -34,7 +35,7 @@ template <class Value>
 Reading<Value> SampleBuffer<Value>::newest(std::uint64_t head) const {
   typename TimedRing<Value>::Entry entry;
   if (head == 0) return {};
-  if (!ring_.get(head - 1, entry)) return {Value{}, ReadStatus::overrun, {}};
+  if (!ring_.get(head - 1, head, entry)) return {Value{}, ReadStatus::overrun, {}};
   return {entry.value, ReadStatus::inside, entry.time};
 }
 
@@ -42,12 +43,12 @@ template <class Value>
 Reading<Value> SampleBuffer<Value>::at(RealTime at, std::uint64_t head) const {
   typename TimedRing<Value>::Entry later;
   if (head == 0) return {};
-  if (!ring_.get(head - 1, later)) return {Value{}, ReadStatus::overrun, {}};
+  if (!ring_.get(head - 1, head, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
   if (at > newest) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
   for (std::uint64_t index = head - 1; at < later.time; --index) {   // newest first: reads lie near the head
     typename TimedRing<Value>::Entry earlier;
-    if (index == 0 || !ring_.get(index - 1, earlier)) return {later.value, ReadStatus::overrun, newest};
+    if (index == 0 || !ring_.get(index - 1, head, earlier)) return {later.value, ReadStatus::overrun, newest};
     if (earlier.time <= at) {
       const double w = ratio(at - earlier.time, later.time - earlier.time);
       return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};

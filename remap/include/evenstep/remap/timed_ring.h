@@ -1,7 +1,8 @@
 #pragma once
 /// A fixed ring of (RealTime, Value) with one writer and one reader thread; no allocation after construction.
 /// The writer publishes with a release-stored head; a reader says which head it reads at, because the head a read saw
-/// is an input of a recorded run (the same head gives the same answer for ever, as long as the ring still holds it).
+/// is an input of a recorded run: the same head gives the same answer, whatever was pushed since, as long as that is no more
+/// than `spare`.
 /// An overtaken read is an overrun, never a torn value, and never a data race: entries are atomic words, and a reader that
 /// saw one word of a newer entry (acquire) also sees the head that was stored before it (release), checked after the copy.
 
@@ -26,9 +27,11 @@ class TimedRing {
     RealTime time;
     Value value;
   };
-  /// capacity >= 2 entries readable at any moment.
-  explicit TimedRing(std::size_t capacity)
-      : capacity_(capacity), slots_(std::make_unique<Slot[]>(capacity + 1)) { assert(capacity >= 2); }
+  /// The last `capacity` >= 2 entries before a head are readable at it, until more than `spare` have been pushed since.
+  explicit TimedRing(std::size_t capacity, std::size_t spare = 0)
+      : capacity_(capacity), kept_(capacity + spare), slots_(std::make_unique<Slot[]>(kept_ + 1)) {
+    assert(capacity >= 2);
+  }
 
   std::size_t capacity() const { return capacity_; }
   /// Entries ever pushed.
@@ -40,19 +43,19 @@ class TimedRing {
     std::array<std::uint64_t, kWords> words{};
     const Entry entry{time, value};
     std::memcpy(words.data(), &entry, sizeof(Entry));
-    Slot& slot = slots_[head % (capacity_ + 1)];
+    Slot& slot = slots_[head % (kept_ + 1)];
     for (std::size_t i = 0; i < kWords; ++i) slot[i].store(words[i], std::memory_order_release);
     head_.store(head + 1, std::memory_order_release);
   }
 
-  /// Entry `index` (0 = first ever pushed). False if it is not yet, or no longer, in the ring.
-  bool get(std::uint64_t index, Entry& entry) const {
-    if (index >= head()) return false;
+  /// Entry `index` (0 = first ever pushed) as of `head`. False if it is not yet, or no longer, in the ring.
+  bool get(std::uint64_t index, std::uint64_t head, Entry& entry) const {
+    if (index >= head || head - index > capacity_ || index >= this->head()) return false;
     std::array<std::uint64_t, kWords> words;
-    const Slot& slot = slots_[index % (capacity_ + 1)];
+    const Slot& slot = slots_[index % (kept_ + 1)];
     for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
-    // The writer may be filling entry `head` now; its slot held entry head - (capacity + 1), which is out of reach here.
-    if (head_.load(std::memory_order_relaxed) - index > capacity_) return false;
+    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach here.
+    if (head_.load(std::memory_order_relaxed) - index > kept_) return false;
     std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));
     return true;
   }
@@ -60,7 +63,7 @@ class TimedRing {
  private:
   static constexpr std::size_t kWords = (sizeof(Entry) + 7) / 8;
   using Slot = std::array<std::atomic<std::uint64_t>, kWords>;
-  std::size_t capacity_;
+  std::size_t capacity_, kept_;
   std::unique_ptr<Slot[]> slots_;
   std::atomic<std::uint64_t> head_{0};
 };
