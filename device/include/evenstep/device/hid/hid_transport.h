@@ -39,7 +39,8 @@ class HidTransport {
   /// An output report that a later one makes worthless (a force): while it waits to be sent, a later report with the same
   /// first two bytes (report id, effect block) takes its place. Never blocks.
   virtual HidWrite write_newest(std::span<const std::byte> report) { return write(report); }
-  /// Feature reports; report[0] is the id to ask for. `rejected`: the device has no such report. May block: not for a tick.
+  /// Feature reports; report[0] is the id to ask for. They go after all output reports that were written before them. `rejected`:
+  /// the device has no such report. May block: not for a tick.
   virtual HidFeature get_feature(std::span<std::byte> /*report*/) { return {}; }
   virtual HidWrite set_feature(std::span<const std::byte> /*report*/) { return HidWrite::rejected; }
   virtual std::span<const std::byte> report_descriptor() const = 0;
