@@ -170,6 +170,7 @@ TEST_CASE("The fuzzer's dictionary has every key and word and unit of the tables
   std::set<std::string> tokens;
   for (std::string line; std::getline(in, line);) tokens.insert(line);
   for (const Field& field : fields()) {
+    INFO(field.key << " " << field.words);
     if (field.key != "*") CHECK(tokens.count(fmt::format("\"{} = \"", field.key)) == 1);
     for (const std::string_view word : split_words(field.words)) CHECK(tokens.count(fmt::format(R"("\"{}\"")", word)) == 1);
   }

@@ -21,6 +21,8 @@ TEST_CASE("a ring gives the last `capacity` entries and no other: every capacity
         TimedRing<std::int64_t>::Entry entry;
         const bool there = index < head && head - index <= capacity;
         REQUIRE(ring.get(index, head, entry) == there);
+        // An entry that is not there yet is not read at a head that is not reached yet either.
+        REQUIRE((index < head || !ring.get(index, index + 1, entry)));
         if (!there) continue;
         REQUIRE(entry.time.ns == static_cast<std::int64_t>(index) * 10);
         REQUIRE(entry.value == -static_cast<std::int64_t>(index));
