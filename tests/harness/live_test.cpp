@@ -1,6 +1,8 @@
 // Runs on the wall clock. Nothing here asserts how fast or how late: the machine decides that. What must hold on any
 // machine is that the recorded inputs give the same run again, and that every step got its sample in order.
 
+#include "evenstep/clock/virtual_clock.h"
+#include "evenstep/harness/exchange.h"
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/live_run.h"
 
@@ -113,6 +115,51 @@ TEST_CASE("a device that is bound to a path is guarded unless the scenario says 
   CHECK(simulated.cut.stale_hand == kNeverStale);
   CHECK(with_live_guards(read("paper/figure-1.toml", {"device.left.force_limit=\"7 N\""}), {{"", "/dev/hidraw0"}}).devices[0].limits.max_N == 7);
   CHECK(with_live_guards(read("paper/figure-1.toml"), {{"", "/dev/hidraw0"}}).devices[0].limits.max_slew_N_per_s == 1000);
+}
+
+TEST_CASE("what is replayed is read as of its head, however far the other lane has gone on, with every renderer") {
+  const auto ms = [](std::int64_t count) { return RealTime{count * 1'000'000}; };
+  const auto render = GENERATE(as<decltype(LinkSpec::render)>{}, RenderForce{}, RenderLocal{},
+                               RenderSmith{{100, 100, 0.01, 0.1}, Duration{30'000'000}});
+  LinkSpec link;
+  link.samples = link.forces = 4;
+  link.spare = 30;
+  link.render = render;
+  std::vector<DeviceInputs> inputs(1);
+  for (std::int64_t k = 0; k < 30; ++k) {
+    const DeviceSample sample{ms(k), {0.001 * static_cast<double>(k * k), 0, 0}, 0, true};
+    // The tick saw six forces; the step six samples.
+    inputs[0].ticks.push_back({sample, ms(k), 6, static_cast<std::uint64_t>(k)});
+    inputs[0].interaction_heads.push_back(6);
+  }
+  VirtualClock clock;
+  InlineExecutor executor;
+  const Scheduler scheduler(clock, executor, {});
+  const auto read = [&](int pushed) {
+    RecordedExchange exchange({link}, inputs, true);
+    for (int i = 0; i < pushed; ++i) {
+      ContactRecord contact;
+      contact.force_N.x = i * i;
+      exchange.respond(0, ms(i), contact);
+    }
+    std::vector<Reading<glm::dvec3>> all;
+    for (int k = 0; k < pushed; ++k) {
+      const DeviceSample sample = exchange.sense(0, scheduler);
+      const Reading<glm::dvec3> force = exchange.play(0, sample, scheduler).force_N;
+      if (k < 6) all.push_back(force);
+    }
+    for (int at = 0; at < 6; ++at) all.push_back(exchange.hand(0, {ms(at), SlotKind::mapped}));
+    return all;
+  };
+  const std::vector<Reading<glm::dvec3>> then = read(6), later = read(30);
+  REQUIRE(then.size() == later.size());
+  bool overrun = false;
+  for (std::size_t i = 0; i < then.size(); ++i) {
+    CAPTURE(i);
+    CHECK((then[i].value == later[i].value && then[i].status == later[i].status && then[i].newest == later[i].newest));
+    overrun = overrun || then[i].status == ReadStatus::overrun;
+  }
+  CHECK(overrun);
 }
 
 TEST_CASE("a minimal latency is refused on the wall clock, with the remedy") {
