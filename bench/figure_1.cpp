@@ -72,7 +72,7 @@ Spent run_once(const Scenario& scenario, const StrategyPlan& plan) {
   DeviceExchange exchange(links_of(scenario, plan), devices.drivers());
   auto watched = std::make_unique<WatchedSolver>(make_scenario_solver(scenario, plan.kind), spent);
   const WatchedSolver& solver = *watched;
-  StrategyLanes lanes(scenario, plan, std::move(watched), exchange, make_timing(scenario), devices.drivers());
+  StrategyLanes lanes(scenario, plan, std::move(watched), exchange, make_timing(scenario.timing), devices.drivers());
   InlineExecutor executor;
   Scheduler scheduler(clock, executor);
   lanes.spawn(scheduler, scheduler);

@@ -21,7 +21,7 @@ T median(std::vector<T> values) {
 
 std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
   std::vector<SegmentTiming> segments;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   SegmentTiming segment;
   while (timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns}) segments.push_back(segment);
   return segments;

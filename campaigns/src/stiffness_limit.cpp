@@ -38,7 +38,11 @@ Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   Scenario changed = scenario;
   if (auto* tissue = std::get_if<TissueScene>(&changed.scene.body))
     make_stiffer(*tissue, stiffness_N_per_m / tissue->stiffness_N_per_m, scenario.study.stiffness_limit->scales_mass);
-  std::visit([&](auto& body) { body.stiffness_N_per_m = stiffness_N_per_m; }, changed.scene.body);
+  std::visit(
+      [&](auto& body) {
+        if constexpr (requires { body.stiffness_N_per_m; }) body.stiffness_N_per_m = stiffness_N_per_m;  // the reader asks for it
+      },
+      changed.scene.body);
   changed.scene.needs_state_digest = false;
   changed.needs_undelayed = false;
   changed.keep_rows = false;

@@ -197,7 +197,7 @@ const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view sig
   for (const DeviceSpec& device : scenario.devices) {
     const bool every = signal.substr(0, 1) == "*";
     const bool is_its_force = signal.substr(0, device.name.size() + 7) == device.name + ".force.";
-    if ((every ? signal.find(".force.") != std::string_view::npos : is_its_force) && device.pid && !device.pid->options.full_scale_N)
+    if ((every ? signal.find(".force.") != std::string_view::npos : is_its_force) && !knows_newtons(device.driver))
       return &device;
   }
   return nullptr;

@@ -69,7 +69,7 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   std::vector<StrategyPlan> all = plans;
   std::map<std::int64_t, std::size_t> twin_of_lead;
   for (std::size_t i = 0; i < plans.size(); ++i) {
-    if (plans[i].kind == StrategyKind::ideal) twin_of_lead.emplace(plans[i].lead.ns, i);
+    if (traits_of(plans[i].kind).knows_motion) twin_of_lead.emplace(plans[i].lead.ns, i);
   }
   if (asks_for(scenario, "deviation_from_ideal")) {
     for (const StrategyPlan& plan : plans) {
@@ -98,7 +98,7 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   }
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const auto twin = twin_of_lead.find(plans[i].lead.ns);
-    if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end())
+    if (!traits_of(plans[i].kind).knows_motion && twin != twin_of_lead.end())
       records[i].twin_force_N = forces_of(records[twin->second]);
   }
   records.resize(plans.size());
@@ -117,7 +117,7 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
       run.strategies.push_back(recording.record);
     else if (interrupted)
       continue;
-    else if (plan.kind == StrategyKind::ideal)
+    else if (traits_of(plan.kind).knows_motion)
       run.strategies.push_back(run_strategy(scenario, plan, options.control));
     else
       run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));

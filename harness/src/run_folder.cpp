@@ -51,7 +51,7 @@ std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& out
     files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
   }
   for (const StrategyRecord& strategy : run.strategies) {
-    if (strategy.name == "ideal") continue;
+    if (strategy.reference) continue;
     files.push_back({"timing.csv", timing_csv(strategy)});
     break;
   }

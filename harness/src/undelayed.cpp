@@ -30,7 +30,7 @@ glm::dvec3 position_at(const std::vector<TickRow>& ticks, RealTime at) {
 }  // namespace
 
 void put_undelayed(const Scenario& scenario, std::vector<DeviceRecord>& devices) {
-  if (std::holds_alternative<TissueScene>(scenario.scene.body) && !scenario.needs_undelayed) return;
+  if (!costs_little(scenario.scene) && !scenario.needs_undelayed) return;
   Scene scene = scenario.scene;
   scene.local_model = LocalModel::none;
   scene.variable_step = scene.needs_energy = scene.needs_state_digest = false;

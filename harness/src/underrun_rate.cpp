@@ -59,10 +59,11 @@ std::vector<RateSignal> rate_signals(const Scenario& scenario) {
 RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& signal, Duration lead, Duration latency,
                                   std::int64_t seeds) {
   RateCount all;
-  Scenario other = scenario;
+  const MapSetup setup = map_setup(scenario);
+  TimingSpec timing = scenario.timing;
   for (std::int64_t i = 0; i < seeds; ++i) {
-    other.timing.programmed.seed = scenario.timing.programmed.seed + static_cast<std::uint64_t>(i);
-    const RateCount one = count_one(other, run_steps(other, signal.kind, lead), signal, lead, latency);
+    timing.programmed.seed = scenario.timing.programmed.seed + static_cast<std::uint64_t>(i);
+    const RateCount one = count_one(scenario, run_steps(setup, timing, signal.kind, lead), signal, lead, latency);
     all.segments += one.segments;
     all.hit += one.hit;
   }
@@ -71,7 +72,7 @@ RateCount count_underrun_segments(const Scenario& scenario, const RateSignal& si
 
 std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind) {
   SegmentCount count;
-  for (const MappedStep& step : run_steps(scenario, kind, {})) {
+  for (const MappedStep& step : run_steps(map_setup(scenario), scenario.timing, kind, {})) {
     if (step.begin >= RealTime{scenario.warmup.ns}) count.add(step.segment, false);
   }
   return count.count().segments;

@@ -66,7 +66,7 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
   scheduler.note(solver.state_digest);
   const auto n = static_cast<std::int64_t>(record_.steps.size());
   record_.steps.push_back({segment.index, began, scheduler.now(), slot.read, emission, slot.kind == SlotKind::mapped,
-                           slot.kind == SlotKind::acquiring, solver.simulated_s()});
+                           slot.kind == SlotKind::acquiring, solver.simulated()});
   for (std::uint32_t device = 0; device < record_.devices.size(); ++device) {
     note(scheduler, solver.positions_m[device]);
     note(scheduler, solver.response.force_N[device]);

@@ -19,8 +19,9 @@ RunFailure run_failure(const SolverError& error, std::int64_t at_step) {
 }
 
 void SolverStep::begins(RealTime began) {
-  if (variable_ && began_) step_s_ = static_cast<double>((began - *began_).ns) / 1e9;
-  if (began_) simulated_s_ += step_s_;
+  if (variable_ && began_) step_s_ = evenstep::seconds(began - *began_);
+  if (!first_began_) first_began_ = began;
+  simulated_ = variable_ ? SimTime{(began - *first_began_).ns} : sim_time(step_rate_, step_);
   began_ = began;
 }
 

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "property.h"
-#include "src/motion_csv.h"
+#include "evenstep/recordings/motion_csv.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

@@ -136,7 +136,7 @@ TEST_CASE("series.csv names how a step read, shows variable steps, and holds bin
   StrategyRecord& only = run.strategies[0];
   only.devices[0].steps[0].read = StepRead::gated;
   only.devices[0].steps[1].read = StepRead::predicted;
-  only.steps[1].simulated_s = 0.0625;
+  only.steps[1].simulated = SimTime{62'500'000};
   std::vector<std::string> rows = lines(series_csv(run));
   CHECK_THAT(rows[1], Contains(",gated,"));
   CHECK_THAT(rows[2], Contains(",predicted,") && !Contains(",step,1,0.0625,"));

@@ -196,6 +196,18 @@ std::string error_of(const Field& field, const Value& value) {
   }
 }
 
+/// A date somewhere in a value, which JSON has no word for.
+const Value* date_in(const Value& value) {
+  if (value.is(Value::Kind::date)) return &value;
+  for (const Value& one : value.list) {
+    if (const Value* found = date_in(one)) return found;
+  }
+  for (const Entry& entry : value.table) {
+    if (const Value* found = date_in(entry.value)) return found;
+  }
+  return nullptr;
+}
+
 /// The key in messages; of a key that may have any name, its table.
 std::string shown_key(const Field& field) {
   return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key);
@@ -255,6 +267,11 @@ void Check::value(const Field& field, const Value& value) {
 
 void Check::element(const Field& field, const Value& value) {
   if ((field.forms & kTable) && value.is(Value::Kind::table)) return table(subtable(field), value);
+  if ((field.forms & kOptions) && value.is(Value::Kind::table)) {
+    if (const Value* date = date_in(value))
+      errors_.add(date->place, fmt::format("{}: a date cannot be passed on as JSON; write it as text", shown_key(field)));
+    return;
+  }
   const std::string error = error_of(field, value);
   if (!error.empty()) errors_.add(value.place, fmt::format("{}: {}", shown_key(field), error));
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "field_rows.h"
 #include "sections.h"
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"
@@ -202,5 +203,48 @@ void read_expectations(ScenarioReading& reading) {
   }
   reading.scenario.expect_stop = std::move(expected);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& expect_fields() {
+  static const std::vector<Field> rows{
+    {.table = "expect", .key = "signal", .forms = kText,
+     .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
+                "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, "
+                "`events.<lane>.<name>` or `run`; `*` for any one part. Of a case: `case.<method>.<solver>`.",
+     .required = true, .example = "\"left.interaction.phase_locked\""},
+    {.table = "expect", .key = "metric", .forms = kText, .meaning = "A number of that signal: docs/metrics.md.",
+     .required = true,
+     .example = "\"velocity_jump\""},
+    {.table = "expect", .key = "min", .forms = kLimit, .meaning = "The value must not be below.", .example = "\"4 step\""},
+    {.table = "expect", .key = "max", .forms = kLimit, .meaning = "The value must not be above.",
+     .example = "\"1e-6 step\""},
+    {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
+    {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
+     .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
+    {.table = "expect", .key = "confidence", .forms = kQuantity,
+     .meaning = "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
+                "share of segments with an underrun; the maps alone run over the seeds that takes.",
+     .dimension = D::ratio, .range = above(0, 0.999999), .example = "\"95 %\""},
+    {.table = "expect", .key = "seeds", .forms = kInteger,
+     .meaning = "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
+                "underruns.",
+     .range = between(1, 1e6), .example = "100"},
+    {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
+    {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
+     .meaning = "A known fault: passing then fails."},
+    {.table = "expect_stop", .key = "reason", .forms = kWord, .meaning = "Why the run stops.",
+     .words = "unstable-step|diverged|bad-input|device|interrupted",
+     .required = true, .example = "\"diverged\""},
+    {.table = "expect_stop", .key = "message", .forms = kText, .default_toml = "\"\"",
+     .meaning = "What the run says when it stops contains this."},
+    {.table = "expect_stop", .key = "at_least_step", .forms = kInteger, .meaning = "It has made so many steps by then.",
+     .range = between(0, 1e12), .example = "90"},
+    {.table = "expect_stop", .key = "at_most_step", .forms = kInteger, .meaning = "It stops at this step or before.",
+     .range = between(0, 1e12),
+     .example = "100"},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

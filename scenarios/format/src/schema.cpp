@@ -74,6 +74,7 @@ std::vector<std::string> alternatives(const Field& field) {
     out.push_back(fmt::format("{{\"type\": \"string\", \"pattern\": {}}}", quoted(unit_pattern(field))));
   }
   if (field.forms & kAnything) out.emplace_back("{}");
+  if (field.forms & kOptions) out.emplace_back("{\"type\": \"object\"}");
   if (field.forms & kTable) out.push_back(table_schema(subtable(field)));
   return out;
 }

@@ -88,7 +88,7 @@ std::string pieces(const std::vector<SegmentTiming>& segments) {
 
 std::vector<SegmentTiming> as_run(const Scenario& scenario) {
   std::vector<SegmentTiming> segments;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   SegmentTiming segment;
   while (timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns}) segments.push_back(segment);
   return segments;

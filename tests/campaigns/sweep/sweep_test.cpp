@@ -1,4 +1,5 @@
 // One process, threads, shards and a sweep that goes on after a cut: the same bytes. And what merge refuses.
+#include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/sweep.h"
 
 #include <fmt/format.h>

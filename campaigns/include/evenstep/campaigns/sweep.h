@@ -59,11 +59,4 @@ SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::strin
 /// What is wrong with the points of a scenario's [sweep]: every combination is read, none is run.
 std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set);
 
-/// The one command that runs a point again; `file` as the scenario is found from here.
-std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
-                          const std::vector<std::string>& set = {});
-
-/// A word for the shell, quoted where it has to be.
-std::string shell_word(const std::string& word);
-
 }  // namespace evenstep

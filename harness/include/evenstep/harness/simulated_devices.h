@@ -14,11 +14,6 @@
 
 namespace evenstep {
 
-/// The device of a [[device]], in software.
-std::unique_ptr<SimulatedDevice> simulated_transport(const DeviceSpec& device, const Clock& clock);
-/// The driver that the [[device]] names, above a transport of either kind. Throws DeviceError where it cannot drive what is there.
-std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
-
 /// Stops the driver of a simulated device. However a run ends, its motors are then off, its effects freed: throws RunFailure
 /// ("still-driving", which no scenario can expect) if they are not.
 void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device);

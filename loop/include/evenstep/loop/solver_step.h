@@ -23,6 +23,7 @@ class SolverStep final : public Work {
         tool_count_(scene.tool_count),
         digest_(scene.needs_state_digest),
         variable_(scene.variable_step),
+        step_rate_(scene.step_rate),
         step_s_(period_s(scene.step_rate)) {}
   std::array<glm::dvec3, kMaxTools> positions_m{};  ///< in
   ToolResponse response;                            ///< out
@@ -37,8 +38,8 @@ class SolverStep final : public Work {
   void begins(RealTime began);
   void run() override;
   /// Simulation time at which the tools reach `positions_m`, counted from the first step's: n step sizes where they are
-  /// constant.
-  double simulated_s() const { return simulated_s_; }
+  /// constant, otherwise the real time since the first step began.
+  SimTime simulated() const { return simulated_; }
 
  private:
   Solver& solver_;
@@ -46,9 +47,10 @@ class SolverStep final : public Work {
   bool digest_;
   bool variable_;
   std::array<RealTime, kMaxTools> read_at_{};
+  Rate step_rate_;
   double step_s_;  // of the step about to run
-  double simulated_s_ = 0;
-  std::optional<RealTime> began_;
+  SimTime simulated_;
+  std::optional<RealTime> first_began_, began_;
   std::int64_t step_ = 0;
 };
 

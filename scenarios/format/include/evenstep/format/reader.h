@@ -11,8 +11,8 @@ namespace evenstep::internal {
 
 /// `extends` and --set applied.
 Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors);
-/// `path`: the scenario's file, for messages.
-ReadResult read_document(Value document, const std::string& path);
+/// `path`: the scenario's file, for messages. `registered`: ReadOptions::registered.
+ReadResult read_document(Value document, const std::string& path, const std::vector<std::string>& registered = {});
 
 /// The value at this path of a scenario is the name of a file.
 bool names_file(std::string_view path);

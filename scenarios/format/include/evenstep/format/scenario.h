@@ -10,10 +10,10 @@
 #include "evenstep/catalogue/case_spec.h"
 #include "evenstep/device/force_guard.h"
 #include "evenstep/device/hand.h"
-#include "evenstep/device/hid/pid_driver.h"
-#include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/motion.h"
 #include "evenstep/device/renderer.h"
+#include "evenstep/format/driver_spec.h"
+#include "evenstep/format/foreign.h"
 #include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
@@ -24,7 +24,7 @@
 
 namespace evenstep {
 
-enum class StrategyKind { ideal, direct, paper, phase_locked, predict, filtered, variable_step };
+enum class StrategyKind { ideal, direct, paper, phase_locked, predict, filtered, variable_step, foreign };
 
 /// What tells strategies apart outside the map and the plan that each has of its own (harness/src/strategies.cpp).
 struct StrategyTraits {
@@ -44,7 +44,8 @@ inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::phase_locked, .name = "phase_locked", .remaps = true},
     StrategyTraits{.kind = StrategyKind::predict, .name = "predict", .predicts = true},
     StrategyTraits{.kind = StrategyKind::filtered, .name = "filtered", .plays_as_it_comes = true, .filters = true},
-    StrategyTraits{.kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true}};
+    StrategyTraits{.kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true},
+    StrategyTraits{.kind = StrategyKind::foreign, .name = "foreign", .remaps = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
@@ -90,16 +91,6 @@ inline constexpr ForceLimits kLiveLimits{
     3, 1000,
     {0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000}, Duration{50'000'000}}};
 
-/// [[device]] driver = "pid", and its simulated device.
-struct PidSpec {
-  PidOptions options;
-  PidFlavour flavour = PidFlavour::mask;
-  int pool_effects = 40;
-  int block_load_error_at = -1;                 ///< counted from 0
-  Rate firmware_rate{4000, 1};                  ///< of springs that it renders by itself
-  std::vector<PidDeviceEvent> events;
-};
-
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
@@ -111,7 +102,7 @@ struct DeviceSpec {
   Emission emission = Emission::linear;
   RenderSpec render;
   bool is_real = false;                         ///< run with --device: nobody knows where it was
-  std::optional<PidSpec> pid;                   ///< none: the reference device
+  DriverSpec driver;
   std::optional<Duration> unplug;               ///< of the simulated device
   std::vector<ReportFault> faults;
   GuardSpec guard;
@@ -138,6 +129,7 @@ struct RemapSpec {
   Duration predict_window;                      ///< `predict` takes the hand's velocity from so much of the past
   FilterSpec filter;                            ///< of strategy `filtered`; filter_at has the samples of an average
   Duration filter_window;                       ///< of a moving average
+  std::optional<Foreign> foreign;               ///< the map of strategy `foreign`
   bool filter_force = true;                     ///< on the force at the ticks; false: on the interaction at the steps
 };
 
@@ -222,6 +214,7 @@ struct Scenario {
   TimingSpec timing;
   SolverKind solver = SolverKind::opencl;
   Scene scene;
+  Place scene_place;                            ///< of a foreign scene's name
   int work_group_size = 64;
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
@@ -242,7 +235,11 @@ struct Scenario {
 /// A device is a hand that feels the force: what was felt decides where it goes.
 bool has_hand(const Scenario& scenario);
 
-struct ReadOptions { std::vector<std::string> set; std::optional<std::uint64_t> seed; };
+struct ReadOptions {
+  std::vector<std::string> set;
+  std::optional<std::uint64_t> seed;
+  std::vector<std::string> registered = {};     ///< names of foreign parts; a scenario with another one is an error
+};
 struct ReadResult {
   std::optional<Scenario> scenario;             ///< none if there are errors
   std::vector<Diagnostic> errors;               ///< all of them, by position

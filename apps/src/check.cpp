@@ -20,24 +20,7 @@ double ms(Duration d) { return static_cast<double>(d.ns) * 1e-6; }
 void explain_solver(const Scenario& scenario) {
   const Rate rate = scenario.scene.step_rate;
   fmt::print("  step size    1 / ({}/{} Hz) = {:.6g} ms of simulation time\n", rate.num, rate.den, 1e3 * period_s(rate));
-  if (const auto* spring = std::get_if<SpringScene>(&scenario.scene.body)) {
-    fmt::print("  scene        spring {:.6g} N/m\n", spring->stiffness_N_per_m);
-    return;
-  }
-  if (const auto* wall = std::get_if<WallScene>(&scenario.scene.body)) {
-    fmt::print("  scene        wall {:.6g} N/m{}\n", wall->stiffness_N_per_m,
-               wall->hardening_m > 0 ? fmt::format(", hardening over {:.6g} mm", 1e3 * wall->hardening_m) : "");
-    return;
-  }
-  if (const auto* mode = std::get_if<ModeScene>(&scenario.scene.body)) {
-    fmt::print("  scene        mode {:.6g} N/m at rest, {:.6g} Hz, damping ratio {:.6g}{}\n", mode->stiffness_N_per_m,
-               mode->frequency_Hz, mode->damping_ratio, mode->one_sided ? ", one-sided" : "");
-    return;
-  }
-  const auto& tissue = std::get<TissueScene>(scenario.scene.body);
-  fmt::print("  scene        tissue, {} particles on {} x {} x {}, {:.6g} N/m{}\n", tissue.particle_count, tissue.lattice[0],
-             tissue.lattice[1], tissue.lattice[2], tissue.stiffness_N_per_m,
-             tissue.regions.empty() ? "" : fmt::format(", and {} more materials", tissue.regions.size()));
+  fmt::print("  scene        {}\n", describe(scenario.scene));
   fmt::print("{}", stability_lines(scenario));
 }
 
@@ -151,15 +134,21 @@ std::string rendering_lines(const Scenario& scenario) {
   return lines;
 }
 
-ExitCode check(const std::vector<std::string>& paths, const std::vector<std::string>& set) {
-  const std::optional<std::vector<std::string>> files = scenario_files(paths);
+namespace {
+
+struct CheckArguments {
+  std::vector<std::string> paths, set;
+};
+
+ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool>&) {
+  const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;
   for (const std::string& file : *files) {
-    const ReadResult read = read_scenario(file, {set, std::nullopt});
+    const ReadResult read = read_scenario(file, {arguments.set, std::nullopt});
     std::vector<Diagnostic> errors = read.errors;
     if (read.scenario) errors = check_expectations(*read.scenario);
-    if (errors.empty() && read.scenario->sweep) errors = check_sweep(file, set);
+    if (errors.empty() && read.scenario->sweep) errors = check_sweep(file, arguments.set);
     if (errors.empty()) {
       try {
         explain(*read.scenario);
@@ -172,6 +161,15 @@ ExitCode check(const std::vector<std::string>& paths, const std::vector<std::str
     code = ExitCode::usage;
   }
   return code;
+}
+
+}  // namespace
+
+void add_check(CLI::App& cli, Invocation& invocation) {
+  const auto [command, arguments] =
+      add_command<CheckArguments>(cli, invocation, "check", "read and explain scenarios, run nothing", check_scenarios);
+  command->add_option("scenario", arguments->paths, "scenario files, or folders of them")->required();
+  add_set(*command, arguments->set, "path=value, overrides the file");
 }
 
 }  // namespace evenstep::app

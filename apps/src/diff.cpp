@@ -11,6 +11,11 @@
 namespace evenstep::app {
 namespace {
 
+struct DiffArguments {
+  std::string a, b;
+};
+
+
 std::optional<EventFile> events_of(const std::string& given) {
   namespace fs = std::filesystem;
   const fs::path path = fs::is_directory(given) ? fs::path(given) / "events.bin" : fs::path(given);
@@ -30,10 +35,8 @@ std::optional<EventFile> events_of(const std::string& given) {
   }
 }
 
-}  // namespace
-
-ExitCode diff(const std::string& a, const std::string& b) {
-  const std::optional<EventFile> first = events_of(a), second = events_of(b);
+ExitCode diff(const DiffArguments& arguments, const std::atomic<bool>&) {
+  const std::optional<EventFile> first = events_of(arguments.a), second = events_of(arguments.b);
   if (!first || !second) return ExitCode::usage;
   const std::optional<Difference> difference = first_difference(*first, *second);
   if (!difference) {
@@ -42,6 +45,15 @@ ExitCode diff(const std::string& a, const std::string& b) {
   }
   fmt::print("{}\n", difference->text);
   return ExitCode::expectation_failed;
+}
+
+}  // namespace
+
+void add_diff(CLI::App& cli, Invocation& invocation) {
+  const auto [command, arguments] =
+      add_command<DiffArguments>(cli, invocation, "diff", "the first differing event of two runs", diff);
+  command->add_option("a", arguments->a, "run folder or events.bin")->required();
+  command->add_option("b", arguments->b, "run folder or events.bin")->required();
 }
 
 }  // namespace evenstep::app

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/harness/version.h"
@@ -17,6 +18,22 @@
 namespace evenstep::app {
 namespace fs = std::filesystem;
 namespace {
+
+struct RunArguments {
+  std::vector<std::string> paths;
+  std::string clock = "virtual";
+  std::optional<std::uint64_t> seed;
+  std::vector<std::string> set;
+  std::string out;
+  bool repeat = false;
+  std::optional<std::uint64_t> permute_ties;
+  int threads = 0;
+  bool json = false;
+  std::vector<std::string> devices;  ///< NAME=PATH or PATH
+  bool forces = false;
+  bool include_long = false;  ///< also what carries the tag "long" and is only found in a folder
+};
+
 
 /// The one command that runs this again.
 std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
@@ -196,8 +213,6 @@ std::optional<ExitCode> run_one(const std::string& file, const std::string& fold
   return outcome.exit;
 }
 
-}  // namespace
-
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted) {
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
@@ -222,6 +237,38 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
                not_run > 0 ? fmt::format(", {} not run", not_run) : "");
   }
   return worst_code;
+}
+
+}  // namespace
+
+void add_run(CLI::App& cli, Invocation& invocation) {
+  const auto [command, run_arguments] =
+      add_command<RunArguments>(cli, invocation, "run", "run scenarios and judge their expectations", run);
+  RunArguments& arguments = *run_arguments;
+  command->add_option("scenario", arguments.paths, "scenario files, or folders of them")->required();
+  command->add_option("--clock", arguments.clock, "virtual (default) or wall")->check(CLI::IsMember({"virtual", "wall"}));
+  command->add_option("--seed", arguments.seed, "instead of [run] seed");
+  add_set(*command, arguments.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"");
+  command->add_option("--out", arguments.out,
+                      "run folder (one scenario) or folder of run folders (several); default runs/<name>");
+  command->add_flag("--repeat", arguments.repeat,
+                    "run twice; exit 4 and name the first differing event if the traces differ");
+  command->add_option("--permute-ties", arguments.permute_ties,
+                      "shuffle the order of simultaneous events of one lane with this seed");
+  command
+      ->add_option("--threads", arguments.threads, "strategies side by side; 0 = one per core (results do not depend on it)")
+      ->check(CLI::Range(0, 1024));
+  command
+      ->add_option("--device", arguments.devices,
+                   "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
+                   "[[device]], default the first")
+      ->expected(1)
+      ->allow_extra_args(false)
+      ->take_all();
+  command->add_flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
+  command->add_flag("--long", arguments.include_long,
+                    "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
+  command->add_flag("--json", arguments.json, "print summary.json of each run instead of tables");
 }
 
 }  // namespace evenstep::app

@@ -12,6 +12,16 @@
 namespace evenstep::app {
 namespace {
 
+struct ShrinkArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::optional<std::uint64_t> seed;
+  std::optional<std::int64_t> expect;
+  std::int64_t max_runs = 2000;
+  std::string out;
+};
+
+
 constexpr std::size_t kMostShown = 20;
 
 std::string number(const ExpectationResult& result) {
@@ -29,8 +39,6 @@ void print_shrunk(const ShrinkOutcome& outcome, std::int64_t max_runs) {
   if (!outcome.minimal) fmt::print("not the smallest: the search ended after {} runs; --max-runs allows more\n", max_runs);
   fmt::print("again: evenstep run {}\n", outcome.file);
 }
-
-}  // namespace
 
 ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& interrupted) {
   ShrinkOptions options;
@@ -53,6 +61,21 @@ ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& inter
   if (!outcome.failure.empty()) spdlog::error("{}: error: {}", arguments.file, outcome.failure);
   if (outcome.exit == ExitCode::pass) print_shrunk(outcome, arguments.max_runs);
   return outcome.exit;
+}
+
+}  // namespace
+
+void add_shrink(CLI::App& cli, Invocation& invocation) {
+  const auto [command, shrink_arguments] = add_command<ShrinkArguments>(
+      cli, invocation, "shrink", "from a scenario that fails to the smallest timing that still fails", shrink);
+  ShrinkArguments& arguments = *shrink_arguments;
+  command->add_option("scenario", arguments.file, "a scenario file that fails")->required();
+  add_set(*command, arguments.set, "path=value, overrides the file");
+  command->add_option("--seed", arguments.seed, "instead of [run] seed");
+  command->add_option("--expect", arguments.expect, "the line of the expectation; default: the first that fails");
+  command->add_option("--max-runs", arguments.max_runs, "runs to spend; default 2000")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
+  command->add_option("--out", arguments.out, "folder for <name>-shrunk.toml and .csv; default runs/shrunk");
 }
 
 }  // namespace evenstep::app

@@ -8,11 +8,28 @@
 #include <filesystem>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "evenstep/harness/version.h"
 #include "progress.h"
 
 namespace evenstep::app {
 namespace {
+
+struct SweepArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string shard, out;
+  int threads = 0;
+  std::optional<std::int64_t> stop_after;
+  bool resume = false;
+  bool json = false;
+};
+struct MergeArguments {
+  std::vector<std::string> parts;
+  std::string out;
+  bool json = false;
+};
+
 
 std::string folder_for(const SweepArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
@@ -35,8 +52,6 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
     fmt::print("{}points in {}\n", sweep_text(outcome.record, outcome.summary, command), outcome.file);
   return outcome.exit;
 }
-
-}  // namespace
 
 ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interrupted) {
   SweepOptions options;
@@ -70,12 +85,38 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
       arguments.json);
 }
 
-ExitCode merge(const MergeArguments& arguments) {
+ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
   const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
   return report(
       outcome,
       [&](const SweepPoint& point) { return point_command(outcome.record.header, point, outcome.record.header.file); },
       arguments.json);
+}
+
+}  // namespace
+
+void add_sweep(CLI::App& cli, Invocation& invocation) {
+  const auto [command, sweep_arguments] = add_command<SweepArguments>(
+      cli, invocation, "sweep", "every seed with every value of a scenario's [sweep], on all cores", sweep);
+  SweepArguments& arguments = *sweep_arguments;
+  command->add_option("scenario", arguments.file, "a scenario file with a [sweep]")->required();
+  add_set(*command, arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
+  command->add_option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
+  command->add_option("--threads", arguments.threads, "points side by side; 0 = one per core (results do not depend on it)")
+      ->check(CLI::Range(0, 1024));
+  command->add_option("--stop-after", arguments.stop_after, "so many failures; instead of [sweep] stop_after")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
+  command->add_flag("--resume", arguments.resume, "go on where a sweep was interrupted, or start");
+  command->add_option("--out", arguments.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
+  command->add_flag("--json", arguments.json, "the summary as JSON instead of text");
+}
+
+void add_merge(CLI::App& cli, Invocation& invocation) {
+  const auto [command, arguments] = add_command<MergeArguments>(
+      cli, invocation, "merge", "the shards of a sweep as one file, with its summary and exit code", merge);
+  command->add_option("part", arguments->parts, "sweep-I-of-N.jsonl of all shards, in any order")->required();
+  command->add_option("--out", arguments->out, "the file to write: the same bytes as of one process")->required();
+  command->add_flag("--json", arguments->json, "the summary as JSON instead of text");
 }
 
 }  // namespace evenstep::app

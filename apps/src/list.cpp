@@ -7,8 +7,14 @@
 
 namespace evenstep::app {
 
-ExitCode list(const std::vector<std::string>& paths) {
-  const std::vector<std::string> folders = !paths.empty() ? paths
+namespace {
+
+struct ListArguments {
+  std::vector<std::string> paths;
+};
+
+ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
+  const std::vector<std::string> folders = !arguments.paths.empty() ? arguments.paths
                                            : std::filesystem::is_directory("scenarios")
                                                ? std::vector<std::string>{"scenarios"}
                                                : std::vector<std::string>{};
@@ -38,6 +44,14 @@ ExitCode list(const std::vector<std::string>& paths) {
     if (metrics) fmt::print("{:<28} {}\n", signal, fmt::join(*metrics, " "));
   }
   return code;
+}
+
+}  // namespace
+
+void add_list(CLI::App& cli, Invocation& invocation) {
+  const auto [command, arguments] = add_command<ListArguments>(
+      cli, invocation, "list", "what a scenario can name: scenarios found, strategies, solvers, metrics", list);
+  command->add_option("folder", arguments->paths, "where to look for scenarios (default: scenarios)");
 }
 
 }  // namespace evenstep::app

@@ -16,6 +16,14 @@
 namespace evenstep::app {
 namespace {
 
+struct StudyArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string out, advise;
+  bool json = false;
+};
+
+
 std::string folder_for(const StudyArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-study")).string();
@@ -79,8 +87,7 @@ ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scena
   return interrupted ? ExitCode::interrupted : ExitCode::pass;
 }
 
-}  // namespace
-
+/// Exit 1 where nothing meets what --advise asks for.
 ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted) {
   std::optional<StudyGoal> goal;
   if (!arguments.advise.empty()) {
@@ -111,6 +118,24 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
     spdlog::error("{}: error: {}; {}", arguments.file, failure.what(), failure.remedy);
     return ExitCode::run_failed;
   }
+}
+
+}  // namespace
+
+void add_study(CLI::App& cli, Invocation& invocation) {
+  const auto [command, study_arguments] =
+      add_command<StudyArguments>(cli, invocation, "study",
+                                  "error against run time of a tissue, or the largest stable stiffness in a hand", study);
+  StudyArguments& arguments = *study_arguments;
+  command
+      ->add_option("scenario", arguments.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit")
+      ->required();
+  add_set(*command, arguments.set, "path=value, overrides the file: --set study.repeats=9");
+  command->add_option("--advise", arguments.advise,
+                      "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
+                      "and step; exit 1 if none reaches it");
+  command->add_option("--out", arguments.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
+  command->add_flag("--json", arguments.json, "print study.json instead of the table");
 }
 
 }  // namespace evenstep::app

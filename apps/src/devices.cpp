@@ -15,6 +15,11 @@
 namespace evenstep::app {
 namespace {
 
+struct DevicesArguments {
+  bool json = false;
+};
+
+
 /// What evenstep can do with a device.
 struct Ability {
   std::string kind;  ///< "reference", "pid" or "none"
@@ -74,9 +79,7 @@ nlohmann::ordered_json json_of(const HidListing& listing) {
           {"force_feedback_node", listing.force_feedback_node}};
 }
 
-}  // namespace
-
-ExitCode devices(bool json) {
+ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
   std::vector<HidListing> found;
   try {
     found = hid_devices();
@@ -84,7 +87,7 @@ ExitCode devices(bool json) {
     spdlog::error("error: {}", error.what());
     return ExitCode::run_failed;
   }
-  if (json) {
+  if (arguments.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const HidListing& listing : found) list.push_back(json_of(listing));
     // A device's strings are its own: what is no UTF-8 there must not stop the list.
@@ -94,6 +97,14 @@ ExitCode devices(bool json) {
   for (const HidListing& listing : found) print_listing(listing);
   if (found.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
   return ExitCode::pass;
+}
+
+}  // namespace
+
+void add_devices(CLI::App& cli, Invocation& invocation) {
+  const auto [command, arguments] = add_command<DevicesArguments>(
+      cli, invocation, "devices", "the HID devices of this machine, and what each of them can do", devices);
+  command->add_flag("--json", arguments->json, "the list as JSON instead of text");
 }
 
 }  // namespace evenstep::app

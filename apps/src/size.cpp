@@ -8,6 +8,14 @@
 namespace evenstep::app {
 namespace {
 
+struct SizeArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string sampling, emission, damping, rate, confidence;
+  bool json = false;
+};
+
+
 /// A period or a rate; empty on an error, which is then printed.
 std::optional<Rate> sampling_rate(const std::string& text) {
   const Parsed<Rate> rate = parse_rate(text);
@@ -72,9 +80,7 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options) {
   return size_scenario(*read.scenario, options);
 }
 
-}  // namespace
-
-ExitCode size(const SizeArguments& arguments) {
+ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
   const SizeResult result = sized(arguments, *options);
@@ -84,6 +90,27 @@ ExitCode size(const SizeArguments& arguments) {
   }
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
+}
+
+}  // namespace
+
+void add_size(CLI::App& cli, Invocation& invocation) {
+  const auto [command, size_arguments] = add_command<SizeArguments>(
+      cli, invocation, "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost",
+      size);
+  SizeArguments& arguments = *size_arguments;
+  command->add_option("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns")
+      ->required();
+  add_set(*command, arguments.set, "path=value, overrides the scenario");
+  command->add_option("--sampling", arguments.sampling,
+                      "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
+  command
+      ->add_option("--emission", arguments.emission, "of a recording: how its forces are played, hold (default) or linear")
+      ->check(CLI::IsMember({"hold", "linear"}));
+  command->add_option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
+  command->add_option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
+  command->add_option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command->add_flag("--json", arguments.json, "the numbers instead of the table");
 }
 
 }  // namespace evenstep::app
