@@ -7,6 +7,7 @@ set -euo pipefail
 repo=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
 source "$repo/scripts/setup.sh"
 
+with_tests
 set_up release all
 without_long=(-LE '^long$')
 if [[ ${EVENSTEP_LONG:-0} != 0 ]]; then without_long=(); fi
