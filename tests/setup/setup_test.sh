@@ -409,6 +409,13 @@ case_the_program_and_the_tests_take_turns_in_one_build() {
   [[ ! -s err ]] || fail "something is said when nothing is to do"
   [[ $(wc -l <c/build/builds) == 1 ]] || fail "the program was built again"
 }
+case_a_benchmark_begins_with_a_bare_clone_too() {
+  clone c
+  call c/scripts/bench.sh no-such-table
+  expect_status 2
+  expect_err 'configuring'
+  expect_err "no table 'no-such-table'"
+}
 case_a_failing_test_and_no_test_at_all_are_failures() {
   clone c
   touch c/broken
