@@ -1,7 +1,7 @@
 # Tools that make a build faster where they are installed. Neither changes what is built.
 
-# ccache, unless the user has named a launcher. Where there is a precompiled header it caches nothing unless it is told to trust
-# the header's macros and date. They can be trusted here: no source reads __DATE__ or __TIME__.
+# ccache, unless the user has named a launcher. Where there is a precompiled header it caches nothing unless it is told to
+# trust the header's macros and date. They can be trusted here: no source reads __DATE__ or __TIME__.
 if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
   find_program(EVENSTEP_CCACHE ccache)
   if(EVENSTEP_CCACHE)

@@ -23,7 +23,8 @@ packages_missing() {
   local wanted
   mapfile -t wanted < <(packages_wanted)
   # dpkg-query exits with 1 when one name is unknown to it, and prints the others all the same.
-  comm -13 <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) \
+  comm -13 \
+    <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) \
     <(printf '%s\n' "${wanted[@]}" | sort -u)
 }
 
@@ -69,7 +70,8 @@ install_packages() {
       exit 2
     fi
   fi
-  run_apt update || fail "apt-get update failed: see its errors above. Is there a network, and are the package sources right?"
+  run_apt update ||
+    fail "apt-get update failed: see its errors above. Is there a network, and are the package sources right?"
   run_apt install -y --no-install-recommends "${missing[@]}" ||
     fail "apt-get install failed: see its errors above. Debian 12 has all of: ${missing[*]}"
 }
@@ -106,7 +108,8 @@ has_tests() { ! grep -q '^EVENSTEP_BUILD_TESTS:BOOL=OFF$' "$build/CMakeCache.txt
 
 configure() {  # configure PRESET [--fresh]
   note "configuring ${build/#"$repo/"/}"
-  (cd -- "$repo" && cmake "${@:2}" --preset "$1" -B "$build" -D EVENSTEP_BUILD_TESTS="$tests") >"$build/configure.log" 2>&1 || {
+  (cd -- "$repo" && cmake "${@:2}" --preset "$1" -B "$build" -D EVENSTEP_BUILD_TESTS="$tests") \
+    >"$build/configure.log" 2>&1 || {
     cat -- "$build/configure.log" >&2
     fail "CMake could not configure the build: see above"
   }
@@ -138,8 +141,8 @@ show_progress() {  # show_progress NOTE
   if [[ $building && -t 2 ]]; then printf '\r\e[K'; fi
 }
 
-# set_up PRESET TARGET... : afterwards `build` is the build folder of the preset (CMakePresets.json), and each TARGET in it is
-# up to date. `release` has the build folder itself, any other preset a folder of its name in it. One caller at a time.
+# set_up PRESET TARGET... : afterwards `build` is the build folder of the preset (CMakePresets.json), and each TARGET in it
+# is up to date. `release` has the build folder itself, any other preset a folder of its name in it. One caller at a time.
 set_up() {
   local preset=$1
   shift
@@ -155,8 +158,8 @@ set_up() {
       configure "$preset" --fresh
       compile "building (the first time: some minutes)" "$@"
     else
-      # Tests come into a build that has none, and stay: run.sh and test.sh take turns in one folder, and what the program is made
-      # of is the same with and without them.
+      # Tests come into a build that has none, and stay: run.sh and test.sh take turns in one folder, and what the program is
+      # made of is the same with and without them.
       if [[ $tests == ON ]] && ! has_tests; then configure "$preset"; fi
       compile "building what changed" "$@"
     fi

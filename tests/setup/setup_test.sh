@@ -233,7 +233,7 @@ add_custom_target(evenstep ALL DEPENDS ${program})
 option(EVENSTEP_BUILD_TESTS "" ON)
 if(EVENSTEP_BUILD_TESTS)
 find_package(OnlyTestsNeedThis REQUIRED PATHS ${CMAKE_SOURCE_DIR} NO_DEFAULT_PATH)
-foreach(name IN ITEMS faults test_clock test_scheduler test_remap test_remapper test_harness)
+foreach(name IN ITEMS faults test_clock test_scheduler test_ring test_remapper test_harness)
   add_custom_target(${name})
 endforeach()
 enable_testing()
@@ -242,6 +242,10 @@ add_test(NAME "clock: breakable" COMMAND test ! -e ${CMAKE_SOURCE_DIR}/broken)
 add_test(NAME "setup: not under sanitizers" COMMAND test ${CMAKE_BINARY_DIR} = ${CMAKE_SOURCE_DIR}/build)
 add_test(NAME slow COMMAND true)
 set_tests_properties(slow PROPERTIES LABELS long)
+foreach(label IN ITEMS million mutation newcomer)
+  add_test(NAME ${label} COMMAND true)
+  set_tests_properties(${label} PROPERTIES LABELS ${label})
+endforeach()
 endif()
 END
   touch "$1/OnlyTestsNeedThisConfig.cmake"
@@ -383,7 +387,7 @@ case_tests_are_run_without_the_long_ones_unless_asked_for() {
   expect_status 0
   grep -q '100% tests passed, 0 tests failed out of 3' out || fail "not three tests"
   call env EVENSTEP_LONG=1 c/test.sh
-  grep -q '100% tests passed, 0 tests failed out of 4' out || fail "not four tests"
+  grep -q '100% tests passed, 0 tests failed out of 7' out || fail "not seven tests"
   call c/test.sh -R short
   grep -q '100% tests passed, 0 tests failed out of 1' out || fail "arguments do not reach ctest"
 }
@@ -431,6 +435,8 @@ case_the_check_counts_tests_and_scenarios() {
   expect_status 0
   # Tests: 4 (the long one too), 2 under asan-ubsan, 1 under tsan; 2 runs in each of 7 stages.
   [[ $(tail -1 out) == '21 passed, 0 failed' ]] || fail "not 7 tests and 14 runs"
+  grep -qE '^ +[0-9]+ s  scenarios: all, catalogue' out || fail "no seconds of a stage"
+  grep -qE '^ +[0-9.]+ s  tsan, clock: breakable$' out || fail "no slowest tests"
   grep -q '^dpkg-query .* oclgrind' calls || fail "the packages of .ci/packages.txt are not asked for"
 }
 case_the_check_counts_what_failed() {
