@@ -11,7 +11,7 @@ tables=("$@")
 if (($# == 0)); then tables=(scheduler paths sizing solver features figure-1); fi
 
 build=$(build_folder)
-is_configured || configure
+is_configured || configure release --fresh
 out=$build/bench/results
 mkdir -p -- "$out"
 export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl-cache}
