@@ -145,7 +145,7 @@ std::optional<ExpectationResult> Shrink::judged(const std::vector<Perturbation>&
   const std::vector<SegmentTiming> timing = shape_.build(perturbations, segments);
   if (timing.empty()) return std::nullopt;
   const std::string trace = (scratch_.path / "timing.csv").string();
-  write_text(trace, internal::timing_csv_of(timing));
+  write_text(trace, format_timing_csv(timing));
   Value document = document_;
   internal::set_timing(document, trace, duration_of(timing));
   return judged_document(document);
@@ -220,7 +220,7 @@ void Shrink::write(const ExpectationResult& before) {
   document.table.push_back({"because", {}, internal::text_value(because, {})});
   std::string toml = fmt::format("# {}\n", because);
   for (const Perturbation& perturbation : kept_) toml += fmt::format("#   {}\n", text(perturbation));
-  files.emplace_back(stem + ".csv", internal::timing_csv_of(timing));
+  files.emplace_back(stem + ".csv", format_timing_csv(timing));
   files.emplace_back(stem + ".toml", toml + internal::print_toml(document));
   fs::create_directories(options_.folder);
   for (const auto& [file, content] : files) write_text((fs::path(options_.folder) / file).string(), content);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "evenstep/text/csv_rows.h"
 #include "evenstep/text/text_file.h"
@@ -12,6 +13,7 @@ namespace {
 
 using internal::CsvRows;
 
+constexpr std::string_view kHeader = "segment,kind,index,begin_ns,end_ns";
 enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
 constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit of every time a user gives
 constexpr std::string_view kTooLong = "the recording is longer than 1e6 s; are these nanoseconds?";
@@ -176,7 +178,7 @@ void read(CsvRows rows, const std::string& name, bool steps_too, TimingCsv& out)
     rows.header(kStepsHeader);
     read_steps(rows, out.segments);
   } else {
-    if (!rows.header("segment,kind,index,begin_ns,end_ns")) return;
+    if (!rows.header(kHeader)) return;
     State state{out.segments};
     Row row;
     while (rows.next()) {
@@ -206,5 +208,32 @@ TimingCsv parse_timing_csv(const std::string& text, const std::string& name) { r
 TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) { return parse(text, name, true); }
 TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
 TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
+
+std::string format_timing_csv(const std::vector<SegmentTiming>& segments) {
+  std::string csv = fmt::format("{}\n", kHeader);
+  const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end) {
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}\n", segment, kind, index, begin.ns, end.ns);
+  };
+  for (const SegmentTiming& segment : segments) {
+    RealTime busy = segment.begin;
+    const auto show = [&] {
+      row(segment.index, "visualization", 0, segment.visualization->begin, segment.visualization->end);
+      busy = std::max(busy, segment.visualization->end);
+    };
+    bool shown = !segment.visualization;
+    for (std::size_t i = 0; i < segment.steps.size(); ++i) {
+      const Interval& step = segment.steps[i];
+      if (!shown && segment.visualization->begin <= step.begin) {
+        show();
+        shown = true;
+      }
+      row(segment.index, "step", i, step.begin, step.end);
+      busy = std::max(busy, step.end);
+    }
+    if (!shown) show();
+    if (busy < segment.end) row(segment.index, "idle", 0, busy, segment.end);
+  }
+  return csv;
+}
 
 }  // namespace evenstep

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 #include "src/json_members.h"
 
 namespace evenstep {

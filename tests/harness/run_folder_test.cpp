@@ -8,6 +8,8 @@
 #include <fstream>
 #include <set>
 
+#include "evenstep/harness/recorded_timing.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -57,6 +59,19 @@ TEST_CASE("a run of ten seconds and more shows its error over time; one that kee
   CHECK(names.count("error-over-time.svg") == 1);
   CHECK(names.count("series.csv") == 1);
   CHECK(names.count("events.bin") == 0);
+}
+
+TEST_CASE("the timing of a record has its steps in their segments and keeps the idle rest") {
+  StrategyRecord strategy;
+  strategy.segments = {{4, {0}, {100}, {{RealTime{0}, RealTime{30}}}},
+                       {5, {100}, {200}, {{RealTime{180}, RealTime{200}}}},
+                       {6, {200}, {210}, std::nullopt}};
+  strategy.steps = {{4, {30}, {50}, {}, {}}, {4, {55}, {90}, {}, {}}, {5, {110}, {180}, {}, {}}};
+  CHECK(format_timing_csv(recorded_timing(strategy)) ==
+        "segment,kind,index,begin_ns,end_ns\n"
+        "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n4,idle,0,90,100\n"
+        "5,step,0,110,180\n5,visualization,0,180,200\n"
+        "6,idle,0,200,210\n");
 }
 
 TEST_CASE("a folder that is not a run folder is left alone") {

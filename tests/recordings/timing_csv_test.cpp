@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <random>
 
 #include "evenstep/text/csv_rows.h"
 #include "support.h"
@@ -37,6 +38,52 @@ TEST_CASE("A recording is shifted to begin at 0, keeps its gaps, and idle rows o
   CHECK_FALSE(csv.segments[1].visualization);
   CHECK(csv.segments[1].begin.ns == 300);
   CHECK(csv.segments[1].steps.size() == 2);
+}
+
+TEST_CASE("Written, a segment is its visualization and steps by time and its idle rest") {
+  SegmentTiming first, second, third;
+  first = {4, {0}, Interval{{0}, {30}}, {{{30}, {50}}, {{55}, {90}}}, {100}};
+  second = {5, {100}, Interval{{180}, {200}}, {{{110}, {180}}}, {200}};
+  third = {6, {200}, std::nullopt, {}, {210}};
+  CHECK(format_timing_csv({first, second, third}) == kHeader +
+                                                         "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n"
+                                                         "4,idle,0,90,100\n"
+                                                         "5,step,0,110,180\n5,visualization,0,180,200\n"
+                                                         "6,idle,0,200,210\n");
+  CHECK(format_timing_csv({}) == kHeader);
+}
+
+TEST_CASE("What is written reads back: a thousand drawn recordings, visualizations beside the steps or between them") {
+  std::mt19937_64 random(1);
+  const auto up_to = [&](std::uint64_t most) { return static_cast<std::int64_t>(random() % (most + 1)); };
+  for (int round = 0; round < 1000; ++round) {
+    std::vector<SegmentTiming> written;
+    RealTime now{0};
+    for (std::int64_t k = 0; k < 1 + up_to(4); ++k) {
+      SegmentTiming segment;
+      segment.index = k;
+      segment.begin = now;
+      segment.visualization = Interval{now, now + Duration{1 + up_to(50)}};
+      if (up_to(1) == 0) now = segment.visualization->end;
+      for (std::int64_t i = up_to(5); i > 0; --i) {
+        const RealTime begin = now + Duration{up_to(3)};
+        now = begin + Duration{1 + up_to(20)};
+        segment.steps.push_back({begin, now});
+      }
+      now = segment.end = std::max(now, segment.visualization->end) + Duration{up_to(10)};
+      written.push_back(segment);
+    }
+    const TimingCsv csv = parse_timing_csv(format_timing_csv(written), "x.csv");
+    REQUIRE(csv.errors.empty());
+    REQUIRE(csv.segments.size() == written.size());
+    for (std::size_t k = 0; k < written.size(); ++k) {
+      const SegmentTiming &a = written[k], &b = csv.segments[k];
+      CHECK((a.begin == b.begin && a.end == b.end));
+      CHECK((a.visualization->begin == b.visualization->begin && a.visualization->end == b.visualization->end));
+      CHECK(std::equal(a.steps.begin(), a.steps.end(), b.steps.begin(), b.steps.end(),
+                       [](const Interval& x, const Interval& y) { return x.begin == y.begin && x.end == y.end; }));
+    }
+  }
 }
 
 TEST_CASE("A visualization may overlap the steps of its own and of the next segment") {

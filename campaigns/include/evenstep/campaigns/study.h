@@ -11,7 +11,7 @@
 
 #include "evenstep/text/quantity.h"
 #include "evenstep/format/scenario.h"
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 
 namespace evenstep {
 

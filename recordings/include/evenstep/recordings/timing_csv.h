@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/text/diagnostic.h"
 #include "evenstep/scheduler/step_timing.h"
+#include "evenstep/text/diagnostic.h"
 
 namespace evenstep {
 
@@ -17,6 +17,9 @@ struct TimingCsv {
 };
 TimingCsv read_timing_csv(const std::string& path);
 TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
+
+/// Pieces of a segment in order of their begin, its idle rest last. Reading it gives the segments again, from 0 on.
+std::string format_timing_csv(const std::vector<SegmentTiming>& segments);
 
 /// The same, or a bare list of steps with the header `begin_ns,end_ns`, which are one segment. Steps do not overlap.
 TimingCsv read_timing_or_steps(const std::string& path);

@@ -18,8 +18,6 @@ std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>
 std::string series_csv(const RunRecord& run);
 /// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, warm-up included.
 std::string underruns_csv(const RunRecord& run);
-/// segment,kind,index,begin_ns,end_ns: what the first strategy that is not `ideal` really ran; a scenario can replay it.
-std::string timing_csv(const StrategyRecord& strategy);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 
