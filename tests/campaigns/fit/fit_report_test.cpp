@@ -9,6 +9,7 @@
 
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/reports/json.h"
 
 using namespace evenstep;
 using Catch::Contains;
@@ -180,10 +181,17 @@ TEST_CASE("the comparison is the same on every call, and more seeds keep the fir
   CHECK(few.shuffled[0].whole != few.shuffled[1].whole);
 }
 
-TEST_CASE("a file name with quotes stays a string in the JSON") {
-  const auto segments = play({.step = Duration{1 * ms}, .visualization_variation = 0.2}, 64);
-  const TimingFit fit = fit_timing(segments);
-  CHECK_THAT(fit_json(fit, compare(fit, segments, 1), "a\"b\\c.csv"), Contains("\"file\":\"a\\\"b\\\\c.csv\""));
+TEST_CASE("the JSON is JSON, and a file name comes back from it whole, whatever is in it") {
+  for (const ProgrammedTiming& schedule : schedules()) {
+    const auto segments = play(schedule, 64);
+    const TimingFit fit = fit_timing(segments);
+    for (const std::string name : {"a\"b\\c.csv", "line\nbreak\x01\x1f tab\t.csv", "\xC2\xB5m \xE6\x97\xA5.csv"}) {
+      const Json json = Json::parse(fit_json(fit, compare(fit, segments, 1), name));
+      CHECK(json.at("file") == name);
+      CHECK(json.at("segments") == 64);
+      CHECK(json.at("latency").at("model").size() == 1);
+    }
+  }
 }
 
 TEST_CASE("each recording that is shipped is fitted, and its table read") {
