@@ -23,11 +23,13 @@ std::string verdict_table(const std::vector<ExpectationResult>& results, bool co
 
 // events.bin (docs/metrics.md): magic "EVSTEP01", per strategy its name, event names and rows; little endian.
 std::vector<std::byte> events_bin(const RunRecord& run);
-struct EventFile { std::vector<StrategyRecord> strategies; /* name, event_names, events, trace_hash only */ };
+/// Of each record: name, event_names, events and trace_hash only.
+using EventFile = std::vector<StrategyRecord>;
 /// Throws std::runtime_error naming the byte offset of what is wrong (untrusted input: sizes are checked first).
 EventFile read_events_bin(const std::vector<std::byte>& bytes);
 struct Difference { std::string strategy; std::int64_t index = -1; std::string text; };
-/// The first differing event (binary search over the chained hash), or nullopt when equal. Strategies are matched by name.
-std::optional<Difference> first_difference(const EventFile& a, const EventFile& b);
+/// The first differing event (binary search over the chained hash), or nullopt when equal. Strategies are matched by name. Of
+/// runs, or of what has been read of their files.
+std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b);
 
 }  // namespace evenstep
