@@ -89,8 +89,12 @@ void TimingShape::set_nominal(const Scenario& scenario) {
     gaps.insert(gaps.end(), one.gaps.begin(), one.gaps.end());
     counts.push_back(one.steps.size());
   }
-  nominal_ = {median(visualizations), median(visualization_gaps), median(steps), median(gaps), median(counts),
-              median(before)};
+  nominal_ = {.visualization = median(visualizations),
+              .visualization_gap = median(visualization_gaps),
+              .step = median(steps),
+              .gap = median(gaps),
+              .count = median(counts),
+              .steps_before = median(before)};
   if (!scenario.timing.trace.empty()) return;
   nominal_.visualization = scenario.timing.programmed.visualization.ns;
   nominal_.step = scenario.nominal.step_run_time.ns;

@@ -46,7 +46,10 @@ SizeWindows windows_of(std::vector<Duration> latencies) {
     const double n = static_cast<double>(latencies.size());
     return latencies[static_cast<std::size_t>(std::max(std::ceil(share * n) - 1, 0.0))];
   };
-  return {rank(0.5), rank(0.99), latencies.back(), static_cast<std::int64_t>(latencies.size())};
+  return {.p50 = rank(0.5),
+          .p99 = rank(0.99),
+          .most = latencies.back(),
+          .count = static_cast<std::int64_t>(latencies.size())};
 }
 
 /// A least latency without the sampling term, and its culprit.

@@ -72,7 +72,8 @@ SweepPoint point_of(std::int64_t index, const RunOutcome& outcome) {
   point.trace_hash = outcome.record.trace_hash;
   point.failure = outcome.failure;
   for (const ExpectationResult& result : outcome.results) {
-    point.expect.push_back({result.value, result.min, result.max, verdict_of(result.verdict)});
+    point.expect.push_back(
+        {.value = result.value, .min = result.min, .max = result.max, .verdict = verdict_of(result.verdict)});
     if (point.failure.empty()) point.failure = result.detail;
   }
   return point;

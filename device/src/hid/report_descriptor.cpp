@@ -110,7 +110,7 @@ ParsedDescriptor Parser::parse() {
 
 std::optional<DescriptorError> Parser::fetch(Item& item) {
   const auto prefix = std::to_integer<unsigned>(bytes_[at_]);
-  item = {at_, prefix >> 2 & 3, prefix >> 4, (prefix & 3) == 3 ? 4 : prefix & 3, 0};
+  item = {.offset = at_, .type = prefix >> 2 & 3, .tag = prefix >> 4, .size = (prefix & 3) == 3 ? 4 : prefix & 3};
   if (item.tag == kLongTag)
     return DescriptorError{at_, fmt::format("long item ({:02X}): only short items are supported", prefix)};
   ++at_;
