@@ -151,6 +151,6 @@ TEST_CASE("a strategy that only one run has, and a hash that differs behind equa
   CHECK_THAT(first_difference(one, both)->text, Catch::Contains("only B has"));
   CHECK(first_difference(one, both)->index == -1);
   EventFile other = one;
-  other.strategies[0].trace_hash ^= 1;
+  other[0].trace_hash ^= 1;
   CHECK_THAT(first_difference(one, other)->text, Catch::Contains("trace hash"));
 }
