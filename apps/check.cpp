@@ -157,12 +157,11 @@ ExitCode check(const std::vector<std::string>& paths, const std::vector<std::str
   ExitCode code = ExitCode::pass;
   for (const std::string& file : *files) {
     const ReadResult read = read_scenario(file, {set, std::nullopt});
-    std::vector<Diagnostic> errors = read.errors;
-    if (read.scenario) errors = check_expectations(*read.scenario);
-    if (errors.empty() && read.scenario->sweep) errors = check_sweep(file, set);
+    std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
+    if (errors.empty() && read->sweep) errors = check_sweep(file, set);
     if (errors.empty()) {
       try {
-        explain(*read.scenario);
+        explain(*read);
         continue;
       } catch (const SolverError& error) {
         errors.push_back({file, 0, 0, std::string(error.what()) + "; " + error.remedy()});

@@ -73,11 +73,11 @@ std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport
     }
     return std::make_unique<ReferenceDriver>(transport);
   }
-  const ParsedDescriptor parsed = parse_report_descriptor(transport.report_descriptor());
-  if (parsed.error) throw refuse(fmt::format("byte {} of its report descriptor: {}", parsed.error->offset, parsed.error->message));
-  PidLayoutOrMissing found = pid_layout(parsed.value);
-  if (!found.layout) throw refuse(fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(found.missing, ", ")));
-  auto driver = std::make_unique<PidDriver>(transport, std::move(*found.layout), device.pid->options);
+  const auto parsed = parse_report_descriptor(transport.report_descriptor());
+  if (!parsed) throw refuse(fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message));
+  auto layout = pid_layout(*parsed);
+  if (!layout) throw refuse(fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(layout.error(), ", ")));
+  auto driver = std::make_unique<PidDriver>(transport, *std::move(layout), device.pid->options);
   if (driver->is_read_only()) return std::make_unique<internal::ReadOnlyDevice>(std::move(driver));
   return driver;
 }

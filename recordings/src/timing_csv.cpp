@@ -142,11 +142,6 @@ void shift_to_zero(std::vector<SegmentTiming>& segments) {
   }
 }
 
-void finish(TimingCsv& out, const std::string& name) {
-  if (out.segments.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
-  if (out.errors.empty()) shift_to_zero(out.segments);
-}
-
 constexpr std::string_view kStepsHeader = "begin_ns,end_ns";
 
 bool read_step(CsvRows& rows, Row& row) {
@@ -172,34 +167,40 @@ void read_steps(CsvRows& rows, std::vector<SegmentTiming>& segments) {
   }
 }
 
-/// `rows` writes its errors to `out`.
-void read(CsvRows rows, const std::string& name, bool steps_too, TimingCsv& out) {
+void read_rows(CsvRows& rows, bool steps_too, std::vector<SegmentTiming>& segments) {
   if (steps_too && rows.begins_with(kStepsHeader)) {
     rows.header(kStepsHeader);
-    read_steps(rows, out.segments);
-  } else {
-    if (!rows.header(kHeader)) return;
-    State state{out.segments};
-    Row row;
-    while (rows.next()) {
-      if (read_row(rows, row)) add_row(rows, row, state);
-    }
+    return read_steps(rows, segments);
   }
-  finish(out, name);
+  if (!rows.header(kHeader)) return;
+  State state{segments};
+  Row row;
+  while (rows.next()) {
+    if (read_row(rows, row)) add_row(rows, row, state);
+  }
+}
+
+/// `errors`: where `rows` writes them.
+TimingCsv read(CsvRows rows, const std::string& name, bool steps_too, std::vector<Diagnostic>& errors) {
+  std::vector<SegmentTiming> segments;
+  read_rows(rows, steps_too, segments);
+  if (segments.empty() && errors.empty()) errors.push_back({name, 1, 1, "no rows"});
+  if (!errors.empty()) return Failure(std::move(errors));
+  shift_to_zero(segments);
+  return segments;
 }
 
 TimingCsv parse(const std::string& text, const std::string& name, bool steps_too) {
-  TimingCsv out;
-  read(CsvRows(text, name, out.errors), name, steps_too, out);
-  return out;
+  std::vector<Diagnostic> errors;
+  return read(CsvRows(text, name, errors), name, steps_too, errors);
 }
 
 TimingCsv read_file(const std::string& path, bool steps_too) {
-  TimingCsv out;
+  std::vector<Diagnostic> errors;
   internal::TextPieces pieces(path, internal::kMostCsvBytes);
-  read(CsvRows([&] { return pieces.next(); }, path, out.errors), path, steps_too, out);
-  if (!pieces.error().empty()) return {{}, {{path, 0, 0, pieces.error()}}};
-  return out;
+  TimingCsv csv = read(CsvRows([&] { return pieces.next(); }, path, errors), path, steps_too, errors);
+  if (!pieces.error().empty()) return Failure(std::vector<Diagnostic>{{path, 0, 0, pieces.error()}});
+  return csv;
 }
 
 }  // namespace

@@ -148,8 +148,8 @@ TEST_CASE("A scenario with every key of its kind spelled out at its default is t
           spelled("remap.filter", "butterworth", "");
   const ReadResult full = test::read_text(text);
   INFO(text << test::errors_of(full));
-  REQUIRE(full.scenario);
-  CHECK(test::describe(*full.scenario) == test::describe(*plain.scenario));
+  REQUIRE(full);
+  CHECK(test::describe(*full) == test::describe(*plain));
 }
 
 TEST_CASE("The document holds exactly the keys and units of the tables") {

@@ -101,10 +101,10 @@ TEST_CASE("the timing of a run replays to the same steps") {
          "[scene]\nsolver = \"cpu-double\"\nkind = \"spring\"\nstiffness = \"200 N/m\"\nstep_size = \"450 Hz\"\n"
          "[[device]]\nname = \"left\"\nrate = \"1 kHz\"\nmotion = { kind = \"still\" }\n";
   const ReadResult again = read_scenario((temporary.path / "again.toml").string());
-  for (const Diagnostic& error : again.errors) UNSCOPED_INFO(text(error));
-  REQUIRE(again.scenario);
+  for (const Diagnostic& error : again.error_or({})) UNSCOPED_INFO(text(error));
+  REQUIRE(again);
   const auto& first = outcome.record.strategies[0].steps;
-  const RunRecord replayed_run = run_all(*again.scenario);
+  const RunRecord replayed_run = run_all(*again);
   const auto& second = replayed_run.strategies[0].steps;
   REQUIRE(second.size() + 1 >= first.size());  // the trace ends with the last step: its completion is not before the end
   for (std::size_t n = 0; n < second.size(); ++n) {

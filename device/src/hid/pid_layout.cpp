@@ -299,9 +299,9 @@ std::array<std::optional<PidPosition>, pid::kAxes> positions_of(const ReportDesc
 
 }  // namespace
 
-PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor) {
-  PidLayoutOrMissing result;
-  Requirements needs(result.missing);
+Result<PidLayout, std::vector<std::string>> pid_layout(const ReportDescriptor& descriptor) {
+  std::vector<std::string> missing;
+  Requirements needs(missing);
   PidLayout layout;
   layout.position = positions_of(descriptor);
   for (const HidReport& report : descriptor.reports) {
@@ -318,8 +318,8 @@ PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor) {
   layout.block_load = block_load_of(descriptor);
   layout.pool = pool_of(descriptor);
   layout.state = state_of(descriptor);
-  if (result.missing.empty()) result.layout = std::move(layout);
-  return result;
+  if (!missing.empty()) return Failure(std::move(missing));
+  return layout;
 }
 
 bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_t wanted) {

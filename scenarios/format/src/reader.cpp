@@ -161,10 +161,10 @@ ReadResult read_document(Value document, const std::string& path) {
   const Check check(document, errors);
   ScenarioReading reading{document, check, errors, scenario};
   read_sections(reading);
-  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  if (errors.any()) return Failure(errors.sorted(path));
   make_paths_absolute(document);
   scenario.resolved_toml = print_toml(document);
-  return {std::move(scenario), {}};
+  return scenario;
 }
 
 }  // namespace internal
@@ -173,7 +173,7 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   using namespace internal;
   Errors errors;
   Value document = load_with_overrides(path, options, errors);
-  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  if (errors.any()) return Failure(errors.sorted(path));
   return read_document(std::move(document), path);
 }
 

@@ -31,7 +31,7 @@ struct StudyGoal {
   double most = 0;  ///< SI, or a share
   bool is_share = true;
 };
-Parsed<StudyGoal> parse_goal(std::string_view text);
+Result<StudyGoal> parse_goal(std::string_view text);
 
 /// The cheapest cell (median CPU time) that meets the goal, and whether it keeps real time here.
 struct StudyAdvice {

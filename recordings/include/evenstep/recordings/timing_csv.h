@@ -8,13 +8,12 @@
 
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/text/diagnostic.h"
+#include "evenstep/time/result.h"
 
 namespace evenstep {
 
-struct TimingCsv {
-  std::vector<SegmentTiming> segments;     ///< times shifted so that the first begins at 0
-  std::vector<Diagnostic> errors;
-};
+/// Times are shifted so that the first segment begins at 0.
+using TimingCsv = Result<std::vector<SegmentTiming>, std::vector<Diagnostic>>;
 TimingCsv read_timing_csv(const std::string& path);
 TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
 
