@@ -99,7 +99,7 @@ bool read_segment(const Table& timing, Shares& shares, Errors& errors) {
                fmt::format("'segment': \"{}\" is out of range; it must be between 10 us and 9 s", text));
     return false;
   }
-  shares.segment = rate.ok() ? rate.value : reduced_rate(kNsPerSecond, length.ns);
+  shares.segment = rate ? *rate : reduced_rate(kNsPerSecond, length.ns);
   return true;
 }
 
