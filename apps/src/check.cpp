@@ -146,12 +146,11 @@ ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool
   ExitCode code = ExitCode::pass;
   for (const std::string& file : *files) {
     const ReadResult read = read_scenario(file, {arguments.set, std::nullopt});
-    std::vector<Diagnostic> errors = read.errors;
-    if (read.scenario) errors = check_expectations(*read.scenario);
-    if (errors.empty() && read.scenario->sweep) errors = check_sweep(file, arguments.set);
+    std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
+    if (errors.empty() && read->sweep) errors = check_sweep(file, arguments.set);
     if (errors.empty()) {
       try {
-        explain(*read.scenario);
+        explain(*read);
         continue;
       } catch (const SolverError& error) {
         errors.push_back({file, 0, 0, std::string(error.what()) + "; " + error.remedy()});

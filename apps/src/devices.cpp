@@ -42,13 +42,13 @@ Ability ability_of(const HidListing& listing) {
   const HidDeviceInfo& info = listing.info;
   if (info.vendor_id == reference_device::kVendorId && info.product_id == reference_device::kProductId)
     return {"reference", "reads 3 positions, renders 3 forces (reference device)"};
-  const ParsedDescriptor parsed = parse_report_descriptor(listing.report_descriptor);
-  if (parsed.error) return {"none", fmt::format("byte {} of its report descriptor: {}", parsed.error->offset, parsed.error->message)};
-  const PidLayoutOrMissing found = pid_layout(parsed.value);
-  if (found.layout) return {"pid", pid_ability(*found.layout)};
-  const auto is_of_pid = [&](const HidField& field) { return parsed.value.enclosing(field, 1) >> 16 == 0x0F || field.usages[0] >> 16 == 0x0F; };
-  if (std::none_of(parsed.value.fields.begin(), parsed.value.fields.end(), is_of_pid)) return {"none", "not a force-feedback device"};
-  return {"none", fmt::format("force feedback of the PID class, but without {}", fmt::join(found.missing, ", "))};
+  const auto parsed = parse_report_descriptor(listing.report_descriptor);
+  if (!parsed) return {"none", fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message)};
+  const auto layout = pid_layout(*parsed);
+  if (layout) return {"pid", pid_ability(*layout)};
+  const auto is_of_pid = [&](const HidField& field) { return parsed->enclosing(field, 1) >> 16 == 0x0F || field.usages[0] >> 16 == 0x0F; };
+  if (std::none_of(parsed->fields.begin(), parsed->fields.end(), is_of_pid)) return {"none", "not a force-feedback device"};
+  return {"none", fmt::format("force feedback of the PID class, but without {}", fmt::join(layout.error(), ", "))};
 }
 
 void print_listing(const HidListing& listing) {

@@ -16,17 +16,17 @@ struct FitArguments {
 ExitCode fit(const FitArguments& arguments, const std::atomic<bool>&) {
   const std::string& file = arguments.file;
   const TimingCsv csv = read_timing_csv(file);
-  if (!csv.errors.empty()) {
-    print(csv.errors);
+  if (!csv) {
+    print(csv.error());
     return ExitCode::usage;
   }
-  const std::string objection = fit_objection(csv.segments);
+  const std::string objection = fit_objection(*csv);
   if (!objection.empty()) {
     print({{file, 0, 0, objection}});
     return ExitCode::usage;
   }
-  const TimingFit fitted = fit_timing(csv.segments);
-  const FitComparison comparison = compare(fitted, csv.segments);
+  const TimingFit fitted = fit_timing(*csv);
+  const FitComparison comparison = compare(fitted, *csv);
   fmt::print("{}", arguments.json ? fit_json(fitted, comparison, file) : fit_toml(fitted, comparison, file));
   return ExitCode::pass;
 }

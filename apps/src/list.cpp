@@ -23,11 +23,11 @@ ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
   ExitCode code = ExitCode::pass;
   for (const std::string& file : *files) {
     const ReadResult read = read_scenario(file);
-    if (read.scenario)
-      fmt::print("{:<48} {}\n", file, read.scenario->name);
+    if (read)
+      fmt::print("{:<48} {}\n", file, read->name);
     else
       code = ExitCode::usage;
-    print(read.errors);
+    print(read.error_or({}));
   }
   if (!files->empty()) fmt::print("\n");
   fmt::print("strategies ");

@@ -161,11 +161,11 @@ void warn_of_devices(const LiveDeviceOptions& options) {
 std::optional<ExitCode> run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
                                 const std::atomic<bool>& interrupted) {
   const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
-  if (!read.scenario) {
-    print(read.errors);
+  if (!read) {
+    print(read.error());
     return ExitCode::usage;
   }
-  const Scenario& scenario = *read.scenario;
+  const Scenario& scenario = *read;
   if (leave_out(scenario, arguments)) {
     spdlog::info("{}: left out, it carries the tag \"long\"; --long runs it", file);
     return std::nullopt;

@@ -18,19 +18,19 @@ struct SizeArguments {
 
 /// A period or a rate; empty on an error, which is then printed.
 std::optional<Rate> sampling_rate(const std::string& text) {
-  const Parsed<Rate> rate = parse_rate(text);
-  if (rate.ok()) return rate.value;
-  const Parsed<Duration> period = parse_duration(text);
-  if (period.ok() && period.value.ns > 0 && period.value.ns <= 1'000'000'000) return Rate{1'000'000'000, period.value.ns};
+  const Result<Rate> rate = parse_rate(text);
+  if (rate) return *rate;
+  const Result<Duration> period = parse_duration(text);
+  if (period && period->ns > 0 && period->ns <= 1'000'000'000) return Rate{1'000'000'000, period->ns};
   print({{"--sampling", 0, 0, fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text)}});
   return std::nullopt;
 }
 
 /// Between 0 and 1; empty on an error, which is then printed.
 std::optional<double> share(const std::string& option, const std::string& text) {
-  const Parsed<double> parsed = parse_si(text, Dimension::ratio);
-  if (parsed.ok() && parsed.value > 0 && parsed.value < 1) return parsed.value;
-  print({{option, 0, 0, parsed.ok() ? fmt::format("\"{}\" must be above 0 % and below 100 %", text) : parsed.error}});
+  const Result<double> parsed = parse_si(text, Dimension::ratio);
+  if (parsed && *parsed > 0 && *parsed < 1) return *parsed;
+  print({{option, 0, 0, parsed ? fmt::format("\"{}\" must be above 0 % and below 100 %", text) : parsed.error()}});
   return std::nullopt;
 }
 
@@ -57,12 +57,12 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   }
   if (arguments.emission == "linear") options.emission = Emission::linear;
   if (!arguments.damping.empty()) {
-    const Parsed<double> damping = parse_si(arguments.damping, Dimension::damping);
-    if (!damping.ok() || damping.value <= 0) {
-      print({{"--damping", 0, 0, damping.ok() ? "must be above 0 N s/m" : damping.error}});
+    const Result<double> damping = parse_si(arguments.damping, Dimension::damping);
+    if (!damping || *damping <= 0) {
+      print({{"--damping", 0, 0, damping ? "must be above 0 N s/m" : damping.error()}});
       return std::nullopt;
     }
-    options.damping_N_s_per_m = damping.value;
+    options.damping_N_s_per_m = *damping;
   }
   if (!read_rate(arguments, options)) return std::nullopt;
   return options;
@@ -76,8 +76,8 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options) {
   if (!arguments.sampling.empty() || !arguments.emission.empty())
     return {{}, {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
-  if (!read.scenario) return {{}, read.errors};
-  return size_scenario(*read.scenario, options);
+  if (!read) return {{}, read.error()};
+  return size_scenario(*read, options);
 }
 
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {

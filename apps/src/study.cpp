@@ -91,19 +91,19 @@ ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scena
 ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted) {
   std::optional<StudyGoal> goal;
   if (!arguments.advise.empty()) {
-    const Parsed<StudyGoal> parsed = parse_goal(arguments.advise);
-    if (!parsed.ok()) {
-      spdlog::error("--advise: error: {}", parsed.error);
+    const Result<StudyGoal> parsed = parse_goal(arguments.advise);
+    if (!parsed) {
+      spdlog::error("--advise: error: {}", parsed.error());
       return ExitCode::usage;
     }
-    goal = parsed.value;
+    goal = *parsed;
   }
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
-  std::vector<Diagnostic> errors = read.errors;
-  const bool limits = read.scenario && read.scenario->study.stiffness_limit;
+  std::vector<Diagnostic> errors = read.error_or({});
+  const bool limits = read && read->study.stiffness_limit;
   if (limits && goal) {
     errors.push_back({arguments.file, 0, 0, "--advise picks among steps, and [study] stiffness_limit compares none; leave one out"});
-  } else if (read.scenario && !limits && !std::holds_alternative<TissueScene>(read.scenario->scene.body)) {
+  } else if (read && !limits && !std::holds_alternative<TissueScene>(read->scene.body)) {
     errors.push_back({arguments.file, 0, 0, "only a tissue has steps to compare; a study needs kind = \"tissue\" or, with a hand "
                                             "that feels the force, [study] stiffness_limit = { from = \"20 N/m\", to = \"30000 N/m\" }"});
   }
@@ -112,8 +112,8 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
     return ExitCode::usage;
   }
   try {
-    if (limits) return stiffness_limits(arguments, *read.scenario, interrupted);
-    return study_scenario(arguments, *read.scenario, goal, interrupted);
+    if (limits) return stiffness_limits(arguments, *read, interrupted);
+    return study_scenario(arguments, *read, goal, interrupted);
   } catch (const RunFailure& failure) {
     spdlog::error("{}: error: {}; {}", arguments.file, failure.what(), failure.remedy);
     return ExitCode::run_failed;

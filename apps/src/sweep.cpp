@@ -62,12 +62,12 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
   options.folder = folder_for(arguments);
   options.interrupted = &interrupted;
   if (!arguments.shard.empty()) {
-    const Parsed<SweepShard> shard = parse_shard(arguments.shard, [](const char* name) { return std::getenv(name); });
-    if (!shard.ok()) {
-      print({{"--shard", 0, 0, shard.error}});
+    const Result<SweepShard> shard = parse_shard(arguments.shard, [](const char* name) { return std::getenv(name); });
+    if (!shard) {
+      print({{"--shard", 0, 0, shard.error()}});
       return ExitCode::usage;
     }
-    options.shard = shard.value;
+    options.shard = *shard;
   }
   SweepOutcome outcome;
   {

@@ -45,7 +45,5 @@ class TimingShape {
   std::vector<Perturbation> perturbations_;
 };
 
-/// As harness/timing_csv.h reads it.
-std::string timing_csv_of(const std::vector<SegmentTiming>& segments);
 
 }  // namespace evenstep::internal

@@ -46,7 +46,10 @@ SizeWindows windows_of(std::vector<Duration> latencies) {
     const double n = static_cast<double>(latencies.size());
     return latencies[static_cast<std::size_t>(std::max(std::ceil(share * n) - 1, 0.0))];
   };
-  return {rank(0.5), rank(0.99), latencies.back(), static_cast<std::int64_t>(latencies.size())};
+  return {.p50 = rank(0.5),
+          .p99 = rank(0.99),
+          .most = latencies.back(),
+          .count = static_cast<std::int64_t>(latencies.size())};
 }
 
 /// A least latency without the sampling term, and its culprit.
@@ -376,11 +379,11 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
 
 SizeResult size_recording(const std::string& path, const SizeOptions& options) {
   TimingCsv csv = read_timing_or_steps(path);
-  if (!csv.errors.empty()) return {{}, std::move(csv.errors)};
+  if (!csv) return {{}, csv.error()};
   const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
-  if (std::none_of(csv.segments.begin(), csv.segments.end(), has_steps))
+  if (std::none_of(csv->begin(), csv->end(), has_steps))
     return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
-  return {size_segments(std::move(csv.segments), path, options), {}};
+  return {size_segments(*std::move(csv), path, options), {}};
 }
 
 }  // namespace evenstep

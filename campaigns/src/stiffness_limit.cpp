@@ -118,8 +118,13 @@ class Search {
 
 StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control) {
   const StiffnessSearch& search = *scenario.study.stiffness_limit;
-  StiffnessLimits study{scenario.name, scenario.file, kVersion, search.from_N_per_m, search.to_N_per_m,
-                        scenario.seed, search.seeds, {}, false};
+  StiffnessLimits study{.scenario = scenario.name,
+                        .file = scenario.file,
+                        .version = kVersion,
+                        .from_N_per_m = search.from_N_per_m,
+                        .to_N_per_m = search.to_N_per_m,
+                        .seed = scenario.seed,
+                        .seeds = search.seeds};
   std::vector<std::optional<StiffnessLimit>> limits(scenario.strategies.size());
   parallel_for(limits.size(), 0, [&](std::size_t i) {
     const StiffnessLimit limit = Search(scenario, control, scenario.strategies[i]).run(search.from_N_per_m, search.to_N_per_m);

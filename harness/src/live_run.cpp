@@ -6,6 +6,7 @@
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/loop/recorder.h"
+#include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/scheduler/live_lanes.h"
 
@@ -75,23 +76,16 @@ void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::si
   if (launched > finished && !segments.empty()) segments.back().steps.push_back({last_launch, std::max(end, last_launch)});
 }
 
-/// The schedule as it ran, from the record: what replay and shadows play.
+/// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
 std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::vector<Event>& events, RealTime end) {
-  std::vector<SegmentTiming> segments;
-  std::size_t n = 0;
-  for (const SegmentRow& row : record.segments) {
-    SegmentTiming segment{row.index, row.begin, std::nullopt, {}, row.begin};
-    for (; n < record.steps.size() && record.steps[n].segment == row.index; ++n) {
-      segment.steps.push_back({record.steps[n].begin, record.steps[n].end});
-    }
-    if (row.visualization) {
-      const Duration length = (*row.visualization)[1] - (*row.visualization)[0];
-      RealTime begin = row.begin;
-      if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
-        begin = segment.steps.back().end;  // steps first
-      segment.visualization = Interval{begin, begin + length};
-    }
-    segments.push_back(std::move(segment));
+  std::vector<SegmentTiming> segments = recorded_timing(record);
+  for (SegmentTiming& segment : segments) {
+    if (!segment.visualization) continue;
+    const Duration length = segment.visualization->end - segment.visualization->begin;
+    RealTime begin = segment.begin;
+    if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
+      begin = segment.steps.back().end;  // steps first
+    segment.visualization = Interval{begin, begin + length};
   }
   add_unfinished_step(events, end, record.steps.size(), segments);
   for (SegmentTiming& segment : segments) {

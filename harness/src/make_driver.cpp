@@ -31,8 +31,12 @@ DeviceError not_registered(const Foreign& part) {
 }
 
 SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
-  SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay, device.name,
-                                 device.faults};
+  SimulatedDeviceOptions options{.rate = device.rate,
+                                 .first_tick = RealTime{device.phase.ns},
+                                 .queue = device.queue,
+                                 .force_delay = device.force_delay,
+                                 .name = device.name,
+                                 .faults = device.faults};
   if (device.unplug)
     options.unplug_at_tick = first_tick_at_or_after(device.rate, RealTime{device.unplug->ns}, options.first_tick);
   return options;
@@ -70,13 +74,13 @@ std::unique_ptr<SimulatedDevice> simulated(const PidSpec& spec, const DeviceSpec
 }
 
 std::unique_ptr<HapticDevice> driver(const PidSpec& spec, HidTransport& transport) {
-  const ParsedDescriptor parsed = parse_report_descriptor(transport.report_descriptor());
-  if (parsed.error)
-    throw refusal(transport, fmt::format("byte {} of its report descriptor: {}", parsed.error->offset, parsed.error->message));
-  PidLayoutOrMissing found = pid_layout(parsed.value);
-  if (!found.layout)
-    throw refusal(transport, fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(found.missing, ", ")));
-  auto pid = std::make_unique<PidDriver>(transport, std::move(*found.layout), spec.options);
+  const auto parsed = parse_report_descriptor(transport.report_descriptor());
+  if (!parsed)
+    throw refusal(transport, fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message));
+  auto layout = pid_layout(*parsed);
+  if (!layout)
+    throw refusal(transport, fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(layout.error(), ", ")));
+  auto pid = std::make_unique<PidDriver>(transport, *std::move(layout), spec.options);
   if (pid->is_read_only()) return std::make_unique<ReadOnlyDevice>(std::move(pid));
   return pid;
 }

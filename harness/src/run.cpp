@@ -125,10 +125,7 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   if (interrupted) return;
   const StrategyRecord twin = replay(scenario, *live, recording, options.control);
   if (twin.trace_hash == recording.record.trace_hash) return;
-  RunRecord a = run, b = run;
-  a.strategies = {recording.record};
-  b.strategies = {twin};
-  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  const auto found = first_difference({recording.record}, {twin});
   difference = found ? "the recorded run and its virtual twin differ: " + found->text : "hashes differ, events do not";
 }
 
@@ -148,7 +145,7 @@ void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& ru
 
 std::string compare(const RunRecord& a, const RunRecord& b) {
   if (a.trace_hash == b.trace_hash) return {};
-  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  const auto found = first_difference(a.strategies, b.strategies);
   return found ? found->text : "the hashes differ but no event does";
 }
 

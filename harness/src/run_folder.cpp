@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/writers.h"
 
@@ -52,7 +54,7 @@ std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& out
   }
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.reference) continue;
-    files.push_back({"timing.csv", timing_csv(strategy)});
+    files.push_back({"timing.csv", format_timing_csv(recorded_timing(strategy))});
     break;
   }
   for (const Nominal::Device& device : run.nominal.devices) {

@@ -10,7 +10,7 @@
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "strategies.h"
-#include "undelayed.h"
+#include "undelayed_solver.h"
 
 namespace evenstep {
 namespace {

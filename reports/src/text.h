@@ -14,10 +14,6 @@ namespace evenstep::internal {
 char32_t take_code_point(std::string_view& text);
 void append_utf8(std::string& out, char32_t c);
 
-/// With its quotes. Control characters as \u00XX.
-std::string json_string(std::string_view text);
-/// Shortest text that reads back to the same double; null where JSON has no number for it.
-std::string json_number(double value);
 /// For text and attributes of XML 1.0: characters that it does not allow are left out, line breaks in attributes kept.
 std::string xml_escape(std::string_view text);
 /// A field of RFC 4180, quoted where it has to be.

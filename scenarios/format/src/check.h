@@ -56,9 +56,9 @@ class Table {
   double number(std::string_view key) const;
   double si(std::string_view key) const;
   glm::dvec3 vector(std::string_view key) const;
-  Rate rate(std::string_view key) const { return parse_rate(text(key)).value; }
+  Rate rate(std::string_view key) const { return *parse_rate(text(key)); }
   /// Of kDuration.
-  Duration duration(std::string_view key) const { return parse_duration(text(key)).value; }
+  Duration duration(std::string_view key) const { return *parse_duration(text(key)); }
   /// Of kSpan; adds an error where the nominal unit makes it too long. Nominal times unknown: [timing] has its error
   /// already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;

@@ -89,7 +89,7 @@ std::string signal_error(std::string_view signal, const Names& names) {
 
 Limit read_limit(const Table& expect, std::string_view key) {
   const Value value = expect.at(key);
-  if (value.is(Value::Kind::text)) return parse_limit(value.text).value;
+  if (value.is(Value::Kind::text)) return *parse_limit(value.text);
   return {expect.number(key), ""};
 }
 
@@ -100,9 +100,9 @@ bool contradict(const Limit& min, const Limit& max, const NominalUnits& nominal)
   const Unit* max_unit = find_unit(max.unit);
   if (min_unit == nullptr || max_unit == nullptr || min_unit->dimension != max_unit->dimension) return false;
   const std::string_view base = info(min_unit->dimension).base;
-  const Parsed<double> min_factor = unit_factor(min.unit, base, 0, nominal),
+  const Result<double> min_factor = unit_factor(min.unit, base, 0, nominal),
                        max_factor = unit_factor(max.unit, base, 0, nominal);
-  return min_factor.ok() && max_factor.ok() && min.number * min_factor.value > max.number * max_factor.value;
+  return min_factor && max_factor && min.number * *min_factor > max.number * *max_factor;
 }
 
 void read_limits(const Table& expect, Expectation& expectation, const NominalUnits& nominal, Errors& errors) {
@@ -149,9 +149,10 @@ void read_confidence(ScenarioReading& reading, const Table& expect, Expectation&
   if (reading.scenario.remap.latency.kind == Budget::Kind::adaptive)
     return errors.add(place, "'confidence' judges a latency that stays as it is, and [remap] latency is \"adaptive\"; judge "
                              "the underruns of this run without it, or give a duration");
-  const Parsed<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
-  const double most = expectation.max->number * unit.value;
-  if (unit.ok() && (most <= 0 || most >= 1))
+  const Result<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
+  if (!unit) return errors.add(expect.place("max"), fmt::format("'max': {}", unit.error()));
+  const double most = expectation.max->number * *unit;
+  if (most <= 0 || most >= 1)
     errors.add(expect.place("max"), "'max': no number of seeds shows a rate of 0, and any shows 1; write one between");
 }
 

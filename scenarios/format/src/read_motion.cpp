@@ -18,14 +18,14 @@ constexpr std::string_view kPaths = "still|constant-velocity|sine|ramp-stop|stic
 RecordedMotion read_recorded(const Table& motion, Errors& errors) {
   const Value path = motion.at("file");
   MotionCsv csv = read_motion_csv(path_from(path));
-  for (const Diagnostic& error : csv.errors) {
+  for (const Diagnostic& error : csv.error_or({})) {
     if (error.line == 0) {
       errors.add(path.place, fmt::format("'file': '{}' {}", error.file, error.message));
     } else {
       errors.add({error.file, error.line, error.column}, error.message);
     }
   }
-  return std::move(csv.motion);
+  return std::move(csv).value_or({});
 }
 
 Motion read_stick_slip(const ScenarioReading& reading, const Table& motion) {

@@ -199,8 +199,8 @@ void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
 Rate read_step_rate(const Table& scene, Rate filled) {
   const std::string text = scene.text("step_size");
   if (text == "fill") return filled;
-  const Parsed<Rate> rate = parse_rate(text);
-  return rate.ok() ? rate.value : reduced_rate(1'000'000'000, parse_duration(text).value.ns);
+  const Result<Rate> rate = parse_rate(text);
+  return rate ? *rate : reduced_rate(1'000'000'000, parse_duration(text)->ns);
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ std::vector<std::string> names_of(const Table& study, std::string_view key, Erro
 }
 
 Rate step_rate_of(const std::string& text) {
-  const Parsed<Rate> rate = parse_rate(text);
-  return rate.ok() ? rate.value : reduced_rate(1'000'000'000, parse_duration(text).value.ns);
+  const Result<Rate> rate = parse_rate(text);
+  return rate ? *rate : reduced_rate(1'000'000'000, parse_duration(text)->ns);
 }
 
 /// Steps of the scene that the study's duration holds.

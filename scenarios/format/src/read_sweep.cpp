@@ -84,9 +84,9 @@ std::optional<Measure> measure_of(const Value& value) {
   if (value.is(Value::Kind::integer)) return Measure{static_cast<double>(value.integer), "", true};
   if (value.is(Value::Kind::number)) return Measure{value.number, "", false};
   if (!value.is(Value::Kind::text)) return std::nullopt;
-  const Parsed<Limit> limit = parse_limit(value.text);
-  if (!limit.ok()) return std::nullopt;
-  return Measure{limit.value.number, limit.value.unit, false};
+  const Result<Limit> limit = parse_limit(value.text);
+  if (!limit) return std::nullopt;
+  return Measure{limit->number, limit->unit, false};
 }
 
 /// In a common unit; nullopt where there is none ("8 segments" and "1 ms").

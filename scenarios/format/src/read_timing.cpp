@@ -47,21 +47,21 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
   TimingSpec& spec = reading.scenario.timing;
   spec.trace_file = path_from(path);
   TimingCsv csv = read_timing_csv(spec.trace_file);
-  for (const Diagnostic& error : csv.errors) {
+  for (const Diagnostic& error : csv.error_or({})) {
     if (error.line == 0) {
       reading.errors.add(path.place, fmt::format("'trace': '{}' {}", error.file, error.message));
     } else {
       reading.errors.add({error.file, error.line, error.column}, error.message);
     }
   }
-  if (!csv.errors.empty()) return;
+  if (!csv) return;
   const bool any_step =
-      std::any_of(csv.segments.begin(), csv.segments.end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
-  if (!any_step || csv.segments.back().end.ns <= 0) {
+      std::any_of(csv->begin(), csv->end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
+  if (!any_step || csv->back().end.ns <= 0) {
     reading.errors.add(path.place, fmt::format("'trace': '{}' holds no step, so there is nothing to run", spec.trace_file));
     return;
   }
-  spec.trace = std::move(csv.segments);
+  spec.trace = *std::move(csv);
   set_nominal_of_trace(reading.scenario);
 }
 
@@ -93,14 +93,14 @@ Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& er
 /// False with an error where there is no segment to speak of.
 bool read_segment(const Table& timing, Shares& shares, Errors& errors) {
   const std::string text = timing.text("segment");
-  const Parsed<Rate> rate = parse_rate(text);
-  const Duration length = rate.ok() ? Duration{instant_ns(rate.value, 1)} : parse_duration(text).value;
+  const Result<Rate> rate = parse_rate(text);
+  const Duration length = rate ? Duration{instant_ns(*rate, 1)} : *parse_duration(text);
   if (length < kShortestSegment || length > kLongestSegment) {
     errors.add(timing.place("segment"),
                fmt::format("'segment': \"{}\" is out of range; it must be between 10 us and 9 s", text));
     return false;
   }
-  shares.segment = rate.ok() ? rate.value : reduced_rate(kNsPerSecond, length.ns);
+  shares.segment = rate ? *rate : reduced_rate(kNsPerSecond, length.ns);
   return true;
 }
 

@@ -120,10 +120,10 @@ ReadResult read_document(Value document, const std::string& path, const std::vec
   ScenarioReading reading{document, check, errors, scenario};
   read_sections(reading);
   refuse_unregistered(scenario, registered, errors);
-  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  if (errors.any()) return Failure(errors.sorted(path));
   make_paths_absolute(document);
   scenario.resolved_toml = print_toml(document);
-  return {std::move(scenario), {}};
+  return scenario;
 }
 
 }  // namespace internal
@@ -132,7 +132,7 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   using namespace internal;
   Errors errors;
   Value document = load_with_overrides(path, options, errors);
-  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  if (errors.any()) return Failure(errors.sorted(path));
   return read_document(std::move(document), path, options.registered);
 }
 

@@ -28,7 +28,7 @@ struct SizeResult {
 /// The timing of the scenario, with its devices and its map parameters. Latencies and policies it asks for do not matter.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 
-/// A recording: timing.csv (harness/timing_csv.h), or a list of steps with the header begin_ns,end_ns. Segments are those of
+/// A recording: timing.csv (recordings/timing_csv.h), or a list of steps with the header begin_ns,end_ns. Segments are those of
 /// the file; where it has no visualizations and one segment only, those of the cycle found in it; where there is no cycle
 /// either, every step is a segment, which leaves the loop of `phase_locked` and no use for `paper`.
 SizeResult size_recording(const std::string& path, const SizeOptions& options);

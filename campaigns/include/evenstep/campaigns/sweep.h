@@ -21,7 +21,7 @@ struct SweepShard {
 };
 /// "2/5"; or "auto": what a batch system says of itself (Slurm arrays and tasks, Open MPI, PMI, GitLab's parallel jobs,
 /// Google Test's variables), which is an error where nobody says anything. `variable`: reads the environment.
-Parsed<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
+Result<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
 
 struct SweepOptions {
   std::vector<std::string> set;

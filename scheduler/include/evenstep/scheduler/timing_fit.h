@@ -2,7 +2,7 @@
 /// From a recording to a programmed timing: each part of ProgrammedTiming estimated by itself, with what it rests on.
 /// The estimates are robust (medians, trimmed means), because a recording holds a cold start and an unfinished last segment;
 /// that last one is left out. What a model cannot say is lost: whether that matters is for the caller to compare
-/// (harness/fit_report.h does, by the latency both need).
+/// (campaigns/fit_report.h does, by the latency both need).
 
 #include <span>
 #include <string>

@@ -6,15 +6,12 @@
 #include <string>
 #include <string_view>
 
+#include "evenstep/time/result.h"
+
 namespace evenstep::internal {
 
-struct TextFile {
-  std::string text;
-  std::string error;  ///< empty: ok
-};
-
 /// Errors: not there (with the folder that is missing, if that is why), a directory, larger than `most_bytes`, unreadable.
-TextFile read_text_file(const std::string& path, std::int64_t most_bytes);
+Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes);
 
 /// The same in pieces of whole lines, one at a time: a recording of ten million rows need not be in memory.
 class TextPieces {

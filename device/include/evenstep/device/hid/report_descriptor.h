@@ -24,6 +24,8 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/time/result.h"
+
 namespace evenstep {
 
 enum class ReportType : std::uint8_t { input, output, feature };
@@ -120,12 +122,7 @@ struct DescriptorError {
   std::string message;
 };
 
-struct ParsedDescriptor {
-  ReportDescriptor value;  ///< empty where there is an error
-  std::optional<DescriptorError> error;
-};
-
-ParsedDescriptor parse_report_descriptor(std::span<const std::byte> bytes);
+Result<ReportDescriptor, DescriptorError> parse_report_descriptor(std::span<const std::byte> bytes);
 
 /// Element `index` of a report as a transport gives it. None: no such element, an element of 0 or of more than 32 bits, or a
 /// report too short to hold it. The value may be outside the logical range: the device said so.

@@ -21,6 +21,7 @@
 #include "evenstep/sim/scene.h"
 #include "evenstep/text/diagnostic.h"
 #include "evenstep/text/quantity.h"
+#include "evenstep/time/result.h"
 
 namespace evenstep {
 
@@ -240,10 +241,8 @@ struct ReadOptions {
   std::optional<std::uint64_t> seed;
   std::vector<std::string> registered = {};     ///< names of foreign parts; a scenario with another one is an error
 };
-struct ReadResult {
-  std::optional<Scenario> scenario;             ///< none if there are errors
-  std::vector<Diagnostic> errors;               ///< all of them, by position
-};
+/// Or all its errors, by position.
+using ReadResult = Result<Scenario, std::vector<Diagnostic>>;
 ReadResult read_scenario(const std::string& path, const ReadOptions& options = {});
 /// JSON Schema (draft-04) generated from the field table.
 std::string scenario_schema();

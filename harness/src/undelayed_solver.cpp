@@ -1,4 +1,4 @@
-#include "undelayed.h"
+#include "undelayed_solver.h"
 
 #include <algorithm>
 #include <array>
