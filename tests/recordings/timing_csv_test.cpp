@@ -154,7 +154,7 @@ TEST_CASE("A wrong column gives 20 errors, not one for each of a million rows") 
   CHECK(parse_timing_csv(rows, "x.csv").error_or({}).size() == internal::kMostCsvErrors);
 }
 
-TEST_CASE("Ten million rows are read and one more is refused", "[long]") {
+TEST_CASE("Ten million rows are read and one more is refused", "[million]") {
   std::string rows = kHeader;
   const std::string row = "0,idle,0,0,1\n";
   rows.reserve(rows.size() + row.size() * (internal::kMostCsvRows + 1));
