@@ -130,6 +130,25 @@ TEST_CASE("the least latency of a gated schedule lets no force be late at this p
   }
 }
 
+TEST_CASE("the any-phase latency of a gated schedule is what its worst phase needs, to the nanosecond") {
+  for (const int percent : {1, 10}) {
+    Scenario gated = read("paper/figure-1-spring-hold.toml",
+                          with(with(jitter(percent), kGate), {"run.strategies=[\"phase_locked\"]", "run.duration=\"0.5 s\""}));
+    const StrategyPlan any = plan(gated).front();
+    // The worst phase has a tick 1 ns before what some step reads, which then waits for the next. Each step's in turn.
+    const std::vector<MappedStep> steps = any.sizing.steps;
+    REQUIRE(steps.size() > 100);
+    Duration largest;
+    for (const MappedStep& step : steps) {
+      const std::int64_t period_ns = 1'000'000, before_read_ns = step.slot.ns - any.lead.ns - 1;
+      gated.devices[0].phase = {((before_read_ns % period_ns) + period_ns) % period_ns};
+      largest = std::max(largest, plan(gated).front().sizing.this_phase.latency);
+    }
+    INFO(percent << " %");
+    CHECK(any.latency == largest);
+  }
+}
+
 TEST_CASE("on the line that a hand moves on, extrapolation replaces every missing sample exactly") {
   // Lead 0: periodic timing at phase 0 misses samples in every segment. Clamped, the newest sample is used.
   const std::vector<std::string> base{"remap.lead=\"0 ms\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};

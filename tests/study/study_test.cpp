@@ -2,6 +2,7 @@
 #include <cmath>
 #include <set>
 
+#include "evenstep/clock/wall_clock.h"
 #include "evenstep/sim/stability.h"
 #include "study_scenes.h"
 
@@ -156,4 +157,23 @@ TEST_CASE("A spring is refused") {
   const ReadResult spring = read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring.toml");
   REQUIRE(spring.scenario);
   CHECK_THROWS_WITH(run_study(*spring.scenario), Contains("kind = \"tissue\""));
+}
+
+TEST_CASE("The costs of a study are no more than the processor time that it took, the rest before the motion counted too") {
+  // The longest step, which no explicit method takes, makes the rest as long as the motion; many iterations make a cell's
+  // repeat longer than the time for which short ones are repeated, and dear beside the reference.
+  const Scenario block = small_study({"scene.lattice=[6, 6, 6]", "study.duration=\"64 ms\"", "study.repeats=10",
+                                      "study.solvers=[\"cpu-double\"]", "study.methods=[\"implicit-euler\", \"rk4\"]",
+                                      "study.iterations=[200]", "study.step_sizes=[\"64 ms\", \"1 ms\"]"});
+  const double began_s = process_cpu_seconds();
+  const StudyRecord study = run_study(block);
+  const double took_s = process_cpu_seconds() - began_s;
+  CHECK(study.rest_s == Approx(0.064));
+  CHECK(study.duration_s == Approx(0.064));
+  double told_s = 0;
+  for (const StudyCell& cell : study.cells) {
+    if (cell.state == State::measured) told_s += cell.cpu.min * cell.repeats * (study.rest_s + study.duration_s);
+  }
+  CHECK(told_s > 0);
+  CHECK(told_s <= took_s);
 }
