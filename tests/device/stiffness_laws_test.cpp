@@ -95,7 +95,7 @@ TEST_CASE("without a latency there is no alpha* and nothing to round up") {
   CHECK(automatic_alpha({0.5e-3 + 1e-9, 1e-3, 0}, std::nullopt) == 4);
 }
 
-TEST_CASE("an automatic alpha is 1 where the plant's damping carries more than 1.6 times the overshoot's limit: at 3 N s/m") {
+TEST_CASE("an automatic alpha is 1 above 3 N s/m, where the damping carries 1.6 times what the overshoot does") {
   // The damping where both are equal: 1.6 K_overshoot h / 2 at the reference timing and 0.2 kg. From what was measured at 2 and
   // 5 N s/m (above), on straight lines, the better of the two alphas changes at 3.2 N s/m.
   const double alpha = automatic_alpha(reference(), std::nullopt);
