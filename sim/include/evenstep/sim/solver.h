@@ -86,6 +86,8 @@ struct SolverInfo {
 };
 
 enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
+/// The word that [expect_stop] reason has for it: "unstable-step", "bad-input"; "solver" for all that no scenario expects.
+const char* name_of(SolverFault fault);
 
 /// Message and remedy, e.g. "no OpenCL platform" / "install pocl-opencl-icd".
 class SolverError : public std::runtime_error {
