@@ -184,3 +184,40 @@ TEST_CASE("of a tissue the search makes springs, regions and tools stiffer toget
     }
   }
 }
+
+TEST_CASE("of two hands the search must find the limit of the one that shakes first, whichever it is") {
+  const auto limit = [](const std::vector<double>& dampings) {
+    std::string devices;
+    for (std::size_t i = 0; i < dampings.size(); ++i)
+      devices += fmt::format("{}{{ name = \"d{}\", rate = \"1 kHz\", motion = {{ kind = \"hand\", mass = \"0.2 kg\", damping = \"{} N s/m\", "
+                             "offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }} }}", i == 0 ? "" : ", ", i, dampings[i]);
+    Scenario scenario = read("closed-loop/price-remap.toml",
+                             {"device=[" + devices + "]", "run.strategies=[\"phase_locked\"]", "run.duration=\"4 s\"", "expect=[]"});
+    scenario.study.stiffness_limit = StiffnessSearch{20, 1000, 1};
+    return run_stiffness_limits(scenario).limits.at(0).stable_N_per_m;
+  };
+  const double soft = limit({1}), firm = limit({3});
+  CHECK(firm > 2 * soft);  // the law: in proportion to the damping
+  CHECK(limit({1, 3}) == soft);
+  CHECK(limit({3, 1}) == soft);
+}
+
+TEST_CASE("with several seeds the largest stable stiffness is that of the worst timing among them") {
+  const auto search = [](std::uint64_t seed, int seeds) {
+    Scenario scenario = read("closed-loop/price-remap.toml",
+                             {fmt::format("run.seed={}", seed), "run.strategies=[\"direct\"]", "run.duration=\"4 s\"", "expect=[]",
+                              "timing.jitter={ visualization = \"lognormal 20 %\", step = \"lognormal 20 %\" }"});
+    scenario.study.stiffness_limit = StiffnessSearch{20, 1000, seeds};
+    return run_stiffness_limits(scenario).limits.at(0).stable_N_per_m;
+  };
+  // Of one seed, of the first two, of three; each alone as well.
+  double least = 1e9, most = 0;
+  for (int seeds = 1; seeds <= 3; ++seeds) {
+    const double alone = search(static_cast<std::uint64_t>(10 + seeds - 1), 1);
+    least = std::min(least, alone);
+    most = std::max(most, alone);
+    INFO(seeds << " seeds");
+    CHECK(search(10, seeds) <= 1.01 * least);
+  }
+  CHECK(most > 1.02 * least);  // or every seed is alike
+}
