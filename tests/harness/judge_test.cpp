@@ -138,3 +138,16 @@ TEST_CASE("an expectation that judged no sample is an error, never a pass") {
   CHECK(outcome.exit == ExitCode::usage);
   CHECK(outcome.results.at(0).verdict == ExpectationResult::Verdict::error);
 }
+
+TEST_CASE("a rate of underruns over no segment is an error, never a pass") {
+  const RunOutcome outcome = run_scenario(
+      read("paper/figure-1-spring-hold.toml",
+           {"run.duration=\"0.7 s\"", "run.warmup=\"0.6999 s\"", "run.strategies=[\"phase_locked\"]", "remap.latency=\"60 ms\"",
+            "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }",
+            "expect=[{ signal = \"left.buffers.phase_locked\", metric = \"underrun_rate\", max = \"2 %\", confidence = \"95 %\" }]"}),
+      {});
+  REQUIRE(outcome.results.size() == 1);
+  CHECK(outcome.results[0].verdict == ExpectationResult::Verdict::error);
+  CHECK_THAT(outcome.results[0].detail, Catch::Contains("no segment is judged"));
+  CHECK(outcome.exit == ExitCode::usage);
+}

@@ -275,3 +275,43 @@ TEST_CASE("variable steps keep simulation time beside real time") {
   // Against that time the hand moves evenly; what is left is the age of the newest sample, below 1 ms.
   CHECK(metric(outcome, "left.interaction.variable_step", "deviation_max") <= 0.1 * 1e-3);
 }
+
+TEST_CASE("a lead that is given moves the least latency with it, nanosecond by nanosecond") {
+  const std::vector<std::string> hold{"run.duration=\"1 s\"", "expect=[]", "run.strategies=[\"paper\", \"phase_locked\"]"};
+  const std::vector<StrategyPlan> least = plan(read("paper/figure-1-spring-hold.toml", with(hold, jitter(10))));
+  const std::vector<StrategyPlan> given =
+      plan(read("paper/figure-1-spring-hold.toml", with(with(hold, jitter(10)), {"remap.lead=\"3.000001 ms\""})));
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(given[i].lead == Duration{3'000'001});
+    CHECK(given[i].lead != least[i].lead);
+    CHECK(given[i].latency - given[i].lead == least[i].latency - least[i].lead);
+  }
+}
+
+TEST_CASE("one device that interpolates makes the latency of all of them that of interpolation") {
+  const auto latency = [](const std::string& left, const std::string& right) {
+    const auto device = [](const std::string& name, const std::string& emission) {
+      return "{ name = \"" + name + "\", rate = \"1 kHz\", motion = { kind = \"still\" }, render = { kind = \"force\", emission = \"" + emission + "\" } }";
+    };
+    return plan(read(kSpring, {"device=[" + device("left", left) + ", " + device("right", right) + "]", "expect=[]",
+                               "run.strategies=[\"phase_locked\"]"})).front().latency;
+  };
+  CHECK(latency("hold", "linear") == latency("linear", "linear"));
+  CHECK(latency("linear", "hold") == latency("linear", "linear"));
+  CHECK(latency("hold", "hold") < latency("linear", "linear"));  // by a slot
+}
+
+TEST_CASE("a segment that a gate pushed back ends as much later as it began, in the record too") {
+  const Scenario scenario = read(kSpring, with(with(jitter(10), {"run.duration=\"5 s\"", "run.strategies=[\"phase_locked\"]"}), kGate));
+  const RunRecord run = run_all(scenario);
+  const StrategyRecord& record = strategy(run, "phase_locked");
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  SegmentTiming programmed;
+  std::int64_t pushed = 0;
+  for (const SegmentRow& row : record.segments) {
+    REQUIRE(timing->next(programmed));
+    REQUIRE(row.end - row.begin == programmed.end - programmed.begin);
+    pushed += row.begin > programmed.begin;
+  }
+  CHECK(pushed > 50);  // or nobody was pushed back
+}

@@ -221,6 +221,28 @@ TEST_CASE("a step that begins on a tick answers that tick's sample, and the mean
   CHECK(loop.scheduled_s == Approx(age_s / static_cast<double>(played) + 0.5e-3 + 0.5e-3).epsilon(5e-3));  // ticks, not time
 }
 
+TEST_CASE("a device's own delay is in its loop, beside the schedule's") {
+  const Scenario late = read("paper/figure-1-spring.toml", {"device.left.delay=\"2.5 ms\""}), prompt = read("paper/figure-1-spring.toml");
+  const StrategyPlan remap = plan(late).back();
+  CHECK(loop_delays(late, remap, late.devices[0]).device_s == Approx(2.5e-3));
+  CHECK(loop_delays(prompt, remap, prompt.devices[0]).device_s == 0);
+  CHECK(loop_record(late, remap, late.devices[0]).delay_s == Approx(loop_record(prompt, remap, prompt.devices[0]).delay_s + 2.5e-3));
+}
+
+TEST_CASE("a model that is stiffer than its tissue swings faster with the tissue's mass: by the root of its factor") {
+  const Scenario scenario = read("closed-loop/slow-tissue-smith.toml");
+  const auto mode = [&](double factor) {
+    RenderSpec render = scenario.devices[0].render;
+    render.factor = factor;
+    return *smith_mode(scenario.scene, render);
+  };
+  for (const double factor : {0.8, 1.1, 2.0}) {
+    CHECK(mode(factor).mass_kg == Approx(mode(1).mass_kg).epsilon(1e-14));
+    CHECK(mode(factor).damping_N_s_per_m == Approx(mode(1).damping_N_s_per_m).epsilon(1e-14));
+    CHECK(mode(factor).contact_N_per_m == Approx(factor * mode(1).contact_N_per_m).epsilon(1e-14));
+  }
+}
+
 TEST_CASE("an automatic alpha is what makes up for the strategy's own latency, rounded up") {
   const Scenario scenario = read("paper/figure-1-spring.toml", {"device.left.render={ kind = \"local\", alpha = \"auto\" }"});
   for (const StrategyPlan& plan : plan(scenario)) {

@@ -2,17 +2,14 @@
 # mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a time,
 # builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if one
 # survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
+# mutation_check.sh SOURCE_DIR --texts : builds nothing; only whether each mutation still matches the source, in seconds.
 # MUTATION=PATTERN: only those whose names match (such as 'judge-*'). JOBS=N: so many at a time (default: one per core).
 #
 # Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept: what is built once is not
 # built again, and a later run writes only files that differ from the source's.
 set -uo pipefail
 source_dir=$(readlink -f "$1")
-mkdir -p "$2" || exit 2
-work=$(readlink -f "$2")
-configure=("${@:3}")
 list=$source_dir/tests/mutation/mutations.txt
-rm -rf "$work/verdicts" && mkdir "$work/verdicts" || exit 2
 
 # copy_tree TREE : it becomes the source's again. What differs is written anew, and so is built anew.
 copy_tree() {
@@ -41,7 +38,9 @@ replace() {
 value() { sed -n "s/^$2: //p" <<<"$1" | tail -1; }
 
 build_test() { ninja -C build -j "$build_jobs" "test_$1" >build.log 2>&1; }
-run_test() { POCL_CACHE_DIR=$PWD/build/pocl-cache timeout 300 build/tests/*/"test_$1" --abort "$2" >test.log 2>&1; }
+run_test() {
+  POCL_CACHE_DIR=$PWD/build/pocl-cache timeout 300 "$(find build/tests -name "test_$1" -type f)" --abort "$2" >test.log 2>&1
+}
 
 # apply BLOCK : changes the copy; the files that it names are in `changed`
 apply() {
@@ -109,6 +108,25 @@ while IFS= read -r line || [[ -n $line ]]; do
 done <"$list"
 total=${#names[@]}
 ((total > 0)) || { echo "no mutation is called ${MUTATION:-anything}"; exit 2; }
+
+if [[ $2 == --texts ]]; then
+  status=0
+  cd "$source_dir" && copy=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-mutation-XXXXXX") || exit 2
+  trap 'rm -rf "$copy"' EXIT
+  for i in "${!names[@]}"; do
+    (
+      changed=()
+      mapfile -t files < <(sed -n 's/^file: //p' <<<"${blocks[i]}" | sort -u)
+      cp --parents -- "${files[@]}" "$copy" && cd "$copy" && apply "${blocks[i]}"
+    ) || { echo "ERROR ${names[i]}"; status=1; }
+  done
+  echo "$total mutations"
+  exit $status
+fi
+mkdir -p "$2" || exit 2
+work=$(readlink -f "$2")
+configure=("${@:3}")
+rm -rf "$work/verdicts" && mkdir "$work/verdicts" || exit 2
 
 # Neighbours in the list share a test program, so each job takes a run of the list.
 jobs=${JOBS:-$(nproc)}

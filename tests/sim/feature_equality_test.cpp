@@ -78,6 +78,18 @@ TEST_CASE("Probes: velocity Verlet with any features has the same bits on cpu fl
   require_equal_combinations(Method::velocity_verlet, CouplingKind::probe);
 }
 
+TEST_CASE("The particles' state is equal on cpu float and OpenCL after every step, odd or even", "[features]") {
+  const Scene scene = scene_of(featured_block({false, false, true, false, CouplingKind::spring}), 1e-3);
+  const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
+  for (int n = 0; n < 7; ++n) {
+    REQUIRE(same_bits(step(*cpu, 2, wandering_tools(3 * n)), step(*opencl, 2, wandering_tools(3 * n))));
+    const ParticleState a = cpu->particle_state(), b = opencl->particle_state();
+    INFO("step " << n);
+    REQUIRE(a.displacement_m == b.displacement_m);
+    REQUIRE(a.velocity_m_per_s == b.velocity_m_per_s);
+  }
+}
+
 TEST_CASE("With every feature no work-group size, no changing step and no divergence makes OpenCL differ from cpu float",
           "[features][equality][sweep]") {
   for (const Method method : {Method::symplectic_euler, Method::velocity_verlet, Method::implicit_euler}) {

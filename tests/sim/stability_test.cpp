@@ -250,3 +250,19 @@ TEST_CASE("Two probes that press on one particle count together: auto keeps it s
     CHECK(largest_m(*solver) < 1e-5);  // within a few of the first deflection, which an energy kept up to 1 % allows
   }
 }
+
+TEST_CASE("A coupling's damper is shared by the particles that it holds, and so is what it takes from the limit", "[stability]") {
+  // Held free particles far apart in stiffness: k so soft that only the coupling counts. n particles share k and c, so the limit
+  // of each is that of one particle with k / n and c / n.
+  for (const int n : {1, 2, 4}) {
+    TissueScene row;
+    row.lattice = {n, 1, 1};
+    row.particle_count = n;
+    row.fixed = FixedFaces::none();
+    row.particle_mass_kg = 1e-3;
+    row.stiffness_N_per_m = 1e-9;
+    row.tools = {{glm::dvec3(0), 1, CouplingKind::spring, 80, 2}};
+    CHECK(step_limit(row).step_s ==
+          Approx(largest_stable_step_s(Method::symplectic_euler, 80.0 / n / 1e-3, 2.0 / n / 1e-3)).epsilon(1e-6));
+  }
+}

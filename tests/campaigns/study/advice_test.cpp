@@ -77,6 +77,15 @@ TEST_CASE("A cell keeps real time only if the slowest of its repeats does") {
   CHECK_THAT(on_time.text, Contains("keeps real time here, 1.04 times over"));
 }
 
+TEST_CASE("The cheapest is so by the median of its repeats, not by a slow one") {
+  StudyRecord study = record();
+  study.cells.resize(2);
+  for (StudyCell& each : study.cells) each.error[StudyQuantity::force] = 0.005;
+  study.cells[0].cpu = {0.1, 0.2, 0.9};
+  study.cells[1].cpu = {0.25, 0.3, 0.4};
+  CHECK(advice_for(study, "1 % force").cell == &study.cells[0]);
+}
+
 TEST_CASE("Where nothing meets the error the advice names the least, and below the reference's floor it does not guess") {
   const StudyRecord study = record();
   const StudyAdvice none = advice_for(study, "2e-8 % force");
