@@ -288,6 +288,15 @@ TEST_CASE("a lead that is given moves the least latency with it, nanosecond by n
   }
 }
 
+TEST_CASE("the ideal twin plays its forces as long after their reads as the latency is, however many wait") {
+  const RunOutcome outcome = run_scenario(
+      read(kSpring, {"remap.latency=\"60 ms\"", "run.strategies=[\"ideal\", \"phase_locked\"]", "run.duration=\"2 s\"", "expect=[]"}), {});
+  // 27 forces wait. On a line the force is the undelayed one of 60 ms ago: 200 N/m, 0.1 m/s.
+  CHECK(metric(outcome, "left.force.ideal", "error_max") == Approx(200 * 0.1 * 0.06).epsilon(1e-6));
+  CHECK(metric(outcome, "left.force.ideal", "deviation_max") <= 1e-9);
+  CHECK(metric(outcome, "left.force.ideal", "velocity_jump") <= 1e-9);
+}
+
 TEST_CASE("one device that interpolates makes the latency of all of them that of interpolation") {
   const auto latency = [](const std::string& left, const std::string& right) {
     const auto device = [](const std::string& name, const std::string& emission) {

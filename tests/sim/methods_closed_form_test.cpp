@@ -204,6 +204,39 @@ TEST_CASE("A particle on a tool's spring and damper follows each method's recurr
   }
 }
 
+TEST_CASE("A particle on a fixed one's spring and axial damper follows each implicit method's recurrence, at any step", "[methods]") {
+  const Real m = 1e-3L, k = 40, c = 0.05L;
+  for (const Method method : {Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {
+    for (const Real h : {1e-4L, 1e-3L, 2e-2L}) {
+      TissueScene pair;
+      pair.lattice = {2, 1, 1};
+      pair.particle_count = 2;
+      pair.spacing_m = 0.01;
+      pair.fixed = FixedFaces::none();
+      pair.fixed.x_min = true;
+      pair.particle_mass_kg = 1e-3;
+      pair.stiffness_N_per_m = 40;
+      pair.axial_damping_N_s_per_m = 0.05;
+      pair.method = method;
+      pair.substeps = 1;
+      pair.initial_displacement_m = {glm::dvec3(0), glm::dvec3(1e-3, 0, 0)};
+      pair.initial_velocity_m_per_s = {glm::dvec3(0), glm::dvec3(0.1, 0, 0)};
+      const auto solver = make_solver(SolverKind::cpu_double, scene_of(pair, static_cast<double>(h)));
+      Real u = 1e-3L, v = 0.1L, worst_m = 0;
+      const Real q = method == Method::implicit_midpoint ? h / 2 : h;  // where the force is taken
+      for (int n = 0; n < 100; ++n) {
+        const Real x = (v - q * k / m * u) / (1 + q * c / m + q * q * k / m);
+        u += h * x;
+        v = method == Method::implicit_midpoint ? 2 * x - v : x;
+        step(*solver, 0, {});
+        worst_m = std::max(worst_m, std::abs(solver->particle_state().displacement_m[1].x - u));
+      }
+      INFO("method " << static_cast<int>(method) << ", h " << h);
+      CHECK(worst_m < 1e-14L);  // 100 steps, each rounding the spring's vector to 1e-18 m; motions of 1 mm
+    }
+  }
+}
+
 TEST_CASE("The observed order on a chain is 4 for RK4, 2 for implicit midpoint, 1 for the implicit Euler methods",
           "[methods][sweep]") {
   struct Case {
