@@ -38,7 +38,8 @@ void for_couplings(const TissueScene& scene, const Lattice& lattice, const RestH
   }
 }
 
-/// Whether the sums of a probe that reaches so far have a particle in them: probe_sums (cpu/cell_loops.h, probe.cl), to the bit.
+/// Whether the sums of a probe that reaches so far have a particle in them: probe_sums (cpu/cell_loops.h, probe.cl), to the
+/// bit.
 template <class Real>
 bool counts(const glm::dvec3& displacement_m, const glm::dvec3& offset_m, const glm::dvec3& rest_m, const glm::dvec3& center_m,
             double reach_m) {
