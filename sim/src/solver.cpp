@@ -11,7 +11,7 @@ std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const S
     throw SolverError(SolverFault::bad_scene, std::to_string(scene.tool_count) + " tools",
                       "at most " + std::to_string(kMaxTools));
   }
-  // These are a few operations in double: they have no device, and every solver kind gives them the same bits.
+  // These scenes are a few operations in double: they need no device, and have the same bits with every kind of solver.
   if (std::holds_alternative<SpringScene>(scene.body)) return internal::make_spring_solver(scene);
   if (std::holds_alternative<WallScene>(scene.body)) return internal::make_wall_solver(scene);
   if (std::holds_alternative<ModeScene>(scene.body)) return internal::make_mode_solver(scene);
