@@ -5,9 +5,10 @@
 
 #include "commands.h"
 #include "evenstep/harness/rendering.h"
-#include "evenstep/harness/size.h"
+#include "evenstep/campaigns/size.h"
 #include "evenstep/harness/sizing.h"
-#include "evenstep/harness/sweep.h"
+#include "evenstep/harness/underrun_rate.h"
+#include "evenstep/campaigns/sweep.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 

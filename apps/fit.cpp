@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include "commands.h"
-#include "evenstep/harness/fit_report.h"
-#include "evenstep/harness/timing_csv.h"
+#include "evenstep/campaigns/fit_report.h"
+#include "evenstep/recordings/timing_csv.h"
 
 namespace evenstep::app {
 

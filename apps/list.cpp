@@ -25,7 +25,7 @@ ExitCode list(const std::vector<std::string>& paths) {
   }
   if (!files->empty()) fmt::print("\n");
   fmt::print("strategies ");
-  for (const StrategyKind kind : kAllStrategies) fmt::print(" {}", name_of(kind));
+  for (const StrategyTraits& strategy : kAllStrategies) fmt::print(" {}", strategy.name);
   fmt::print("\n");
   fmt::print("solvers     opencl cpu cpu-double\n");
   fmt::print("methods    ");

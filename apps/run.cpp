@@ -9,7 +9,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/run_folder.h"
-#include "evenstep/harness/sweep.h"
+#include "evenstep/campaigns/sweep.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/writers.h"
 #include "progress.h"

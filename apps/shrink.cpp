@@ -1,4 +1,4 @@
-#include "evenstep/harness/shrink.h"
+#include "evenstep/campaigns/shrink.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "commands.h"
-#include "evenstep/harness/size.h"
+#include "evenstep/campaigns/size.h"
 
 namespace evenstep::app {
 namespace {

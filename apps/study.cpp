@@ -1,4 +1,4 @@
-#include "evenstep/harness/study.h"
+#include "evenstep/campaigns/study.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -7,9 +7,9 @@
 #include <filesystem>
 
 #include "commands.h"
-#include "evenstep/harness/run_failure.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/harness/run_folder.h"
-#include "evenstep/harness/stiffness_limit.h"
+#include "evenstep/campaigns/stiffness_limit.h"
 #include "evenstep/harness/version.h"
 #include "progress.h"
 

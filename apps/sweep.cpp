@@ -1,4 +1,4 @@
-#include "evenstep/harness/sweep.h"
+#include "evenstep/campaigns/sweep.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>

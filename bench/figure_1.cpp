@@ -9,7 +9,7 @@
 
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/clock/wall_clock.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_lanes.h"

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "evenstep/clock/wall_clock.h"
-#include "evenstep/harness/size.h"
+#include "evenstep/campaigns/size.h"
 #include "evenstep/harness/sizing.h"
-#include "evenstep/harness/timing_csv.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/step_cycle.h"
 

@@ -8,7 +8,7 @@
 
 #include "evenstep/harness/run.h"
 #include "evenstep/reports/rate_bound.h"
-#include "underrun_rate.h"
+#include "evenstep/harness/underrun_rate.h"
 
 namespace evenstep {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/reports/case_record.h"
 #include "evenstep/reports/measures.h"
 #include "evenstep/reports/run_record.h"

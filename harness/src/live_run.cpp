@@ -4,8 +4,8 @@
 #include <string_view>
 
 #include "evenstep/clock/virtual_clock.h"
-#include "evenstep/harness/haptic_loop.h"
-#include "evenstep/harness/recorder.h"
+#include "evenstep/loop/haptic_loop.h"
+#include "evenstep/loop/recorder.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/scheduler/live_lanes.h"
 

@@ -7,8 +7,9 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <type_traits>
 #include <variant>
+
+#include "evenstep/sim/felt.h"
 
 namespace evenstep {
 namespace {
@@ -46,31 +47,9 @@ std::optional<Plant> plant_of(const DeviceSpec& device) {
   return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};
 }
 
-/// What the tool feels at rest; of a tissue nobody knows it yet.
-std::optional<double> felt_stiffness(const Scene& scene) {
-  return std::visit(
-      [](const auto& body) -> std::optional<double> {
-        using Body = std::decay_t<decltype(body)>;
-        if constexpr (std::is_same_v<Body, TissueScene>) return std::nullopt;
-        else return body.stiffness_N_per_m;
-      },
-      scene.body);
-}
-
 /// 0 where the scheduled force is played as it is.
 double alpha_or_none(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   return device.render.is_local() ? alpha_of(scenario, plan, device) : 0;
-}
-
-/// That the device can render by itself, along the axis where it is least.
-double steepest_spring(const PidOptions& pid) {
-  double least_N_per_m = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (pid.travel_m[axis] <= 0) continue;
-    const double full = pid.full_slope_N_per_m ? (*pid.full_slope_N_per_m)[axis] : *pid.full_scale_N / (pid.travel_m[axis] / 2);
-    least_N_per_m = std::min(least_N_per_m, full * pid.gain);
-  }
-  return least_N_per_m;
 }
 
 }  // namespace
@@ -83,7 +62,7 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   if (device.render.kind != RenderSpec::Kind::device_spring) return loop;
-  loop.own_N_per_m = steepest_spring(device.pid->options);
+  loop.own_N_per_m = steepest_spring_N_per_m(device.pid->options);
   loop.own_period_s = period_s(device.pid->firmware_rate);
   return loop;
 }
@@ -105,7 +84,7 @@ double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSp
 
 LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
-  LoopRecord record{loop.scheduled_s + loop.device_s, felt_stiffness(scenario.scene)};
+  LoopRecord record{loop.scheduled_s + loop.device_s, felt_stiffness_N_per_m(scenario.scene)};
   if (device.render.kind == RenderSpec::Kind::smith) return record;  // the laws are of a spring
   const double alpha = alpha_or_none(scenario, plan, device);
   LoopDelays of_host = loop;
@@ -122,32 +101,6 @@ LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const
   return record;
 }
 
-std::optional<double> stored_energy_J(const Scene& scene, const glm::dvec3& x) {
-  const auto dot = [](const glm::dvec3& a, const glm::dvec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
-  if (const auto* spring = std::get_if<SpringScene>(&scene.body)) return spring->stiffness_N_per_m * dot(x, x) / 2;
-  const auto* wall = std::get_if<WallScene>(&scene.body);
-  if (wall == nullptr) return std::nullopt;
-  const double depth_m = std::max(0.0, wall->surface_m - dot(wall->normal, x) / std::sqrt(dot(wall->normal, wall->normal)));
-  const double harder = wall->hardening_m > 0 ? 2 * depth_m / (3 * wall->hardening_m) : 0;
-  return wall->stiffness_N_per_m * depth_m * depth_m / 2 * (1 + harder);
-}
-
-std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render) {
-  TissueMode mode = render.mode;
-  if (const auto* tissue = std::get_if<ModeScene>(&scene.body)) {
-    if (!mode.frequency_Hz) mode.frequency_Hz = tissue->frequency_Hz;
-    if (!mode.damping_ratio) mode.damping_ratio = tissue->damping_ratio;
-    if (!mode.static_N_per_m) mode.static_N_per_m = tissue->stiffness_N_per_m;
-  }
-  if (!mode.frequency_Hz || !mode.damping_ratio || !mode.static_N_per_m) return std::nullopt;
-  constexpr double kPi = 3.14159265358979323846;
-  const double turn_per_s = 2 * kPi * *mode.frequency_Hz, spring_N_per_m = 2 * *mode.static_N_per_m;
-  // The mass is the tissue's own, whatever the factor.
-  const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
-  return SpringMode{spring_N_per_m * render.factor, spring_N_per_m * render.factor, mass_kg,
-                    2 * *mode.damping_ratio * mass_kg * turn_per_s};
-}
-
 std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
   const bool local = device.render.is_local();
@@ -155,7 +108,7 @@ std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, c
   std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
   if (const std::optional<double> star = alpha_star(loop); local && star)
     line += fmt::format(", alpha {:.4g} (alpha* {:.4g})", alpha, *star);
-  const double stiffness = felt_stiffness(scenario.scene).value_or(100);  // for an example
+  const double stiffness = felt_stiffness_N_per_m(scenario.scene).value_or(100);  // for an example
   line += fmt::format(", renders {:+.3g} N s/m beside {:.6g} N/m", rendered_damping(stiffness, alpha, loop), stiffness);
   if (const std::optional<Plant> plant = plant_of(device))
     line += fmt::format(", a spring of {:.4g} N/m at most", largest_stiffness_N_per_m(alpha, loop, *plant));

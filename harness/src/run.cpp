@@ -7,15 +7,15 @@
 #include <map>
 #include <optional>
 
-#include "cases/run_case.h"
+#include "run_case.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
-#include "evenstep/harness/recorder.h"
-#include "evenstep/harness/run_failure.h"
+#include "evenstep/loop/recorder.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/reports/writers.h"
 #include "judge.h"
-#include "sweep_threads.h"
+#include "evenstep/scheduler/parallel_for.h"
 
 namespace evenstep {
 namespace {
@@ -80,7 +80,7 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   RunControl unseen = options.control;  // a twin has the name of a strategy that may be listed, or of another twin
   unseen.progress = nullptr;
   std::vector<std::optional<RunFailure>> failures(all.size());
-  internal::parallel_for(all.size(), options.threads, [&](std::size_t i) {
+  parallel_for(all.size(), options.threads, [&](std::size_t i) {
     try {
       records[i] = run_strategy(scenario, all[i], i < plans.size() ? options.control : unseen);
     } catch (const RunFailure& failure) {

@@ -11,7 +11,7 @@
 #include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/harness/rendering.h"
-#include "evenstep/harness/run_failure.h"
+#include "evenstep/reports/run_failure.h"
 #include "read_only_device.h"
 
 namespace evenstep {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "evenstep/harness/segment_pace.h"
+#include "evenstep/loop/segment_pace.h"
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
 
@@ -172,8 +172,6 @@ StrategyPlan plan_predict(const Scenario& scenario) {
 }
 
 }  // namespace
-
-bool is_remap(StrategyKind kind) { return kind == StrategyKind::paper || kind == StrategyKind::phase_locked; }
 
 std::unique_ptr<StepTiming> make_timing(const Scenario& scenario) {
   if (!scenario.timing.trace.empty()) return make_replayed_timing(scenario.timing.trace);

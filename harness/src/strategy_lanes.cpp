@@ -7,8 +7,9 @@
 #include <map>
 
 #include "evenstep/harness/rendering.h"
-#include "evenstep/harness/run_failure.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "evenstep/sim/felt.h"
 #include "undelayed.h"
 
 namespace evenstep {
@@ -38,6 +39,10 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
                     plan.predicted_late_forces,
                     plan.adapts};
   return record;
+}
+
+UnderrunWords underrun_words(const RemapSpec& remap, StrategyKind kind) {
+  return {kind == StrategyKind::predict, name_of(remap.interaction_underrun), name_of(remap.force_underrun)};
 }
 
 /// An implicit method has no limit; the spring has neither method nor limit.
@@ -135,7 +140,7 @@ StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan,
       timing_(std::move(timing)),
       record_(start_record(scenario, plan)),
       step_(*solver_, scene_),
-      step_recorder_(record_, plan.kind, scenario.remap),
+      step_recorder_(record_, underrun_words(scenario.remap, plan.kind)),
       lanes_(device_lanes(scenario, devices)),
       device_recorders_(record_.devices.begin(), record_.devices.end()) {}
 

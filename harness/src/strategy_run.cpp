@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "evenstep/clock/virtual_clock.h"
-#include "evenstep/harness/exchange.h"
+#include "evenstep/loop/exchange.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/scheduler/live_lanes.h"
 

@@ -6,8 +6,8 @@
 #include <span>
 #include <variant>
 
-#include "evenstep/harness/recorder.h"
-#include "evenstep/harness/run_failure.h"
+#include "evenstep/loop/recorder.h"
+#include "evenstep/loop/solver_step.h"
 #include "evenstep/sim/solver.h"
 
 namespace evenstep::internal {

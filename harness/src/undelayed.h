@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/reports/run_record.h"
 
 namespace evenstep::internal {

@@ -1,11 +1,10 @@
-#include "underrun_rate.h"
+#include "evenstep/harness/underrun_rate.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "evenstep/harness/size.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/reports/rate_bound.h"
 

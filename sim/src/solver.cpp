@@ -6,6 +6,54 @@
 
 namespace evenstep {
 
+const char* name_of(Method method) {
+  switch (method) {
+    case Method::symplectic_euler:
+      return "symplectic-euler";
+    case Method::velocity_verlet:
+      return "velocity-verlet";
+    case Method::rk4:
+      return "rk4";
+    case Method::implicit_euler:
+      return "implicit-euler";
+    case Method::implicit_midpoint:
+      return "implicit-midpoint";
+    case Method::vertex_block_descent:
+      return "vertex-block-descent";
+  }
+  return "";
+}
+
+const char* name_of(SolverKind solver) {
+  switch (solver) {
+    case SolverKind::opencl:
+      return "opencl";
+    case SolverKind::cpu_float:
+      return "cpu";
+    case SolverKind::cpu_double:
+      return "cpu-double";
+  }
+  return "";
+}
+
+bool iterates(Method method) {
+  return method == Method::implicit_euler || method == Method::implicit_midpoint || method == Method::vertex_block_descent;
+}
+
+const char* name_of(SolverFault fault) {
+  switch (fault) {
+    case SolverFault::unstable_step:
+      return "unstable-step";
+    case SolverFault::bad_input:
+      return "bad-input";
+    case SolverFault::unavailable:
+    case SolverFault::bad_scene:
+    case SolverFault::out_of_memory:
+      return "solver";
+  }
+  return "solver";
+}
+
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options) {
   if (scene.tool_count < 0 || scene.tool_count > kMaxTools) {
     throw SolverError(SolverFault::bad_scene, std::to_string(scene.tool_count) + " tools",

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/harness/diagnostic.h"
+#include "evenstep/text/diagnostic.h"
 
 namespace evenstep::test {
 

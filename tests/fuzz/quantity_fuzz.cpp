@@ -1,7 +1,7 @@
 // Any bytes as a value with a unit. What is read as time or rate is read the same from its exact value.
 #include <cmath>
 
-#include "evenstep/harness/quantity.h"
+#include "evenstep/text/quantity.h"
 #include "property.h"
 
 using namespace evenstep;

@@ -1,7 +1,7 @@
 // Any bytes as a scenario file. What is read must read back from its resolved table as the same scenario.
 #include <filesystem>
 
-#include "../harness_reader/support.h"
+#include "../format/support.h"
 #include "property.h"
 
 using namespace evenstep;

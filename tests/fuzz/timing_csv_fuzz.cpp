@@ -1,7 +1,7 @@
 // Any bytes as a recorded timing.
 #include <algorithm>
 
-#include "evenstep/harness/timing_csv.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "property.h"
 
 using namespace evenstep;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "evenstep/harness/stiffness_limit.h"
+#include "evenstep/campaigns/stiffness_limit.h"
 #include "scenarios.h"
 
 using namespace evenstep;

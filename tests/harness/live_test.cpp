@@ -2,7 +2,7 @@
 // machine is that the recorded inputs give the same run again, and that every step got its sample in order.
 
 #include "evenstep/clock/virtual_clock.h"
-#include "evenstep/harness/exchange.h"
+#include "evenstep/loop/exchange.h"
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/live_run.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "evenstep/harness/run.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 
 namespace evenstep::test {
 

@@ -8,7 +8,7 @@
 set -u -o pipefail
 export LC_ALL=C
 
-readonly rooms='clock remap scheduler sim device reports harness apps tests bench examples cmake docs scenarios scripts'
+readonly rooms='clock remap scheduler sim device reports text recordings catalogue loop harness campaigns apps tests bench examples cmake docs scenarios scripts'
 readonly os_clock='\b(clock_gettime|clock_nanosleep|nanosleep|steady_clock|system_clock|high_resolution_clock|sleep_for|sleep_until|usleep)\b'
 readonly threads='\b(std::(jthread|thread|async)|pthread_create)\b'
 readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\('
@@ -21,9 +21,9 @@ readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^device/src/hid/hidapi_transport@# *include *[<\"]hidapi"
   "OS clock only in clock@$source@^(clock|tests)/@$os_clock"
-  "threads only in live lanes, hidapi transport and sweep@$source@^(scheduler/src/live_lanes|device/src/hid/hidapi_transport|harness/src/sweep|tests/)@$threads"
+  "threads only in live lanes, parallel loops and hidapi transport@$source@^(scheduler/src/(live_lanes|parallel_for)|device/src/hid/hidapi_transport|tests/)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
-  "no unordered containers where things are hashed@^(scheduler|remap|sim|device|reports|harness)/.*$source@^\$@\bstd::unordered_"
+  "no unordered containers where things are hashed@^(scheduler|remap|sim|device|reports|text|recordings|scenarios/format|catalogue|loop|harness|campaigns)/.*$source@^\$@\bstd::unordered_"
   "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi|toml|spdlog)"
   "no fast math@(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh|^sim/.*$source)\$@^\$@$fast_math"
   "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
@@ -62,6 +62,20 @@ headers_without_opening() {
     FNR == 2 && !/^\/\/\/ / { print FILENAME ":2: [header opening] must be a /// comment that says what this is" }')
 }
 
+# rooms_too_large ROOT: no room holds more than a fifth of the product's code, or it is several rooms in one. Lines of $source.
+readonly product='clock remap scheduler sim device reports text recordings scenarios/format catalogue loop harness campaigns apps'
+rooms_too_large() {
+  local room lines total=0
+  local -A held=()
+  for room in $product; do
+    lines=$(cd "$1" && find "$room" -type f 2>/dev/null | grep -E "$source" | xargs -d '\n' -r cat | wc -l)
+    held[$room]=$lines total=$((total + lines))
+  done
+  for room in $product; do
+    ((5 * held[$room] <= total)) || echo "$room:1: [size of a room] ${held[$room]} of $total lines: more than a fifth"
+  done
+}
+
 # planted PATH TEXT: a tree of that one file
 planted() {
   rm -rf "$scratch/planted" && mkdir -p "$scratch/planted/$(dirname "$1")" && printf '%s\n' "$2" >"$scratch/planted/$1"
@@ -98,7 +112,7 @@ prove_rules() {
   done
   for call in 'std::thread t(f);' 'std::jthread t(f);' 'std::async(f);' 'pthread_create(&t, 0, f, 0);'; do
     expect seen 3 harness/src/run.cpp "$call"
-    expect unseen 3 harness/src/sweep_threads.cpp "$call"
+    expect unseen 3 scheduler/src/parallel_for.cpp "$call"
     expect unseen 3 scheduler/src/live_lanes.cpp "$call"
     expect unseen 3 device/src/hid/hidapi_transport.cpp "$call"
     expect unseen 3 tests/scheduler/lanes_test.cpp "$call"
@@ -109,7 +123,8 @@ prove_rules() {
     expect seen 4 tests/sim/solver_test.cpp "$call"
   done
   expect unseen 4 scheduler/src/random.cpp 'int i = my_rand();'
-  for call in scheduler/src/a.cpp remap/include/evenstep/remap/a.h sim/cpu/a.cpp device/src/hid/a.cpp reports/src/a.cpp harness/src/a.cpp; do
+  for call in scheduler/src/a.cpp remap/include/evenstep/remap/a.h sim/cpu/a.cpp device/src/hid/a.cpp reports/src/a.cpp \
+    text/src/a.cpp recordings/src/a.cpp scenarios/format/src/a.cpp catalogue/src/a.cpp loop/src/a.cpp harness/src/a.cpp campaigns/src/a.cpp; do
     expect seen 5 "$call" 'std::unordered_map<int, int> m;'
   done
   expect unseen 5 apps/main.cpp 'std::unordered_set<int> s;'
@@ -139,6 +154,15 @@ prove_rules() {
   done
 }
 
+prove_sizes() {
+  local room
+  rm -rf "$scratch/planted"
+  for room in $product; do mkdir -p "$scratch/planted/$room" && printf 'a\nb\n' >"$scratch/planted/$room/a.cpp"; done
+  [ -z "$(rooms_too_large "$scratch/planted")" ] || fail 'the rule on sizes refuses rooms of equal size'
+  printf '%s\n' a b c d e f g h >"$scratch/planted/sim/a.cpp"
+  case $(rooms_too_large "$scratch/planted") in sim:*) ;; *) fail 'the rule on sizes does not see a room of more than a fifth' ;; esac
+}
+
 check_tree() {
   local rule found
   [ "$(tree "$1" | wc -l)" -ge 50 ] || fail "no source tree at $1"
@@ -148,10 +172,13 @@ check_tree() {
   done
   found=$(headers_without_opening "$1")
   [ -z "$found" ] || fail $'\n'"$found"
+  found=$(rooms_too_large "$1")
+  [ -z "$found" ] || fail $'\n'"$found"
 }
 
 [ $# -eq 1 ] || { echo 'usage: room_rules.sh ROOT' >&2; exit 2; }
 prove_rules
+prove_sizes
 check_tree "$(realpath "$1")"
-[ "$failures" -eq 0 ] && echo "room_rules: ${#rules[@]} rules and the header opening hold"
+[ "$failures" -eq 0 ] && echo "room_rules: ${#rules[@]} rules, the header opening and the sizes of the rooms hold"
 [ "$failures" -eq 0 ]

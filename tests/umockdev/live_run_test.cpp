@@ -9,7 +9,7 @@
 #include "evenstep/device/hid/pid_descriptors.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/harness/run.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "mocked_hidraw.h"
 
 using namespace evenstep;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "report_exchange.h"
@@ -502,5 +503,15 @@ void PidDriver::try_command(const std::optional<PidChoice>& what) noexcept {
 }
 
 void PidDriver::fail(const std::string& what) const { throw DeviceError(transport_.info().path + ": " + what); }
+
+double steepest_spring_N_per_m(const PidOptions& options) {
+  double least_N_per_m = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    if (options.travel_m[axis] <= 0) continue;
+    const double full = options.full_slope_N_per_m ? (*options.full_slope_N_per_m)[axis] : *options.full_scale_N / (options.travel_m[axis] / 2);
+    least_N_per_m = std::min(least_N_per_m, full * options.gain);
+  }
+  return least_N_per_m;
+}
 
 }  // namespace evenstep

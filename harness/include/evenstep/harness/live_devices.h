@@ -11,7 +11,7 @@
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hidapi_transport.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 
 namespace evenstep {
 

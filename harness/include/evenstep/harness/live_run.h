@@ -8,7 +8,7 @@
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_devices.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_run.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "evenstep/device/stiffness_laws.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/reports/run_record.h"
 
@@ -22,10 +22,6 @@ double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const Device
 double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
 /// The delays and the laws of a device's loop, for the record; the stiffness that the hand feels where the scene says it.
 LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
-/// What the scene holds of a hand at rest at `position_m`, J: only of what keeps no state, a spring or a wall.
-std::optional<double> stored_energy_J(const Scene& scene, const glm::dvec3& position_m);
-/// The model of a device that renders `smith`. Nothing where a number of it is missing: neither the device nor the scene has it.
-std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render);
 /// One line for people: alpha* and the alpha used, b_eq and K_max. No line end.
 std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
 

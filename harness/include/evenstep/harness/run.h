@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "evenstep/harness/live_devices.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/harness/strategy_run.h"
 #include "evenstep/reports/case_record.h"
 #include "evenstep/reports/measures.h"

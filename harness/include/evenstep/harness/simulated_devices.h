@@ -8,8 +8,8 @@
 
 #include "evenstep/clock/clock.h"
 #include "evenstep/device/hid/simulated_motors.h"
-#include "evenstep/harness/haptic_loop.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/loop/haptic_loop.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
 
 namespace evenstep {

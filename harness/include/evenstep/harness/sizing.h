@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "evenstep/harness/scenario.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/remap/latency_budget.h"
 #include "evenstep/remap/slot_map.h"
 #include "evenstep/scheduler/step_timing.h"
@@ -22,8 +22,6 @@ std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, D
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 /// Linear if any device interpolates: the stricter need.
 Emission strictest_emission(const Scenario& scenario);
-/// Reads at slots of a map, and so has a lead and a latency to choose.
-bool is_remap(StrategyKind kind);
 
 struct Sizing {
   std::vector<MappedStep> steps;  ///< mapped steps that end within the run, with lead 0

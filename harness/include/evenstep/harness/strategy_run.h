@@ -8,9 +8,9 @@
 #include <optional>
 #include <string>
 
-#include "evenstep/harness/exchange.h"
-#include "evenstep/harness/run_failure.h"
-#include "evenstep/harness/scenario.h"
+#include "evenstep/loop/exchange.h"
+#include "evenstep/reports/run_failure.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_lanes.h"
 #include "evenstep/reports/run_record.h"

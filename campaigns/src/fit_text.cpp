@@ -1,0 +1,243 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "evenstep/campaigns/fit_report.h"
+
+namespace evenstep {
+namespace {
+
+double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+
+std::string time(std::int64_t ns) { return fmt::format("\"{} ms\"", static_cast<double>(ns) / 1e6); }
+std::string percent(double ratio) { return fmt::format("{:.3g} %", 100 * ratio); }
+
+std::string rate_text(Rate rate) {
+  if (rate.den == 1) return fmt::format("\"{} Hz\"", rate.num);
+  return time(instant_ns(rate, 1));
+}
+
+/// One line of the table and why.
+void add(std::string& out, const std::string& assignment, const std::string& comment) {
+  out += fmt::format("{:<46} # {}\n", assignment, comment);
+}
+void leave_out(std::string& out, const std::string& comment) { out += fmt::format("# {}\n", comment); }
+
+void add_segment(std::string& out, const TimingFit& fit) {
+  const std::string measured =
+      fmt::format("T: median {:.6g} ms, varies by {}; the work in it by {}; idle {} of the time; {} of {} late by over 1 %",
+                  fit.segment_median_ns * 1e-6, percent(fit.segment_variation), percent(fit.work_variation),
+                  percent(fit.idle_share), fit.late, fit.segments);
+  if (!fit.timing.paced) return leave_out(out, "not paced. " + measured);
+  add(out, "segment = " + rate_text(fit.timing.segment), measured);
+  add(out, "paced = true", "T is steadier than the work in it");
+}
+
+void add_order(std::string& out, const TimingFit& fit) {
+  if (fit.timing.order == SegmentOrder::steps_first)
+    add(out, "order = \"steps-first\"", "most visualizations follow their steps");
+  if (fit.timing.order == SegmentOrder::concurrent)
+    add(out, "order = \"concurrent\"",
+        fmt::format("visualizations overlap steps; N from {} to {}", fit.least_steps, fit.most_steps));
+}
+
+void add_visualization(std::string& out, const TimingFit& fit) {
+  const FittedLength& length = fit.visualization;
+  add(out, "visualization = " + time(fit.timing.visualization.ns),
+      fmt::format("median {:.6g} ms of {}; the mean of what lies within 5 deviations", length.median_ns * 1e-6,
+                  length.count));
+  if (fit.timing.regimes) {
+    add(out,
+        fmt::format("regimes = {{ factor = {:.4g}, mean_length = \"{:.4g} segments\" }}", fit.timing.regimes->factor,
+                    fit.timing.regimes->mean_length),
+        fmt::format("two levels {:.3g} deviations apart, the longer in {} of the segments; lag-1 correlation {:.2f}",
+                    fit.regime_separation, percent(fit.slow_share), fit.lag_1));
+  } else {
+    leave_out(out, fmt::format("no regimes: one level explains it; lag-1 correlation of V {:.2f}", fit.lag_1));
+  }
+  if (fit.dropped > 0)
+    add(out, fmt::format("dropped_visualization = \"{:.3g} %\"", 100 * fit.timing.dropped_visualization),
+        fmt::format("{} of {} segments", fit.dropped, fit.segments));
+  if (fit.merged > 0)
+    add(out, fmt::format("merged_visualization = \"{:.3g} %\"", 100 * fit.timing.merged_visualization),
+        fmt::format("{} of {} segments near twice the median", fit.merged, fit.segments));
+}
+
+void add_steps(std::string& out, const TimingFit& fit) {
+  const ProgrammedTiming& timing = fit.timing;
+  if (timing.order != SegmentOrder::concurrent) {
+    const std::string list = timing.steps.size() == 1 ? fmt::format("{}", timing.steps.front())
+                                                      : fmt::format("[{}]", fmt::join(timing.steps, ", "));
+    add(out, "steps = " + list, fmt::format("{} to {}, mean {:.4g}", fit.least_steps, fit.most_steps, fit.mean_steps));
+  }
+  add(out, "step = " + time(timing.step->ns),
+      fmt::format("median {:.6g} ms of {} that were not hit", fit.step.median_ns * 1e-6, fit.step.count));
+  if (timing.order == SegmentOrder::concurrent) {
+    const std::string why =
+        fmt::format("beside a visualization x {:.3f} (+- {:.3f})", fit.slowdown.value, fit.slowdown.error);
+    timing.slowdown > 1 ? add(out, fmt::format("slowdown = {:.4g}", timing.slowdown), why)
+                        : leave_out(out, "no slowdown: " + why);
+    return;
+  }
+  const std::string why = fmt::format("medians: {} (+- {})", percent(fit.first_step.value), percent(fit.first_step.error));
+  timing.first_step > 0 ? add(out, fmt::format("first_step = \"+{:.3g} %\"", 100 * timing.first_step), why)
+                        : leave_out(out, "no slower first step: " + why);
+}
+
+void add_jitter(std::string& out, const TimingFit& fit) {
+  add(out,
+      fmt::format("jitter = {{ visualization = \"lognormal {:.3g} %\", step = \"lognormal {:.3g} %\" }}",
+                  100 * fit.timing.visualization_variation, 100 * fit.timing.step_variation),
+      fmt::format("Kolmogorov distance {:.3f} and {:.3f} (95 %: {:.3f} and {:.3f} if log-normal)",
+                  fit.visualization.distance, fit.step.distance,
+                  1.36 / std::sqrt(std::max<double>(1, static_cast<double>(fit.visualization.count))),
+                  1.36 / std::sqrt(std::max<double>(1, static_cast<double>(fit.step.count)))));
+}
+
+void add_hits(std::string& out, const TimingFit& fit) {
+  const auto hits = static_cast<std::int64_t>(fit.excess_ns.size());
+  const std::string seen = fmt::format("{} steps over the median by {:.3g} ms or more in {:.3g} s of steps", hits,
+                                       fit.hit_above_ns * 1e-6, fit.work_s);
+  if (!fit.timing.spikes && !fit.timing.preemption)
+    return leave_out(out, fmt::format("{}: {}", hits == 0 ? "no spikes, no pre-emption" : "too few hits for a model", seen));
+  leave_out(out, seen + fmt::format(", {} of them alike", fit.alike));
+  if (fit.timing.spikes) {
+    add(out,
+        fmt::format("spikes = {{ rate = \"{:.4g} Hz\", cost = {} }}", fit.timing.spikes->rate_Hz,
+                    time(fit.timing.spikes->cost.ns)),
+        fmt::format("{} of {}", fit.alike, hits));
+  }
+  if (!fit.timing.preemption) return;
+  const Preemption& tail = *fit.timing.preemption;
+  add(out,
+      fmt::format("preemption = {{ rate = \"{:.4g} Hz\", cost = \"pareto {} ms cap {} ms\", tail = {:.3g} }}", tail.rate_Hz,
+                  static_cast<double>(tail.least.ns) / 1e6, static_cast<double>(tail.most.ns) / 1e6, tail.tail),
+      fmt::format("{} of {}; Kolmogorov distance {:.3f}", hits - (fit.timing.spikes ? fit.alike : 0), hits,
+                  fit.tail_distance));
+}
+
+void add_drift(std::string& out, const TimingFit& fit) {
+  const FittedNumber v = fit.visualization_drift_per_s, s = fit.step_drift_per_s;
+  const std::string why = fmt::format("V {:.3g} %/s (+- {:.2g}), s {:.3g} %/s (+- {:.2g}) over {:.3g} s", 100 * v.value,
+                                      100 * v.error, 100 * s.value, 100 * s.error, fit.seconds);
+  if (fit.timing.drift_per_s == 0) return leave_out(out, "no drift: " + why);
+  add(out, fmt::format("drift = \"{:.4g} %/s\"", 100 * fit.timing.drift_per_s), why);
+}
+
+std::string row(const char* name, const LatencyNeed& need, const std::vector<LatencyNeed>& seeds) {
+  std::string out =
+      fmt::format("#   {:<20} {:>9.3f} {:>9.3f} {:>10.3f}", name, ms(need.window_p50), ms(need.window_p99), ms(need.whole));
+  if (seeds.empty()) return out + "\n";
+  const auto [least, most] = std::minmax_element(
+      seeds.begin(), seeds.end(), [](const LatencyNeed& a, const LatencyNeed& b) { return a.whole < b.whole; });
+  return out + fmt::format("  ({:.3f} to {:.3f})\n", ms(least->whole), ms(most->whole));
+}
+
+std::string verdict(const FitComparison& comparison, const std::string& file) {
+  const auto order = differences(comparison.recording, comparison.shuffled_median);
+  const auto model = differences(comparison.recording, comparison.model_median);
+  std::string out = fmt::format(
+      "#\n# Least latency in ms: of a map that tracks (windows of 250 ms), and of one straight line for the whole "
+      "recording.\n"
+      "# Medians of {} seeds.\n",
+      comparison.model.size());
+  out += fmt::format("#   {:<20} {:>9} {:>9} {:>10}\n", "", "250ms p50", "250ms p99", "whole");
+  out += row("recording", comparison.recording, {}) + row("this model", comparison.model_median, comparison.model) +
+         row("recording, shuffled", comparison.shuffled_median, comparison.shuffled);
+  if (!order.empty())
+    out += fmt::format("# The order of the segments matters: shuffled they differ by more than a factor of {} in: {}.\n",
+                       kFitTolerance, fmt::join(order, ", "));
+  if (model.empty())
+    return out + fmt::format("# This model needs what the recording needs, within a factor of {}.\n", kFitTolerance);
+  return out +
+         fmt::format(
+             "# This model does NOT stand for the recording: more than a factor of {} apart in: {}.\n# Replay it instead: "
+             "trace = \"{}\"\n",
+             kFitTolerance, fmt::join(model, ", "), file);
+}
+
+std::string json_need(const LatencyNeed& need) {
+  return fmt::format("{{\"window_p50_ns\":{},\"window_p99_ns\":{},\"whole_ns\":{}}}", need.window_p50.ns, need.window_p99.ns,
+                     need.whole.ns);
+}
+
+std::string json_needs(const std::vector<LatencyNeed>& needs) {
+  std::vector<std::string> all;
+  for (const LatencyNeed& need : needs) all.push_back(json_need(need));
+  return fmt::format("[{}]", fmt::join(all, ","));
+}
+
+std::string json_length(const FittedLength& length) {
+  return fmt::format(
+      "{{\"count\":{},\"median_ns\":{:.1f},\"mean_ns\":{:.1f},\"variation\":{:.6g},\"kolmogorov_distance\":{:.6g}}}",
+      length.count, length.median_ns, length.mean_ns, length.variation, length.distance);
+}
+
+std::string json_number(const FittedNumber& number) {
+  return fmt::format("{{\"value\":{:.6g},\"error\":{:.6g}}}", number.value, number.error);
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) >= 0x20) out += c;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, const std::string& file) {
+  std::string out = fmt::format("# Fitted to {}: {} segments, {:.4g} s\n[timing]\n", file, fit.segments, fit.seconds);
+  add_order(out, fit);
+  add_segment(out, fit);
+  add_visualization(out, fit);
+  add_steps(out, fit);
+  add_jitter(out, fit);
+  add_hits(out, fit);
+  add_drift(out, fit);
+  return out + verdict(comparison, file);
+}
+
+std::string fit_json(const TimingFit& fit, const FitComparison& comparison, const std::string& file) {
+  const ProgrammedTiming& timing = fit.timing;
+  const char* const orders[] = {"visualization-first", "steps-first", "concurrent"};
+  std::string out =
+      fmt::format("{{\"file\":\"{}\",\"segments\":{},\"seconds\":{:.6g},\"order\":\"{}\",\"paced\":{}", escaped(file),
+                  fit.segments, fit.seconds, orders[static_cast<int>(timing.order)], timing.paced);
+  out += fmt::format(
+      ",\"segment_median_ns\":{:.1f},\"segment_variation\":{:.6g},\"work_variation\":{:.6g},\"idle_share\":{:.6g},"
+      "\"late\":{}",
+      fit.segment_median_ns, fit.segment_variation, fit.work_variation, fit.idle_share, fit.late);
+  out += fmt::format(",\"visualization\":{},\"dropped\":{},\"merged\":{},\"lag_1\":{:.6g}", json_length(fit.visualization),
+                     fit.dropped, fit.merged, fit.lag_1);
+  if (timing.regimes)
+    out +=
+        fmt::format(",\"regimes\":{{\"factor\":{:.6g},\"mean_length\":{:.6g},\"separation\":{:.6g},\"slow_share\":{:.6g}}}",
+                    timing.regimes->factor, timing.regimes->mean_length, fit.regime_separation, fit.slow_share);
+  out += fmt::format(
+      ",\"steps\":[{}],\"least_steps\":{},\"most_steps\":{},\"mean_steps\":{:.6g},\"step\":{},\"first_step\":{},"
+      "\"slowdown\":{}",
+      fmt::join(timing.steps, ","), fit.least_steps, fit.most_steps, fit.mean_steps, json_length(fit.step),
+      json_number(fit.first_step), json_number(fit.slowdown));
+  out += fmt::format(",\"hits\":{},\"alike\":{}", fit.excess_ns.size(), fit.alike);
+  if (timing.spikes)
+    out += fmt::format(",\"spikes\":{{\"rate_Hz\":{:.6g},\"cost_ns\":{}}}", timing.spikes->rate_Hz, timing.spikes->cost.ns);
+  if (timing.preemption)
+    out += fmt::format(
+        ",\"preemption\":{{\"rate_Hz\":{:.6g},\"least_ns\":{},\"most_ns\":{},\"tail\":{:.6g},\"kolmogorov_distance\":{:.6g}}"
+        "}",
+        timing.preemption->rate_Hz, timing.preemption->least.ns, timing.preemption->most.ns, timing.preemption->tail,
+        fit.tail_distance);
+  out += fmt::format(",\"drift_per_s\":{:.6g},\"visualization_drift_per_s\":{},\"step_drift_per_s\":{}", timing.drift_per_s,
+                     json_number(fit.visualization_drift_per_s), json_number(fit.step_drift_per_s));
+  out += fmt::format(",\"latency\":{{\"recording\":{},\"model\":{},\"shuffled\":{}}}", json_need(comparison.recording),
+                     json_needs(comparison.model), json_needs(comparison.shuffled));
+  const bool stands = differences(comparison.recording, comparison.model_median).empty();
+  const bool order = !differences(comparison.recording, comparison.shuffled_median).empty();
+  return out + fmt::format(",\"order_matters\":{},\"replay_instead\":{}}}\n", order, !stands);
+}
+
+}  // namespace evenstep

@@ -1,0 +1,383 @@
+#include "evenstep/campaigns/size.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "evenstep/harness/sizing.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "evenstep/remap/buffer_oracle.h"
+#include "evenstep/remap/step_cycle.h"
+#include "evenstep/remap/step_windows.h"
+#include "evenstep/reports/rate_bound.h"
+#include "size_mend.h"
+#include "size_rate.h"
+#include "evenstep/harness/underrun_rate.h"
+
+namespace evenstep {
+namespace {
+
+using internal::Mending;
+
+/// What is sized: segments, and the devices and map parameters of a scenario.
+struct Input {
+  Scenario scenario;
+  std::vector<SegmentTiming> segments;
+};
+
+std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
+  std::vector<SegmentTiming> segments;
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  for (SegmentTiming segment; timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns};)
+    segments.push_back(segment);
+  return segments;
+}
+
+Duration longest_period(const std::vector<SamplingGrid>& devices) {
+  Duration longest;
+  for (const SamplingGrid& device : devices) longest = std::max(longest, period_ceil(device.rate));
+  return longest;
+}
+
+SizeWindows windows_of(std::vector<Duration> latencies) {
+  if (latencies.empty()) return {};
+  std::sort(latencies.begin(), latencies.end());
+  const auto rank = [&](double share) {
+    const double n = static_cast<double>(latencies.size());
+    return latencies[static_cast<std::size_t>(std::max(std::ceil(share * n) - 1, 0.0))];
+  };
+  return {rank(0.5), rank(0.99), latencies.back(), static_cast<std::int64_t>(latencies.size())};
+}
+
+/// A least latency without the sampling term, and its culprit.
+struct Least {
+  Duration latency;
+  std::int64_t culprit = -1;
+};
+Least least_of(const RunningLine& line) {
+  const BestLine best = line.best();
+  return {best.latency, best.latency_culprit};
+}
+Least least_of(const RunningPath& path) { return {path.least().latency, path.least().latency_culprit}; }
+
+/// One input looked at from all sides. Nothing is kept of a step: each look is a pass over the segments.
+class Sizer {
+ public:
+  Sizer(Input& input, const SizeOptions& options)
+      : input_(input),
+        options_(options),
+        devices_(sampling_grids(input.scenario)),
+        mending_(input.segments) {
+    each_step([&](RealTime begin, RealTime end) {
+      if (steps_ == 0) first_begin_ = begin;
+      last_begin_ = begin;
+      last_end_ = end;
+      ++steps_;
+    });
+    if (steps_ > 1) slot_ = {(last_begin_ - first_begin_).ns / (steps_ - 1)};
+  }
+
+  void size(SizeRecord& record) {
+    record.steps = steps_;
+    record.segments = static_cast<std::int64_t>(input_.segments.size());
+    record.length = last_end_ - first_begin_;
+    record.sampling_period = longest_period(devices_);
+    record.interpolated = strictest_emission(input_.scenario) == Emission::linear;
+    record.damping_N_s_per_m = options_.damping_N_s_per_m;
+    record.rate = options_.rate;
+    record.confidence = options_.confidence;
+    if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
+    record.held = bounds(false);
+    if (record.interpolated) record.linear = bounds(true);
+    for (const StrategyKind kind : {StrategyKind::paper, StrategyKind::phase_locked})
+      record.strategies.push_back(strategy(kind));
+  }
+
+ private:
+  Duration sampling_term() const { return longest_period(devices_) - Duration{1}; }
+
+  /// Steps that end within the run, as the maps see them.
+  template <class Visit>
+  void each_step(Visit visit) const {
+    const RealTime end{input_.scenario.run_duration.ns};
+    for (const SegmentTiming& segment : input_.segments) {
+      for (std::size_t i = 0; i < segment.steps.size() && segment.steps[i].end < end; ++i)
+        visit(segment.steps[i].begin, segment.steps[i].end);
+    }
+  }
+
+  /// The same with their numbers, and with ends that are when forces are due: interpolated, as `interpolate` moves them.
+  template <class Visit>
+  void each_due_step(bool linear, Visit visit) const {
+    std::int64_t n = 0;
+    if (!linear) return each_step([&](RealTime begin, RealTime end) { visit(n++, begin, end); });
+    RealTime begin_before, end_before;
+    each_step([&](RealTime begin, RealTime end) {
+      if (n > 0) visit(n - 1, begin_before, end);
+      begin_before = begin;
+      end_before = end;
+      ++n;
+    });
+    if (n > 0) visit(n - 1, begin_before, end_before);
+  }
+
+  void close_loop(SizeNeed& need, bool linear) const {
+    need.total_delay = need.latency + (linear ? Duration{} : Duration{slot_.ns / 2});
+    const double held_s = seconds(longest_period(devices_)) / 2;
+    need.stiffness_limit_N_per_m = options_.damping_N_s_per_m / (held_s + seconds(need.total_delay));
+  }
+
+  /// What `Running`, a line or a path, needs, and what it would need without its culprit's lateness.
+  template <class Running>
+  SizeNeed bound(bool linear, const Running& whole, std::vector<Duration> windows,
+                 SizeCulprit (Mending::*blame)(std::int64_t) const) {
+    SizeNeed need;
+    if (steps_ == 0) return need;
+    const Least least = least_of(whole);
+    need.latency = least.latency + sampling_term();
+    need.windows = windows_of(std::move(windows));
+    need.culprit = (mending_.*blame)(std::min(least.culprit + (linear ? 1 : 0), steps_ - 1));
+    need.culprit.mended_latency = need.latency;
+    mending_.mended(need.culprit, [&] {
+      Running mended;
+      each_due_step(linear, [&](std::int64_t n, RealTime begin, RealTime end) { mended.add(n, begin, end); });
+      need.culprit.mended_latency = least_of(mended).latency + sampling_term();
+    });
+    close_loop(need, linear);
+    return need;
+  }
+
+  SizeBounds bounds(bool linear) {
+    RunningLine line, line_window;
+    RunningPath path, path_window;
+    std::vector<Duration> line_windows, path_windows;
+    const auto close_window = [&] {
+      line_windows.push_back(least_of(line_window).latency + sampling_term());
+      path_windows.push_back(least_of(path_window).latency + sampling_term());
+    };
+    WindowBorder border;
+    each_due_step(linear, [&](std::int64_t n, RealTime begin, RealTime end) {
+      if (border.begins(begin) && n > 0) {
+        close_window();
+        line.append(line_window);
+        line_window.restart();
+        path_window.restart();
+      }
+      line_window.add(n, begin, end);
+      path_window.add(n, begin, end);
+      path.add(n, begin, end);
+    });
+    if (line_windows.empty()) close_window();
+    line.append(line_window);
+    return {bound(linear, line, std::move(line_windows), &Mending::blame),
+            bound(linear, path, std::move(path_windows), &Mending::blame_run_time)};
+  }
+
+  SizeStrategy strategy(StrategyKind kind) {
+    const Emission emission = strictest_emission(input_.scenario);
+    RunningNeeds any(devices_, emission, RunningNeeds::Phase::any), window = any;
+    RunningNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
+    std::vector<Duration> windows;
+    WindowBorder border;
+    bool open = false;
+    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) {
+      any.add(steps);
+      here.add(steps);
+      std::size_t from = 0;
+      for (std::size_t i = 0; i < steps.size(); ++i) {
+        if (!border.begins(steps[i].begin)) continue;
+        window.add(steps.subspan(from, i - from));
+        from = i;
+        if (open) windows.push_back(window.budget().latency);
+        open = true;
+        window.restart();
+      }
+      window.add(steps.subspan(from));
+    });
+    if (open && windows.empty()) windows.push_back(window.budget().latency);
+    const LatencyBudget least = any.budget();
+    SizeStrategy out{name_of(kind)};
+    out.lead = least.lead;
+    out.latency_this_phase = here.budget().latency;
+    out.lead_this_phase = here.budget().lead;
+    out.lead_culprit = least.lead_culprit;
+    out.interaction_capacity = static_cast<std::int64_t>(any.interaction_capacity());
+    out.force_capacity = force_capacity(kind, least);
+    if (options_.rate) out.rate = rate(kind);
+    SizeNeed& need = out.any_phase;
+    need.latency = least.latency;
+    need.windows = windows_of(std::move(windows));
+    close_loop(need, emission == Emission::linear);
+    if (least.latency_culprit < 0) return out;
+    need.culprit = mending_.blame(least.latency_culprit);
+    need.culprit.mended_latency = need.latency;
+    mending_.mended(need.culprit, [&] {
+      any.restart();
+      each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) { any.add(steps); });
+      need.culprit.mended_latency = any.budget().latency;
+    });
+    return out;
+  }
+
+  std::optional<SizeRate> rate(StrategyKind kind) const {
+    const Emission emission = strictest_emission(input_.scenario);
+    internal::SegmentNeeds any(devices_, emission, RunningNeeds::Phase::any);
+    internal::SegmentNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
+    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) {
+      any.add(steps);
+      here.add(steps);
+    });
+    const std::vector<internal::SegmentNeed> any_phase = any.take(), this_phase = here.take();
+    if (any_phase.empty()) return std::nullopt;
+    const std::int64_t segments = std::ssize(any_phase);
+    const auto least = [&](const std::vector<internal::SegmentNeed>& needs, std::int64_t allowed) {
+      const internal::RateLatency found = internal::least_latency_with_underruns(needs, allowed);
+      return SizeRateNeed{found.latency, found.lead, found.underruns,
+                          rate_at_most(found.underruns, segments, options_.confidence)};
+    };
+    SizeRate out;
+    out.segments = segments;
+    const auto share = [&](std::int64_t count) { return static_cast<double>(count) / static_cast<double>(segments); };
+    out.allowed = static_cast<std::int64_t>(*options_.rate * static_cast<double>(segments));
+    if (share(out.allowed + 1) <= *options_.rate) ++out.allowed;   // the product may have been rounded down
+    if (share(out.allowed) > *options_.rate) --out.allowed;
+    out.any_phase = least(any_phase, out.allowed);
+    out.this_phase = least(this_phase, out.allowed);
+    const std::int64_t sure = internal::most_underruns_for(*options_.rate, options_.confidence, segments);
+    if (sure >= 0) out.sure = least(any_phase, sure);
+    return out;
+  }
+
+  std::int64_t force_capacity(StrategyKind kind, const LatencyBudget& least) const {
+    WaitingForces waiting(least.latency - least.lead);
+    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) { waiting.add(steps); });
+    return static_cast<std::int64_t>(waiting.most()) + 2;
+  }
+
+  Input& input_;
+  const SizeOptions& options_;
+  std::vector<SamplingGrid> devices_;
+  Mending mending_;
+  std::int64_t steps_ = 0;
+  RealTime first_begin_, last_begin_, last_end_;
+  Duration slot_;                       // mean distance of the steps' begins
+};
+
+SizeCycle in_record(const StepCycle& cycle) {
+  const std::size_t first = cycle.boundaries.empty() ? 0 : cycle.boundaries.front();
+  return {.found = cycle.found,
+          .reason = cycle.reason,
+          .segments = cycle.segments,
+          .steps_per_segment = cycle.steps_per_segment,
+          .least_steps = cycle.least_steps,
+          .most_steps = cycle.most_steps,
+          .first_boundary = static_cast<std::int64_t>(first),
+          .period = cycle.period,
+          .pause = cycle.pause,
+          .longest_gap = cycle.longest_gap,
+          .period_variation = cycle.period_variation,
+          .confidence = cycle.confidence,
+          .regularity = cycle.regularity};
+}
+
+/// The same steps in segments that begin with the steps named; what comes before the first is left out.
+std::vector<SegmentTiming> cut_at(const std::vector<Interval>& steps, const std::vector<std::size_t>& boundaries) {
+  std::vector<SegmentTiming> segments;
+  segments.reserve(boundaries.size());
+  for (std::size_t k = 0; k < boundaries.size(); ++k) {
+    const std::size_t end = k + 1 < boundaries.size() ? boundaries[k + 1] : steps.size();
+    SegmentTiming segment;
+    segment.index = static_cast<std::int64_t>(k);
+    segment.begin = steps[boundaries[k]].begin;
+    const auto at = [&](std::size_t n) { return steps.begin() + static_cast<std::ptrdiff_t>(n); };
+    segment.steps.assign(at(boundaries[k]), at(end));
+    segment.end = segment.steps.back().end;
+    segments.push_back(std::move(segment));
+  }
+  return segments;
+}
+
+StepCycle cycle_of(const std::vector<SegmentTiming>& segments) {
+  std::size_t count = 0;
+  for (const SegmentTiming& segment : segments) count += segment.steps.size();
+  CycleFinder finder(count);
+  for (const SegmentTiming& segment : segments) {
+    for (const Interval& step : segment.steps) finder.add(step.begin, step.end);
+  }
+  return finder.find();
+}
+
+/// Segments for a list that has none. A list that begins in the middle of a cycle loses the steps before the first pause.
+void find_segments(Input& input, SizeRecord& record) {
+  const StepCycle cycle = cycle_of(input.segments);
+  record.cycle = in_record(cycle);
+  const bool given = input.segments.size() > 1 || input.segments.front().visualization.has_value();
+  if (given) return;
+  const std::vector<Interval> steps = std::move(input.segments.front().steps);
+  std::vector<std::size_t> boundaries = cycle.boundaries;
+  record.segments_from = "cycle";
+  if (!cycle.found) {
+    record.segments_from = "step";
+    boundaries.resize(steps.size());
+    for (std::size_t n = 0; n < steps.size(); ++n) boundaries[n] = n;
+  } else if (static_cast<std::int64_t>(boundaries.front()) == cycle.steps_per_segment) {
+    boundaries.insert(boundaries.begin(), 0);
+  }
+  record.left_out = boundaries.empty() ? 0 : static_cast<std::int64_t>(boundaries.front());
+  input.segments = cut_at(steps, boundaries);
+}
+
+/// Step numbers of the record count all steps of the file.
+void shift_numbers(SizeRecord& record) {
+  const auto shift = [&](SizeNeed& need) {
+    for (std::int64_t* step : {&need.culprit.step, &need.culprit.late_step}) *step += *step >= 0 ? record.left_out : 0;
+  };
+  for (SizeBounds* bounds : {&record.held, record.linear ? &*record.linear : nullptr}) {
+    if (bounds == nullptr) continue;
+    shift(bounds->best_line);
+    shift(bounds->taut_string);
+  }
+  for (SizeStrategy& strategy : record.strategies) {
+    shift(strategy.any_phase);
+    if (strategy.lead_culprit >= 0) strategy.lead_culprit += record.left_out;
+  }
+}
+
+}  // namespace
+
+SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
+  if (scenario.case_spec)
+    return {{}, {{scenario.file, 0, 0, "a [case] drives the solver without a loop: there is no latency to size"}}};
+  Input input{scenario, segments_of(scenario)};
+  SizeResult result;
+  result.record.input = scenario.file;
+  result.record.segments_from = scenario.timing.trace.empty() ? "programmed" : "recording";
+  Sizer(input, options).size(result.record);
+  return result;
+}
+
+SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options) {
+  SizeRecord record;
+  record.input = name;
+  record.segments_from = "recording";
+  Input input;
+  input.segments = std::move(segments);
+  find_segments(input, record);
+  input.scenario.devices.push_back({.name = "device", .rate = options.sampling, .emission = options.emission});
+  for (const SegmentTiming& segment : input.segments)   // a step may end behind the segment after its own
+    input.scenario.run_duration = std::max(input.scenario.run_duration, segment.end - RealTime{} + Duration{1});
+  Sizer(input, options).size(record);
+  shift_numbers(record);
+  return record;
+}
+
+SizeResult size_recording(const std::string& path, const SizeOptions& options) {
+  TimingCsv csv = read_timing_or_steps(path);
+  if (!csv.errors.empty()) return {{}, std::move(csv.errors)};
+  const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
+  if (std::none_of(csv.segments.begin(), csv.segments.end(), has_steps))
+    return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
+  return {size_segments(std::move(csv.segments), path, options), {}};
+}
+
+}  // namespace evenstep

@@ -1,0 +1,137 @@
+#include "evenstep/campaigns/stiffness_limit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <variant>
+
+#include "evenstep/harness/run.h"
+#include "evenstep/reports/run_failure.h"
+#include "evenstep/harness/run_folder.h"
+#include "evenstep/harness/sizing.h"
+#include "evenstep/harness/strategy_run.h"
+#include "evenstep/harness/version.h"
+#include "evenstep/reports/measures.h"
+#include "evenstep/scheduler/parallel_for.h"
+
+namespace evenstep {
+namespace {
+
+constexpr double kRung = 1.15;       // closed loops differ by factors: this finds the decade in few runs
+constexpr double kCloseEnough = 1.01;
+
+bool interrupted(const StudyControl& control) { return control.interrupted && *control.interrupted; }
+
+/// Of a tissue its regions and tools in proportion, and where asked the masses.
+void make_stiffer(TissueScene& tissue, double factor, bool masses_too) {
+  for (MaterialRegion& region : tissue.regions) region.stiffness_N_per_m *= factor;
+  for (ToolCoupling& tool : tissue.tools) tool.stiffness_N_per_m *= factor;
+  if (!masses_too) return;
+  tissue.particle_mass_kg *= factor;
+  tissue.axial_damping_N_s_per_m *= factor;
+  for (MaterialRegion& region : tissue.regions) region.particle_mass_kg *= factor;
+  for (ToolCoupling& tool : tissue.tools) tool.damping_N_s_per_m *= factor;
+}
+
+/// The scenario with another stiffness, and nothing kept that only a report needs.
+Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
+  Scenario changed = scenario;
+  if (auto* tissue = std::get_if<TissueScene>(&changed.scene.body))
+    make_stiffer(*tissue, stiffness_N_per_m / tissue->stiffness_N_per_m, scenario.study.stiffness_limit->scales_mass);
+  std::visit([&](auto& body) { body.stiffness_N_per_m = stiffness_N_per_m; }, changed.scene.body);
+  changed.scene.needs_state_digest = false;
+  changed.needs_undelayed = false;
+  changed.keep_rows = false;
+  return changed;
+}
+
+/// One strategy of the scenario with one seed and stiffness.
+bool stable_run(const Scenario& scenario, const StrategyPlan& plan, const StudyControl& control) {
+  RunControl run_control;
+  run_control.interrupted = control.interrupted;
+  try {
+    const StrategyRecord record = run_strategy(scenario, plan, run_control);
+    if (interrupted(control)) return false;
+    const Nominal nominal = nominal_of(scenario);
+    for (std::size_t tool = 0; tool < scenario.devices.size(); ++tool) {
+      if (!scenario.devices[tool].hand) continue;
+      const std::optional<Oscillation> swing = oscillation(record.devices[tool], nominal);
+      if (!swing || !swing->stable()) return false;
+    }
+    return true;
+  } catch (const RunFailure& failure) {
+    if (failure.reason == "diverged") return false;
+    throw;
+  }
+}
+
+class Search {
+ public:
+  Search(const Scenario& scenario, const StudyControl& control, StrategyKind kind) : control_(control) {
+    limit_.strategy = name_of(kind);
+    for (int i = 0; i < scenario.study.stiffness_limit->seeds; ++i) {
+      seeds_.push_back(scenario);
+      seeds_.back().seed += static_cast<std::uint64_t>(i);
+      seeds_.back().strategies = {kind};
+      plans_.push_back(plan(seeds_.back()).front());
+    }
+    limit_.latency_s = seconds(plans_.front().latency);
+  }
+
+  StiffnessLimit run(double from_N_per_m, double to_N_per_m) {
+    double stable = 0, unstable = from_N_per_m;
+    while (stable < to_N_per_m && is_stable(unstable)) {
+      stable = unstable;
+      unstable = std::min(stable * kRung, to_N_per_m);
+    }
+    while (stable > 0 && stable < to_N_per_m && unstable > kCloseEnough * stable && !interrupted(control_)) {
+      const double middle = std::sqrt(stable * unstable);
+      (is_stable(middle) ? stable : unstable) = middle;
+    }
+    using State = StiffnessLimit::State;
+    limit_.state = stable == 0 ? State::below : stable >= to_N_per_m ? State::above : State::found;
+    limit_.stable_N_per_m = stable;
+    limit_.unstable_N_per_m = limit_.state == State::above ? 0 : unstable;
+    return limit_;
+  }
+
+ private:
+  bool is_stable(double stiffness_N_per_m) {
+    for (std::size_t i = 0; i < seeds_.size(); ++i) {
+      ++limit_.runs;
+      if (!stable_run(with_stiffness(seeds_[i], stiffness_N_per_m), plans_[i], control_)) return false;
+    }
+    return true;
+  }
+
+  const StudyControl& control_;
+  std::vector<Scenario> seeds_;
+  std::vector<StrategyPlan> plans_;
+  StiffnessLimit limit_;
+};
+
+}  // namespace
+
+StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control) {
+  const StiffnessSearch& search = *scenario.study.stiffness_limit;
+  StiffnessLimits study{scenario.name, scenario.file, kVersion, search.from_N_per_m, search.to_N_per_m,
+                        scenario.seed, search.seeds, {}, false};
+  std::vector<std::optional<StiffnessLimit>> limits(scenario.strategies.size());
+  parallel_for(limits.size(), 0, [&](std::size_t i) {
+    const StiffnessLimit limit = Search(scenario, control, scenario.strategies[i]).run(search.from_N_per_m, search.to_N_per_m);
+    if (!interrupted(control)) limits[i] = limit;
+  });
+  for (const std::optional<StiffnessLimit>& limit : limits) {
+    if (limit) study.limits.push_back(*limit);
+  }
+  study.interrupted = study.limits.size() < limits.size();
+  return study;
+}
+
+std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study) {
+  return write_folder(folder, {{kStudyFile, stiffness_json(study)},
+                               {"study.csv", stiffness_csv(study)},
+                               {"resolved.toml", scenario.resolved_toml}});
+}
+
+}  // namespace evenstep

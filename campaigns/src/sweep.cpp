@@ -1,0 +1,203 @@
+#include "evenstep/campaigns/sweep.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+
+#include "evenstep/format/reader.h"
+#include "sweep_file.h"
+#include "sweep_lines.h"
+#include "sweep_points.h"
+#include "evenstep/scheduler/parallel_for.h"
+
+namespace evenstep {
+namespace {
+
+using internal::SweepFile;
+using internal::SweepPoints;
+
+/// One process's part of a sweep, from the file's kept lines to its end.
+class Part {
+ public:
+  Part(const SweepPoints& points, SweepShard shard, SweepRecord& record) : points_(points), shard_(shard), record_(record) {
+    record_.header = points.header();
+  }
+
+  std::int64_t count() const { return (record_.header.points() - shard_.index + shard_.of) / shard_.of; }
+  std::int64_t point(std::int64_t n) const { return n * shard_.of + shard_.index - 1; }
+  std::int64_t done() const { return std::ssize(record_.points); }
+  std::int64_t failures() const { return failures_; }
+  bool complete() const {
+    return done() == count() || (record_.header.stop_after && failures_ >= *record_.header.stop_after);
+  }
+
+  /// The next line. Throws where it is none.
+  void add(const std::string& line) {
+    record_.points.push_back(internal::read_point_line(record_.header, line));
+    if (record_.points.back().index != point(done() - 1))
+      throw std::runtime_error(
+          fmt::format("is of point {}, where {} is due", record_.points.back().index, point(done() - 1)));
+    failures_ += internal::failed(record_.points.back()) ? 1 : 0;
+  }
+
+  /// Is the first line of a file that of this part? Throws where it is damaged.
+  bool is_ours(const std::string& line, const std::string& file) const {
+    try {
+      const internal::HeaderLine there = internal::read_header_line(line);
+      return internal::same_sweep(there.header, record_.header) && there.shard.index == shard_.index &&
+             there.shard.of == shard_.of;
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(fmt::format("{}:1: error: the line {}; remove the file", file, error.what()));
+    }
+  }
+
+  /// Lines of an earlier process. Throws naming the line.
+  void keep(const std::vector<std::string>& lines, const std::string& file) {
+    if (lines.empty()) return;
+    if (!is_ours(lines.front(), file)) {
+      throw std::runtime_error(
+          fmt::format("{}:1: error: is of another sweep: the scenario, its overrides, the shard or this program "
+                      "differ; remove it, or give another place with --out",
+                      file));
+    }
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      try {
+        if (complete()) throw std::runtime_error("comes after the last point");
+        add(lines[i]);
+      } catch (const std::runtime_error& error) {
+        throw std::runtime_error(fmt::format("{}:{}: error: the line {}; remove the file", file, i + 1, error.what()));
+      }
+    }
+  }
+
+ private:
+  const SweepPoints& points_;
+  SweepShard shard_;
+  SweepRecord& record_;
+  std::int64_t failures_ = 0;
+};
+
+std::string file_of(const SweepOptions& options) {
+  const std::string name =
+      options.shard.of == 1 ? "sweep.jsonl" : fmt::format("sweep-{}-of-{}.jsonl", options.shard.index, options.shard.of);
+  return (std::filesystem::path(options.folder) / name).string();
+}
+
+/// Returns false if it was interrupted.
+bool run_rest(const SweepPoints& points, const SweepOptions& options, Part& part, SweepFile& file) {
+  const std::int64_t first = part.done();
+  bool interrupted = false;
+  const auto show = [&] {
+    if (options.progress) options.progress(part.done(), part.count(), part.failures());
+  };
+  show();
+  ordered_for(
+      static_cast<std::size_t>(part.count() - first), options.threads,
+      [&](std::size_t n) { return points.run(part.point(first + static_cast<std::int64_t>(n)), options.interrupted); },
+      [&](std::size_t, const std::string& line) {
+        interrupted = line.empty();
+        if (interrupted) return false;
+        file.append(line);
+        part.add(line);
+        show();
+        return !part.complete();
+      });
+  return !interrupted;
+}
+
+/// Throws std::runtime_error.
+void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutcome& outcome) {
+  Part part(points, options.shard, outcome.record);
+  const bool ended =
+      options.resume && !std::filesystem::exists(outcome.file + ".partial") && std::filesystem::exists(outcome.file);
+  if (ended) {
+    part.keep(internal::read_lines(outcome.file, false), outcome.file);
+    if (!part.complete()) throw std::runtime_error(fmt::format("'{}' is not complete; remove it", outcome.file));
+  } else {
+    SweepFile file(outcome.file, options.resume);
+    part.keep(file.kept(), file.partial());
+    if (file.kept().empty()) file.append(internal::header_line(points.header(), options.shard));
+    if (!part.complete() && !run_rest(points, options, part, file)) {
+      outcome.exit = ExitCode::interrupted;
+      outcome.file = file.partial();
+    } else {
+      file.finish();
+    }
+  }
+  outcome.summary = summarize(outcome.record);
+  if (outcome.exit == ExitCode::interrupted) return;
+  if (options.shard.of > 1 && outcome.summary.find) {
+    outcome.summary.find
+        .reset();  // a shard knows its own points only: what is found, and whether that passes, the merge says
+    return;
+  }
+  outcome.exit = internal::exit_of(outcome.summary);
+}
+
+std::string value_argument(const std::string& toml, bool is_file, const std::string& scenario) {
+  const std::string shown = shown_value(toml);
+  if (is_file) return (std::filesystem::path(scenario).parent_path() / shown).lexically_normal().string();
+  // A text that reads as something else without its quotes keeps them.
+  const internal::Value bare = internal::parse_toml_value(shown, {});
+  return shown == toml || (bare.is(internal::Value::Kind::text) && bare.text == shown) ? shown : toml;
+}
+
+}  // namespace
+
+std::string shell_word(const std::string& word) {
+  if (!word.empty() &&
+      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
+    return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
+                          const std::vector<std::string>& set) {
+  std::string command = fmt::format("evenstep run {} --seed {}", shell_word(file), header.seed_of(point.index));
+  for (const std::string& assignment : set) {
+    if (!assignment.starts_with("sweep.")) command += " --set " + shell_word(assignment);
+  }
+  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
+    const SweepHeader::Axis& one = header.grid[axis];
+    const std::string& value = one.values[header.value_of(point.index, axis)];
+    command += " --set " + shell_word(one.path + "=" + value_argument(value, internal::names_file(one.path), file));
+  }
+  return command;
+}
+
+std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set) {
+  std::vector<Diagnostic> errors;
+  const SweepPoints points(path, set, errors);
+  return errors.empty() ? points.check() : errors;
+}
+
+SweepOutcome run_sweep(const std::string& path, const SweepOptions& options) {
+  SweepOutcome outcome;
+  outcome.file = file_of(options);
+  SweepPoints points(path, options.set, outcome.errors);
+  if (outcome.errors.empty() && options.stop_after) {
+    if (points.header().find)
+      outcome.errors.push_back({"--stop-after", 0, 0, "does not go with [sweep.find], which must know every point"});
+    points.header().stop_after = options.stop_after;
+  }
+  if (outcome.errors.empty()) outcome.errors = points.check();
+  if (outcome.errors.empty() && options.shard.of > points.header().points())
+    outcome.errors.push_back({"--shard", 0, 0, fmt::format("there are only {} points to share", points.header().points())});
+  if (!outcome.errors.empty()) {
+    outcome.exit = ExitCode::usage;
+    return outcome;
+  }
+  try {
+    run_part(points, options, outcome);
+  } catch (const std::exception& error) {
+    outcome.failure = error.what();
+    outcome.exit = ExitCode::run_failed;
+  }
+  return outcome;
+}
+
+}  // namespace evenstep

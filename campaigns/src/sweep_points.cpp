@@ -1,0 +1,153 @@
+#include "sweep_points.h"
+
+#include <fmt/format.h>
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+
+#include "evenstep/harness/run.h"
+#include "evenstep/harness/version.h"
+#include "evenstep/format/load.h"
+#include "evenstep/format/reader.h"
+#include "sweep_lines.h"
+#include "evenstep/text/text_file.h"
+
+namespace evenstep::internal {
+namespace {
+
+constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 31;
+
+std::string digest(const std::string& bytes) { return fmt::format("{:016x}", XXH64(bytes.data(), bytes.size(), 0)); }
+
+/// Of the file's contents; of an unreadable one, of nothing: reading a point will say what is wrong.
+std::string digest_of_file(const std::string& path) { return digest(read_text_file(path, kMostFileBytes).text); }
+
+/// Of the whole table, with the contents of the files it names in place of where they lie.
+std::string digest_of_scenario(Value document) {
+  for (Value* file : named_files(document)) file->text = digest_of_file(path_from(*file));
+  return digest(print_toml(document));
+}
+
+/// Version and digest of the running program.
+const std::string& build_id() {
+  static const std::string id = fmt::format("{}-{}", kVersion, digest_of_file("/proc/self/exe"));
+  return id;
+}
+
+/// What a read scenario says of its sweep.
+SweepHeader header_of(const Scenario& scenario) {
+  const SweepSpec& spec = *scenario.sweep;
+  SweepHeader header;
+  header.name = scenario.name;
+  header.file = scenario.file;
+  header.build = build_id();
+  header.seeds = spec.seeds;
+  for (const SweepAxis& axis : spec.grid) header.grid.push_back({axis.path, axis.values});
+  for (const Expectation& expectation : scenario.expectations) {
+    const Limit& limit = expectation.max ? *expectation.max : *expectation.min;
+    header.expectations.push_back({expectation.signal, expectation.metric, limit.unit});
+  }
+  header.stop_after = spec.stop_after;
+  header.keep_worst = spec.keep_worst;
+  if (spec.find) header.find = {spec.find->axis, spec.find->smallest, spec.find->gate, spec.find->allowed};
+  return header;
+}
+
+SweepVerdict verdict_of(ExpectationResult::Verdict verdict) {
+  return verdict == ExpectationResult::Verdict::pass   ? SweepVerdict::pass
+         : verdict == ExpectationResult::Verdict::fail ? SweepVerdict::fail
+                                                       : SweepVerdict::error;
+}
+
+SweepPoint point_of(std::int64_t index, const RunOutcome& outcome) {
+  SweepPoint point;
+  point.index = index;
+  point.verdict = outcome.exit == ExitCode::pass                 ? SweepVerdict::pass
+                  : outcome.exit == ExitCode::expectation_failed ? SweepVerdict::fail
+                                                                 : SweepVerdict::error;
+  point.trace_hash = outcome.record.trace_hash;
+  point.failure = outcome.failure;
+  for (const ExpectationResult& result : outcome.results) {
+    point.expect.push_back({result.value, result.min, result.max, verdict_of(result.verdict)});
+    if (point.failure.empty()) point.failure = result.detail;
+  }
+  return point;
+}
+
+std::string joined(const std::vector<Diagnostic>& errors) {
+  std::string out;
+  for (const Diagnostic& error : errors) out += (out.empty() ? "" : "\n") + text(error);
+  return out;
+}
+
+}  // namespace
+
+SweepPoints::SweepPoints(const std::string& path, const std::vector<std::string>& set, std::vector<Diagnostic>& errors)
+    : path_(path) {
+  Errors of_files;
+  document_ = load_with_overrides(path, {set, std::nullopt}, of_files);
+  if (of_files.any()) {
+    errors = of_files.sorted(path);
+    return;
+  }
+  const ReadResult base = read_document(document_, path);
+  if (!base.scenario) {
+    errors = base.errors;
+    return;
+  }
+  if (!base.scenario->sweep) {
+    errors.push_back({path, 0, 0, "has no [sweep]; write one, with seeds = \"0..1000\" or a [sweep.grid]"});
+    return;
+  }
+  if (base.scenario->expectations.empty() && !base.scenario->expect_stop) {
+    errors.push_back({path, 0, 0, "has no [[expect]], so every point would pass; say what must hold"});
+    return;
+  }
+  header_ = header_of(*base.scenario);
+  header_.scenario = digest_of_scenario(document_);
+  for (const SweepAxis& axis : base.scenario->sweep->grid) axis_places_.push_back(axis.place);
+  std::erase_if(document_.table, [](const Entry& entry) { return entry.key == "sweep"; });
+}
+
+ReadResult SweepPoints::read(std::int64_t point) const {
+  Value document = document_;
+  Errors errors;
+  for (std::size_t axis = 0; axis < header_.grid.size(); ++axis) {
+    const SweepHeader::Axis& one = header_.grid[axis];
+    set_value(document, one.path, parse_toml_value(one.values[header_.value_of(point, axis)], axis_places_[axis]), errors);
+  }
+  const auto seed = static_cast<std::int64_t>(header_.seed_of(point));
+  set_value(document, "run.seed", integer_value(seed, {path_, 1, 1}), errors);
+  if (errors.any()) return {std::nullopt, errors.sorted(path_)};
+  ReadResult result = read_document(std::move(document), path_);
+  if (result.scenario) result.errors = check_expectations(*result.scenario);
+  return result;
+}
+
+std::vector<Diagnostic> SweepPoints::check() const {
+  std::vector<Diagnostic> errors;
+  std::set<std::string> seen;
+  for (std::int64_t point = 0; point < header_.points(); point += std::ssize(header_.seeds)) {
+    for (const Diagnostic& error : read(point).errors) {
+      if (seen.insert(text(error)).second) errors.push_back(error);
+    }
+  }
+  return errors;
+}
+
+std::string SweepPoints::run(std::int64_t point, const std::atomic<bool>* interrupted) const {
+  const ReadResult result = read(point);
+  if (!result.errors.empty()) throw std::runtime_error(joined(result.errors));
+  RunOptions options;
+  options.threads = 1;  // the cores are kept busy by points
+  options.control.interrupted = interrupted;
+  const RunOutcome outcome = run_scenario(*result.scenario, options);
+  if (outcome.exit == ExitCode::interrupted) return {};
+  return point_line(header_, point_of(point, outcome));
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,80 @@
+#include "run_case.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "evenstep/catalogue/run_trial.h"
+#include "evenstep/time/digest.h"
+#include "judge.h"
+#include "evenstep/scheduler/parallel_for.h"
+
+namespace evenstep::internal {
+namespace {
+
+const CaseKind& kind_of(const CaseSpec& spec) {
+  const std::vector<CaseKind>& kinds = case_kinds();
+  return *std::find_if(kinds.begin(), kinds.end(), [&](const CaseKind& kind) { return kind.name == spec.kind; });
+}
+
+CaseRecord run_cells(const Scenario& scenario, const RunOptions& options) {
+  const CaseSpec& spec = *scenario.case_spec;
+  const CaseKind& kind = kind_of(spec);
+  CaseRecord record{spec.kind, std::string(kind.value_name), std::string(kind.value_unit), {}};
+  for (const Method method : spec.methods) {
+    for (const SolverKind solver : spec.solvers)
+      record.rows.push_back({name_of(method), name_of(solver), std::vector<CaseCell>(spec.values.size())});
+  }
+  const std::size_t columns = spec.values.size(), solvers = spec.solvers.size();
+  parallel_for(record.rows.size() * columns, options.threads, [&](std::size_t i) {
+    const std::size_t row = i / columns, column = i % columns;
+    const CellSpec cell{spec, spec.values[column], spec.methods[row / solvers], spec.solvers[row % solvers]};
+    record.rows[row].cells[column] = run_cell(kind, cell, scenario.seed, options.control.interrupted);
+  });
+  compare_devices(record);
+  if (kind.compare == nullptr) return record;
+  for (CaseRow& row : record.rows) kind.compare(row.cells);
+  return record;
+}
+
+/// Of every cell's result, in the order of the file.
+std::uint64_t hash_of(const CaseRecord& record) {
+  std::uint64_t hash = 0;
+  for (const CaseRow& row : record.rows) {
+    hash = mix(mix(hash, name_digest(row.method)), name_digest(row.solver));
+    for (const CaseCell& cell : row.cells)
+      hash = mix(mix(mix(hash, cell.value), static_cast<std::uint64_t>(cell.status)), cell.digest);
+  }
+  return hash;
+}
+
+bool ran(const CaseCell& cell) {
+  return cell.status != CellStatus::unavailable && cell.status != CellStatus::refused && cell.status != CellStatus::interrupted;
+}
+
+}  // namespace
+
+void compare_devices(CaseRecord& record) {
+  for (CaseRow& row : record.rows) {
+    if (row.solver != name_of(SolverKind::opencl)) continue;
+    const auto cpu = std::find_if(record.rows.begin(), record.rows.end(), [&](const CaseRow& other) {
+      return other.method == row.method && other.solver == name_of(SolverKind::cpu_float);
+    });
+    if (cpu == record.rows.end()) continue;
+    for (std::size_t c = 0; c < row.cells.size(); ++c) {
+      if (ran(row.cells[c]) && ran(cpu->cells[c])) row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
+    }
+  }
+}
+
+void run_case(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
+  outcome.case_record = run_cells(scenario, options);
+  outcome.record.trace_hash = hash_of(*outcome.case_record);
+  outcome.metrics = measure(*outcome.case_record);
+  const auto interrupted = [&] { return options.control.is_interrupted(); };
+  if (options.repeat && !interrupted() && hash_of(run_cells(scenario, options)) != outcome.record.trace_hash)
+    outcome.repeat_difference = "a second run of the same cells gave other digests; compare cells.csv of two runs";
+  if (!interrupted()) outcome.results = judge(scenario, *outcome.case_record);
+}
+
+}  // namespace evenstep::internal

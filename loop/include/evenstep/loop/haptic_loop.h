@@ -1,0 +1,34 @@
+#pragma once
+/// The wire: the two lanes of a haptic simulator, as in the paper's Figures 3 and 4. The same text runs on a virtual clock,
+/// on a wall clock (each lane with a scheduler and a thread of its own) and in replay; `direct`, `paper`, `phase_locked`
+/// and `ideal` differ only in the map and the exchange they are handed.
+
+#include "evenstep/device/force_guard.h"
+#include "evenstep/device/haptic_device.h"
+#include "evenstep/loop/exchange.h"
+#include "evenstep/loop/recorder.h"
+#include "evenstep/loop/solver_step.h"
+#include "evenstep/remap/slot_map.h"
+#include "evenstep/scheduler/scheduler.h"
+#include "evenstep/scheduler/step_timing.h"
+
+namespace evenstep {
+
+/// The device's tick grid and what stands between the schedule and the motor.
+struct DeviceLane {
+  int tool = 0;
+  Rate rate;
+  RealTime first_tick;
+  HapticDevice* device = nullptr;  ///< nullptr: a shadow, nobody feels its force
+  ForceGuard guard;
+};
+
+/// Figure 2 a: the hand, in real time. One tick reads the device and drives it.
+Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record);
+
+/// Figures 3 and 4: a visualization and the steps of its segment. Each step reads the hand at its slot's time (3 a-c) and
+/// gives its force a time of its own (4 c-e).
+Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
+                     StepRecorder& record);
+
+}  // namespace evenstep

@@ -1,0 +1,53 @@
+#pragma once
+/// Writes down what the lanes did (one call per tick and per step) and mixes it into the trace hash.
+
+#include <glm/vec3.hpp>
+
+#include "evenstep/loop/exchange.h"
+#include "evenstep/remap/slot_map.h"
+#include "evenstep/reports/run_record.h"
+#include "evenstep/scheduler/scheduler.h"
+#include "evenstep/scheduler/step_timing.h"
+
+namespace evenstep {
+
+class SolverStep;
+
+inline Vec3 to_vec3(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+class DeviceRecorder {
+ public:
+  explicit DeviceRecorder(DeviceRecord& record) : record_(record) {}
+  void tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
+            const glm::dvec3& force_N);
+
+ private:
+  DeviceRecord& record_;
+};
+
+/// What underruns.csv calls the reads and forces that came late.
+struct UnderrunWords {
+  bool predicts = false;           ///< reading past the newest sample is this strategy's aim, and no underrun
+  const char* interaction = "";    ///< what a step does whose sample is not there yet: "clamp"
+  const char* force = "";          ///< what a tick does whose force is not there yet: "hold"
+};
+
+class StepRecorder {
+ public:
+  StepRecorder(StrategyRecord& record, const UnderrunWords& words) : record_(record), words_(words) {}
+  /// A segment began at `began` (later than programmed on a wall clock).
+  void segment(const SegmentTiming& segment, RealTime began);
+  /// What step n reads, after having waited for it (policy `gate`).
+  void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
+  void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began, RealTime emission,
+            const SolverStep& solver);
+
+ private:
+  StepRead read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const;
+
+  StrategyRecord& record_;
+  UnderrunWords words_;
+  std::array<StepRead, kMaxTools> reads_{};
+};
+
+}  // namespace evenstep

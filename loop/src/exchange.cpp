@@ -1,0 +1,178 @@
+#include "evenstep/loop/exchange.h"
+
+#include <cassert>
+#include <utility>
+
+#include "rendered_schedule.h"
+
+namespace evenstep {
+
+namespace {
+
+/// A late sample is looked for this often: a step on a wall clock gives away no more than this.
+constexpr Duration kLookAgain{50'000};
+
+std::optional<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spec, Rate rate) {
+  if (!spec) return std::nullopt;
+  return make_filter<glm::dvec3>(*spec, rate);
+}
+
+}  // namespace
+
+Exchange::Link::Link(const LinkSpec& link)
+    : spec(link),
+      interaction(link.samples, link.interaction, link.spare),
+      forces(internal::make_rendered_schedule(link)),
+      interaction_filter(filter_of(link.interaction_filter, link.step_rate)),
+      force_filter(filter_of(link.force_filter, link.ticks.rate)) {}
+
+Exchange::Exchange(const std::vector<LinkSpec>& links) {
+  for (const LinkSpec& link : links) links_.emplace_back(link);
+}
+
+Exchange::~Exchange() = default;
+
+std::uint64_t Exchange::forces(int tool) const { return links_[static_cast<std::size_t>(tool)].forces->head(); }
+
+std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
+  return links_[static_cast<std::size_t>(tool)].forces->contacts();
+}
+
+DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
+  const DeviceSample sample = read_device(tool, scheduler);
+  links_[static_cast<std::size_t>(tool)].interaction.push(sample.read_at, sample.position_m);
+  return sample;
+}
+
+Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& scheduler) {
+  const TickInput input = look(tool, scheduler);
+  Link& link = links_[static_cast<std::size_t>(tool)];
+  Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample), link.forces->spring()};
+  if (link.force_filter) played.force_N.value = link.force_filter->next(played.force_N.value);
+  return played;
+}
+
+Reading<glm::dvec3> Exchange::hand(int tool, const Slot& slot) {
+  Link& link = links_[static_cast<std::size_t>(tool)];
+  const std::uint64_t head = interaction_head(tool);
+  if (slot.kind == SlotKind::mapped) return link.interaction.at(slot.read, head);
+  Reading<glm::dvec3> newest = link.interaction.newest(head);
+  if (link.interaction_filter) newest.value = link.interaction_filter->next(newest.value);
+  return newest;
+}
+
+bool Exchange::must_wait(int tool, const Reading<glm::dvec3>& hand) const {
+  return links_[static_cast<std::size_t>(tool)].spec.gate && hand.status == ReadStatus::underrun;
+}
+
+RealTime Exchange::next_sample(int tool, const Slot& slot, RealTime now) const {
+  const SamplingGrid& ticks = links_[static_cast<std::size_t>(tool)].spec.ticks;
+  const RealTime due = tick_time(ticks.rate, first_tick_at_or_after(ticks.rate, slot.read, ticks.origin), ticks.origin);
+  return due > now ? due : now + kLookAgain;
+}
+
+void Exchange::respond(int tool, RealTime emission, const ContactRecord& record) {
+  links_[static_cast<std::size_t>(tool)].forces->push(emission, record);
+}
+
+TickInput Exchange::look(int tool, const Scheduler& scheduler) { return {{}, scheduler.live_now(), forces(tool)}; }
+std::uint64_t Exchange::interaction_head(int tool) { return samples(tool); }
+
+DeviceExchange::DeviceExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
+                               std::vector<DeviceInputs>* keep)
+    : Exchange(links), devices_(std::move(devices)), keep_(keep) {
+  if (keep_) keep_->resize(devices_.size());
+}
+
+DeviceSample DeviceExchange::read_device(int tool, const Scheduler& scheduler) {
+  const DeviceSample sample = devices_[static_cast<std::size_t>(tool)]->read(scheduler.live_now());
+  if (keep_) (*keep_)[static_cast<std::size_t>(tool)].ticks.push_back({sample, {}, 0, ticks_run_++});
+  return sample;
+}
+
+TickInput DeviceExchange::look(int tool, const Scheduler& scheduler) {
+  const TickInput input = Exchange::look(tool, scheduler);
+  if (keep_) {
+    TickInput& kept = (*keep_)[static_cast<std::size_t>(tool)].ticks.back();
+    kept.played_at = input.played_at;
+    kept.force_head = input.force_head;
+  }
+  return input;
+}
+
+std::uint64_t DeviceExchange::interaction_head(int tool) {
+  const std::uint64_t head = Exchange::interaction_head(tool);
+  if (keep_) (*keep_)[static_cast<std::size_t>(tool)].interaction_heads.push_back(head);
+  return head;
+}
+
+DeviceSpring DeviceExchange::render(int tool, const DeviceSpring& wanted) {
+  const DeviceSpring rendered = devices_[static_cast<std::size_t>(tool)]->write_spring(wanted);
+  if (keep_) (*keep_)[static_cast<std::size_t>(tool)].springs.push_back(rendered);
+  return rendered;
+}
+
+IdealExchange::IdealExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
+                             std::vector<ProgrammedMotion> motions)
+    : DeviceExchange(links, std::move(devices)), motions_(std::move(motions)) {}
+
+Reading<glm::dvec3> IdealExchange::hand(int tool, const Slot& slot) {
+  return {position_m(motions_[static_cast<std::size_t>(tool)], slot.read), ReadStatus::inside, slot.read};
+}
+
+RecordedExchange::RecordedExchange(const std::vector<LinkSpec>& links, const std::vector<DeviceInputs>& inputs,
+                                   bool use_heads)
+    : Exchange(links),
+      inputs_(inputs),
+      use_heads_(use_heads),
+      next_tick_(inputs.size(), 0),
+      next_step_(inputs.size(), 0),
+      next_spring_(inputs.size(), 0) {
+  assert(inputs.size() == links.size());
+}
+
+bool RecordedExchange::next_tick_ready() const {
+  const TickInput* next = nullptr;
+  std::size_t next_tool = 0;
+  for (std::size_t tool = 0; tool < inputs_.size(); ++tool) {
+    if (next_tick_[tool] == inputs_[tool].ticks.size()) continue;
+    const TickInput& candidate = inputs_[tool].ticks[next_tick_[tool]];
+    if (next && next->order < candidate.order) continue;
+    next = &candidate;
+    next_tool = tool;
+  }
+  return !next || next->force_head <= forces(static_cast<int>(next_tool));
+}
+
+bool RecordedExchange::next_step_ready() const {
+  for (std::size_t tool = 0; tool < inputs_.size(); ++tool) {
+    const auto& heads = inputs_[tool].interaction_heads;
+    if (next_step_[tool] < heads.size() && heads[next_step_[tool]] > samples(static_cast<int>(tool))) return false;
+  }
+  return true;
+}
+
+DeviceSample RecordedExchange::read_device(int tool, const Scheduler&) {
+  const std::size_t device = static_cast<std::size_t>(tool);
+  return inputs_[device].ticks.at(next_tick_[device]).sample;
+}
+
+TickInput RecordedExchange::look(int tool, const Scheduler&) {
+  const std::size_t device = static_cast<std::size_t>(tool);
+  TickInput input = inputs_[device].ticks.at(next_tick_[device]++);
+  if (!use_heads_) input.force_head = forces(tool);
+  return input;
+}
+
+std::uint64_t RecordedExchange::interaction_head(int tool) {
+  const std::size_t device = static_cast<std::size_t>(tool);
+  return use_heads_ ? inputs_[device].interaction_heads.at(next_step_[device]++) : samples(tool);
+}
+
+DeviceSpring RecordedExchange::render(int tool, const DeviceSpring&) {
+  if (!use_heads_) return {};
+  const std::size_t device = static_cast<std::size_t>(tool);
+  return inputs_[device].springs.at(next_spring_[device]++);
+}
+
+}  // namespace evenstep

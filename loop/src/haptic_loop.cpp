@@ -1,0 +1,69 @@
+#include "evenstep/loop/haptic_loop.h"
+
+#include <algorithm>
+
+#include "evenstep/loop/segment_pace.h"
+
+namespace evenstep {
+Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record) {
+  for (std::int64_t k = 0;; ++k) {
+    const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
+    const DeviceSample sample = exchange.sense(lane.tool, scheduler);
+    Played played = exchange.play(lane.tool, sample, scheduler);
+    const glm::dvec3 force_N = lane.guard.pass(played.at, played.force_N.value, {sample, played.due()});
+    if (played.spring) played.spring = exchange.render(lane.tool, lane.guard.share(*played.spring));
+    if (lane.device) lane.device->write(force_N - played.sprung_N(sample.position_m));
+    record.tick(scheduler, arrival, sample, played, force_N);
+    // Ticks missed while this one ran late are skipped, never sent in a burst; the one due now still runs.
+    k = std::max(k, first_tick_at_or_after(lane.rate, played.at + Duration{1}, lane.first_tick) - 2);
+  }
+}
+
+Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
+                     StepRecorder& record) {
+  SegmentTiming segment;
+  Postponement pushed;  // by the waits of a gate
+  for (std::int64_t n = 0; timing.next(segment);) {
+    co_await scheduler.until(pushed.begin(segment.begin), Lane::launch, "segment");
+    const bool own_lane = segment.overlaps();  // drawn by a thread of its own: no pause here
+    // 3 b: the segment, split into slots.
+    map.boundary(n, own_lane ? segment.begin : scheduler.now() - pushed.by());
+    record.segment(segment, scheduler.now());
+    const Pause pause = pause_of(segment, own_lane);
+    if (pause.before_steps) {
+      pushed.end(segment.visualization->end);
+      co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");  // 3 d: the large delay
+    }
+    for (const Interval& step : segment.steps) {
+      // After the sample of the same instant.
+      co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");
+      const RealTime launched = scheduler.now();
+      const Slot slot = map.read(n, launched);  // 3 c: the slot's time
+      for (int tool = 0; tool < exchange.tool_count(); ++tool) {
+        Reading<glm::dvec3> hand = exchange.hand(tool, slot);  // 3 a: the buffered hand
+        while (exchange.must_wait(tool, hand)) {
+          co_await scheduler.until(exchange.next_sample(tool, slot, scheduler.now()), Lane::launch, "gate");
+          hand = exchange.hand(tool, slot);
+        }
+        solver.give(tool, hand.value, std::min(slot.read, hand.newest));
+        record.hand(tool, n, slot, hand, scheduler.now() - launched);
+      }
+      const RealTime began = scheduler.now();
+      pushed.wait(began - launched);
+      solver.begins(began);
+      co_await scheduler.external(pushed.end(step.end), &solver, "step");  // 4 b: a constant amount of simulation time
+      const RealTime emission = map.emission(n, scheduler.now());          // 4 d: the inverse of 3 c
+      for (int tool = 0; tool < exchange.tool_count(); ++tool) {
+        exchange.respond(tool, emission, solver.contact(tool));  // 4 e: evenly
+      }
+      record.step(scheduler, segment, slot, began, emission, solver);
+      ++n;
+    }
+    if (pause.after_steps) {
+      pushed.end(segment.visualization->end);
+      co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");
+    }
+  }
+}
+
+}  // namespace evenstep

@@ -1,0 +1,81 @@
+#include "evenstep/loop/recorder.h"
+
+#include <algorithm>
+
+#include "evenstep/loop/solver_step.h"
+
+namespace evenstep {
+namespace {
+
+void note(Scheduler& scheduler, const glm::dvec3& v) {
+  scheduler.note(v.x);
+  scheduler.note(v.y);
+  scheduler.note(v.z);
+}
+
+SpringRow to_row(const DeviceSpring& spring) {
+  return {to_vec3(spring.center_m), to_vec3(spring.below_N_per_m), to_vec3(spring.above_N_per_m), to_vec3(spring.limit_N)};
+}
+
+}  // namespace
+
+void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
+                          const glm::dvec3& force_N) {
+  scheduler.note(static_cast<std::uint64_t>(sample.read_at.ns));
+  scheduler.note(static_cast<std::uint64_t>(played.at.ns));
+  note(scheduler, sample.position_m);
+  note(scheduler, force_N);
+  record_.ticks.push_back({arrival.scheduled, arrival.lateness(), to_vec3(sample.position_m), to_vec3(force_N),
+                           played.force_N.status != ReadStatus::empty});
+  if (!played.spring) return;
+  const DeviceSpring& spring = *played.spring;
+  for (const glm::dvec3& part : {spring.center_m, spring.below_N_per_m, spring.above_N_per_m, spring.limit_N})
+    note(scheduler, part);
+  record_.springs.resize(record_.ticks.size());  // none so far
+  record_.springs.back() = to_row(spring);
+}
+
+void StepRecorder::segment(const SegmentTiming& segment, RealTime began) {
+  SegmentRow row{segment.index, segment.overlaps() ? segment.begin : began, {}, std::nullopt};
+  row.end = row.begin + (segment.end - segment.begin);
+  if (segment.visualization) row.visualization = {{segment.visualization->begin, segment.visualization->end}};
+  record_.segments.push_back(row);
+}
+
+StepRead StepRecorder::read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const {
+  if (slot.kind == SlotKind::newest) return StepRead::newest;
+  if (slot.kind == SlotKind::acquiring) return StepRead::acquiring;
+  if (hand.status == ReadStatus::overrun) return StepRead::overrun;
+  if (hand.status == ReadStatus::inside) return waited.ns > 0 ? StepRead::gated : StepRead::inside;
+  return words_.predicts ? StepRead::predicted : StepRead::underrun;
+}
+
+void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) {
+  const StepRead read = read_of(slot, hand, waited);
+  reads_[static_cast<std::size_t>(tool)] = read;
+  if (read != StepRead::underrun && read != StepRead::gated) return;
+  const Duration lateness = read == StepRead::gated ? waited : slot.read - hand.newest;
+  record_.underruns.push_back({n, static_cast<std::uint32_t>(tool), UnderrunRow::Side::interaction, lateness,
+                               words_.interaction});
+}
+
+void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
+                        RealTime emission, const SolverStep& solver) {
+  scheduler.note(static_cast<std::uint64_t>(slot.read.ns));
+  scheduler.note(static_cast<std::uint64_t>(emission.ns));
+  scheduler.note(solver.state_digest);
+  const auto n = static_cast<std::int64_t>(record_.steps.size());
+  record_.steps.push_back({segment.index, began, scheduler.now(), slot.read, emission, slot.kind == SlotKind::mapped,
+                           slot.kind == SlotKind::acquiring, solver.simulated_s()});
+  for (std::uint32_t device = 0; device < record_.devices.size(); ++device) {
+    note(scheduler, solver.positions_m[device]);
+    note(scheduler, solver.response.force_N[device]);
+    record_.devices[device].steps.push_back(
+        {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), reads_[device]});
+    if (slot.kind != SlotKind::mapped || scheduler.now() <= emission) continue;
+    record_.underruns.push_back(
+        {n, device, UnderrunRow::Side::force, scheduler.now() - emission, words_.force});
+  }
+}
+
+}  // namespace evenstep

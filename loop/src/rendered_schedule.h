@@ -1,0 +1,30 @@
+#pragma once
+/// From what a step leaves behind to what a tick plays: a force schedule, and what renders its records. A device that plays
+/// the scheduled force itself carries nothing but forces.
+
+#include <memory>
+#include <optional>
+
+#include "evenstep/device/haptic_device.h"
+#include "evenstep/device/renderer.h"
+#include "evenstep/loop/exchange.h"
+#include "evenstep/remap/force_schedule.h"
+
+namespace evenstep::internal {
+
+class RenderedSchedule {
+ public:
+  virtual ~RenderedSchedule() = default;
+  /// Simulation lane.
+  virtual void push(RealTime emission, const ContactRecord& record) = 0;
+  virtual std::optional<RenderedContactsSummary> contacts() const { return std::nullopt; }
+  virtual std::uint64_t head() const = 0;
+  /// Device lane, once per tick: the force at `at` under the hand as it was sampled in this tick.
+  virtual Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) = 0;
+  /// What of that force the device may render by itself.
+  virtual std::optional<DeviceSpring> spring() const { return std::nullopt; }
+};
+
+std::unique_ptr<RenderedSchedule> make_rendered_schedule(const LinkSpec& link);
+
+}  // namespace evenstep::internal

@@ -1,0 +1,67 @@
+#include "evenstep/loop/solver_step.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <span>
+
+#include "evenstep/clock/wall_clock.h"
+
+namespace evenstep {
+namespace {
+
+bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+}  // namespace
+
+RunFailure run_failure(const SolverError& error, std::int64_t at_step) {
+  return RunFailure(name_of(error.fault()), error.what(), error.remedy(), at_step);
+}
+
+void SolverStep::begins(RealTime began) {
+  if (variable_ && began_) step_s_ = static_cast<double>((began - *began_).ns) / 1e9;
+  if (began_) simulated_s_ += step_s_;
+  began_ = began;
+}
+
+void SolverStep::give(int tool, const glm::dvec3& position_m, RealTime read_at) {
+  positions_m[static_cast<std::size_t>(tool)] = position_m;
+  read_at_[static_cast<std::size_t>(tool)] = read_at;
+}
+
+ContactRecord SolverStep::contact(int tool) const {
+  const auto index = static_cast<std::size_t>(tool);
+  ContactRecord record;
+  record.force_N = response.force_N[index];
+  record.tool_m = positions_m[index];
+  record.read_at = read_at_[index];
+  const std::span<const ToolContact> contacts = solver_.contacts();
+  if (contacts.empty()) return record;
+  const ToolContact& contact = contacts[index];
+  const glm::dmat3& k = contact.stiffness_N_per_m;  // [column][row]
+  record.stiffness_N_per_m = {k[0][0], k[1][1], k[2][2], k[1][0], k[2][0], k[2][1]};
+  record.normal = contact.normal;
+  record.gap_m = contact.gap_m;
+  record.unilateral = contact.unilateral;
+  return record;
+}
+
+void SolverStep::run() {
+  const double started_s = monotonic_seconds();
+  const std::span<const glm::dvec3> tools(positions_m.data(), static_cast<std::size_t>(tool_count_));
+  try {
+    response = variable_ ? solver_.step(tools, step_s_) : solver_.step(tools);
+  } catch (const SolverError& error) {
+    throw run_failure(error, step_);
+  }
+  for (const glm::dvec3& force_N : response.force_N) {
+    if (is_finite(force_N)) continue;
+    throw RunFailure("diverged", fmt::format("step {}: the solver's force is not finite", step_),
+                     "a smaller step size or substeps = \"auto\"", step_);
+  }
+  if (digest_) state_digest = solver_.state_digest();
+  ++step_;
+  seconds += monotonic_seconds() - started_s;
+}
+
+}  // namespace evenstep

@@ -1,0 +1,210 @@
+#include "evenstep/recordings/timing_csv.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "evenstep/text/csv_rows.h"
+#include "evenstep/text/text_file.h"
+
+namespace evenstep {
+namespace {
+
+using internal::CsvRows;
+
+enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit of every time a user gives
+constexpr std::string_view kTooLong = "the recording is longer than 1e6 s; are these nanoseconds?";
+
+struct Row {
+  std::int64_t segment = 0, index = 0;
+  std::string_view kind;
+  Interval interval;
+};
+
+/// What the file has said so far.
+struct State {
+  std::vector<SegmentTiming>& segments;
+  std::int64_t number = -1;                       ///< of the open segment, as written
+  std::int64_t step_index = -1, idle_index = -1;  ///< last ones of the open segment
+  bool only_idle = true;                          ///< so far in the open segment
+  RealTime last_step_end{0}, last_visualization_end{0};
+};
+
+bool take_interval(CsvRows& rows, Interval& interval) {
+  return rows.take_whole(interval.begin.ns) && rows.take_whole(interval.end.ns) && rows.row_done();
+}
+
+bool read_cells(CsvRows& rows, Row& row) {
+  if (!rows.split(5)) return false;
+  row.kind = rows.cell(kKind);
+  return rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) && rows.whole(kBegin, row.interval.begin.ns) &&
+         rows.whole(kEnd, row.interval.end.ns);
+}
+
+bool read_row(CsvRows& rows, Row& row) {
+  const bool quickly = rows.take_whole(row.segment) && rows.take_word(row.kind) && rows.take_whole(row.index) &&
+                       take_interval(rows, row.interval);
+  if (!quickly && !read_cells(rows, row)) return false;
+  if (row.interval.end >= row.interval.begin) return true;
+  rows.error(kEnd, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
+  return false;
+}
+
+/// Opens the row's segment if it is not the open one.
+bool open_segment(CsvRows& rows, const Row& row, State& state) {
+  if (row.segment == state.number) return true;
+  if (state.number >= 0 && row.segment != state.number + 1) {
+    rows.error(kSegment,
+               fmt::format("segment {} follows segment {}; segments are numbered one by one", row.segment, state.number));
+    return false;
+  }
+  SegmentTiming segment;
+  segment.index = static_cast<std::int64_t>(state.segments.size());
+  segment.begin = row.interval.begin;
+  segment.end = row.interval.end;
+  if (!state.segments.empty()) segment.steps.reserve(state.segments.back().steps.size());
+  state.segments.push_back(std::move(segment));
+  state.number = row.segment;
+  state.step_index = state.idle_index = -1;
+  state.only_idle = true;
+  return true;
+}
+
+bool increasing(CsvRows& rows, std::int64_t index, std::int64_t& last) {
+  if (index > last) {
+    last = index;
+    return true;
+  }
+  rows.error(kIndex, fmt::format("index {} follows {} in the same segment", index, last));
+  return false;
+}
+
+bool not_before(CsvRows& rows, std::size_t cell, Interval interval, RealTime& last_end, std::string_view what) {
+  if (interval.begin < last_end) {
+    rows.error(cell, fmt::format("begins at {} ns, before the {} before it ended at {} ns", interval.begin.ns, what,
+                                 last_end.ns));
+    return false;
+  }
+  last_end = interval.end;
+  return true;
+}
+
+/// Begin and end of the open segment over its visualization and steps.
+void widen(SegmentTiming& segment, const Interval& interval, State& state) {
+  segment.begin = state.only_idle ? interval.begin : std::min(segment.begin, interval.begin);
+  state.only_idle = false;
+}
+
+void add_row(CsvRows& rows, const Row& row, State& state) {
+  if (!open_segment(rows, row, state)) return;
+  SegmentTiming& segment = state.segments.back();
+  if (row.kind == "step") {
+    if (!increasing(rows, row.index, state.step_index)) return;
+    if (!not_before(rows, kBegin, row.interval, state.last_step_end, "step")) return;
+    segment.steps.push_back(row.interval);
+    widen(segment, row.interval, state);
+  } else if (row.kind == "idle") {
+    if (!increasing(rows, row.index, state.idle_index)) return;
+  } else if (row.kind == "visualization") {
+    if (segment.visualization || row.index != 0) return rows.error(kIndex, "a segment has one visualization, of index 0");
+    if (!not_before(rows, kBegin, row.interval, state.last_visualization_end, "visualization")) return;
+    segment.visualization = row.interval;
+    widen(segment, row.interval, state);
+  } else {
+    return rows.error(kKind, fmt::format("kind '{}' must be visualization, step or idle", row.kind));
+  }
+  segment.end = std::max(segment.end, row.interval.end);
+  if (state.segments.size() > 1 && segment.begin <= state.segments[state.segments.size() - 2].begin) {
+    rows.error(kBegin,
+               fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
+  }
+  if (segment.end - state.segments.front().begin > Duration{kLongest_ns})
+    rows.error(kBegin, std::string(kTooLong));
+}
+
+void shift(Interval& interval, Duration by) {
+  interval.begin = interval.begin - by;
+  interval.end = interval.end - by;
+}
+
+void shift_to_zero(std::vector<SegmentTiming>& segments) {
+  if (segments.empty()) return;
+  const Duration origin = segments.front().begin - RealTime{};
+  if (origin == Duration{}) return;
+  for (SegmentTiming& segment : segments) {
+    segment.begin = segment.begin - origin;
+    segment.end = segment.end - origin;
+    if (segment.visualization) shift(*segment.visualization, origin);
+    for (Interval& step : segment.steps) shift(step, origin);
+  }
+}
+
+void finish(TimingCsv& out, const std::string& name) {
+  if (out.segments.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
+  if (out.errors.empty()) shift_to_zero(out.segments);
+}
+
+constexpr std::string_view kStepsHeader = "begin_ns,end_ns";
+
+bool read_step(CsvRows& rows, Row& row) {
+  const bool fine = take_interval(rows, row.interval) ||
+                    (rows.split(2) && rows.whole(0, row.interval.begin.ns) && rows.whole(1, row.interval.end.ns));
+  if (!fine) return false;
+  if (row.interval.end >= row.interval.begin) return true;
+  rows.error(1, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));
+  return false;
+}
+
+/// A bare list. The header has been read.
+void read_steps(CsvRows& rows, std::vector<SegmentTiming>& segments) {
+  State state{segments};
+  Row row;
+  while (rows.next()) {
+    if (!read_step(rows, row) || !open_segment(rows, row, state)) continue;
+    if (!not_before(rows, 0, row.interval, state.last_step_end, "step")) continue;
+    SegmentTiming& segment = segments.front();
+    segment.steps.push_back(row.interval);
+    segment.end = row.interval.end;
+    if (segment.end - segment.begin > Duration{kLongest_ns}) rows.error(0, std::string(kTooLong));
+  }
+}
+
+/// `rows` writes its errors to `out`.
+void read(CsvRows rows, const std::string& name, bool steps_too, TimingCsv& out) {
+  if (steps_too && rows.begins_with(kStepsHeader)) {
+    rows.header(kStepsHeader);
+    read_steps(rows, out.segments);
+  } else {
+    if (!rows.header("segment,kind,index,begin_ns,end_ns")) return;
+    State state{out.segments};
+    Row row;
+    while (rows.next()) {
+      if (read_row(rows, row)) add_row(rows, row, state);
+    }
+  }
+  finish(out, name);
+}
+
+TimingCsv parse(const std::string& text, const std::string& name, bool steps_too) {
+  TimingCsv out;
+  read(CsvRows(text, name, out.errors), name, steps_too, out);
+  return out;
+}
+
+TimingCsv read_file(const std::string& path, bool steps_too) {
+  TimingCsv out;
+  internal::TextPieces pieces(path, internal::kMostCsvBytes);
+  read(CsvRows([&] { return pieces.next(); }, path, out.errors), path, steps_too, out);
+  if (!pieces.error().empty()) return {{}, {{path, 0, 0, pieces.error()}}};
+  return out;
+}
+
+}  // namespace
+
+TimingCsv parse_timing_csv(const std::string& text, const std::string& name) { return parse(text, name, false); }
+TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) { return parse(text, name, true); }
+TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
+TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
+
+}  // namespace evenstep

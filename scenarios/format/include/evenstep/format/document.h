@@ -1,0 +1,67 @@
+#pragma once
+/// A TOML file as plain values that keep their places. toml++ nodes lose theirs when copied (and a merge copies), so
+/// toml++ is left behind right after parsing.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "evenstep/text/diagnostic.h"
+#include "evenstep/format/scenario.h"
+
+namespace evenstep::internal {
+
+struct Entry;
+
+struct Value {
+  enum class Kind { boolean, integer, number, text, list, table, date };
+  Kind kind = Kind::table;
+  bool boolean = false;
+  std::int64_t integer = 0;
+  double number = 0;
+  std::string text;
+  std::vector<Value> list;
+  std::vector<Entry> table;  ///< in the order of the file; names are unique
+  Place place;
+
+  const Value* find(std::string_view key) const;
+  Value* find(std::string_view key);
+  bool is(Kind k) const { return kind == k; }
+};
+
+struct Entry {
+  std::string key;
+  Place place;  ///< of the key
+  Value value;
+};
+
+Value text_value(std::string text, Place place);
+Value integer_value(std::int64_t integer, Place place);
+/// "a list", for messages.
+std::string_view name_of(Value::Kind kind);
+/// As in a file: 11.1, "30 Hz", true; lists and tables by their name.
+std::string as_written(const Value& value);
+
+class Errors {
+ public:
+  void add(const Place& place, std::string message) {
+    list_.push_back({place.file, place.line, place.column, std::move(message)});
+  }
+  bool any() const { return !list_.empty(); }
+  std::size_t count() const { return list_.size(); }
+  /// By position; those of `first_file` first.
+  std::vector<Diagnostic> sorted(const std::string& first_file) const;
+
+ private:
+  std::vector<Diagnostic> list_;
+};
+
+/// The table of a file's text. Syntax errors, duplicate keys and bytes that are not UTF-8 are errors with a place.
+Value parse_toml(const std::string& text, const std::string& file, Errors& errors);
+/// One value as after a '='; text that is none is a string ("22.2 ms" needs no quotes on a command line).
+Value parse_toml_value(std::string_view text, const Place& place);
+/// Reads back to an equal table.
+std::string print_toml(const Value& table);
+
+}  // namespace evenstep::internal

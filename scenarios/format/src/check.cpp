@@ -1,0 +1,338 @@
+#include "check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "evenstep/text/suggest.h"
+#include "evenstep/text/units.h"
+
+namespace evenstep::internal {
+namespace {
+
+constexpr std::string_view kLognormalWord = "lognormal ";
+constexpr std::string_view kSmoothWord = "smooth ";
+constexpr std::string_view kSweepRange = "sweep.grid.*";
+constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
+/// Stands in while the forms are checked: the real lengths come out of [timing] later.
+constexpr NominalUnits kSomeNominal{{1'000'000}, {1'000'000}, {1'000'000}, {1'000'000}, true};
+
+/// A division: 1e15 ns are exactly 1e6 s, the limit, which a product with 1e-9 is not.
+double in_s(Duration duration) { return static_cast<double>(duration.ns) / 1e9; }
+
+bool contains(std::string_view words, std::string_view word) {
+  const std::vector<std::string_view> all = split_words(words);
+  return std::find(all.begin(), all.end(), word) != all.end();
+}
+
+/// What `Field::kinds` of this table is compared with; empty if it is not known (then no key is refused for it).
+std::string kind_of(std::string_view table, const Value* value) {
+  if (table.empty()) return value != nullptr && value->find("case") != nullptr ? "case" : "loop";
+  const std::string_view key = kind_key(table);
+  const auto row =
+      std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == key; });
+  if (table == "timing" && value != nullptr && value->find("trace") != nullptr) return "trace";
+  const Value* kind = value == nullptr ? nullptr : value->find(key);
+  if (kind == nullptr && row != fields().end() && !row->required)
+    return std::string(row->default_toml.substr(1, row->default_toml.size() - 2));  // without its quotes
+  if (kind == nullptr || !kind->is(Value::Kind::text)) return "";
+  return row != fields().end() && contains(row->words, kind->text) ? kind->text : "";
+}
+
+bool exists_for(const Field& field, std::string_view kind) {
+  return field.kinds.empty() || kind.empty() || contains(field.kinds, kind);
+}
+
+/// The row of a key for this kind; any row of the key if there is none for this kind; nullptr if the key is unknown.
+const Field* row_of(std::string_view table, std::string_view key, std::string_view kind) {
+  const Field* any = nullptr;
+  for (const Field& field : fields()) {
+    if (field.table != table || (field.key != key && field.key != "*")) continue;
+    if (exists_for(field, kind)) return &field;
+    any = &field;
+  }
+  return any;
+}
+
+std::string out_of_range(const Field& field, double number, std::string_view written) {
+  const Range& range = field.range;
+  const bool below = range.above_least ? !(number > range.least) : !(number >= range.least);
+  if (!below && number <= range.most) return {};
+  return fmt::format("{} is out of range; it must be {}", written, describe_range(field));
+}
+
+/// 11.1 where "11.1 ms" is meant.
+std::string without_unit(const Field& field, const Value& value) {
+  if (field.forms & kSegments)
+    return fmt::format("{} has no unit; write \"{} segments\"", as_written(value), as_written(value));
+  const Dimension dimension = (field.forms & kRate)                                     ? Dimension::rate
+                              : (field.forms & (kDuration | kSpan | kSmooth | kPareto)) ? Dimension::time
+                              : (field.forms & kLognormal)                              ? Dimension::ratio
+                                                                                        : field.dimension;
+  const std::string_view example = info(dimension).example;
+  return fmt::format("{} has no unit; write {} such as \"{}{}\"", as_written(value), describe_forms(field),
+                     as_written(value), example.substr(example.find(' ')));
+}
+
+template <class T>
+std::string parsed(const Field& field, const Parsed<T>& result, double number, std::string_view text) {
+  return result.ok() ? out_of_range(field, number, fmt::format("\"{}\"", text)) : result.error;
+}
+
+std::string prefixed_error(const Field& field, std::string_view text, std::string_view word, bool time) {
+  if (text.substr(0, word.size()) != word)
+    return fmt::format("\"{}\" must be {}, such as {}", text, describe_forms(field), example_of(field));
+  const std::string_view rest = text.substr(word.size());
+  if (time) {
+    const Parsed<Duration> duration = parse_duration(rest);
+    return parsed(field, duration, in_s(duration.value), text);
+  }
+  const Parsed<double> ratio = parse_si(rest, Dimension::ratio);
+  return parsed(field, ratio, ratio.value, text);
+}
+
+/// "pareto 3 ms cap 40 ms" in its two times; a text of another shape has none.
+struct ParetoParts {
+  std::string_view least, most;
+};
+ParetoParts pareto_parts(std::string_view text) {
+  const std::size_t cap = text.find(kCapWord);
+  if (text.substr(0, kParetoWord.size()) != kParetoWord || cap == std::string_view::npos) return {};
+  return {text.substr(kParetoWord.size(), cap - kParetoWord.size()), text.substr(cap + kCapWord.size())};
+}
+
+std::string pareto_error(const Field& field, std::string_view text) {
+  const ParetoParts parts = pareto_parts(text);
+  if (parts.least.empty() || parts.most.empty())
+    return fmt::format("\"{}\" must be {}, such as {}", text, describe_forms(field), example_of(field));
+  const Parsed<Duration> least = parse_duration(parts.least), most = parse_duration(parts.most);
+  if (!least.ok()) return least.error;
+  if (!most.ok()) return most.error;
+  const std::string range = out_of_range(field, in_s(least.value), fmt::format("\"{}\"", text));
+  if (!range.empty() || least.value <= most.value)
+    return range.empty() ? out_of_range(field, in_s(most.value), text) : range;
+  return fmt::format("\"{}\": the cap is below the least cost; write the smaller time first", text);
+}
+
+/// The number of "8 segments".
+Parsed<double> parse_segments(std::string_view text) {
+  const NumberAndUnit split = split_number(text);
+  const Unit* unit = split.error.empty() ? find_unit(split.unit) : nullptr;
+  if (unit == nullptr || unit->kind != UnitKind::segment || split.divisor.mantissa != 1)
+    return {{}, fmt::format("'{}' must be a number of segments, such as \"8 segments\"", text)};
+  return {to_double(split.number), {}};
+}
+
+/// With kRate | kDuration: whichever unit is there.
+std::string time_or_rate_error(const Field& field, std::string_view text) {
+  const Unit* unit = find_unit(split_number(text).unit);
+  const bool rate =
+      (field.forms & kRate) && (!(field.forms & kDuration) || (unit != nullptr && unit->dimension == Dimension::rate));
+  if (rate) {
+    const Parsed<Rate> value = parse_rate(text);
+    return parsed(field, value, static_cast<double>(value.value.num) / static_cast<double>(value.value.den), text);
+  }
+  const Parsed<Duration> value = parse_duration(text, field.forms & kSpan ? kSomeNominal : NominalUnits{});
+  return parsed(field, value, in_s(value.value), text);
+}
+
+bool starts_like_number(std::string_view text) {
+  return !text.empty() && std::string_view("0123456789.+-").find(text.front()) != std::string_view::npos;
+}
+
+std::string text_error(const Field& field, const std::string& text) {
+  if (field.forms & kText) return {};
+  if (field.forms & kFile) return text.empty() ? "names no file" : "";
+  constexpr std::uint32_t kNumeric = kDuration | kSpan | kRate | kQuantity | kLimit;
+  if (field.forms & kWord) {
+    if (contains(field.words, text)) return {};
+    if (!(field.forms & kNumeric) || !starts_like_number(text)) {
+      const std::string near(nearest(text, split_words(field.words)));
+      return fmt::format("\"{}\" must be {}{}", text, describe_forms(field),
+                         near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
+    }
+  }
+  if (field.forms & kLognormal) return prefixed_error(field, text, kLognormalWord, false);
+  if (field.forms & kSmooth) return prefixed_error(field, text, kSmoothWord, true);
+  if (field.forms & kPareto) return pareto_error(field, text);
+  if (field.forms & kSegments) {
+    const Parsed<double> count = parse_segments(text);
+    return parsed(field, count, count.value, text);
+  }
+  if (field.forms & (kDuration | kSpan | kRate)) return time_or_rate_error(field, text);
+  if (field.forms & kLimit) return parse_limit(text).error;
+  if (field.forms & kQuantity) {
+    const Parsed<double> value = parse_si(text, field.dimension);
+    return parsed(field, value, value.value, text);
+  }
+  return fmt::format("\"{}\" must be {}, without quotes", text, describe_forms(field));
+}
+
+/// Empty: fine.
+std::string error_of(const Field& field, const Value& value) {
+  if ((field.forms & kAnything) && !value.is(Value::Kind::date)) return {};
+  const std::string wrong = fmt::format("must be {}, not {}", describe_forms(field), as_written(value));
+  switch (value.kind) {
+    case Value::Kind::text:
+      return text_error(field, value.text);
+    case Value::Kind::boolean:
+      return field.forms & kBoolean ? "" : wrong;
+    case Value::Kind::number:
+      if (!std::isfinite(value.number)) return fmt::format("{} is not a number a scenario can use", value.number);
+      [[fallthrough]];
+    case Value::Kind::integer: {
+      const bool whole = value.is(Value::Kind::integer);
+      const double number = whole ? static_cast<double>(value.integer) : value.number;
+      if (field.forms & kLimit) return {};
+      if ((field.forms & kNumber) || (whole && (field.forms & kInteger)))
+        return out_of_range(field, number, as_written(value));
+      if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLognormal | kSmooth | kPareto | kSegments))
+        return without_unit(field, value);
+      return wrong;
+    }
+    default:
+      return wrong;
+  }
+}
+
+/// The key in messages; of a key that may have any name, its table.
+std::string shown_key(const Field& field) {
+  return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key);
+}
+
+}  // namespace
+
+Check::Check(const Value& document, Errors& errors) : errors_(errors) { table("", document); }
+
+void Check::table(const std::string& name, const Value& value) {
+  const std::size_t before = errors_.count();
+  for (const Entry& one : value.table) entry(name, value, one);
+  missing(name, value);
+  if (errors_.count() > before) faulty_.insert(&value);
+}
+
+void Check::entry(const std::string& name, const Value& table, const Entry& entry) {
+  const std::string kind = kind_of(name, &table);
+  const Field* field = row_of(name, entry.key, kind);
+  if (field == nullptr) {
+    std::vector<std::string_view> known;
+    for (const Field& f : fields()) {
+      if (f.table == name && exists_for(f, kind)) known.push_back(f.key);
+    }
+    errors_.add(entry.place, fmt::format("unknown key '{}' in {}{}", entry.key, title(name),
+                                         name == kSweepRange ? "; a path stands in quotes: \"timing.visualization\""
+                                                             : suggestion(entry.key, known)));
+  } else if (!exists_for(*field, kind)) {
+    const std::string_view of = kind_key(name);
+    errors_.add(entry.place,
+                kind == "case" ? fmt::format("'{}' does not go with [case], which drives the solver itself; remove one of them",
+                                             entry.key)
+                : kind == "trace"
+                    ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
+                    : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of,
+                                  kind, of, fmt::join(split_words(field->kinds), "\" or \"")));
+  } else {
+    value(*field, entry.value);
+  }
+}
+
+void Check::value(const Field& field, const Value& value) {
+  const std::size_t before = errors_.count();
+  const bool list = value.is(Value::Kind::list);
+  if (field.shape == Shape::one || (field.shape == Shape::one_or_list && !list)) {
+    element(field, value);
+  } else if (!list || (field.shape == Shape::three && value.list.size() != 3) ||
+             (field.shape == Shape::one_or_list && value.list.empty())) {
+    const std::string hint = (field.forms & kTable) && field.table.empty() ? fmt::format("; write [[{}]]", field.key)
+                                                                           : fmt::format(", such as {}", example_of(field));
+    errors_.add(value.place, fmt::format("{} must be {}{}", shown_key(field), describe_forms(field), hint));
+  } else {
+    for (const Value& one : value.list) element(field, one);
+  }
+  if (errors_.count() > before) faulty_.insert(&value);
+}
+
+void Check::element(const Field& field, const Value& value) {
+  if ((field.forms & kTable) && value.is(Value::Kind::table)) return table(subtable(field), value);
+  const std::string error = error_of(field, value);
+  if (!error.empty()) errors_.add(value.place, fmt::format("{}: {}", shown_key(field), error));
+}
+
+void Check::missing(const std::string& name, const Value& value) {
+  const std::string kind = kind_of(name, &value);
+  for (const Field& field : fields()) {
+    // Without a valid kind nothing can be said of the keys that depend on it.
+    if (field.table != name || !field.required || value.find(field.key) != nullptr) continue;
+    if (!field.kinds.empty() && (kind.empty() || !contains(field.kinds, kind))) continue;
+    const std::string remedy =
+        field.forms != kTable ? fmt::format("{} = {}", field.key, example_of(field)) : title(field.key);
+    errors_.add(value.place, fmt::format("{} has no '{}'; write {}", title(name), field.key, remedy));
+  }
+}
+
+bool Table::exists(std::string_view key) const {
+  const std::string kind = kind_of(name_, value_);
+  const Field* field = row_of(name_, key, kind);
+  return field != nullptr && exists_for(*field, kind);
+}
+
+const Field& Table::field(std::string_view key) const { return *row_of(name_, key, kind_of(name_, value_)); }
+
+Place Table::place(std::string_view key) const {
+  if (has(key)) return value_->find(key)->place;
+  return value_ != nullptr ? value_->place : around_;
+}
+
+Value Table::at(std::string_view key) const {
+  if (has(key)) return *value_->find(key);
+  return parse_toml_value(field(key).default_toml, place(key));
+}
+
+Table Table::table(std::string_view key) const {
+  return {has(key) ? value_->find(key) : nullptr, subtable(field(key)), place(key)};
+}
+
+double Table::number(std::string_view key) const {
+  const Value value = at(key);
+  return value.is(Value::Kind::integer) ? static_cast<double>(value.integer) : value.number;
+}
+
+double Table::si(std::string_view key) const { return parse_si(text(key), field(key).dimension).value; }
+
+glm::dvec3 Table::vector(std::string_view key) const {
+  const Value value = at(key);
+  glm::dvec3 out{0};
+  for (int axis = 0; axis < 3; ++axis)
+    out[axis] = parse_si(value.list[static_cast<std::size_t>(axis)].text, field(key).dimension).value;
+  return out;
+}
+
+Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& errors) const {
+  const Parsed<Duration> parsed = parse_duration(text(key), nominal);
+  if (!parsed.ok() && nominal.known) errors.add(place(key), fmt::format("'{}': {}", key, parsed.error));
+  return parsed.value;
+}
+
+double Table::lognormal(std::string_view key) const {
+  return parse_si(text(key).substr(kLognormalWord.size()), Dimension::ratio).value;
+}
+
+ParetoText Table::pareto(std::string_view key) const {
+  const std::string written = text(key);
+  const ParetoParts parts = pareto_parts(written);
+  return {parse_duration(parts.least).value, parse_duration(parts.most).value};
+}
+
+double Table::segments(std::string_view key) const { return parse_segments(text(key)).value; }
+
+std::vector<Table> Table::tables(std::string_view key) const {
+  std::vector<Table> out;
+  if (!has(key)) return out;
+  for (const Value& one : value_->find(key)->list) out.emplace_back(&one, subtable(field(key)), one.place);
+  return out;
+}
+
+Duration Table::smooth(std::string_view key) const { return parse_duration(text(key).substr(kSmoothWord.size())).value; }
+
+}  // namespace evenstep::internal

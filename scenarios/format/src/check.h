@@ -1,0 +1,79 @@
+#pragma once
+/// A table of the file against the field table: first everything is checked, then read by typed getters that cannot fail.
+
+#include <glm/vec3.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "evenstep/format/document.h"
+#include "evenstep/format/fields.h"
+
+namespace evenstep::internal {
+
+/// Unknown keys, missing keys, forms, units and ranges of a whole document. What spans several keys is checked after.
+class Check {
+ public:
+  Check(const Value& document, Errors& errors);
+  /// No error was found in this table (or list) or below it.
+  bool sound(const Value* value) const { return faulty_.count(value) == 0; }
+
+ private:
+  void table(const std::string& name, const Value& value);
+  void entry(const std::string& name, const Value& table, const Entry& entry);
+  void value(const Field& field, const Value& value);
+  void element(const Field& field, const Value& value);
+  void missing(const std::string& name, const Value& value);
+
+  Errors& errors_;
+  std::set<const Value*> faulty_;
+};
+
+/// "pareto 3 ms cap 40 ms"
+struct ParetoText {
+  Duration least, most;
+};
+
+/// A sound table, read key by key; a key that is not there has its default.
+class Table {
+ public:
+  /// `value` may be nullptr: then every key has its default.
+  Table(const Value* value, std::string name, Place around)
+      : value_(value), name_(std::move(name)), around_(std::move(around)) {}
+
+  bool has(std::string_view key) const { return value_ != nullptr && value_->find(key) != nullptr; }
+  /// There is such a key for the kind of this table.
+  bool exists(std::string_view key) const;
+  /// Of the key's value; of the table where the key is not there.
+  Place place(std::string_view key) const;
+  /// Given or default; a key with neither is a programming error.
+  Value at(std::string_view key) const;
+  Table table(std::string_view key) const;
+
+  std::string text(std::string_view key) const { return at(key).text; }
+  std::int64_t integer(std::string_view key) const { return at(key).integer; }
+  bool boolean(std::string_view key) const { return at(key).boolean; }
+  double number(std::string_view key) const;
+  double si(std::string_view key) const;
+  glm::dvec3 vector(std::string_view key) const;
+  Rate rate(std::string_view key) const { return parse_rate(text(key)).value; }
+  /// Of kDuration.
+  Duration duration(std::string_view key) const { return parse_duration(text(key)).value; }
+  /// Of kSpan; adds an error where the nominal unit makes it too long. Nominal times unknown: [timing] has its error
+  /// already.
+  Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
+  double lognormal(std::string_view key) const;
+  Duration smooth(std::string_view key) const;
+  ParetoText pareto(std::string_view key) const;
+  double segments(std::string_view key) const;  ///< of kSegments
+  std::vector<Table> tables(std::string_view key) const;
+
+ private:
+  const Field& field(std::string_view key) const;
+
+  const Value* value_;
+  std::string name_;
+  Place around_;
+};
+
+}  // namespace evenstep::internal

@@ -1,0 +1,56 @@
+// [[device]] render, where it asks something of the scene
+#include <fmt/format.h>
+
+#include "sections.h"
+
+namespace evenstep::internal {
+namespace {
+
+const char* name_of(LocalModel model) {
+  return model == LocalModel::settled ? "settled" : model == LocalModel::instantaneous ? "instantaneous" : "none";
+}
+
+/// The devices that render with the contact's stiffness say which one; [scene] may ask for one that nobody renders.
+void read_local_model(ScenarioReading& reading) {
+  const Table table = reading.section("scene");
+  LocalModel rendered = LocalModel::none;
+  for (const DeviceSpec& device : reading.scenario.devices) {
+    const LocalModel wanted = device.render.stiffness;
+    if (wanted == LocalModel::none) continue;
+    if (rendered != LocalModel::none && wanted != rendered) {
+      reading.errors.add(table.place("kind"),
+                         fmt::format("device '{}' renders with stiffness = \"{}\" and one before it with \"{}\"; a solver reports "
+                                     "one of them, write the same for both",
+                                     device.name, name_of(wanted), name_of(rendered)));
+    }
+    rendered = wanted;
+  }
+  if (rendered == LocalModel::none) return;
+  if (table.has("local_model") && table.text("local_model") != name_of(rendered)) {
+    reading.errors.add(table.place("local_model"),
+                       fmt::format("'local_model': \"{}\", but a device renders with stiffness = \"{}\"; remove 'local_model'",
+                                   table.text("local_model"), name_of(rendered)));
+  }
+  reading.scenario.scene.local_model = rendered;
+}
+
+/// A device that renders a mode knows all its numbers, or the scene does.
+void check_modes(ScenarioReading& reading) {
+  for (const DeviceSpec& device : reading.scenario.devices) {
+    if (device.render.kind != RenderSpec::Kind::smith || smith_mode(reading.scenario.scene, device.render)) continue;
+    reading.errors.add(reading.section("scene").place("kind"),
+                       fmt::format("device '{}' renders \"smith\", a model of one mode, and a scene of this kind does not say which; "
+                                   "write frequency, damping_ratio and static_stiffness in its 'render'",
+                                   device.name));
+  }
+}
+
+}  // namespace
+
+void read_rendering(ScenarioReading& reading) {
+  if (!reading.sound("scene") || reading.document.find("scene") == nullptr) return;
+  read_local_model(reading);
+  check_modes(reading);
+}
+
+}  // namespace evenstep::internal

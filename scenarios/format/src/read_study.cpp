@@ -1,0 +1,133 @@
+// [study]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "evenstep/text/rational.h"
+#include "sections.h"
+
+namespace evenstep::internal {
+namespace {
+
+/// The names of a list, each once, in the file's order.
+std::vector<std::string> names_of(const Table& study, std::string_view key, Errors& errors) {
+  std::vector<std::string> names;
+  for (const Value& name : study.at(key).list) {
+    if (std::find(names.begin(), names.end(), name.text) != names.end())
+      errors.add(name.place, fmt::format("'{}' names \"{}\" twice", key, name.text));
+    names.push_back(name.text);
+  }
+  if (names.empty()) errors.add(study.place(key), fmt::format("'{}' is empty; name at least one", key));
+  return names;
+}
+
+Rate step_rate_of(const std::string& text) {
+  const Parsed<Rate> rate = parse_rate(text);
+  return rate.ok() ? rate.value : reduced_rate(1'000'000'000, parse_duration(text).value.ns);
+}
+
+/// Steps of the scene that the study's duration holds.
+std::int64_t steps_within(Duration duration, Rate rate) {
+  return floor_mul_div(duration.ns, rate.num, rate.den * 1'000'000'000);
+}
+
+StudyStep read_step(const Value& value, const Scenario& scenario, Errors& errors) {
+  const Rate scene = scenario.scene.step_rate, wanted = step_rate_of(value.text);
+  const __int128 finer = static_cast<__int128>(wanted.num) * scene.den,
+                 coarser = static_cast<__int128>(scene.num) * wanted.den;
+  const std::int64_t most_steps = steps_within(scenario.study.duration, scene);
+  if (finer % coarser == 0 && finer / coarser <= kMaxSubsteps) return {static_cast<int>(finer / coarser), 1};
+  if (coarser % finer == 0 && coarser / finer <= most_steps) return {1, static_cast<int>(coarser / finer)};
+  const std::string step = fmt::format("{:.6g} ms", 1e3 * period_s(scene));
+  if (coarser % finer == 0)
+    errors.add(
+        value.place,
+        fmt::format("'step_sizes': \"{}\" is longer than the study; write a shorter one, or a longer duration", value.text));
+  else if (finer % coarser == 0)
+    errors.add(value.place, fmt::format("'step_sizes': \"{}\" cuts the scene's step of {} into more than {}", value.text,
+                                        step, kMaxSubsteps));
+  else
+    errors.add(
+        value.place,
+        fmt::format("'step_sizes': \"{}\" is no whole part of the scene's step of {} and no multiple of it; write one, or "
+                    "another [scene] step_size",
+                    value.text, step));
+  return {};
+}
+
+void read_steps(const Table& study, Scenario& scenario, Errors& errors) {
+  if (!study.has("step_sizes")) return;
+  const Value sizes = study.at("step_sizes");
+  const std::size_t before = errors.count();
+  std::int64_t together = 1;
+  for (const Value& value : sizes.list) {
+    const StudyStep step = read_step(value, scenario, errors);
+    together = std::min<std::int64_t>(std::lcm(together, std::int64_t{step.steps}), INT32_MAX);
+    for (const StudyStep& other : scenario.study.steps) {
+      if (other.steps == step.steps && other.substeps == step.substeps && errors.count() == before)
+        errors.add(value.place, fmt::format("'step_sizes': \"{}\" is there already", value.text));
+    }
+    scenario.study.steps.push_back(step);
+  }
+  if (sizes.list.empty()) errors.add(sizes.place, "'step_sizes' is empty; name at least one, or leave it out");
+  if (errors.count() == before && together > steps_within(scenario.study.duration, scenario.scene.step_rate))
+    errors.add(sizes.place,
+               "'step_sizes': these steps never end at the same instant within the duration; write multiples of each other");
+  std::stable_sort(scenario.study.steps.begin(), scenario.study.steps.end(), [](const StudyStep& a, const StudyStep& b) {
+    return std::int64_t{a.steps} * b.substeps > std::int64_t{b.steps} * a.substeps;
+  });
+}
+
+void read_stiffness_limit(const Table& study, Scenario& scenario, Errors& errors) {
+  const Table search = study.table("stiffness_limit");
+  scenario.study.stiffness_limit = {search.si("from"), search.si("to"), static_cast<int>(search.integer("seeds"))};
+  scenario.study.stiffness_limit->scales_mass = search.text("mass") == "in-proportion";
+  if (search.has("mass") && !std::holds_alternative<TissueScene>(scenario.scene.body))
+    errors.add(search.place("mass"), "'mass' is that of a tissue's particles, and this scene has none; remove it");
+  if (scenario.study.stiffness_limit->from_N_per_m >= scenario.study.stiffness_limit->to_N_per_m)
+    errors.add(search.place("to"), "'stiffness_limit': 'to' is not above 'from'; exchange them, or look further");
+  if (!has_hand(scenario))
+    errors.add(study.place("stiffness_limit"),
+               "'stiffness_limit' needs a hand that feels the force: a programmed motion is stable at any stiffness; write "
+               "motion = { kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }");
+  for (const char* key : {"methods", "solvers", "step_sizes", "iterations", "repeats", "duration"}) {
+    if (study.has(key))
+      errors.add(study.place(key), fmt::format("'{}' does not go with 'stiffness_limit', which runs the scenario as it is; "
+                                               "remove one of them", key));
+  }
+}
+
+}  // namespace
+
+void read_study(ScenarioReading& reading) {
+  if (!reading.sound("study") || !reading.sound("scene") || !reading.sound("device") || !reading.scenario.nominal.known) return;
+  const Table study = reading.section("study");
+  Scenario& scenario = reading.scenario;
+  StudySpec& spec = scenario.study;
+  spec.duration = study.span("duration", scenario.nominal, reading.errors);
+  for (const std::string& name : names_of(study, "methods", reading.errors))
+    spec.methods.push_back(
+        *std::find_if(kAllMethods.begin(), kAllMethods.end(), [&](Method m) { return name == name_of(m); }));
+  for (const std::string& name : names_of(study, "solvers", reading.errors))
+    spec.solvers.push_back(
+        *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind s) { return name == name_of(s); }));
+  spec.repeats = static_cast<int>(study.integer("repeats"));
+  if (study.has("iterations")) {
+    for (const Value& count : study.at("iterations").list) spec.iterations.push_back(static_cast<int>(count.integer));
+  }
+  const Value* written = reading.document.find("study");
+  if (written == nullptr) return;
+  if (study.has("stiffness_limit")) return read_stiffness_limit(study, scenario, reading.errors);
+  if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
+    reading.errors.add(written->place, "[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a "
+                                       "'stiffness_limit'");
+  } else if (steps_within(spec.duration, scenario.scene.step_rate) < 1) {
+    reading.errors.add(study.place("duration"), fmt::format("'duration': {} is less than one step of the scene, {:.6g} ms",
+                                                            in_ms(spec.duration), 1e3 * period_s(scenario.scene.step_rate)));
+  } else {
+    read_steps(study, scenario, reading.errors);
+  }
+}
+
+}  // namespace evenstep::internal

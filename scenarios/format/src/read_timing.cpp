@@ -1,0 +1,301 @@
+// [timing]
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "evenstep/recordings/timing_csv.h"
+#include "evenstep/format/load.h"
+#include "evenstep/text/rational.h"
+#include "read_timing_models.h"
+#include "sections.h"
+
+namespace evenstep::internal {
+namespace {
+
+constexpr __int128 kNsPerSecond = 1'000'000'000;
+// From 10 us, every product below stays in 128 bits (at most 1e9 steps in a list: kMostStepCounts); up to 9 s, a whole
+// number of ns is an exact rate (kMostRateDen).
+constexpr Duration kShortestSegment{10'000}, kLongestSegment{kMostRateDen};
+
+Duration floor_ns(__int128 num, __int128 den) { return {static_cast<std::int64_t>(num / den)}; }
+
+/// Exact means over a recording.
+void set_nominal_of_trace(Scenario& scenario) {
+  std::int64_t visualizations = 0, steps = 0, visualization_ns = 0, step_ns = 0, end_ns = 0;
+  const std::vector<SegmentTiming>& trace = scenario.timing.trace;
+  for (const SegmentTiming& segment : trace) {
+    if (segment.visualization) {
+      ++visualizations;
+      visualization_ns += (segment.visualization->end - segment.visualization->begin).ns;
+    }
+    steps += static_cast<std::int64_t>(segment.steps.size());
+    for (const Interval& step : segment.steps) step_ns += (step.end - step.begin).ns;
+    end_ns = std::max(end_ns, segment.end.ns);
+  }
+  scenario.nominal.segment = {end_ns / static_cast<std::int64_t>(trace.size())};
+  scenario.nominal.visualization = {visualizations == 0 ? 0 : visualization_ns / visualizations};
+  scenario.nominal.slot = {end_ns / steps};
+  scenario.nominal.step_run_time = {step_ns / steps};
+  scenario.nominal.known = true;
+  scenario.scene.step_rate = reduced_rate(steps * kNsPerSecond, end_ns);
+}
+
+void read_trace(ScenarioReading& reading, const Table& timing) {
+  const Value path = timing.at("trace");
+  TimingSpec& spec = reading.scenario.timing;
+  spec.trace_file = path_from(path);
+  TimingCsv csv = read_timing_csv(spec.trace_file);
+  for (const Diagnostic& error : csv.errors) {
+    if (error.line == 0) {
+      reading.errors.add(path.place, fmt::format("'trace': '{}' {}", error.file, error.message));
+    } else {
+      reading.errors.add({error.file, error.line, error.column}, error.message);
+    }
+  }
+  if (!csv.errors.empty()) return;
+  const bool any_step =
+      std::any_of(csv.segments.begin(), csv.segments.end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
+  if (!any_step || csv.segments.back().end.ns <= 0) {
+    reading.errors.add(path.place, fmt::format("'trace': '{}' holds no step, so there is nothing to run", spec.trace_file));
+    return;
+  }
+  spec.trace = std::move(csv.segments);
+  set_nominal_of_trace(reading.scenario);
+}
+
+/// T, V, N and s as exact numbers: T = den / num seconds, mean N = sum / count.
+struct Shares {
+  Rate segment;
+  __int128 sum = 0, count = 0;
+  Duration visualization;
+
+  Duration segment_length() const { return {instant_ns(segment, 1)}; }
+  /// V + mean N * s, in ns times count.
+  __int128 used(Duration step) const { return visualization.ns * count + step.ns * sum; }
+  bool fits(Duration step) const { return used(step) * segment.num <= segment.den * kNsPerSecond * count; }
+  Duration filled_step() const {
+    const __int128 left = segment.den * kNsPerSecond - static_cast<__int128>(visualization.ns) * segment.num;
+    return floor_ns(left * count, sum * segment.num);
+  }
+};
+
+Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& errors) {
+  Shares shares;
+  programmed.steps = read_step_counts(timing, errors);
+  for (const int count : programmed.steps) shares.sum += count;
+  shares.count = static_cast<__int128>(programmed.steps.size());
+  shares.visualization = timing.duration("visualization");
+  return shares;
+}
+
+/// False with an error where there is no segment to speak of.
+bool read_segment(const Table& timing, Shares& shares, Errors& errors) {
+  const std::string text = timing.text("segment");
+  const Parsed<Rate> rate = parse_rate(text);
+  const Duration length = rate.ok() ? Duration{instant_ns(rate.value, 1)} : parse_duration(text).value;
+  if (length < kShortestSegment || length > kLongestSegment) {
+    errors.add(timing.place("segment"),
+               fmt::format("'segment': \"{}\" is out of range; it must be between 10 us and 9 s", text));
+    return false;
+  }
+  shares.segment = rate.ok() ? rate.value : reduced_rate(kNsPerSecond, length.ns);
+  return true;
+}
+
+/// Without a segment: T = V + mean N * s.
+bool join_segment(const Table& timing, Shares& shares, Duration step, Errors& errors) {
+  const __int128 length_ns = shares.used(step) / shares.count;
+  if (length_ns < kShortestSegment.ns || length_ns > kLongestSegment.ns) {
+    errors.add(timing.place("step"), "'step': V + N s is out of range; it must be between 10 us and 9 s");
+    return false;
+  }
+  shares.segment = reduced_rate(kNsPerSecond * shares.count, shares.used(step));
+  return true;
+}
+
+/// s = (T - V) / mean N.
+Duration fill(const Table& timing, const Shares& shares, Errors& errors) {
+  const std::string lengths =
+      fmt::format("V = {} of a segment of T = {}", in_ms(shares.visualization), in_ms(shares.segment_length()));
+  if (!shares.fits({0}) || shares.filled_step().ns < 1) {
+    errors.add(timing.place("visualization"),
+               fmt::format("'visualization': {} leaves no time for steps; make it shorter, or the segment longer", lengths));
+    return {};
+  }
+  return shares.filled_step();
+}
+
+void check_fixed_step(const Table& timing, const Shares& shares, Duration step, Errors& errors) {
+  if (shares.fits(step)) return;
+  if (step > shares.segment_length()) {
+    errors.add(timing.place("step"),
+               fmt::format("'step': {} is longer than the segment of {}", in_ms(step), in_ms(shares.segment_length())));
+    return;
+  }
+  errors.add(timing.place("step"),
+             fmt::format("'step': V + N s = {} is longer than the segment of {}; write step = \"fill\", fewer steps, or "
+                         "leave 'segment' out",
+                         in_ms(floor_ns(shares.used(step), shares.count)), in_ms(shares.segment_length())));
+}
+
+/// Without a segment there is no grid to wait for, and nothing for "fill" to fill.
+void missing_segment(const Table& timing, std::string_view what, Errors& errors) {
+  errors.add(timing.place("segment"),
+             fmt::format("[timing] has no 'segment', which {} needs; write segment = \"30 Hz\"", what));
+}
+
+/// T of visualizations and steps that take turns; false with an error.
+bool read_length(const Table& timing, const ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
+  if (timing.has("segment")) {
+    if (!read_segment(timing, shares, errors)) return false;
+    if (programmed.step) check_fixed_step(timing, shares, *programmed.step, errors);
+    return true;
+  }
+  if (programmed.paced) return missing_segment(timing, "paced = true", errors), false;
+  if (programmed.step) return join_segment(timing, shares, *programmed.step, errors);
+  return missing_segment(timing, fmt::format("step = \"{}\"", timing.text("step")), errors), false;
+}
+
+/// A grid that nothing waits for is not what was meant.
+void check_grid_is_used(const Table& timing, const ProgrammedTiming& programmed, Errors& errors) {
+  if (!timing.has("segment") || !programmed.step || programmed.paced || is_periodic(programmed)) return;
+  errors.add(timing.place("segment"),
+             "'segment': where run times vary, segments of a given 'step' follow each other without a gap; write "
+             "paced = true to keep them to this grid, or leave 'segment' out");
+}
+
+/// What the models add to the mean segment, ns; shortened where visualizations are dropped.
+double added_ns(const ProgrammedTiming& programmed) {
+  ProgrammedTiming plain = programmed;
+  plain.first_step = plain.dropped_visualization = plain.merged_visualization = 0;
+  plain.spikes.reset();
+  plain.preemption.reset();
+  return mean_timing(programmed).segment_ns - mean_timing(plain).segment_ns;
+}
+
+/// Segment and slot are means (to 1 ns where a model adds to them), visualization and step as written.
+void set_nominal(Scenario& scenario, const Shares& shares, Duration step) {
+  const ProgrammedTiming& programmed = scenario.timing.programmed;
+  const std::int64_t added = programmed.paced ? 0 : std::llround(added_ns(programmed));
+  // T = length / num ns.
+  const __int128 num = shares.segment.num, length = shares.segment.den * kNsPerSecond + added * num;
+  const Rate slots = reduced_rate(shares.sum * kNsPerSecond * num, length * shares.count);
+  scenario.scene.step_rate = slots;
+  scenario.nominal = {floor_ns(length, num), shares.visualization, {instant_ns(slots, 1)}, step, true};
+}
+
+void read_in_turn(ScenarioReading& reading, const Table& timing) {
+  Errors& errors = reading.errors;
+  const std::size_t errors_before = errors.count();
+  ProgrammedTiming& programmed = reading.scenario.timing.programmed;
+  Shares shares = read_shares(timing, programmed, errors);
+  if (!read_length(timing, programmed, shares, errors)) return;
+  const Duration step = programmed.step ? *programmed.step : fill(timing, shares, errors);
+  if (errors.count() > errors_before) return;
+  programmed.segment = shares.segment;
+  programmed.visualization = shares.visualization;
+  read_timing_models(timing, programmed, errors);
+  check_grid_is_used(timing, programmed, errors);
+  check_pace(timing, programmed, errors);
+  if (errors.count() == errors_before) set_nominal(reading.scenario, shares, step);
+}
+
+/// T and s of a visualization in a lane of its own; false with an error.
+bool read_lanes(const Table& timing, ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
+  programmed.visualization = shares.visualization = timing.duration("visualization");
+  if (programmed.visualization.ns == 0) {
+    errors.add(timing.place("visualization"),
+               "'visualization': order = \"concurrent\" needs one, it opens the segments; write a longer time, or another "
+               "order");
+    return false;
+  }
+  if (timing.has("segment") != programmed.paced) {
+    if (programmed.paced) return missing_segment(timing, "paced = true", errors), false;
+    errors.add(timing.place("segment"),
+               "'segment': with order = \"concurrent\" visualizations follow each other without a gap; write paced = true "
+               "to keep them to this grid, or leave 'segment' out");
+    return false;
+  }
+  if (timing.has("steps") == programmed.step.has_value()) {
+    errors.add(timing.place(programmed.step ? "steps" : "step"),
+               "order = \"concurrent\" needs either 'steps', the mean number per segment, or 'step', a run time: the one "
+               "gives the other");
+    return false;
+  }
+  programmed.steps = {timing.has("steps") ? static_cast<int>(timing.integer("steps")) : 1};
+  if (programmed.paced) return read_segment(timing, shares, errors);
+  shares.segment = reduced_rate(kNsPerSecond, programmed.visualization.ns);
+  return true;
+}
+
+/// Steps follow each other without a gap, so the mean slot is the mean step: exact where nothing is added to the steps that
+/// 'steps' asks for (but for what mean_timing neglects), otherwise to 1 ps.
+void set_nominal_of_lanes(Scenario& scenario, const Shares& shares) {
+  const ProgrammedTiming& programmed = scenario.timing.programmed;
+  const MeanTiming mean = mean_timing(programmed);
+  const bool as_asked = !programmed.step && added_ns(programmed) == 0 && !programmed.spikes;
+  const double segment_ns = programmed.paced ? static_cast<double>(shares.segment_length().ns) : mean.segment_ns;
+  const Rate slots = as_asked ? reduced_rate(shares.segment.num * programmed.steps.front(), shares.segment.den)
+                              : reduced_rate(kNsPerSecond * 1000, std::llround(1000 * segment_ns / mean.steps));
+  const Duration slot{instant_ns(slots, 1)};
+  scenario.scene.step_rate = slots;
+  scenario.nominal = {{std::llround(segment_ns)}, programmed.visualization, slot, slot, true};
+}
+
+void read_concurrent(ScenarioReading& reading, const Table& timing) {
+  Errors& errors = reading.errors;
+  const std::size_t errors_before = errors.count();
+  ProgrammedTiming& programmed = reading.scenario.timing.programmed;
+  Shares shares;
+  if (!read_lanes(timing, programmed, shares, errors)) return;
+  programmed.segment = shares.segment;
+  read_timing_models(timing, programmed, errors);
+  check_pace(timing, programmed, errors);
+  if (errors.count() == errors_before) set_nominal_of_lanes(reading.scenario, shares);
+}
+
+constexpr std::string_view kOrders[] = {"visualization-first", "steps-first", "concurrent"};
+
+void read_programmed(ScenarioReading& reading, const Table& timing) {
+  TimingSpec& spec = reading.scenario.timing;
+  ProgrammedTiming& programmed = spec.programmed;
+  const std::string step_text = timing.text("step");
+  spec.real_steps = step_text == "real";
+  if (step_text != "fill" && !spec.real_steps) programmed.step = timing.duration("step");
+  const auto order = std::find(std::begin(kOrders), std::end(kOrders), timing.text("order"));
+  programmed.order = static_cast<SegmentOrder>(order - std::begin(kOrders));
+  programmed.paced = timing.boolean("paced");
+  programmed.seed = reading.scenario.seed;
+  if (programmed.order == SegmentOrder::concurrent) {
+    read_concurrent(reading, timing);
+  } else {
+    read_in_turn(reading, timing);
+  }
+}
+
+/// 1 + drift * t must stay above 0 as long as the run lasts.
+void check_drift(ScenarioReading& reading, const Table& timing) {
+  const double drift = reading.scenario.timing.programmed.drift_per_s;
+  const Table run = reading.section("run");
+  if (drift >= 0 || !reading.scenario.nominal.known || !reading.sound("run") || !run.has("duration")) return;
+  Errors of_read_run;
+  const Duration duration = run.span("duration", reading.scenario.nominal, of_read_run);
+  if (1 + drift * seconds(duration) > 0) return;
+  reading.errors.add(timing.place("drift"),
+                     fmt::format("'drift': {} leaves no run time after {:.6g} s of {:.6g} s; write a slower drift, or a "
+                                 "shorter run",
+                                 timing.text("drift"), -1 / drift, seconds(duration)));
+}
+
+}  // namespace
+
+void read_timing(ScenarioReading& reading) {
+  if (!reading.sound("timing") || reading.document.find("timing") == nullptr) return;
+  const Table timing = reading.section("timing");
+  if (timing.has("trace")) return read_trace(reading, timing);
+  read_programmed(reading, timing);
+  check_drift(reading, timing);
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,180 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "evenstep/format/load.h"
+#include "evenstep/format/reader.h"
+#include "sections.h"
+
+namespace evenstep {
+namespace internal {
+
+Table ScenarioReading::section(std::string_view name) const {
+  return {document.find(name), std::string(name), document.place};
+}
+
+bool ScenarioReading::sound(std::string_view name) const { return check.sound(document.find(name)); }
+
+std::string in_ms(Duration duration) { return fmt::format("{} ms", static_cast<double>(duration.ns) / 1e6); }
+
+void read_strategies(ScenarioReading& reading) {
+  if (!reading.sound("run")) return;
+  const Table run = reading.section("run");
+  Scenario& scenario = reading.scenario;
+  const auto kind_named = [](const std::string& name) {
+    return std::find_if(kAllStrategies.begin(), kAllStrategies.end(), [&](const StrategyTraits& traits) {
+             return name == traits.name;  // the field table knows no other name
+           })->kind;
+  };
+  for (const Value& name : run.at("strategies").list) {
+    const StrategyKind kind = kind_named(name.text);
+    for (const StrategyKind earlier : scenario.strategies) {
+      if (earlier == kind) reading.errors.add(name.place, fmt::format("'strategies' names \"{}\" twice", name.text));
+    }
+    scenario.strategies.push_back(kind);
+  }
+  if (scenario.strategies.empty()) reading.errors.add(run.place("strategies"), "'strategies' is empty; name at least one");
+  scenario.live = kind_named(run.text("live"));
+  scenario.seed = static_cast<std::uint64_t>(run.integer("seed"));
+  scenario.keep_rows = run.text("keep") == "all";
+}
+
+void read_run(ScenarioReading& reading) {
+  if (!reading.sound("run")) return;
+  const Table run = reading.section("run");
+  Scenario& scenario = reading.scenario;
+  const bool has_trace = !scenario.timing.trace.empty();
+  Duration trace_length;
+  for (const SegmentTiming& segment : scenario.timing.trace) trace_length = std::max(trace_length, Duration{segment.end.ns});
+
+  if (run.has("duration")) {
+    scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);
+    if (has_trace && scenario.run_duration > trace_length) {
+      reading.errors.add(run.place("duration"),
+                         fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out",
+                                     in_ms(trace_length)));
+    }
+  } else if (has_trace) {
+    scenario.run_duration = trace_length;
+  } else if (reading.document.find("timing") == nullptr || reading.document.find("timing")->find("trace") == nullptr) {
+    reading.errors.add(run.place("duration"), "[run] has no 'duration'; write duration = \"4 s\"");
+    return;
+  }
+  if (run.has("interrupt")) scenario.interrupt = run.span("interrupt", scenario.nominal, reading.errors);
+  if (scenario.nominal.known && scenario.interrupt && *scenario.interrupt >= scenario.run_duration) {
+    reading.errors.add(run.place("interrupt"),
+                       fmt::format("'interrupt': the run has ended by {}; interrupt it earlier, or run longer",
+                                   in_ms(scenario.run_duration)));
+  }
+  scenario.warmup = run.span("warmup", scenario.nominal, reading.errors);
+  if (scenario.nominal.known && scenario.warmup >= scenario.run_duration) {
+    reading.errors.add(run.place("warmup"), fmt::format("'warmup': {} of {} leave nothing to judge", in_ms(scenario.warmup),
+                                                        in_ms(scenario.run_duration)));
+  }
+}
+
+namespace {
+
+/// Where the resolved table is kept, the files it names must still be found.
+void make_paths_absolute(Value& document) {
+  for (Value* path : named_files(document)) {
+    std::error_code ignored;
+    path->text = std::filesystem::weakly_canonical(path_from(*path), ignored).string();
+  }
+}
+
+/// A seed of the command line wins over the file's.
+void set_seed(Value& document, std::uint64_t seed, Errors& errors) {
+  const Place place{"--seed", 0, 0};
+  if (seed > INT64_MAX) return errors.add(place, fmt::format("{} is out of range; it must be at most {}", seed, INT64_MAX));
+  apply_override(document, fmt::format("run.seed={}", seed), errors);
+}
+
+/// Motions, limits and units refer to each other, so the order is part of it.
+void read_sections(ScenarioReading& reading) {
+  read_strategies(reading);
+  if (reading.document.find("case") != nullptr) {
+    read_case(reading);
+  } else {
+    read_timing(reading);
+    read_run(reading);
+    read_devices(reading);
+    read_scene(reading);
+    read_rendering(reading);
+    read_remap(reading);
+    read_study(reading);
+    read_sweep(reading);
+  }
+  read_expectations(reading);
+  if (reading.errors.any()) return;
+  const Table top{&reading.document, "", reading.document.place};
+  reading.scenario.name = top.text("name");
+  reading.scenario.because = top.text("because");
+  for (const Value& tag : top.at("tags").list) reading.scenario.tags.push_back(tag.text);
+}
+
+void append_files(Value* value, std::vector<Value*>& files) {
+  if (value == nullptr) return;
+  if (value->is(Value::Kind::text)) files.push_back(value);
+  for (Value& one : value->list) append_files(&one, files);
+}
+
+}  // namespace
+
+bool names_file(std::string_view path) {
+  return path == "timing.trace" || (path.starts_with("device.") && (path.ends_with(".motion.file") || path.ends_with(".motion.path.file")));
+}
+
+std::vector<Value*> named_files(Value& document) {
+  std::vector<Value*> files;
+  if (Value* timing = document.find("timing")) append_files(timing->find("trace"), files);
+  if (Value* devices = document.find("device")) {
+    for (Value& device : devices->list) {
+      Value* motion = device.find("motion");
+      if (motion == nullptr) continue;
+      append_files(motion->find("file"), files);
+      if (Value* intended = motion->find("path")) append_files(intended->find("file"), files);
+    }
+  }
+  Value* sweep = document.find("sweep");
+  Value* grid = sweep == nullptr ? nullptr : sweep->find("grid");
+  if (grid == nullptr) return files;
+  for (Entry& axis : grid->table) {
+    if (names_file(axis.key)) append_files(&axis.value, files);
+  }
+  return files;
+}
+
+Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors) {
+  Value document = load_document(path, errors);
+  if (errors.any()) return document;
+  for (const std::string& assignment : options.set) apply_override(document, assignment, errors);
+  if (options.seed) set_seed(document, *options.seed, errors);
+  return document;
+}
+
+ReadResult read_document(Value document, const std::string& path) {
+  Errors errors;
+  Scenario scenario;
+  scenario.file = path;
+  const Check check(document, errors);
+  ScenarioReading reading{document, check, errors, scenario};
+  read_sections(reading);
+  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  make_paths_absolute(document);
+  scenario.resolved_toml = print_toml(document);
+  return {std::move(scenario), {}};
+}
+
+}  // namespace internal
+
+ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
+  using namespace internal;
+  Errors errors;
+  Value document = load_with_overrides(path, options, errors);
+  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  return read_document(std::move(document), path);
+}
+
+}  // namespace evenstep

@@ -1,0 +1,63 @@
+#include "evenstep/format/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace evenstep {
+
+const StrategyTraits& traits_of(StrategyKind kind) {
+  return *std::find_if(kAllStrategies.begin(), kAllStrategies.end(),
+                       [&](const StrategyTraits& traits) { return traits.kind == kind; });
+}
+
+const char* name_of(InteractionUnderrun policy) {
+  switch (policy) {
+    case InteractionUnderrun::clamp:
+      return "clamp";
+    case InteractionUnderrun::gate:
+      return "gate";
+    case InteractionUnderrun::extrapolate:
+      return "extrapolate";
+  }
+  return "";
+}
+
+const char* name_of(ForceUnderrun policy) { return policy == ForceUnderrun::hold ? "hold" : "extrapolate"; }
+
+ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise) {
+  const CutLimits& cut = otherwise.cut;
+  return {spec.max_N.value_or(otherwise.max_N),
+          spec.max_slew_N_per_s.value_or(otherwise.max_slew_N_per_s),
+          {spec.gain.value_or(cut.gain), spec.ramp_up.value_or(cut.ramp_up), spec.ramp_down.value_or(cut.ramp_down),
+           spec.max_speed_m_per_s.value_or(cut.max_speed_m_per_s), spec.stale_force.value_or(cut.stale_force),
+           spec.stale_hand.value_or(cut.stale_hand)}};
+}
+
+bool has_hand(const Scenario& scenario) {
+  return std::any_of(scenario.devices.begin(), scenario.devices.end(),
+                     [](const DeviceSpec& device) { return device.hand.has_value(); });
+}
+
+FilterSpec filter_at(const RemapSpec& remap, Rate rate) {
+  if (!std::holds_alternative<MovingAverageSpec>(remap.filter)) return remap.filter;
+  const double samples = seconds(remap.filter_window) * static_cast<double>(rate.num) / static_cast<double>(rate.den);
+  return MovingAverageSpec{static_cast<int>(std::clamp(std::round(samples), 1.0, kMaxAveragedSamples + 1.0))};
+}
+
+std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render) {
+  TissueMode mode = render.mode;
+  if (const auto* tissue = std::get_if<ModeScene>(&scene.body)) {
+    if (!mode.frequency_Hz) mode.frequency_Hz = tissue->frequency_Hz;
+    if (!mode.damping_ratio) mode.damping_ratio = tissue->damping_ratio;
+    if (!mode.static_N_per_m) mode.static_N_per_m = tissue->stiffness_N_per_m;
+  }
+  if (!mode.frequency_Hz || !mode.damping_ratio || !mode.static_N_per_m) return std::nullopt;
+  constexpr double kPi = 3.14159265358979323846;
+  const double turn_per_s = 2 * kPi * *mode.frequency_Hz, spring_N_per_m = 2 * *mode.static_N_per_m;
+  // The mass is the tissue's own, whatever the factor.
+  const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
+  return SpringMode{spring_N_per_m * render.factor, spring_N_per_m * render.factor, mass_kg,
+                    2 * *mode.damping_ratio * mass_kg * turn_per_s};
+}
+
+}  // namespace evenstep

@@ -1,0 +1,207 @@
+// What `evenstep fit` says: latencies by hand, a table that the reader accepts, and a verdict that order can overturn.
+#include "evenstep/campaigns/fit_report.h"
+
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "evenstep/format/scenario.h"
+#include "evenstep/recordings/timing_csv.h"
+
+using namespace evenstep;
+using Catch::Contains;
+
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+
+std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, std::size_t count) {
+  const auto timing = make_programmed_timing(programmed);
+  std::vector<SegmentTiming> segments(count);
+  for (SegmentTiming& segment : segments) REQUIRE(timing->next(segment));
+  return segments;
+}
+
+/// The table in the smallest scenario around it.
+ReadResult read_table(const std::string& table) {
+  const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("evenstep-fit-" + std::to_string(getpid()) + ".toml");
+  std::ofstream(file) << "format = 1\n[run]\nduration = \"1 s\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n"
+                      << table;
+  ReadResult result = read_scenario(file.string());
+  std::filesystem::remove(file);
+  return result;
+}
+
+/// Every part of a fit in one schedule or another.
+std::vector<ProgrammedTiming> schedules() {
+  const ProgrammedTiming base{.step = Duration{1 * ms}, .visualization_variation = 0.05, .step_variation = 0.01};
+  std::vector<ProgrammedTiming> all(8, base);
+  all[1].steps = {14, 15, 16};
+  all[1].first_step = 0.2;
+  all[2].order = SegmentOrder::steps_first;
+  all[2].spikes = Spikes{20, {4 * ms}};
+  all[3].paced = true;
+  all[3].preemption = Preemption{5, {3 * ms}, {40 * ms}, 1.5};
+  all[4].regimes = Regimes{1.6, 8};
+  all[4].drift_per_s = 0.01;
+  all[5].dropped_visualization = 0.05;
+  all[5].merged_visualization = 0.05;
+  all[6].order = SegmentOrder::concurrent;
+  all[6].paced = true;
+  all[6].slowdown = 1.5;
+  all[7].order = SegmentOrder::concurrent;
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("latency_need of a periodic schedule is the closed form, in every window and over all of it") {
+  // 50 Hz, V 8 ms, 4 steps of 3 ms: L* = s + Z (1 - 1/N) = 3 + 8 * 3/4 ms.
+  const auto segments = play({.segment = {50, 1}, .visualization = {8 * ms}, .steps = {4}}, 200);
+  const LatencyNeed need = latency_need(segments);
+  CHECK(need.window_p50.ns == 9 * ms);
+  CHECK(need.window_p99.ns == 9 * ms);
+  CHECK(need.whole.ns == 9 * ms);
+}
+
+TEST_CASE("latency_need takes the median and the worst window: one long visualization in 10 s is in the p99 only") {
+  auto segments = play({.segment = {50, 1}, .visualization = {8 * ms}, .steps = {4}}, 500);
+  for (SegmentTiming& segment : segments) {
+    if (segment.index <= 300) continue;
+    for (Interval& step : segment.steps) step = {step.begin + Duration{5 * ms}, step.end + Duration{5 * ms}};
+  }
+  const LatencyNeed need = latency_need(segments);
+  CHECK(need.window_p50.ns == 9 * ms);
+  CHECK(need.window_p99.ns > 9 * ms);
+  CHECK(need.window_p99.ns <= 14 * ms);
+  // Half of it on either side of a jump of 5 ms, after 60 % of the time: the line tilts to share it.
+  CHECK(need.whole.ns > 10 * ms);
+  CHECK(need.whole.ns < 14 * ms);
+  CHECK(latency_need({}).whole.ns == 0);
+  CHECK(latency_need(std::span(segments).first(1)).window_p50 == latency_need(std::span(segments).first(1)).whole);
+}
+
+TEST_CASE("differences names what is more than half as much again, either way") {
+  const LatencyNeed a{{10}, {20}, {30}};
+  CHECK(differences(a, a).empty());
+  CHECK(differences(a, {{15}, {30}, {45}}).empty());
+  CHECK(differences(a, {{16}, {30}, {45}}) == std::vector<std::string>{"250 ms p50"});
+  CHECK(differences(a, {{10}, {13}, {46}}) == std::vector<std::string>{"250 ms p99", "whole recording"});
+}
+
+TEST_CASE("the table that is proposed is one that the reader accepts, and means the model that was fitted") {
+  for (const ProgrammedTiming& programmed : schedules()) {
+    const auto segments = play(programmed, 1'000);
+    const TimingFit fit = fit_timing(segments);
+    const std::string table = fit_toml(fit, compare(fit, segments, 1), "x.csv");
+    const ReadResult read = read_table(table);
+    std::string errors;
+    for (const Diagnostic& error : read.errors) errors += text(error) + "\n";
+    INFO(table << errors);
+    REQUIRE(read.scenario);
+    const ProgrammedTiming &in = fit.timing, &out = read.scenario->timing.programmed;
+    CHECK(out.order == in.order);
+    CHECK(out.paced == in.paced);
+    CHECK(out.visualization == in.visualization);
+    CHECK(out.step == in.step);
+    if (in.order != SegmentOrder::concurrent) CHECK(out.steps == in.steps);
+    if (in.paced) CHECK(out.segment == in.segment);
+    // Ratios are written with three or four digits.
+    CHECK(out.visualization_variation == Approx(in.visualization_variation).epsilon(0.01));
+    CHECK(out.step_variation == Approx(in.step_variation).epsilon(0.01));
+    CHECK(out.first_step == Approx(in.first_step).epsilon(0.01));
+    CHECK(out.slowdown == Approx(in.slowdown).epsilon(0.001));
+    CHECK(out.drift_per_s == Approx(in.drift_per_s).epsilon(0.001));
+    CHECK(out.dropped_visualization == Approx(in.dropped_visualization).epsilon(0.01));
+    CHECK(out.merged_visualization == Approx(in.merged_visualization).epsilon(0.01));
+    REQUIRE(out.spikes.has_value() == in.spikes.has_value());
+    if (in.spikes) CHECK(out.spikes->rate_Hz == Approx(in.spikes->rate_Hz).epsilon(0.001));
+    REQUIRE(out.preemption.has_value() == in.preemption.has_value());
+    if (in.preemption) CHECK(out.preemption->least == in.preemption->least);
+    REQUIRE(out.regimes.has_value() == in.regimes.has_value());
+    if (in.regimes) CHECK(out.regimes->mean_length == Approx(in.regimes->mean_length).epsilon(0.001));
+  }
+}
+
+TEST_CASE("a recording of a known model is told to be one: model, recording and shuffled need the same") {
+  const ProgrammedTiming paced{
+      .step = Duration{1 * ms}, .visualization_variation = 0.05, .step_variation = 0.01, .paced = true};
+  const auto segments = play(paced, 1'000);
+  const TimingFit fit = fit_timing(segments);
+  const FitComparison comparison = compare(fit, segments);
+  CHECK(differences(comparison.recording, comparison.model_median).empty());
+  CHECK(differences(comparison.recording, comparison.shuffled_median).empty());
+  const std::string table = fit_toml(fit, comparison, "x.csv");
+  CHECK_THAT(table, Contains("This model needs what the recording needs") && !Contains("Replay it"));
+  CHECK_THAT(fit_json(fit, comparison, "x.csv"), Contains("\"order_matters\":false,\"replay_instead\":false"));
+}
+
+TEST_CASE("shuffling segments that do not depend on each other changes no window and no walk of the boundaries") {
+  // Boundaries walk 22 % of 11 ms a segment; windows of 250 ms hold ten of them. 1000 segments: 100 windows, medians 3 %
+  // apart.
+  const auto segments = play({.step = Duration{1 * ms}, .visualization_variation = 0.22}, 1'000);
+  const FitComparison comparison = compare(fit_timing(segments), segments, 15);
+  const auto ratio = [](Duration a, Duration b) { return static_cast<double>(a.ns) / static_cast<double>(b.ns); };
+  CHECK(ratio(comparison.shuffled_median.window_p50, comparison.recording.window_p50) == Approx(1).margin(0.06));
+  CHECK(ratio(comparison.model_median.window_p50, comparison.recording.window_p50) == Approx(1).margin(0.06));
+  // The greatest distance of a random walk varies by half of itself from walk to walk.
+  CHECK(ratio(comparison.shuffled_median.whole, comparison.recording.whole) > 0.4);
+  CHECK(ratio(comparison.shuffled_median.whole, comparison.recording.whole) < 2.5);
+}
+
+TEST_CASE("where a long slow wave is in the recording, order matters and replay is what is proposed") {
+  // V climbs from 11 to 15 ms within 5 s and falls again, twice: neither a drift nor two levels.
+  ProgrammedTiming wave{.step = Duration{1 * ms}, .visualization_variation = 0.02, .step_variation = 0.01};
+  for (int i = 1; i < 80; ++i)
+    wave.changes.push_back(
+        {.at = {i * 250 * ms}, .visualization = Duration{(11 + (i % 40 < 20 ? i % 20 : 20 - i % 20) / 4) * ms}});
+  const auto segments = play(wave, 700);
+  const TimingFit fit = fit_timing(segments);
+  const FitComparison comparison = compare(fit, segments);
+  const std::string table = fit_toml(fit, comparison, "x.csv");
+  INFO(table);
+  CHECK(comparison.recording.whole.ns > 2 * comparison.shuffled_median.whole.ns);
+  CHECK_THAT(table, Contains("The order of the segments matters") && Contains("trace = \"x.csv\""));
+  CHECK_THAT(fit_json(fit, comparison, "x.csv"), Contains("\"order_matters\":true"));
+}
+
+TEST_CASE("the comparison is the same on every call, and more seeds keep the first ones") {
+  const auto segments = play({.step = Duration{1 * ms}, .visualization_variation = 0.2}, 300);
+  const TimingFit fit = fit_timing(segments);
+  const FitComparison few = compare(fit, segments, 3), more = compare(fit, segments, 5);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(few.model[i].whole == more.model[i].whole);
+    CHECK(few.shuffled[i].whole == more.shuffled[i].whole);
+  }
+  CHECK(few.model[0].whole != few.model[1].whole);
+  CHECK(few.shuffled[0].whole != few.shuffled[1].whole);
+}
+
+TEST_CASE("a file name with quotes stays a string in the JSON") {
+  const auto segments = play({.step = Duration{1 * ms}, .visualization_variation = 0.2}, 64);
+  const TimingFit fit = fit_timing(segments);
+  CHECK_THAT(fit_json(fit, compare(fit, segments, 1), "a\"b\\c.csv"), Contains("\"file\":\"a\\\"b\\\\c.csv\""));
+}
+
+TEST_CASE("each recording that is shipped is fitted, and its table read") {
+  const std::filesystem::path folder = std::filesystem::path(EVENSTEP_SOURCE_DIR) / "scenarios/recorded";
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".csv") continue;
+    INFO(entry.path());
+    const TimingCsv csv = read_timing_csv(entry.path().string());
+    REQUIRE(csv.errors.empty());
+    REQUIRE(fit_objection(csv.segments).empty());
+    const TimingFit fit = fit_timing(csv.segments);
+    const std::string table = fit_toml(fit, compare(fit, csv.segments, 1), "x.csv");
+    INFO(table);
+    CHECK(read_table(table).scenario);
+    CHECK(fit.timing.paced == (entry.path().filename().string().find("paced30") != std::string::npos &&
+                               entry.path().filename().string().find("concurrent") == std::string::npos));
+    ++count;
+  }
+  CHECK(count >= 7);
+}

@@ -1,0 +1,352 @@
+// One process, threads, shards and a sweep that goes on after a cut: the same bytes. And what merge refuses.
+#include "evenstep/campaigns/sweep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <stdexcept>
+
+#include "files.h"
+#include "sweep_lines.h"
+#include "evenstep/scheduler/parallel_for.h"
+
+using namespace evenstep;
+using Catch::Contains;
+using test::contents;
+using test::Folder;
+
+namespace {
+
+const char* const kPlain = "[sweep]\nseeds = \"3..8\"\ngrid = { \"remap.latency\" = [\"13 ms\", \"17 ms\", \"30 ms\"] }\n";
+const char* const kStopping =
+    "[sweep]\nseeds = \"3..8\"\nstop_after = 4\ngrid = { \"remap.latency\" = [\"30 ms\", \"15 ms\", \"13 ms\"] }\n";
+
+struct Small {
+  explicit Small(const std::string& sweep) : scenario(folder.write("small.toml", test::small_scenario(sweep))) {}
+
+  SweepOutcome run(const std::string& out, SweepShard shard = {}, int threads = 1, bool resume = false) const {
+    SweepOptions options;
+    options.shard = shard;
+    options.threads = threads;
+    options.resume = resume;
+    options.folder = folder / out;
+    const SweepOutcome outcome = run_sweep(scenario, options);
+    INFO(outcome.failure);
+    REQUIRE(outcome.errors.empty());
+    return outcome;
+  }
+  /// The files of N shards.
+  std::vector<std::string> shards(int of) const {
+    std::vector<std::string> parts;
+    for (int i = 1; i <= of; ++i) parts.push_back(run(fmt::format("of-{}", of), {i, of}).file);
+    return parts;
+  }
+
+  Folder folder;
+  std::string scenario;
+};
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
+    lines.push_back(text.substr(begin, end + 1 - begin));
+  return lines;
+}
+
+/// Lines that were changed, with the checksums of what they are now.
+std::string resummed(const std::string& text) {
+  std::string out;
+  for (std::string line : lines_of(text)) {
+    line.resize(line.rfind(",\"check\":"));
+    out += internal::with_checksum(line + "}") + "\n";
+  }
+  return out;
+}
+
+std::string only_error(const SweepOutcome& outcome) {
+  REQUIRE(outcome.errors.size() == 1);
+  CHECK(outcome.exit == ExitCode::usage);
+  return text(outcome.errors.front());
+}
+
+}  // namespace
+
+TEST_CASE("Threads give the bytes of one thread and shards in any order merge to them") {
+  const std::string sweep = GENERATE(std::string(kPlain), std::string(kStopping));
+  const Small small(sweep);
+  const SweepOutcome whole = small.run("one");
+  const std::string bytes = contents(whole.file);
+  CHECK(whole.summary.all.failed > 0);
+  CHECK(whole.summary.all.passed > 0);
+  CHECK(whole.exit == ExitCode::expectation_failed);
+  for (const int threads : {2, 4}) CHECK(contents(small.run(fmt::format("threads-{}", threads), {}, threads).file) == bytes);
+  for (int of = 2; of <= 5; ++of) {
+    std::vector<std::string> parts = small.shards(of);
+    for (int turn = 0; turn < of; ++turn) {
+      std::rotate(parts.begin(), parts.begin() + 1, parts.end());
+      if (turn % 2 == 1) std::reverse(parts.begin(), parts.end());
+      const SweepOutcome merged = merge_sweep(parts, small.folder / "merged.jsonl");
+      REQUIRE(merged.errors.empty());
+      CHECK(contents(merged.file) == bytes);
+      CHECK(merged.exit == whole.exit);
+      CHECK(sweep_json(merged.record, merged.summary, [](const SweepPoint&) { return "x"; }) ==
+            sweep_json(whole.record, whole.summary, [](const SweepPoint&) { return "x"; }));
+    }
+  }
+}
+
+TEST_CASE("A sweep that stops after K failures ends with the K-th by number") {
+  const Small small(kStopping);
+  const SweepOutcome whole = small.run("one", {}, 4);
+  CHECK(whole.summary.stopped);
+  CHECK(whole.summary.all.failed == 4);
+  CHECK(whole.record.points.back().verdict == SweepVerdict::fail);
+  CHECK(std::ssize(whole.record.points) < whole.record.header.points());
+}
+
+TEST_CASE("A sweep that was cut anywhere in its last two lines goes on to the same bytes") {
+  const Small small(kPlain);
+  const std::string bytes = contents(small.run("whole").file);
+  const std::vector<std::string> lines = lines_of(bytes);
+  const std::size_t from = bytes.size() - lines.back().size() - lines[lines.size() - 2].size();
+  const std::string file = small.folder / "cut/sweep.jsonl", partial = file + ".partial";
+  std::filesystem::create_directory(small.folder / "cut");
+  for (std::size_t length = from; length <= bytes.size(); ++length) {
+    std::filesystem::remove(file);
+    small.folder.write("cut/sweep.jsonl.partial", bytes.substr(0, length));
+    const SweepOutcome outcome = small.run("cut", {}, 1, true);
+    REQUIRE(outcome.failure.empty());
+    if (contents(file) != bytes) FAIL("cut after " << length << " bytes");
+    REQUIRE_FALSE(std::filesystem::exists(partial));
+  }
+}
+
+TEST_CASE("A sweep that was cut in its header starts again and one that ended is not run again") {
+  const Small small(kPlain);
+  const std::string bytes = contents(small.run("whole").file);
+  std::filesystem::create_directory(small.folder / "cut");
+  small.folder.write("cut/sweep.jsonl.partial", bytes.substr(0, 40));
+  CHECK(contents(small.run("cut", {}, 1, true).file) == bytes);
+  std::int64_t runs = 0;
+  SweepOptions options;
+  options.folder = small.folder / "cut";
+  options.resume = true;
+  options.progress = [&](std::int64_t, std::int64_t, std::int64_t) { ++runs; };
+  const SweepOutcome again = run_sweep(small.scenario, options);
+  CHECK(runs == 0);
+  CHECK(again.exit == ExitCode::expectation_failed);
+  CHECK(again.summary.all.runs() == 15);
+}
+
+TEST_CASE("An interrupted sweep keeps what it has and goes on to the same bytes") {
+  const Small small(kPlain);
+  const std::string bytes = contents(small.run("whole").file);
+  std::atomic<bool> interrupted{false};
+  SweepOptions options;
+  options.folder = small.folder / "part";
+  options.interrupted = &interrupted;
+  options.threads = 2;
+  options.progress = [&](std::int64_t done, std::int64_t, std::int64_t) { interrupted = done >= 4; };
+  const SweepOutcome first = run_sweep(small.scenario, options);
+  CHECK(first.exit == ExitCode::interrupted);
+  CHECK(first.record.points.size() >= 4);  // what was under way may still come
+  CHECK(first.record.points.size() < 15);
+  CHECK(contents(first.file) == bytes.substr(0, contents(first.file).size()));
+
+  const SweepOutcome refused = run_sweep(small.scenario, options);
+  CHECK(refused.exit == ExitCode::run_failed);
+  CHECK_THAT(refused.failure, Contains("--resume"));
+  CHECK(contents(small.run("part", {}, 2, true).file) == bytes);
+}
+
+TEST_CASE("A sweep does not go on with lines of another one or with damaged ones") {
+  const Small small(kPlain);
+  const std::string bytes = contents(small.run("whole").file);
+  std::vector<std::string> lines = lines_of(bytes);
+  std::filesystem::create_directory(small.folder / "cut");
+  const auto failure_with = [&](const std::string& partial) {
+    small.folder.write("cut/sweep.jsonl.partial", partial);
+    SweepOptions options;
+    options.folder = small.folder / "cut";
+    options.resume = true;
+    const SweepOutcome outcome = run_sweep(small.scenario, options);
+    CHECK(outcome.exit == ExitCode::run_failed);
+    CHECK(contents(small.folder / "cut/sweep.jsonl.partial") == partial);  // nobody's work is lost
+    return outcome.failure;
+  };
+  std::string other = lines[0];
+  other.replace(other.find("\"scenario\":\"") + 12, 1, "g");
+  CHECK_THAT(failure_with(other + lines[1]), Contains("partial:1: error: the line does not agree with its checksum"));
+  CHECK_THAT(failure_with(resummed(other) + lines[1]), Contains("sweep.jsonl.partial:1: error: is of another sweep"));
+  CHECK_THAT(failure_with(lines[0] + lines[2]), Contains(":2: error: the line is of point 1, where 0 is due"));
+  std::string damaged = lines[1];
+  damaged.replace(damaged.find("\"seed\":") + 7, 1, "9");
+  CHECK_THAT(failure_with(lines[0] + damaged), Contains(":2: error: the line does not agree with its checksum: it is dam"));
+  CHECK_THAT(failure_with(resummed(lines[0] + damaged)), Contains(":2: error: the line has other values than point 0"));
+  CHECK_THAT(failure_with(lines[0] + "{}\n"), Contains(":2: error: the line has no checksum"));
+  const std::string unknown = internal::with_checksum("{\"index\":0}") + "\n";
+  CHECK_THAT(failure_with(lines[0] + unknown), Contains(":2: error: the line is not a line"));
+}
+
+TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writes nothing then") {
+  const Small small(kPlain);
+  const std::vector<std::string> parts = small.shards(3);
+  const std::string out = small.folder / "merged.jsonl";
+  CHECK_THAT(only_error(merge_sweep({parts[0], parts[2]}, out)), Contains("lack 5 of 15 points: 1, 4, 7, 10, 13;"));
+  CHECK_THAT(only_error(merge_sweep({parts[0], parts[1]}, out)), Contains("lack 5 of 15 points: 2, 5, 8, 11, 14;"));
+  CHECK_THAT(only_error(merge_sweep({parts[0], parts[1], parts[2], parts[1]}, out)),
+             Contains("sweep-2-of-3.jsonl:2:1: error: point 1 is in") && Contains("sweep-2-of-3.jsonl:2 already"));
+  const auto with = [&](const std::string& part) { return only_error(merge_sweep({parts[0], part, parts[2]}, out)); };
+  const std::string good = contents(parts[1]);
+  CHECK_THAT(with(small.folder.write("torn", good.substr(0, good.size() - 1))),
+             Contains("torn:6:1: error: the line has no end"));
+  CHECK_THAT(with(small.folder.write("empty", "")), Contains("empty:1:1: error: the line has no end"));
+  CHECK_THAT(with(small.folder / "absent"), Contains("absent"));
+  CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")), Contains("header:1:1: error: the line has no checksum"));
+  const auto changed = [&](const std::string& name, const std::string& at, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(at) + at.size(), to.size(), to);
+    CHECK_THAT(with(small.folder.write(name, text)), Contains("does not agree with its checksum: it is damaged"));
+    return small.folder.write(name, resummed(text));
+  };
+  CHECK_THAT(with(changed("scenario", "\"scenario\":\"", "g")), Contains("is of another scenario"));
+  CHECK_THAT(with(changed("build", "\"build\":\"", "9")), Contains("is of another build"));
+  CHECK_THAT(with(changed("worst", "\"keep_worst\":", "9")), Contains("is of another sweep"));
+  CHECK_THAT(with(changed("index", "\"index\":", "2")),
+             Contains("index:2:1: error: the line has other values than point 2"));
+  CHECK_THAT(with(changed("verdict", "\"verdict\":\"", "pasz")), Contains("verdict:2:1: error: the line verdict \"pasz"));
+  CHECK_FALSE(std::filesystem::exists(out));
+  CHECK_FALSE(std::filesystem::exists(out + ".partial"));
+}
+
+TEST_CASE("Any damaged byte of a part is refused with its file and line") {
+  const Small small("[sweep]\nseeds = \"3..5\"\n");
+  const std::vector<std::string> parts = small.shards(2);
+  const std::string good = contents(parts[1]);
+  REQUIRE(merge_sweep(parts, small.folder / "whole").errors.empty());
+  std::size_t line = 1;
+  for (std::size_t at = 0; at < good.size(); ++at) {
+    std::string damaged = good;
+    damaged[at] = static_cast<char>(damaged[at] ^ 1);
+    INFO("byte " << at);
+    const std::string part = small.folder.write("damaged", damaged);
+    const std::string error = only_error(merge_sweep({parts[0], part}, small.folder / "merged"));
+    // A line end that is gone joins two lines: the first of them is named.
+    CHECK_THAT(error, Contains(fmt::format("damaged:{}:1: error: ", line)));
+    line += good[at] == '\n' ? 1 : 0;
+  }
+}
+
+TEST_CASE("Parts that call the scenario by different names merge to the same bytes in any order") {
+  const Small small(kPlain);
+  std::vector<std::string> parts = small.shards(2);
+  std::string text = contents(parts[1]);
+  text.replace(text.find(small.scenario), small.scenario.size(), "elsewhere/small.toml");
+  parts[1] = small.folder.write("other-name", resummed(text));
+  const SweepOutcome merged = merge_sweep(parts, small.folder / "merged");
+  REQUIRE(merged.errors.empty());
+  CHECK(merged.record.header.file == std::min<std::string>(small.scenario, "elsewhere/small.toml"));
+  std::reverse(parts.begin(), parts.end());
+  REQUIRE(merge_sweep(parts, small.folder / "reversed").errors.empty());
+  CHECK(contents(small.folder / "reversed") == contents(small.folder / "merged"));
+}
+
+TEST_CASE("The summary of a merge names the scenario as it was given and its commands run from there") {
+  const Small small(kPlain);
+  const SweepOutcome merged = merge_sweep(small.shards(2), small.folder / "merged");
+  CHECK(merged.record.header.file == small.scenario);
+  const std::string summary = sweep_text(merged.record, merged.summary, [&](const SweepPoint& point) {
+    return point_command(merged.record.header, point, merged.record.header.file);
+  });
+  CHECK_THAT(summary, Contains("evenstep run " + small.scenario + " --seed"));
+}
+
+TEST_CASE("Ordered results come in order whatever the threads and the first exception is the one of the lowest number") {
+  for (const int threads : {1, 2, 7}) {
+    std::string taken;
+    ordered_for(
+        100, threads, [](std::size_t i) { return fmt::format("{} ", i); },
+        [&](std::size_t i, const std::string& made) {
+          CHECK(made == fmt::format("{} ", i));
+          taken += made;
+          return i < 60;
+        });
+    CHECK(taken.ends_with(" 59 60 "));
+    std::size_t last = 0;
+    const auto run = [&] {
+      ordered_for(
+          100, threads,
+          [](std::size_t i) -> std::string {
+            if (i == 41 || i == 40 || i == 77) throw std::runtime_error(fmt::format("at {}", i));
+            return "x";
+          },
+          [&](std::size_t i, const std::string&) { return last = i, true; });
+    };
+    CHECK_THROWS_WITH(run(), "at 40");
+    CHECK(last == 39);
+  }
+}
+
+TEST_CASE("A shard is written as I of N or taken from the batch system") {
+  const auto nothing = [](const char*) -> const char* { return nullptr; };
+  const auto shard = [&](const std::string& text) { return parse_shard(text, nothing); };
+  CHECK(shard("2/5").value.index == 2);
+  CHECK(shard("2/5").value.of == 5);
+  CHECK(shard("1/1").ok());
+  for (const char* bad : {"", "0/5", "6/5", "2", "2/", "/5", "a/b", "2/5x", "-1/5", "2/0", "1/1000001"}) {
+    INFO(bad);
+    CHECK_FALSE(shard(bad).ok());
+  }
+  CHECK_THAT(shard("auto").error, Contains("SLURM_ARRAY_TASK_ID"));
+  const auto from = [](std::vector<std::pair<std::string, std::string>> variables) {
+    return parse_shard("auto", [variables](const char* name) -> const char* {
+      for (const auto& [key, value] : variables) {
+        if (key == name) return value.c_str();
+      }
+      return nullptr;
+    });
+  };
+  const auto array = from({{"SLURM_ARRAY_TASK_ID", "12"},
+                           {"SLURM_ARRAY_TASK_COUNT", "4"},
+                           {"SLURM_ARRAY_TASK_MIN", "10"},
+                           {"SLURM_PROCID", "0"},
+                           {"SLURM_NTASKS", "1"}});
+  CHECK(array.value.index == 3);
+  CHECK(array.value.of == 4);
+  CHECK(from({{"OMPI_COMM_WORLD_RANK", "0"}, {"OMPI_COMM_WORLD_SIZE", "2"}}).value.index == 1);
+  CHECK(from({{"CI_NODE_INDEX", "2"}, {"CI_NODE_TOTAL", "2"}}).value.index == 2);
+  CHECK_FALSE(from({{"CI_NODE_INDEX", "3"}, {"CI_NODE_TOTAL", "2"}}).ok());
+}
+
+TEST_CASE("The command of a point runs it again to the same trace") {
+  const Small small(kPlain);
+  const SweepOutcome whole = small.run("one");
+  const SweepPoint& point = whole.record.points[7];
+  CHECK(point_command(whole.record.header, point, "a b.toml", {"run.warmup=0.1 s", "sweep.seeds=[5]"}) ==
+        "evenstep run 'a b.toml' --seed 5 --set 'run.warmup=0.1 s' --set 'remap.latency=17 ms'");
+  const ReadResult read = read_scenario(small.scenario, {{"remap.latency=17 ms"}, 5});
+  REQUIRE(read.scenario);
+  const RunOutcome again = run_scenario(*read.scenario, {});
+  CHECK(again.record.trace_hash == point.trace_hash);
+  REQUIRE(point.expect.size() == 1);
+  CHECK(again.results.front().value == point.expect.front().value);
+}
+
+TEST_CASE("The shipped sweeps find what they ask for") {
+  Folder folder;
+  SweepOptions options;
+  options.folder = folder / "out";
+  // A tenth of its seeds: the command line runs all of them.
+  options.set = {"sweep.seeds=\"0..10\""};
+  const SweepOutcome outcome = run_sweep(EVENSTEP_SOURCE_DIR "/scenarios/sizing/latency-jitter-10.toml", options);
+  for (const Diagnostic& error : outcome.errors) UNSCOPED_INFO(text(error));
+  REQUIRE(outcome.errors.empty());
+  REQUIRE(outcome.summary.find);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK(outcome.summary.find->beyond == 0);
+  options.set = {"sweep.seeds=\"0..10\"", "sweep.find.at_most=\"22 ms\""};
+  CHECK(run_sweep(EVENSTEP_SOURCE_DIR "/scenarios/sizing/latency-jitter-10.toml", options).exit ==
+        ExitCode::expectation_failed);
+}

@@ -1,0 +1,227 @@
+// How run times vary: what a file says arrives, nominal times are means, and what makes no sense is refused.
+#include <fmt/format.h>
+
+#include <catch2/catch.hpp>
+
+#include "evenstep/format/scenario.h"
+#include "support.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+using Catch::Contains;
+
+namespace {
+
+const char* const kBase = "segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = 15\n";
+
+/// kSpring with this [timing].
+std::string with_timing(const std::string& timing) {
+  std::string text = kSpring;
+  const std::size_t from = text.find("segment = "), to = text.find("[scene]");
+  return text.replace(from, to - from, timing + "\n");
+}
+
+Scenario good(const std::string& timing) {
+  const ReadResult result = read_text(with_timing(timing));
+  INFO(timing << "\n" << errors_of(result));
+  REQUIRE(result.scenario);
+  const Folder folder;
+  const ReadResult again = read_scenario(folder.write("resolved.toml", result.scenario->resolved_toml));
+  INFO(result.scenario->resolved_toml << errors_of(again));
+  REQUIRE(again.scenario);
+  CHECK(describe(*again.scenario) == describe(*result.scenario));
+  return *result.scenario;
+}
+
+ProgrammedTiming timing_of(const std::string& more) { return good(kBase + more).timing.programmed; }
+
+struct Mistake {
+  std::string timing;
+  const char* error;  ///< with its place; [timing] is line 8 and its first key line 9
+};
+void check_each(const std::vector<Mistake>& mistakes) {
+  for (const auto& [timing, error] : mistakes) {
+    INFO(timing);
+    const ReadResult result = read_text(with_timing(timing));
+    CHECK_FALSE(result.scenario);
+    CHECK_THAT(errors_of(result), Contains(error));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("Each model of [timing] arrives as it is written, and comes back from the resolved file") {
+  CHECK(timing_of("first_step = \"+20 %\"").first_step == 0.2);
+  CHECK(timing_of("first_step = \"8.5%\"").first_step == 0.085);
+  CHECK(timing_of("drift = \"10 %/s\"").drift_per_s == 0.1);
+  CHECK(timing_of("drift = \"-2.5 %/s\"").drift_per_s == -0.025);
+  const ProgrammedTiming lost = timing_of("dropped_visualization = \"2 %\"\nmerged_visualization = \"98 %\"");
+  CHECK(lost.dropped_visualization == 0.02);
+  CHECK(lost.merged_visualization == 0.98);
+  const ProgrammedTiming spiked = timing_of("spikes = { rate = \"2 Hz\", cost = \"4 ms\" }");
+  REQUIRE(spiked.spikes);
+  CHECK(spiked.spikes->rate_Hz == 2);
+  CHECK(spiked.spikes->cost.ns == 4'000'000);
+  const ProgrammedTiming hit = timing_of("preemption = { rate = \"1/2 Hz\", cost = \"pareto 3 ms cap 40 ms\" }");
+  REQUIRE(hit.preemption);
+  CHECK(hit.preemption->rate_Hz == 0.5);
+  CHECK(hit.preemption->least.ns == 3'000'000);
+  CHECK(hit.preemption->most.ns == 40'000'000);
+  CHECK(hit.preemption->tail == 1.5);
+  CHECK(timing_of("preemption = { rate = \"2 Hz\", cost = \"pareto 3ms cap 3ms\", tail = 2 }").preemption->tail == 2);
+  const ProgrammedTiming regimes = timing_of("regimes = { factor = 1.6, mean_length = \"8.5 segments\" }");
+  REQUIRE(regimes.regimes);
+  CHECK(regimes.regimes->factor == 1.6);
+  CHECK(regimes.regimes->mean_length == 8.5);
+  const ProgrammedTiming changed = timing_of(
+      "changes = [{ at = \"2 s\", visualization = \"22.2 ms\" }, { at = \"3 s\", step = \"1 ms\", steps = [3, 4] }]");
+  REQUIRE(changed.changes.size() == 2);
+  CHECK(changed.changes[0].at.ns == 2'000'000'000);
+  CHECK(changed.changes[0].visualization->ns == 22'200'000);
+  CHECK_FALSE(changed.changes[0].step);
+  CHECK(changed.changes[0].steps.empty());
+  CHECK_FALSE(changed.changes[1].visualization);
+  CHECK(changed.changes[1].step->ns == 1'000'000);
+  CHECK(changed.changes[1].steps == std::vector<int>{3, 4});
+  CHECK(timing_of("paced = true").paced);
+  CHECK_FALSE(timing_of("").paced);
+}
+
+TEST_CASE("A scenario without models is periodic; each model alone makes it vary") {
+  CHECK(is_periodic(timing_of("")));
+  CHECK(is_periodic(timing_of("paced = true\nfirst_step = \"0 %\"\ndrift = \"0 %/s\"\nchanges = []")));
+  for (const char* model :
+       {"first_step = \"1 %\"", "drift = \"1 %/s\"", "dropped_visualization = \"1 %\"", "merged_visualization = \"1 %\"",
+        "spikes = { rate = \"1 Hz\", cost = \"1 us\" }", "regimes = { factor = 2, mean_length = \"8 segments\" }",
+        "preemption = { rate = \"1 Hz\", cost = \"pareto 1 us cap 2 us\" }", "changes = [{ at = \"0 s\", steps = 15 }]",
+        "jitter = { step = \"lognormal 1 %\" }", "jitter = { visualization = \"lognormal 1 %\" }"}) {
+    INFO(model);
+    CHECK_FALSE(is_periodic(timing_of(model)));
+  }
+}
+
+TEST_CASE("Nominal segment and slot are means with what the models add; V and s stay as written") {
+  const auto nominal = [](const std::string& timing) { return good(timing).nominal; };
+  // 1.482222 ms * 20 % more; slot = T / 15.
+  const NominalUnits first = nominal(std::string(kBase) + "first_step = \"20 %\"");
+  CHECK(first.segment.ns == 33'333'333 + 296'444);
+  CHECK(first.slot.ns == (1'000'000'000'000 / 30 + 296'444'000) / 15 / 1000);
+  CHECK(first.visualization.ns == 11'100'000);
+  CHECK(first.step_run_time.ns == 1'482'222);
+  // 2 % of V more.
+  CHECK(nominal(std::string(kBase) + "merged_visualization = \"2 %\"").segment.ns == 33'333'333 + 222'000);
+  CHECK(nominal(std::string(kBase) + "dropped_visualization = \"2 %\"").segment.ns == 33'333'333 - 222'000);
+  // Each of the 15 steps: 4 ms (1 - exp(-2 Hz * 1.482222 ms)) = 11.8402 us.
+  CHECK(nominal(std::string(kBase) + "spikes = { rate = \"2 Hz\", cost = \"4 ms\" }").segment.ns == 33'333'333 + 177'603);
+  // Regimes, drift and changes leave the mean at the start as it is.
+  for (const char* model : {"regimes = { factor = 2, mean_length = \"8 segments\" }", "drift = \"5 %/s\"",
+                            "changes = [{ at = \"1 s\", visualization = \"20 ms\" }]"}) {
+    CHECK(nominal(std::string(kBase) + model).segment.ns == 33'333'333);
+    CHECK(good(std::string(kBase) + model).scene.step_rate == Rate{450, 1});
+  }
+  // The grid is the mean where segments wait for it.
+  const std::string paced = "step = \"1 ms\"\npaced = true\nfirst_step = \"20 %\"\njitter = { step = \"lognormal 10 %\" }";
+  CHECK(nominal(kBase + paced).segment.ns == 33'333'333);
+  CHECK(good(kBase + paced).scene.step_rate == Rate{450, 1});
+}
+
+TEST_CASE("A concurrent visualization takes its steps from `steps` or from `step`, its segments from V or from the grid") {
+  const Scenario asked = good("order = \"concurrent\"\nvisualization = \"11.1 ms\"\nsteps = 15");
+  CHECK(asked.timing.programmed.order == SegmentOrder::concurrent);
+  CHECK(asked.nominal.segment.ns == 11'100'000);
+  CHECK(asked.nominal.slot.ns == 740'000);
+  CHECK(asked.scene.step_rate == Rate{50'000, 37});  // 15 / 11.1 ms
+  const Scenario given = good("order = \"concurrent\"\nvisualization = \"11.1 ms\"\nstep = \"2 ms\"");
+  CHECK(given.nominal.segment.ns == 11'100'000);
+  CHECK(given.nominal.slot.ns == 2'000'000);
+  CHECK(given.scene.step_rate == Rate{500, 1});
+  const Scenario paced = good(std::string(kBase) + "order = \"concurrent\"\npaced = true\nslowdown = 1.5");
+  CHECK(paced.nominal.segment.ns == 33'333'333);
+  CHECK(paced.scene.step_rate == Rate{450, 1});
+  CHECK(paced.timing.programmed.slowdown == 1.5);
+  // 2 ms for 22.233 ms, 4 ms for 11.1: 33.333 / (11.117 + 2.775) ms.
+  const Scenario slowed = good(
+      "order = \"concurrent\"\nsegment = \"30 Hz\"\npaced = true\nvisualization = \"11.1 ms\"\nstep = \"2 ms\"\n"
+      "slowdown = 2");
+  CHECK(slowed.nominal.slot.ns == Approx(33.333333e6 / (22.233333 / 2 + 11.1 / 4)).margin(1));
+}
+
+TEST_CASE("Models that make no sense where they stand are refused with place and remedy") {
+  const std::string base = kBase, fixed = base + "step = \"1 ms\"\n";
+  const std::string lane = "order = \"concurrent\"\nvisualization = \"11.1 ms\"\n";
+  check_each({
+      {base + "first_step = 20", "scenario.toml:12:14: error: 'first_step': 20 has no unit; write a ratio such as \"20 %\""},
+      {base + "first_step = \"-20 %\"", "'first_step': \"-20 %\" is out of range; it must be at least 0"},
+      {base + "drift = \"10 %\"", "scenario.toml:12:9: error: 'drift': '%' is a unit of ratio, not of ratio per time"},
+      {base + "drift = \"-25 %/s\"",
+       "scenario.toml:12:9: error: 'drift': -25 %/s leaves no run time after 4 s of 4 s; write a slower drift"},
+      {base + "spikes = { rate = \"2 Hz\" }", "timing.spikes has no 'cost'; write cost = \"4 ms\""},
+      {base + "spikes = { rate = \"0 Hz\", cost = \"4 ms\" }", "'rate': '0 Hz' is not above 0 Hz"},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"4 ms\" }",
+       "scenario.toml:12:38: error: 'cost': \"4 ms\" must be \"pareto <time> cap <time>\", such as \"pareto 3 ms cap 40 "
+       "ms\""},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms\" }", "must be \"pareto <time> cap <time>\""},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms cap 2 ms\" }", "the cap is below the least cost"},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 0 ms cap 2 ms\" }", "is out of range"},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms cap 10 s\" }", "is out of range"},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 msec cap 4 ms\" }", "did you mean 'ms'?"},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms cap 4 Hz\" }", "'Hz' is a unit of rate, not of time"},
+      {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms cap 4 ms\", tail = 0 }", "'tail': 0 is out of range"},
+      {base + "regimes = { factor = 0.5, mean_length = \"8 segments\" }", "'factor': 0.5 is out of range"},
+      {base + "regimes = { factor = 2, mean_length = 8 }", "'mean_length': 8 has no unit; write \"8 segments\""},
+      {base + "regimes = { factor = 2, mean_length = \"8 ms\" }", "'8 ms' must be a number of segments, such as"},
+      {base + "regimes = { factor = 2, mean_length = \"0.5 segments\" }", "'mean_length': \"0.5 segments\" is out of range"},
+      {base + "dropped_visualization = \"60 %\"\nmerged_visualization = \"41 %\"",
+       "scenario.toml:13:24: error: 'merged_visualization': 41 % and 60 % dropped are more than all segments"},
+      {base + "dropped_visualization = \"101 %\"", "'dropped_visualization': \"101 %\" is out of range"},
+      {"segment = \"30 Hz\"\nvisualization = \"0 s\"\nsteps = 15\nregimes = { factor = 2, mean_length = \"8 segments\" }",
+       "scenario.toml:12:11: error: 'regimes' means nothing with visualization = \"0 s\"; remove it"},
+      {"segment = \"30 Hz\"\nvisualization = \"0 s\"\nsteps = 15\nfirst_step = \"1 %\"", "'first_step' means nothing with"},
+      {base + "changes = { at = \"2 s\", steps = 3 }",
+       "'changes' must be a list, each a table, such as [{ at = \"2 s\", visualization = \"22.2 ms\" }]"},
+      {base + "changes = [{ at = \"2 s\" }]", "scenario.toml:12:19: error: 'changes': this entry changes nothing; write"},
+      {base + "changes = [{ steps = 3 }]", "timing.changes has no 'at'; write at = \"2 s\""},
+      {base + "changes = [{ at = \"2 segments\", steps = 3 }]", "'segments' is not known here"},
+      {base + "changes = [{ at = \"2 s\", steps = 3 }, { at = \"2 s\", steps = 4 }]",
+       "scenario.toml:12:46: error: 'at': 2000 ms is not after the change before it, at 2000 ms; sort the entries"},
+      {fixed + "first_step = \"1 %\"",
+       "scenario.toml:9:11: error: 'segment': where run times vary, segments of a given 'step' follow each other without a "
+       "gap; write paced = true to keep them to this grid, or leave 'segment' out"},
+      {"visualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"\npaced = true",
+       "scenario.toml:8:1: error: [timing] has no 'segment', which paced = true needs; write segment = \"30 Hz\""},
+      {base + "paced = true\nfirst_step = \"20 %\"",
+       "scenario.toml:12:9: error: 'paced': the mean work of a segment, 33.6298 ms, is longer than the segment of 33.3333 "
+       "ms"},
+      {fixed + "paced = true\nchanges = [{ at = \"1 s\", visualization = \"18 ms\" }, { at = \"2 s\", steps = 16 }]",
+       "scenario.toml:14:60: error: 'changes': the mean work of a segment, 34 ms, is longer than the segment"},
+      {base + "slowdown = 2",
+       "scenario.toml:12:1: error: 'slowdown' means nothing with order = \"visualization-first\"; remove it, or write order "
+       "= \"concurrent\""},
+      {lane + "steps = 15\nfirst_step = \"20 %\"",
+       "'first_step' means nothing with order = \"concurrent\"; remove it, or write order = \"visualization-first\" or"},
+      {lane + "steps = [14, 15]", "'steps': must be a whole number, not a list"},
+      {lane + "steps = 15\nstep = \"1 ms\"", "scenario.toml:11:9: error: order = \"concurrent\" needs either 'steps'"},
+      {lane, "needs either 'steps', the mean number per segment, or 'step', a run time"},
+      {lane + "steps = 15\nsegment = \"30 Hz\"",
+       "scenario.toml:12:11: error: 'segment': with order = \"concurrent\" visualizations follow each other without a gap"},
+      {lane + "steps = 15\npaced = true", "has no 'segment', which paced = true needs"},
+      {lane + "steps = 15\npaced = true\nsegment = \"100 Hz\"", "the mean work of a segment, 11.1 ms, is longer than the"},
+      {lane + "steps = 15\ndropped_visualization = \"1 %\"", "a segment without one has no length; write paced = true"},
+      {lane + "step = \"real\"", "'step': \"real\" must be \"fill\" or a time"},
+      {lane + "steps = 15\nslowdown = 0.5", "'slowdown': 0.5 is out of range; it must be at least 1"},
+      {lane + "steps = 15\nchanges = [{ at = \"1 s\", steps = 3 }]", "'steps' cannot change with order = \"concurrent\""},
+      {lane + "steps = 15\nchanges = [{ at = \"1 s\", visualization = \"0 s\" }]", "needs one; write a longer time"},
+      {"order = \"concurrent\"\nvisualization = \"0 s\"\nsteps = 15", "'visualization': order = \"concurrent\" needs one"},
+      {"trace = \"x.csv\"\nspikes = { rate = \"2 Hz\", cost = \"4 ms\" }", "'spikes' does not go with 'trace'"},
+      {base + "order = \"sideways\"", "'order': \"sideways\" must be \"visualization-first\", \"steps-first\" or"},
+  });
+}
+
+TEST_CASE("A paced schedule whose steps fill the segment is accepted: its mean work is the segment, to the nanosecond") {
+  for (const int steps : {1, 12, 15, 700}) {
+    good(
+        fmt::format("segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = {}\npaced = true\n"
+                    "jitter = {{ step = \"lognormal 10 %\" }}",
+                    steps));
+  }
+}

@@ -1,0 +1,156 @@
+#include "evenstep/recordings/timing_csv.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+#include "evenstep/text/csv_rows.h"
+#include "support.h"
+
+using namespace evenstep;
+using Catch::Contains;
+
+namespace {
+const std::string kHeader = "segment,kind,index,begin_ns,end_ns\n";
+
+std::string first_error(const std::string& rows) {
+  const TimingCsv csv = parse_timing_csv(kHeader + rows, "x.csv");
+  return csv.errors.empty() ? "" : text(csv.errors.front());
+}
+}  // namespace
+
+TEST_CASE("A recording is shifted to begin at 0, keeps its gaps, and idle rows only move the end") {
+  const TimingCsv csv = parse_timing_csv(kHeader +
+                                             "7,visualization,0,1000,1100\r\n7,step,0,1110,1200\n7,idle,0,1200,1300\n"
+                                             "8,step,1,1300,1400\n8,step,3,1400,1400\n",
+                                         "x.csv");
+  REQUIRE(csv.errors.empty());
+  REQUIRE(csv.segments.size() == 2);
+  const SegmentTiming& first = csv.segments[0];
+  CHECK(first.index == 0);
+  CHECK(first.begin.ns == 0);
+  REQUIRE(first.visualization);
+  CHECK(first.visualization->end.ns == 100);
+  REQUIRE(first.steps.size() == 1);
+  CHECK(first.steps[0].begin.ns == 110);
+  CHECK(first.end.ns == 300);
+  CHECK(csv.segments[1].index == 1);
+  CHECK_FALSE(csv.segments[1].visualization);
+  CHECK(csv.segments[1].begin.ns == 300);
+  CHECK(csv.segments[1].steps.size() == 2);
+}
+
+TEST_CASE("A visualization may overlap the steps of its own and of the next segment") {
+  const TimingCsv csv = parse_timing_csv(kHeader +
+                                             "0,visualization,0,0,100\n0,step,0,10,50\n0,step,1,50,90\n0,step,2,90,120\n"
+                                             "1,visualization,0,105,200\n1,step,0,120,150\n",
+                                         "x.csv");
+  REQUIRE(csv.errors.empty());
+  CHECK(csv.segments[0].end.ns == 120);
+  CHECK(csv.segments[1].begin.ns == 105);
+}
+
+TEST_CASE("Steps may open a segment: it begins with the first of them") {
+  const TimingCsv csv =
+      parse_timing_csv(kHeader + "0,step,0,5,10\n0,visualization,0,10,30\n1,idle,0,30,40\n1,step,0,40,50\n", "x.csv");
+  REQUIRE(csv.errors.empty());
+  CHECK(csv.segments[0].begin.ns == 0);
+  CHECK(csv.segments[0].visualization->begin.ns == 5);
+  CHECK(csv.segments[1].begin.ns == 35);  // the step, not the idle time before it
+}
+
+TEST_CASE("A mistake in a recording is named with its line and column") {
+  struct {
+    const char* rows;
+    const char* error;
+  } const table[] = {
+      {"0,step,0,0\n", "x.csv:2:1: error: 4 cells, where a row has 5"},
+      {"0,step,0,0,1,2\n", "x.csv:2:1: error: 6 cells"},
+      {"0,step,0,0,1\n0,step,1,1.5,2\n", "x.csv:3:10: error: '1.5' is not a whole number"},
+      {"0,step,0, 0,1\n", "x.csv:2:10: error: ' 0' is not a whole number"},
+      {"0,step,0,-5,1\n", "'-5' is not a whole number"},
+      {"0,step,0,0x5,1\n", "'0x5' is not a whole number"},
+      {"0,step,0,,1\n", "'' is not a whole number"},
+      {"0,step,0,0,9223372036854775808\n", "'9223372036854775808' is not a whole number"},
+      {"x,step,0,0,1\n", "'x' is not a whole number"},
+      {"0,render,0,0,1\n", "x.csv:2:3: error: kind 'render' must be visualization, step or idle"},
+      {"0,step,0,5,4\n", "x.csv:2:12: error: ends at 4 ns, before it begins at 5 ns"},
+      {"0,step,0,0,10\n0,step,1,9,12\n", "x.csv:3:10: error: begins at 9 ns, before the step before it ended at 10 ns"},
+      {"0,step,0,0,10\n1,step,0,9,12\n", "before the step before it ended"},
+      {"0,visualization,0,0,10\n1,visualization,0,9,12\n", "before the visualization before it ended"},
+      {"1,step,0,0,10\n0,step,0,10,12\n", "x.csv:3:1: error: segment 0 follows segment 1"},
+      {"0,step,0,0,10\n2,step,0,10,12\n", "segment 2 follows segment 0"},
+      {"0,step,1,0,10\n0,step,1,10,12\n", "x.csv:3:8: error: index 1 follows 1"},
+      {"0,idle,1,0,10\n0,idle,0,10,12\n", "index 0 follows 1"},
+      {"0,visualization,0,0,1\n0,visualization,0,1,2\n", "one visualization"},
+      {"0,visualization,1,0,1\n", "one visualization"},
+      {"0,visualization,0,50,60\n1,step,0,40,41\n", "segment 1 begins at 40 ns, not after the segment before it"},
+      {"0,step,0,0,1\n0,step,1,1,2000000000000000\n", "are these nanoseconds?"},
+      // The first row need not be the earliest.
+      {"0,idle,0,9000000000000000000,9000000000000000000\n0,step,0,0,5\n", "x.csv:3:10: error: the recording is longer"},
+      {"", "x.csv:1:1: error: no rows"},
+  };
+  for (const auto& row : table) {
+    INFO(row.rows);
+    CHECK_THAT(first_error(row.rows), Contains(row.error));
+  }
+  for (const char* header :
+       {"", "0,step,0,0,1\n", "segment,kind,index,begin_ns\n", "\xef\xbb\xbfsegment,kind,index,begin_ns,end_ns\n"}) {
+    const TimingCsv csv = parse_timing_csv(header, "x.csv");
+    REQUIRE(csv.errors.size() == 1);
+    CHECK_THAT(text(csv.errors[0]), Contains("x.csv:1:1: error: the first line must be segment,kind,index,begin_ns,end_ns"));
+  }
+}
+
+TEST_CASE("A wrong column gives 20 errors, not one for each of a million rows") {
+  std::string rows = kHeader;
+  for (int i = 0; i < 1000; ++i) rows += "0,step,0,0,x\n";
+  CHECK(parse_timing_csv(rows, "x.csv").errors.size() == internal::kMostCsvErrors);
+}
+
+TEST_CASE("Ten million rows are read and one more is refused", "[long]") {
+  std::string rows = kHeader;
+  const std::string row = "0,idle,0,0,1\n";
+  rows.reserve(rows.size() + row.size() * (internal::kMostCsvRows + 1));
+  // Only the first idle row is in order; counting goes on regardless, so the error list is kept short by valid steps.
+  std::int64_t t = 0;
+  for (std::int64_t i = 0; i < internal::kMostCsvRows; ++i, ++t) {
+    rows += "0,step," + std::to_string(i) + "," + std::to_string(t) + "," + std::to_string(t + 1) + "\n";
+  }
+  CHECK(parse_timing_csv(rows, "x.csv").errors.empty());
+  rows += "1,step,0," + std::to_string(t) + "," + std::to_string(t + 1) + "\n";
+  const TimingCsv csv = parse_timing_csv(rows, "x.csv");
+  REQUIRE(csv.errors.size() == 1);
+  CHECK_THAT(csv.errors[0].message, Contains("more than 10000000 rows"));
+}
+
+TEST_CASE("A recording that is not there, or is a folder, is an error of the whole file") {
+  const test::Folder folder;
+  CHECK_THAT(text(read_timing_csv(folder.path("none.csv")).errors.at(0)), Contains("none.csv: error: no such file"));
+  CHECK_THAT(text(read_timing_csv(folder.path("sub/none.csv")).errors.at(0)), Contains("there is no folder"));
+  CHECK_THAT(text(read_timing_csv(folder.path("")).errors.at(0)), Contains("is a directory"));
+}
+
+TEST_CASE("Every recording that is shipped reads, and holds what a replay relies on") {
+  const std::filesystem::path recorded = std::filesystem::path(EVENSTEP_SOURCE_DIR) / "scenarios" / "recorded";
+  if (!std::filesystem::exists(recorded)) return;
+  for (const auto& entry : std::filesystem::directory_iterator(recorded)) {
+    if (entry.path().extension() != ".csv") continue;
+    INFO(entry.path());
+    const TimingCsv csv = read_timing_csv(entry.path().string());
+    for (const Diagnostic& error : csv.errors) UNSCOPED_INFO(text(error));
+    REQUIRE(csv.errors.empty());
+    RealTime last_end{0};
+    RealTime last_begin{-1};
+    for (const SegmentTiming& segment : csv.segments) {
+      CHECK(segment.begin > last_begin);
+      last_begin = segment.begin;
+      for (const Interval& step : segment.steps) {
+        CHECK(step.begin >= last_end);
+        CHECK(step.begin >= segment.begin);
+        last_end = step.end;
+      }
+      CHECK((segment.steps.empty() || segment.end >= segment.steps.back().end));
+    }
+    CHECK(csv.segments.front().begin.ns == 0);
+  }
+}

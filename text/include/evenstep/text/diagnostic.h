@@ -1,0 +1,22 @@
+#pragma once
+/// A place in a file, and an error that a user can cause: a place and a remedy, written as gcc does.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace evenstep {
+
+/// Where something is written; line and column count from 1, 0: the whole file.
+struct Place { std::string file; std::int64_t line = 0, column = 0; };
+
+struct Diagnostic {
+  std::string file;
+  std::int64_t line = 0, column = 0;    ///< 0: the whole file
+  std::string message;                  ///< "unknown key 'vsi' in [timing]; did you mean 'visualization'?"
+};
+
+/// "scenarios/x.toml:12:1: error: unknown key …"
+std::string text(const Diagnostic& diagnostic);
+
+}  // namespace evenstep

@@ -1,0 +1,72 @@
+#include "evenstep/text/text_file.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+namespace evenstep::internal {
+
+namespace {
+
+/// Why a file cannot be read; empty: it is open.
+std::string open_file(const std::string& path, std::ifstream& stream) {
+  namespace fs = std::filesystem;
+  std::error_code status_error;
+  const fs::file_status status = fs::status(path, status_error);
+  if (!fs::exists(status)) {
+    const fs::path folder = fs::path(path).parent_path();
+    std::error_code ignored;
+    if (!folder.empty() && !fs::exists(folder, ignored))
+      return fmt::format("no such file: there is no folder '{}'", folder.string());
+    return "no such file";
+  }
+  if (fs::is_directory(status)) return "is a directory, not a file";
+  if (!fs::is_regular_file(status)) return "is not a regular file";
+  stream.open(path, std::ios::binary);
+  return stream ? "" : "cannot be opened; may you read it?";
+}
+
+}  // namespace
+
+TextFile read_text_file(const std::string& path, std::int64_t most_bytes) {
+  TextFile file;
+  TextPieces pieces(path, most_bytes);
+  std::error_code size_error;
+  const std::uintmax_t size = pieces.error().empty() ? std::filesystem::file_size(path, size_error) : 0;
+  if (!size_error) file.text.reserve(std::min(size, static_cast<std::uintmax_t>(most_bytes)));
+  for (std::string_view piece = pieces.next(); !piece.empty(); piece = pieces.next()) file.text += piece;
+  if (!pieces.error().empty()) return {{}, pieces.error()};
+  return file;
+}
+
+TextPieces::TextPieces(const std::string& path, std::int64_t most_bytes) : most_bytes_(most_bytes), left_bytes_(most_bytes) {
+  error_ = open_file(path, stream_);
+  if (error_.empty()) buffer_.resize(64 * 1024);
+}
+
+std::string_view TextPieces::next() {
+  while (error_.empty()) {
+    // A line longer than the buffer: twice the buffer.
+    if (kept_ == buffer_.size()) buffer_.resize(2 * buffer_.size());
+    std::copy_n(buffer_.begin() + static_cast<std::ptrdiff_t>(kept_from_), kept_, buffer_.begin());
+    kept_from_ = 0;
+    stream_.read(buffer_.data() + kept_, static_cast<std::streamsize>(buffer_.size() - kept_));
+    const std::size_t filled = kept_ + static_cast<std::size_t>(stream_.gcount());
+    left_bytes_ -= stream_.gcount();
+    if (left_bytes_ < 0) error_ = fmt::format("is larger than {} bytes, the limit for such a file", most_bytes_);
+    if (stream_.bad()) error_ = "cannot be read";
+    if (!error_.empty()) break;
+    const bool end = filled < buffer_.size();
+    const std::size_t line_end = std::string_view(buffer_).substr(0, filled).rfind('\n');
+    const std::size_t whole = end ? filled : line_end == std::string_view::npos ? 0 : line_end + 1;
+    kept_from_ = whole;
+    kept_ = filled - whole;
+    if (whole > 0 || end) return std::string_view(buffer_).substr(0, whole);
+  }
+  return {};
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,225 @@
+#include "evenstep/text/units.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <utility>
+
+#include "evenstep/text/suggest.h"
+
+namespace evenstep::internal {
+namespace {
+
+constexpr std::array<DimensionInfo, 14> kDimensions{{
+    {Dimension::none, "plain number", "1", "0.1"},
+    {Dimension::time, "time", "s", "11.1 ms"},
+    {Dimension::length, "length", "m", "5 mm"},
+    {Dimension::velocity, "velocity", "m/s", "0.1 m/s"},
+    {Dimension::acceleration, "acceleration", "m/s2", "-9.81 m/s2"},
+    {Dimension::force, "force", "N", "3 N"},
+    {Dimension::slew, "force per time", "N/s", "1000 N/s"},
+    {Dimension::stiffness, "stiffness", "N/m", "200 N/m"},
+    {Dimension::damping, "damping", "N s/m", "0.01 N s/m"},
+    {Dimension::energy, "energy", "J", "1 mJ"},
+    {Dimension::mass, "mass", "kg", "0.125 g"},
+    {Dimension::rate, "rate", "Hz", "30 Hz"},
+    {Dimension::ratio, "ratio", "1", "10 %"},
+    {Dimension::drift, "ratio per time", "1/s", "10 %/s"},
+}};
+
+/// What people of other tools write.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kHabits{{
+    {"sec", "s"},     {"secs", "s"},          {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},    {"msecs", "ms"},
+    {"millis", "ms"}, {"milliseconds", "ms"}, {"usec", "us"},     {"µs", "us"},     {"μs", "us"},      {"µm", "um"},
+    {"μm", "um"},     {"nsec", "ns"},         {"minutes", "min"}, {"hours", "h"},   {"percent", "%"},  {"mps", "m/s"},
+    {"fps", "Hz"},    {"Ns/m", "N s/m"},      {"N*s/m", "N s/m"}, {"µN", "uN"},     {"m/s^2", "m/s2"}, {"m/s²", "m/s2"},
+}};
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+/// Adds one digit to the mantissa; false when 18 digits are full.
+bool add_digit(std::int64_t& mantissa, char digit) {
+  if (mantissa >= 100'000'000'000'000'000) return false;
+  mantissa = mantissa * 10 + (digit - '0');
+  return true;
+}
+
+/// The exponent of "1e-6": only where digits follow, so that "5 eN" stays a unit.
+int take_exponent(std::string_view& text) {
+  if (text.empty() || (text[0] != 'e' && text[0] != 'E')) return 0;
+  std::size_t at = 1;
+  const bool negative = at < text.size() && text[at] == '-';
+  if (at < text.size() && (text[at] == '-' || text[at] == '+')) ++at;
+  if (at >= text.size() || !is_digit(text[at])) return 0;
+  int value = 0;
+  for (; at < text.size() && is_digit(text[at]); ++at) value = std::min(value * 10 + (text[at] - '0'), 400);
+  text.remove_prefix(at);
+  return negative ? -value : value;
+}
+
+/// Takes a decimal off the front of `text`; the error is empty if that went well.
+std::string take_decimal(std::string_view& text, Decimal& number) {
+  const std::string_view whole = text;
+  number = {};
+  const bool negative = !text.empty() && text.front() == '-';
+  if (!text.empty() && (text.front() == '-' || text.front() == '+')) text.remove_prefix(1);
+  bool any = false, point = false;
+  for (; !text.empty() && (is_digit(text.front()) || (text.front() == '.' && !point)); text.remove_prefix(1)) {
+    if (text.front() == '.') {
+      point = true;
+      continue;
+    }
+    any = true;
+    if (!add_digit(number.mantissa, text.front())) return fmt::format("'{}' has more than 18 digits", whole);
+    if (point) --number.exponent;
+  }
+  if (!any) return fmt::format("'{}' does not begin with a number", whole);
+  number.exponent = std::clamp(number.exponent + take_exponent(text), -400, 400);
+  while (number.mantissa != 0 && number.mantissa % 10 == 0) {
+    number.mantissa /= 10;
+    ++number.exponent;
+  }
+  if (number.mantissa == 0) number.exponent = 0;
+  if (negative) number.mantissa = -number.mantissa;
+  return {};
+}
+
+}  // namespace
+
+const std::vector<Unit>& units() {
+  using D = Dimension;
+  static const std::vector<Unit> table{
+      {"ns", D::time, 1, -9},
+      {"us", D::time, 1, -6},
+      {"ms", D::time, 1, -3},
+      {"s", D::time, 1, 0},
+      {"min", D::time, 60, 0},
+      {"h", D::time, 3600, 0},
+      {"segment", D::time, 1, 0, UnitKind::segment, true},
+      {"visualization", D::time, 1, 0, UnitKind::visualization, true},
+      {"slot", D::time, 1, 0, UnitKind::slot, true},
+      {"step_run_time", D::time, 1, 0, UnitKind::step_run_time, true},
+      {"nm", D::length, 1, -9},
+      {"um", D::length, 1, -6},
+      {"mm", D::length, 1, -3},
+      {"cm", D::length, 1, -2},
+      {"m", D::length, 1, 0},
+      {"um/s", D::velocity, 1, -6},
+      {"mm/s", D::velocity, 1, -3},
+      {"cm/s", D::velocity, 1, -2},
+      {"m/s", D::velocity, 1, 0},
+      {"mm/s2", D::acceleration, 1, -3},
+      {"m/s2", D::acceleration, 1, 0},
+      {"uN", D::force, 1, -6},
+      {"mN", D::force, 1, -3},
+      {"N", D::force, 1, 0},
+      {"kN", D::force, 1, 3},
+      {"mN/s", D::slew, 1, -3},
+      {"N/s", D::slew, 1, 0},
+      {"kN/s", D::slew, 1, 3},
+      {"N/ms", D::slew, 1, 3},
+      {"N/m", D::stiffness, 1, 0},
+      {"N/mm", D::stiffness, 1, 3},
+      {"kN/m", D::stiffness, 1, 3},
+      {"mN s/m", D::damping, 1, -3},
+      {"N s/m", D::damping, 1, 0},
+      {"uJ", D::energy, 1, -6},
+      {"mJ", D::energy, 1, -3},
+      {"J", D::energy, 1, 0},
+      {"ug", D::mass, 1, -9},
+      {"mg", D::mass, 1, -6},
+      {"g", D::mass, 1, -3},
+      {"kg", D::mass, 1, 0},
+      {"mHz", D::rate, 1, -3},
+      {"Hz", D::rate, 1, 0},
+      {"kHz", D::rate, 1, 3},
+      {"%", D::ratio, 1, -2},
+      {"%/s", D::drift, 1, -2},
+  };
+  return table;
+}
+
+const DimensionInfo& info(Dimension dimension) {
+  return *std::find_if(kDimensions.begin(), kDimensions.end(),
+                       [&](const DimensionInfo& i) { return i.dimension == dimension; });
+}
+
+const DimensionInfo* info_of_base(std::string_view base) {
+  const auto found =
+      std::find_if(kDimensions.begin(), kDimensions.end(), [&](const DimensionInfo& i) { return i.base == base; });
+  return found == kDimensions.end() ? nullptr : &*found;
+}
+
+const Unit* find_unit(std::string_view name) {
+  for (const Unit& unit : units()) {
+    if (unit.name == name) return &unit;
+    if (unit.word && name.size() == unit.name.size() + 1 && name.back() == 's' &&
+        name.substr(0, unit.name.size()) == unit.name)
+      return &unit;
+  }
+  return nullptr;
+}
+
+std::string not_a_unit(std::string_view name, Dimension wanted) {
+  if (const Unit* other = find_unit(name); other && other->dimension != wanted) {
+    return fmt::format("'{}' is a unit of {}, not of {}", name, info(other->dimension).name, info(wanted).name);
+  }
+  const bool any = wanted == Dimension::none;
+  std::vector<std::string_view> known;
+  if (any) known.push_back("step");
+  for (const Unit& unit : units()) {
+    if (any || unit.dimension == wanted) known.push_back(unit.name);
+  }
+  const auto same_letters = [&](std::string_view unit) {
+    return std::equal(unit.begin(), unit.end(), name.begin(), name.end(),
+                      [](unsigned char a, unsigned char b) { return std::tolower(a) == std::tolower(b); });
+  };
+  std::string_view meant;
+  for (const std::string_view unit : known) {
+    if (same_letters(unit)) meant = unit;
+    for (const auto& [habit, proper] : kHabits) {
+      if (habit == name && proper == unit) meant = unit;
+    }
+  }
+  const std::string hint = meant.empty() ? suggestion(name, known) : fmt::format("; did you mean '{}'?", meant);
+  return any ? fmt::format("'{}' is not a unit{}", name, hint)
+             : fmt::format("'{}' is not a unit of {}{}", name, info(wanted).name, hint);
+}
+
+NumberAndUnit split_number(std::string_view text) {
+  NumberAndUnit out;
+  std::string_view rest = trimmed(text);
+  out.error = take_decimal(rest, out.number);
+  if (!out.error.empty()) return out;
+  if (!rest.empty() && rest.front() == '/') {
+    rest.remove_prefix(1);
+    out.divisor = {};
+    out.error = take_decimal(rest, out.divisor);
+    if (out.error.empty() && out.divisor.mantissa <= 0) out.error = fmt::format("'{}' divides by zero or less", text);
+  }
+  out.unit = trimmed(rest);
+  return out;
+}
+
+double to_double(Decimal number) {
+  const std::string digits = fmt::format("{}e{}", number.mantissa, number.exponent);
+  double value = 0;
+  const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (result.ec == std::errc::result_out_of_range) {
+    // Beyond double: more than any range of the field table allows, or nothing.
+    if (number.exponent < 0) return 0;
+    return number.mantissa < 0 ? -1e300 : 1e300;
+  }
+  return value;
+}
+
+}  // namespace evenstep::internal
