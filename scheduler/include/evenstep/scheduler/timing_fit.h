@@ -2,7 +2,7 @@
 /// Derives a programmed timing from a recording: each part of ProgrammedTiming is estimated by itself and given together
 /// with the evidence for it. The estimates are robust (medians, trimmed means), because a recording contains a cold start;
 /// its last segment is left out, because it may be unfinished. Whatever the models cannot express is lost. Whether that
-/// matters is for the caller to find out (harness/fit_report.h compares the latency that recording and fit need).
+/// matters is for the caller to find out (campaigns/fit_report.h compares the latencies that recording and fit need).
 
 #include <span>
 #include <string>
