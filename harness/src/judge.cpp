@@ -37,7 +37,7 @@ struct Bounds {
   std::optional<double> min, max;
 };
 
-/// Factor from the limit's unit to the metric's base unit, or an error text.
+/// The factor from the unit of a limit to the base unit of the metric, or an error text.
 Parsed<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
                          const Scenario& scenario, const Nominal& nominal) {
   const std::optional<double> step = step_unit(nominal, signal);
@@ -72,7 +72,7 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
                                const Scenario& scenario, const Nominal& nominal) {
   ExpectationResult result = start(expectation);
   result.signal = signal;
-  // Both limits are shown in the unit of the first one written.
+  // Both limits are shown in the unit of the first one that is written.
   const Parsed<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
   const auto in_shown_unit = [&](const std::optional<Limit>& limit, std::optional<double>& out) {
     if (!limit) return std::string();
@@ -97,7 +97,7 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   return result;
 }
 
-/// How far from failing, relative to the limit; the smallest is the worst of a `*`.
+/// How far the result is from failing, relative to the limit. For a signal with `*` the smallest margin is the worst.
 double margin(const ExpectationResult& result) {
   if (result.verdict == Verdict::error || !result.value || std::isnan(*result.value)) return -INFINITY;
   double least = INFINITY;
@@ -123,7 +123,8 @@ ExpectationResult judge_expectation(const Expectation& expectation, const Scenar
   return result;
 }
 
-/// The bound on a rate of underruns: the map alone, with the lead and latency of the run, over as many seeds as it takes.
+/// Judges the bound on a rate of underruns: runs the map alone, with the lead and latency of the run, over as many seeds as
+/// are needed.
 ExpectationResult judge_rate(const Expectation& expectation, const Scenario& scenario, const internal::RateSignal& signal,
                              const LatencyRecord& latency) {
   ExpectationResult result = start(expectation);
@@ -192,7 +193,7 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord&
 
 namespace {
 
-/// The device of a "<device>.force.<strategy>" whose newtons nobody knows; nullptr: none.
+/// The device of a signal "<device>.force.<strategy>" if its force in newtons is not known; otherwise nullptr.
 const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view signal) {
   for (const DeviceSpec& device : scenario.devices) {
     const bool every = signal.substr(0, 1) == "*";
@@ -234,7 +235,7 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
           "none");
       continue;
     }
-    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked for each signal it matches
+    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;
       const Parsed<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);

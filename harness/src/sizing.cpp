@@ -10,7 +10,7 @@
 namespace evenstep {
 namespace {
 
-/// Steps of `ideal`: one per slot, each running as long as a nominal step does (never longer than a slot).
+/// The steps of `ideal`: one per slot, each as long as a nominal step (but never longer than a slot).
 class EvenTiming final : public StepTiming {
  public:
   EvenTiming(Rate step_rate, Duration run_time) : step_rate_(step_rate), run_time_(run_time) {}
@@ -40,11 +40,12 @@ Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
   return budget.fixed;
 }
 
-/// Rings for a strategy that reads the newest sample and plays each force at once: the current and the one before.
+/// Ring capacity for a strategy that reads the newest sample and plays each force at once: it needs only the current entry
+/// and the one before.
 constexpr std::size_t kDirectCapacity = 4;
 
-/// How a gate delays steps: not at all, or until the tick that brings the sample of slot - lead. At any phase that tick
-/// comes at most a period less 1 ns after it.
+/// How long a gate delays a step: not at all, or until the tick that brings the sample for slot - lead. At any phase this
+/// tick comes at most a period minus 1 ns after that time.
 struct GateModel {
   Duration lead;
   bool any_phase = false;
@@ -56,8 +57,8 @@ struct GateModel {
   }
 };
 
-/// The haptic loop without its lanes and without a gate: every mapped step that ends within the run, with lead 0. `next`
-/// gives the segments, and a null pointer at their end.
+/// The haptic loop without its lanes and without a gate: visits every mapped step that ends within the run, with lead 0.
+/// `next` returns the segments one by one, and a null pointer at the end.
 template <class Next, class Visit>
 void walk(const Scenario& scenario, StrategyKind kind, Next next, Visit visit) {
   const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, Duration{});
@@ -76,7 +77,7 @@ void walk(const Scenario& scenario, StrategyKind kind, Next next, Visit visit) {
   }
 }
 
-/// The same with a gate, which pushes back what follows.
+/// The same with a gate, which pushes back everything after a wait.
 void walk_gated(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel& gate,
                 std::vector<MappedStep>& steps) {
   const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, Duration{});
@@ -118,7 +119,8 @@ std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const 
   return steps;
 }
 
-/// Read times that a window of emission times spans at most: a latency that shrinks brings forces closer together.
+/// The longest span of read times that corresponds to a window of emission times: a shrinking latency moves forces closer
+/// together.
 Duration force_window(const Scenario& scenario, const StrategyPlan& plan) {
   if (!plan.adapts) return kContinueLine.window;
   return {floor_mul_div(kContinueLine.window.ns + 1, 1'000'000, 1'000'000 - scenario.remap.adapt.slew_ppm) + 1};
@@ -131,7 +133,7 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   const bool gated = scenario.remap.interaction_underrun == InteractionUnderrun::gate;
   if (gated) plan.sizing = size_gated_map(scenario, kind, plan.lead);
   const auto& [steps, any, here] = plan.sizing;
-  // The least L is max(E - slot) + c: with another lead it moves with that lead. A gate's is for its lead already.
+  // The least L is max(E - slot) + c, so another lead changes it by the same amount. That of a gate is for its lead already.
   const auto with_lead = [&](const LatencyBudget& least) {
     return gated ? least.latency : least.latency - least.lead + plan.lead;
   };
@@ -157,8 +159,8 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   return plan;
 }
 
-/// No latency at all: each step is given the position that the hand will have when the step's force is due, and it is due
-/// as soon as it can be: R(n) = F(n) = slot(n) + D, D = max(E - slot), a lead of -D.
+/// Predicting needs no latency: each step gets the position that the hand will have when the step's force is due, and the
+/// force is due as early as possible: R(n) = F(n) = slot(n) + D with D = max(E - slot), which is a lead of -D.
 StrategyPlan plan_predict(const Scenario& scenario) {
   StrategyPlan plan{StrategyKind::predict};
   plan.sizing = size_map(scenario, plan.kind);
@@ -228,7 +230,7 @@ std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, D
 
 void each_mapped_step(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit) {
-  constexpr std::size_t kAtATime = 256;   // they stay in the first cache
+  constexpr std::size_t kAtATime = 256;   // so few that they stay in the first-level cache
   std::array<MappedStep, kAtATime> steps;
   std::size_t next = 0, count = 0;
   walk(scenario, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
@@ -301,8 +303,8 @@ std::vector<StrategyPlan> plan(const Scenario& scenario) {
 
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of) {
   StrategyPlan twin{StrategyKind::ideal, of.lead, of.latency};
-  // Read by closed form: the interaction ring is only written. Forces wait from their step's end to emission: at most L
-  // of them, one per slot, and two to interpolate between.
+  // The twin reads the motion in closed form, so its interaction ring is only written. Forces wait from the end of their
+  // step until their emission, at most for L: one per slot, plus two to interpolate between.
   twin.interaction_capacity = kDirectCapacity;
   const Duration longest = of.latency - of.lead;
   const std::int64_t waiting = floor_mul_div(std::max<std::int64_t>(longest.ns, 0), scenario.scene.step_rate.num,
