@@ -13,7 +13,7 @@ using internal::Unit;
 using internal::UnitKind;
 
 constexpr __int128 kNsPerSecond = 1'000'000'000;
-constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s: the sum of a few stays far inside int64
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, so that sums of a few times are far from the int64 limit
 
 __int128 power_of_ten(int exponent) {
   __int128 power = 1;
@@ -37,7 +37,7 @@ const Duration* nominal_length(const NominalUnits& nominal, UnitKind kind) {
   return nullptr;
 }
 
-/// number * unit_ns, floored; `exact` is false if something was cut off. |result| is limited to a little over 1e6 s.
+/// number * unit_ns, rounded down; `exact` is false if that changed the value. |result| is limited to a little over 1e6 s.
 struct WholeNs {
   std::int64_t ns = 0;
   bool exact = true;
@@ -92,7 +92,7 @@ Parsed<Duration> parse_duration(std::string_view text, const NominalUnits& nomin
   if (const Duration* length = nominal_length(nominal, unit.value->kind)) {
     if (!nominal.known)
       return {{}, fmt::format("'{}' is not known here: [timing] itself defines it; write the time in ms", split.unit)};
-    value = whole_ns(split.number, length->ns);  // nominal times are floors themselves: a floor, not an error
+    value = whole_ns(split.number, length->ns);  // nominal times are rounded down themselves, so this is no error
   } else {
     Decimal number = split.number;
     number.exponent += unit.value->exponent;

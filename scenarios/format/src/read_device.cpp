@@ -112,7 +112,7 @@ RenderSpec read_render(const Table& render) {
   return spec;
 }
 
-/// What the integration of a hand can follow (device/hand.h).
+/// Checks that the integration of the hand can follow its motion (device/hand.h).
 void check_hand(const HandSpec& hand, const Table& motion, Errors& errors) {
   const double frequency_per_s = std::sqrt(hand.total_stiffness_N_per_m() / hand.total_mass_kg());
   const double decay_per_s = hand.total_damping_N_s_per_m() / hand.total_mass_kg();
@@ -151,7 +151,7 @@ void read_motion(const ScenarioReading& reading, const Table& device, DeviceSpec
   if (motion.has("path")) spec.motion = read_programmed(reading, motion.table("path"));
 }
 
-/// The reference twin reads the programmed motion, which a hand does not have.
+/// Refuses the reference twin for a hand: it reads the programmed motion, which a hand does not have.
 void check_strategies(const ScenarioReading& reading) {
   const auto& strategies = reading.scenario.strategies;
   if (!has_hand(reading.scenario) || !reading.sound("run")) return;
@@ -174,7 +174,8 @@ constexpr std::pair<std::string_view, ReportFault::Kind> kFaults[] = {
     {"write-rejected", ReportFault::Kind::write_rejected},
 };
 
-/// By time in the file, by tick in the device. More ticks than a run of hours has are an error of the file's.
+/// Reads faults, which are given by time in the file and by tick in the device. More ticks than a run of hours has are an
+/// error in the file.
 void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec& spec) {
   constexpr std::size_t kMostFaults = 1'000'000;
   for (const Table& fault : device.tables("faults")) {
@@ -189,7 +190,7 @@ void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec
                    [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
 }
 
-/// Only a device that has springs, and newtons to say how stiff they are, renders any.
+/// Checks that the device can render springs: it must have them, and its newtons must be known to give their stiffness.
 void check_springs(const Table& render, const DeviceSpec& spec, Errors& errors) {
   if (spec.render.kind != RenderSpec::Kind::device_spring || (spec.pid && spec.pid->options.full_scale_N)) return;
   errors.add(render.place("kind"), spec.pid ? "'kind': \"device_spring\" needs to know what the device's springs are in N/m; write "

@@ -22,7 +22,7 @@ std::string quoted(std::string_view text) {
   return out + '"';
 }
 
-/// A pattern for "11.1 ms" and its like; the blank is optional and words take a plural.
+/// A pattern for texts such as "11.1 ms"; the blank is optional, and units that are words may have a plural.
 std::string unit_pattern(const Field& field) {
   std::vector<std::string> names;
   for (const Unit& unit : units()) {
@@ -97,7 +97,7 @@ std::string shaped(const Field& field) {
   return one;
 }
 
-/// All rows of one key (a row per kind) as one property: hover text first, then what it may be.
+/// All rows of a key (one per kind) as one property: first the hover text, then the allowed values.
 std::string property(std::string_view table, std::string_view key) {
   std::vector<std::string> schemas, meanings;
   for (const Field& field : fields()) {
@@ -111,7 +111,7 @@ std::string property(std::string_view table, std::string_view key) {
                      quoted(fmt::format("{}", fmt::join(meanings, " | "))), any_of(schemas));
 }
 
-/// Keys of other kinds stay allowed here; `evenstep check` names them.
+/// The schema allows keys of other kinds; `evenstep check` reports them.
 std::string table_schema(std::string_view table) {
   std::vector<std::string> properties, required;
   std::string others = "false";
@@ -124,7 +124,7 @@ std::string table_schema(std::string_view table) {
     }
     if (field.key != last) properties.push_back(property(table, field.key));
     last = field.key;
-    // A base file need not be complete, so only what every file must have is required at the top.
+    // A base file need not be complete, so at the top only those keys are required that every file must have.
     if (field.required && field.kinds.empty() && (!table.empty() || field.key == "format"))
       required.push_back(quoted(field.key));
   }
