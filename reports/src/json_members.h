@@ -1,5 +1,5 @@
 #pragma once
-/// Objects and arrays of JSON, member by member.
+/// Writes JSON objects and arrays member by member.
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 
 namespace evenstep::internal {
 
-/// One level of an object or array: puts the commas.
+/// One level of an object or array; it adds the commas.
 class Members {
  public:
   explicit Members(std::string& out) : out_(out) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// How each strategy is drawn in every figure that shows several.
+/// How each strategy is drawn in figures that show several strategies.
 
 #include <cstddef>
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace evenstep::internal {
 
-/// Curves that lie on each other must all be seen: broad and pale below, thin and dark on top. `index` tells apart
-/// strategies that have no look of their own.
+/// Curves that coincide must all be visible, so they are broad and pale below, thin and dark on top. `index` distinguishes
+/// strategies that have no style of their own.
 Stroke look_of(const std::string& strategy, std::size_t index);
 
-/// `ideal` first (below), the others in their order.
+/// Puts `ideal` first, so that it is drawn below the others, which keep their order.
 void ideal_first(std::vector<std::string>& strategies);
 
-/// One line from `at` on: room for the eight strategies of the design.
+/// Draws the legend as one line from `at` on, with room for eight strategies.
 void draw_legend(Svg& svg, Point at, const std::vector<std::string>& strategies);
 
 }  // namespace evenstep::internal

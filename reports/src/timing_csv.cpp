@@ -14,7 +14,7 @@ struct Piece {
   RealTime begin, end;
 };
 
-/// A segment's pieces in order of time, then the idle rest before the next segment, if any.
+/// The pieces of a segment in order of time, followed by the idle rest before the next segment, if there is any.
 std::vector<Piece> pieces_of(const StrategyRecord& strategy, const SegmentRow& segment, std::size_t first,
                              std::size_t last) {
   std::vector<Piece> pieces;

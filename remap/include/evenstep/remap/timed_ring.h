@@ -1,10 +1,11 @@
 #pragma once
 /// A fixed ring of (RealTime, Value) with one writer and one reader thread; no allocation after construction.
-/// The writer publishes with a release-stored head; a reader says which head it reads at, because the head a read saw
-/// is an input of a recorded run: the same head gives the same answer, whatever was pushed since, as long as that is no more
-/// than `spare`.
-/// An overtaken read is an overrun, never a torn value, and never a data race: entries are atomic words, and a reader that
-/// saw one word of a newer entry (acquire) also sees the head that was stored before it (release), checked after the copy.
+/// The writer publishes an entry by a release store of the head. A reader says at which head it reads, because the head that
+/// a read saw is an input of a recorded run: the same head gives the same answer, whatever was pushed since, as long as that
+/// is not more than `spare`.
+/// A read that the writer overtakes is an overrun, but never a torn value and never a data race: entries are atomic words,
+/// and a reader that saw one word of a newer entry (acquire) also sees the head that was stored before it (release), which
+/// is checked after the copy.
 
 #include <array>
 #include <atomic>
@@ -48,14 +49,15 @@ class TimedRing {
     head_.store(head + 1, std::memory_order_release);
   }
 
-  /// Entry `index` (0 = first ever pushed) as of `head`. False if it is not yet, or no longer, in the ring. (A difference below
-  /// zero wraps round to a large number.)
+  /// Entry `index` (0 = first ever pushed) as of `head`. False if it is not yet, or no longer, in the ring. (A difference
+  /// below zero wraps round to a large number.)
   bool get(std::uint64_t index, std::uint64_t head, Entry& entry) const {
     if (head - index - 1 >= capacity_) return false;
     std::array<std::uint64_t, kWords> words;
     const Slot& slot = slots_[index % (kept_ + 1)];
     for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
-    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach here.
+    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach
+    // here.
     if (head_.load(std::memory_order_relaxed) - index - 1 >= kept_) return false;
     std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));
     return true;
