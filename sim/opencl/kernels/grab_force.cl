@@ -1,4 +1,4 @@
-// The force of the springs on each grabbed particle, newtons. The host adds them up in fixed order to what the hand feels.
+// Force of the springs on each grabbed particle, newtons: what the hand feels, before the host's sum in fixed order.
 __kernel void grab_force(__global const uint* restrict cells, uint count, READ(u) NEIGHBOUR_VELOCITIES,
                          __global const float* restrict active STIFFNESSES, uint first, __global float* restrict forces) {
   const uint n = get_global_id(0);

@@ -49,15 +49,14 @@ class TimedRing {
     head_.store(head + 1, std::memory_order_release);
   }
 
-  /// Entry `index` (0 = first ever pushed) as of `head`. False if it is not yet, or no longer, in the ring. (A difference
-  /// below zero wraps round to a large number.)
+  /// Entry `index` (0 = first ever pushed) as of `head`. False if it is not yet, or no longer, in the ring. (A difference below
+  /// zero wraps round to a large number.)
   bool get(std::uint64_t index, std::uint64_t head, Entry& entry) const {
     if (head - index - 1 >= capacity_) return false;
     std::array<std::uint64_t, kWords> words;
     const Slot& slot = slots_[index % (kept_ + 1)];
     for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
-    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach
-    // here.
+    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach here.
     if (head_.load(std::memory_order_relaxed) - index - 1 >= kept_) return false;
     std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));
     return true;

@@ -113,7 +113,7 @@ class Scheduler {
 
  private:
   struct State;
-  RealTime now_;  ///< time of the event being run, or of the last one; kept here so that now() is inline
+  RealTime now_;  ///< of the event being run, or of the last one; here, so that a lane reads it without a call
   std::unique_ptr<State> state_;
 };
 
