@@ -1,4 +1,4 @@
-// The field table. One row per key; a key that means different things for different kinds has a row for each.
+// The field table, with one row per key. A key that has different meanings for different kinds has a row for each.
 #include "evenstep/format/fields.h"
 
 #include "evenstep/sim/scene.h"
@@ -11,12 +11,12 @@ constexpr Range at_least(double least) { return {least, kAny, false}; }
 constexpr Range above(double least, double most = kAny) { return {least, most, true}; }
 constexpr Range between(double least, double most) { return {least, most, false}; }
 
-// Limits, with what they come from:
-constexpr double kLongestRun_s = 1e6;             // what int64 ns and every sum of a few of them hold with room to spare
+// Limits, with their reasons:
+constexpr double kLongestRun_s = 1e6;             // so that int64 ns, and sums of a few of them, are far from overflowing
 constexpr double kMostSteps = 1e6;                // per segment: 30 million steps per second, far beyond any device
-constexpr double kMostParticles = 1e8;            // 18 springs each: 1.8e9, the last that fits int32 indices
+constexpr double kMostParticles = 1e8;            // with 18 springs each: 1.8e9, the most that int32 indices can count
 
-constexpr double kMostIterations = kMaxIterations, kMostSubsteps = kMaxSubsteps;  // what a solver takes
+constexpr double kMostIterations = kMaxIterations, kMostSubsteps = kMaxSubsteps;  // the limits of the solvers
 constexpr double kLongestSpike_s = 9;             // the longest segment
 
 using D = Dimension;
@@ -28,7 +28,7 @@ constexpr std::string_view kPaths = "still|constant-velocity|sine|ramp-stop|stic
 constexpr std::string_view kAnyOrder = "visualization-first|steps-first|concurrent";
 constexpr std::string_view kInTurn = "visualization-first|steps-first";
 
-// clang-format off: a row reads as a row
+// clang-format off: each row of the table stays one row
 const std::vector<Field> kTop{
     {.table = "", .key = "format", .forms = kInteger, .meaning = "Version of this format: 1. Obligatory in every file.",
      .required = true,
@@ -713,7 +713,7 @@ const std::vector<Field> kExpect{
 
 // clang-format on
 
-/// What a hand means to do is any motion but a hand.
+/// The intended path of a hand can be any motion except a hand.
 std::vector<Field> path_fields() {
   std::vector<Field> rows;
   for (Field field : kDevice) {

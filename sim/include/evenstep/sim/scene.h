@@ -143,10 +143,10 @@ enum class SolverKind { cpu_float, cpu_double, opencl };
 inline constexpr std::array kAllMethods{Method::symplectic_euler, Method::velocity_verlet,   Method::rk4,
                                         Method::implicit_euler,   Method::implicit_midpoint, Method::vertex_block_descent};
 inline constexpr std::array kAllSolvers{SolverKind::opencl, SolverKind::cpu_float, SolverKind::cpu_double};
-/// As a scenario file writes them: "symplectic-euler", "cpu-double".
+/// The names used in scenario files: "symplectic-euler", "cpu-double".
 const char* name_of(Method method);
 const char* name_of(SolverKind solver);
-/// The method solves its equations by iterations, whose number a scene may set.
+/// Whether the method solves its equations by iterations, whose number a scene may set.
 bool iterates(Method method);
 
 }  // namespace evenstep

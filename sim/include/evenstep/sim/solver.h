@@ -91,7 +91,8 @@ struct SolverInfo {
 };
 
 enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
-/// The word that [expect_stop] reason has for it: "unstable-step", "bad-input"; "solver" for all that no scenario expects.
+/// The word for it in the key `reason` of [expect_stop]: "unstable-step", "bad-input"; "solver" for faults that no scenario
+/// can expect.
 const char* name_of(SolverFault fault);
 
 /// An error with its message and its remedy, e.g. "no OpenCL platform" and "install pocl-opencl-icd".

@@ -52,7 +52,8 @@ struct PidOptions {
   std::optional<glm::dvec3> full_slope_N_per_m;
   int block_load_tries = 60;
 };
-/// The stiffest spring that such a device can render by itself on every axis it uses: that of its weakest axis.
+/// The stiffest spring that a device with these options can render by itself on all axes in use, which is that of its
+/// weakest axis.
 double steepest_spring_N_per_m(const PidOptions& options);
 
 /// What the device last reported about itself; empty: it has not reported it.
