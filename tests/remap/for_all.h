@@ -47,8 +47,8 @@ inline std::string written(const Schedule& schedule) {
   return text.str();
 }
 
-/// Checks `property(schedule, draw)`. `draw` is for random choices of the property itself, and the same on every call.
-/// Normal runs use the seeds from 0 on, [long] runs those from 2^32 on.
+/// `property(schedule, draw)`: draw is for what the property chooses itself, the same on every call. Normal runs take
+/// the seeds from 0 on, [long] runs those from 2^32 on.
 template <class Property>
 void for_all(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
