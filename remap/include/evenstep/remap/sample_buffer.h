@@ -1,7 +1,7 @@
 #pragma once
-/// The interaction buffer (paper, Figure 3 a): samples of the hand in real time, read by linear interpolation at a slot's
-/// time. The result says whether the buffer really held that time; a read past the newest sample is answered by the
-/// underrun policy it was built with.
+/// The interaction buffer (paper, Figure 3 a): samples of the hand in real time, read by linear interpolation at the time of
+/// a slot. The result says whether the buffer really contained that time; for a read past the newest sample the underrun
+/// policy that it was built with gives the value.
 
 #include "evenstep/remap/extrapolation.h"
 #include "evenstep/remap/sample.h"

@@ -1,10 +1,11 @@
 #pragma once
 /// A fixed ring of (RealTime, Value) with one writer and one reader thread; no allocation after construction.
-/// The writer publishes with a release-stored head; a reader says which head it reads at, because the head a read saw
-/// is an input of a recorded run: the same head gives the same answer, whatever was pushed since, as long as that is no more
-/// than `spare`.
-/// An overtaken read is an overrun, never a torn value, and never a data race: entries are atomic words, and a reader that
-/// saw one word of a newer entry (acquire) also sees the head that was stored before it (release), checked after the copy.
+/// The writer publishes an entry by a release store of the head. A reader says at which head it reads, because the head that
+/// a read saw is an input of a recorded run: the same head gives the same answer, whatever was pushed since, as long as that
+/// is not more than `spare`.
+/// A read that the writer overtakes is an overrun, but never a torn value and never a data race: entries are atomic words,
+/// and a reader that saw one word of a newer entry (acquire) also sees the head that was stored before it (release), which
+/// is checked after the copy.
 
 #include <algorithm>
 #include <array>
