@@ -16,7 +16,9 @@ constexpr std::string_view kSmoothWord = "smooth ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
 /// Stands in while the forms are checked: the real lengths come out of [timing] later.
-constexpr NominalUnits kSomeNominal{{1'000'000}, {1'000'000}, {1'000'000}, {1'000'000}, true};
+constexpr Duration kSome{1'000'000};
+constexpr NominalUnits kSomeNominal{
+    .segment = kSome, .visualization = kSome, .slot = kSome, .step_run_time = kSome, .known = true};
 
 /// A division: 1e15 ns are exactly 1e6 s, the limit, which a product with 1e-9 is not.
 double in_s(Duration duration) { return static_cast<double>(duration.ns) / 1e9; }
