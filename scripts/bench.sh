@@ -49,7 +49,7 @@ for table in "${tables[@]}"; do
       ;;
     solver)
       compile 'building bench_solver_steps' bench_solver_steps
-      POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-active} "$build/bench/bench_solver_steps" \
+      POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=passive "$build/bench/bench_solver_steps" \
         $((repetitions * 5))
       ;;
     features)

@@ -18,7 +18,7 @@ std::string rate_text(Rate rate) {
   return time(instant_ns(rate, 1));
 }
 
-/// One line of the table and why.
+/// Adds a line of the table, with the reason for it as a comment.
 void add(std::string& out, const std::string& assignment, const std::string& comment) {
   out += fmt::format("{:<46} # {}\n", assignment, comment);
 }

@@ -33,7 +33,7 @@ void write_text(const std::string& path, const std::string& text) {
   if (!out) throw std::runtime_error(fmt::format("cannot write '{}'", path));
 }
 
-/// A folder for the candidate's recording, gone at the end.
+/// A folder for the recording of a candidate, which is removed at the end.
 struct ScratchFolder {
   ScratchFolder() : path(fs::temp_directory_path() / fmt::format("evenstep-shrink-{}", ::getpid())) {
     fs::create_directories(path);
@@ -53,7 +53,8 @@ std::vector<StrategyKind> strategies_of(const Scenario& scenario, const std::str
   return scenario.strategies;
 }
 
-/// "too high" may come from a few late steps; "too low" is only made easier by leaving data out.
+/// Whether the value was too high. That may come from a few late steps, whereas leaving data out only makes "too low"
+/// easier.
 bool too_high(const ExpectationResult& result) {
   return !result.expect_fail && result.max && result.value && *result.value > *result.max;
 }
@@ -113,13 +114,13 @@ class Shrink {
   internal::TimingShape shape_;
   std::string path_;
   Value document_;
-  Duration wanted_;       // of the run as it was
-  std::size_t segments_;  // that are left
+  Duration wanted_;       // duration of the original run
+  std::size_t segments_;  // number of segments that are left
   std::vector<Perturbation> kept_;
   ScratchFolder scratch_;
 };
 
-/// As long as the run was, or as the timing lasts: all of it where it was cut.
+/// The original duration of the run, or that of the timing if the run was cut.
 Duration Shrink::duration_of(const std::vector<SegmentTiming>& timing) const {
   Duration length;
   for (const SegmentTiming& segment : timing) length = std::max(length, segment.end - timing.front().begin);
@@ -151,7 +152,7 @@ std::optional<ExpectationResult> Shrink::judged(const std::vector<Perturbation>&
   return judged_document(document);
 }
 
-/// The shortest run that bisection finds to fail.
+/// Cuts the run to the shortest one that still fails, found by bisection.
 void Shrink::cut() {
   const auto shorter = [&](std::int64_t segments) { return fails(kept_, static_cast<std::size_t>(segments)); };
   segments_ = static_cast<std::size_t>(
@@ -169,7 +170,7 @@ void Shrink::keep_fewest() {
   const auto fail_with = [&](const std::vector<std::size_t>& set) {
     const std::vector<Perturbation> candidate = some(set);
     const bool failed = fails(candidate, segments_);
-    if (failed) kept_ = candidate;  // what progress shows
+    if (failed) kept_ = candidate;  // shown as progress
     return failed;
   };
   kept_ = some(internal::fewest(all.size(), fail_with, [&] { return go_on(); }));
@@ -186,7 +187,7 @@ void Shrink::keep_smallest() {
   }
 }
 
-/// What the scenario names besides its timing comes along: name and contents, and the name in its place.
+/// The other files that the scenario names, as pairs of name and contents; in the document they get these names.
 std::vector<std::pair<std::string, std::string>> Shrink::take_files(Value& document, const std::string& stem) const {
   std::vector<std::pair<std::string, std::string>> files;
   for (Value* file : internal::named_files(document)) {
@@ -259,8 +260,8 @@ std::optional<std::size_t> failing(const Scenario& scenario, const RunOutcome& r
   return std::nullopt;
 }
 
-/// A rate of underruns over many seeds is shrunk as that of the run's own seed, which is all that a recording has. Where that
-/// seed alone keeps the limit: why that cannot be, and which seed to take.
+/// A rate of underruns over many seeds is shrunk as that of the run's own seed, because a recording has no other. If that
+/// seed alone is within the limit, this says so, and which seed to use instead.
 std::optional<std::string> why_not_this_seed(const Scenario& scenario, const Expectation& expectation,
                                              const std::string& signal_name) {
   if (!expectation.confidence || expectation.expect_fail) return std::nullopt;

@@ -26,7 +26,7 @@ std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
 
 std::int64_t length(const Interval& interval) { return (interval.end - interval.begin).ns; }
 
-/// Visualizations and steps in turn, where time goes on.
+/// The current time while visualizations and steps are placed one after the other.
 struct Cursor {
   std::int64_t now = 0;
   Interval take(std::int64_t gap, std::int64_t length_ns) {
@@ -130,7 +130,7 @@ std::vector<TimingShape::Lengths> TimingShape::lengths(const std::vector<Perturb
     one.gaps.assign(one.steps.size(), nominal_.gap);
     if (k == 0 && !one.gaps.empty() && !segments_[0].gaps.empty()) one.gaps[0] = segments_[0].gaps[0];
   }
-  for (const Perturbation& p : perturbations) {  // first how many steps there are
+  for (const Perturbation& p : perturbations) {  // the numbers of steps come first
     if (p.kind != Perturbation::Kind::count) continue;
     const auto count = static_cast<std::size_t>(std::max<std::int64_t>(p.nominal + p.deviation, 0));
     all[p.segment].steps.resize(count, nominal_.step);
@@ -159,7 +159,7 @@ std::vector<SegmentTiming> TimingShape::in_turn(const std::vector<Lengths>& all)
     segment.begin = RealTime{cursor.now};
     const auto show = [&] {
       if (one.visualization <= 0) return;
-      // Steps first: it ends on the grid if it can.
+      // With steps first, the visualization ends on the grid if it can.
       const std::int64_t last = grid_ && one.steps_before > 0 ? tick_time(*grid_, k + 1).ns - one.visualization : cursor.now;
       segment.visualization =
           cursor.take(grid_ ? std::max<std::int64_t>(last - cursor.now, 0) : one.visualization_gap, one.visualization);
@@ -175,7 +175,7 @@ std::vector<SegmentTiming> TimingShape::in_turn(const std::vector<Lengths>& all)
   return segments;
 }
 
-/// Each lane goes on by itself; a segment has the steps that begin in it.
+/// Places each lane on its own; a segment contains the steps that begin in it.
 std::vector<SegmentTiming> TimingShape::side_by_side(const std::vector<Lengths>& all) const {
   std::vector<SegmentTiming> segments;
   Cursor lane;

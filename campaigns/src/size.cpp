@@ -63,7 +63,7 @@ Least least_of(const RunningLine& line) {
 }
 Least least_of(const RunningPath& path) { return {path.least().latency, path.least().latency_culprit}; }
 
-/// One input looked at from all sides. Nothing is kept of a step: each look is a pass over the segments.
+/// Computes everything for one input. It does not store the steps; each computation is a pass over the segments.
 class Sizer {
  public:
   Sizer(Input& input, const SizeOptions& options)
@@ -101,7 +101,7 @@ class Sizer {
  private:
   Duration sampling_term() const { return longest_period(devices_) - Duration{1}; }
 
-  /// Steps that end within the run, as the maps see them.
+  /// Visits the steps that end within the run, as the maps see them.
   template <class Visit>
   void each_step(Visit visit) const {
     const RealTime end = input_.setup.end;
@@ -111,7 +111,8 @@ class Sizer {
     }
   }
 
-  /// The same with their numbers, and with ends that are when forces are due: interpolated, as `interpolate` moves them.
+  /// Visits them with their numbers, and with the ends at which their forces are due (for interpolated forces moved as by
+  /// `interpolate`).
   template <class Visit>
   void each_due_step(bool linear, Visit visit) const {
     std::int64_t n = 0;
@@ -132,7 +133,7 @@ class Sizer {
     need.stiffness_limit_N_per_m = options_.damping_N_s_per_m / (held_s + seconds(need.total_delay));
   }
 
-  /// What `Running`, a line or a path, needs, and what it would need without its culprit's lateness.
+  /// The latency that `Running`, a line or a path, needs, and what it would need if its culprit had not been late.
   template <class Running>
   SizeNeed bound(bool linear, const Running& whole, std::vector<Duration> windows,
                  SizeCulprit (Mending::*blame)(std::int64_t) const) {
@@ -265,7 +266,7 @@ class Sizer {
   Mending mending_;
   std::int64_t steps_ = 0;
   RealTime first_begin_, last_begin_, last_end_;
-  Duration slot_;                       // mean distance of the steps' begins
+  Duration slot_;                       // mean time from the begin of a step to that of the next
 };
 
 SizeCycle in_record(const StepCycle& cycle) {
@@ -285,7 +286,7 @@ SizeCycle in_record(const StepCycle& cycle) {
           .regularity = cycle.regularity};
 }
 
-/// The same steps in segments that begin with the steps named; what comes before the first is left out.
+/// The same steps in segments that begin at these positions; steps before the first of them are left out.
 std::vector<SegmentTiming> cut_at(const std::vector<Interval>& steps, const std::vector<std::size_t>& boundaries) {
   std::vector<SegmentTiming> segments;
   segments.reserve(boundaries.size());
@@ -312,7 +313,8 @@ StepCycle cycle_of(const std::vector<SegmentTiming>& segments) {
   return finder.find();
 }
 
-/// Segments for a list that has none. A list that begins in the middle of a cycle loses the steps before the first pause.
+/// Finds segments for a list that has none. If a list begins in the middle of a cycle, the steps before the first pause are
+/// left out.
 void find_segments(Input& input, SizeRecord& record) {
   const StepCycle cycle = cycle_of(input.segments);
   record.cycle = in_record(cycle);
@@ -332,7 +334,7 @@ void find_segments(Input& input, SizeRecord& record) {
   input.segments = cut_at(steps, boundaries);
 }
 
-/// Step numbers of the record count all steps of the file.
+/// Changes the step numbers of the record so that they count all steps of the file.
 void shift_numbers(SizeRecord& record) {
   const auto shift = [&](SizeNeed& need) {
     for (std::int64_t* step : {&need.culprit.step, &need.culprit.late_step}) *step += *step >= 0 ? record.left_out : 0;

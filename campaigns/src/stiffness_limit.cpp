@@ -17,12 +17,12 @@
 namespace evenstep {
 namespace {
 
-constexpr double kRung = 1.15;       // closed loops differ by factors: this finds the decade in few runs
+constexpr double kRung = 1.15;       // the limits of closed loops differ by large factors; these steps need few runs
 constexpr double kCloseEnough = 1.01;
 
 bool interrupted(const StudyControl& control) { return control.interrupted && *control.interrupted; }
 
-/// Of a tissue its regions and tools in proportion, and where asked the masses.
+/// Makes a tissue stiffer, with its regions and tools in proportion, and if asked also its masses.
 void make_stiffer(TissueScene& tissue, double factor, bool masses_too) {
   for (MaterialRegion& region : tissue.regions) region.stiffness_N_per_m *= factor;
   for (ToolCoupling& tool : tissue.tools) tool.stiffness_N_per_m *= factor;
@@ -33,7 +33,7 @@ void make_stiffer(TissueScene& tissue, double factor, bool masses_too) {
   for (ToolCoupling& tool : tissue.tools) tool.damping_N_s_per_m *= factor;
 }
 
-/// The scenario with another stiffness, and nothing kept that only a report needs.
+/// The scenario with another stiffness, without anything that only a report needs.
 Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   Scenario changed = scenario;
   if (auto* tissue = std::get_if<TissueScene>(&changed.scene.body))
@@ -49,7 +49,7 @@ Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   return changed;
 }
 
-/// One strategy of the scenario with one seed and stiffness.
+/// Runs one strategy of the scenario, whose seed and stiffness are set; returns whether it is stable.
 bool stable_run(const Scenario& scenario, const StrategyPlan& plan, const StudyControl& control) {
   RunControl run_control;
   run_control.interrupted = control.interrupted;
@@ -76,6 +76,7 @@ class Search {
     for (int i = 0; i < scenario.study.stiffness_limit->seeds; ++i) {
       seeds_.push_back(scenario);
       seeds_.back().seed += static_cast<std::uint64_t>(i);
+      seeds_.back().timing.programmed.seed = seeds_.back().seed;
       seeds_.back().strategies = {kind};
       plans_.push_back(plan(seeds_.back()).front());
     }

@@ -1,4 +1,4 @@
-// What to use for a wanted error, and the folder of a study.
+// The advice what to use for a given error, and the folder of a study.
 #include <fmt/format.h>
 
 #include "evenstep/harness/run_folder.h"

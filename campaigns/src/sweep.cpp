@@ -18,7 +18,7 @@ namespace {
 using internal::SweepFile;
 using internal::SweepPoints;
 
-/// One process's part of a sweep, from the file's kept lines to its end.
+/// The part of a sweep that this process runs, from the lines kept in the file to its end.
 class Part {
  public:
   Part(const SweepPoints& points, SweepShard shard, SweepRecord& record) : points_(points), shard_(shard), record_(record) {
@@ -33,7 +33,7 @@ class Part {
     return done() == count() || (record_.header.stop_after && failures_ >= *record_.header.stop_after);
   }
 
-  /// The next line. Throws where it is none.
+  /// Adds the next line. Throws if it is not that.
   void add(const std::string& line) {
     record_.points.push_back(internal::read_point_line(record_.header, line));
     if (record_.points.back().index != point(done() - 1))
@@ -42,7 +42,7 @@ class Part {
     failures_ += internal::failed(record_.points.back()) ? 1 : 0;
   }
 
-  /// Is the first line of a file that of this part? Throws where it is damaged.
+  /// Whether the first line of a file is that of this part. Throws if the line is damaged.
   bool is_ours(const std::string& line, const std::string& file) const {
     try {
       const internal::HeaderLine there = internal::read_header_line(line);
@@ -53,7 +53,7 @@ class Part {
     }
   }
 
-  /// Lines of an earlier process. Throws naming the line.
+  /// Takes over the lines of an earlier process. Throws, with the line, if one is wrong.
   void keep(const std::vector<std::string>& lines, const std::string& file) {
     if (lines.empty()) return;
     if (!is_ours(lines.front(), file)) {
@@ -130,7 +130,7 @@ void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutco
   if (outcome.exit == ExitCode::interrupted) return;
   if (options.shard.of > 1 && outcome.summary.find) {
     outcome.summary.find
-        .reset();  // a shard knows its own points only: what is found, and whether that passes, the merge says
+        .reset();  // a shard knows only its own points; only the merge can tell what is found and whether that passes
     return;
   }
   outcome.exit = internal::exit_of(outcome.summary);

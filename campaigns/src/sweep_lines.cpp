@@ -17,7 +17,7 @@ constexpr SweepVerdict kVerdicts[] = {SweepVerdict::pass, SweepVerdict::fail, Sw
 
 [[noreturn]] void refuse(const std::string& why) { throw std::runtime_error(why); }
 
-/// "0..30000" where they follow each other, or a list.
+/// "0..30000" if the seeds are consecutive, otherwise a list.
 Json json_of_seeds(const std::vector<std::uint64_t>& seeds) {
   for (std::size_t i = 1; i < seeds.size(); ++i) {
     if (seeds[i] != seeds[i - 1] + 1) return seeds;
@@ -60,7 +60,7 @@ std::optional<double> read_number(const Json& object, const char* key) {
   return found->get<double>();
 }
 
-/// Values of a point's grid, for people and other programs; the index says them too.
+/// The values of a point's grid, for people and other programs; they also follow from the index.
 Json json_of_grid(const SweepHeader& header, std::int64_t index) {
   Json out = Json::object();
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
@@ -117,7 +117,7 @@ SweepHeader read_header(const Json& json) {
   return header;
 }
 
-/// The library's errors as ours.
+/// Turns the errors of the JSON library into ours.
 template <class Read>
 auto reading(const std::string& line, Read read) {
   try {

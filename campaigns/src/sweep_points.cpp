@@ -26,7 +26,7 @@ std::string digest(const std::string& bytes) { return fmt::format("{:016x}", XXH
 /// Of the file's contents; of an unreadable one, of nothing: reading a point will say what is wrong.
 std::string digest_of_file(const std::string& path) { return digest(read_text_file(path, kMostFileBytes).value_or("")); }
 
-/// Of the whole table, with the contents of the files it names in place of where they lie.
+/// The digest of the whole table, in which the files that it names are represented by their contents, not by their paths.
 std::string digest_of_scenario(Value document) {
   for (Value* file : named_files(document)) file->text = digest_of_file(path_from(*file));
   return digest(print_toml(document));
@@ -38,7 +38,7 @@ const std::string& build_id() {
   return id;
 }
 
-/// What a read scenario says of its sweep.
+/// The header of the sweep that the scenario describes.
 SweepHeader header_of(const Scenario& scenario) {
   const SweepSpec& spec = *scenario.sweep;
   SweepHeader header;
@@ -146,7 +146,7 @@ std::string SweepPoints::run(std::int64_t point, const std::atomic<bool>* interr
   const ReadResult result = read(point);
   if (!result) throw std::runtime_error(joined(result.error()));
   RunOptions options;
-  options.threads = 1;  // the cores are kept busy by points
+  options.threads = 1;  // the points already keep all cores busy
   options.control.interrupted = interrupted;
   const RunOutcome outcome = run_scenario(*result, options);
   if (outcome.exit == ExitCode::interrupted) return {};

@@ -9,13 +9,13 @@ namespace {
 
 constexpr int kMostShards = 1'000'000;
 
-/// The variables of a batch system: which one of how many, and the number of the first. The more particular come first: a
-/// task of an array also has the variables of tasks.
+/// The environment variables of a batch system: the number of this shard, how many there are, and the number of the first.
+/// More specific systems come first, because a task of an array also has the variables of tasks.
 struct BatchSystem {
   const char* index;
   const char* count;
-  const char* first;  ///< a variable that says it, or nullptr
-  int first_number;   ///< where it does not
+  const char* first;  ///< the variable with the number of the first shard, or nullptr
+  int first_number;   ///< that number if there is no such variable
 };
 constexpr BatchSystem kBatchSystems[] = {
     {"SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", 0},

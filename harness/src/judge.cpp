@@ -96,7 +96,7 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   return result;
 }
 
-/// How far from failing, relative to the limit; the smallest is the worst of a `*`.
+/// How far the result is from failing, relative to the limit. For a signal with `*` the smallest margin is the worst.
 double margin(const ExpectationResult& result) {
   if (result.verdict == Verdict::error || !result.value || std::isnan(*result.value)) return -INFINITY;
   double least = INFINITY;
@@ -122,7 +122,8 @@ ExpectationResult judge_expectation(const Expectation& expectation, const Scenar
   return result;
 }
 
-/// The bound on a rate of underruns: the map alone, with the lead and latency of the run, over as many seeds as it takes.
+/// Judges the bound on a rate of underruns: runs the map alone, with the lead and latency of the run, over as many seeds as
+/// are needed.
 ExpectationResult judge_rate(const Expectation& expectation, const Scenario& scenario, const internal::RateSignal& signal,
                              const LatencyRecord& latency) {
   ExpectationResult result = start(expectation);
@@ -191,7 +192,7 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord&
 
 namespace {
 
-/// The device of a "<device>.force.<strategy>" whose newtons nobody knows; nullptr: none.
+/// The device of a signal "<device>.force.<strategy>" if its force in newtons is not known; otherwise nullptr.
 const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view signal) {
   for (const DeviceSpec& device : scenario.devices) {
     const bool every = signal.substr(0, 1) == "*";
@@ -233,7 +234,7 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
           "none");
       continue;
     }
-    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked for each signal it matches
+    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;
       const Result<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);

@@ -72,7 +72,7 @@ fs::path absolute_folder(const std::string& folder) {
   return path.has_filename() ? path : path.parent_path();  // "runs/x/" means "runs/x"
 }
 
-/// A folder we may replace: absent, empty, or one of ours.
+/// Whether the folder may be replaced: it does not exist, is empty, or is one of ours.
 bool replaceable(const fs::path& folder, const std::string& its_file) {
   return !fs::exists(folder) || (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / its_file)));
 }

@@ -23,8 +23,8 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
       return RenderLocal{alpha_of(scenario, plan, device), device.render.knows_gap,
                          device.render.kind == RenderSpec::Kind::device_spring, cap_of(scenario, plan, device)};
     case RenderSpec::Kind::smith:
-      // A record is read up to the latency before it is played, or up to a segment where it is played as it comes; the next
-      // one is two slots on; and it is held until it has faded.
+      // A record was read at most the latency before it is played, or at most a segment before if it is played as it comes;
+      // the next record is at most two slots later; and a record is held until it has faded.
       const Duration slots{2 * scenario.nominal.slot.ns};
       return RenderSmith{*smith_mode(scenario.scene, device.render), plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
   }
@@ -35,7 +35,7 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
 
 namespace {
 
-/// A hand may leave its world between the last tick and the end; that is no part of the run.
+/// A hand may diverge between the last tick and the end, but that is not part of the run.
 MotorState motors_at_end(SimulatedDevice& device) {
   try {
     return device.motors();
@@ -142,6 +142,7 @@ std::map<std::string, double> counters_of(const DeviceLane& lane) {
   counters["malformed"] = static_cast<double>(driver.malformed);
   counters["stale"] = static_cast<double>(driver.stale);
   counters["write_failures"] = static_cast<double>(driver.write_failures);
+  for (const auto& [name, count] : lane.device->own_counters()) counters[name] = static_cast<double>(count);
   return counters;
 }
 

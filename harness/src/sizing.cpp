@@ -9,7 +9,7 @@
 namespace evenstep {
 namespace {
 
-/// Steps of `ideal`: one per slot, each running as long as a nominal step does (never longer than a slot).
+/// The steps of `ideal`: one per slot, each as long as a nominal step (but never longer than a slot).
 class EvenTiming final : public StepTiming {
  public:
   EvenTiming(Rate step_rate, Duration run_time) : step_rate_(step_rate), run_time_(run_time) {}
@@ -39,8 +39,8 @@ struct GateModel {
   }
 };
 
-/// The haptic loop without its lanes and without a gate: every mapped step that ends within the run, with lead 0. `next`
-/// gives the segments, and a null pointer at their end.
+/// The haptic loop without its lanes and without a gate: visits every mapped step that ends within the run, with lead 0.
+/// `next` returns the segments one by one, and a null pointer at the end.
 template <class Next, class Visit>
 void walk(const MapSetup& setup, StrategyKind kind, Next next, Visit visit) {
   const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});
@@ -145,7 +145,7 @@ std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timin
 
 void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit) {
-  constexpr std::size_t kAtATime = 256;   // they stay in the first cache
+  constexpr std::size_t kAtATime = 256;   // so few that they stay in the first-level cache
   std::array<MappedStep, kAtATime> steps;
   std::size_t next = 0, count = 0;
   walk(setup, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },

@@ -47,7 +47,7 @@ UnderrunWords underrun_words(const RemapSpec& remap, StrategyKind kind) {
   return {traits_of(kind).predicts, name_of(remap.interaction_underrun), name_of(remap.force_underrun)};
 }
 
-/// An implicit method has no limit; the spring has neither method nor limit.
+/// Records the limits. An implicit method has none, and the spring has neither a method nor a limit.
 void put_limits(const Scene& scene, const SolverInfo& info, SolverRecord& record) {
   const auto* tissue = std::get_if<TissueScene>(&scene.body);
   if (tissue == nullptr || !info.limit) return;
@@ -88,14 +88,14 @@ Scene scene_of(const Scenario& scenario, StrategyKind kind) {
   return scene;
 }
 
-/// Of the contacts that it was given, where it renders with them.
+/// Records the summary of the contacts, if the device renders with them.
 void put_contacts(const std::optional<RenderedContactsSummary>& contacts, DeviceRecord& record) {
   if (!contacts) return;
   record.counters["contact_stiffness"] = contacts->stiffest_N_per_m;
   record.counters["softened"] = static_cast<double>(contacts->softened);
 }
 
-/// What the scene holds where judging begins.
+/// Records the energy that the scene stores when judging begins.
 void put_stored(const Scenario& scenario, DeviceRecord& record) {
   const RealTime from{scenario.warmup.ns};
   const auto first = std::find_if(record.ticks.begin(), record.ticks.end(), [&](const TickRow& tick) { return tick.at >= from; });
@@ -162,7 +162,7 @@ StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
     device.counters = counters_of(lanes_[tool]);
     put_contacts(exchange_.contacts(static_cast<int>(tool)), device);
     put_stored(scenario_, device);
-    if (scenario_.devices[tool].hand || scenario_.devices[tool].is_real) continue;  // where it was is not known beforehand
+    if (scenario_.devices[tool].hand || scenario_.devices[tool].is_real) continue;  // its true motion is not known
     for (std::size_t n = 0; n < device.steps.size(); ++n) {
       device.steps[n].true_position_m = to_vec3(position_m(scenario_.devices[tool].motion, record_.steps[n].read));
     }

@@ -13,7 +13,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Where the device was, on the line between its ticks; before the first and after the last where it was there.
+/// The position of the device, interpolated between its ticks; before the first and after the last tick the position there.
 glm::dvec3 position_at(const std::vector<TickRow>& ticks, RealTime at) {
   const auto to_glm = [](const TickRow& tick) {
     const auto [x, y, z] = tick.position_m;

@@ -1,6 +1,6 @@
 #pragma once
-/// What the scene would have answered without any delay: a second solver, stepped at a device's own ticks by what each of them
-/// read.
+/// The force that the scene would have given without any delay: from a second solver that makes a step at each tick of a
+/// device, with the position that the tick read.
 
 #include <vector>
 
@@ -9,8 +9,8 @@
 
 namespace evenstep::internal {
 
-/// TickRow::undelayed_N of every device. Of a tissue, whose every step costs, only where the scenario asks for it; the other
-/// tool is then where the line between its own ticks is.
+/// Sets TickRow::undelayed_N of every device. For a tissue, whose steps are expensive, only if the scenario asks for it; the
+/// other tool's position is then interpolated between its own ticks.
 void put_undelayed(const Scenario& scenario, std::vector<DeviceRecord>& devices);
 
 }  // namespace evenstep::internal

@@ -11,7 +11,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Segments of the steps that are judged, and whether something underran in them. Steps are in order of segments.
+/// Counts the segments with a judged step, and those with an underrun. Steps must come in the order of segments.
 class SegmentCount {
  public:
   void add(std::int64_t segment, bool underrun) {
@@ -95,7 +95,7 @@ std::int64_t seeds_judged(const Scenario& scenario, const Expectation& expectati
   const std::int64_t enough =
       seeds_with(scenario, kind, clean_segments(expectation.max->number * unit, *expectation.confidence));
   if (enough == 0) return 0;
-  // Where nothing is drawn every seed is the same run, and running it again is no evidence.
+  // If nothing is random every seed gives the same run, and running it again would prove nothing.
   return !seeds_differ(scenario) ? 1 : expectation.seeds > 0 ? expectation.seeds : enough;
 }
 

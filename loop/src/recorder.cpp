@@ -37,7 +37,7 @@ void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const De
   const DeviceSpring& spring = *played.spring;
   for (const glm::dvec3& part : {spring.center_m, spring.below_N_per_m, spring.above_N_per_m, spring.limit_N})
     note(scheduler, part);
-  record_.springs.resize(record_.ticks.size());  // none so far
+  record_.springs.resize(record_.ticks.size());  // the ticks so far had no springs
   record_.springs.back() = to_row(spring);
 }
 

@@ -12,7 +12,7 @@ namespace evenstep::internal {
 namespace {
 
 constexpr double kMost_s = 1e6;
-constexpr double kMost_m = 1e3;  // no hand; a file in mm is found out
+constexpr double kMost_m = 1e3;  // more than any hand moves; this finds files that are in mm
 
 /// A finite number within +-most.
 bool number(CsvRows& rows, std::size_t index, double most, double& value) {
@@ -23,7 +23,7 @@ bool number(CsvRows& rows, std::size_t index, double most, double& value) {
   return false;
 }
 
-/// Through double: 2^-53 of 1e6 s is 0.1 ns.
+/// Computed in double: for 1e6 s its rounding, 2^-53, is 0.1 ns.
 RealTime time_of(double t_s) { return {static_cast<std::int64_t>(std::floor(t_s * 1e9 + 0.5))}; }
 
 void read_row(CsvRows& rows, std::vector<std::pair<RealTime, glm::dvec3>>& out) {

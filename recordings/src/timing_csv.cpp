@@ -15,7 +15,7 @@ using internal::CsvRows;
 
 constexpr std::string_view kHeader = "segment,kind,index,begin_ns,end_ns";
 enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
-constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit of every time a user gives
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit for every time that a user gives
 constexpr std::string_view kTooLong = "the recording is longer than 1e6 s; are these nanoseconds?";
 
 struct Row {
@@ -24,7 +24,7 @@ struct Row {
   Interval interval;
 };
 
-/// What the file has said so far.
+/// The state of reading: what the rows so far have said.
 struct State {
   std::vector<SegmentTiming>& segments;
   std::int64_t number = -1;                       ///< of the open segment, as written
@@ -92,7 +92,7 @@ bool not_before(CsvRows& rows, std::size_t cell, Interval interval, RealTime& la
   return true;
 }
 
-/// Begin and end of the open segment over its visualization and steps.
+/// Widens begin and end of the open segment to include a visualization or a step.
 void widen(SegmentTiming& segment, const Interval& interval, State& state) {
   segment.begin = state.only_idle ? interval.begin : std::min(segment.begin, interval.begin);
   state.only_idle = false;
@@ -153,7 +153,7 @@ bool read_step(CsvRows& rows, Row& row) {
   return false;
 }
 
-/// A bare list. The header has been read.
+/// Reads a plain list of steps, whose header has been read.
 void read_steps(CsvRows& rows, std::vector<SegmentTiming>& segments) {
   State state{segments};
   Row row;

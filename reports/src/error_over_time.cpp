@@ -15,8 +15,8 @@ using internal::Range;
 
 constexpr double kBin_s = 1;
 constexpr std::size_t kLeastBins = 10;
-constexpr double kMargin = 0.05;  // of the span, below the lowest value: broad curves stay inside
-constexpr double kDecades = 9;    // shown at most: below a billionth of the largest error there is only rounding
+constexpr double kMargin = 0.05;  // share of the span below the lowest value, so that broad curves stay inside
+constexpr double kDecades = 9;    // the most that are shown: below a billionth of the largest error there is only rounding
 
 // Per device a block of three panels (deviation, jump, underruns) in two columns (interaction, force).
 constexpr double kWidth = 1100, kHead = 58, kBlock = 540, kPanelHeight = 140, kPanelDistance = 160;
@@ -48,7 +48,7 @@ Signal signal_of(const RunRecord& run, const std::map<std::string, std::vector<B
   return signal;
 }
 
-/// A bin's value stands in its middle; a missing bin breaks the curve.
+/// The value of a bin is drawn in its middle; a missing bin interrupts the curve.
 std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error, double end_s) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
@@ -65,7 +65,7 @@ std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error, dou
   return curves;
 }
 
-/// Underruns up to the end of each bin, from none at the begin of the first.
+/// The underruns up to the end of each bin; 0 at the begin of the first.
 std::vector<Curve> underrun_curves(const Signal& signal, double end_s) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
@@ -81,7 +81,8 @@ std::vector<Curve> underrun_curves(const Signal& signal, double end_s) {
   return curves;
 }
 
-/// log10 of every value, and whole decades around them. What is 0, or too small to matter, lies on the lowest one.
+/// Replaces every value by its log10, and returns a range of whole decades. Values that are 0 or too small are drawn at the
+/// lowest one.
 Range to_decades(std::vector<Curve>& curves) {
   double least = INFINITY, most = 0;
   for (const Curve& curve : curves) {
@@ -104,7 +105,7 @@ Range to_decades(std::vector<Curve>& curves) {
 }
 
 Range count_range(const std::vector<Curve>& curves) {
-  double most = 5;  // so that ticks stand at whole counts
+  double most = 5;  // at least this, so that the ticks are at whole counts
   for (const Curve& curve : curves) {
     for (const double value : curve.value) most = std::max(most, value);
   }

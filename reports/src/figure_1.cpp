@@ -62,7 +62,7 @@ std::vector<double> along(const std::vector<Vec3>& values, std::size_t axis, dou
 
 struct Panels {
   std::string title, x_name, y_name, unit;
-  std::optional<double> step;  ///< the lower panel's unit
+  std::optional<double> step;  ///< the unit of the lower panel
 };
 
 Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, bool residual) {

@@ -5,7 +5,7 @@
 namespace evenstep::internal {
 
 std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal) {
-  // A run that failed half-way through a step may have its row and not yet every device's sample.
+  // If the run failed during a step, its row may be there without the samples of all devices.
   std::size_t complete = strategy.steps.size();
   for (const DeviceRecord& device : strategy.devices) complete = std::min(complete, device.steps.size());
   std::vector<std::size_t> steps;

@@ -27,7 +27,7 @@ std::string error_text(const StudyCell& cell, StudyQuantity q, const StudyValues
 Row row_of(const StudyCell& cell, const StudyValues& estimate) {
   Row row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "",
           step_text(cell.substep_s)};
-  if (cell.state == StudyCell::State::unavailable) row[2] = row[3] = "";  // at any step
+  if (cell.state == StudyCell::State::unavailable) row[2] = row[3] = "";  // it is unavailable at any step
   if (cell.state != StudyCell::State::measured) {
     row[4] = fmt::format("{}: {}", name_of(cell.state), cell.reason);
     return row;
@@ -39,7 +39,7 @@ Row row_of(const StudyCell& cell, const StudyValues& estimate) {
   return row;
 }
 
-/// A solver without the method says so once in the table, not for every step.
+/// Whether an earlier row already says that the solver does not have this method; it is said once, not for every step.
 bool said_before(const StudyRecord& study, const StudyCell& cell) {
   if (cell.state != StudyCell::State::unavailable || &cell == &study.cells.front()) return false;
   const StudyCell& before = *(&cell - 1);
@@ -49,7 +49,7 @@ bool said_before(const StudyRecord& study, const StudyCell& cell) {
 std::string aligned(const std::vector<Row>& rows) {
   std::array<std::size_t, kColumns> widths{};
   for (const Row& row : rows) {
-    const bool reason = row[5].empty();  // runs on over the numbers
+    const bool reason = row[5].empty();  // a reason may extend over the columns of the numbers
     for (std::size_t c = 0; c < kColumns; ++c) {
       if (c != 4 || !reason) widths[c] = std::max(widths[c], row[c].size());
     }

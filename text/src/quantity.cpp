@@ -13,7 +13,7 @@ using internal::Unit;
 using internal::UnitKind;
 
 constexpr __int128 kNsPerSecond = 1'000'000'000;
-constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s: the sum of a few stays far inside int64
+constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, so that sums of a few times are far from the int64 limit
 
 __int128 power_of_ten(int exponent) {
   __int128 power = 1;
@@ -37,7 +37,7 @@ const Duration* nominal_length(const NominalUnits& nominal, UnitKind kind) {
   return nullptr;
 }
 
-/// number * unit_ns, floored; `exact` is false if something was cut off. |result| is limited to a little over 1e6 s.
+/// number * unit_ns, rounded down; `exact` is false if that changed the value. |result| is limited to a little over 1e6 s.
 struct WholeNs {
   std::int64_t ns = 0;
   bool exact = true;

@@ -65,7 +65,7 @@ enum Usage : std::uint32_t {
   kByteCount = 0x01003B,
 };
 
-/// The fields of one report: those of a type within a collection, with the id of the first.
+/// The fields of one report: all fields of a type within a collection that have the same id as the first of them.
 class Scope {
  public:
   Scope(const ReportDescriptor& descriptor, ReportType type, std::uint32_t collection) : descriptor_(descriptor) {
@@ -118,7 +118,7 @@ class Scope {
   std::vector<const HidField*> fields_;
 };
 
-/// Takes what is there and notes what is missing.
+/// Takes the elements that are there, and notes those that are missing.
 class Requirements {
  public:
   explicit Requirements(std::vector<std::string>& missing) : missing_(missing) {}
@@ -215,7 +215,7 @@ std::optional<PidSetCondition> set_condition_of(const ReportDescriptor& descript
                          .dead_band = scope.value(kDeadBand)};
 }
 
-/// Devices differ in the collection around the commands (0x95 or 0x96), so the commands themselves are looked for.
+/// Devices differ in the collection around the commands (0x95 or 0x96), so this searches for the commands themselves.
 std::optional<PidDeviceControl> device_control_of(const ReportDescriptor& descriptor) {
   for (const std::uint32_t collection : {kPage | 0x96, kPage | 0x95}) {
     const Scope scope(descriptor, ReportType::output, collection);

@@ -11,7 +11,7 @@
 namespace evenstep {
 namespace {
 
-// A state report's bits, and above them its block.
+// The bits of a state report; its block lies above them.
 constexpr std::uint64_t kPaused = 1, kEnabled = 2, kSafety = 4, kPower = 8, kPlaying = 16, kIsState = 32;
 constexpr int kBlockShift = 8;
 
@@ -22,7 +22,7 @@ double fraction(std::span<const std::byte> report, const std::optional<PidValue>
   return value ? fraction(report, *value) : otherwise;
 }
 
-/// sin of a share of a turn, exact at its quarters.
+/// The sine of an angle in turns, exact at quarter turns.
 double sin_of_turn(double turns) {
   constexpr double kPi = 3.14159265358979323846;
   const double within = turns - std::floor(turns);
@@ -54,7 +54,7 @@ SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, SimulatedReports repo
 
 // ---- time
 
-/// Everything that happened since the last call, in order of time.
+/// Carries out everything that has happened since the last call, in order of time.
 void SimulatedPidDevice::catch_up() {
   const RealTime now = clock_.now();
   while (const auto at = next_change(now)) {
@@ -255,7 +255,8 @@ void SimulatedPidDevice::take(std::span<const std::byte> report) {
   if (is_there(layout_.block_free)) free(static_cast<std::size_t>(get(report, layout_.block_free->block).value_or(0)));
 }
 
-/// A block that does not exist, or that nobody created, is nobody's: the report changes nothing.
+/// The effect that a report names; nullptr if the block does not exist or was not created, and the report then has no
+/// effect.
 SimulatedPidDevice::Effect* SimulatedPidDevice::effect_of(std::span<const std::byte> report, const PidValue& block) {
   const auto index = static_cast<std::size_t>(get(report, block).value_or(0));
   return index >= 1 && index < effects_.size() && effects_[index].allocated ? &effects_[index] : nullptr;
@@ -330,7 +331,7 @@ void SimulatedPidDevice::take_operation(std::span<const std::byte> report) {
   effect->playing = starts;
   effect->ends_at.reset();
   if (starts && effect->duration) effect->ends_at = clock_.now() + *effect->duration;
-  // Springs are rendered from the next firmware tick on.
+  // A spring is rendered from the next firmware tick on.
   if (!any_before)
     next_firmware_tick_ = first_tick_at_or_after(options_.firmware_rate, clock_.now(), options_.reports.first_tick);
   if (changed) say_state(static_cast<std::size_t>(effect - effects_.data()));

@@ -15,12 +15,12 @@ constexpr std::string_view kLognormalWord = "lognormal ";
 constexpr std::string_view kSmoothWord = "smooth ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
-/// Stands in while the forms are checked: the real lengths come out of [timing] later.
+/// Placeholder lengths while the forms are checked; the real ones are read from [timing] later.
 constexpr Duration kSome{1'000'000};
 constexpr NominalUnits kSomeNominal{
     .segment = kSome, .visualization = kSome, .slot = kSome, .step_run_time = kSome, .known = true};
 
-/// A division: 1e15 ns are exactly 1e6 s, the limit, which a product with 1e-9 is not.
+/// A division gives exactly the limit 1e6 s for 1e15 ns; a product with 1e-9 would not.
 double in_s(Duration duration) { return static_cast<double>(duration.ns) / 1e9; }
 
 bool contains(std::string_view words, std::string_view word) {
@@ -28,7 +28,8 @@ bool contains(std::string_view words, std::string_view word) {
   return std::find(all.begin(), all.end(), word) != all.end();
 }
 
-/// What `Field::kinds` of this table is compared with; empty if it is not known (then no key is refused for it).
+/// The kind of this table, to be compared with `Field::kinds`; empty if it is not known, and then no key is refused because
+/// of it.
 std::string kind_of(std::string_view table, const Value* value) {
   if (table.empty()) return value != nullptr && value->find("case") != nullptr ? "case" : "loop";
   const std::string_view key = kind_key(table);
@@ -64,7 +65,7 @@ std::string out_of_range(const Field& field, double number, std::string_view wri
   return fmt::format("{} is out of range; it must be {}", written, describe_range(field));
 }
 
-/// 11.1 where "11.1 ms" is meant.
+/// The error for a number without its unit, such as 11.1 instead of "11.1 ms".
 std::string without_unit(const Field& field, const Value& value) {
   if (field.forms & kSegments)
     return fmt::format("{} has no unit; write \"{} segments\"", as_written(value), as_written(value));
@@ -93,7 +94,7 @@ std::string prefixed_error(const Field& field, std::string_view text, std::strin
   return time ? parsed(field, parse_duration(rest), text) : parsed(field, parse_si(rest, Dimension::ratio), text);
 }
 
-/// "pareto 3 ms cap 40 ms" in its two times; a text of another shape has none.
+/// The two times of "pareto 3 ms cap 40 ms"; none if the text has another form.
 struct ParetoParts {
   std::string_view least, most;
 };
@@ -125,7 +126,7 @@ Result<double> parse_segments(std::string_view text) {
   return to_double(split.number);
 }
 
-/// With kRate | kDuration: whichever unit is there.
+/// The error of a value that may be a rate or a duration, depending on the unit that it has.
 std::string time_or_rate_error(const Field& field, std::string_view text) {
   const Unit* unit = find_unit(split_number(text).unit);
   const bool rate =
@@ -160,7 +161,7 @@ std::string text_error(const Field& field, const std::string& text) {
   return fmt::format("\"{}\" must be {}, without quotes", text, describe_forms(field));
 }
 
-/// Empty: fine.
+/// What is wrong with a value; empty if nothing is.
 std::string error_of(const Field& field, const Value& value) {
   if ((field.forms & kAnything) && !value.is(Value::Kind::date)) return {};
   const std::string wrong = fmt::format("must be {}, not {}", describe_forms(field), as_written(value));

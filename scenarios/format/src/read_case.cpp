@@ -10,7 +10,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// The named ones of `all`, in the order of the file, each once.
+/// The elements of `all` that are named, in the order of the file, each once.
 template <class Kind, std::size_t count>
 std::vector<Kind> read_names(const Table& table, std::string_view key, const std::array<Kind, count>& all, Errors& errors) {
   std::vector<Kind> kinds;
@@ -24,14 +24,14 @@ std::vector<Kind> read_names(const Table& table, std::string_view key, const std
   return kinds;
 }
 
-/// Both ends exactly.
+/// Appends evenly spaced values on a logarithmic scale; both ends are exact.
 void append_decades(const Table& range, std::vector<double>& values, Errors& errors) {
   const double from = range.number("from"), to = range.number("to");
   const std::int64_t count = range.integer("count");
   if (!(from < to)) errors.add(range.place("to"), fmt::format("'to': {} is not above from, {}; write the larger one", to, from));
   for (std::int64_t i = 0; i < count; ++i) {
     const double part = static_cast<double>(i) / static_cast<double>(count - 1);
-    // Rounded to twelve digits, so that decades are what they look like.
+    // Rounded to twelve digits, so that decades are exact.
     const double value = std::stod(fmt::format("{:.12g}", std::exp(std::log(from) + part * (std::log(to) - std::log(from)))));
     values.push_back(i == 0 ? from : i == count - 1 ? to : value);
   }
@@ -55,7 +55,7 @@ std::vector<double> read_values(const Table& table, Errors& errors) {
   return values;
 }
 
-/// Of [run] a case has the seed only: of its irregular schedule.
+/// From [run] a case uses only the seed, for its irregular schedule.
 void check_run(const ScenarioReading& reading) {
   const Value* run = reading.document.find("run");
   if (run == nullptr) return;

@@ -80,7 +80,8 @@ constexpr std::pair<std::string_view, ReportFault::Kind> kFaults[] = {
     {"write-rejected", ReportFault::Kind::write_rejected},
 };
 
-/// By time in the file, by tick in the device. More ticks than a run of hours has are an error of the file's.
+/// Reads faults, which are given by time in the file and by tick in the device. More ticks than a run of hours has are an
+/// error in the file.
 void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec& spec) {
   constexpr std::size_t kMostFaults = 1'000'000;
   for (const Table& fault : device.tables("faults")) {
@@ -95,7 +96,7 @@ void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec
                    [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
 }
 
-/// Only a device that has springs, and newtons to say how stiff they are, renders any.
+/// Checks that the device can render springs: it must have them, and its newtons must be known to give their stiffness.
 void check_springs(const Table& render, const DeviceSpec& spec, Errors& errors) {
   const auto* pid = std::get_if<PidSpec>(&spec.driver);
   if (spec.render.kind != RenderSpec::Kind::device_spring || (pid && pid->options.full_scale_N)) return;

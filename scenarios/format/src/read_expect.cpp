@@ -11,11 +11,12 @@
 namespace evenstep::internal {
 namespace {
 
-/// What signals may name. Read leniently, so that a mistake in [[device]] does not make every signal unknown.
+/// The names that signals may contain. They are read leniently, so that a mistake in [[device]] does not make every signal
+/// unknown.
 struct Names {
   std::vector<std::string_view> devices, strategies;
-  std::vector<std::string_view> methods, solvers;  ///< of a case
-  bool certain = true;  ///< nothing faulty: a name that is not here does not exist
+  std::vector<std::string_view> methods, solvers;  ///< for a case
+  bool certain = true;  ///< there were no errors, so a name that is not listed here does not exist
 };
 
 Names collect_names(const ScenarioReading& reading) {
@@ -57,7 +58,7 @@ std::string case_signal_error(std::string_view signal, const Names& names) {
   return error.empty() ? unknown_part("solver", parts[2], names.solvers) : error;
 }
 
-/// Empty: the signal's form is right and what it names exists.
+/// What is wrong with a signal; empty if its form is right and everything that it names exists.
 std::string signal_error(std::string_view signal, const Names& names) {
   const std::vector<std::string_view> parts = split_signal(signal);
   static const std::vector<std::string_view> kDeviceSignals{"interaction", "force", "buffers"};
@@ -93,7 +94,7 @@ Limit read_limit(const Table& expect, std::string_view key) {
   return {expect.number(key), ""};
 }
 
-/// min > max where the units say so without a nominal speed.
+/// Whether min > max, as far as the units tell without a nominal speed.
 bool contradict(const Limit& min, const Limit& max, const NominalUnits& nominal) {
   if (min.unit == max.unit) return min.number > max.number;
   const Unit* min_unit = find_unit(min.unit);
@@ -133,7 +134,8 @@ void read_range(const Table& expect, bool of_case, Expectation& expectation, Err
   expectation.at = {number(at.list[0]), number(at.list[1])};
 }
 
-/// `confidence` and `seeds`: only of a limit from above on a rate of underruns, and only where seeds are not all the same.
+/// Reads `confidence` and `seeds`. They are only allowed for an upper limit on a rate of underruns, and only if different
+/// seeds give different runs.
 void read_confidence(ScenarioReading& reading, const Table& expect, Expectation& expectation) {
   Errors& errors = reading.errors;
   if (expect.has("seeds") && !expect.has("confidence"))
@@ -174,9 +176,9 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   read_limits(expect, expectation, reading.scenario.nominal, reading.errors);
   if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
   read_confidence(reading, expect, expectation);
-  // Energy costs a pass over all springs per step, so the scene computes it only where it is asked for.
+  // Energy costs a pass over all springs per step, so the scene computes it only if it is asked for.
   if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop.")) reading.scenario.scene.needs_energy = true;
-  // A second solver steps a tissue at every tick.
+  // These metrics need a second solver that makes a step of the tissue at every tick.
   for (const char* metric : {"error_max", "error_rms", "error_share", "error_at_stop", "onset_delay", "ghost_force"})
     reading.scenario.needs_undelayed |= expectation.metric == metric && expectation.signal.find(".interaction.") == std::string::npos;
   reading.scenario.expectations.push_back(std::move(expectation));

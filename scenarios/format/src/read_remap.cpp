@@ -33,7 +33,7 @@ void read_underrun(ScenarioReading& reading, const Table& underrun) {
   }
 }
 
-/// The signals that the filter would be used on: the steps', or that of each device's ticks.
+/// The rates of the signals that the filter would be used on: that of the steps, or those of the devices' ticks.
 std::vector<Rate> filtered_rates(const Scenario& scenario) {
   if (!scenario.remap.filter_force) return {scenario.scene.step_rate};
   std::vector<Rate> rates;
@@ -71,7 +71,7 @@ void read_filter(ScenarioReading& reading, const Table& filter) {
   }
 }
 
-/// The table of a latency that adapts; what must go together with it only where it is used.
+/// Reads the table of an adaptive latency. Values that must fit each other are checked only if it is used.
 void read_adapt(ScenarioReading& reading, const Table& remap) {
   const NominalUnits& nominal = reading.scenario.nominal;
   const Table adapt = remap.table("adapt");

@@ -10,7 +10,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Only the top layer may be cut, and not all of it: otherwise a smaller lattice is meant.
+/// Checks that only the top layer is cut, and not all of it; otherwise a smaller lattice would have been meant.
 void read_lattice(const Table& scene, TissueScene& tissue, Errors& errors) {
   const Value lattice = scene.at("lattice");
   std::int64_t sites = 1;
@@ -137,7 +137,7 @@ ToolCoupling read_coupling(const Table& grab) {
   return tool;
 }
 
-/// Where a surface lies. The normal's length is of no matter, but it must have one.
+/// Reads where a surface lies. The length of its normal does not matter, but must not be 0.
 template <class Body>
 void read_surface(const Table& scene, Body& body, Errors& errors) {
   const Value normal = scene.at("normal");
@@ -173,7 +173,7 @@ ModeScene read_mode(const Table& scene, Errors& errors) {
   return mode;
 }
 
-/// Every device of a tissue has a grab, and none of any other scene.
+/// Reads the grabs. With a tissue every device must have one; with other scenes none may have one.
 void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
   const Value* devices = reading.document.find("device");
   if (devices == nullptr || !reading.check.sound(devices)) return;

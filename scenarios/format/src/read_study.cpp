@@ -28,7 +28,7 @@ Rate step_rate_of(const std::string& text) {
   return rate ? *rate : reduced_rate(1'000'000'000, parse_duration(text)->ns);
 }
 
-/// Steps of the scene that the study's duration holds.
+/// How many steps of the scene fit into the duration of the study.
 std::int64_t steps_within(Duration duration, Rate rate) {
   return floor_mul_div(duration.ns, rate.num, rate.den * 1'000'000'000);
 }

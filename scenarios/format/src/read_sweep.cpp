@@ -14,7 +14,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// "0..30000", the end left out; false if it is none.
+/// Parses "0..30000", whose end is excluded; false if the text has another form.
 bool parse_span(const std::string& text, std::uint64_t& first, std::uint64_t& end) {
   const std::size_t dots = text.find("..");
   if (dots == std::string::npos) return false;
@@ -58,7 +58,7 @@ std::vector<std::uint64_t> read_seeds(const Table& sweep, std::uint64_t of_run, 
   return seeds;
 }
 
-/// A value as TOML. Tables are no values of an axis, and no key takes a date.
+/// A value as TOML. An axis cannot have tables as values, and no key accepts a date.
 std::string toml_text(const Value& value) {
   if (value.is(Value::Kind::list)) {
     std::vector<std::string> parts;
@@ -74,7 +74,7 @@ std::string toml_text(const Value& value) {
   return out + '"';
 }
 
-/// A number with its unit, if the value is no more than that.
+/// A value that consists of a number and its unit.
 struct Measure {
   double number = 0;
   std::string unit;
@@ -89,7 +89,7 @@ std::optional<Measure> measure_of(const Value& value) {
   return Measure{limit->number, limit->unit, false};
 }
 
-/// In a common unit; nullopt where there is none ("8 segments" and "1 ms").
+/// Compares two values in a common unit; empty if there is none ("8 segments" and "1 ms").
 std::optional<std::partial_ordering> compare(const Measure& a, const Measure& b) {
   if (a.unit == b.unit) return a.number <=> b.number;
   const Unit *of_a = find_unit(a.unit), *of_b = find_unit(b.unit);
@@ -99,7 +99,8 @@ std::optional<std::partial_ordering> compare(const Measure& a, const Measure& b)
   return base(a.number, *of_a) <=> base(b.number, *of_b);
 }
 
-/// Decimals with which a number in this unit is a whole number of nanoseconds; -1: it is no time with a fixed length.
+/// The number of decimals with which a number in this unit is a whole number of nanoseconds; -1 if the unit is not a time
+/// with a fixed length.
 int decimals_of_ns(const std::string& name) {
   const Unit* unit = find_unit(name);
   if (unit == nullptr || unit->dimension != Dimension::time || unit->kind != UnitKind::plain) return -1;
@@ -113,7 +114,7 @@ std::string plain_number(double number, int decimals) {
   return text;
 }
 
-/// from, to and count; both ends as they are written.
+/// Appends the values of a range with from, to and count; both ends as they are written.
 void append_range(const Table& range, std::string_view path, std::vector<std::string>& values, Errors& errors) {
   const Measure from = *measure_of(range.at("from")), to = *measure_of(range.at("to"));
   const std::int64_t count = range.integer("count");

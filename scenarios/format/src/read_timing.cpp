@@ -15,13 +15,13 @@ namespace evenstep::internal {
 namespace {
 
 constexpr __int128 kNsPerSecond = 1'000'000'000;
-// From 10 us, every product below stays in 128 bits (at most 1e9 steps in a list: kMostStepCounts); up to 9 s, a whole
-// number of ns is an exact rate (kMostRateDen).
+// With at least 10 us, every product below fits into 128 bits (at most 1e9 steps in a list: kMostStepCounts). With at most
+// 9 s, a whole number of ns is an exact rate (kMostRateDen).
 constexpr Duration kShortestSegment{10'000}, kLongestSegment{kMostRateDen};
 
 Duration floor_ns(__int128 num, __int128 den) { return {static_cast<std::int64_t>(num / den)}; }
 
-/// Exact means over a recording.
+/// Sets the nominal times to the exact means over a recording.
 void set_nominal_of_trace(Scenario& scenario) {
   std::int64_t visualizations = 0, steps = 0, visualization_ns = 0, step_ns = 0, end_ns = 0;
   const std::vector<SegmentTiming>& trace = scenario.timing.trace;
@@ -90,7 +90,7 @@ Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& er
   return shares;
 }
 
-/// False with an error where there is no segment to speak of.
+/// Reads the segment. Returns false, with an error, if its length is not usable.
 bool read_segment(const Table& timing, Shares& shares, Errors& errors) {
   const std::string text = timing.text("segment");
   const Result<Rate> rate = parse_rate(text);
@@ -140,13 +140,13 @@ void check_fixed_step(const Table& timing, const Shares& shares, Duration step, 
                          in_ms(floor_ns(shares.used(step), shares.count)), in_ms(shares.segment_length())));
 }
 
-/// Without a segment there is no grid to wait for, and nothing for "fill" to fill.
+/// The error for a missing segment: without it there is no grid to wait for, and no time that "fill" could share out.
 void missing_segment(const Table& timing, std::string_view what, Errors& errors) {
   errors.add(timing.place("segment"),
              fmt::format("[timing] has no 'segment', which {} needs; write segment = \"30 Hz\"", what));
 }
 
-/// T of visualizations and steps that take turns; false with an error.
+/// Computes T for visualizations and steps that take turns; false, with an error, if that is impossible.
 bool read_length(const Table& timing, const ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
   if (timing.has("segment")) {
     if (!read_segment(timing, shares, errors)) return false;
@@ -158,7 +158,7 @@ bool read_length(const Table& timing, const ProgrammedTiming& programmed, Shares
   return missing_segment(timing, fmt::format("step = \"{}\"", timing.text("step")), errors), false;
 }
 
-/// A grid that nothing waits for is not what was meant.
+/// Adds an error if nothing waits for the grid that is given.
 void check_grid_is_used(const Table& timing, const ProgrammedTiming& programmed, Errors& errors) {
   if (!timing.has("segment") || !programmed.step || programmed.paced || is_periodic(programmed)) return;
   errors.add(timing.place("segment"),
@@ -166,7 +166,7 @@ void check_grid_is_used(const Table& timing, const ProgrammedTiming& programmed,
              "paced = true to keep them to this grid, or leave 'segment' out");
 }
 
-/// What the models add to the mean segment, ns; shortened where visualizations are dropped.
+/// The time that the models add to the mean segment, ns; negative if dropped visualizations shorten it.
 double added_ns(const ProgrammedTiming& programmed) {
   ProgrammedTiming plain = programmed;
   plain.first_step = plain.dropped_visualization = plain.merged_visualization = 0;
@@ -175,7 +175,8 @@ double added_ns(const ProgrammedTiming& programmed) {
   return mean_timing(programmed).segment_ns - mean_timing(plain).segment_ns;
 }
 
-/// Segment and slot are means (to 1 ns where a model adds to them), visualization and step as written.
+/// Sets the nominal times. Segment and slot are means (to 1 ns if a model adds to them); visualization and step are as
+/// written.
 void set_nominal(Scenario& scenario, const Shares& shares, Duration step) {
   const ProgrammedTiming& programmed = scenario.timing.programmed;
   const std::int64_t added = programmed.paced ? 0 : std::llround(added_ns(programmed));
@@ -206,7 +207,7 @@ void read_in_turn(ScenarioReading& reading, const Table& timing) {
   if (errors.count() == errors_before) set_nominal(reading.scenario, shares, step);
 }
 
-/// T and s of a visualization in a lane of its own; false with an error.
+/// Computes T and s for a visualization in a lane of its own; false, with an error, if that is impossible.
 bool read_lanes(const Table& timing, ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
   programmed.visualization = shares.visualization = timing.duration("visualization");
   if (programmed.visualization.ns == 0) {
@@ -234,8 +235,8 @@ bool read_lanes(const Table& timing, ProgrammedTiming& programmed, Shares& share
   return true;
 }
 
-/// Steps follow each other without a gap, so the mean slot is the mean step: exact where nothing is added to the steps that
-/// 'steps' asks for (but for what mean_timing neglects), otherwise to 1 ps.
+/// Steps follow each other without a gap, so the mean slot is the mean step. It is exact if nothing is added to the steps
+/// that 'steps' asks for (except for what mean_timing neglects), otherwise to 1 ps.
 void set_nominal_of_lanes(Scenario& scenario, const Shares& shares) {
   const ProgrammedTiming& programmed = scenario.timing.programmed;
   const MeanTiming mean = mean_timing(programmed);
@@ -283,7 +284,7 @@ void read_programmed(ScenarioReading& reading, const Table& timing) {
   }
 }
 
-/// 1 + drift * t must stay above 0 as long as the run lasts.
+/// Checks that 1 + drift * t stays above 0 for the whole run.
 void check_drift(ScenarioReading& reading, const Table& timing) {
   const double drift = reading.scenario.timing.programmed.drift_per_s;
   const Table run = reading.section("run");

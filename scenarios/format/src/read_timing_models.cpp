@@ -54,7 +54,7 @@ void read_changes(const Table& table, ProgrammedTiming& timing, Errors& errors) 
   }
 }
 
-/// What speaks of visualizations needs one, now or after a change.
+/// Checks that there is a visualization, at the beginning or after a change, if a model is about visualizations.
 void check_visualization_exists(const Table& table, const ProgrammedTiming& timing, Errors& errors) {
   const bool later = std::any_of(timing.changes.begin(), timing.changes.end(), [](const TimingChange& change) {
     return change.visualization.value_or(Duration{0}).ns > 0;
@@ -81,7 +81,7 @@ void check_shares(const Table& table, const ProgrammedTiming& timing, Errors& er
   }
 }
 
-/// Mean work of a segment: of the visualization alone where steps do not wait for it.
+/// The mean work of a segment; only that of the visualization if steps do not wait for it.
 double work_ns(const ProgrammedTiming& timing) { return mean_timing(timing).segment_ns; }
 
 }  // namespace
@@ -116,7 +116,7 @@ void read_timing_models(const Table& table, ProgrammedTiming& timing, Errors& er
 
 void check_pace(const Table& table, const ProgrammedTiming& timing, Errors& errors) {
   if (!timing.paced || is_periodic(timing)) return;
-  // The means of "fill" are rounded to ns, so up to N / 2 ns may be over.
+  // The means of "fill" are rounded to ns, so the sum may exceed the segment by up to N / 2 ns.
   const double segment_ns = 1e9 / in_Hz(timing.segment), rounding_ns = 0.5 * mean_timing(timing).steps + 1;
   const auto refuse = [&](std::string_view key, const Place& place, double work) {
     errors.add(place,

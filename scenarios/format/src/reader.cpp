@@ -20,7 +20,7 @@ std::string in_ms(Duration duration) { return fmt::format("{} ms", static_cast<d
 
 namespace {
 
-/// Where the resolved table is kept, the files it names must still be found.
+/// The resolved table is stored elsewhere, and the files that it names must still be found from there.
 void make_paths_absolute(Value& document) {
   for (Value* path : named_files(document)) {
     std::error_code ignored;
@@ -28,14 +28,14 @@ void make_paths_absolute(Value& document) {
   }
 }
 
-/// A seed of the command line wins over the file's.
+/// A seed from the command line overrides that of the file.
 void set_seed(Value& document, std::uint64_t seed, Errors& errors) {
   const Place place{"--seed", 0, 0};
   if (seed > INT64_MAX) return errors.add(place, fmt::format("{} is out of range; it must be at most {}", seed, INT64_MAX));
   apply_override(document, fmt::format("run.seed={}", seed), errors);
 }
 
-/// Motions, limits and units refer to each other, so the order is part of it.
+/// Motions, limits and units refer to each other, so the order of these calls matters.
 void read_sections(ScenarioReading& reading) {
   read_strategies(reading);
   if (reading.document.find("case") != nullptr) {

@@ -57,7 +57,7 @@ std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& rende
   if (!mode.frequency_Hz || !mode.damping_ratio || !mode.static_N_per_m) return std::nullopt;
   constexpr double kPi = 3.14159265358979323846;
   const double turn_per_s = 2 * kPi * *mode.frequency_Hz, spring_N_per_m = 2 * *mode.static_N_per_m;
-  // The mass is the tissue's own, whatever the factor.
+  // The mass is that of the tissue, whatever the factor is.
   const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
   return SpringMode{.contact_N_per_m = spring_N_per_m * render.factor,
                     .ground_N_per_m = spring_N_per_m * render.factor,

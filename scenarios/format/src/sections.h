@@ -1,6 +1,6 @@
 #pragma once
-/// One function per part of a scenario. Each assumes nothing of the others but what its comment says, and skips a part that
-/// the check found faulty: what follows from a mistake is noise.
+/// One function per part of a scenario. Each relies on the others only as its comment says, and skips a part in which the
+/// check found errors, because errors that only follow from another one are noise.
 
 #include "check.h"
 
@@ -12,7 +12,7 @@ struct ScenarioReading {
   Errors& errors;
   Scenario& scenario;
 
-  /// The section if it is there, or its defaults.
+  /// The section, or its defaults if it is not there.
   Table section(std::string_view name) const;
   bool sound(std::string_view name) const;
 };

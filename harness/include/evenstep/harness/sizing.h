@@ -1,6 +1,6 @@
 #pragma once
-/// The sizing pass: the map alone over this very timing and seed, before t = 0. No solver, no device. It gives the least
-/// lead, latency and ring capacities, and predicts what a run with other values will count.
+/// The sizing pass: runs the map alone over the timing and seed of a run, before t = 0, without solver or device. It gives
+/// the least lead, latency and ring capacities, and predicts the counts of a run with other values.
 
 #include <functional>
 #include <memory>
@@ -45,10 +45,10 @@ void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const 
 /// the budgets is what would spare all waiting, `latency` the least with the lead given.
 Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);
 
-/// What one strategy runs with, and what the sizing pass says of it.
+/// The lead, latency and rings of a strategy, and what the sizing pass predicts for it.
 struct StrategyPlan {
   StrategyKind kind = StrategyKind::direct;
-  Duration lead, latency;                            ///< of a latency that adapts, the most it may become
+  Duration lead, latency;                            ///< for an adaptive latency the most that it may become
   bool adapts = false;
   std::size_t interaction_capacity = 0, force_capacity = 0;
   Sizing sizing;                                     ///< empty for direct and ideal
@@ -61,13 +61,13 @@ AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan);
 struct AdaptationForecast {
   double mean_s = 0;
   Duration largest;
-  std::int64_t growths = 0;                          ///< of the whole run
+  std::int64_t growths = 0;                          ///< over the whole run
 };
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan);
-/// Plans for all strategies of the scenario, in its order. `ideal` takes lead and latency of `live`, or of the first
-/// remapping strategy, so that it is that one's twin.
+/// The plans of all strategies of the scenario, in its order. `ideal` gets the lead and latency of the `live` strategy, or
+/// of the first one that remaps, so that it is the twin of that strategy.
 std::vector<StrategyPlan> plan(const Scenario& scenario);
-/// The twin that deviation_from_ideal compares `of` with.
+/// The plan of the twin with which deviation_from_ideal compares the strategy `of`.
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of);
 
 }  // namespace evenstep

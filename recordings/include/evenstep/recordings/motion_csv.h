@@ -1,5 +1,5 @@
 #pragma once
-/// A recorded hand: t_s,x_m,y_m,z_m, times increasing. Times are rounded to 1 ns.
+/// The recorded motion of a hand, with the columns t_s,x_m,y_m,z_m. Times must increase; they are rounded to 1 ns.
 
 #include <string>
 #include <vector>

@@ -1,7 +1,8 @@
 #pragma once
-/// Recorded timing: `segment,kind,index,begin_ns,end_ns` (kind visualization | step | idle), integers. Rows need not touch;
-/// a visualization may overlap steps (its own thread); N may vary. An error (with its line): time going back (a step that
-/// begins before the one before ended, an end before its begin), a segment number going back, more than 10 million rows.
+/// Recorded timing, with the columns `segment,kind,index,begin_ns,end_ns` (kind is visualization, step or idle) in integers.
+/// There may be gaps between rows; a visualization may overlap steps (if it has its own thread); N may vary. Errors,
+/// reported with their line: time going back (a step that begins before the one before it ended, an end before its begin), a
+/// segment number going back, more than 10 million rows.
 
 #include <string>
 #include <vector>

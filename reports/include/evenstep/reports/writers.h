@@ -1,6 +1,7 @@
 #pragma once
-/// Text of the run folder's files. Pure: a record in, a string (or bytes) out; the harness writes the files aside and
-/// renames. Numbers are printed by fmt with the shortest text that reads back to the same double; no locale, no dates.
+/// The contents of the files in a run folder. These functions are pure: a record in, a string (or bytes) out. The harness
+/// writes the files to a temporary folder and renames it. Numbers are printed by fmt with the shortest text that reads back
+/// to the same double; there are no locale and no dates.
 
 #include <string>
 #include <vector>
@@ -14,9 +15,9 @@ namespace evenstep {
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
                          const std::string& version, const std::string& verdict);
 std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error, const std::string& reproduce);
-/// First column t[s]; one block per strategy and device: see docs/metrics.md. Without RunRecord::keep_rows the bins only.
+/// First column t[s]; then one block per strategy and device (docs/metrics.md). Without RunRecord::keep_rows only the bins.
 std::string series_csv(const RunRecord& run);
-/// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, warm-up included.
+/// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, including the warm-up.
 std::string underruns_csv(const RunRecord& run);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);

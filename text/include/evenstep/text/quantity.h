@@ -1,6 +1,6 @@
 #pragma once
-/// Values with units, parsed exactly: "11.1 ms" -> 11 100 000 ns, "30 Hz" -> {30, 1}, "1/3 Hz" -> {1, 3}. Never through
-/// double where an integer is meant. Unit table: docs/scenario-format.md. Plurals ("segments") are accepted.
+/// Values with units, parsed exactly: "11.1 ms" -> 11 100 000 ns, "30 Hz" -> {30, 1}, "1/3 Hz" -> {1, 3}. What is meant to
+/// be an integer is never computed in double. Unit table: docs/scenario-format.md. Plurals ("segments") are accepted.
 
 #include <string>
 #include <string_view>
@@ -23,7 +23,8 @@ enum class Dimension { none, time, length, velocity, acceleration, force, stiffn
 /// SI base value: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J, "10 %" = 0.1, "10 %/s" = 0.1 (drift), bare number for Dimension::none.
 Result<double> parse_si(std::string_view text, Dimension dimension);
 
-/// A limit of an expectation: number and unit as written; `step` and the nominal times are resolved when judged.
+/// A limit of an expectation, with number and unit as written; `step` and the nominal times are only resolved when it is
+/// judged.
 struct Limit { double number = 0; std::string unit; };
 Result<Limit> parse_limit(std::string_view text);
 /// Factor from `unit` to the base unit ("s", "m", "N", "1"): 1e-3 for "ms" in "s". step_value: what "step" means here, 0 = nothing.
