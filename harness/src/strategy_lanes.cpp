@@ -27,19 +27,19 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
     kept.loop = loop_record(scenario, plan, device);
   }
   const auto& [steps, any, here] = plan.sizing;
-  record.latency = {plan.lead,
-                    plan.latency,
-                    any.lead,
-                    any.latency,
-                    here.lead,
-                    here.latency,
-                    any.lead_culprit,
-                    any.latency_culprit,
-                    static_cast<std::int64_t>(plan.interaction_capacity),
-                    static_cast<std::int64_t>(plan.force_capacity),
-                    plan.predicted_interaction_underruns,
-                    plan.predicted_late_forces,
-                    plan.adapts};
+  record.latency = {.lead = plan.lead,
+                    .latency = plan.latency,
+                    .least_any_phase_lead = any.lead,
+                    .least_any_phase = any.latency,
+                    .least_this_phase_lead = here.lead,
+                    .least_this_phase = here.latency,
+                    .lead_culprit = any.lead_culprit,
+                    .latency_culprit = any.latency_culprit,
+                    .interaction_capacity = static_cast<std::int64_t>(plan.interaction_capacity),
+                    .force_capacity = static_cast<std::int64_t>(plan.force_capacity),
+                    .predicted_interaction_underruns = plan.predicted_interaction_underruns,
+                    .predicted_late_forces = plan.predicted_late_forces,
+                    .adapts = plan.adapts};
   return record;
 }
 

@@ -14,7 +14,7 @@ using Catch::Contains;
 namespace {
 std::int64_t ns(std::string_view text) {
   const Result<Duration> parsed = parse_duration(text);
-  INFO(text << ": " << parsed.error());
+  INFO(text << ": " << parsed.error_or(""));
   REQUIRE(parsed.ok());
   return parsed->ns;
 }
@@ -111,7 +111,7 @@ TEST_CASE("A rate is an exact fraction in lowest terms") {
   for (const auto& row : rows) {
     INFO(row.text);
     const Result<Rate> parsed = parse_rate(row.text);
-    REQUIRE(parsed.error() == "");
+    REQUIRE(parsed.error_or("") == "");
     CHECK(*parsed == row.rate);
   }
   for (const char* bad :
@@ -139,7 +139,7 @@ TEST_CASE("An SI value is the double nearest to what is written") {
   for (const auto& row : rows) {
     INFO(row.text);
     const Result<double> parsed = parse_si(row.text, row.dimension);
-    REQUIRE(parsed.error() == "");
+    REQUIRE(parsed.error_or("") == "");
     CHECK(*parsed == row.value);
   }
   CHECK_FALSE(parse_si("0.1 m", D::none).ok());

@@ -16,7 +16,9 @@ constexpr std::string_view kSmoothWord = "smooth ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
 /// Placeholder lengths while the forms are checked; the real ones are read from [timing] later.
-constexpr NominalUnits kSomeNominal{{1'000'000}, {1'000'000}, {1'000'000}, {1'000'000}, true};
+constexpr Duration kSome{1'000'000};
+constexpr NominalUnits kSomeNominal{
+    .segment = kSome, .visualization = kSome, .slot = kSome, .step_run_time = kSome, .known = true};
 
 /// A division gives exactly the limit 1e6 s for 1e15 ns; a product with 1e-9 would not.
 double in_s(Duration duration) { return static_cast<double>(duration.ns) / 1e9; }

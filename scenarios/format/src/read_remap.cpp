@@ -59,7 +59,7 @@ void read_filter(ScenarioReading& reading, const Table& filter) {
   }
   const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
   const bool used =
-      std::any_of(strategies.begin(), strategies.end(), [](StrategyKind kind) { return traits_of(kind).filters; });
+      std::any_of(strategies.begin(), strategies.end(), [](StrategyKind one) { return traits_of(one).filters; });
   for (const Rate rate : used ? filtered_rates(reading.scenario) : std::vector<Rate>{}) {
     if (in_domain(filter_at(spec, rate), rate)) continue;
     reading.errors.add(filter.place(limited),

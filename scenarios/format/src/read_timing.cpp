@@ -184,7 +184,11 @@ void set_nominal(Scenario& scenario, const Shares& shares, Duration step) {
   const __int128 num = shares.segment.num, length = shares.segment.den * kNsPerSecond + added * num;
   const Rate slots = reduced_rate(shares.sum * kNsPerSecond * num, length * shares.count);
   scenario.scene.step_rate = slots;
-  scenario.nominal = {floor_ns(length, num), shares.visualization, {instant_ns(slots, 1)}, step, true};
+  scenario.nominal = {.segment = floor_ns(length, num),
+                      .visualization = shares.visualization,
+                      .slot = {instant_ns(slots, 1)},
+                      .step_run_time = step,
+                      .known = true};
 }
 
 void read_in_turn(ScenarioReading& reading, const Table& timing) {
@@ -242,7 +246,11 @@ void set_nominal_of_lanes(Scenario& scenario, const Shares& shares) {
                               : reduced_rate(kNsPerSecond * 1000, std::llround(1000 * segment_ns / mean.steps));
   const Duration slot{instant_ns(slots, 1)};
   scenario.scene.step_rate = slots;
-  scenario.nominal = {{std::llround(segment_ns)}, programmed.visualization, slot, slot, true};
+  scenario.nominal = {.segment = {std::llround(segment_ns)},
+                      .visualization = programmed.visualization,
+                      .slot = slot,
+                      .step_run_time = slot,
+                      .known = true};
 }
 
 void read_concurrent(ScenarioReading& reading, const Table& timing) {
