@@ -41,8 +41,8 @@ std::vector<SegmentTiming> played(ProgrammedTiming timing, std::uint64_t seed, s
   return segments;
 }
 
-/// The segments, each with the time to the next one's begin, in the order of random keys. Where a step reaches into the
-/// next segment, what follows it waits.
+/// The segments, each with the time until the next one begins, in the order of random keys. If a step reaches into the next
+/// segment, everything after it waits.
 std::vector<SegmentTiming> shuffled(std::span<const SegmentTiming> segments, std::uint64_t seed) {
   const RandomStream keys(seed, "fit.shuffle");
   std::vector<std::size_t> order(segments.size() - 1);

@@ -31,20 +31,20 @@ void drop(Value& table, std::string_view key) {
   std::erase_if(table.table, [&](const Entry& entry) { return entry.key == key; });
 }
 
-/// The table's value of a key, made if it is not there.
+/// The table with this key; it is made if it does not exist.
 Value& table_at(Value& document, std::string_view key) {
   if (document.find(key) == nullptr) put(document, key, parse_toml_value("{}", kNowhere));
   return *document.find(key);
 }
 
-/// Texts of one key, whatever its kind.
+/// Makes the text of a key independent of the nominal times, whatever forms it may have.
 void fix_text(std::uint32_t forms, Value& value, const NominalUnits& nominal) {
   if (!value.is(Value::Kind::text) || !is_nominal(value.text)) return;
   if (forms & kSpan) {
-    value = text_of_ns(parse_duration(value.text, nominal).value.ns);
+    value = text_of_ns(parse_duration(value.text, nominal)->ns);
   } else if (forms & kLimit) {
-    const Limit limit = parse_limit(value.text).value;
-    value = text_value(fmt::format("{} s", limit.number * unit_factor(limit.unit, "s", 0, nominal).value), kNowhere);
+    const Limit limit = *parse_limit(value.text);
+    value = text_value(fmt::format("{} s", limit.number * *unit_factor(limit.unit, "s", 0, nominal)), kNowhere);
   }
 }
 
@@ -75,7 +75,7 @@ Value strategy_names(const std::vector<StrategyKind>& strategies) {
   return names;
 }
 
-/// The default of a moving average's window is a segment.
+/// The default window of a moving average is a segment, so it is written out.
 void fix_filter_window(Value& document, const Scenario& scenario) {
   Value* remap = document.find("remap");
   Value* filter = remap == nullptr ? nullptr : remap->find("filter");

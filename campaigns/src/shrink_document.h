@@ -1,5 +1,5 @@
 #pragma once
-/// A scenario's table made independent of its own [timing]: whatever recording is put in, the rest of it means the same.
+/// Makes the table of a scenario independent of its [timing], so that the rest of it means the same with any recording.
 
 #include <cstddef>
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace evenstep::internal {
 
-/// Only these strategies and this expectation; no [sweep] and [study]; times in nominal units ("8 segments") in nanoseconds,
-/// and the step size as a rate, for both would follow the recording. A rate of underruns over many seeds becomes that of the
-/// recording. `scenario`: what `document` reads as.
+/// The document with only these strategies and this expectation, and without [sweep] and [study]. Times in nominal units ("8
+/// segments") become nanoseconds, and the step size a rate, because both would otherwise change with the recording. A rate
+/// of underruns over many seeds becomes that of the recording. `scenario` is what `document` reads as.
 Value fixed_document(Value document, const Scenario& scenario, const std::vector<StrategyKind>& strategies,
                      std::size_t expectation);
 
-/// Replays this file for so long.
+/// Sets the timing to a replay of this file, and the duration of the run.
 void set_timing(Value& document, const std::string& trace, Duration duration);
 
 }  // namespace evenstep::internal

@@ -8,7 +8,7 @@ namespace {
 
 using Set = std::vector<std::size_t>;
 
-/// Piece `i` of `n` nearly equal ones, and what is left without it.
+/// Piece `i` of `n` nearly equal pieces; without_piece is the set without it.
 Set piece(const Set& set, std::size_t i, std::size_t n) {
   return {set.begin() + static_cast<std::ptrdiff_t>(i * set.size() / n),
           set.begin() + static_cast<std::ptrdiff_t>((i + 1) * set.size() / n)};

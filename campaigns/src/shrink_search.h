@@ -1,5 +1,5 @@
 #pragma once
-/// Delta debugging, whatever is shrunk.
+/// Delta debugging, independent of what is shrunk.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,15 +8,16 @@
 
 namespace evenstep::internal {
 
-/// Whether what is kept still fails.
+/// Whether the subset that is kept still fails.
 using Fails = std::function<bool(const std::vector<std::size_t>&)>;
 
-/// ddmin: of 0 .. count - 1, which fail together, a subset that fails and of which no single one can be left out. In rising
-/// order; empty if nothing is needed to fail. `go_on` false ends the search with the smallest set so far.
+/// ddmin: from 0 .. count - 1, which fail together, finds a subset that fails and of which no single element can be left
+/// out. In rising order; empty if it fails even with nothing. When `go_on` returns false, the search ends with the smallest
+/// set so far.
 std::vector<std::size_t> fewest(std::size_t count, const Fails& fails, const std::function<bool()>& go_on);
 
-/// The least whole number in (passing, failing] for which `fails`, if it fails from there on; `failing` is known to. The
-/// same with both negative, towards `passing`.
+/// The least whole number in (passing, failing] that fails, provided that all above it fail as well; `failing` is known to
+/// fail. With both negative it is the one nearest to `passing`.
 std::int64_t smallest(std::int64_t passing, std::int64_t failing, const std::function<bool(std::int64_t)>& fails,
                       const std::function<bool()>& go_on);
 

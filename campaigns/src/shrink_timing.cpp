@@ -1,9 +1,6 @@
 #include "shrink_timing.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <iterator>
 
 #include "evenstep/harness/sizing.h"
 
@@ -21,7 +18,7 @@ T median(std::vector<T> values) {
 
 std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
   std::vector<SegmentTiming> segments;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   SegmentTiming segment;
   while (timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns}) segments.push_back(segment);
   return segments;
@@ -29,7 +26,7 @@ std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
 
 std::int64_t length(const Interval& interval) { return (interval.end - interval.begin).ns; }
 
-/// Visualizations and steps in turn, where time goes on.
+/// The current time while visualizations and steps are placed one after the other.
 struct Cursor {
   std::int64_t now = 0;
   Interval take(std::int64_t gap, std::int64_t length_ns) {
@@ -92,8 +89,12 @@ void TimingShape::set_nominal(const Scenario& scenario) {
     gaps.insert(gaps.end(), one.gaps.begin(), one.gaps.end());
     counts.push_back(one.steps.size());
   }
-  nominal_ = {median(visualizations), median(visualization_gaps), median(steps), median(gaps), median(counts),
-              median(before)};
+  nominal_ = {.visualization = median(visualizations),
+              .visualization_gap = median(visualization_gaps),
+              .step = median(steps),
+              .gap = median(gaps),
+              .count = median(counts),
+              .steps_before = median(before)};
   if (!scenario.timing.trace.empty()) return;
   nominal_.visualization = scenario.timing.programmed.visualization.ns;
   nominal_.step = scenario.nominal.step_run_time.ns;
@@ -129,7 +130,7 @@ std::vector<TimingShape::Lengths> TimingShape::lengths(const std::vector<Perturb
     one.gaps.assign(one.steps.size(), nominal_.gap);
     if (k == 0 && !one.gaps.empty() && !segments_[0].gaps.empty()) one.gaps[0] = segments_[0].gaps[0];
   }
-  for (const Perturbation& p : perturbations) {  // first how many steps there are
+  for (const Perturbation& p : perturbations) {  // the numbers of steps come first
     if (p.kind != Perturbation::Kind::count) continue;
     const auto count = static_cast<std::size_t>(std::max<std::int64_t>(p.nominal + p.deviation, 0));
     all[p.segment].steps.resize(count, nominal_.step);
@@ -158,7 +159,7 @@ std::vector<SegmentTiming> TimingShape::in_turn(const std::vector<Lengths>& all)
     segment.begin = RealTime{cursor.now};
     const auto show = [&] {
       if (one.visualization <= 0) return;
-      // Steps first: it ends on the grid if it can.
+      // With steps first, the visualization ends on the grid if it can.
       const std::int64_t last = grid_ && one.steps_before > 0 ? tick_time(*grid_, k + 1).ns - one.visualization : cursor.now;
       segment.visualization =
           cursor.take(grid_ ? std::max<std::int64_t>(last - cursor.now, 0) : one.visualization_gap, one.visualization);
@@ -174,7 +175,7 @@ std::vector<SegmentTiming> TimingShape::in_turn(const std::vector<Lengths>& all)
   return segments;
 }
 
-/// Each lane goes on by itself; a segment has the steps that begin in it.
+/// Places each lane on its own; a segment contains the steps that begin in it.
 std::vector<SegmentTiming> TimingShape::side_by_side(const std::vector<Lengths>& all) const {
   std::vector<SegmentTiming> segments;
   Cursor lane;
@@ -203,33 +204,6 @@ std::vector<SegmentTiming> TimingShape::build(const std::vector<Perturbation>& p
   std::vector<SegmentTiming> out = lanes_ ? side_by_side(all) : in_turn(all);
   out.resize(std::min(segments, out.size()));
   return out;
-}
-
-std::string timing_csv_of(const std::vector<SegmentTiming>& segments) {
-  std::string csv = "segment,kind,index,begin_ns,end_ns\n";
-  const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end) {
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}\n", segment, kind, index, begin.ns, end.ns);
-  };
-  for (const SegmentTiming& segment : segments) {
-    RealTime busy = segment.begin;
-    const auto show = [&] {
-      row(segment.index, "visualization", 0, segment.visualization->begin, segment.visualization->end);
-      busy = std::max(busy, segment.visualization->end);
-    };
-    bool shown = !segment.visualization;
-    for (std::size_t i = 0; i < segment.steps.size(); ++i) {
-      const Interval& step = segment.steps[i];
-      if (!shown && segment.visualization->begin <= step.begin) {
-        show();
-        shown = true;
-      }
-      row(segment.index, "step", i, step.begin, step.end);
-      busy = std::max(busy, step.end);
-    }
-    if (!shown) show();
-    if (busy < segment.end) row(segment.index, "idle", 0, busy, segment.end);
-  }
-  return csv;
 }
 
 }  // namespace evenstep::internal

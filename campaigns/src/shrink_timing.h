@@ -1,5 +1,5 @@
 #pragma once
-/// A timing as lengths, and back.
+/// Converts a timing to a list of lengths, and back.
 
 #include <optional>
 #include <string>
@@ -13,18 +13,19 @@ namespace evenstep::internal {
 
 class TimingShape {
  public:
-  /// The segments that a run of the scenario begins. Nominal are the lengths of [timing]; of a recording, the medians.
+  /// Takes the segments that begin in a run of the scenario. The nominal lengths are those of [timing], or the medians of a
+  /// recording.
   explicit TimingShape(const Scenario& scenario);
 
   const std::vector<Perturbation>& perturbations() const { return perturbations_; }
   std::size_t segments() const { return segments_.size(); }
-  /// The nominal timing with these: so many segments of it.
+  /// The nominal timing with these perturbations, `segments` segments long.
   std::vector<SegmentTiming> build(const std::vector<Perturbation>& perturbations, std::size_t segments) const;
 
  private:
   struct Lengths {
-    std::int64_t visualization = 0, visualization_gap = 0;  // ns; no visualization: 0
-    std::size_t steps_before = 0;                           // the visualization
+    std::int64_t visualization = 0, visualization_gap = 0;  // ns; 0 without a visualization
+    std::size_t steps_before = 0;                           // number of steps before the visualization
     std::vector<std::int64_t> steps, gaps;
   };
   struct Nominal {
@@ -38,14 +39,12 @@ class TimingShape {
   std::vector<SegmentTiming> in_turn(const std::vector<Lengths>& all) const;
   std::vector<SegmentTiming> side_by_side(const std::vector<Lengths>& all) const;
 
-  std::vector<Lengths> segments_;  // as they were; with a lane for visualizations, all steps are in the first one
+  std::vector<Lengths> segments_;  // the original ones; with a lane for visualizations, all steps are in the first
   bool lanes_ = false;
-  std::optional<Rate> grid_;  // segments wait for it, so gaps are no lengths of their own
+  std::optional<Rate> grid_;  // if segments wait for a grid, their gaps follow from it and are no lengths of their own
   Nominal nominal_;
   std::vector<Perturbation> perturbations_;
 };
 
-/// As harness/timing_csv.h reads it.
-std::string timing_csv_of(const std::vector<SegmentTiming>& segments);
 
 }  // namespace evenstep::internal

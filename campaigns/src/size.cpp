@@ -19,15 +19,15 @@ namespace {
 
 using internal::Mending;
 
-/// What is sized: segments, and the devices and map parameters of a scenario.
+/// What is sized: segments, and what the maps need besides.
 struct Input {
-  Scenario scenario;
+  MapSetup setup;
   std::vector<SegmentTiming> segments;
 };
 
 std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
   std::vector<SegmentTiming> segments;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   for (SegmentTiming segment; timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns};)
     segments.push_back(segment);
   return segments;
@@ -46,7 +46,10 @@ SizeWindows windows_of(std::vector<Duration> latencies) {
     const double n = static_cast<double>(latencies.size());
     return latencies[static_cast<std::size_t>(std::max(std::ceil(share * n) - 1, 0.0))];
   };
-  return {rank(0.5), rank(0.99), latencies.back(), static_cast<std::int64_t>(latencies.size())};
+  return {.p50 = rank(0.5),
+          .p99 = rank(0.99),
+          .most = latencies.back(),
+          .count = static_cast<std::int64_t>(latencies.size())};
 }
 
 /// A least latency without the sampling term, and its culprit.
@@ -60,13 +63,13 @@ Least least_of(const RunningLine& line) {
 }
 Least least_of(const RunningPath& path) { return {path.least().latency, path.least().latency_culprit}; }
 
-/// One input looked at from all sides. Nothing is kept of a step: each look is a pass over the segments.
+/// Computes everything for one input. It does not store the steps; each computation is a pass over the segments.
 class Sizer {
  public:
   Sizer(Input& input, const SizeOptions& options)
       : input_(input),
         options_(options),
-        devices_(sampling_grids(input.scenario)),
+        devices_(input.setup.grids),
         mending_(input.segments) {
     each_step([&](RealTime begin, RealTime end) {
       if (steps_ == 0) first_begin_ = begin;
@@ -82,31 +85,34 @@ class Sizer {
     record.segments = static_cast<std::int64_t>(input_.segments.size());
     record.length = last_end_ - first_begin_;
     record.sampling_period = longest_period(devices_);
-    record.interpolated = strictest_emission(input_.scenario) == Emission::linear;
+    record.interpolated = input_.setup.emission == Emission::linear;
     record.damping_N_s_per_m = options_.damping_N_s_per_m;
     record.rate = options_.rate;
     record.confidence = options_.confidence;
     if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
     record.held = bounds(false);
     if (record.interpolated) record.linear = bounds(true);
-    for (const StrategyKind kind : {StrategyKind::paper, StrategyKind::phase_locked})
-      record.strategies.push_back(strategy(kind));
+    for (const StrategyTraits& traits : kAllStrategies) {
+      if (traits.remaps && (traits.kind != StrategyKind::foreign || input_.setup.remap.foreign))
+        record.strategies.push_back(strategy(traits.kind));
+    }
   }
 
  private:
   Duration sampling_term() const { return longest_period(devices_) - Duration{1}; }
 
-  /// Steps that end within the run, as the maps see them.
+  /// Visits the steps that end within the run, as the maps see them.
   template <class Visit>
   void each_step(Visit visit) const {
-    const RealTime end{input_.scenario.run_duration.ns};
+    const RealTime end = input_.setup.end;
     for (const SegmentTiming& segment : input_.segments) {
       for (std::size_t i = 0; i < segment.steps.size() && segment.steps[i].end < end; ++i)
         visit(segment.steps[i].begin, segment.steps[i].end);
     }
   }
 
-  /// The same with their numbers, and with ends that are when forces are due: interpolated, as `interpolate` moves them.
+  /// Visits them with their numbers, and with the ends at which their forces are due (for interpolated forces moved as by
+  /// `interpolate`).
   template <class Visit>
   void each_due_step(bool linear, Visit visit) const {
     std::int64_t n = 0;
@@ -127,7 +133,7 @@ class Sizer {
     need.stiffness_limit_N_per_m = options_.damping_N_s_per_m / (held_s + seconds(need.total_delay));
   }
 
-  /// What `Running`, a line or a path, needs, and what it would need without its culprit's lateness.
+  /// The latency that `Running`, a line or a path, needs, and what it would need if its culprit had not been late.
   template <class Running>
   SizeNeed bound(bool linear, const Running& whole, std::vector<Duration> windows,
                  SizeCulprit (Mending::*blame)(std::int64_t) const) {
@@ -174,13 +180,13 @@ class Sizer {
   }
 
   SizeStrategy strategy(StrategyKind kind) {
-    const Emission emission = strictest_emission(input_.scenario);
+    const Emission emission = input_.setup.emission;
     RunningNeeds any(devices_, emission, RunningNeeds::Phase::any), window = any;
     RunningNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;
-    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) {
+    each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);
       std::size_t from = 0;
@@ -213,17 +219,17 @@ class Sizer {
     need.culprit.mended_latency = need.latency;
     mending_.mended(need.culprit, [&] {
       any.restart();
-      each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) { any.add(steps); });
+      each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) { any.add(steps); });
       need.culprit.mended_latency = any.budget().latency;
     });
     return out;
   }
 
   std::optional<SizeRate> rate(StrategyKind kind) const {
-    const Emission emission = strictest_emission(input_.scenario);
+    const Emission emission = input_.setup.emission;
     internal::SegmentNeeds any(devices_, emission, RunningNeeds::Phase::any);
     internal::SegmentNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
-    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) {
+    each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);
     });
@@ -250,7 +256,7 @@ class Sizer {
 
   std::int64_t force_capacity(StrategyKind kind, const LatencyBudget& least) const {
     WaitingForces waiting(least.latency - least.lead);
-    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) { waiting.add(steps); });
+    each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) { waiting.add(steps); });
     return static_cast<std::int64_t>(waiting.most()) + 2;
   }
 
@@ -260,7 +266,7 @@ class Sizer {
   Mending mending_;
   std::int64_t steps_ = 0;
   RealTime first_begin_, last_begin_, last_end_;
-  Duration slot_;                       // mean distance of the steps' begins
+  Duration slot_;                       // mean time from the begin of a step to that of the next
 };
 
 SizeCycle in_record(const StepCycle& cycle) {
@@ -280,7 +286,7 @@ SizeCycle in_record(const StepCycle& cycle) {
           .regularity = cycle.regularity};
 }
 
-/// The same steps in segments that begin with the steps named; what comes before the first is left out.
+/// The same steps in segments that begin at these positions; steps before the first of them are left out.
 std::vector<SegmentTiming> cut_at(const std::vector<Interval>& steps, const std::vector<std::size_t>& boundaries) {
   std::vector<SegmentTiming> segments;
   segments.reserve(boundaries.size());
@@ -307,7 +313,8 @@ StepCycle cycle_of(const std::vector<SegmentTiming>& segments) {
   return finder.find();
 }
 
-/// Segments for a list that has none. A list that begins in the middle of a cycle loses the steps before the first pause.
+/// Finds segments for a list that has none. If a list begins in the middle of a cycle, the steps before the first pause are
+/// left out.
 void find_segments(Input& input, SizeRecord& record) {
   const StepCycle cycle = cycle_of(input.segments);
   record.cycle = in_record(cycle);
@@ -327,7 +334,7 @@ void find_segments(Input& input, SizeRecord& record) {
   input.segments = cut_at(steps, boundaries);
 }
 
-/// Step numbers of the record count all steps of the file.
+/// Changes the step numbers of the record so that they count all steps of the file.
 void shift_numbers(SizeRecord& record) {
   const auto shift = [&](SizeNeed& need) {
     for (std::int64_t* step : {&need.culprit.step, &need.culprit.late_step}) *step += *step >= 0 ? record.left_out : 0;
@@ -348,7 +355,7 @@ void shift_numbers(SizeRecord& record) {
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
   if (scenario.case_spec)
     return {{}, {{scenario.file, 0, 0, "a [case] drives the solver without a loop: there is no latency to size"}}};
-  Input input{scenario, segments_of(scenario)};
+  Input input{map_setup(scenario), segments_of(scenario)};
   SizeResult result;
   result.record.input = scenario.file;
   result.record.segments_from = scenario.timing.trace.empty() ? "programmed" : "recording";
@@ -363,9 +370,10 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
   Input input;
   input.segments = std::move(segments);
   find_segments(input, record);
-  input.scenario.devices.push_back({.name = "device", .rate = options.sampling, .emission = options.emission});
+  input.setup.grids.push_back({options.sampling, RealTime{}});
+  input.setup.emission = options.emission;
   for (const SegmentTiming& segment : input.segments)   // a step may end behind the segment after its own
-    input.scenario.run_duration = std::max(input.scenario.run_duration, segment.end - RealTime{} + Duration{1});
+    input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
   Sizer(input, options).size(record);
   shift_numbers(record);
   return record;
@@ -373,11 +381,11 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
 
 SizeResult size_recording(const std::string& path, const SizeOptions& options) {
   TimingCsv csv = read_timing_or_steps(path);
-  if (!csv.errors.empty()) return {{}, std::move(csv.errors)};
+  if (!csv) return {{}, csv.error()};
   const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
-  if (std::none_of(csv.segments.begin(), csv.segments.end(), has_steps))
+  if (std::none_of(csv->begin(), csv->end(), has_steps))
     return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
-  return {size_segments(std::move(csv.segments), path, options), {}};
+  return {size_segments(*std::move(csv), path, options), {}};
 }
 
 }  // namespace evenstep

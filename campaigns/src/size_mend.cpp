@@ -5,8 +5,8 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::int64_t kLatePart = 100;    // of a usual step: less is not late
-constexpr std::size_t kBlamedBefore = 2;   // segments: a loop of 2 Hz at 30 Hz has mostly forgotten the third one
+constexpr std::int64_t kLatePart = 100;    // an excess below this fraction of a usual step (1 / 100) is not late
+constexpr std::size_t kBlamedBefore = 2;   // segments before: at 30 Hz a loop of 2 Hz has mostly forgotten the third one
 
 Duration median(std::vector<std::int64_t>& values) {
   if (values.empty()) return {};
@@ -85,7 +85,10 @@ Duration Mending::run_excess(At at) const {
 
 SizeCulprit Mending::culprit(std::int64_t number) const {
   const At place = at(number);
-  return {number, segments_[place.segment].index, static_cast<std::int64_t>(place.index), step(place).begin};
+  return {.step = number,
+          .segment = segments_[place.segment].index,
+          .index = static_cast<std::int64_t>(place.index),
+          .begin = step(place).begin};
 }
 
 SizeCulprit Mending::blame(std::int64_t number) const {
@@ -116,7 +119,7 @@ bool Mending::cut(const SizeCulprit& culprit) {
   moved_from_ = moved_to_ = place.segment + 1;
   moved_by_ = culprit.pause_excess + culprit.run_excess;
   Interval& late = segment.steps[place.index];
-  // Without a visualization before it a segment begins with its first step.
+  // Without a visualization, a segment begins with its first step.
   if (segment.begin == late.begin) segment.begin = segment.begin - culprit.pause_excess;
   RealTime busy_until = late.end;
   late = {late.begin - culprit.pause_excess, late.end - moved_by_};
@@ -144,7 +147,7 @@ void Mending::restore() {
   segments_[moved_from_ - 1] = kept_;
 }
 
-/// Does segment k begin when it does because of its pace, and not because of what ran before it?
+/// Whether the begin of segment k is determined by its pace, and not by what ran before it.
 bool Mending::waits(std::size_t k) const {
   if (!sees_visualizations_) return keeps_time_;
   const SegmentTiming& before = k == moved_from_ ? kept_ : segments_[k - 1];

@@ -1,5 +1,5 @@
 #pragma once
-/// Which piece of a recording made a step late, and the recording without that lateness.
+/// Finds the piece of a recording that made a step late, and mends the recording so that this piece is as usual.
 
 #include <vector>
 
@@ -8,23 +8,24 @@
 
 namespace evenstep::internal {
 
-/// Late is what took longer than usual by more than 1 % of a usual step. Usual is the median, apart for the first steps of
-/// segments and for all others: of the run time, and of the pause before a step (before the first of a segment: from the
-/// visualization's begin, or from the end of the step before where the recording has no visualization there).
+/// A run time or a pause is late if it is longer than usual by more than 1 % of a usual step. The usual value is the median,
+/// separately for the first steps of segments and for all others, of the run time and of the pause before a step. (The pause
+/// before the first step of a segment begins with the visualization, or with the end of the step before if the recording has
+/// no visualization there.)
 class Mending {
  public:
-  /// Changes the segments while a mended schedule is looked at; they must outlive it.
+  /// The segments are changed while a mended schedule is being looked at; they must outlive this object.
   explicit Mending(std::vector<SegmentTiming>& segments);
 
-  /// The step, counted over all segments, and the one that was held up most in its segment and the two before it.
+  /// For a step, counted over all segments, finds the one in its segment or the two before it that was delayed most.
   SizeCulprit blame(std::int64_t step) const;
-  /// The step itself, and how much longer than usual it ran.
+  /// Blames the step itself, with the time by which it ran longer than usual.
   SizeCulprit blame_run_time(std::int64_t step) const;
 
-  /// Calls `look` with the excess of culprit.late_step cut out. What follows moves up by it as far as the next idle time: a
-  /// gap of more than 1 % of the median segment. Pauses of a recording without visualizations are not idle, unless its
-  /// segments keep time (median |T - median T| < 1 %): then the next segment begins as it did. So it does where the
-  /// visualization has a thread of its own. False: there is nothing to mend.
+  /// Calls `look` while the excess of culprit.late_step is cut out. Everything after it moves up by the excess, as far as
+  /// the next idle time: a gap of more than 1 % of the median segment. In a recording without visualizations, pauses do not
+  /// count as idle, unless its segments keep time (median |T - median T| < 1 %): then the next segment begins where it did
+  /// before. The same holds if the visualization has a thread of its own. Returns false if there is nothing to mend.
   template <class Look>
   bool mended(const SizeCulprit& culprit, Look look) {
     if (!cut(culprit)) return false;
@@ -51,12 +52,12 @@ class Mending {
   void restore();
 
   std::vector<SegmentTiming>& segments_;
-  std::vector<std::int64_t> first_step_;    // of each segment; one more entry: all steps
+  std::vector<std::int64_t> first_step_;    // number of each segment's first step; the last entry is the number of all steps
   Usual first_, other_;
   Duration idle_from_, late_from_;
   bool sees_visualizations_ = false, concurrent_ = false, keeps_time_ = false;
-  SegmentTiming kept_;                      // the late step's segment as it was
-  std::size_t moved_from_ = 0, moved_to_ = 0;   // the segments behind it that have moved, and by how much
+  SegmentTiming kept_;                      // the original segment of the late step
+  std::size_t moved_from_ = 0, moved_to_ = 0;   // the later segments that have moved, and by how much
   Duration moved_by_;
 };
 

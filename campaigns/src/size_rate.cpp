@@ -42,13 +42,13 @@ RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std
   for (std::size_t r = 0; r < by_delay.size(); ++r) rank[by_delay[r]] = r;
 
   std::vector<bool> given_up(needs.size());
-  auto deciding = static_cast<std::size_t>(allowed);   // place in by_delay of the force that must not be late
+  auto deciding = static_cast<std::size_t>(allowed);   // position in by_delay of the force that must not be late
   RateLatency least;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(allowed); ++i) {
     const Duration lead = needs[by_lead[i]].lead, delay = needs[by_delay[deciding]].delay;
     if (i == 0 || lead + delay < least.latency) least = {lead, lead + delay, 0};
-    // One segment more whose reads may underrun, and one fewer whose forces may: if that segment's force is none of those
-    // before the one that decides, the next larger one of the others decides.
+    // One more segment may have underruns in its reads, so one fewer in its forces. If the force of that segment is not
+    // among those before the deciding one, the next larger of the others decides.
     given_up[by_lead[i]] = true;
     if (rank[by_lead[i]] < deciding || i == static_cast<std::size_t>(allowed)) continue;
     do --deciding; while (given_up[by_delay[deciding]]);

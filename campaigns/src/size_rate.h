@@ -1,10 +1,10 @@
 #pragma once
-/// The least latency for a rate of underruns, exactly, on the segments of one timing.
+/// The exact least latency for a given rate of underruns, over the segments of one timing.
 ///
 /// Segment k has no underrun at lead c and latency L if  c >= a_k  and  L - c >= b_k:  a_k the lead that its reads need, b_k
 /// the largest E - slot of its forces (remap/latency_budget.h). At most m segments with an underrun:
 ///   L = min over c of [c + the (m - i + 1)-th largest b_k of those with a_k <= c],   i the number of those with a_k > c.
-/// Only the m + 1 largest a_k are candidates for c. While c goes down through them, the b_k that decides only goes up.
+/// Only the m + 1 largest a_k are candidates for c. As c goes down through them, the deciding b_k only goes up.
 /// O(n log n).
 
 #include <cstdint>
@@ -20,13 +20,13 @@ struct SegmentNeed {
   Duration delay;   ///< b_k
 };
 
-/// Gathers them from mapped steps in order.
+/// Collects the needs of the segments from mapped steps in order.
 class SegmentNeeds {
  public:
   SegmentNeeds(std::span<const SamplingGrid> devices, Emission emission, RunningNeeds::Phase phase)
       : running_(devices, emission, phase) {}
   void add(std::span<const MappedStep> steps);
-  /// Once, behind the last step: one per segment that has a mapped step.
+  /// Call once after the last step. Returns one entry per segment with a mapped step.
   std::vector<SegmentNeed> take();
 
  private:
@@ -39,12 +39,13 @@ class SegmentNeeds {
 
 struct RateLatency {
   Duration lead, latency;
-  std::int64_t underruns = 0;   ///< segments that have one
+  std::int64_t underruns = 0;   ///< number of segments with an underrun
 };
-/// 0 <= allowed < needs.size(). Among equal latencies the largest lead.
+/// 0 <= allowed < needs.size(). Among equal latencies it is the one with the largest lead.
 RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std::int64_t allowed);
 
-/// The most segments with an underrun among so many that bound the rate by `rate`; -1: not even none.
+/// How many of `segments` segments may have an underrun so that the bound is not above `rate`; -1 if it is above even with
+/// none.
 std::int64_t most_underruns_for(double rate, double confidence, std::int64_t segments);
 
 }  // namespace evenstep::internal

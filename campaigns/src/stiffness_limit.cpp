@@ -17,12 +17,12 @@
 namespace evenstep {
 namespace {
 
-constexpr double kRung = 1.15;       // closed loops differ by factors: this finds the decade in few runs
+constexpr double kRung = 1.15;       // the limits of closed loops differ by large factors; these steps need few runs
 constexpr double kCloseEnough = 1.01;
 
 bool interrupted(const StudyControl& control) { return control.interrupted && *control.interrupted; }
 
-/// Of a tissue its regions and tools in proportion, and where asked the masses.
+/// Makes a tissue stiffer, with its regions and tools in proportion, and if asked also its masses.
 void make_stiffer(TissueScene& tissue, double factor, bool masses_too) {
   for (MaterialRegion& region : tissue.regions) region.stiffness_N_per_m *= factor;
   for (ToolCoupling& tool : tissue.tools) tool.stiffness_N_per_m *= factor;
@@ -33,19 +33,23 @@ void make_stiffer(TissueScene& tissue, double factor, bool masses_too) {
   for (ToolCoupling& tool : tissue.tools) tool.damping_N_s_per_m *= factor;
 }
 
-/// The scenario with another stiffness, and nothing kept that only a report needs.
+/// The scenario with another stiffness, without anything that only a report needs.
 Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   Scenario changed = scenario;
   if (auto* tissue = std::get_if<TissueScene>(&changed.scene.body))
     make_stiffer(*tissue, stiffness_N_per_m / tissue->stiffness_N_per_m, scenario.study.stiffness_limit->scales_mass);
-  std::visit([&](auto& body) { body.stiffness_N_per_m = stiffness_N_per_m; }, changed.scene.body);
+  std::visit(
+      [&](auto& body) {
+        if constexpr (requires { body.stiffness_N_per_m; }) body.stiffness_N_per_m = stiffness_N_per_m;  // the reader asks for it
+      },
+      changed.scene.body);
   changed.scene.needs_state_digest = false;
   changed.needs_undelayed = false;
   changed.keep_rows = false;
   return changed;
 }
 
-/// One strategy of the scenario with one seed and stiffness.
+/// Runs one strategy of the scenario, whose seed and stiffness are set; returns whether it is stable.
 bool stable_run(const Scenario& scenario, const StrategyPlan& plan, const StudyControl& control) {
   RunControl run_control;
   run_control.interrupted = control.interrupted;
@@ -115,8 +119,13 @@ class Search {
 
 StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control) {
   const StiffnessSearch& search = *scenario.study.stiffness_limit;
-  StiffnessLimits study{scenario.name, scenario.file, kVersion, search.from_N_per_m, search.to_N_per_m,
-                        scenario.seed, search.seeds, {}, false};
+  StiffnessLimits study{.scenario = scenario.name,
+                        .file = scenario.file,
+                        .version = kVersion,
+                        .from_N_per_m = search.from_N_per_m,
+                        .to_N_per_m = search.to_N_per_m,
+                        .seed = scenario.seed,
+                        .seeds = search.seeds};
   std::vector<std::optional<StiffnessLimit>> limits(scenario.strategies.size());
   parallel_for(limits.size(), 0, [&](std::size_t i) {
     const StiffnessLimit limit = Search(scenario, control, scenario.strategies[i]).run(search.from_N_per_m, search.to_N_per_m);

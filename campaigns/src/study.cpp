@@ -22,9 +22,9 @@ using internal::StudyPlan;
 using internal::StudyRun;
 using internal::StudyTrace;
 
-constexpr double kLeastTimed_s = 0.02;  // CPU: a repeat goes through the motion as often as this takes
-constexpr double kMostCell_s = 20;      // CPU: a cell that has cost so much is not repeated further
-constexpr double kDivergedTimes = 10;   // the reference's motion
+constexpr double kLeastTimed_s = 0.02;  // CPU time of a repeat, which goes through the motion often enough for it
+constexpr double kMostCell_s = 20;      // CPU time after which a cell is not repeated any more
+constexpr double kDivergedTimes = 10;   // a cell has diverged if its error is this many times the reference's motion
 
 std::string machine_name() {
   std::ifstream file("/proc/cpuinfo");
@@ -154,8 +154,11 @@ class Study {
   }
 
   StudyCell cell(const StudyRun& run, const internal::StudyReferenceRun& reference) {
-    StudyCell cell{name_of(run.solver), name_of(run.method), run.iterations,
-                   record_.step_s * run.step.steps / run.step.substeps, run.step.substeps};
+    StudyCell cell{.solver = name_of(run.solver),
+                   .method = name_of(run.method),
+                   .iterations = run.iterations,
+                   .substep_s = record_.step_s * run.step.steps / run.step.substeps,
+                   .substeps = run.step.substeps};
     try {
       judge(run, reference, cell);
       if (cell.state == StudyCell::State::measured) time(run, cell);
@@ -187,7 +190,7 @@ class Study {
     cell.reason = fmt::format("the error is {:.3g} times the motion", cell.error[StudyQuantity::position] / motion_m);
   }
 
-  /// Without the energy, which only the judgement needs.
+  /// Measures the time without the energy, which only the comparison needs.
   void time(const StudyRun& run, StudyCell& cell) {
     const auto solver = internal::make_study_solver(scenario_, run, false);
     std::vector<double> cpu_s, wall_s;

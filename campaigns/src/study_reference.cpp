@@ -11,8 +11,8 @@
 namespace evenstep::internal {
 namespace {
 
-/// Explicit methods, the most accurate first; `limit_parts`: the coarsest run's substep is at most so small a part of the
-/// method's limit, which is where its order shows.
+/// Explicit methods, the most accurate first. The substep of the coarsest run is at most the method's limit / `limit_parts`,
+/// where the method shows its order.
 struct Candidate {
   Method method;
   int order;
@@ -21,11 +21,12 @@ struct Candidate {
 constexpr std::array kCandidates{Candidate{Method::rk4, 4, 8}, Candidate{Method::velocity_verlet, 2, 16},
                                  Candidate{Method::symplectic_euler, 1, 32}};
 
-/// The extrapolations' errors fall by 2^q from one to the next, so the last one's is their difference over 2^q - 1: at most
-/// twice the difference for q >= 0.6, where a smooth motion has q > order and a contact that opens or closes about 1.
+/// The errors of the extrapolations fall by 2^q from one to the next, so the error of the last one is their difference
+/// divided by 2^q - 1. That is at most twice the difference for q >= 0.6. A smooth motion has q > order, a contact that
+/// opens or closes about 1.
 constexpr double kSafety = 2;
 
-/// Of the coarsest run; the finest has four times as many.
+/// The substeps of the coarsest run; the finest has four times as many.
 int coarsest_substeps(const Scenario& scenario, const Candidate& candidate, int finest_cell) {
   TissueScene tissue = std::get<TissueScene>(scenario.scene.body);
   tissue.method = candidate.method;
@@ -50,7 +51,7 @@ StudyTrace run_reference(const Scenario& scenario, const StudyPlan& plan, Method
   return trace;
 }
 
-/// fine + (fine - coarse) / (2^order - 1), in place of `coarse`.
+/// Replaces `coarse` by fine + (fine - coarse) / (2^order - 1).
 void extrapolate(StudyTrace& coarse, const StudyTrace& fine, int order) {
   const double share = 1 / (std::pow(2.0, order) - 1);
   const auto mix = [&](auto& c, const auto& f) { c = f + (f - c) * share; };

@@ -35,7 +35,8 @@ class Tools {
   std::array<glm::dvec3, kMaxTools> positions_m_{};
 };
 
-/// `each(n, response)` after every step of the solver along the motion, n steps of the scene on; false ends it.
+/// Calls each(n, response) after every step of the solver along the motion, when n steps of the scene are done; false ends
+/// it.
 template <class Each>
 void run_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step, Each each) {
   Tools tools(scenario);

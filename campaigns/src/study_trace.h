@@ -6,20 +6,20 @@
 #include <vector>
 
 #include "evenstep/format/scenario.h"
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 #include "evenstep/sim/solver.h"
 
 namespace evenstep::internal {
 
 inline constexpr std::int64_t kMostStudySamples = 64;
 
-/// Steps of the scene: first `rest` of them with the tools still (a solver takes a tool's first position as its origin),
-/// then `samples` times `stride` along the motion. Every step of the study ends at each sample.
+/// The steps of the scene: first `rest` steps with the tools at rest (a solver takes the first position of a tool as its
+/// origin), then `samples` times `stride` steps along the motion. The steps of all cells end together at each sample.
 struct StudyPlan {
   StudyPlan(const Scenario& scenario, const std::vector<StudyStep>& steps);
   std::int64_t rest = 1, stride = 1, samples = 0;
   double rest_s(const Scenario& scenario) const;
-  double duration_s(const Scenario& scenario) const;  ///< of the motion
+  double duration_s(const Scenario& scenario) const;  ///< duration of the motion
 };
 
 /// How the scene is stepped in one cell.
@@ -29,23 +29,23 @@ struct StudyRun {
   int iterations = 0;
   StudyStep step;
 };
-/// Throws SolverError. `measured`: with the energy.
+/// Throws SolverError. `measured`: the solver also computes the energy.
 std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyRun& run, bool measured);
 
-/// What is compared, at the samples.
+/// The values at the samples that are compared.
 struct StudyTrace {
   std::vector<std::vector<glm::dvec3>> displacement_m;     // samples x particles
   std::vector<std::array<glm::dvec3, kMaxTools>> force_N;  // samples
   std::vector<double> energy_J;                            // samples
-  std::int64_t first_bad_sample = -1;                      // a value is not finite; the trace ends before it
+  std::int64_t first_bad_sample = -1;                      // first with a value that is not finite; the trace ends before
 };
 StudyTrace trace_of(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step);
-/// The same steps, nothing read but the forces.
+/// The same steps, but only the forces are read.
 void step_through(Solver& solver, const Scenario& scenario, const StudyPlan& plan, StudyStep step);
 
-/// Rms per quantity of a - b, in the quantities' SI units; of a where b is nullptr.
+/// The rms of a - b for each quantity, in its SI unit; that of a if b is nullptr.
 StudyValues rms(const StudyTrace& a, const StudyTrace* b);
-/// The same as the cells' errors: force and energy over `scale`.
+/// The errors of a cell: the rms, with force and energy divided by `scale`.
 StudyValues error_of(const StudyTrace& a, const StudyTrace& reference, const StudyValues& scale);
 
 struct StudyReferenceRun {

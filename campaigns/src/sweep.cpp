@@ -18,7 +18,7 @@ namespace {
 using internal::SweepFile;
 using internal::SweepPoints;
 
-/// One process's part of a sweep, from the file's kept lines to its end.
+/// The part of a sweep that this process runs, from the lines kept in the file to its end.
 class Part {
  public:
   Part(const SweepPoints& points, SweepShard shard, SweepRecord& record) : points_(points), shard_(shard), record_(record) {
@@ -33,7 +33,7 @@ class Part {
     return done() == count() || (record_.header.stop_after && failures_ >= *record_.header.stop_after);
   }
 
-  /// The next line. Throws where it is none.
+  /// Adds the next line. Throws if it is not that.
   void add(const std::string& line) {
     record_.points.push_back(internal::read_point_line(record_.header, line));
     if (record_.points.back().index != point(done() - 1))
@@ -42,7 +42,7 @@ class Part {
     failures_ += internal::failed(record_.points.back()) ? 1 : 0;
   }
 
-  /// Is the first line of a file that of this part? Throws where it is damaged.
+  /// Whether the first line of a file is that of this part. Throws if the line is damaged.
   bool is_ours(const std::string& line, const std::string& file) const {
     try {
       const internal::HeaderLine there = internal::read_header_line(line);
@@ -53,7 +53,7 @@ class Part {
     }
   }
 
-  /// Lines of an earlier process. Throws naming the line.
+  /// Takes over the lines of an earlier process. Throws, with the line, if one is wrong.
   void keep(const std::vector<std::string>& lines, const std::string& file) {
     if (lines.empty()) return;
     if (!is_ours(lines.front(), file)) {
@@ -130,44 +130,13 @@ void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutco
   if (outcome.exit == ExitCode::interrupted) return;
   if (options.shard.of > 1 && outcome.summary.find) {
     outcome.summary.find
-        .reset();  // a shard knows its own points only: what is found, and whether that passes, the merge says
+        .reset();  // a shard knows only its own points; only the merge can tell what is found and whether that passes
     return;
   }
   outcome.exit = internal::exit_of(outcome.summary);
 }
 
-std::string value_argument(const std::string& toml, bool is_file, const std::string& scenario) {
-  const std::string shown = shown_value(toml);
-  if (is_file) return (std::filesystem::path(scenario).parent_path() / shown).lexically_normal().string();
-  // A text that reads as something else without its quotes keeps them.
-  const internal::Value bare = internal::parse_toml_value(shown, {});
-  return shown == toml || (bare.is(internal::Value::Kind::text) && bare.text == shown) ? shown : toml;
-}
-
 }  // namespace
-
-std::string shell_word(const std::string& word) {
-  if (!word.empty() &&
-      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
-    return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
-                          const std::vector<std::string>& set) {
-  std::string command = fmt::format("evenstep run {} --seed {}", shell_word(file), header.seed_of(point.index));
-  for (const std::string& assignment : set) {
-    if (!assignment.starts_with("sweep.")) command += " --set " + shell_word(assignment);
-  }
-  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
-    const SweepHeader::Axis& one = header.grid[axis];
-    const std::string& value = one.values[header.value_of(point.index, axis)];
-    command += " --set " + shell_word(one.path + "=" + value_argument(value, internal::names_file(one.path), file));
-  }
-  return command;
-}
 
 std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set) {
   std::vector<Diagnostic> errors;

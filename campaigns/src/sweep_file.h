@@ -1,30 +1,30 @@
 #pragma once
-/// sweep.jsonl on its way: its lines go to "<file>.partial", one at a time and each at once, and that file takes the name
-/// when it is complete. Nobody ever sees half of one under its own name.
+/// Writes sweep.jsonl: the lines go to "<file>.partial", each as soon as it is known, and the file gets its final name when
+/// it is complete. So an incomplete file is never seen under that name.
 
 #include <string>
 #include <vector>
 
 namespace evenstep::internal {
 
-/// Whole lines of a file, without their ends; a last line without an end is dropped where `torn_end_allowed`, and otherwise
-/// an error. Throws std::runtime_error.
+/// The complete lines of a file, without their line ends. A last line without an end is dropped if `torn_end_allowed`, and
+/// otherwise an error. Throws std::runtime_error.
 std::vector<std::string> read_lines(const std::string& path, bool torn_end_allowed);
 
 class SweepFile {
  public:
-  /// Opens "<file>.partial". `resume`: keeps its whole lines; not so: there must be none. Throws std::runtime_error that
-  /// names the file, what is wrong and the remedy; another process that writes it is such an error.
+  /// Opens "<file>.partial". With `resume` its complete lines are kept; otherwise the file must not exist. Throws
+  /// std::runtime_error with the file, the problem and the remedy; it is an error if another process is writing the file.
   SweepFile(std::string file, bool resume);
   ~SweepFile();
   SweepFile(const SweepFile&) = delete;
   SweepFile& operator=(const SweepFile&) = delete;
 
   const std::string& partial() const { return partial_; }
-  /// What was there, the header among them.
+  /// The lines that were kept, including the header.
   const std::vector<std::string>& kept() const { return kept_; }
   void append(const std::string& line);
-  /// On disk and under its name.
+  /// Makes sure that the file is on disk, and gives it its final name.
   void finish();
 
  private:

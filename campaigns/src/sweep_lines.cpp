@@ -5,19 +5,19 @@
 #include <xxhash.h>
 
 #include <charconv>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "evenstep/reports/json.h"
 
 namespace evenstep::internal {
 namespace {
 
-using Json = nlohmann::ordered_json;  // members in the order they are written
 constexpr int kFormat = 1;
 constexpr SweepVerdict kVerdicts[] = {SweepVerdict::pass, SweepVerdict::fail, SweepVerdict::error};
 
 [[noreturn]] void refuse(const std::string& why) { throw std::runtime_error(why); }
 
-/// "0..30000" where they follow each other, or a list.
+/// "0..30000" if the seeds are consecutive, otherwise a list.
 Json json_of_seeds(const std::vector<std::uint64_t>& seeds) {
   for (std::size_t i = 1; i < seeds.size(); ++i) {
     if (seeds[i] != seeds[i - 1] + 1) return seeds;
@@ -60,7 +60,7 @@ std::optional<double> read_number(const Json& object, const char* key) {
   return found->get<double>();
 }
 
-/// Values of a point's grid, for people and other programs; the index says them too.
+/// The values of a point's grid, for people and other programs; they also follow from the index.
 Json json_of_grid(const SweepHeader& header, std::int64_t index) {
   Json out = Json::object();
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
@@ -68,10 +68,7 @@ Json json_of_grid(const SweepHeader& header, std::int64_t index) {
   return out;
 }
 
-/// A text that is no UTF-8 (a solver's message) must not end a sweep.
-std::string line_of(const Json& json) {
-  return with_checksum(json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
+std::string line_of(const Json& json) { return with_checksum(json_text(json)); }
 
 /// The last member of a line, as it is written.
 std::string checksum_member(std::string_view line) {
@@ -120,7 +117,7 @@ SweepHeader read_header(const Json& json) {
   return header;
 }
 
-/// The library's errors as ours.
+/// Turns the errors of the JSON library into ours.
 template <class Read>
 auto reading(const std::string& line, Read read) {
   try {

@@ -26,16 +26,16 @@ class Merge {
   void read(std::vector<Diagnostic>& errors) {
     for (std::size_t part = 0; part < parts_.size(); ++part) read_part(part, errors);
   }
-  /// What is missing before the end.
+  /// Adds errors for points that are missing before the end.
   void check_gaps(std::vector<Diagnostic>& errors) const;
-  /// Header and lines as one process writes them.
+  /// The header and the lines as a single process writes them.
   std::vector<std::string> lines() const;
   SweepRecord record() const;
 
  private:
   void read_part(std::size_t part, std::vector<Diagnostic>& errors);
   bool belongs(const std::string& header, const std::string& part, std::vector<Diagnostic>& errors);
-  /// One past the last point that counts: that of the K-th failure, or the last of all.
+  /// One past the last point that counts, which is that of the K-th failure, or the last of all.
   std::int64_t end() const;
 
   const std::vector<std::string>& parts_;
@@ -47,7 +47,7 @@ class Merge {
 bool Merge::belongs(const std::string& line, const std::string& part, std::vector<Diagnostic>& errors) {
   const SweepHeader header = internal::read_header_line(line).header;
   if (header_line_.empty()) header_ = header;
-  // Machines may call the scenario's file by different names. In any order of the parts the same one is kept.
+  // The path of the scenario's file may differ between machines. The same one is kept, whatever the order of the parts.
   header_.file = std::min(header_.file, header.file);
   header_line_ = internal::header_line(header_, {});
   if (internal::same_sweep(header, header_)) return true;

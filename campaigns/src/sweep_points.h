@@ -11,15 +11,15 @@ namespace evenstep::internal {
 
 class SweepPoints {
  public:
-  /// Reads the scenario without its points; errors are in `errors`, and then nothing else may be asked.
+  /// Reads the scenario, but not its points. If there are errors, they are in `errors` and nothing else may be called.
   SweepPoints(const std::string& path, const std::vector<std::string>& set, std::vector<Diagnostic>& errors);
 
   const SweepHeader& header() const { return header_; }
   SweepHeader& header() { return header_; }
-  /// Errors of every combination, each once.
+  /// The errors of all combinations, each once.
   std::vector<Diagnostic> check() const;
   ReadResult read(std::int64_t point) const;
-  /// The line of a run of it, without its end; empty if it was interrupted.
+  /// Runs a point and returns its line, without the line end; empty if it was interrupted.
   std::string run(std::int64_t point, const std::atomic<bool>* interrupted) const;
 
  private:

@@ -33,13 +33,13 @@ double largest(const std::vector<glm::dvec3>& vectors) {
   return most;
 }
 
-/// Site of the neighbour, or -1.
+/// The site at these coordinates, or -1.
 std::int64_t site_at(const TissueScene& scene, std::int64_t x, std::int64_t y, std::int64_t z) {
   const auto [nx, ny, nz] = scene.lattice;
   return x < 0 || y < 0 || z < 0 || x >= nx || y >= ny || z >= nz ? -1 : x + nx * (y + static_cast<std::int64_t>(ny) * z);
 }
 
-/// y = K x of the block at rest, where each spring resists along itself.
+/// y = K x for the block at rest, where each spring resists only along its own direction.
 void apply_rest_stiffness(const TissueScene& scene, const std::vector<glm::dvec3>& x, std::vector<glm::dvec3>& y) {
   const auto [nx, ny, nz] = scene.lattice;
   const auto layer = static_cast<std::int64_t>(nx) * ny;
@@ -68,14 +68,15 @@ class EdgeTrial final : public Trial {
   explicit EdgeTrial(const CellSpec& cell) {
     TissueScene tissue = block(cell, static_cast<int>(cell.spec.particles));
     scene.step_rate = {5000, 1};
-    // lambda is proportional to k, the step to 1 / sqrt(lambda): the k whose limit is this step, times the value.
+    // lambda is proportional to k, and the step limit to 1 / sqrt(lambda). This is the k whose limit is this step, times the
+    // value.
     const double limit_s = largest_stable_step_s(cell.method, rest_lambda_per_s2(tissue), 0), h_s = period_s(scene.step_rate);
     tissue.stiffness_N_per_m *= cell.value * (limit_s / h_s) * (limit_s / h_s);
-    amplitude_m_ = 1e-6 * tissue.spacing_m;  // even a thousand times of it leaves the block linear
+    amplitude_m_ = 1e-6 * tissue.spacing_m;  // so small that the block is linear even at a thousand times this
     tissue.initial_displacement_m = shaken(tissue, amplitude_m_);
     scene.body = std::move(tissue);
     scene.tool_count = 0;
-    scene.allow_unstable = true;  // the limit that holds in every configuration lies below
+    scene.allow_unstable = true;  // the limit that holds in every configuration is lower
     steps = cell.spec.most_steps;
     observe_every = 10;
   }
@@ -88,7 +89,8 @@ class EdgeTrial final : public Trial {
   double amplitude_m_ = 0;
 };
 
-/// S9: a few stiff springs in the middle of a soft block. The advice must follow them and name them.
+/// S9: a few stiff springs in the middle of a soft block. The step limit must follow their stiffness, and name one of their
+/// particles.
 class StiffInSoftTrial final : public Trial {
  public:
   explicit StiffInSoftTrial(const CellSpec& cell) : ratio_(cell.value) {
@@ -121,7 +123,7 @@ class StiffInSoftTrial final : public Trial {
   double ratio_, soft_limit_s_ = 1, amplitude_m_ = 0;
 };
 
-/// S14: a free block for long. Its energy may swing, but not climb.
+/// S14: a free block over a long time. Its energy may swing, but must not climb.
 class EnergyTrial final : public Trial {
  public:
   explicit EnergyTrial(const CellSpec& cell) {
@@ -170,8 +172,8 @@ class EnergyTrial final : public Trial {
   double first_J_ = 0;
 };
 
-/// S17: a block whose particles are anywhere. It must stay finite and calm down. (Springs cannot tell a cell from its mirror
-/// image: it may come to rest inside out.)
+/// S17: a block whose particles start at random places. It must stay finite and calm down. (For springs a cell and its
+/// mirror image are the same, so it may come to rest inside out.)
 class CrushedTrial final : public Trial {
  public:
   explicit CrushedTrial(const CellSpec& cell) {
@@ -197,8 +199,8 @@ class CrushedTrial final : public Trial {
   double amplitude_m_ = 0, energy_J_ = 0, first_J_ = 0;
 };
 
-/// S12: a block that stands on a hand, at rest: whatever its springs do, they carry the weight of all that the hand does not
-/// hold. A loop has a shortest step: what needs a shorter one is refused.
+/// S12: a block that stands on a hand, at rest. Whatever its springs do, they must carry the weight of all particles that
+/// the hand does not hold. A loop has a shortest step, so a stiffness that needs a shorter one is refused.
 class StandingTrial final : public Trial {
  public:
   explicit StandingTrial(const CellSpec& cell) {
@@ -211,8 +213,9 @@ class StandingTrial final : public Trial {
     tissue.fixed = FixedFaces::none();
     tissue.tools = {sole(edge, tissue.spacing_m)};
     weight_N_ = edge * edge * (edge - 1) * tissue.particle_mass_kg * kGravity_m_per_s2;
-    // As the chain: a step of half the limit in every configuration, the slowest sway about critically damped, and forty of
-    // its times to come to rest (and enough steps for implicit midpoint, which takes little from what it does not resolve).
+    // As for the chain: a step of half the limit for every configuration, the slowest sway about critically damped, and
+    // forty times its time constant to come to rest (and enough steps for implicit midpoint, which damps motions that it
+    // does not resolve only a little).
     const double w_per_s = std::sqrt(cell.value / tissue.particle_mass_kg);
     const double slowest = std::sin(std::numbers::pi / (4 * edge - 2)) * w_per_s;
     tissue.damping_per_s = 2 * slowest;
@@ -235,7 +238,7 @@ class StandingTrial final : public Trial {
   }
 
  private:
-  /// Holds the bottom layer: a sphere so wide that it has all of it and nothing of the next.
+  /// Holds the bottom layer: a sphere that is wide enough to contain all of it, but nothing of the next layer.
   static ToolCoupling sole(int edge, double spacing_m) {
     const double half = (edge - 1) / 2.0, below = 4 * half * half;
     return {glm::dvec3(half, half, -below) * spacing_m, (std::sqrt(below * below + 2 * half * half) + 0.1) * spacing_m};
@@ -287,7 +290,7 @@ std::unique_ptr<Trial> make_standing_block(const CellSpec& cell) { return std::m
 std::unique_ptr<Trial> make_energy(const CellSpec& cell) { return std::make_unique<EnergyTrial>(cell); }
 std::unique_ptr<Trial> make_crushed(const CellSpec& cell) { return std::make_unique<CrushedTrial>(cell); }
 
-/// The order of the energy's swing in the step: between neighbours.
+/// Computes the order in which the swing of the energy depends on the step, between neighbouring cells.
 void compare_energies(std::span<CaseCell> cells) {
   for (std::size_t c = 1; c < cells.size(); ++c) {
     const auto &fine = cells[c - 1].metrics, &coarse = cells[c].metrics;

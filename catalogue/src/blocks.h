@@ -12,10 +12,11 @@ std::unique_ptr<Trial> make_energy(const CellSpec& cell);          ///< S14; val
 void compare_energies(std::span<CaseCell> cells);
 std::unique_ptr<Trial> make_crushed(const CellSpec& cell);         ///< S17; value: amplitude in spacings
 
-/// Everywhere within a cube of this half edge around zero, one per particle; zero in a fixed bottom layer.
+/// Random displacements, one per particle, within a cube of this half edge around zero; zero in a fixed bottom layer.
 std::vector<glm::dvec3> shaken(const TissueScene& scene, double amplitude_m);
 
-/// Largest eigenvalue of M^-1 K at rest, of the block as it is (not of the endless lattice): power iteration over its springs.
+/// The largest eigenvalue of M^-1 K at rest for this very block (not for the infinite lattice), by power iteration over its
+/// springs.
 double rest_lambda_per_s2(const TissueScene& scene);
 
 }  // namespace evenstep::internal

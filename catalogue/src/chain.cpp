@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kSpacing_m = 5e-3, kMass_kg = 1.25e-4, kStiffness_N_per_m = 50;  // as the paper's tissue
 constexpr int kModes = 3;
-constexpr double kMode_m = kSpacing_m;  // three modes of it strain a chain of 16 or more by less than all: it stays linear
+constexpr double kMode_m = kSpacing_m;  // three such modes strain a chain of 16 or more by less than 1, so it stays linear
 
 /// n particles between two fixed ones.
 TissueScene fixed_chain(const CellSpec& cell, int n) {
@@ -30,8 +30,8 @@ TissueScene fixed_chain(const CellSpec& cell, int n) {
   return tissue;
 }
 
-/// Modes 1 to 3 let go from rest. At the end: against the exact motion, which says the order of the method, and against the
-/// powers of its matrix, which says that it is that method.
+/// Modes 1 to 3 are released from rest. At the end the state is compared with the exact motion, which shows the order of the
+/// method, and with the powers of its matrix, which shows that it really is this method.
 class ChainTrial final : public Trial {
  public:
   explicit ChainTrial(const CellSpec& cell) : n_(static_cast<int>(cell.spec.particles)), duration_s_(cell.spec.duration_s) {
@@ -49,7 +49,7 @@ class ChainTrial final : public Trial {
   bool observe(std::int64_t, const ToolResponse&, Solver& solver) override {
     const ParticleState state = solver.particle_state();
     const LinearMap::Real h_s = period_s(scene.step_rate);
-    std::array<double, kModes> exact{}, discrete{};  // of each mode, from 1
+    std::array<double, kModes> exact{}, discrete{};  // amplitude of each mode, 1 at the start
     for (int p = 1; p <= kModes; ++p) {
       const LinearMap::Real w2 = chain_w2_per_s2(n_, p, kStiffness_N_per_m, kMass_kg);
       const auto mode = static_cast<std::size_t>(p - 1);
@@ -76,7 +76,7 @@ class ChainTrial final : public Trial {
 
  private:
   TissueScene chain_scene(const CellSpec& cell) const;
-  /// Displacement of particle i where the modes are at these parts of their start.
+  /// The displacement of particle i if the modes have these amplitudes, relative to those at the start.
   double sum(std::size_t i, const std::array<double, kModes>& modes) const {
     double x_m = 0;
     for (std::size_t p = 1; p <= kModes; ++p)
@@ -110,7 +110,7 @@ class WaveTrial final : public Trial {
     const double w2 = chain_w2_per_s2(n_, mode_, tissue.stiffness_N_per_m, tissue.particle_mass_kg);
     map_ = linear_map(cell.method, w2, 0, h_s);
     const double wave_number = mode_ * std::numbers::pi / (n_ + 1);  // per cell
-    sound_angle_ = wave_number * cell.value;                         // per step, if all waves ran alike
+    sound_angle_ = wave_number * cell.value;                         // per step, if all waves had the same speed
     tolerance_ = cell.is_float() ? 1e-3 : 1e-9;
     scene.body = std::move(tissue);
     scene.tool_count = 0;
@@ -149,7 +149,7 @@ class WaveTrial final : public Trial {
  private:
   double shape(std::size_t i) const { return std::sin(std::numbers::pi * mode_ * static_cast<double>(i) / (n_ + 1)); }
 
-  static constexpr double kWave_m = kSpacing_m;  // strains by less than a third
+  static constexpr double kWave_m = kSpacing_m;  // strains the chain by less than a third
   int n_, mode_;
   LinearMap map_;
   double sound_angle_ = 1, tolerance_ = 0, error_ = 0, before_ = 0, before_that_ = 0, cross_ = 0, square_ = 0;
@@ -166,7 +166,7 @@ std::unique_ptr<Trial> make_wave(const CellSpec& cell) { return std::make_unique
 
 std::unique_ptr<Trial> make_chain_order(const CellSpec& cell) { return std::make_unique<ChainTrial>(cell); }
 
-/// log of the ratio of two errors over that of their steps; not where rounding is all that is left.
+/// The order: log of the ratio of two errors divided by that of their steps. Left out where the errors are only rounding.
 void compare_chain_orders(std::span<CaseCell> cells) {
   constexpr double kFloor = 1e-10;
   for (std::size_t c = 1; c < cells.size(); ++c) {

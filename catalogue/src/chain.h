@@ -1,5 +1,6 @@
 #pragma once
-/// A chain of n particles between two fixed ones, which is exactly linear along itself: S3 and S13 of the catalogue.
+/// A chain of n particles between two fixed ones, which is exactly linear along its own direction: S3 and S13 of the
+/// catalogue.
 
 #include "evenstep/catalogue/trial.h"
 

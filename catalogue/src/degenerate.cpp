@@ -11,7 +11,7 @@ namespace {
 
 enum What { alone = 1, all_fixed, coincident, collapsed, unattached, denormal, jump, no_mass, no_particle, no_stiffness, nan_hand, infinite_hand };
 
-/// Finite and bounded is all that is asked for.
+/// It is only required that the run stays finite and bounded.
 class DegenerateTrial final : public Trial {
  public:
   explicit DegenerateTrial(const CellSpec& cell) : what_(static_cast<int>(cell.value)) {
@@ -60,7 +60,7 @@ class DegenerateTrial final : public Trial {
         tissue.initial_displacement_m.push_back(-spacing_m * glm::dvec3(i % 5, i / 5 % 5, i / 25));
       tissue.fixed = FixedFaces::none();
     }
-    // The last layer is cut to one particle, on a lattice of columns: its springs are those to the layer below.
+    // The last layer is cut to one particle on a lattice of columns, so its only springs are those to the layer below.
     if (what_ == unattached) tissue.lattice = {1, 1, 2}, tissue.particle_count = 1, tissue.fixed = FixedFaces::none();
     if (what_ == no_mass) tissue.particle_mass_kg = 0;
     if (what_ == no_particle) tissue.particle_count = 0;

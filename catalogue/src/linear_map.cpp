@@ -8,7 +8,7 @@ namespace {
 
 using Real = LinearMap::Real;
 
-/// The constants of the classical method as they are multiplied with; exactly h / 6, h / 3, h / 2 and h in real numbers.
+/// The constants that the classical method multiplies with: h / 6, h / 3, h / 2 and h, rounded or not.
 struct RungeKuttaSteps {
   Real sixth, third, half, whole;
 };
@@ -30,7 +30,7 @@ LinearMap runge_kutta_map(Real w2, Real damping, const RungeKuttaSteps& h) {
 /// A mode that grows or falls without turning: eigenvalues l1, l2 of M, M^n = (l1^n (M - l2) - l2^n (M - l1)) / (l1 - l2).
 LinearMap::State real_power(const LinearMap& m, Real n, LinearMap::State z) {
   const Real mean = (m.a + m.d) / 2, half = std::sqrt((m.a - m.d) * (m.a - m.d) / 4 + m.b * m.c);
-  // The larger one first, the other by the determinant: no cancellation.
+  // The larger eigenvalue comes first, and the other one from the determinant, which avoids cancellation.
   const Real first = mean < 0 ? mean - half : mean + half, second = m.determinant / first;
   const LinearMap::State mz = m.times(z);
   const Real p1 = std::pow(first, n), p2 = std::pow(second, n), gap = first - second;
@@ -87,7 +87,7 @@ LinearMap float_linear_map(Method method, double stiffness_N_per_m, double parti
     case Method::symplectic_euler:
       return linear_map(method, rounded(stiffness_N_per_m * h_s / particle_mass_kg) / h, 0, h);
     case Method::velocity_verlet:
-    case Method::implicit_midpoint:  // whose second Newton step takes away what its own z^2 / 4 is off
+    case Method::implicit_midpoint:  // its second Newton step corrects the error of its own z^2 / 4
       return linear_map(method, w2, 0, h);
     case Method::rk4:
       return runge_kutta_map(w2, 0, {rounded(h_s / 6), rounded(h_s / 3), rounded(h_s / 2), h});

@@ -11,7 +11,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Largest distance of two vectors at the same place.
+/// The largest distance between corresponding vectors.
 double difference(const std::vector<glm::dvec3>& a, const std::vector<glm::dvec3>& b) {
   double most = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -22,7 +22,7 @@ double difference(const std::vector<glm::dvec3>& a, const std::vector<glm::dvec3
   return most;
 }
 
-/// A position in the block.
+/// A position in the block in the new axes.
 glm::dvec3 position(const Numbering& numbering, const TissueScene& old, const glm::dvec3& old_m) {
   glm::dvec3 new_m;
   for (int a = 0; a < 3; ++a) {
@@ -49,8 +49,8 @@ FixedFaces faces(const Numbering& numbering, const FixedFaces& old) {
   return {out[0][0], out[0][1], out[1][0], out[1][1], out[2][0], out[2][1]};
 }
 
-/// A block of three different edges with everything that is summed: two materials, both dampers, weight, a hand that holds
-/// particles and a sphere that pushes. Every place is a multiple of a power of two: mirrored exactly.
+/// A block with three different edges and everything that enters a sum: two materials, both dampers, weight, a hand that
+/// holds particles and a sphere that pushes. Every position is a multiple of a power of two, so mirroring is exact.
 class NumberingTrial final : public Trial {
  public:
   explicit NumberingTrial(const CellSpec& cell) : solver_(cell.solver) {

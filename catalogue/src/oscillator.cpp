@@ -8,10 +8,10 @@ namespace evenstep::internal {
 namespace {
 
 constexpr double kSpacing_m = 1.0 / 128;
-constexpr double kLost = 1e3;  // times its reach. (Turned inside out the spring is softer: 2.0001 ends at 25,000.)
-constexpr double kReach_m = kSpacing_m / 2;  // of the motion: the spring keeps its direction, which makes it linear
+constexpr double kLost = 1e3;  // diverged at so many times its reach. (A spring inside out is softer: 2.0001 ends at 25,000.)
+constexpr double kReach_m = kSpacing_m / 2;  // of the motion, so that the spring keeps its direction and is linear
 
-/// The particle against the n-th power of its method's matrix.
+/// Compares the particle with the n-th power of the matrix of its method.
 class OscillatorTrial final : public Trial {
  public:
   OscillatorTrial(const CellSpec& cell, double stiffness_N_per_m, std::int64_t step_count) {
@@ -24,11 +24,12 @@ class OscillatorTrial final : public Trial {
     // The largest excursion of the discrete motion is kReach_m.
     start_.x = kReach_m / (map_.oscillates() ? map_.amplitude({1, 0}) : 1);
     tissue.initial_displacement_m = {glm::dvec3(0), glm::dvec3(static_cast<double>(start_.x), 0, 0)};
-    // As the solver keeps it.
+    // Rounded as the solver stores it.
     if (cell.is_float()) tissue.initial_displacement_m[1].x = static_cast<float>(tissue.initial_displacement_m[1].x);
     start_.x = tissue.initial_displacement_m[1].x;
     start_energy_ = energy(start_);
-    // Symplectic Euler starts at the small end of its ellipse; the other methods' energy never exceeds the first.
+    // Symplectic Euler starts at the small end of its ellipse; the energy of the other methods never exceeds that of the
+    // start.
     const LinearMap::Real z = std::sqrt(w2_) * h_s;
     energy_bound_ = cell.method == Method::symplectic_euler && z < 2 ? 1 / (1 - z / 2) : 1;
     tolerance_ = cell.is_float() ? 1e-3 : 1e-10;
@@ -74,7 +75,7 @@ class OscillatorTrial final : public Trial {
   double mass_kg_ = 0, tolerance_ = 0;
 };
 
-/// S6: the same from rest with drag, against its method's matrix and against the exact decay.
+/// S6: the same from rest with drag, compared with the matrix of the method and with the exact decay.
 class DampingTrial final : public Trial {
  public:
   explicit DampingTrial(const CellSpec& cell) {
@@ -109,8 +110,8 @@ class DampingTrial final : public Trial {
   }
 
  private:
-  /// Velocity Verlet takes the drag at the velocity of half a step: between its halves, (x, v) moves as in symplectic Euler,
-  /// from the v that half a step with the first acceleration comes from.
+  /// Velocity Verlet evaluates the drag at the half step's velocity. So with that velocity, (x, v) moves as in symplectic
+  /// Euler, starting from the v that half a step with the first acceleration leads to.
   LinearMap damped_map(Method method, LinearMap::Real w2, LinearMap::Real damping_per_s, LinearMap::Real h_s) {
     if (method != Method::velocity_verlet) return linear_map(method, w2, damping_per_s, h_s);
     discrete_start_.v = h_s * w2 * discrete_start_.x / (2 * (1 - h_s * damping_per_s));

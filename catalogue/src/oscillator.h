@@ -6,7 +6,8 @@
 
 namespace evenstep::internal {
 
-/// A particle of 1 g beside a fixed one; the spring is linear along itself as long as it does not turn inside out.
+/// A particle of 1 g next to a fixed one. Along its own direction the spring is linear as long as it does not turn inside
+/// out.
 TissueScene oscillator_scene(const CellSpec& cell, double stiffness_N_per_m);
 inline constexpr double kOscillatorMass_kg = 1e-3;
 inline constexpr Rate kOscillatorRate{1000, 1};

@@ -11,7 +11,7 @@ namespace {
 
 using Real = LinearMap::Real;
 
-constexpr double kLost = 1e3;  // times what a run that is right can reach
+constexpr double kLost = 1e3;  // diverged at so many times what a correct run can reach
 constexpr double kSpacing_m = 1.0 / 128;
 
 TissueScene chain(const CellSpec& cell, int sites) {
@@ -34,7 +34,7 @@ void put_error(CaseCell& cell, double error, double tolerance) {
   cell.shown = error;
 }
 
-/// S8: two bodies on a spring, let go. The relative motion has the reduced mass, and nothing else moves.
+/// S8: two bodies on a spring are released. The relative motion has the reduced mass, and the centre of mass must not move.
 class MassRatioTrial final : public Trial {
  public:
   explicit MassRatioTrial(const CellSpec& cell) : ratio_(cell.value), is_float_(cell.is_float()) {
@@ -82,7 +82,7 @@ class MassRatioTrial final : public Trial {
   }
 
  private:
-  /// w h. At 1 a turn is six steps exactly, and what is rounded comes again in every turn: it adds up eightfold.
+  /// w h. At 1 a turn is exactly six steps, so the same roundings repeat in every turn and add up eightfold.
   static constexpr double kStep = 0.9;
   double ratio_, light_kg_ = 0, heavy_kg_ = 0, stiffness_ = 0, bound_ = 1;
   bool is_float_;
@@ -91,8 +91,8 @@ class MassRatioTrial final : public Trial {
   double error_ = 0, momentum_ = 0, largest_ = 1e-300, energy_ = 0;
 };
 
-/// S10: a particle between two spheres that push. Every bounce meets its step at another phase; physics gives all of them the
-/// restitution 1.
+/// S10: a particle between two spheres that push. Every bounce happens at another phase of the step; by physics all of them
+/// have the restitution 1.
 class WallTrial final : public Trial {
  public:
   explicit WallTrial(const CellSpec& cell) {
@@ -106,7 +106,8 @@ class WallTrial final : public Trial {
     scene.step_rate = {1000, 1};
     scene.allow_unstable = cell.spec.allow_unstable;
     scene.needs_energy = false;
-    // A flight takes 2 gap / speed = 41.3 steps, never a whole number: the phases of the contacts spread evenly.
+    // A flight takes 2 gap / speed = 41.3 steps, which is not a whole number, so the phases of the contacts are spread
+    // evenly.
     steps = cell.spec.most_steps;
   }
   void hands(std::int64_t, std::span<glm::dvec3> positions_m) const override {
@@ -149,8 +150,8 @@ class WallTrial final : public Trial {
   int bounces_ = 0;
 };
 
-/// S11: a particle that falls, far from where it was born. Symplectic Euler falls g h^2 n (n + 1) / 2, the exact way times
-/// 1 + 1 / n; the others fall g h^2 n^2 / 2 + what their order leaves.
+/// S11: a particle that falls, far from its rest position. With symplectic Euler it falls by g h^2 n (n + 1) / 2, the exact
+/// distance times 1 + 1 / n; with the others by g h^2 n^2 / 2 plus the error of their order.
 class FreeFallTrial final : public Trial {
  public:
   explicit FreeFallTrial(const CellSpec& cell) : far_m_(cell.value) {
@@ -188,7 +189,8 @@ class HangingTrial final : public Trial {
     tissue.stiffness_N_per_m = cell.value;
     tissue.gravity_m_per_s2 = {kGravity_m_per_s2, 0, 0};
     tissue.tools = {{glm::dvec3(0), kSpacing_m / 2}};
-    // Half the step of the stiffest mode, the slowest one critically damped, and forty of its times to come to rest.
+    // Half the step limit of the stiffest mode, the slowest mode critically damped, and forty times its time constant to
+    // come to rest.
     const double stiffest = 2 * std::sqrt(cell.value / kMass_kg);
     const double slowest = stiffest * std::sin(std::numbers::pi / (4 * n_ + 2.0));
     tissue.damping_per_s = 2 * slowest;
@@ -218,14 +220,14 @@ class HangingTrial final : public Trial {
   double stretch_m_ = 1, error_ = 0, reaction_error_ = 0, tolerance_ = 0;
 };
 
-/// S7: a particle drawn by a virtual coupling behind a hand x = A (1 - cos t). The exact lag is -m x'' / K and less than that
-/// of a free oscillation about it: what remains over A must not grow with K.
+/// S7: a virtual coupling pulls a particle behind a hand x = A (1 - cos t). The exact lag is -m x'' / K, plus a free
+/// oscillation smaller than that. The remaining error divided by A must not grow with K.
 class MovingTargetTrial final : public Trial {
  public:
   explicit MovingTargetTrial(const CellSpec& cell) {
     TissueScene tissue = chain(cell, 1);
     tissue.particle_mass_kg = 1e-3;
-    // The damper is critical: what the start excites is gone before it is judged.
+    // The damper is critical, so the oscillation that the start excites has decayed before anything is judged.
     const double damping = 2 * std::sqrt(cell.value * tissue.particle_mass_kg);
     tissue.tools = {{glm::dvec3(0), kSpacing_m / 2, CouplingKind::spring, cell.value, damping}};
     scene.body = std::move(tissue);
@@ -238,7 +240,7 @@ class MovingTargetTrial final : public Trial {
     positions_m[0] = {kTravel_m * (1 - std::cos(period_s(scene.step_rate) * static_cast<double>(n))), 0, 0};
   }
   bool observe(std::int64_t n, const ToolResponse&, Solver& solver) override {
-    // The hand of step n - 1 is where its end is.
+    // Step n - 1 ends with the hand at this position.
     std::array<glm::dvec3, 1> hand_m{};
     hands(n - 1, hand_m);
     const double off_m = std::abs(solver.particle_state().displacement_m[0].x - hand_m[0].x);
@@ -253,8 +255,8 @@ class MovingTargetTrial final : public Trial {
   double error_ = 0;
 };
 
-/// S15: a sphere pressed onto a particle on a spring, and held. At rest the force is the travel times the two stiffnesses in
-/// series, whatever the step.
+/// S15: a sphere is pressed onto a particle on a spring, and held. At rest the force is the travel times the two stiffnesses
+/// in series, whatever the step is.
 class PressTrial final : public Trial {
  public:
   explicit PressTrial(const CellSpec& cell) {

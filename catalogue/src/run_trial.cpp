@@ -13,11 +13,11 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::int64_t kDigests = 16;  // of the state along a run: where two runs part is known to a sixteenth
+constexpr std::int64_t kDigests = 16;  // digests of the state along a run, so a difference can be located to a sixteenth
 
 bool is_interrupted(const std::atomic<bool>* interrupted) { return interrupted != nullptr && interrupted->load(); }
 
-/// Steps of a trial as work for an executor.
+/// The steps of a trial as work for an executor.
 class TrialStep final : public Work {
  public:
   TrialStep(Trial& trial, Solver& solver, std::int64_t steps, const std::atomic<bool>* interrupted)
@@ -40,10 +40,10 @@ class TrialStep final : public Work {
     if (done_ % digest_every_ == 0) digest_ = mix(digest_, solver_.state_digest());
   }
   std::int64_t done() const { return done_; }
-  /// At its end, or stopped before.
+  /// Whether it is at its end, or was stopped before.
   bool finished() const { return done_ == steps_ || is_interrupted(interrupted_); }
   const ToolResponse& response() const { return response_; }
-  /// Of the forces so far, of states along the way, and of the state now.
+  /// The digest of the forces so far, of states along the way, and of the current state.
   std::uint64_t digest() { return mix(digest_, solver_.state_digest()); }
 
  private:
@@ -82,7 +82,7 @@ Task irregular_lane(Scheduler& scheduler, StepTiming& timing, TrialStep& step) {
   }
 }
 
-/// The irregular schedule runs what the even one has run already, so whatever fails in it is no result of the cell.
+/// The irregular schedule repeats what the even one has already run, so a failure in it is not a result of the cell.
 void throw_if_failed(const RunStatus& status) {
   if (status.end == RunEnd::limit)
     throw RunFailure("limit", "irregular schedule: " + status.message, "fewer steps in the [case]");
@@ -107,14 +107,14 @@ std::uint64_t irregular_digest(Trial& trial, Solver& solver, std::int64_t steps,
   return step.digest();
 }
 
-/// A refusal, or why there is nothing to run.
+/// Records that the solver refused the scene, or why it is unavailable.
 void say_no(const SolverError& error, CaseCell& cell) {
   if (error.fault() == SolverFault::out_of_memory) throw RunFailure(name_of(error.fault()), error.what(), error.remedy());
   cell.status = error.fault() == SolverFault::unavailable ? CellStatus::unavailable : CellStatus::refused;
   cell.detail = std::string(error.what()) + "; " + error.remedy();
 }
 
-/// How much longer the substeps are than the limit: in every cell, run or refused.
+/// Records the length of the substeps divided by the limit, for every cell, whether it ran or was refused.
 void put_step_over_limit(const Scene& scene, CaseCell& cell) {
   const auto& tissue = std::get<TissueScene>(scene.body);
   const double limit_s = step_limit(tissue).step_s;

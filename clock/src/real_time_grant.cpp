@@ -19,7 +19,7 @@ void add_refusal(std::string& refusal, const std::string& what, int error, const
 }  // namespace
 
 RealTimeGrant request_real_time(int fifo_priority) {
-  // The default slack lets the kernel wake an ordinary thread 50 us late to save power; this one call takes that away.
+  // The default slack allows the kernel to wake an ordinary thread 50 us late to save power; this call removes it.
   prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
 
   RealTimeGrant grant;

@@ -3,7 +3,7 @@
 namespace evenstep {
 
 Wake VirtualClock::wait_until(RealTime deadline) noexcept {
-  // Looked at before it is taken: the exchange costs more than the rest of an event's wait.
+  // A cheap load comes first because the exchange costs more than the rest of an event's wait.
   if (notified_.load(std::memory_order_relaxed) && notified_.exchange(false, std::memory_order_acq_rel)) {
     return Wake::notified;
   }

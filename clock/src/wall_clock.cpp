@@ -21,8 +21,8 @@ std::int64_t read_ns(clockid_t id) noexcept {
   return t.tv_sec * kNanosecondsPerSecond + t.tv_nsec;
 }
 
-/// Sleeps while `word` is 0, until `monotonic_ns` at the latest; no limit where it is null. May return early for no reason.
-/// FUTEX_WAIT_BITSET because its time-out is absolute, and on CLOCK_MONOTONIC unless asked otherwise.
+/// Sleeps while `word` is 0, at the latest until `monotonic_ns` (null: no limit). May return early without a reason.
+/// FUTEX_WAIT_BITSET is used because its time-out is absolute and, by default, on CLOCK_MONOTONIC.
 void sleep_while_zero(std::atomic<std::uint32_t>& word, const std::int64_t* monotonic_ns) noexcept {
   timespec limit{};
   if (monotonic_ns) {
@@ -50,7 +50,7 @@ WallClock::WallClock(WallEpoch epoch, Duration spin_tail) : epoch_(epoch), spin_
 RealTime WallClock::now() const noexcept { return {read_ns(CLOCK_MONOTONIC) - epoch_.monotonic_ns}; }
 
 Wake WallClock::wait_until(RealTime deadline) noexcept {
-  // Where deadline + epoch would overflow (kNever among them) it is centuries away: no limit.
+  // A deadline (such as kNever) for which deadline + epoch would overflow is centuries away: no limit.
   const bool endless = deadline.ns >= INT64_MAX - epoch_.monotonic_ns;
   for (;;) {
     // The load keeps the spin tail from writing to the cache line that notify() needs.
@@ -71,8 +71,8 @@ Wake WallClock::wait_until(RealTime deadline) noexcept {
 }
 
 void WallClock::notify() noexcept {
-  // 1 already there: whoever wrote it wakes the owner, or the owner has not slept since.
-  // Fit for a signal handler: a lock-free exchange and a system call that does not fail, so errno stays as it is.
+  // If the word is already 1, whoever wrote it wakes the owner, or the owner has not slept since.
+  // Safe in a signal handler: a lock-free exchange and a system call that does not fail, so errno is left alone.
   if (notified_.exchange(1, std::memory_order_release) == 0) {
     syscall(SYS_futex, &notified_, FUTEX_WAKE | FUTEX_PRIVATE_FLAG, 1, nullptr, nullptr, 0);
   }

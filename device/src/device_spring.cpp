@@ -8,7 +8,7 @@ namespace {
 
 glm::dvec3 diagonal(const Symmetric& k) { return {k.xx, k.yy, k.zz}; }
 
-/// The axis of a normal that lies along one; -1: none.
+/// The axis along which a normal lies; -1 if it lies along none.
 int axis_of(const glm::dvec3& normal) {
   int axis = -1;
   for (int i = 0; i < 3; ++i) {

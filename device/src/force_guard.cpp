@@ -7,20 +7,21 @@
 namespace evenstep {
 namespace {
 
-/// Far above any force and far below where the difference of two could overflow.
+/// Far above any real force, and far below the values whose differences could overflow.
 constexpr double kLargestMax_N = 1e12;
 
-/// A square that overflows gives infinity, longer than any limit; one that vanishes is of less than 1e-160 N.
+/// If a square overflows, the length is infinite and so longer than any limit; if it vanishes, the force is below 1e-160 N.
 double length(const glm::dvec3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
-/// v in the same direction with the length given. Divided by its largest component first, so that no square overflows.
+/// v with a new length. It is divided by its largest component first, so that no square overflows.
 glm::dvec3 shortened(const glm::dvec3& v, double new_length) {
   const double scale = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   const glm::dvec3 direction(v.x / scale, v.y / scale, v.z / scale);
   return direction * (new_length / length(direction));
 }
 
-/// A hand's speed is its mean velocity over so long: a single count of a coarse encoder within one tick is no speed.
+/// The speed of a hand is its mean velocity over this time, because a single count of a coarse encoder within one tick says
+/// nothing about the speed.
 constexpr Duration kSpeedWindow{5'000'000};
 
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -79,7 +80,7 @@ DeviceSpring ForceGuard::share(const DeviceSpring& wanted) const {
 void ForceGuard::follow_hand(const DeviceSample& sample) {
   if (!sample.fresh) return;
   const std::size_t kept = std::min(fresh_samples_, hand_.size());
-  // The oldest of the window; the last one in any case.
+  // The oldest sample in the window, or the last sample if none is in it.
   for (std::size_t back = kept; back >= 1; --back) {
     const Position& then = hand_[(fresh_samples_ - back) % hand_.size()];
     const Duration since = sample.read_at - then.at;
@@ -92,7 +93,7 @@ void ForceGuard::follow_hand(const DeviceSample& sample) {
   hand_[fresh_samples_++ % hand_.size()] = {sample.read_at, sample.position_m};
 }
 
-/// The counter of the first reason; nullptr: none.
+/// The counter of the first reason for a cut; nullptr if there is none.
 std::int64_t* ForceGuard::reason_to_cut(RealTime now, const GuardedTick& tick) {
   const RealTime last_fresh = fresh_samples_ == 0 ? RealTime{} : hand_[(fresh_samples_ - 1) % hand_.size()].at;
   if (!tick.sample.drivable) return &counters_.cuts_device;

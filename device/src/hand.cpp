@@ -10,7 +10,7 @@
 namespace evenstep {
 namespace {
 
-/// False for a NaN, too.
+/// False also for a NaN.
 bool within_reach(const glm::dvec3& x) {
   return std::abs(x.x) <= kHandReach_m && std::abs(x.y) <= kHandReach_m && std::abs(x.z) <= kHandReach_m;
 }
@@ -53,7 +53,7 @@ Hand::Phase Hand::after(RealTime end) const {
 
 glm::dvec3 Hand::position_m(RealTime at) {
   for (;;) {
-    // A change at or before this instant counts from it on; with a negative tick time nothing has moved yet.
+    // A change at or before this instant takes effect now; at negative times nothing has moved yet.
     while (!changes_.empty() && changes_.front().from <= at_) {
       force_N_ = changes_.front().force_N;
       changes_.pop_front();

@@ -10,11 +10,12 @@ namespace {
 
 glm::dvec3 at_time(const Still& motion, RealTime) { return motion.position_m; }
 
-/// Seconds covered at full speed: t - t_s / 2 after the start. The numerator is a whole number of half nanoseconds, so it
-/// is rounded once, by the division (2e9 is exact in a double).
+/// The distance covered so far, in seconds at full speed: t - t_s / 2 after the smooth start. The numerator is a whole
+/// number of half nanoseconds, so there is only one rounding, that of the division (2e9 is exact in a double).
 ///
-/// In the start, u = t / t_s: the velocity is v (3 u^2 - 2 u^3), its integral v t_s (u^3 - u^4 / 2). At u = 1 this is
-/// t_s / 2, as after it (bit for bit: halving is exact), with velocity v and acceleration 0 on both sides.
+/// During the start, with u = t / t_s, the velocity is v (3 u^2 - 2 u^3) and its integral v t_s (u^3 - u^4 / 2). At u = 1
+/// this is t_s / 2, the same as after it (bit for bit, because halving is exact), with velocity v and acceleration 0 on both
+/// sides.
 double run_s(Duration start, RealTime at) {
   assert(start.ns >= 0);
   if (at.ns <= 0) return 0;
@@ -27,8 +28,9 @@ glm::dvec3 at_time(const ConstantVelocity& motion, RealTime at) {
   return motion.origin_m + motion.velocity_m_per_s * run_s(motion.smooth_start, at);
 }
 
-/// (1 - cos(2 pi f t)) / 2 = sin^2(pi f t), which does not cancel near 0. Whole turns leave in integers, so a run of any
-/// length keeps all digits; the second half of a turn mirrors the first, so the angle stays within [0, pi / 2].
+/// (1 - cos(2 pi f t)) / 2 = sin^2(pi f t), which does not cancel digits near 0. Whole turns are removed in integer
+/// arithmetic, so a run of any length keeps all digits. The second half of a turn mirrors the first, so the angle stays
+/// within [0, pi / 2].
 glm::dvec3 at_time(const Sine& motion, RealTime at) {
   assert(motion.frequency.num > 0 && motion.frequency.den > 0);
   if (at.ns <= 0) return glm::dvec3(0);

@@ -11,7 +11,7 @@ constexpr double kRoundUp = 0.07;
 constexpr double kAboveEnvelope = 1.6;
 constexpr double kLargestAlpha = 4;
 
-/// -b_eq / K of a spring that is held for `period_s`.
+/// -b_eq / K of a spring whose force is held for `period_s`.
 double lost_s(double alpha, const LoopDelays& loop, double period_s) {
   return (1 - alpha) * loop.scheduled_s + alpha * period_s / 2 + loop.device_s;
 }
@@ -20,7 +20,7 @@ double over(double damping_N_s_per_m, double lost_s) {
   return lost_s > 0 ? damping_N_s_per_m / lost_s : std::numeric_limits<double>::infinity();
 }
 
-/// How much sooner a spring of the device's own answers, on average.
+/// By how much a spring that the device renders itself answers earlier, on average.
 double sooner_s(const LoopDelays& loop) { return (loop.period_s - loop.own_period_s) / 2; }
 
 double shortest_period_s(const LoopDelays& loop) { return loop.own_N_per_m > 0 ? loop.own_period_s : loop.period_s; }

@@ -8,11 +8,11 @@ namespace {
 
 using Matrix = std::array<std::array<double, 3>, 3>;
 
-/// a <- J' a J and v <- v J with the rotation J of the plane (p, q) that makes a[p][q] zero.
+/// a <- J' a J and v <- v J, where J is the rotation in the plane (p, q) that makes a[p][q] zero.
 void rotate(Matrix& a, Matrix& v, std::size_t p, std::size_t q) {
   if (a[p][q] == 0) return;
   const double ratio = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-  // Of the two roots the smaller one, which turns by at most 45 degrees. Where the square overflows it is 0, and rightly so.
+  // The smaller of the two roots, which turns by at most 45 degrees. If the square overflows it is 0, which is right.
   const double t = (ratio < 0 ? -1 : 1) / (std::abs(ratio) + std::sqrt(ratio * ratio + 1));
   const double c = 1 / std::sqrt(t * t + 1), s = t * c;
   const std::size_t r = 3 - p - q;
@@ -34,7 +34,7 @@ void rotate(Matrix& a, Matrix& v, std::size_t p, std::size_t q) {
 Axes axes_of(const Symmetric& k) {
   Matrix a{{{k.xx, k.xy, k.xz}, {k.xy, k.yy, k.yz}, {k.xz, k.yz, k.zz}}};
   Matrix v{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  // It converges quadratically: five or six sweeps.
+  // It converges quadratically: five or six sweeps are enough.
   for (int sweep = 0; sweep < 12; ++sweep) {
     const double beside = std::abs(a[0][1]) + std::abs(a[0][2]) + std::abs(a[1][2]);
     const double on = std::abs(a[0][0]) + std::abs(a[1][1]) + std::abs(a[2][2]);

@@ -38,12 +38,12 @@ struct Bounds {
 };
 
 /// Factor from the limit's unit to the metric's base unit, or an error text.
-Parsed<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
+Result<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
                          const Scenario& scenario, const Nominal& nominal) {
   const std::optional<double> step = step_unit(nominal, signal);
   if (limit.unit == "step" && !step) {
-    return {0, fmt::format("'{}' has no unit 'step': that needs a device with a constant nominal speed{}", signal,
-                           signal.find(".force.") != std::string::npos ? ", and for a force a spring" : "")};
+    return Failure(fmt::format("'{}' has no unit 'step': that needs a device with a constant nominal speed{}", signal,
+                               signal.find(".force.") != std::string::npos ? ", and for a force a spring" : ""));
   }
   return unit_factor(limit.unit, base_unit(signal, expectation.metric), step.value_or(0), scenario.nominal);
 }
@@ -73,21 +73,20 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   ExpectationResult result = start(expectation);
   result.signal = signal;
   // Both limits are shown in the unit of the first one written.
-  const Parsed<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
-  const auto in_shown_unit = [&](const std::optional<Limit>& limit, std::optional<double>& out) {
-    if (!limit) return std::string();
-    const Parsed<double> factor = factor_of(*limit, expectation, signal, scenario, nominal);
-    if (factor.ok()) out = limit->unit == result.unit ? limit->number : limit->number * factor.value / shown.value;
-    return factor.error;
-  };
-  for (const std::string& error :
-       {shown.error, in_shown_unit(expectation.min, result.min), in_shown_unit(expectation.max, result.max)}) {
-    if (error.empty()) continue;
+  const Result<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
+  const auto fail = [&](const std::string& error) {
     result.verdict = Verdict::error;
     result.detail = error;
     return result;
+  };
+  if (!shown) return fail(shown.error());
+  for (const auto& [limit, out] : {std::pair(&expectation.min, &result.min), std::pair(&expectation.max, &result.max)}) {
+    if (!*limit) continue;
+    const Result<double> factor = factor_of(**limit, expectation, signal, scenario, nominal);
+    if (!factor) return fail(factor.error());
+    *out = (*limit)->unit == result.unit ? (*limit)->number : (*limit)->number * *factor / *shown;
   }
-  result.value = base_value / shown.value;
+  result.value = base_value / *shown;
   if (std::isnan(base_value)) {
     result.verdict = Verdict::error;
     result.detail = "the value is not a number: too few samples, or the data is not finite";
@@ -97,7 +96,7 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   return result;
 }
 
-/// How far from failing, relative to the limit; the smallest is the worst of a `*`.
+/// How far the result is from failing, relative to the limit. For a signal with `*` the smallest margin is the worst.
 double margin(const ExpectationResult& result) {
   if (result.verdict == Verdict::error || !result.value || std::isnan(*result.value)) return -INFINITY;
   double least = INFINITY;
@@ -123,13 +122,14 @@ ExpectationResult judge_expectation(const Expectation& expectation, const Scenar
   return result;
 }
 
-/// The bound on a rate of underruns: the map alone, with the lead and latency of the run, over as many seeds as it takes.
+/// Judges the bound on a rate of underruns: runs the map alone, with the lead and latency of the run, over as many seeds as
+/// are needed.
 ExpectationResult judge_rate(const Expectation& expectation, const Scenario& scenario, const internal::RateSignal& signal,
                              const LatencyRecord& latency) {
   ExpectationResult result = start(expectation);
   result.signal = signal.name;
   result.max = expectation.max->number;
-  const double unit = unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
+  const double unit = *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
   const std::int64_t needed = internal::clean_segments(expectation.max->number * unit, *expectation.confidence);
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind);
   if (seeds == 0 || seeds > internal::kMostSeeds) {
@@ -192,12 +192,12 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord&
 
 namespace {
 
-/// The device of a "<device>.force.<strategy>" whose newtons nobody knows; nullptr: none.
+/// The device of a signal "<device>.force.<strategy>" if its force in newtons is not known; otherwise nullptr.
 const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view signal) {
   for (const DeviceSpec& device : scenario.devices) {
     const bool every = signal.substr(0, 1) == "*";
     const bool is_its_force = signal.substr(0, device.name.size() + 7) == device.name + ".force.";
-    if ((every ? signal.find(".force.") != std::string_view::npos : is_its_force) && device.pid && !device.pid->options.full_scale_N)
+    if ((every ? signal.find(".force.") != std::string_view::npos : is_its_force) && !knows_newtons(device.driver))
       return &device;
   }
   return nullptr;
@@ -234,11 +234,11 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
           "none");
       continue;
     }
-    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked for each signal it matches
+    if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;
-      const Parsed<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
-      if (!factor.ok()) error(factor.error);
+      const Result<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
+      if (!factor) error(factor.error());
     }
   }
   return errors;

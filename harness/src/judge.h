@@ -1,5 +1,5 @@
 #pragma once
-/// Expectations against measures.
+/// Judges expectations by the measures of a run.
 
 #include <vector>
 
@@ -11,10 +11,10 @@
 
 namespace evenstep::internal {
 
-/// One result per expectation, in file order. A signal with `*` is judged by the worst of those it matches.
+/// One result per expectation, in the order of the file. A signal with `*` is judged by the worst of the signals it matches.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics);
 
-/// Of a case: each over the cells it asks for.
+/// The expectations of a case, each judged over the cells it asks for.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord& record);
 
 }  // namespace evenstep::internal

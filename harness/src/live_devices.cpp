@@ -9,12 +9,13 @@
 #include <utility>
 
 #include "evenstep/harness/simulated_devices.h"
+#include "make_driver.h"
 #include "read_only_device.h"
 
 namespace evenstep {
 namespace {
 
-/// A cable that is put back within this continues the run.
+/// If a cable is plugged in again within this time, the run continues.
 constexpr Duration kPatience{10'000'000'000};
 
 const DeviceBinding* binding_of(const std::vector<DeviceBinding>& bindings, const Scenario& scenario, std::size_t tool) {
@@ -24,7 +25,7 @@ const DeviceBinding* binding_of(const std::vector<DeviceBinding>& bindings, cons
   return nullptr;
 }
 
-/// What a link leads to, as udev makes them. (std::filesystem::equivalent knows no devices.)
+/// The device node that a link made by udev leads to. (std::filesystem::equivalent does not work for devices.)
 std::filesystem::path node_of(const std::string& path) {
   std::error_code endless;
   const std::filesystem::path node = std::filesystem::weakly_canonical(path, endless);
@@ -68,8 +69,8 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
 
 struct LiveDevices::Device {
   std::string name;
-  std::unique_ptr<HidapiTransport> transport;  // a real one
-  std::unique_ptr<SimulatedDevice> simulated;  // or this
+  std::unique_ptr<HidapiTransport> transport;  // for a real device
+  std::unique_ptr<SimulatedDevice> simulated;  // for a simulated one
   std::unique_ptr<HapticDevice> driver;
 };
 
@@ -79,15 +80,15 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     Device& device = devices_.emplace_back();
     device.name = scenario.devices[tool].name;
     if (!binding) {
-      device.simulated = simulated_transport(scenario.devices[tool], clock);
-      device.driver = make_driver(scenario.devices[tool], *device.simulated);
+      device.simulated = internal::make_simulated(scenario.devices[tool], clock);
+      device.driver = internal::make_driver(scenario.devices[tool], *device.simulated);
       continue;
     }
     device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
-    device.driver = make_driver(scenario.devices[tool], *device.transport);
+    device.driver = internal::make_driver(scenario.devices[tool], *device.transport);
     if (!options.forces) device.driver = std::make_unique<internal::ReadOnlyDevice>(std::move(device.driver));
   }
-  // Only when all of them are there.
+  // Started only after all of them were opened.
   for (Device& device : devices_) device.driver->start();
 }
 

@@ -6,6 +6,7 @@
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/loop/recorder.h"
+#include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/scheduler/live_lanes.h"
 
@@ -14,22 +15,22 @@ namespace {
 
 /// Long enough for both lanes to be set up and scheduled before t = 0.
 constexpr Duration kStartDelay{100'000'000};
-/// A device reports all the while; its lane starts to listen so long before its first tick.
+/// A device reports all the time; its lane starts to read this long before its first tick.
 constexpr Duration kListenBefore{500'000};
-/// Below the kernel's own threaded interrupts (50), the device above the simulation.
+/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation.
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
 
-/// While a lane reads, the other one makes no more than this: a second of ticks.
+/// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;
-/// In a replay a lane may be ahead of where it was by as much as it was late: by all that there is, at most.
+/// In a replay a lane may run ahead by as much as it was late in the live run; at most by all entries that there are.
 std::size_t all_entries(const LiveRecording& recording) {
-  std::size_t entries = recording.record.steps.size() + 1;  // and the unfinished one
+  std::size_t entries = recording.record.steps.size() + 1;  // one more for the unfinished step
   for (const DeviceInputs& inputs : recording.inputs) entries = std::max(entries, inputs.ticks.size());
   return entries;
 }
 
-/// On a wall clock lanes run late; rings hold four times what the programmed timing needs and at least 64 entries.
+/// On a wall clock lanes run late, so rings hold four times what the programmed timing needs, and at least 64 entries.
 std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, std::size_t spare) {
   plan.interaction_capacity = 4 * plan.interaction_capacity + 64;
   plan.force_capacity = 4 * plan.force_capacity + 64;
@@ -38,7 +39,7 @@ std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, st
   return links;
 }
 
-/// step = "real": a segment's steps run one after the other as fast as the solver makes them, without a programmed floor.
+/// step = "real": the steps of a segment run one after the other as fast as the solver can, without a programmed minimum.
 class RealSteps final : public StepTiming {
  public:
   explicit RealSteps(std::unique_ptr<StepTiming> programmed) : programmed_(std::move(programmed)) {}
@@ -55,14 +56,14 @@ class RealSteps final : public StepTiming {
 };
 
 std::unique_ptr<StepTiming> make_live_timing(const Scenario& scenario) {
-  std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   if (scenario.timing.real_steps) timing = std::make_unique<RealSteps>(std::move(timing));
   return timing;
 }
 
 bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed || status.end == RunEnd::limit; }
 
-/// The step that was running when the run ended: launched, never heard of again. A replay must launch it too.
+/// Adds the step that was running when the run ended: it was launched but did not complete. A replay must launch it too.
 void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::size_t finished,
                          std::vector<SegmentTiming>& segments) {
   std::size_t launched = 0;
@@ -75,23 +76,16 @@ void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::si
   if (launched > finished && !segments.empty()) segments.back().steps.push_back({last_launch, std::max(end, last_launch)});
 }
 
-/// The schedule as it ran, from the record: what replay and shadows play.
+/// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
 std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::vector<Event>& events, RealTime end) {
-  std::vector<SegmentTiming> segments;
-  std::size_t n = 0;
-  for (const SegmentRow& row : record.segments) {
-    SegmentTiming segment{row.index, row.begin, std::nullopt, {}, row.begin};
-    for (; n < record.steps.size() && record.steps[n].segment == row.index; ++n) {
-      segment.steps.push_back({record.steps[n].begin, record.steps[n].end});
-    }
-    if (row.visualization) {
-      const Duration length = (*row.visualization)[1] - (*row.visualization)[0];
-      RealTime begin = row.begin;
-      if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
-        begin = segment.steps.back().end;  // steps first
-      segment.visualization = Interval{begin, begin + length};
-    }
-    segments.push_back(std::move(segment));
+  std::vector<SegmentTiming> segments = recorded_timing(record);
+  for (SegmentTiming& segment : segments) {
+    if (!segment.visualization) continue;
+    const Duration length = segment.visualization->end - segment.visualization->begin;
+    RealTime begin = segment.begin;
+    if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
+      begin = segment.steps.back().end;  // steps first
+    segment.visualization = Interval{begin, begin + length};
   }
   add_unfinished_step(events, end, record.steps.size(), segments);
   for (SegmentTiming& segment : segments) {
@@ -101,7 +95,7 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
   return segments;
 }
 
-/// A device that is not there, or not allowed, is a failed run like one that goes away later.
+/// A device that is not there, or may not be opened, makes the run fail, just like one that is unplugged later.
 std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallClock& clock, const LiveDeviceOptions& options) {
   try {
     return std::make_unique<LiveDevices>(scenario, clock, options);
@@ -133,7 +127,7 @@ std::string wall_clock_objection(const Scenario& scenario) {
   if (!scenario.keep_rows) return "[run] keep = \"summary\" leaves out the events that a live run is replayed from";
   if (scenario.timing.programmed.order == SegmentOrder::concurrent)
     return "[timing] order = \"concurrent\" runs on the virtual clock only";
-  if (scenario.live == StrategyKind::ideal) return "[run] live cannot be \"ideal\": it knows the future";
+  if (traits_of(scenario.live).knows_motion) return "[run] live cannot be \"ideal\": it knows the future";
   return {};
 }
 
@@ -141,7 +135,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
                        const RunControl& control) {
   LiveRecording recording;
   const std::string name = name_of(plan.kind);
-  // May compile for a second: before t = 0 is chosen.
+  // It may compile for a second, so this is done before t = 0 is chosen.
   std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
@@ -167,7 +161,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   });
   recording.simulation_grant = request_real_time(kSimulationPriority);
   const RunStatus simulation_status = run_in_slices(simulation, end, name, control).status;
-  if (ended_badly(simulation_status)) device.request_stop();  // nobody makes forces any more
+  if (ended_badly(simulation_status)) device.request_stop();  // there will be no more forces
   device_thread.join();
   devices->stop_simulated();
   throw_if_failed(device_status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
@@ -191,7 +185,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
   Scheduler device(device_clock, executor, {control.limits, control.permute_ties, true});
   lanes.spawn(device, simulation);
 
-  // Each lane goes as far as the other one had got when the recording was made: the recorded heads say how far.
+  // Each lane goes only as far as the other one had got during the recording, which the recorded heads tell.
   const RealTime end{scenario.run_duration.ns};
   const auto next_before_end = [&](Scheduler& scheduler) {
     const auto key = scheduler.next();

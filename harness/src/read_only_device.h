@@ -1,5 +1,5 @@
 #pragma once
-/// A device that is read and never driven: forces are off, or nobody knows what its full scale is.
+/// A device that is read but never driven, because forces are off or its full-scale force is not known.
 
 #include <memory>
 #include <utility>

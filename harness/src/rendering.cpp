@@ -9,15 +9,13 @@
 #include <optional>
 #include <variant>
 
-#include "evenstep/sim/felt.h"
-
 namespace evenstep {
 namespace {
 
-/// Mean of now - (time of the sample that the force played now answers), over all forces played: step n's from its end to the
-/// next one's.
+/// The mean age, while forces are played, of the sample that the force answers. The force of step n is played from its end
+/// to the end of the next step.
 double mean_age_s(const Scenario& scenario, const DeviceSpec& device) {
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   const RealTime end{scenario.run_duration.ns}, first_tick{device.phase.ns};
   double age_times_s = 0, played_s = 0;
   std::optional<RealTime> sampled, ended;
@@ -37,17 +35,13 @@ double mean_age_s(const Scenario& scenario, const DeviceSpec& device) {
   return played_s > 0 ? age_times_s / played_s : 0;
 }
 
-bool plays_as_it_comes(StrategyKind kind) {
-  return kind == StrategyKind::direct || kind == StrategyKind::filtered || kind == StrategyKind::variable_step;
-}
-
 /// The hand that feels the force, where there is one.
 std::optional<Plant> plant_of(const DeviceSpec& device) {
   if (!device.hand) return std::nullopt;
   return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};
 }
 
-/// 0 where the scheduled force is played as it is.
+/// The alpha of a device; 0 if the scheduled force is played as it is.
 double alpha_or_none(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   return device.render.is_local() ? alpha_of(scenario, plan, device) : 0;
 }
@@ -58,12 +52,13 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   LoopDelays loop;
   loop.period_s = period_s(device.rate);
   const double hold_s = device.emission == Emission::hold ? period_s(scenario.scene.step_rate) / 2 : 0;
-  const double latency_s = plays_as_it_comes(plan.kind) ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
+  const double latency_s = traits_of(plan.kind).plays_as_it_comes ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   if (device.render.kind != RenderSpec::Kind::device_spring) return loop;
-  loop.own_N_per_m = steepest_spring_N_per_m(device.pid->options);
-  loop.own_period_s = period_s(device.pid->firmware_rate);
+  const PidSpec& pid = std::get<PidSpec>(device.driver);  // the only driver with springs: the reader refuses others
+  loop.own_N_per_m = steepest_spring_N_per_m(pid.options);
+  loop.own_period_s = period_s(pid.firmware_rate);
   return loop;
 }
 
@@ -85,7 +80,7 @@ double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSp
 LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
   LoopRecord record{loop.scheduled_s + loop.device_s, felt_stiffness_N_per_m(scenario.scene)};
-  if (device.render.kind == RenderSpec::Kind::smith) return record;  // the laws are of a spring
+  if (device.render.kind == RenderSpec::Kind::smith) return record;  // the laws hold for a spring only
   const double alpha = alpha_or_none(scenario, plan, device);
   LoopDelays of_host = loop;
   of_host.own_N_per_m = 0;
@@ -108,7 +103,7 @@ std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, c
   std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
   if (const std::optional<double> star = alpha_star(loop); local && star)
     line += fmt::format(", alpha {:.4g} (alpha* {:.4g})", alpha, *star);
-  const double stiffness = felt_stiffness_N_per_m(scenario.scene).value_or(100);  // for an example
+  const double stiffness = felt_stiffness_N_per_m(scenario.scene).value_or(100);  // 100 N/m as an example
   line += fmt::format(", renders {:+.3g} N s/m beside {:.6g} N/m", rendered_damping(stiffness, alpha, loop), stiffness);
   if (const std::optional<Plant> plant = plant_of(device))
     line += fmt::format(", a spring of {:.4g} N/m at most", largest_stiffness_N_per_m(alpha, loop, *plant));

@@ -25,7 +25,7 @@ bool asks_for(const Scenario& scenario, std::string_view metric) {
                      [&](const Expectation& expectation) { return expectation.metric == metric; });
 }
 
-/// The hash of the (name, chain) pairs, by name: leaving a strategy out changes no other's.
+/// The hash of the pairs (name, chained hash), in the order of the names.
 std::uint64_t hash_of(const std::vector<StrategyRecord>& strategies) {
   std::map<std::string, std::uint64_t> chains;
   for (const StrategyRecord& strategy : strategies) chains[strategy.name] = strategy.trace_hash;
@@ -53,7 +53,7 @@ RunRecord start_run(const Scenario& scenario, const RunOptions& options) {
   return run;
 }
 
-/// A device that still drives is worse than what stopped the others.
+/// The failure to report: a device that still drives is worse than any other reason.
 const RunFailure* worst_of(const std::vector<std::optional<RunFailure>>& failures) {
   const RunFailure* worst = nullptr;
   for (const std::optional<RunFailure>& failure : failures) {
@@ -64,12 +64,12 @@ const RunFailure* worst_of(const std::vector<std::optional<RunFailure>>& failure
 
 void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options,
                  RunRecord& run) {
-  // The twins that deviation_from_ideal needs and the scenario does not list: one per lead, since the forces of an even
-  // schedule do not depend on when they are emitted.
+  // Adds the twins that deviation_from_ideal needs and that the scenario does not list: one per lead, because the forces of
+  // an even schedule do not depend on when they are emitted.
   std::vector<StrategyPlan> all = plans;
   std::map<std::int64_t, std::size_t> twin_of_lead;
   for (std::size_t i = 0; i < plans.size(); ++i) {
-    if (plans[i].kind == StrategyKind::ideal) twin_of_lead.emplace(plans[i].lead.ns, i);
+    if (traits_of(plans[i].kind).knows_motion) twin_of_lead.emplace(plans[i].lead.ns, i);
   }
   if (asks_for(scenario, "deviation_from_ideal")) {
     for (const StrategyPlan& plan : plans) {
@@ -77,7 +77,7 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
     }
   }
   std::vector<StrategyRecord> records(all.size());
-  RunControl unseen = options.control;  // a twin has the name of a strategy that may be listed, or of another twin
+  RunControl unseen = options.control;  // without progress, because several twins have the same name
   unseen.progress = nullptr;
   std::vector<std::optional<RunFailure>> failures(all.size());
   parallel_for(all.size(), options.threads, [&](std::size_t i) {
@@ -98,14 +98,14 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   }
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const auto twin = twin_of_lead.find(plans[i].lead.ns);
-    if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end())
+    if (!traits_of(plans[i].kind).knows_motion && twin != twin_of_lead.end())
       records[i].twin_force_N = forces_of(records[twin->second]);
   }
   records.resize(plans.size());
   run.strategies = std::move(records);
 }
 
-/// Live strategy first, then its exact twin (which proves the recording complete), then the shadows.
+/// Runs the live strategy first, then its exact twin (which proves that the recording is complete), then the shadows.
 void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
               std::string& difference) {
   const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
@@ -117,7 +117,7 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
       run.strategies.push_back(recording.record);
     else if (interrupted)
       continue;
-    else if (plan.kind == StrategyKind::ideal)
+    else if (traits_of(plan.kind).knows_motion)
       run.strategies.push_back(run_strategy(scenario, plan, options.control));
     else
       run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
@@ -125,14 +125,11 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   if (interrupted) return;
   const StrategyRecord twin = replay(scenario, *live, recording, options.control);
   if (twin.trace_hash == recording.record.trace_hash) return;
-  RunRecord a = run, b = run;
-  a.strategies = {recording.record};
-  b.strategies = {twin};
-  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  const auto found = first_difference({recording.record}, {twin});
   difference = found ? "the recorded run and its virtual twin differ: " + found->text : "hashes differ, events do not";
 }
 
-/// Where it throws, `run` has what was recorded until then.
+/// If it throws, `run` contains what was recorded until then.
 void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& run, std::string& difference) {
   run = start_run(scenario, options);
   const std::vector<StrategyPlan> plans = plan(scenario);
@@ -148,7 +145,7 @@ void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& ru
 
 std::string compare(const RunRecord& a, const RunRecord& b) {
   if (a.trace_hash == b.trace_hash) return {};
-  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  const auto found = first_difference(a.strategies, b.strategies);
   return found ? found->text : "the hashes differ but no event does";
 }
 
@@ -170,7 +167,7 @@ int severity(ExitCode code) {
   return 4;
 }
 
-/// A run that stopped: right if the scenario said so.
+/// Judges a run that stopped: it passes if the scenario expected that.
 void judge_stop(const Scenario& scenario, const RunFailure& failure, RunOutcome& outcome) {
   outcome.failure = failure.what();
   outcome.remedy = failure.remedy;
@@ -198,7 +195,8 @@ void count_results(RunOutcome& outcome) {
   }
 }
 
-/// Expectations beside the right [expect_stop] are about what was recorded until then. Of another stop nothing is kept.
+/// If the run stopped as [expect_stop] says, the other expectations are judged by what was recorded until then. After any
+/// other stop nothing is judged.
 void judge_stopped(const Scenario& scenario, RunOutcome& outcome) {
   if (outcome.exit != ExitCode::pass || scenario.case_spec) {
     outcome.record.strategies.clear();
@@ -210,7 +208,7 @@ void judge_stopped(const Scenario& scenario, RunOutcome& outcome) {
   count_results(outcome);
 }
 
-/// All its strategies by [run] interrupt; nullopt: it ran to its end.
+/// The failure of a run whose strategies [run] interrupt has ended; empty if it ran to its end.
 std::optional<RunFailure> interruption(const Scenario& scenario, const RunRecord& run) {
   std::size_t steps = 0;
   for (const StrategyRecord& strategy : run.strategies) {
@@ -253,7 +251,7 @@ Nominal nominal_of(const Scenario& scenario) {
     named.force_delay = device.force_delay;
     named.feels_force = device.hand.has_value();
     if (spring) named.stiffness_N_per_m = spring->stiffness_N_per_m;
-    if (device.hand) continue;  // what follows is of the motion, which is then only what the hand intends
+    if (device.hand) continue;  // the rest is about the motion, which for a hand is only its intended path
     if (const auto* constant = std::get_if<ConstantVelocity>(&device.motion.shape))
       named.speed_m_per_s = glm::length(constant->velocity_m_per_s);
     if (const auto* sine = std::get_if<Sine>(&device.motion.shape)) {

@@ -37,7 +37,7 @@ CaseRecord run_cells(const Scenario& scenario, const RunOptions& options) {
   return record;
 }
 
-/// Of every cell's result, in the order of the file.
+/// The hash of the results of all cells, in the order of the file.
 std::uint64_t hash_of(const CaseRecord& record) {
   std::uint64_t hash = 0;
   for (const CaseRow& row : record.rows) {

@@ -12,13 +12,13 @@
 namespace evenstep {
 namespace {
 
-/// [run] interrupt: what the signal handler does, in virtual time.
+/// [run] interrupt: does what the signal handler would do, in virtual time.
 Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupted) {
   co_await scheduler.until(at, Lane::completion, "signal");
   interrupted = true;
 }
 
-/// What the lanes did until they failed; nothing where even that cannot be said any more.
+/// The record of what the lanes did until they failed; null if even that is impossible.
 std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, const Scheduler& scheduler) {
   try {
     return std::make_shared<StrategyRecord>(lanes.finish(scheduler.events()));
@@ -62,7 +62,7 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
 }
 
 SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control) {
-  constexpr Duration kSlice{20'000'000};  // 20 ms: an interrupt is heard within a human's patience on both clocks
+  constexpr Duration kSlice{20'000'000};  // 20 ms: short enough that an interrupt seems immediate on both clocks
   SlicedRun run;
   for (RealTime until = RealTime{0} + kSlice;; until = until + kSlice) {
     run.status = scheduler.run(std::min(until, end));
@@ -98,7 +98,7 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
   }
   StrategyRecord record = lanes.finish(scheduler.events());
   record.interrupted = run.interrupted;
-  record.trace_hash = scheduler.trace_hash();  // also where no events are kept
+  record.trace_hash = scheduler.trace_hash();  // known even if no events are kept
   return record;
 }
 
@@ -107,12 +107,12 @@ namespace {
 StrategyRecord run_on(SimulatedDevices& devices, const Scenario& scenario, const StrategyPlan& plan, Clock& clock,
                       const RunControl& control) {
   const std::vector<LinkSpec> links = links_of(scenario, plan);
-  if (plan.kind == StrategyKind::ideal) {
+  if (traits_of(plan.kind).knows_motion) {
     IdealExchange exchange(links, devices.drivers(), motions_of(scenario));
-    return run_lanes(scenario, plan, {clock, exchange, make_even_timing(scenario), devices.drivers()}, control);
+    return run_lanes(scenario, plan, {clock, exchange, make_even_timing(scenario.scene.step_rate, scenario.nominal.step_run_time), devices.drivers()}, control);
   }
   DeviceExchange exchange(links, devices.drivers());
-  return run_lanes(scenario, plan, {clock, exchange, make_timing(scenario), devices.drivers()}, control);
+  return run_lanes(scenario, plan, {clock, exchange, make_timing(scenario.timing), devices.drivers()}, control);
 }
 
 }  // namespace
@@ -124,7 +124,7 @@ StrategyRecord run_strategy(const Scenario& scenario, const StrategyPlan& plan, 
   try {
     record = run_on(devices, scenario, plan, clock, control);
   } catch (RunFailure& failure) {
-    devices.stop();  // may throw what is worse than what ended the run
+    devices.stop();  // may throw a failure that is worse than the one that ended the run
     if (failure.so_far) put_motors(devices, *failure.so_far);
     throw;
   } catch (...) {

@@ -9,7 +9,7 @@ namespace evenstep {
 
 namespace {
 
-/// A late sample is looked for this often: a step on a wall clock gives away no more than this.
+/// How often a step looks for a late sample, and so the most time that it loses on a wall clock.
 constexpr Duration kLookAgain{50'000};
 
 std::optional<Filter<glm::dvec3>> filter_of(const std::optional<FilterSpec>& spec, Rate rate) {

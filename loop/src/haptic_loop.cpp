@@ -14,7 +14,8 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
     if (played.spring) played.spring = exchange.render(lane.tool, lane.guard.share(*played.spring));
     if (lane.device) lane.device->write(force_N - played.sprung_N(sample.position_m));
     record.tick(scheduler, arrival, sample, played, force_N);
-    // Ticks missed while this one ran late are skipped, never sent in a burst; the one due now still runs.
+    // Ticks that were missed because this one ran late are skipped and not sent in a burst; the tick that is due now still
+    // runs.
     k = std::max(k, first_tick_at_or_after(lane.rate, played.at + Duration{1}, lane.first_tick) - 2);
   }
 }
@@ -22,10 +23,10 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
 Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
                      StepRecorder& record) {
   SegmentTiming segment;
-  Postponement pushed;  // by the waits of a gate
+  Postponement pushed;  // the delay caused by the waits of a gate
   for (std::int64_t n = 0; timing.next(segment);) {
     co_await scheduler.until(pushed.begin(segment.begin), Lane::launch, "segment");
-    const bool own_lane = segment.overlaps();  // drawn by a thread of its own: no pause here
+    const bool own_lane = segment.overlaps();  // the visualization has a thread of its own, so there is no pause here
     // 3 b: the segment, split into slots.
     map.boundary(n, own_lane ? segment.begin : scheduler.now() - pushed.by());
     record.segment(segment, scheduler.now());
@@ -35,7 +36,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");  // 3 d: the large delay
     }
     for (const Interval& step : segment.steps) {
-      // After the sample of the same instant.
+      // An event of its own, so that it comes after the sample of the same instant.
       co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");
       const RealTime launched = scheduler.now();
       const Slot slot = map.read(n, launched);  // 3 c: the slot's time

@@ -20,7 +20,7 @@ class ForcesAsScheduled final : public RenderedSchedule {
   ForceSchedule<glm::dvec3> forces_;
 };
 
-/// Records past the newest one are held: their law goes on answering the hand.
+/// Past its time the newest record stays in use, because its law still answers the hand.
 class ContactsByLaw final : public RenderedSchedule {
  public:
   ContactsByLaw(const LinkSpec& link, const RenderLocal& local)
@@ -43,7 +43,8 @@ class ContactsByLaw final : public RenderedSchedule {
   std::optional<DeviceSpring> spring() const override { return spring_; }
 
  private:
-  /// A contact that no springs along the axes can say is left to the loop: the device must hear that it has none.
+  /// A contact that springs along the axes cannot express is left to the loop; the device must then be told that it has no
+  /// springs.
   DeviceSpring faded_spring(const AffineContact& contact, Duration age) const {
     DeviceSpring spring = device_spring(contact, local_.alpha, std::numeric_limits<double>::infinity()).value_or(DeviceSpring{});
     spring.below_N_per_m *= fade(age);
@@ -66,7 +67,7 @@ class ContactsByMode final : public RenderedSchedule {
   std::uint64_t head() const override { return contacts_.head(); }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
     const Reading<AffineContact> contact = contacts_.at(at, head);
-    // Also where there is no record yet: what remembers the hand must see every tick.
+    // Called even if there is no record yet, because the renderer remembers the hand and must see every tick.
     const glm::dvec3 force_N = renderer_.force_N(contact.value, at - contact.newest, sample.read_at, sample.position_m);
     return {contact.status == ReadStatus::empty ? glm::dvec3(0) : force_N, contact.status, contact.newest};
   }

@@ -1,6 +1,6 @@
 #pragma once
-/// From what a step leaves behind to what a tick plays: a force schedule, and what renders its records. A device that plays
-/// the scheduled force itself carries nothing but forces.
+/// The way from the record that a step leaves to the force that a tick plays: a force schedule together with a renderer for
+/// its records. For a device that plays the scheduled force itself it contains only forces.
 
 #include <memory>
 #include <optional>
@@ -19,9 +19,9 @@ class RenderedSchedule {
   virtual void push(RealTime emission, const ContactRecord& record) = 0;
   virtual std::optional<RenderedContactsSummary> contacts() const { return std::nullopt; }
   virtual std::uint64_t head() const = 0;
-  /// Device lane, once per tick: the force at `at` under the hand as it was sampled in this tick.
+  /// Device lane, once per tick: the force at `at` for the hand's position as sampled in this tick.
   virtual Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) = 0;
-  /// What of that force the device may render by itself.
+  /// The part of that force that the device may render by itself.
   virtual std::optional<DeviceSpring> spring() const { return std::nullopt; }
 };
 

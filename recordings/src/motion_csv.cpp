@@ -12,7 +12,7 @@ namespace evenstep::internal {
 namespace {
 
 constexpr double kMost_s = 1e6;
-constexpr double kMost_m = 1e3;  // no hand; a file in mm is found out
+constexpr double kMost_m = 1e3;  // more than any hand moves; this finds files that are in mm
 
 /// A finite number within +-most.
 bool number(CsvRows& rows, std::size_t index, double most, double& value) {
@@ -23,7 +23,7 @@ bool number(CsvRows& rows, std::size_t index, double most, double& value) {
   return false;
 }
 
-/// Through double: 2^-53 of 1e6 s is 0.1 ns.
+/// Computed in double: for 1e6 s its rounding, 2^-53, is 0.1 ns.
 RealTime time_of(double t_s) { return {static_cast<std::int64_t>(std::floor(t_s * 1e9 + 0.5))}; }
 
 void read_row(CsvRows& rows, std::vector<std::pair<RealTime, glm::dvec3>>& out) {
@@ -42,18 +42,21 @@ void read_row(CsvRows& rows, std::vector<std::pair<RealTime, glm::dvec3>>& out) 
 }  // namespace
 
 MotionCsv parse_motion_csv(const std::string& text, const std::string& name) {
-  MotionCsv out;
-  CsvRows rows(text, name, out.errors);
-  if (!rows.header("t_s,x_m,y_m,z_m")) return out;
-  while (rows.next()) read_row(rows, out.motion.rows);
-  if (out.motion.rows.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
-  return out;
+  RecordedMotion motion;
+  std::vector<Diagnostic> errors;
+  CsvRows rows(text, name, errors);
+  if (rows.header("t_s,x_m,y_m,z_m")) {
+    while (rows.next()) read_row(rows, motion.rows);
+    if (motion.rows.empty() && errors.empty()) errors.push_back({name, 1, 1, "no rows"});
+  }
+  if (!errors.empty()) return Failure(std::move(errors));
+  return motion;
 }
 
 MotionCsv read_motion_csv(const std::string& path) {
-  const TextFile file = read_text_file(path, kMostCsvBytes);
-  if (!file.error.empty()) return {{}, {{path, 0, 0, file.error}}};
-  return parse_motion_csv(file.text, path);
+  const Result<std::string> file = read_text_file(path, kMostCsvBytes);
+  if (!file) return Failure(std::vector<Diagnostic>{{path, 0, 0, file.error()}});
+  return parse_motion_csv(*file, path);
 }
 
 }  // namespace evenstep::internal

@@ -17,7 +17,7 @@ void TrailingMaximum::add(RealTime time, Duration value) {
     first_ = (first_ + 1) % kept_.size();
     --count_;
   }
-  // A smaller value of a block that has one already is never the largest.
+  // The block already holds a larger value, so this one can never be the largest.
   if (count_ > 0 && at(count_ - 1).block == block) return;
   at(count_++) = {block, value};
 }
@@ -32,7 +32,7 @@ RealTime AdaptiveLatency::emission(RealTime read, RealTime ended) {
   if (!moves()) return in_order(read + latency_);
   if (last_read_) move(read - *last_read_);
   const RealTime emission = in_order(read + latency_);
-  // What repairs the first one is a force without a slot, which the sizing pass does not know.
+  // The first emission can only be repaired because of a force without a slot, and the sizing pass does not know those.
   const RealTime effective_read = last_read_ ? emission - latency_ : read;
   const bool interpolated = options_.emission == Emission::linear && last_read_;
   learn(interpolated ? *last_read_ : effective_read, ended);
@@ -42,7 +42,7 @@ RealTime AdaptiveLatency::emission(RealTime read, RealTime ended) {
 
 RealTime AdaptiveLatency::emission(RealTime ended) { return in_order(ended); }
 
-/// Towards the target, by slew * elapsed; what is less than 1 ns is kept for the next step.
+/// Moves L towards the target by at most slew * elapsed; the part below 1 ns is kept for the next step.
 void AdaptiveLatency::move(Duration elapsed) {
   if (latency_ == target_ || elapsed.ns <= 0) return;
   constexpr std::int64_t kMillion = 1'000'000;

@@ -16,16 +16,16 @@ class Funnel {
   Funnel(std::span<const StepTimes> steps, Duration latency, Duration sampling_term, Slope slot)
       : steps_(steps), latency_(latency), sampling_term_(sampling_term), slot_(slot) {}
 
-  /// Least and largest R(n).
+  /// The least and the largest R(n) allowed.
   Point low(std::size_t n) const { return {static_cast<std::int64_t>(n), (steps_[n].end - latency_).ns}; }
   Point high(std::size_t n) const { return {static_cast<std::int64_t>(n), (steps_[n].begin - sampling_term_).ns}; }
 
   std::vector<Point> bends();
-  /// Where a line of slope tau* fits: a point of it, in the middle between its bounds.
+  /// A point of the line of slope tau* that lies in the middle between its bounds.
   Point middle() const { return {bottom_.n, bottom_.ns + (rise_above(bottom_, top_) >> 1)}; }
 
  private:
-  /// floor of how far b lies above the line of slope tau* through a.
+  /// How far b lies above the line of slope tau* through a, rounded down.
   std::int64_t rise_above(Point a, Point b) const {
     return b.ns - a.ns + floor_mul_div(a.n - b.n, slot_.rise, slot_.run);
   }
@@ -40,15 +40,15 @@ class Funnel {
   Duration latency_;
   Duration sampling_term_;
   Slope slot_;
-  Point bottom_{};             // of the lines of slope tau*, the highest lower bound and the lowest upper one so far
+  Point bottom_{};             // for lines of slope tau*: the highest lower bound and the lowest upper bound so far
   Point top_{};
-  std::deque<Point> lower_;    // from the apex: concave over the lower bounds
-  std::deque<Point> upper_;    // from the apex: convex under the upper bounds
+  std::deque<Point> lower_;    // the chain from the apex that is concave over the lower bounds
+  std::deque<Point> upper_;    // the chain from the apex that is convex under the upper bounds
   std::vector<Point> bends_;
 };
 
-/// The first bend is where lines of slope tau* cease to fit: at the bound that the first step to be missed lies beyond.
-/// False: they fit all steps.
+/// Finds the first bend. The first step that no line of slope tau* can reach lies beyond one of the two bounds found so
+/// far, and the string bends at that bound. False if such a line fits all steps.
 bool Funnel::free_start() {
   bottom_ = low(0);
   top_ = high(0);
@@ -61,8 +61,9 @@ bool Funnel::free_start() {
   return false;
 }
 
-/// The bounds of one step more. A bound beyond the opposite chain pulls the string around that chain's points: they are
-/// bends, and the apex moves there. The other chain then is the new bound alone: what it had lay within the old funnel.
+/// Adds the bounds of one more step. A bound beyond the opposite chain pulls the string around the points of that chain:
+/// they become bends, and the apex moves to the last of them. The other chain then consists of the new bound alone, because
+/// its former points lie within the old funnel.
 void Funnel::narrow(Point low, Point high) {
   extend_upper(lower_, low);
   while (lower_.size() == 2 && upper_.size() >= 2 && Slope(upper_[0], upper_[1]) < Slope(lower_[0], low)) {
@@ -78,7 +79,7 @@ void Funnel::narrow(Point low, Point high) {
   }
 }
 
-/// From the apex on with slope tau*, or along the chain that stands in the way until it does not any more.
+/// Continues from the apex with slope tau*, or follows the chain that stands in the way until it no longer does.
 void Funnel::free_end() {
   for (; lower_.size() >= 2 && slot_ < Slope(lower_[0], lower_[1]); lower_.pop_front()) bends_.push_back(lower_[1]);
   for (; upper_.size() >= 2 && Slope(upper_[0], upper_[1]) < slot_; upper_.pop_front()) bends_.push_back(upper_[1]);
@@ -96,9 +97,9 @@ std::vector<Point> Funnel::bends() {
 
 internal::Bracket RunningLine::bracket() const {
   if (ends_.empty()) return {};
-  // g(tau) = max(E - n tau) - min(S - n tau) has the slope (n of the begin that binds) - (n of the end that binds). From
-  // tau = -infinity upwards the binding end walks the upper hull leftwards and the binding begin the lower hull
-  // rightwards; where they meet or pass g is least. Of a single step they meet at once.
+  // g(tau) = max(E - n tau) - min(S - n tau) has the slope (n of the begin that binds) - (n of the end that binds). As tau
+  // grows from -infinity, the binding end moves leftwards along the upper hull and the binding begin rightwards along the
+  // lower hull; g is least where they meet or pass each other. For a single step they meet at once.
   std::size_t end = ends_.size() - 1;
   std::size_t begin = 0;
   Slope tau;
@@ -110,12 +111,18 @@ internal::Bracket RunningLine::bracket() const {
   }
   // ceil((E - S) - (n_E - n_S) tau), exactly.
   const std::int64_t slots_ns = floor_mul_div(ends_[end].n - begins_[begin].n, tau.rise, tau.run);
-  return {Duration{ends_[end].ns - begins_[begin].ns - slots_ns}, tau, ends_[end].n, begins_[begin].n};
+  return {.latency = Duration{ends_[end].ns - begins_[begin].ns - slots_ns},
+          .slot = tau,
+          .end = ends_[end].n,
+          .begin = begins_[begin].n};
 }
 
 BestLine RunningLine::best() const {
   const internal::Bracket line = bracket();
-  return {line.latency, static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run), line.end, line.begin};
+  return {.latency = line.latency,
+          .slot_ns = static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run),
+          .latency_culprit = line.end,
+          .lead_culprit = line.begin};
 }
 
 BestLine best_line(std::span<const StepTimes> steps) {

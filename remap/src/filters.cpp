@@ -28,14 +28,14 @@ bool in_domain(const FilterSpec& spec, Rate rate) {
 namespace internal {
 
 ButterworthCoefficients butterworth_coefficients(double cutoff_Hz, Rate rate) {
-  const double angle = kPi * (cutoff_Hz / hertz(rate));  // the quotient first: it cannot round past tan's pole
+  const double angle = kPi * (cutoff_Hz / hertz(rate));  // dividing first, it cannot round past the pole of tan
   const double g = reproducible::sin(angle) / reproducible::cos(angle);
   const double a1 = 1 / (1 + g * (g + std::sqrt(2.0)));
   return {a1, g * a1, g * (g * a1)};
 }
 
 double smoothing_factor(double cutoff_Hz, double rate_Hz) {
-  return 1 / (1 + rate_Hz / (2 * kPi * cutoff_Hz));  // so written, an infinite cutoff gives 1
+  return 1 / (1 + rate_Hz / (2 * kPi * cutoff_Hz));  // in this form an infinite cutoff gives 1
 }
 
 }  // namespace internal

@@ -7,7 +7,7 @@ namespace {
 
 using internal::EmissionSlots;
 
-/// The newest sample is sure to be at this time or later when a step begins.
+/// The time that the newest sample is sure to have reached when a step begins, at any phase of the device.
 class NewestAnyPhase {
  public:
   explicit NewestAnyPhase(SamplingGrid device) : sampling_term_(period_ceil(device.rate) - Duration{1}) {}
@@ -27,7 +27,7 @@ class NewestThisPhase {
   RealTime operator()(RealTime begin) const {
     const auto& [rate, origin] = device_;
     if (!whole_) return tick_time(rate, first_tick_at_or_after(rate, begin + Duration{1}, origin) - 1, origin);
-    // The usual case, without a division: below 2^50 ns, which are 13 days, the quotient is off by 1 at most.
+    // The usual case, without an integer division: below 2^50 ns (13 days) the quotient is off by 1 at most.
     const std::int64_t since = (begin - origin).ns;
     const bool near = since > -(std::int64_t{1} << 50) && since < (std::int64_t{1} << 50);
     std::int64_t into = near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns
@@ -64,7 +64,7 @@ std::size_t most_ticks(Rate rate, Duration span) {
   return span.ns <= 0 ? 0 : static_cast<std::size_t>(first_tick_at_or_after(rate, RealTime{span.ns}));
 }
 
-/// max over n of #{m <= n: F(m) > F(n) - window}: forces that the line past force n starts behind.
+/// max over n of #{m <= n: F(m) > F(n) - window}: the most forces in a window that ends at a force.
 std::size_t most_forces_within(std::span<const MappedStep> steps, Duration window) {
   if (window.ns <= 0) return 0;
   std::size_t most = 0;
@@ -97,7 +97,7 @@ void RunningNeeds::add(std::span<const MappedStep> steps) {
     else
       require(NewestThisPhase(devices_[i]));
   }
-  // Locals stay in registers.
+  // Copied to local variables, which stay in registers.
   Need wait = wait_, delay = delay_;
   EmissionSlots slots = slots_;
   const bool linear = emission_ == Emission::linear;
@@ -105,7 +105,7 @@ void RunningNeeds::add(std::span<const MappedStep> steps) {
     wait.require(step.begin - step.slot, step.step);
     const std::optional<RealTime> before = slots.last();
     const RealTime slot = slots.next(step.slot);
-    // Interpolated, a force is due when the interval that leads to it begins.
+    // An interpolated force is due when the interval that leads to it begins.
     delay.require(step.end - (linear && before ? *before : slot), step.step);
   }
   wait_ = wait;
@@ -127,7 +127,10 @@ LatencyBudget RunningNeeds::budget() const {
   if (delay_.culprit < 0) return {};
   Need lead;
   for (const Need& one : leads_) lead.require(one.least, one.culprit);
-  return {lead.least, delay_.least + lead.least, lead.culprit, delay_.culprit};
+  return {.lead = lead.least,
+          .latency = delay_.least + lead.least,
+          .lead_culprit = lead.culprit,
+          .latency_culprit = delay_.culprit};
 }
 
 std::size_t RunningNeeds::interaction_capacity() const {
@@ -162,7 +165,7 @@ LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
                              Duration latency, Duration sample_window, Duration force_window) {
-  Duration longest;   // from a read to its step's begin; the ticks in it grow with it
+  Duration longest;   // the longest time from a read to the begin of its step; it contains the most ticks
   for (const MappedStep& step : steps) longest = std::max(longest, step.begin - (step.slot - lead));
   std::size_t most_samples = 0;
   for (const SamplingGrid& device : devices) {

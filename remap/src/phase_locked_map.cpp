@@ -13,9 +13,9 @@ constexpr double kMaxGain = 0.7;          // w; the loop is stable below 1.035 (
 constexpr double kMaxSlopeChange = 0.5;   // rho < 1: the map is strictly monotone
 constexpr double kHang_segments = 8;      // a lag that would take 16 segments to catch up at 1.5 times the pace
 constexpr double kLeastPeriod_ns = 1.0;
-// Segments of another pace, by T/N against P. Two in a row: 10 % jitter (3.7 % of T, and P itself moves by 2.5 %) did
-// not do it in 10^6 segments, and V halved or N doubled (16.7 %) do. One alone must be further off: 7 in 10^6 at 10 %
-// jitter.
+// How far T/N must be off P to count as another pace. For two segments in a row: 10 % jitter (3.7 % of T, and P itself
+// moves by 2.5 %) never reached this limit in 10^6 segments; V halved or N doubled (16.7 %) does reach it. One segment
+// alone must be further off: 10 % jitter reaches that limit 7 times in 10^6 segments.
 constexpr double kNewPace = 0.16;
 constexpr double kSamePace = 0.06;
 constexpr double kOddSegment = 0.2;
@@ -75,7 +75,7 @@ void PhaseLockedMap::track(RealTime begin, double length_ns, double steps) {
   }
 }
 
-/// phi <- slot(n): continuous.
+/// phi <- slot(n), which keeps the map continuous.
 void PhaseLockedMap::advance(double steps) {
   const double advanced_ns = remainder_ns_ + steps * slope_ns_;
   const double whole_ns = std::floor(advanced_ns);
@@ -90,8 +90,8 @@ bool PhaseLockedMap::pace_moved(const Segment& before, double measured_ns) const
   return std::min(std::abs(first), std::abs(second)) > kNewPace && std::abs(first - second) < kSamePace;
 }
 
-/// P was just measured, so the error is one of phase only: as long as it shrinks by half of what the pull alone makes
-/// of it or more, it says nothing about P.
+/// Whether the error is still only one of phase. P was just measured, so as long as the error shrinks by at least half of
+/// what the loop's pull on the phase alone would achieve, it says nothing about P.
 bool PhaseLockedMap::closing(double error_ns, double w) const {
   const double shrunk = 1 - w / std::numbers::sqrt2;
   return error_ns * closing_ns_ > 0 && std::abs(error_ns) <= shrunk * std::abs(closing_ns_);

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kStandsOut = 1.5;      // factor between the longest short gap and the shortest long one
 constexpr double kRegular = 0.6;
-constexpr double kAlike = 0.01;         // regularities that do not tell two candidates apart
-// Shuffled are this many gaps, or as many as hold 64 segments: beyond, a shuffle says nothing new.
+constexpr double kAlike = 0.01;         // candidates whose regularities differ by less are equally regular
+// At most this many gaps are shuffled, or as many as 64 segments have if that is more: more would tell nothing new.
 constexpr std::size_t kShuffled = 16'384, kShuffledSegments = 64;
 
 std::int64_t median(std::vector<std::int64_t>& values) {
@@ -23,16 +23,16 @@ std::int64_t median(std::vector<std::int64_t>& values) {
   return *middle;
 }
 
-/// Between short gaps and long ones, and the factor between their neighbours.
+/// The border between short and long gaps, and the factor by which the gaps on its two sides differ.
 struct Border {
   std::int64_t longest_short_ns = 0;
   double rise = 0;
 };
 
-/// The greatest rise first.
+/// The candidates for the border, the greatest rise first.
 std::vector<Border> candidates(const std::vector<std::int64_t>& gaps, std::int64_t run_time_ns) {
   const double blur = std::max(static_cast<double>(run_time_ns) / 4, 1.0);
-  // Only gaps that a rise from 0 could reach matter: the rest are short whatever the others are.
+  // Gaps below `least` are short whatever the others are: even a rise from 0 to them would be too small for a border.
   const auto least = static_cast<std::int64_t>((kStandsOut - 1) * blur);
   std::vector<std::int64_t> long_ones;
   std::int64_t longest_short = -1;
@@ -53,7 +53,7 @@ std::vector<Border> candidates(const std::vector<std::int64_t>& gaps, std::int64
   return borders;
 }
 
-/// Distances between neighbouring gaps longer than `border`: the N of complete segments.
+/// The number of steps between neighbouring gaps longer than `border`: the N of the complete segments.
 std::vector<std::int64_t> counts(std::span<const std::int64_t> gaps, std::int64_t border) {
   std::vector<std::int64_t> out;
   std::optional<std::size_t> before;
@@ -65,7 +65,7 @@ std::vector<std::int64_t> counts(std::span<const std::int64_t> gaps, std::int64_
   return out;
 }
 
-/// 0 where nothing can be told: too few segments, or every gap long.
+/// The regularity of the header; 0 if nothing can be said: too few segments, or every gap is long.
 double regularity(std::vector<std::int64_t> steps, std::size_t gap_count) {
   if (static_cast<std::int64_t>(steps.size()) < kLeastCycleSegments || steps.size() + 1 >= gap_count) return 0;
   const std::int64_t middle = median(steps);
@@ -84,7 +84,7 @@ struct Cut {
   std::int64_t segments = 0;
 };
 
-/// `borders` with the greatest rise first.
+/// The winner among the candidates; `borders` has the greatest rise first.
 Cut best_cut(std::span<const std::int64_t> gaps, const std::vector<Border>& borders) {
   std::vector<Cut> cuts;
   double most = -std::numeric_limits<double>::infinity();

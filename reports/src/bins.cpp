@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kWindow_s = 0.25;
 
-/// One signal ready to be cut: its samples, when each happened in real time, and when its underruns did.
+/// A signal to be divided into bins: its samples, the real time of each, and the real times of its underruns.
 struct Timeline {
   internal::Series series;
   std::vector<RealTime> at;
@@ -36,7 +36,8 @@ Timeline force_timeline(const StrategyRecord& strategy, const DeviceRecord& devi
   return timeline;
 }
 
-/// Bins of [origin + b * width, + width). A jump belongs to the bin of its middle sample, so that none is lost at an edge.
+/// Divides into bins [origin + b * width, + width). A jump belongs to the bin of its middle sample, so that none is lost at
+/// an edge.
 std::vector<BinRow> cut(const Timeline& timeline, RealTime origin, double bin_s) {
   std::vector<BinRow> rows;
   const Duration width{static_cast<std::int64_t>(bin_s * 1e9)};
@@ -51,10 +52,11 @@ std::vector<BinRow> cut(const Timeline& timeline, RealTime origin, double bin_s)
       const std::span<const double> t(timeline.series.t_s);
       const std::span<const Vec3> x(timeline.series.value);
       const std::size_t from = begin == 0 ? 0 : begin - 1, until = std::min(end + 1, x.size());
-      rows.push_back({seconds(origin + width * b),
-                      deviation(t.subspan(begin, end - begin), x.subspan(begin, end - begin), kWindow_s).max,
-                      velocity_jump(x.subspan(from, until - from)),
-                      static_cast<std::int64_t>(first_at(timeline.underruns, to))});
+      rows.push_back(
+          {.from_s = seconds(origin + width * b),
+           .deviation_max = deviation(t.subspan(begin, end - begin), x.subspan(begin, end - begin), kWindow_s).max,
+           .velocity_jump = velocity_jump(x.subspan(from, until - from)),
+           .underruns_so_far = static_cast<std::int64_t>(first_at(timeline.underruns, to))});
     }
     begin = end;
   }

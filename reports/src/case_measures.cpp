@@ -13,7 +13,7 @@ namespace {
 
 bool is_least(const std::string& metric) { return metric.ends_with("_min"); }
 
-/// Counts add up. A NaN is not hidden by a number.
+/// Combines two values of a metric; counts are added. A NaN must not be hidden by a number.
 double joined(const std::string& metric, double a, double b) {
   if (metric == "device_difference") return a + b;
   if (std::isnan(a) || std::isnan(b)) return NAN;

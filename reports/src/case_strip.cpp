@@ -10,7 +10,7 @@
 namespace evenstep {
 namespace {
 
-/// What stands in a cell; never colour alone.
+/// The text in a cell, so that colour is never the only information.
 std::string cell_text(const CaseCell& cell) {
   switch (cell.status) {
     case CellStatus::ok:

@@ -12,13 +12,13 @@ namespace evenstep {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDecay = 0.98;            // over five eighths of the run; what is above does not decay
+constexpr double kDecay = 0.98;            // over five eighths of the run; a ratio above this is no decay
 constexpr double kDecayFromMiddle = 0.992; // the same decay over two eighths: 0.98^(2/5) = 0.99195
-constexpr double kAtRest_m = 5e-6;         // peak to peak: less is nobody's oscillation
+constexpr double kAtRest_m = 5e-6;         // peak to peak; anything less does not count as an oscillation
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/// E where the hand is on the line between two ticks, on which E is a line too (one force is felt between two ticks).
+/// E at a time between two ticks. There the hand moves along a line and feels one force, so E is linear too.
 double energy_at(std::span<const double> t, std::span<const double> energy_J, double at_s) {
   const auto after = std::upper_bound(t.begin(), t.end(), at_s);
   if (after == t.end()) return energy_J.back();
@@ -29,7 +29,7 @@ double energy_at(std::span<const double> t, std::span<const double> energy_J, do
 
 struct Pull { double force_N, stored_J; };
 
-/// Of one axis: a spring up to its limit, where it goes on pulling with that.
+/// The pull of the spring along one axis: proportional up to its limit, and then constant.
 Pull pull_of(const SpringRow& spring, std::size_t axis, double x_m) {
   const double stretch_m = spring.center_m[axis] - x_m, limit_N = spring.limit_N[axis];
   const double k = stretch_m > 0 ? spring.below_N_per_m[axis] : spring.above_N_per_m[axis];
@@ -58,7 +58,7 @@ std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3>
   for (std::size_t n = 1; n < t.size(); ++n) {
     const Vec3 way_m = internal::minus(x[n], x[n - 1]);
     double work_J = 0, from_s = t[n - 1];
-    // What of this interval passes under each force.
+    // The part of this interval during which each force is felt.
     while (from_s < t[n]) {
       while (felt < t.size() && t[felt] + delay_s <= from_s) ++felt;
       const double to_s = felt < t.size() ? std::min(t[n], t[felt] + delay_s) : t[n];
@@ -67,7 +67,7 @@ std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3>
     }
     if (!springs.empty()) {
       const SpringRow& spring = springs[n - 1];
-      // Of the force that was held for the tick, this is what was not held.
+      // The springs' part of the force was not held during the tick.
       work_J -= dot(spring_force_N(spring, x[n - 1]), way_m);
       work_J += stored_J(spring, x[n - 1]) - stored_J(spring, x[n]);
     }
@@ -79,7 +79,7 @@ std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3>
 std::optional<RenderedDamping> rendered_damping(std::span<const double> t, std::span<const double> energy_J,
                                                 double travel_m, double frequency_Hz) {
   if (t.empty()) return std::nullopt;
-  // A billionth: cycles that end with the last tick are whole.
+  // The billionth makes a cycle that ends with the last tick count as whole.
   const double cycles = std::floor((t.back() - t.front()) * frequency_Hz * (1 + 1e-9));
   if (cycles < 1 || !(travel_m > 0)) return std::nullopt;
   const double end_s = std::min(t.back(), t.front() + cycles / frequency_Hz);
@@ -129,7 +129,8 @@ std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal
 namespace internal {
 namespace {
 
-/// What the laws say, beside what was measured. Of a tissue the stiffness is the stiffest contact that was met, where one was.
+/// Adds the predictions of the laws to the measured values. For a tissue, the stiffness is that of the stiffest contact, if
+/// there was one.
 void put_laws(const DeviceRecord& device, std::map<std::string, double>& values) {
   const LoopRecord& loop = device.loop;
   const auto put = [&](const char* metric, const std::optional<double>& value) {
@@ -149,7 +150,7 @@ void put_laws(const DeviceRecord& device, std::map<std::string, double>& values)
   put("predicted_damping", *loop.damping_per_stiffness_s * played_N_per_m + own_N_per_m * loop.own_gain_s);
 }
 
-/// Of all the force at the ticks, what the device rendered by itself.
+/// The share of the whole force at the ticks that the device rendered by itself.
 std::optional<double> spring_share(const std::vector<Vec3>& x, const std::vector<Vec3>& force_N,
                                    const std::vector<SpringRow>& springs) {
   double by_device = 0, all = 0;
@@ -195,7 +196,7 @@ std::map<std::string, double> closed_loop_values(const RunRecord& run, const Dev
     if (!device.springs.empty()) springs.push_back(device.springs[k]);
   }
   if (const auto share = spring_share(x, force_N, springs)) values["spring_share"] = *share;
-  // Springs that answer a hand that feels them late: what they give and take is known to the device alone.
+  // If the hand feels the device's springs with a delay, only the device knows how much energy they give and take.
   const bool energy_is_known = springs.empty() || nominal->force_delay.ns == 0;
   if (energy_is_known) {
     put_energy(device, run.nominal, *nominal, t, port_energy(t, x, force_N, seconds(nominal->force_delay), springs), values);

@@ -15,8 +15,8 @@ using internal::Range;
 
 constexpr double kBin_s = 1;
 constexpr std::size_t kLeastBins = 10;
-constexpr double kMargin = 0.05;  // of the span, below the lowest value: broad curves stay inside
-constexpr double kDecades = 9;    // shown at most: below a billionth of the largest error there is only rounding
+constexpr double kMargin = 0.05;  // share of the span below the lowest value, so that broad curves stay inside
+constexpr double kDecades = 9;    // the most that are shown: below a billionth of the largest error there is only rounding
 
 // Per device a block of three panels (deviation, jump, underruns) in two columns (interaction, force).
 constexpr double kWidth = 1100, kHead = 58, kBlock = 540, kPanelHeight = 140, kPanelDistance = 160;
@@ -39,19 +39,16 @@ struct Signal {
 };
 
 Signal signal_of(const RunRecord& run, const std::map<std::string, std::vector<BinRow>>& all, const std::string& name) {
-  std::vector<std::string> strategies;
-  for (const StrategyRecord& strategy : run.strategies) strategies.push_back(strategy.name);
-  internal::ideal_first(strategies);
   const std::optional<double> step = step_unit(run.nominal, name + ".any");
   Signal signal{name, step ? "step" : base_unit(name + ".any", "deviation_max"), step.value_or(1), {}};
-  for (const std::string& strategy : strategies) {
+  for (const std::string& strategy : internal::in_drawing_order(run)) {
     const auto found = all.find(name + "." + strategy);
     if (found != all.end()) signal.strategies.emplace_back(strategy, found->second);
   }
   return signal;
 }
 
-/// A bin's value stands in its middle; a missing bin breaks the curve.
+/// The value of a bin is drawn in its middle; a missing bin interrupts the curve.
 std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error, double end_s) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
@@ -68,7 +65,7 @@ std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error, dou
   return curves;
 }
 
-/// Underruns up to the end of each bin, from none at the begin of the first.
+/// The underruns up to the end of each bin; 0 at the begin of the first.
 std::vector<Curve> underrun_curves(const Signal& signal, double end_s) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
@@ -84,7 +81,8 @@ std::vector<Curve> underrun_curves(const Signal& signal, double end_s) {
   return curves;
 }
 
-/// log10 of every value, and whole decades around them. What is 0, or too small to matter, lies on the lowest one.
+/// Replaces every value by its log10, and returns a range of whole decades. Values that are 0 or too small are drawn at the
+/// lowest one.
 Range to_decades(std::vector<Curve>& curves) {
   double least = INFINITY, most = 0;
   for (const Curve& curve : curves) {
@@ -107,14 +105,14 @@ Range to_decades(std::vector<Curve>& curves) {
 }
 
 Range count_range(const std::vector<Curve>& curves) {
-  double most = 5;  // so that ticks stand at whole counts
+  double most = 5;  // at least this, so that the ticks are at whole counts
   for (const Curve& curve : curves) {
     for (const double value : curve.value) most = std::max(most, value);
   }
   return {-kMargin * most, most * 1.08};
 }
 
-void draw_signal(internal::Svg& svg, const Signal& signal, const Range& time_s, const Column& column, double top) {
+void draw_signal(internal::Svg& svg, const RunRecord& run, const Signal& signal, const Range& time_s, const Column& column, double top) {
   svg.text({column.left, top + 12}, signal.name, internal::Svg::Anchor::start, 13, true);
   std::vector<Curve> deviation = error_curves(signal, &BinRow::deviation_max, time_s.high);
   std::vector<Curve> jump = error_curves(signal, &BinRow::velocity_jump, time_s.high);
@@ -127,7 +125,7 @@ void draw_signal(internal::Svg& svg, const Signal& signal, const Range& time_s, 
     internal::Panel drawn(svg, {column.left, y, column.right, y + kPanelHeight}, {time_s, "run time", "s"}, axis);
     drawn.draw_axes(last, last);
     for (std::size_t i = 0; i < curves.size(); ++i)
-      drawn.curve(curves[i].t_s, curves[i].value, internal::look_of(curves[i].strategy, i));
+      drawn.curve(curves[i].t_s, curves[i].value, internal::look_of(run, curves[i].strategy));
     y += kPanelDistance;
   };
   panel(deviation, deviation_axis, false);
@@ -144,13 +142,10 @@ std::optional<std::string> error_over_time_svg(const RunRecord& run) {
   const Range time_s{0, seconds(run.nominal.end - RealTime{})};
   const std::vector<Nominal::Device>& devices = run.nominal.devices;
   internal::Svg svg(kWidth, kHead + kBlock * static_cast<double>(devices.size()), "Error against run time");
-  std::vector<std::string> strategies;
-  for (const StrategyRecord& strategy : run.strategies) strategies.push_back(strategy.name);
-  internal::ideal_first(strategies);
-  internal::draw_legend(svg, {kColumns.front().left, 44}, strategies);
+  internal::draw_legend(svg, {kColumns.front().left, 44}, run, internal::in_drawing_order(run));
   for (std::size_t d = 0; d < devices.size(); ++d) {
     for (const Column& column : kColumns) {
-      draw_signal(svg, signal_of(run, all, devices[d].name + "." + column.kind), time_s, column,
+      draw_signal(svg, run, signal_of(run, all, devices[d].name + "." + column.kind), time_s, column,
                   kHead + kBlock * static_cast<double>(d));
     }
   }

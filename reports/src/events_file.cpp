@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kMagic = "EVSTEP01";
 constexpr std::size_t kRowBytes = 20;       // time, hash, name, lane, zero
-constexpr std::size_t kStrategyBytes = 24;  // least: name length, trace hash, event name count, row count
+constexpr std::size_t kStrategyBytes = 24;  // at least: name length, trace hash, event name count, row count
 constexpr std::uint8_t kLanes = 3;
 
 class Writer {
@@ -35,7 +35,8 @@ class Writer {
   std::vector<std::byte> bytes_;
 };
 
-/// Every take checks what is left first; nothing is allocated for a size that the file cannot hold.
+/// Reads from the bytes of a file. It first checks how many bytes are left, so nothing is allocated for a size that the file
+/// cannot contain.
 class Reader {
  public:
   explicit Reader(const std::vector<std::byte>& bytes) : bytes_(bytes) {}
@@ -57,7 +58,7 @@ class Reader {
     at_ += length;
     return text;
   }
-  /// A count of things of at least `least` bytes each.
+  /// A count of items that have at least `least` bytes each.
   template <class Unsigned>
   std::size_t count(const char* what, std::size_t least) {
     const std::size_t before = at_;
@@ -117,7 +118,8 @@ std::string event_text(const StrategyRecord& strategy, std::size_t index) {
                      event.chained_hash);
 }
 
-/// The hashes are chained: once different, always different. So the first difference is a partition point.
+/// The number of equal events at the begin. The hashes are chained, so once they differ they always differ, and the first
+/// difference is a partition point.
 std::size_t equal_prefix(const StrategyRecord& a, const StrategyRecord& b) {
   std::size_t low = 0, high = std::min(a.events.size(), b.events.size());
   while (low < high) {
@@ -143,13 +145,12 @@ std::optional<Difference> difference_of(const StrategyRecord& a, const StrategyR
   return Difference{a.name, static_cast<std::int64_t>(index), std::move(text)};
 }
 
-const StrategyRecord* find(const EventFile& file, const std::string& name) {
-  const auto found =
-      std::find_if(file.strategies.begin(), file.strategies.end(), [&](const auto& s) { return s.name == name; });
-  return found == file.strategies.end() ? nullptr : &*found;
+const StrategyRecord* find(const std::vector<StrategyRecord>& strategies, const std::string& name) {
+  const auto found = std::find_if(strategies.begin(), strategies.end(), [&](const auto& s) { return s.name == name; });
+  return found == strategies.end() ? nullptr : &*found;
 }
 
-/// Real time of the difference: that of the event there, in whichever log has one.
+/// The real time of the difference: that of the event there, in the log that has one.
 RealTime time_of(const Difference& difference, const StrategyRecord& a, const StrategyRecord& b) {
   RealTime time = kNever;
   const auto index = static_cast<std::size_t>(difference.index);
@@ -190,21 +191,21 @@ EventFile read_events_bin(const std::vector<std::byte>& bytes) {
   reader.take<std::uint64_t>("the magic");
   EventFile file;
   const auto strategies = reader.count<std::uint32_t>("strategies", kStrategyBytes);
-  for (std::size_t i = 0; i < strategies; ++i) file.strategies.push_back(take_strategy(reader));
+  for (std::size_t i = 0; i < strategies; ++i) file.push_back(take_strategy(reader));
   if (reader.left() > 0) reader.fail(reader.at(), fmt::format("{} bytes after the last strategy", reader.left()));
   return file;
 }
 
-std::optional<Difference> first_difference(const EventFile& a, const EventFile& b) {
-  for (const StrategyRecord& strategy : a.strategies) {
+std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b) {
+  for (const StrategyRecord& strategy : a) {
     if (!find(b, strategy.name)) return Difference{strategy.name, -1, strategy.name + ": only A has this strategy"};
   }
-  for (const StrategyRecord& strategy : b.strategies) {
+  for (const StrategyRecord& strategy : b) {
     if (!find(a, strategy.name)) return Difference{strategy.name, -1, strategy.name + ": only B has this strategy"};
   }
   std::optional<Difference> first;
   RealTime first_time = kNever;
-  for (const StrategyRecord& strategy : a.strategies) {
+  for (const StrategyRecord& strategy : a) {
     const StrategyRecord& other = *find(b, strategy.name);
     std::optional<Difference> difference = difference_of(strategy, other);
     if (!difference) continue;

@@ -1,6 +1,6 @@
 #pragma once
-/// What of a record is judged: steps that begin at or after the end of warm-up and are not acquiring, ticks in
-/// [end of warm-up, end of the run) that send a scheduled force.
+/// The judged part of a record: steps that begin at or after the end of warm-up and are not acquiring, and ticks in [end of
+/// warm-up, end of the run) that send a scheduled force.
 
 #include <cstddef>
 #include <vector>
@@ -12,11 +12,11 @@ namespace evenstep::internal {
 std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal);
 std::vector<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nominal);
 
-/// Simulation time at which step n begins: n * slot, or what a strategy of variable steps recorded.
+/// The simulation time at which step n begins: n * slot, or the recorded one for a strategy with variable steps.
 double simulation_time_s(const StrategyRecord& strategy, std::size_t n, double slot_s);
 
-/// A vector signal over its own time, relative to the end of warm-up (interaction: to the simulation time of the first
-/// judged step), so that a long run loses no digits.
+/// A vector signal over its own time. Times are relative to the end of warm-up (for the interaction, to the simulation time
+/// of the first judged step), so that a long run loses no digits.
 struct Series {
   std::vector<double> t_s;
   std::vector<Vec3> value;

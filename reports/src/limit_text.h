@@ -1,5 +1,5 @@
 #pragma once
-/// What an expectation asks for, as people read it. Shared by the verdict table and JUnit.
+/// The limits of an expectation in readable form, for the verdict table and JUnit.
 
 #include <string>
 
@@ -9,9 +9,9 @@ namespace evenstep::internal {
 
 /// "<= 1e-06 step", ">= 4 step", "= 0", "1 .. 2 ms"
 std::string limit_text(const ExpectationResult& result);
-/// "5.44 step"; "no sample" where nothing was judged.
+/// "5.44 step"; "no sample" if nothing was judged.
 std::string value_text(const ExpectationResult& result);
-/// Distance to the nearest limit, positive inside: "0.4".
+/// The distance to the nearest limit, positive if the limit holds: "0.4".
 std::string margin_text(const ExpectationResult& result);
 std::string verdict_text(const ExpectationResult& result);
 

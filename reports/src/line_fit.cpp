@@ -10,7 +10,8 @@ namespace evenstep::internal {
 std::vector<Window> windows(std::span<const double> t, double window_s) {
   std::vector<Window> result;
   if (t.empty()) return result;
-  // A billionth of a window: k * slot_s that should lie on a boundary misses it by some 1e-13 relative at most.
+  // The billionth of a window is for k * slot_s that should lie on a boundary, but misses it by a relative error of some
+  // 1e-13.
   const auto number = [&](std::size_t i) { return static_cast<std::int64_t>(std::floor((t[i] - t[0]) / window_s + 1e-9)); };
   std::int64_t current = number(0);
   std::size_t begin = 0;
@@ -22,7 +23,7 @@ std::vector<Window> windows(std::span<const double> t, double window_s) {
   }
   result.push_back({begin, t.size()});
   if (result.size() > 1) {
-    const double spacing = (t.back() - t.front()) / static_cast<double>(t.size() - 1);  // a sample stands for its period
+    const double spacing = (t.back() - t.front()) / static_cast<double>(t.size() - 1);  // a sample covers its period
     const double covered = t.back() - t.front() - static_cast<double>(current) * window_s + spacing;
     if (covered < window_s * (0.5 - 1e-9)) {
       result.pop_back();
@@ -32,8 +33,8 @@ std::vector<Window> windows(std::span<const double> t, double window_s) {
   return result;
 }
 
-// Everything is taken relative to the first sample and then to the mean, so the sums have the size of the window's travel,
-// not of the run's: at 1000 s and 100 m the residual of an exact line stays below 1e-13 m.
+// Everything is computed relative to the first sample and then to the mean, so the sums have the size of the travel within
+// the window, not of that within the run: at 1000 s and 100 m the residual of an exact line stays below 1e-13 m.
 std::vector<Vec3> line_residual(std::span<const double> t, std::span<const Vec3> x) {
   const std::size_t count = t.size();
   std::vector<Vec3> residual(count);

@@ -14,8 +14,8 @@ struct Window {
   std::size_t size() const { return end - begin; }
 };
 
-/// Non-overlapping windows of `window_s` from t[0]; a sample on a boundary opens the next window. A rest that covers less
-/// than half a window joins the one before.
+/// Non-overlapping windows of `window_s` from t[0] on; a sample on a boundary belongs to the next window. A rest that covers
+/// less than half a window is added to the one before.
 std::vector<Window> windows(std::span<const double> t, double window_s);
 
 /// x minus its least-squares line over t.

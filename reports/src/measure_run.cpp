@@ -18,13 +18,13 @@ using Values = std::map<std::string, double>;
 constexpr double kWindow_s = 0.25;
 constexpr Duration kAroundStop{100'000'000};  // error_at_stop: 0.2 s around the stop
 
-/// A metric without a value stays out: an expectation on it is then an error, never a pass.
+/// Adds a metric. Without a value it is left out, and an expectation on it is then an error, never a pass.
 void put(Values& values, const std::string& metric, double value, bool has_value = true) {
   if (has_value) values.emplace(metric, value);
 }
 
-/// The double nearest to a whole number of ns (a division rounds once; times 1e-9 would round twice), so that 12.842223 ms
-/// is the number that a reader of that text gets.
+/// The double nearest to a whole number of ns (a division rounds once, a product with 1e-9 would round twice), so that it is
+/// the same number that parsing "12.842223 ms" gives.
 double nearest_s(std::int64_t ns) { return static_cast<double>(ns) / 1e9; }
 double nearest_s(Duration d) { return nearest_s(d.ns); }
 
@@ -139,14 +139,14 @@ Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, 
   return values;
 }
 
-/// A force is due from its emission time on; with linear emission already after the one before, as the other end of the
-/// line that ticks between the two are on.
+/// When a force is due: at its emission time. With linear emission it is due right after the emission time before that,
+/// because ticks between the two are on the line that it ends.
 RealTime due(const StrategyRecord& strategy, std::size_t n, bool hold) {
   if (hold || n == 0) return strategy.steps[n].emission;
   return std::min(strategy.steps[n].emission, strategy.steps[n - 1].emission + Duration{1});
 }
 
-/// Ticks that wanted a force which was not there yet: in [due, E) of some judged step; each tick once.
+/// The number of ticks that needed a force which was not there yet: in [due, E) of some judged step; each tick counts once.
 std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
                   const std::vector<std::size_t>& ticks, bool hold) {
   std::set<std::size_t> hit;
@@ -160,8 +160,8 @@ std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, co
   return static_cast<std::int64_t>(hit.size());
 }
 
-/// R(n) to the first tick that sends f_n: the first at or after max(F(n), E(n)) (a completion comes before a tick of the
-/// same instant). A step whose successor is sent by that tick too is never felt and counts for nothing.
+/// The time from R(n) to the first tick that sends f_n, which is the first at or after max(F(n), E(n)) (a completion comes
+/// before a tick of the same instant). A step whose successor is already sent by that tick is never felt and does not count.
 Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps) {
   const auto ready = [&](std::size_t n) { return std::max(strategy.steps[n].emission, strategy.steps[n].end); };
   Spread spread;
@@ -242,7 +242,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   return values;
 }
 
-/// How late samples and forces were, in judged steps; 0 where none was.
+/// How late samples and forces were in judged steps; 0 if none was late.
 void put_lateness_of_underruns(Values& values, const StrategyRecord& strategy, std::size_t device,
                                const std::vector<std::size_t>& steps) {
   std::int64_t gated = 0;
@@ -286,7 +286,8 @@ Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, c
   return values;
 }
 
-/// Mean length of the segments as they ran, from first step to first step: from the first that was judged whole to the last.
+/// The mean length of the segments as they ran, from first step to first step: from the first segment that was judged
+/// completely to the last one.
 void put_segment_mean(Values& values, const StrategyRecord& strategy, const std::vector<std::size_t>& steps) {
   const StepRow *first = nullptr, *last = nullptr;
   for (const std::size_t n : steps) {
@@ -320,14 +321,15 @@ Values solver_values(const StrategyRecord& strategy, const std::vector<std::size
   return values;
 }
 
-/// Ticks of the device's grid, from the first that ran to the last, that never ran because one before them ran late.
+/// The number of ticks of the device's grid, between the first and the last that ran, that never ran because one before them
+/// ran late.
 std::int64_t skipped_ticks(const std::vector<TickRow>& ticks, const Nominal::Device& device) {
   if (ticks.empty()) return 0;
   const auto index = [&](const TickRow& tick) { return first_tick_at_or_after(device.rate, tick.at, device.first_tick); };
   return index(ticks.back()) - index(ticks.front()) + 1 - static_cast<std::int64_t>(ticks.size());
 }
 
-/// Lateness of every tick of the strategy that ran live; shadows and virtual time have none.
+/// The lateness of all ticks of the strategy that ran live; shadows and runs in virtual time have none.
 void put_lateness(Values& values, const RunRecord& run) {
   std::vector<std::int64_t> lateness_ns;
   std::int64_t misses = 0;

@@ -13,9 +13,10 @@ namespace evenstep {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr std::size_t kLeastSamples = 3;  // a line goes through two points: fewer than three judge nothing
+constexpr std::size_t kLeastSamples = 3;  // any two points lie on a line, so fewer than three judge nothing
 
-/// cos and sin of 2 pi i / count, by reproducible functions: a summary's bits must not depend on the C library.
+/// cos and sin of 2 pi i / count, computed by reproducible functions, because the bits of a summary must not depend on the C
+/// library.
 struct Circle {
   explicit Circle(std::size_t count) : cosine(count), sine(count) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -47,7 +48,8 @@ bool flat(std::span<const Vec3> x, std::size_t axis) {
   return true;
 }
 
-/// Sum of squares of x that lies in the bins [first, last] (Parseval; a bin below Nyquist stands for its mirror too).
+/// The part of the sum of squares of x that lies in the bins [first, last] (by Parseval; a bin below the Nyquist frequency
+/// also counts for its mirror image).
 double band_energy(std::span<const Vec3> x, std::size_t first, std::size_t last) {
   const Circle circle(x.size());
   double energy = 0;
@@ -104,7 +106,7 @@ double band_rms(std::span<const double> t, std::span<const Vec3> x, double windo
     if (count < kLeastSamples) continue;
     const auto times = t.subspan(window.begin, count);
     const double length_s = (times.back() - times.front()) * static_cast<double>(count) / static_cast<double>(count - 1);
-    // Bin k has k / length_s Hz; a billionth keeps a bin that lies on an edge inside.
+    // Bin k is at k / length_s Hz; the billionth keeps a bin that lies exactly on an edge inside.
     const auto first = static_cast<std::size_t>(std::max(1.0, std::ceil(low_Hz * length_s * (1 - 1e-9))));
     const auto last = std::min(count / 2, static_cast<std::size_t>(std::floor(high_Hz * length_s * (1 + 1e-9))));
     if (first > last) continue;

@@ -141,7 +141,7 @@ constexpr std::array kEvents =
 constexpr std::array kRun = std::to_array<MetricUnit>(
     {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
 
-// Of the statuses and the schedules first, then what the kinds of cases measure.
+// First the metrics of statuses and schedules, then those of the kinds of cases.
 constexpr std::array kCase = std::to_array<MetricUnit>({{"cells", "count"},
                                                         {"ok", "count"},
                                                         {"damped", "count"},
@@ -186,7 +186,7 @@ std::vector<std::string_view> parts_of(std::string_view signal) {
   }
 }
 
-/// The tables of a signal's form; `*` in the middle of three parts stands for every kind of device signal.
+/// The tables for a form of signal; `*` as the middle one of three parts stands for every kind of device signal.
 std::vector<Table> tables_of(std::string_view signal) {
   const std::vector<std::string_view> parts = parts_of(signal);
   if (std::find(parts.begin(), parts.end(), "") != parts.end()) return {};
@@ -225,7 +225,7 @@ std::string base_unit(const std::string& signal, const std::string& metric) {
   for (const Table table : tables_of(signal)) {
     for (const MetricUnit& row : table) {
       if (row.metric != metric) continue;
-      if (!unit.empty() && unit != row.unit) return "";  // "*": m and N at once
+      if (!unit.empty() && unit != row.unit) return "";  // "*" matches metrics in m and in N
       unit = row.unit;
     }
   }

@@ -19,7 +19,7 @@ double mean(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Minus its mean: that takes the constant out of the fit.
+/// Subtracts the mean, which removes the constant from the fit.
 void centre(std::vector<double>& values) {
   const double middle = mean(values);
   for (double& value : values) value -= middle;
@@ -31,7 +31,8 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
   return sum;
 }
 
-/// Relative to the first value, so that a small motion far from the origin loses no digits.
+/// The component along the direction, relative to the first value, so that a small motion far from the origin loses no
+/// digits.
 std::vector<double> component(std::span<const Vec3> x, const Vec3& direction) {
   const double length = norm(direction);
   std::vector<double> values;
@@ -49,7 +50,7 @@ SineFit fit_sine(std::span<const double> t_s, std::span<const Vec3> x, const Vec
   const SineFit none{kNone, kNone, kNone};
   const double count = static_cast<double>(t_s.size());
   if (t_s.size() < 3) return none;
-  // A sample stands for its period; a billionth, as rounded times may miss a whole period by that.
+  // A sample covers its period. The billionth is because rounded times may miss a whole period by that much.
   const double covered_s = (t_s.back() - t_s.front()) * count / (count - 1);
   if (covered_s * frequency_Hz < 1 - 1e-9) return none;
   std::vector<double> cosine, sine;
@@ -63,7 +64,8 @@ SineFit fit_sine(std::span<const double> t_s, std::span<const Vec3> x, const Vec
   for (std::vector<double>* column : {&cosine, &sine, &value}) centre(*column);
   const double cc = dot(cosine, cosine), ss = dot(sine, sine), cs = dot(cosine, sine);
   const double determinant = cc * ss - cs * cs;
-  // count^2 / 4 where the samples spread evenly over the turn; near 0 where they fall on two points of it or fewer.
+  // The determinant is count^2 / 4 if the samples are spread evenly over the turn, and near 0 if they all fall on two points
+  // of it or fewer.
   if (!(determinant > 1e-6 * count * count / 4)) return none;
   const double cx = dot(cosine, value), sx = dot(sine, value);
   const double b = (cx * ss - sx * cs) / determinant, c = (sx * cc - cx * cs) / determinant;

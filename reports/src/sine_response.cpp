@@ -12,7 +12,7 @@ namespace {
 
 const Nominal::Sine* sine_of(const Nominal::Device* device) { return device && device->sine ? &*device->sine : nullptr; }
 
-/// The judged steps from the first on that reads the sine: before it the hand rests.
+/// The judged steps from the first one that reads the sine; before that the hand is at rest.
 std::vector<std::size_t> moving_steps(const StrategyRecord& strategy, const std::vector<std::size_t>& steps,
                                       const Nominal::Sine& sine) {
   const auto first = std::find_if(steps.begin(), steps.end(), [&](std::size_t n) {
@@ -43,7 +43,7 @@ std::optional<SineResponse> force_response(const RunRecord& run, const StrategyR
   if (!sine) return std::nullopt;
   const std::vector<std::size_t> moving = moving_steps(strategy, steps, *sine);
   if (moving.empty()) return std::nullopt;
-  // From the force of the first moving step on.
+  // Ticks count from the force of the first moving step on.
   const StepRow& first = strategy.steps[moving.front()];
   const RealTime from = std::max(first.emission, first.end);
   std::vector<std::size_t> sent;

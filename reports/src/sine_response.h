@@ -8,11 +8,11 @@
 namespace evenstep::internal {
 
 struct SineResponse {
-  std::optional<double> gain;          ///< 1: in full; none where nothing says how much force is expected
+  std::optional<double> gain;          ///< 1 is the ideal; empty if it is not known how much force to expect
   double delay_s = 0, distortion = 0;  ///< as SineFit
 };
 
-/// nullopt: the motion is no sine, or nothing judged reads it. `steps`, `ticks`: what is judged.
+/// Empty if the motion is not a sine, or if no judged step reads it. `steps` and `ticks` are the judged ones.
 std::optional<SineResponse> interaction_response(const RunRecord& run, const StrategyRecord& strategy,
                                                  const DeviceRecord& device, const std::vector<std::size_t>& steps);
 std::optional<SineResponse> force_response(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 #include "src/svg.h"
 
 namespace evenstep {
@@ -19,7 +19,7 @@ using internal::Range;
 using internal::Stroke;
 using internal::Svg;
 
-// High enough for the legend of every method on every solver, each of which could have cells of every state.
+// High enough for a legend with every method on every solver, each with cells of every state.
 constexpr double kWidth = 1060, kHeight = 790;
 constexpr internal::Box kPlot{90, 50, 690, 690};
 constexpr double kLegend = 712;  // left edge
@@ -71,7 +71,7 @@ Range decades(double least, double most) {
   return {std::floor(std::log10(least) - 0.05), std::ceil(std::log10(most) + 0.05)};
 }
 
-/// Of all points, and real time (1 CPU second per simulated second) with them.
+/// The ranges of all points, including real time (1 CPU second per simulated second).
 std::pair<Range, Range> ranges_of(const std::vector<Line>& lines, StudyQuantity q) {
   double least_error = INFINITY, most_error = 0, least_cost = 1, most_cost = 1;
   for (const Line& line : lines) {
@@ -134,7 +134,7 @@ std::vector<Pointless> without_points(const StudyRecord& study) {
   return out;
 }
 
-/// Which line is which, and what has no point.
+/// Draws the legend of the lines, and lists the cells that have no point.
 void draw_legend(Svg& svg, const StudyRecord& study, const std::vector<Line>& lines) {
   Point at{kLegend, kPlot.top + 10};
   std::vector<std::string> named;

@@ -26,7 +26,7 @@ double tick_step(Range range, int wanted) {
   return power * (share < 1.5 ? 1 : share < 3.5 ? 2 : share < 7.5 ? 5 : 10);
 }
 
-/// As many decimals as the tick's step has; tiny or huge steps in scientific notation.
+/// The text of a tick, with as many decimals as the step between ticks has; scientific notation for tiny or huge steps.
 std::string tick_text(double value, double step) {
   if (std::abs(value) < step * 1e-6) return "0";
   const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step * 1.000001))));
@@ -77,7 +77,7 @@ Range Range::around(const std::vector<double>& values, double margin) {
     high = std::max(high, value);
   }
   if (!(low <= high)) return {-1, 1};
-  // A span below the rounding of its values would put all ticks on one number.
+  // With a span below the rounding of its values, all ticks would show the same number.
   const double least = std::max({std::abs(low), std::abs(high)}) * 1e-9;
   const double span = high - low > least ? high - low : low == 0 && high == 0 ? 2 : std::max(std::abs(high), least) * 0.2;
   const double middle = (low + high) / 2, half = span * (0.5 + margin);

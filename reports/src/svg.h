@@ -1,6 +1,6 @@
 #pragma once
-/// Just enough SVG for the figures: shapes, text, and a panel with axes in SI units and round ticks. Colours are Okabe-Ito,
-/// which stay apart for colour-blind readers; curves also differ in their dashes.
+/// Just enough SVG for the figures: shapes, text, and a panel with axes in SI units and round ticks. The colours are those
+/// of Okabe and Ito, which colour-blind readers can tell apart; curves also differ in their dashes.
 
 #include <string>
 #include <string_view>
@@ -28,7 +28,7 @@ struct Box {
 };
 struct Range {
   double low = 0, high = 1;
-  /// The finite values of a list, with a share of the span free on both sides; [-1, 1] around a single value of 0.
+  /// The range of the finite values in a list, plus a share of the span on both sides; [-1, 1] for a single value of 0.
   static Range around(const std::vector<double>& values, double margin = 0.05);
 };
 struct Stroke {
@@ -60,23 +60,24 @@ class Svg {
 /// Round tick values (1, 2 or 5 times a power of ten) inside the range, about `wanted` of them.
 std::vector<double> round_ticks(Range range, int wanted);
 
-/// One axis: values are divided by 10^(3 * power) and the unit gets the prefix, e.g. 0.012 m is 12 mm.
+/// An axis. Values are divided by 10^(3 * power), and the unit gets the prefix for it, e.g. 0.012 m is 12 mm.
 struct Axis {
   Range range;
   std::string name;  ///< "position"
   std::string unit;  ///< "m"; prefixes only for m, s and N
-  bool decades = false;  ///< values and range are log10 of what the numbers say; no prefix
+  bool decades = false;  ///< values and range are log10 of the numbers that are shown; no prefix
   double factor() const;
   std::string label() const;  ///< "position [mm]"
 };
 
-/// A rectangle of the picture with two axes.
+/// A rectangle in the picture with two axes.
 class Panel {
  public:
   Panel(Svg& svg, Box box, Axis x, Axis y) : svg_(svg), box_(box), x_(std::move(x)), y_(std::move(y)) {}
-  /// Grid, frame, tick labels; the label of x only where asked.
+  /// Draws grid, frame and tick labels; the label of x only if asked for.
   void draw_axes(bool x_numbers, bool x_label);
-  /// Non-finite points break the curve. At most four points (first, least, greatest, last) per pixel column are kept.
+  /// Draws a curve. Points that are not finite interrupt it. At most four points (first, least, greatest, last) are kept per
+  /// pixel column.
   void curve(const std::vector<double>& x, const std::vector<double>& y, const Stroke& stroke);
   Point at(double x, double y) const { return {x_at(x), y_at(y)}; }
   double x_at(double x) const;

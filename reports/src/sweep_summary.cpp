@@ -13,10 +13,11 @@ void count(SweepTally& tally, SweepVerdict verdict) {
   ++(verdict == SweepVerdict::pass ? tally.passed : verdict == SweepVerdict::fail ? tally.failed : tally.errors);
 }
 
-/// A limit of 0 has no shares: there the distance itself counts.
+/// By how much a limit is exceeded, as a share of the limit; for a limit of 0, the distance itself.
 double excess_over(double limit, double distance) { return limit == 0 ? distance : distance / std::abs(limit); }
 
-/// How far over its limits, or how near to them. nullopt: says nothing (an exact value that is met).
+/// By how much a value exceeds its limits, or (negative) how far it is from them. Empty if that has no meaning (an exact
+/// value that is met).
 std::optional<double> excess_of(const SweepPoint::Value& judged) {
   if (!judged.value) return kInfinity;
   const bool passes = judged.verdict == SweepVerdict::pass;
@@ -24,7 +25,7 @@ std::optional<double> excess_of(const SweepPoint::Value& judged) {
   double excess = -kInfinity;
   if (judged.max) excess = std::max(excess, excess_over(*judged.max, *judged.value - *judged.max));
   if (judged.min) excess = std::max(excess, excess_over(*judged.min, *judged.min - *judged.value));
-  // A known fault that is gone, or still there, is within or over its limit the other way round.
+  // With expect_fail it is the other way round: the limit is exceeded if the known fault is gone.
   return (excess > 0) == passes ? -excess : excess;
 }
 
@@ -38,7 +39,8 @@ SweepSummary::Worst worst_of(const SweepPoint& point, std::size_t at) {
   return worst;
 }
 
-/// The value whose failures decide what is found: the one beyond it, or the one at the safe end where nothing is found.
+/// The value whose failures decide the result: the next one after the value that is found, or the one at the safe end if
+/// none is found.
 std::optional<std::size_t> deciding_value(const SweepHeader& header, const std::optional<SweepSummary::Find>& found) {
   if (!found) return std::nullopt;
   const std::size_t last = header.grid[header.find->axis].values.size() - 1;
@@ -57,7 +59,7 @@ std::vector<SweepSummary::Worst> worst_points(const SweepRecord& record, std::op
   }
   const auto kept = all.begin() + std::min<std::ptrdiff_t>(record.header.keep_worst, std::ssize(all));
   std::partial_sort(all.begin(), kept, all.end(), [&](const auto& a, const auto& b) {
-    // What did not pass comes first, however small its excess.
+    // Points that did not pass come first, however small their excess is.
     const bool a_passes = record.points[a.point].verdict == SweepVerdict::pass;
     const bool b_passes = record.points[b.point].verdict == SweepVerdict::pass;
     if (a_passes != b_passes) return b_passes;
@@ -70,7 +72,7 @@ std::vector<SweepSummary::Worst> worst_points(const SweepRecord& record, std::op
 SweepSummary::Find find_value(const SweepHeader::Find& wanted, const std::vector<SweepTally>& tallies) {
   SweepSummary::Find found;
   const auto passes = [&](std::size_t i) { return tallies[i].runs() > 0 && tallies[i].passed == tallies[i].runs(); };
-  // From the safe end on: the last one for `smallest`, the first one for `largest`.
+  // Starts at the safe end, which is the last value for `smallest` and the first one for `largest`.
   std::size_t steps = 0;
   const auto at = [&](std::size_t step) { return wanted.smallest ? tallies.size() - 1 - step : step; };
   while (steps < tallies.size() && passes(at(steps))) ++steps;

@@ -1,5 +1,5 @@
 #pragma once
-/// Text that stays valid whatever a scenario file says: UTF-8 kept, broken UTF-8 replaced by U+FFFD.
+/// Text that stays valid whatever a scenario file contains: valid UTF-8 is kept, broken UTF-8 replaced by U+FFFD.
 
 #include <cstddef>
 #include <cstdint>
@@ -10,19 +10,16 @@
 
 namespace evenstep::internal {
 
-/// Takes the first code point off `text` (not empty). U+FFFD and one byte for anything that is not UTF-8.
+/// Takes the first code point off `text`, which must not be empty. For anything that is not UTF-8 it takes one byte and
+/// gives U+FFFD.
 char32_t take_code_point(std::string_view& text);
 void append_utf8(std::string& out, char32_t c);
 
-/// With its quotes. Control characters as \u00XX.
-std::string json_string(std::string_view text);
-/// Shortest text that reads back to the same double; null where JSON has no number for it.
-std::string json_number(double value);
 /// For text and attributes of XML 1.0: characters that it does not allow are left out, line breaks in attributes kept.
 std::string xml_escape(std::string_view text);
-/// A field of RFC 4180, quoted where it has to be.
+/// A CSV field as in RFC 4180, quoted if necessary.
 std::string csv_field(const std::string& text);
-/// Columns on a terminal: 0 for combining marks, 2 for East Asian wide characters and emoji.
+/// The number of columns on a terminal: a combining mark takes 0, an East Asian wide character or an emoji 2.
 std::size_t display_width(std::string_view text);
 
 /// Exact decimal seconds of an instant: "1.234567890".

@@ -10,14 +10,14 @@ namespace evenstep::internal {
 namespace {
 
 constexpr Duration kAroundStop{100'000'000};  // error_at_stop: 0.2 s around the stop
-constexpr double kFelt_N = 1e-6;              // the least that a report of whole micronewtons holds
+constexpr double kFelt_N = 1e-6;              // the least force that a report in whole micronewtons can contain
 
 struct Touch {
   const TickRow* sent = nullptr;
   const TickRow* due = nullptr;
 };
 
-/// The first tick that sends a force and the first that should have; only of what is not touched when judging begins.
+/// The first tick that sends a force, and the first one that should have; only if nothing is touched when judging begins.
 Touch first_touch(const DeviceRecord& device, const std::vector<std::size_t>& ticks) {
   Touch touch;
   if (norm(*device.ticks[ticks.front()].undelayed_N) >= kFelt_N) return touch;

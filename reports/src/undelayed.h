@@ -1,5 +1,5 @@
 #pragma once
-/// The force sent against the force without delay: docs/metrics.md.
+/// Compares the force that was sent with the force without delay (docs/metrics.md).
 
 #include <map>
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace evenstep::internal {
 
-/// Empty where the scene was not asked for the undelayed force.
+/// Empty if the undelayed force was not computed.
 std::map<std::string, double> undelayed_values(const DeviceRecord& device, const std::vector<std::size_t>& ticks,
                                                std::optional<RealTime> stop);
 

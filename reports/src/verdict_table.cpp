@@ -31,7 +31,7 @@ const char* colour_of(ExpectationResult::Verdict verdict) {
                                                        : "\x1b[35m";
 }
 
-/// Scenario text reaches a terminal: control characters (an escape sequence's start) become '?'.
+/// Text of a scenario is printed on a terminal, so control characters (which may start an escape sequence) become '?'.
 std::string printable(std::string text) {
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';

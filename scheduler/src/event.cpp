@@ -13,8 +13,8 @@ std::uint64_t chain(const std::vector<Event>& events) {
 std::vector<Event> merge(const std::vector<Event>& a, const std::vector<Event>& b) {
   std::vector<Event> merged;
   merged.reserve(a.size() + b.size());
-  // Front against front, as a scheduler takes its next event. Not std::merge: a log need not be sorted, a device event
-  // at t may ask for a completion at t.
+  // Compares the two front events, as a scheduler does when it takes its next event. std::merge would not do, because a log
+  // need not be sorted: a device event at t may ask for a completion at t.
   auto from_a = a.begin();
   auto from_b = b.begin();
   while (from_a != a.end() && from_b != b.end()) {

@@ -11,13 +11,13 @@ constexpr std::size_t kBatches = 20;
 
 double normal_cdf(double z) { return 0.5 * std::erfc(-z / std::sqrt(2.0)); }
 
-/// Log density of a normal but for the constant.
+/// The log density of a normal distribution, without its constant.
 double log_density(double value, double level, double deviation) {
   const double z = (value - level) / deviation;
   return -0.5 * z * z - std::log(deviation);
 }
 
-/// Forward and backward probabilities of "high", scaled; `both[i]` of the transition low-high or back after value i.
+/// Scaled forward and backward probabilities of "high"; `both[i]` is that of a change of level after value i.
 struct Posterior {
   Sample high;
   double changes = 0;
@@ -44,7 +44,7 @@ Posterior posterior_of(const Sample& values, const TwoLevels& model) {
     const double high = forward[i] * backward_high, low = (1 - forward[i]) * backward_low;
     out.high[i] = high / (high + low);
     if (i == 0) break;
-    // Into value i: from the other level, by what lies before (forward) and after (backward).
+    // The change into value i from the other level, given the values before (forward) and after it (backward).
     const double in_high = high_density[i] * backward_high / scale[i], in_low = low_density[i] * backward_low / scale[i];
     out.changes += model.leave * (forward[i - 1] * in_low + (1 - forward[i - 1]) * in_high);
     backward_high = (1 - model.leave) * in_high + model.leave * in_low;
@@ -169,7 +169,7 @@ FittedNumber relative_slope(const Sample& times_s, const Sample& values) {
 TwoLevels fit_two_levels(const Sample& values) {
   TwoLevels model;
   const double deviation = std::max(robust_deviation(values), 1e-6);
-  // From the quarters of the sample; outliers beyond 5 deviations of the halves are no third level.
+  // Starts from the quartiles of the sample. Outliers beyond 5 deviations of the halves are no third level.
   model.low = quantile(values, 0.25);
   model.high = quantile(values, 0.75);
   Sample bounded;
@@ -198,7 +198,7 @@ double fit_tail(const Sample& values, double least, double most) {
   double logs = 0;
   for (const double value : values) logs += std::log(value / least);
   const double n = static_cast<double>(values.size()), range = std::log(most / least);
-  // d/da of n log a - a sum log(x / least) - n log(1 - q^a), q = least / most; it falls with a.
+  // The derivative by a of n log a - a sum log(x / least) - n log(1 - q^a), q = least / most; it falls with a.
   const auto slope = [&](double a) { return n / a - logs - n * range / std::expm1(a * range); };
   double low = 0.1, high = 10;
   for (int i = 0; i < 60; ++i) {

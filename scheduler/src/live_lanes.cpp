@@ -21,7 +21,7 @@ struct WorkerExecutor::State {
   explicit State(const Clock& c) : clock(c) {}
 
   void loop() {
-    std::vector<Completion*> batch;  // swapped with `waiting`, so that neither allocates once grown
+    std::vector<Completion*> batch;  // swapped with `waiting`, so that neither allocates once it has grown
     for (;;) {
       {
         std::unique_lock lock(mutex);
@@ -43,7 +43,7 @@ struct WorkerExecutor::State {
     completion.stamp = clock.now();
     if (completion.home != nullptr) completion.home->completed(completion);
     {
-      // Last: whoever has seen `done` may destroy the completion, its scheduler and its clock.
+      // `done` is set last: a thread that has seen it may destroy the completion, its scheduler and its clock.
       std::lock_guard lock(mutex);
       completion.done.store(true, std::memory_order_release);
     }

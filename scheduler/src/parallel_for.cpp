@@ -18,14 +18,14 @@ std::size_t threads_for(std::size_t count, int threads) {
   return std::min(wanted, count);
 }
 
-/// `work` on so many threads, this one among them; returns when all are done.
+/// Runs `work` on this many threads, including the calling one; returns when all are done.
 void run_threads(std::size_t threads, const std::function<void()>& work) {
   std::vector<std::jthread> others;
   for (std::size_t i = 1; i < threads; ++i) others.emplace_back(work);
   work();
 }
 
-/// Results that are waiting for their turn.
+/// The results that wait for their turn.
 class InOrder {
  public:
   explicit InOrder(const std::function<bool(std::size_t, const std::string&)>& take) : take_(take) {}

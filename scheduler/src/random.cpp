@@ -15,7 +15,7 @@ struct TwoWords {
   std::uint64_t first, second;
 };
 
-/// Block `series` of draw n. Different series of one n are independent.
+/// Block `series` of draw n. Blocks of one n with different `series` are independent.
 TwoWords block(std::uint64_t key, std::uint64_t n, std::uint32_t series) {
   const auto low = [](std::uint64_t word) { return static_cast<std::uint32_t>(word); };
   const auto high = [](std::uint64_t word) { return static_cast<std::uint32_t>(word >> 32); };

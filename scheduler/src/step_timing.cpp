@@ -57,10 +57,10 @@ class PeriodicTiming final : public StepTiming {
   std::int64_t index_ = 0;
 };
 
-/// 1 + r B: what drift makes of a duration in a segment that begins at B.
+/// 1 + r B: the factor of drift on a duration in a segment that begins at B.
 double drift_factor(double drift_per_s, RealTime begin) { return 1.0 + drift_per_s * seconds(begin); }
 
-/// Visualization and steps take turns. Free-running, or paced: then a segment waits for its tick of the grid.
+/// Visualization and steps take turns: free-running, or paced, where each segment waits for its tick of the grid.
 class TakingTurns final : public StepTiming {
  public:
   explicit TakingTurns(const ProgrammedTiming& timing)
@@ -204,7 +204,8 @@ namespace {
   return std::all_of(steps.begin(), steps.end(), [](int count) { return count >= 0; });
 }
 
-/// `steps` (of the beginning or of a change) and what goes with them take time: or time would stand still.
+/// Whether a schedule with these `steps` (those of the beginning or of a change) takes any time: otherwise time would stand
+/// still.
 [[maybe_unused]] bool time_passes(const ProgrammedTiming& timing) {
   const int most_steps = *std::max_element(timing.steps.begin(), timing.steps.end());
   if (timing.dropped_visualization == 1 && most_steps == 0) return false;

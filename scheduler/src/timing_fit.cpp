@@ -12,28 +12,29 @@ namespace {
 
 using namespace internal;
 
-/// Share of segments that must show something before it is the rule.
+/// The share of segments that must show something before it counts as a rule.
 constexpr double kRule = 0.1;
-/// Two levels must be so many deviations, and such a factor, apart to be called two.
+/// Two levels count as two if they are this many deviations apart, and by this factor.
 constexpr double kLeastSeparation = 2.0, kLeastFactor = 1.1;
-/// Of log-likelihood: 3 parameters more at the price of BIC for 10 000 values.
+/// The gain of log-likelihood that justifies the second level: the BIC of 3 more parameters for 10 000 values.
 constexpr double kLeastGain = 14;
 /// Levels that last longer than this share of the recording were seen too rarely to come and go at random.
 constexpr double kMostLength = 0.2;
-/// Hits from which on a tail has a shape, and a spike a size.
+/// The number of hits from which the shape of a tail, and the size of a spike, can be told.
 constexpr std::int64_t kLeastTail = 10, kLeastSpikes = 5;
-/// The commonest excess is no spike where it is next to the least that counts as one: there a tail is densest.
+/// The commonest excess must exceed the least one that counts as a hit by this factor to be a spike: close to that least
+/// one, a tail is densest as well.
 constexpr double kSpikeAboveLeast = 1.5;
-/// A step this far over the median, in deviations of the logarithm, or by this factor, whichever is more, was hit.
+/// A step was hit if it is above the median by this many deviations of the logarithm and by this factor.
 constexpr double kHitDeviations = 6, kLeastHitFactor = 1.2;
-/// A slope is clear from so many errors on, if it makes this difference over the recording.
+/// A slope is clear if it is this many errors from 0 and makes this difference over the recording.
 constexpr double kClearDrift = 4, kLeastDrift = 0.02;
-/// A grid holds T to this share of what the work varies by, or to this share of itself.
+/// A timing is paced by a grid if T varies by at most this share of what its work varies by, or by this share of T itself.
 constexpr double kPacedVariation = 0.5, kPacedSteadiness = 0.005, kPacedIdle = 0.02;
 
 struct Step {
   double begin_s = 0, ns = 0;
-  double factor = 1;    ///< by which it is longer than the usual step for a known reason; what hits add is not scaled
+  double factor = 1;    ///< by how much it is longer than the usual step for a known reason; hits are not scaled by it
   bool first = false;   ///< after a visualization
   bool beside = false;  ///< begins while a visualization runs
 };
@@ -94,8 +95,8 @@ Recording gather(std::span<const SegmentTiming> segments, SegmentOrder order) {
   return out;
 }
 
-/// The median step of a segment stands for its steps, so that hits do not count. `drift` scales visualizations and steps
-/// alike, so it is proposed only where each of them says about the same.
+/// Each segment is represented by its median step, so that hits do not count. `drift` scales visualizations and steps
+/// alike, so it is proposed only if both show about the same.
 void fit_drift(std::span<const SegmentTiming> segments, Recording& recording, TimingFit& fit) {
   Sample times, visualizations, steps;
   for (const SegmentTiming& segment : segments.first(segments.size() - 1)) {
@@ -116,7 +117,7 @@ void fit_drift(std::span<const SegmentTiming> segments, Recording& recording, Ti
   if (recording.visualizations_ns.empty()) {
     fit.timing.drift_per_s = is_clear(s) ? s.value : 0;
   } else if ((is_clear(v) || is_clear(s)) && std::abs(v.value - s.value) <= 3 * std::hypot(v.error, s.error)) {
-    // Weighted by their certainty.
+    // The mean of the two, weighted by the inverse squares of their errors.
     const double weight = v.error * v.error / (v.error * v.error + s.error * s.error);
     fit.timing.drift_per_s = (1 - weight) * v.value + weight * s.value;
   }
@@ -126,7 +127,7 @@ void fit_drift(std::span<const SegmentTiming> segments, Recording& recording, Ti
   for (Step& step : recording.steps) step.factor = 1 + drift * step.begin_s;
 }
 
-/// As few counts as say the shares to two standard errors: 14, 15, 15, 16.
+/// The shortest list of counts that gives the shares to within two standard errors, for example 14, 15, 15, 16.
 std::vector<int> list_of(const std::vector<int>& counts) {
   std::map<int, double> shares;
   for (const int count : counts) shares[count] += 1.0 / static_cast<double>(counts.size());
@@ -155,7 +156,7 @@ void fit_counts(const Recording& recording, TimingFit& fit) {
   for (int& count : fit.timing.steps) count = std::max(count, 1);  // a scenario has a step in every segment
 }
 
-/// Visualizations about twice the usual length, where there are clearly more of them than on either side of that.
+/// The visualizations of about twice the usual length, if there are clearly more of them than just below and above that.
 std::vector<bool> merged_ones(const Sample& logs, double deviation) {
   const double twice = median(logs) + std::log(2.0), width = std::max(3 * deviation, 0.06);
   const auto within = [&](double from, double to) {
@@ -179,7 +180,7 @@ bool are_two(const TwoLevels& levels) {
          share < 1 - kRule;
 }
 
-/// Takes the levels off: both become V of the model, the mean of the two.
+/// Removes the levels: both become V of the model, the mean of the two.
 void fit_regimes(const TwoLevels& levels, Sample& visualizations, TimingFit& fit) {
   const double low = std::exp(std::min(levels.low, levels.high)), high = std::exp(std::max(levels.low, levels.high));
   const double factor = high / low, middle = 0.5 * (low + high);
@@ -224,18 +225,19 @@ void fit_visualization(const Recording& recording, TimingFit& fit) {
   fit.timing.visualization_variation = std::min(fit.visualization.variation, 1.0);
 }
 
-/// Median ratio of the steps that `chosen` says to the others, with its standard error.
+/// The ratio of the median of the steps that `chosen` selects to that of the others, with its standard error.
 template <class Chosen>
 FittedNumber ratio_of(const std::vector<Step>& steps, Chosen chosen) {
   Sample in, out;
   for (const Step& step : steps) (chosen(step) ? in : out).push_back(std::log(std::max(step.ns / step.factor, 1.0)));
   if (in.size() < 10 || out.size() < 10) return {1, 0};
   const double ratio = std::exp(median(in) - median(out));
-  // Of a median, 1.25 times that of a mean.
+  // The standard error of a median is 1.25 times that of a mean.
   return {ratio, 1.25 * ratio * robust_deviation(in) / std::sqrt(static_cast<double>(in.size()))};
 }
 
-/// What a hit adds: mostly the same, spikes; the others, or all, a tail.
+/// Decides what hits are. If most of them add the same time they are spikes, and the others a tail; otherwise all are a
+/// tail.
 void fit_hits(TimingFit& fit) {
   std::sort(fit.excess_ns.begin(), fit.excess_ns.end());
   const auto hits = static_cast<std::int64_t>(fit.excess_ns.size());
@@ -248,7 +250,7 @@ void fit_hits(TimingFit& fit) {
   for (const double excess : fit.excess_ns) {
     if (!spikes || !alike(excess)) others.push_back(excess);
   }
-  // Of steps of mean length d, rate = -log(1 - hits / steps) / d; hits are rare, but need not be.
+  // For steps of mean length d, rate = -log(1 - hits / steps) / d, which also holds if hits are not rare.
   const auto rate = [&](double count) {
     const double steps = static_cast<double>(fit.step.count + hits);
     return -std::log1p(-std::min(count / steps, 0.999)) * steps / fit.work_s;
@@ -262,8 +264,8 @@ void fit_hits(TimingFit& fit) {
   fit.tail_distance = kolmogorov_distance(others, [&](double x) { return (1 - std::pow(least / x, tail)) / (1 - q); });
 }
 
-/// Pre-emption hits visualizations too. The hits that are small enough for the mean of what lies within 5 deviations are in
-/// it, and the model adds them once more.
+/// Pre-emption hits visualizations too. Hits small enough to lie within 5 deviations are contained in the fitted mean, and
+/// the model adds them once more; this is how much that is.
 double added_by_preemption_ns(const TimingFit& fit) {
   if (!fit.timing.preemption || fit.visualization.count == 0) return 0;
   const Preemption all = *fit.timing.preemption;
@@ -312,7 +314,7 @@ void fit_steps(Recording& recording, TimingFit& fit) {
   fit.timing.visualization = {std::llround(fit.visualization.mean_ns - added_by_preemption_ns(fit))};
 }
 
-/// A rate that is a whole number of Hz to 0.1 %, or a whole number of us.
+/// The rate as a whole number of Hz if that is right to 0.1 %, otherwise its period as a whole number of us.
 Rate named_rate(double length_ns) {
   const double Hz = 1e9 / length_ns, whole = std::round(Hz);
   if (whole >= 1 && std::abs(Hz - whole) < 1e-3 * Hz) return {static_cast<std::int64_t>(whole), 1};
@@ -336,7 +338,7 @@ void fit_pace(const Recording& recording, TimingFit& fit) {
   const bool steady = fit.segment_variation < std::max(kPacedVariation * fit.work_variation, kPacedSteadiness);
   if (!steady || fit.idle_share <= kPacedIdle) return;
   const Rate grid = named_rate(fit.segment_median_ns);
-  // What hits add to the work may leave no idle: a grid that is never caught up is none.
+  // The time that hits add may leave no idle time: a timing that can never catch up with its grid is not paced.
   fit.timing.paced = mean_timing(timing).segment_ns <= 1e9 * period_s(grid);
   if (fit.timing.paced) fit.timing.segment = grid;
 }

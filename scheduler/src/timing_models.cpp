@@ -31,13 +31,13 @@ Duration filling_step(const ProgrammedTiming& timing) {
   return {static_cast<std::int64_t>((2 * numerator + denominator) / (2 * denominator))};
 }
 
-/// Length of a segment of a concurrent schedule that takes its T from the grid, or from the visualizations.
+/// The length of a segment of a concurrent schedule: that of the grid, or that of its visualization.
 double concurrent_segment_ns(const ProgrammedTiming& timing, double visualization_ns) {
   const double grid_ns = 1e9 * static_cast<double>(timing.segment.den) / static_cast<double>(timing.segment.num);
   return timing.paced ? grid_ns : visualization_ns;
 }
 
-/// Time the steps of a segment would need without slowdown: V / slowdown + T - V.
+/// The time that the steps of a segment would need without slowdown: V / slowdown + T - V.
 double concurrent_room_ns(const ProgrammedTiming& timing, double visualization_ns) {
   return visualization_ns / timing.slowdown + concurrent_segment_ns(timing, visualization_ns) - visualization_ns;
 }
@@ -73,7 +73,7 @@ Duration bounded_pareto(const Preemption& preemption, double u) {
   return std::clamp(rounded(ns), preemption.least, preemption.most);
 }
 
-/// Integral of x dF: least a / (a - 1) (1 - q^(a-1)) / (1 - q^a) with q = least / most; for a = 1 the limit.
+/// The mean, the integral of x dF: least a / (a - 1) (1 - q^(a-1)) / (1 - q^a) with q = least / most; for a = 1 its limit.
 double mean_of(const Preemption& preemption) {
   const double least = static_cast<double>(preemption.least.ns), most = static_cast<double>(preemption.most.ns);
   const double q = least / most, a = preemption.tail;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a piece of work costs: the models of step_timing.h, each on its own. None knows when anything runs.
+/// How long a piece of work takes: the models of step_timing.h, each on its own. None of them knows when anything runs.
 
 #include <cstddef>
 #include <optional>
@@ -14,7 +14,7 @@ namespace evenstep::internal {
 /// floor(duration * factor + 1/2), at least 1 ns and at most 2^62 ns. factor = 1 gives the duration.
 Duration scaled(Duration duration, double factor);
 
-/// V, s and N as `changes` leave them.
+/// V, s and N after the changes so far.
 class MeansInForce {
  public:
   struct Means {
@@ -23,7 +23,7 @@ class MeansInForce {
     std::vector<int> steps;
   };
   explicit MeansInForce(const ProgrammedTiming& timing);
-  /// Of a segment that begins at `begin`; to be asked in order of time.
+  /// Those of a segment that begins at `begin`. Call in order of time.
   const Means& at(RealTime begin);
 
  private:
@@ -32,13 +32,13 @@ class MeansInForce {
   std::size_t next_change_ = 0;
 };
 
-/// Whether a piece of work of length d is hit: probability 1 - exp(-rate d).
+/// The probability that a piece of work of length d is hit: 1 - exp(-rate d).
 double hit_probability(double rate_Hz, Duration work);
-/// u in (0, 1) to a cost: the inverse CDF.
+/// The cost that belongs to a uniform draw u in (0, 1), by the inverse CDF.
 Duration bounded_pareto(const Preemption& preemption, double u);
 double mean_of(const Preemption& preemption);
 
-/// What spikes add to step n of length d.
+/// The time that spikes add to step n of length d.
 class SpikeCost {
  public:
   explicit SpikeCost(const ProgrammedTiming& timing);
@@ -49,7 +49,7 @@ class SpikeCost {
   RandomStream hits_;
 };
 
-/// What pre-emption adds to piece of work n of length d. Steps and visualizations have streams of their own.
+/// The time that pre-emption adds to piece of work n of length d. Steps and visualizations have separate streams.
 class PreemptionCost {
  public:
   PreemptionCost(const ProgrammedTiming& timing, const std::string& component);
@@ -60,7 +60,7 @@ class PreemptionCost {
   RandomStream hits_, costs_;
 };
 
-/// The factor on V that `regimes` gives segment k; to be asked once per segment, in order.
+/// The factor on V that `regimes` gives segment k. Call once per segment, in order.
 class RegimeChain {
  public:
   explicit RegimeChain(const ProgrammedTiming& timing);
@@ -73,7 +73,7 @@ class RegimeChain {
   bool slow_ = false;
 };
 
-/// Visualization k; none where it is dropped or there is none. To be asked once per segment, in order.
+/// The length of visualization k; empty if it is dropped or there is none. Call once per segment, in order.
 class VisualizationCost {
  public:
   explicit VisualizationCost(const ProgrammedTiming& timing);
@@ -89,11 +89,11 @@ class VisualizationCost {
   std::uint64_t k_ = 0;
 };
 
-/// Step n = 0, 1, ...
+/// The length of step n = 0, 1, ...; call once per step, in order.
 class StepCost {
  public:
   explicit StepCost(const ProgrammedTiming& timing);
-  /// factor: drift and the place in the segment.
+  /// `factor` is that of drift times that of the step's place in the segment.
   Duration next(Duration mean, double factor);
 
  private:

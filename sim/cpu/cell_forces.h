@@ -1,5 +1,5 @@
 #pragma once
-/// The accelerations of all cells for any state, and grabbed particles: what the methods of their own have in common.
+/// What the methods in methods/ have in common: the accelerations of all cells for any state, and grabbed particles.
 
 #include "cpu/method.h"
 
@@ -31,7 +31,7 @@ void accelerations(const MethodCells<Real>& cells, const Vectors<const Real>& u,
   }
 }
 
-/// On the straight line of the substep, after `part` of it.
+/// The tools after a part (0 to 1) of the substep, during which they move in a straight line.
 inline ToolStates tools_after(double part, const ToolStates& before, const ToolStates& after) {
   ToolStates between = after;
   for (std::size_t tool = 0; tool < kMaxTools; ++tool) {
@@ -43,7 +43,7 @@ inline ToolStates tools_after(double part, const ToolStates& before, const ToolS
   return between;
 }
 
-/// Calls with each grabbed cell's index from the lattice's first on, and its tool's state.
+/// Calls `put` for each grabbed cell, with its index counted from the lattice's first cell and the state of its tool.
 template <class Real, class Put>
 void for_grabs(const MethodCells<Real>& cells, const ToolStates& tools, const Put& put) {
   for (std::size_t tool = 0; tool < cells.lattice.held.size(); ++tool) {
@@ -52,7 +52,7 @@ void for_grabs(const MethodCells<Real>& cells, const ToolStates& tools, const Pu
   }
 }
 
-/// A grabbed particle has one velocity in the whole substep, the one that brings it from where it is to its tool.
+/// During the whole substep a grabbed particle has one velocity: the one that takes it from where it is to its tool.
 template <class Real>
 void start_grabs(const MethodCells<Real>& cells, const ToolStates& after, double substep_s, const Vectors<Real>& u,
                  const Vectors<Real>& v) {
@@ -64,7 +64,7 @@ void start_grabs(const MethodCells<Real>& cells, const ToolStates& after, double
   });
 }
 
-/// At the substep's end: exactly where the tool is.
+/// At the end of the substep: puts the grabbed particles exactly where their tool is.
 template <class Real>
 void end_grabs(const MethodCells<Real>& cells, const ToolStates& after, const Vectors<Real>& u, const Vectors<Real>& v) {
   for_grabs(cells, after, [&](std::size_t i, const ToolState& tool) {
@@ -75,8 +75,8 @@ void end_grabs(const MethodCells<Real>& cells, const ToolStates& after, const Ve
   });
 }
 
-/// The cells' arrays for the loops' general version: what the scene does without is neutral (stiffness 1) or, with constants
-/// that are zero, of no consequence.
+/// The cells' arrays for the general version of the loops. Arrays that the scene does not need are filled with neutral
+/// values (stiffness 1), or with any, if the constants they are multiplied by are zero.
 template <class Real>
 CellArrays<Real> general_arrays(const MethodCells<Real>& cells) {
   CellArrays<Real> arrays = cells.arrays;
@@ -87,7 +87,8 @@ CellArrays<Real> general_arrays(const MethodCells<Real>& cells) {
   return arrays;
 }
 
-/// The tools of a scene at the end of a time q: where they are, and a coupling's k and b / q over the scene's stiffness.
+/// The tools of a scene at the end of a time q: their positions, and a coupling's k and b / q divided by the scene's
+/// stiffness.
 template <class Real>
 struct ToolTerms {
   ToolTerms(const MethodCells<Real>& cells, const ToolStates& tools, double q_s)
@@ -102,7 +103,8 @@ struct ToolTerms {
   std::array<Real, kMaxTools> stiffness{}, damping{};
 };
 
-/// A probe's force on a particle is factor d; its stiffness stiffness d d', without the negative part of a push that turns.
+/// A probe's force on a particle is factor d. Its stiffness matrix is stiffness d d'; the negative part, by which the push
+/// turns with the particle, is left out.
 template <class Real>
 struct ProbeTerm {
   Vector<Real> d;

@@ -1,6 +1,7 @@
 #pragma once
-/// The kernels of opencl/kernels/*.cl as loops over cells, operation by operation and in the same order. Plain arrays, one
-/// per component, every neighbour at a fixed offset and no branch, so that the compiler vectorises them as PoCL does.
+/// The kernels of opencl/kernels/*.cl as loops over cells, with the same operations in the same order. They use plain
+/// arrays, one per component, with every neighbour at a fixed offset and without branches, so that the compiler vectorises
+/// them as PoCL does.
 
 #include <bit>
 #include <cfloat>
@@ -9,8 +10,9 @@
 
 #include "src/tissue_solver.h"
 
-// One clone per instruction set, chosen when the program is loaded. The bits are the same: + - * / and sqrt are IEEE-exact
-// at every vector width, and nothing is contracted. Sanitizers start only after that choice, so they get one version.
+// One clone per instruction set, chosen when the program is loaded. The results have the same bits: + - * / and sqrt are
+// exact by IEEE 754 at every vector width, and nothing is contracted. Sanitizers start only after this choice is made, so
+// sanitized builds get a single version.
 #if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define EVENSTEP_WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
@@ -26,7 +28,7 @@ template <class Real>
 struct Vector {
   Real x{0}, y{0}, z{0};
 };
-/// One array per component; index 0 is the lattice's first cell, ghosts lie before and after.
+/// One array per component. Index 0 is the lattice's first cell; there are ghost cells before and after.
 template <class Real>
 struct Vectors {
   Real* x = nullptr;
@@ -34,8 +36,8 @@ struct Vectors {
   Real* z = nullptr;
 };
 
-/// What the loops read of every cell, each array from the lattice's first cell on. An array that the scene does not need is
-/// null; without regions the inverse mass is `mobile`.
+/// The data of every cell that the loops read. Each array starts at the lattice's first cell; an array that the scene does
+/// not need is null. Without regions the inverse mass is `mobile`.
 template <class Real>
 struct CellArrays {
   const Real* active = nullptr;  ///< 1 or 0
@@ -48,12 +50,13 @@ struct CellArrays {
   Offsets offset{};
 };
 
-/// What a spring needs beside its length.
+/// What a spring force depends on besides its length.
 struct SpringFeatures {
   bool regions = false, axial_damping = false;
 };
 
-/// Vector from cell i to its neighbour s: (u_j - u_i) + r keeps the digits that positions far from the origin would lose.
+/// The vector from cell i to its neighbour s. Computed as (u_j - u_i) + r, it keeps digits that the difference of two
+/// positions far from the origin would lose.
 template <class Real>
 EVENSTEP_INLINE Vector<Real> to_neighbour(const Vectors<const Real>& u, const TissueConstants<Real>& constants,
                                           std::ptrdiff_t i, std::ptrdiff_t j, int s) {
@@ -61,9 +64,9 @@ EVENSTEP_INLINE Vector<Real> to_neighbour(const Vectors<const Real>& u, const Ti
   return {(u.x[j] - u.x[i]) + rest_m[0], (u.y[j] - u.y[i]) + rest_m[1], (u.z[j] - u.z[i]) + rest_m[2]};
 }
 
-/// Sum over the 18 springs of ((k_i + k_j)/2 (1 - L / len) + c ((v_j - v_i) . n) / len) d: the force over the scene's k. A
-/// spring of no length has no direction and so no force: the smallest normal float under the root changes no bit of any
-/// other.
+/// The sum over the 18 springs of ((k_i + k_j)/2 (1 - L / len) + c ((v_j - v_i) . n) / len) d, which is the force divided by
+/// the scene's k. A spring of length 0 has no direction and so no force. For that the smallest normal float is added under
+/// the root; it does not change a bit of any other spring.
 template <SpringFeatures kHas, class Real>
 EVENSTEP_INLINE Vector<Real> spring_force(const Vectors<const Real>& u, const Vectors<const Real>& v,
                                           const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
@@ -89,7 +92,7 @@ EVENSTEP_INLINE Vector<Real> spring_force(const Vectors<const Real>& u, const Ve
   return f;
 }
 
-/// spring_force with the features of the scene, for a few cells.
+/// spring_force with the features chosen at run time, for a few cells.
 template <class Real>
 Vector<Real> spring_force(const SpringFeatures& has, const Vectors<const Real>& u, const Vectors<const Real>& v,
                           const CellArrays<Real>& cells, const TissueConstants<Real>& constants, std::ptrdiff_t i) {
@@ -99,7 +102,7 @@ Vector<Real> spring_force(const SpringFeatures& has, const Vectors<const Real>& 
   return spring_force<SpringFeatures{false, false}>(u, v, cells, constants, i);
 }
 
-/// A tool as the kernels see it.
+/// The state of a tool as the kernels get it.
 template <class Real>
 struct ToolVectors {
   explicit ToolVectors(const ToolState& state)
@@ -110,7 +113,7 @@ struct ToolVectors {
   Vector<Real> offset_m, velocity_m_per_s;
 };
 
-/// Virtual coupling: k (x_tool - u) + b (v_tool - v), over the scene's k.
+/// The force of a virtual coupling, k (x_tool - u) + b (v_tool - v), divided by the scene's k.
 template <class Real>
 EVENSTEP_INLINE Vector<Real> coupling_force(const Vectors<const Real>& u, const Vectors<const Real>& v,
                                             const ToolConstants<Real>& constants, const ToolVectors<Real>& tool,
@@ -121,13 +124,13 @@ EVENSTEP_INLINE Vector<Real> coupling_force(const Vectors<const Real>& u, const 
           constants.stiffness * (x.z - u.z[i]) + constants.damping_s * (w.z - v.z[i])};
 }
 
-/// INSIDE of the kernels: the depth, or 0 outside.
+/// The macro INSIDE of the kernels: the depth, or 0 outside.
 template <class Real>
 EVENSTEP_INLINE Real inside_of(Real depth) {
   return (depth + std::abs(depth)) * Real{0.5};
 }
 
-/// Vector from a probe's centre to a particle.
+/// The vector from a probe's centre to a particle.
 template <class Real>
 EVENSTEP_INLINE Vector<Real> from_probe(const Vectors<const Real>& u, const Vectors<const Real>& rest_m,
                                         const ToolConstants<Real>& constants, const Vector<Real>& offset_m,
@@ -137,7 +140,7 @@ EVENSTEP_INLINE Vector<Real> from_probe(const Vectors<const Real>& u, const Vect
           (u.z[i] - offset_m.z) + (rest_m.z[i] - constants.center_m[2])};
 }
 
-/// Forces over the scene's k on the cells of one chunk.
+/// The forces on the cells of one chunk, divided by the scene's k.
 template <class Real>
 struct ChunkForces {
   alignas(64) Real x[kChunk], y[kChunk], z[kChunk];
@@ -182,8 +185,8 @@ EVENSTEP_WIDE void add_probe(std::ptrdiff_t begin, const Vectors<const Real> u, 
   }
 }
 
-/// All forces of springs and tools, over the scene's k, on a chunk of cells; those of gravity and of damping in proportion
-/// to mass are accelerations.
+/// All forces of springs and tools on a chunk of cells, divided by the scene's k. Gravity and mass-proportional damping are
+/// not among them; they are added as accelerations.
 template <class Real>
 void chunk_forces(const SceneFeatures& features, std::ptrdiff_t begin, const Vectors<const Real>& u,
                   const Vectors<const Real>& v, const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
@@ -206,12 +209,12 @@ void chunk_forces(const SceneFeatures& features, std::ptrdiff_t begin, const Vec
   }
 }
 
-/// What a velocity changes by beside springs and tools.
+/// What changes a velocity besides springs and tools.
 struct BodyFeatures {
   bool damping = false, gravity = false;
 };
 
-/// advance.cl, after the forces. `before` and `v` may be the same array.
+/// advance.cl, after the forces are known. `before` and `v` may be the same array.
 template <BodyFeatures kHas, class Real>
 EVENSTEP_WIDE void advance_chunk(std::ptrdiff_t begin, const ChunkForces<Real>& __restrict forces,
                                  const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
@@ -238,7 +241,7 @@ EVENSTEP_WIDE void advance_chunk(std::ptrdiff_t begin, const ChunkForces<Real>& 
   }
 }
 
-/// verlet.cl: half a step's velocity, then the displacement.
+/// verlet.cl: the velocity after half a step, then the displacement.
 template <class Real>
 EVENSTEP_WIDE void drift(std::ptrdiff_t count, const Real* __restrict mobile, const TissueConstants<Real>& constants,
                          const Real* __restrict v, const Real* __restrict a, Real* __restrict half, Real* __restrict u) {
@@ -248,7 +251,7 @@ EVENSTEP_WIDE void drift(std::ptrdiff_t count, const Real* __restrict mobile, co
   }
 }
 
-/// verlet.cl, after the forces at the half step's velocity: the acceleration, and the velocity at the substep's end.
+/// verlet.cl, after the forces with the half step's velocity: the acceleration, and the velocity at the end of the substep.
 template <BodyFeatures kHas, class Real>
 EVENSTEP_WIDE void accelerate_chunk(std::ptrdiff_t begin, const ChunkForces<Real>& __restrict forces,
                                     const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
@@ -320,7 +323,7 @@ EVENSTEP_WIDE void add_probe_energy(std::ptrdiff_t count, const Vectors<const Re
   }
 }
 
-/// Potential of a mobile particle's weight, 0 at rest.
+/// The potential energy of a mobile particle's weight, 0 at rest.
 template <class Real>
 EVENSTEP_WIDE void gravity_energy(std::ptrdiff_t count, const Vectors<const Real> u, const CellArrays<Real>& cells,
                                   const TissueConstants<Real>& constants, Real* __restrict energies) {
@@ -328,7 +331,8 @@ EVENSTEP_WIDE void gravity_energy(std::ptrdiff_t count, const Vectors<const Real
   for (std::ptrdiff_t i = 0; i < count; ++i) energies[i] = -(cells.mass[i] * (x * u.x[i] + y * u.y[i] + z * u.z[i]));
 }
 
-/// probe.cl: partial sums of ProbeSums, each over kChunk cells one `partials` apart; sums[value * partials + partial].
+/// probe.cl: partial sums for ProbeSums as sums[value * partials + partial], each over kChunk cells that are `partials`
+/// apart.
 template <bool kLocalModel, class Real>
 EVENSTEP_WIDE void probe_sums(std::ptrdiff_t partials, const Vectors<const Real> u, const CellArrays<Real>& cells,
                               const ToolConstants<Real>& constants, const ToolVectors<Real>& tool, Real* __restrict sums) {
@@ -355,7 +359,7 @@ EVENSTEP_WIDE void probe_sums(std::ptrdiff_t partials, const Vectors<const Real>
         sum[4 * partials] += weight * (cells.rest_m.x[i] + u.x[i]);
         sum[5 * partials] += weight * (cells.rest_m.y[i] + u.y[i]);
         sum[6 * partials] += weight * (cells.rest_m.z[i] + u.z[i]);
-        // k (n n' + (1 - r/|d|) (I - n n')); nothing at the very centre, which has no direction.
+        // k (n n' + (1 - r/|d|) (I - n n')), and 0 at the very centre, where there is no direction.
         const Real stiffness = depth > 0 && square > 0 ? cells.mobile[i] * constants.stiffness : Real{0};
         const Real ratio = constants.radius_m / distance, across = stiffness * (Real{1} - ratio);
         const Real nx = d.x / distance, ny = d.y / distance, nz = d.z / distance, along = stiffness * ratio;
@@ -372,7 +376,7 @@ EVENSTEP_WIDE void probe_sums(std::ptrdiff_t partials, const Vectors<const Real>
   }
 }
 
-/// digest.cl. Every NaN counts as the same one: which of its payloads an operation returns is up to the processor.
+/// digest.cl. All NaNs count as the same one, because it depends on the processor which payload a NaN has.
 EVENSTEP_INLINE std::uint64_t bits(float value) {
   return value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
 }

@@ -1,5 +1,6 @@
 #pragma once
-/// What the loops read of every cell, in host memory: for the cpu solvers, and for what an OpenCL solver computes once.
+/// The data of every cell that the loops read, in host memory: for the cpu solvers, and for what an OpenCL solver computes
+/// once on the host.
 
 #include <deque>
 #include <utility>
@@ -34,7 +35,7 @@ class HostCells {
   const CellArrays<Real>& arrays() const { return arrays_; }
 
  private:
-  /// From the lattice's first cell on.
+  /// Keeps an array and returns a pointer to the lattice's first cell in it.
   const Real* keep(std::vector<Real> cells) { return kept_.emplace_back(std::move(cells)).data() + first_; }
 
   std::size_t first_;

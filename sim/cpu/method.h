@@ -1,5 +1,5 @@
 #pragma once
-/// One substep of the methods that need more than a single loop over cells.
+/// The methods whose substep needs more than a single loop over cells.
 
 #include <memory>
 #include <span>
@@ -10,7 +10,8 @@
 
 namespace evenstep::internal {
 
-/// Structure of arrays, one entry per cell; at() starts at the lattice's first cell, as every loop over cells does.
+/// A vector field as a structure of arrays, one entry per cell; at() starts at the lattice's first cell, like every loop
+/// over cells.
 template <class Real>
 class CellField {
  public:
@@ -29,16 +30,17 @@ Vectors<const Real> read(const Vectors<Real>& v) {
   return {v.x, v.y, v.z};
 }
 
-/// What a method computes with; it outlives the method.
+/// The data that a method computes with. It must outlive the method.
 template <class Real>
 struct MethodCells {
   const TissueScene& scene;
   const Lattice& lattice;
   const SceneFeatures& features;
-  const TissueConstants<Real>& constants;  ///< of the substep to come
+  const TissueConstants<Real>& constants;  ///< those of the next substep
   const CellArrays<Real>& arrays;
   std::ptrdiff_t count() const { return static_cast<std::ptrdiff_t>(lattice.span); }
-  /// Whether there is more than undamped springs of one material, so that a method's own loops need their general version.
+  /// Whether the scene has more than undamped springs of one material, so that a method must use the general version of its
+  /// own loops.
   bool general() const { return features.regions || features.axial_damping || features.tool_forces(); }
 };
 
@@ -46,14 +48,14 @@ template <class Real>
 class CellMethod {
  public:
   virtual ~CellMethod() = default;
-  /// One substep from (u, v) to (u, v). Tools move in a straight line, and with them the particles that they grab.
+  /// Advances (u, v) by one substep. The tools, and the particles that they grab, move in a straight line.
   virtual void substep(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& before,
                        const ToolStates& after) = 0;
-  /// The substep's length has changed.
+  /// Called when the length of the substep has changed.
   virtual void set_substep(double substep_s) = 0;
 };
 
-/// Null for the methods that advance in one loop over cells.
+/// Null for the methods that advance in a single loop over cells.
 template <class Real>
 std::unique_ptr<CellMethod<Real>> make_method(const MethodCells<Real>& cells, double substep_s);
 

@@ -21,7 +21,7 @@ class SpringSolver final : public Solver {
     for (const char* feature : {"particles", "substeps", "variable step", "state digest", "energy"})
       info_.left_out.push_back({feature, std::nullopt});
   }
-  /// Of any length: it remembers nothing.
+  /// The length of the step does not matter: the spring has no memory.
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double>) override {
     check_positions(positions_m);
     ToolResponse response;

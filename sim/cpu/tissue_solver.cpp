@@ -1,4 +1,4 @@
-// The reference: the arithmetic of opencl/kernels/*.cl for float (equal bit for bit) and double.
+// The reference solver: the same arithmetic as opencl/kernels/*.cl, for float (equal bit for bit) and for double.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -14,7 +14,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Calls `loop` with `a` and `b` as types, so that a loop is compiled for each.
+/// Calls `loop` with `a` and `b` as types, so that a separate loop is compiled for each combination.
 template <class Loop>
 void with(bool a, bool b, const Loop& loop) {
   if (a && b) return loop(std::true_type{}, std::true_type{});
@@ -128,7 +128,7 @@ class CpuTissue final : public TissueSolver {
   void start() override {
     if (!is_verlet_) return;
     accelerate({});
-    velocity_ = before_;  // which accelerate() took half a step further
+    velocity_ = before_;  // accelerate() has advanced it by half a step
   }
 
   void read_state(ParticleState& state) override {
@@ -140,7 +140,7 @@ class CpuTissue final : public TissueSolver {
   }
 
  private:
-  /// Structure of arrays, one entry per cell; empty where the scene does not need it.
+  /// A vector field as a structure of arrays, one entry per cell; empty if the scene does not need it.
   struct Field {
     explicit Field(std::size_t cells) : x(cells), y(cells), z(cells) {}
     void put(std::size_t i, const std::array<double, 3>& value) {
@@ -173,7 +173,7 @@ class CpuTissue final : public TissueSolver {
     accelerate(after);
   }
 
-  /// From the displacement and the half step's velocity in before_.
+  /// Computes the acceleration from the displacement and from the half step's velocity in before_.
   void accelerate(const ToolStates& tools) {
     with(features().damping, features().gravity, [&](auto damping, auto gravity) {
       for_chunks([&](std::ptrdiff_t begin, ChunkForces<Real>& forces) {
@@ -240,13 +240,13 @@ class CpuTissue final : public TissueSolver {
   ChunkForces<Real> forces_;
 };
 
-/// Asked before anything is allocated: the system grants more than it has, and ends the program when it is used.
+/// Checked before anything is allocated: the system grants more memory than it has, and kills the program that uses it.
 template <class Real>
 std::unique_ptr<Solver> make_cpu_tissue(const Scene& scene, const SceneFeatures& features, std::string name) {
   const auto& tissue = std::get<TissueScene>(scene.body);
   check_tissue(tissue, scene.tool_count);
   const double there = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  // And two masks in bytes.
+  // The 2 stands for the two masks, of one byte per cell each.
   const double needed = cells_of(tissue) * (static_cast<double>(sizeof(Real)) * scalar_arrays(features, tissue.method) + 2);
   if (needed > there) {
     throw SolverError(SolverFault::out_of_memory,

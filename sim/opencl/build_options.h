@@ -1,5 +1,5 @@
 #pragma once
-/// The constants of a scene as options for the kernels' compiler: only what the scene has is in the kernels.
+/// The constants of a scene as options for the compiler of the kernels, so that a kernel contains only what the scene has.
 
 #include <string>
 
@@ -12,7 +12,7 @@ namespace evenstep::internal {
 
 std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, const SceneFeatures& features,
                           cl_device_id device);
-/// What the kernels of implicit Euler need beside these, be it neutral.
+/// Further options for the kernels of implicit Euler, which need them even if they are neutral.
 std::string implicit_options(const TissueConstants<float>& constants, const SceneFeatures& features);
 
 }  // namespace evenstep::internal

@@ -1,5 +1,5 @@
 #pragma once
-/// What the kernels read of every cell, on the device, and the arguments that every kernel of forces takes.
+/// The data of every cell that the kernels read, on the device, and the arguments that all kernels of forces have.
 
 #include <array>
 

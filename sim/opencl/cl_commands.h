@@ -1,5 +1,5 @@
 #pragma once
-/// One device's context, program and in-order queue; kernels with their arguments.
+/// Context, program and in-order queue of one device, and kernels with their arguments.
 
 #include <cstddef>
 #include <string>
@@ -15,8 +15,8 @@ struct ClField {
   ClBuffer x, y, z;
 };
 
-/// A kernel and its arguments: those that never change in the order of its parameters, then what the tools and the substep
-/// set. Null until ClCommands makes it.
+/// A kernel and its arguments: first those that never change, in the order of its parameters, then those that depend on the
+/// tools and the substep. Null until ClCommands makes it.
 class BoundKernel {
  public:
   BoundKernel() = default;
@@ -32,7 +32,7 @@ class BoundKernel {
   void set(cl_uint index, const Value& value) const {
     check_cl(clSetKernelArg(kernel_.get(), index, sizeof value, &value), "clSetKernelArg");
   }
-  /// Index of the argument to be added next.
+  /// The index of the argument that is added next.
   cl_uint next() const { return arguments_; }
 
   cl_uint tools_at = 0, step_at = 0;
@@ -49,7 +49,7 @@ class BoundKernel {
   cl_uint arguments_ = 0;
 };
 
-/// Every call throws SolverError where OpenCL's fails. Reads and writes block.
+/// Every call throws SolverError if the OpenCL call fails. Reads and writes block.
 class ClCommands {
  public:
   ClCommands(ClDevice device, std::size_t local_size);
@@ -57,9 +57,10 @@ class ClCommands {
   const ClDevice& device() const { return device_; }
 
   BoundKernel kernel(const char* name) const;
-  /// `count` is a multiple of the work-group size, except for the few chunk sums.
+  /// `count` is a multiple of the work-group size, except for the sums over chunks, which are few.
   void enqueue(const BoundKernel& kernel, std::size_t count) const;
   std::size_t padded(std::size_t count) const { return (count + local_size_ - 1) / local_size_ * local_size_; }
+  bool is_one_group(std::size_t count) const { return count <= local_size_; }
   void finish() const;
 
   ClBuffer buffer(std::size_t bytes, const void* content = nullptr) const;

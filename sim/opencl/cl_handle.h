@@ -1,5 +1,5 @@
 #pragma once
-/// Owning OpenCL handles and errors that carry the call's and the code's name.
+/// Owning OpenCL handles, and errors that contain the names of the call and of the error code.
 
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
@@ -10,7 +10,7 @@
 
 namespace evenstep::internal {
 
-/// Throws SolverError naming the call, the code and, where there is one, the remedy.
+/// Throws SolverError with the call, the error code and, if there is one, the remedy.
 void check_cl(cl_int code, std::string_view call);
 
 template <class Handle, cl_int (*Release)(Handle)>
@@ -43,7 +43,8 @@ struct ClDevice {
   cl_device_id device = nullptr;
   std::string name;
 };
-/// By parts of the names; empty platform: PoCL if there, otherwise the first. Errors list what is there.
+/// Chooses a device by parts of the names. With an empty platform it is PoCL if that is there, otherwise the first one.
+/// Errors list the devices that there are.
 ClDevice choose_device(const std::string& platform_part, const std::string& device_part);
 
 }  // namespace evenstep::internal

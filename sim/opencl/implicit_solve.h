@@ -1,5 +1,5 @@
 #pragma once
-/// Implicit Euler on the device: cpu/methods/implicit.cpp, operation by operation (kernels/implicit.cl).
+/// Implicit Euler on the device, with the same operations as cpu/methods/implicit.cpp (kernels/implicit.cl).
 
 #include <vector>
 
@@ -12,13 +12,13 @@ namespace evenstep::internal {
 
 class ImplicitSolve {
  public:
-  /// Once the program is built. Everything outlives this; `u` and `v` are advanced in place.
+  /// Call it after the program was built. All arguments must outlive this; `u` and `v` are advanced in place.
   ImplicitSolve(const CellBuffers& cells, const ToolKernels& tools, const ClField& u, const ClField& v, double substep_s,
                 const ClCommands& commands);
   void set_substep(double substep_s);
-  /// One substep; the grabbed particles move with their velocity, and are put to where their tools are after it.
+  /// One substep. Grabbed particles move with their velocity, and are then put where their tools are after the substep.
   void substep(const ToolStates& after);
-  /// One iteration of preconditioned conjugate gradients; what is left of r' D^-1 r.
+  /// One iteration of preconditioned conjugate gradients. Returns the new r' D^-1 r.
   float iterate(float residual);
   void to_rest() const;
 

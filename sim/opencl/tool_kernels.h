@@ -1,7 +1,8 @@
 #pragma once
-/// Grabbed particles to where their tools are, and what the tools feel, read once per step.
+/// Puts grabbed particles where their tools are, and reads what the tools feel, once per step.
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "opencl/cell_buffers.h"
@@ -10,23 +11,28 @@ namespace evenstep::internal {
 
 class ToolKernels {
  public:
-  /// `watched` as TissueSolver::watched(); all outlive this.
+  /// `watched` is TissueSolver::watched(); all arguments must outlive this.
   ToolKernels(const CellBuffers& cells, const std::vector<std::uint32_t>& watched, const ClCommands& commands);
-  /// Once the program is built: of one direction of the ping-pong, 0 or 1, that reads displacement `u` and velocity `v`.
+  /// Call it after the program was built, for each direction of the ping-pong (0 or 1), with the displacement `u` and
+  /// velocity `v` that it reads.
   void bind(std::size_t direction, const ClField& u, const ClField& v);
   bool any_grab() const { return grabbed_count_ > 0; }
-  /// The cells that tools grab, how many there are, and how many of them are tool 0's.
+  /// Adds the cells that tools grab, how many there are, and how many of them belong to tool 0.
   void add_grabbed(BoundKernel& kernel) const;
   void enqueue_grabbed(const BoundKernel& kernel) const;
 
   void put_grabs(std::size_t direction, const ToolStates& tools) const;
+  /// The same, but where one work-group holds all that is grabbed, in one launch with the reading of its forces that comes
+  /// next: read(), or before anything else happens to the particles finish_grabs().
+  void put_grabs_later(std::size_t direction, const ToolStates& tools);
+  void finish_grabs(std::size_t direction);
   void read(std::size_t direction, const ToolStates& now, ToolReadings& readings);
-  /// The sums of one probe again, as if its radius were another.
+  /// Computes the sums of a probe again, as if it had another radius.
   ProbeSums read_probe(std::size_t direction, std::size_t tool, const ToolStates& now, float radius_m);
 
  private:
   struct Kernels {
-    BoundKernel grab, grab_force, coupling_force, displacements;
+    BoundKernel grab, grab_force, grab_and_force, coupling_force, displacements;
     std::array<BoundKernel, kMaxTools> probe;
   };
   void enqueue_probe(const Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m) const;
@@ -35,7 +41,8 @@ class ToolKernels {
   void bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u);
   void take_result(ToolReadings& readings) const;
 
-  // The result holds the grabbed particles' forces, then the coupled ones', each probe's sums and the watched cells.
+  // The result contains the forces of the grabbed particles, then those of the coupled ones, the sums of each probe, and the
+  // displacements of the watched cells.
   std::size_t probe_at(std::size_t tool) const {
     return 3 * (grabbed_count_ + coupled_count_) + (tool == 1 && cells_.is_probe(0) ? probe_size() : 0);
   }
@@ -50,7 +57,8 @@ class ToolKernels {
   std::vector<float> result_;
   std::array<Kernels, 2> kernels_;
   std::array<BoundKernel, kMaxTools> probe_sums_;
-  cl_uint radius_at_ = 0;  // among the arguments of probe_cells
+  std::optional<ToolStates> waiting_;  // of put_grabs_later()
+  cl_uint radius_at_ = 0;              // among the arguments of probe_cells
 };
 
 }  // namespace evenstep::internal

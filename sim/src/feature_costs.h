@@ -1,6 +1,6 @@
 #pragma once
-/// What each feature would add to the CPU time of a substep with symplectic Euler, percent: `scripts/bench.sh features` on
-/// 20,270 particles, PoCL's basic driver, the machine of docs/performance.md. Costs below 1 % are below what can be
+/// What each feature would add to the CPU time of a substep with symplectic Euler, in percent: `scripts/bench.sh features`
+/// with 20,270 particles and PoCL's basic driver on the machine of docs/performance.md. Costs below 1 % are too small to be
 /// measured.
 
 #include <array>

@@ -84,7 +84,7 @@ int scalar_arrays(const SceneFeatures& features, Method method) {
     arrays += 5 * 3 + 2;  // cpu/methods/implicit.cpp
   if (method == Method::vertex_block_descent) arrays += 2 * 3 + 1;                          // start, guess; moves and lists
   arrays += features.spring[0] + features.spring[1];
-  if (features.probes()) arrays += 3;  // where it rests
+  if (features.probes()) arrays += 3;  // rest positions
   if (features.energy) arrays += features.gravity ? 2 : 1;
   return arrays;
 }

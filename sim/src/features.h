@@ -1,5 +1,6 @@
 #pragma once
-/// What of a solver a scene needs, decided in this one place: what a scene lacks has no kernel code, no array and no launch.
+/// Which features of a solver a scene needs. This is decided only here; a feature that the scene does not need has no kernel
+/// code, no array and no launch.
 
 #include <array>
 #include <string>
@@ -23,26 +24,27 @@ struct SceneFeatures {
   bool digest = false;
   bool local_model = false;
   bool fixed = false;
-  /// Sums that a probe is read by: ProbeSums, or its force alone.
+  /// How many sums are read for a probe: all of ProbeSums, or only its force.
   std::size_t probe_values() const { return local_model ? kProbeValues : kProbeForces; }
   bool probes() const { return probe[0] || probe[1]; }
-  /// Couplings or probes.
+  /// Whether there are spring couplings or probes.
   bool tool_forces() const { return spring[0] || spring[1] || probes(); }
 };
 
-/// Of a scene whose body is a tissue.
+/// The features that a scene needs; its body must be a tissue.
 SceneFeatures features_of(const Scene& scene);
-/// All that change nothing where their coefficients are neutral: for the proof that leaving them out changes no bit.
+/// These and all features that change nothing when their coefficients are neutral: tests prove with it that leaving them out
+/// does not change a bit.
 SceneFeatures every_feature(const Scene& scene);
-/// What is not there, in a fixed order.
+/// The features that are left out, in a fixed order.
 std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl);
 
 /// Throws SolverError (unavailable) for a method that the solver does not have.
 void check_method(Method method, const std::string& solver);
 
-/// Whether the masses of regions are needed, not only their inverse.
+/// Whether the masses of the particles are needed, and not only their inverses.
 bool needs_mass(const SceneFeatures& features, Method method);
-/// Arrays of one scalar per cell that a method needs, the energies among them.
+/// How many arrays with one scalar per cell a method needs, including those of the energies.
 int scalar_arrays(const SceneFeatures& features, Method method);
 
 }  // namespace evenstep::internal

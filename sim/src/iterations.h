@@ -1,11 +1,11 @@
 #pragma once
-/// How often the methods that iterate do so in every substep.
+/// The number of iterations per substep of the methods that iterate.
 
 #include "evenstep/sim/scene.h"
 
 namespace evenstep::internal {
 
-/// TissueScene::iterations, or the method's default where that is 0; 0 for methods that do not iterate.
+/// TissueScene::iterations, or the method's default if that is 0; 0 for methods that do not iterate.
 constexpr int iterations_of(const TissueScene& scene) {
   const bool given = scene.iterations > 0;
   switch (scene.method) {

@@ -11,7 +11,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// So that a cell's index fits the 32 bits of a grab list.
+/// Limits the lattice so that a cell's index fits into the 32 bits of a grab list.
 constexpr std::int64_t kMostSitesPerAxis = 1024;
 
 std::int64_t sites(const TissueScene& scene) {
@@ -44,7 +44,7 @@ std::string fixed_faces(const FixedFaces& fixed) {
   return names;
 }
 
-/// Positive and finite in float too, with its square and reciprocal: from 1e-15 to 1e15.
+/// Requires 1e-15 to 1e15, so that the value, its square and its reciprocal are positive and finite in float too.
 void require_positive(double value, const char* name, const char* unit) {
   require(value >= 1e-15 && value <= 1e15, fmt::format("a {} of {:g} {}", name, value, unit),
           fmt::format("a positive {}", name));

@@ -15,14 +15,14 @@ bool holds(const Lattice& lattice, std::size_t tool, std::size_t cell) {
   return std::binary_search(lattice.held[tool].begin(), lattice.held[tool].end(), static_cast<std::uint32_t>(cell));
 }
 
-/// k (n n' + (1 - L/|d|) (I - n n')), d not 0.
+/// k (n n' + (1 - L/|d|) (I - n n')); d must not be 0.
 glm::dmat3 spring_hessian(double stiffness_N_per_m, double rest_length_m, const glm::dvec3& d_m) {
   const double length_m = glm::length(d_m);
   const glm::dmat3 along = glm::outerProduct(d_m, d_m) / (length_m * length_m);
   return (along + (glm::dmat3(1) - along) * (1 - rest_length_m / length_m)) * stiffness_N_per_m;
 }
 
-/// Everything that pulls at the tool of a grab or a spring: visit(the cell at the other end, k).
+/// Calls visit(cell at the other end, k) for everything that pulls at the tool of a grab or a spring.
 template <class Visit>
 void for_couplings(const TissueScene& scene, const Lattice& lattice, const RestHessian& hessian, std::size_t tool,
                    const Visit& visit) {
@@ -38,7 +38,8 @@ void for_couplings(const TissueScene& scene, const Lattice& lattice, const RestH
   }
 }
 
-/// Whether the sums of a probe that reaches so far have a particle in them: probe_sums (cpu/cell_loops.h, probe.cl), to the bit.
+/// Whether the sums of a probe with this reach contain a particle. Decided with the same bits as in probe_sums
+/// (cpu/cell_loops.h, probe.cl).
 template <class Real>
 bool counts(const glm::dvec3& displacement_m, const glm::dvec3& offset_m, const glm::dvec3& rest_m, const glm::dvec3& center_m,
             double reach_m) {
@@ -51,10 +52,10 @@ bool counts(const glm::dvec3& displacement_m, const glm::dvec3& offset_m, const 
   return square > 0 && static_cast<Real>(reach_m) - std::sqrt(square + Real{FLT_MIN}) > 0;
 }
 
-/// So little resists that nothing does.
+/// A compliance above this means that nothing resists.
 constexpr double kFree_m_per_N = 1e30;
 
-/// Of the particle in a cell that moves: its displacement under each of three unit forces.
+/// The displacement of a mobile particle under each of three unit forces on it.
 glm::dmat3 nodal_compliance(const RestHessian& hessian, std::size_t cell, std::size_t cells) {
   glm::dmat3 compliance(0);
   for (int axis = 0; axis < 3; ++axis) {
@@ -118,7 +119,7 @@ glm::dmat3 settled_stiffness(const TissueScene& scene, const Lattice& lattice, s
       k[axis] += coupling[axis];
       if (lattice.mobile[free]) load[free] += coupling[axis];
     });
-    const RestHessian::Cells u = hessian.solve(load).x;  // found: what a coupling pushes, it holds or its springs do
+    const RestHessian::Cells u = hessian.solve(load).x;  // always solvable: coupling or springs resist the load
     for_couplings(scene, lattice, hessian, tool,
                   [&](std::size_t free, const glm::dmat3& coupling) { k[axis] -= coupling * u[free]; });
   }
@@ -158,7 +159,7 @@ glm::dmat3 ProbeCompliance::settled(std::size_t tool, const glm::dvec3& offset_m
   for (const Node& node : nodes_[tool]) {
     const auto& [x, y, z] = displacement_m[node.at];
     const glm::dvec3 u(x, y, z), d = u + (node.rest_m - center_m);
-    // What the instantaneous sum does not count must not be taken from it.
+    // Only a particle that the instantaneous sum contains may be subtracted from it.
     const bool counted = in_double_ ? counts<double>(u, offset_m, node.rest_m, probe.center_m, reach_m)
                                     : counts<float>(u, offset_m, node.rest_m, probe.center_m, reach_m);
     if (!counted || d == glm::dvec3(0)) continue;

@@ -1,15 +1,17 @@
 #pragma once
 /// How stiff the tissue is under a tool: K in f(x + d) = f(x) - K d (LocalModel in scene.h).
 ///
-/// A tool t of a grab or a spring and the particles that move, f, have together the stiffness [K_tt K_tf; K_ft K_ff].
-/// Instantaneous: K_tt, which for a grab is the sum over the springs from what it holds to what it does not of
-/// k (n n' + (1 - L/|d|) (I - n n')), and for a spring its own k. Settled: the Schur complement K_tt - K_tf K_ff^-1 K_ft
-/// of the Hessian at rest, other tools where they are; for a spring that is its own stiffness in series with the tissue's.
+/// Grab and spring: a tool t and the free particles f together have the stiffness matrix [K_tt K_tf; K_ft K_ff].
+/// Instantaneous: K_tt. For a grab that is the sum of k (n n' + (1 - L/|d|) (I - n n')) over the springs from the particles
+/// that it holds to those that it does not; for a spring it is its own k. Settled: the Schur complement
+/// K_tt - K_tf K_ff^-1 K_ft of the Hessian at rest, with the other tools held still; for a spring that is its own stiffness
+/// in series with that of the tissue.
 ///
-/// A probe touches other particles in every step. Instantaneous: the sum of k (n n' + (1 - r/|d|) (I - n n')) over them.
-/// Settled: each in series with the tissue under it, the sum of n n' / (1/k + n' C n), where C is the particle's nodal
-/// compliance at rest, a 3 x 3 block of K_ff^-1. That one particle touched yields under the others is neglected, so the sum
-/// is at least the stiffness of the settled contact, and equal to it where one particle is touched lightly.
+/// A probe touches different particles in every step. Instantaneous: the sum of k (n n' + (1 - r/|d|) (I - n n')) over
+/// them. Settled: the sum of n n' / (1/k + n' C n), each particle in series with the tissue under it, where C is the
+/// particle's nodal compliance at rest, a 3 x 3 block of K_ff^-1. This neglects that a touched particle also yields under
+/// the load of the others, so the sum is at least the stiffness of the settled contact. It is equal to it if a single
+/// particle is touched lightly.
 
 #include <cstdint>
 #include <glm/mat3x3.hpp>
@@ -23,14 +25,14 @@ namespace evenstep::internal {
 class GrabStiffness {
  public:
   GrabStiffness(const TissueScene& scene, const Lattice& lattice);
-  /// Cells whose displacements `of` reads, increasing.
+  /// The cells whose displacements `of` needs, increasing.
   const std::vector<std::uint32_t>& cells() const { return cells_; }
-  /// Instantaneous, of a grab; `displacement_m` as cells().
+  /// The instantaneous stiffness of a grab; `displacement_m` has one entry per entry of cells().
   glm::dmat3 of(std::size_t tool, std::span<const std::array<double, 3>> displacement_m) const;
 
  private:
   struct Spring {
-    std::size_t held, other;  // in cells_
+    std::size_t held, other;  // positions in cells_
     glm::dvec3 rest_m;
     double length_m, stiffness_N_per_m;
   };
@@ -38,26 +40,27 @@ class GrabStiffness {
   std::vector<std::vector<Spring>> springs_;  // per tool
 };
 
-/// Settled, of a grab or a spring: three systems solved by conjugate gradients to 1e-9 of their right-hand sides.
+/// The settled stiffness of a grab or a spring: three systems, solved by conjugate gradients to 1e-9 of their right-hand
+/// sides.
 glm::dmat3 settled_stiffness(const TissueScene& scene, const Lattice& lattice, std::size_t tool);
 
-/// The nodal compliance of the kMostProbedNodes moving particles nearest to each probe's centre at the start, three systems
-/// each. What a probe touches beyond them counts with its instantaneous stiffness.
+/// The nodal compliances of the kMostProbedNodes mobile particles nearest to each probe's centre at the start, from three
+/// systems each. Any other particle that a probe touches counts with its instantaneous stiffness.
 class ProbeCompliance {
  public:
-  /// `in_double`: the sums of the solver are, otherwise they are of floats.
+  /// `in_double`: whether the solver computes its sums in double; otherwise it does so in float.
   ProbeCompliance(const TissueScene& scene, const Lattice& lattice, bool in_double);
-  /// Cells whose displacements `settled` reads, probe after probe.
+  /// The cells whose displacements `settled` needs, probe after probe.
   const std::vector<std::uint32_t>& cells() const { return cells_; }
-  /// The settled stiffness from the instantaneous one, of a probe of radius `reach_m` displaced by `offset_m`; `displacement_m`
-  /// as cells().
+  /// Turns the instantaneous stiffness of a probe of radius `reach_m`, displaced by `offset_m`, into the settled one;
+  /// `displacement_m` has one entry per entry of cells().
   glm::dmat3 settled(std::size_t tool, const glm::dvec3& offset_m, double reach_m,
                      std::span<const std::array<double, 3>> displacement_m,
                      const glm::dmat3& instantaneous_N_per_m) const;
 
  private:
   struct Node {
-    std::size_t at;  // in cells_
+    std::size_t at;  // position in cells_
     glm::dvec3 rest_m;
     glm::dmat3 compliance_m_per_N;
   };
@@ -66,6 +69,6 @@ class ProbeCompliance {
   std::vector<std::vector<Node>> nodes_;  // per tool
   bool in_double_;
 };
-inline constexpr std::size_t kMostProbedNodes = 16;  ///< 48 systems: two spacings around the centre, and some below
+inline constexpr std::size_t kMostProbedNodes = 16;  ///< 48 systems: two spacings around the centre, and some below it
 
 }  // namespace evenstep::internal

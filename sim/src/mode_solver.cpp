@@ -1,8 +1,9 @@
-// One mass between two springs, per tool: the tool's contact spring 2 k and a ground spring 2 k (ModeScene in scene.h). With
-// w = 2 pi f0 and M = 4 k / w^2:
+// For each tool one mass between two springs: the tool's contact spring 2 k and a ground spring 2 k (ModeScene in scene.h).
+// With w = 2 pi f0 and M = 4 k / w^2:
 //   q'' = -w^2/2 q - w^2/2 (q - x) - 2 zeta w q',    F = 2 k (q - x) on the tool
-// by velocity Verlet with the damping taken implicitly, in substeps of at most 0.1 ms and a fiftieth of a period. One-sided,
-// all of it along the normal, the contact spring only pushes: without contact the mass swings on its ground spring.
+// integrated by velocity Verlet with implicit damping, in substeps of at most 0.1 ms and a fiftieth of a period. If it is
+// one-sided, everything happens along the normal, and the contact spring only pushes: without contact the mass swings on
+// its ground spring.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -79,7 +80,7 @@ class ModeSolver final : public Solver {
   struct Node {
     glm::dvec3 displacement_m{0}, velocity_m_per_s{0};
     glm::dvec3 tool_m{0};
-    bool touched = false;  ///< it knows where the tool was
+    bool touched = false;  ///< there was a first sample, so the tool's position before is known
   };
 
   double checked_length(std::optional<double> step_s) const {
@@ -100,14 +101,14 @@ class ModeSolver final : public Solver {
     return std::max(1, static_cast<int>(count));
   }
 
-  /// Of the contact spring, on the tool at x.
+  /// The force of the contact spring on the tool at x.
   glm::dvec3 force_N(const glm::dvec3& q, const glm::dvec3& x) const {
     const double contact_N_per_m = 2 * mode_.stiffness_N_per_m;
     if (!mode_.one_sided) return (q - x) * contact_N_per_m;
     return normal_ * (contact_N_per_m * std::max(0.0, mode_.surface_m + dot(normal_, q - x)));
   }
 
-  /// What the springs make of the mass.
+  /// The acceleration of the mass by its two springs.
   glm::dvec3 acceleration(const glm::dvec3& q, const glm::dvec3& x) const {
     const double mass_kg = 4 * mode_.stiffness_N_per_m / (omega_ * omega_);
     return q * (-omega_ * omega_ / 2) - force_N(q, x) / mass_kg;

@@ -48,7 +48,7 @@ void RestHessian::apply(const Cells& x, Cells& y) const {
   }
 }
 
-/// 1 where nothing resists, and so nothing pushes either.
+/// 1 where nothing resists: nothing pushes there either.
 RestHessian::Cells RestHessian::inverse_diagonal() const {
   Cells inverse(lattice_.cells, glm::dvec3(0));
   for (const std::size_t cell : mobile_) {
@@ -90,7 +90,7 @@ RestHessian::Solution RestHessian::solve(const Cells& load) const {
     for (const std::size_t cell : mobile_) p[cell] = z[cell] + (next / rz) * p[cell];
     rz = next;
   }
-  // What is left by itself, not as the iterations have counted it: where there is no solution they are all rounding.
+  // The residual is computed anew, because if there is no solution the iterations' own residual is nothing but rounding.
   apply(x, y);
   for (const std::size_t cell : mobile_) r[cell] = load[cell] - y[cell];
   return {std::move(x), dot(r, r) <= kFound * kFound * dot(load, load)};

@@ -1,6 +1,6 @@
 #pragma once
-/// The Hessian of the energy at rest over the particles that move: k n n' of every spring, and k I of every coupling whose
-/// tool stays where it is. Arrays have one entry per cell and are 0 where a particle does not move.
+/// The Hessian of the energy at rest with respect to the particles that move: k n n' for every spring, and k I for every
+/// coupling, whose tool is held still. Arrays have one entry per cell and are 0 where a particle does not move.
 
 #include <glm/mat3x3.hpp>
 #include <vector>
@@ -19,18 +19,18 @@ class RestHessian {
   std::size_t neighbour(std::size_t cell, std::size_t s) const {
     return cell + static_cast<std::size_t>(lattice_.offset[s]);
   }
-  /// Of the spring from an active cell to its active neighbour s.
+  /// k n n' of the spring from an active cell to its active neighbour s.
   glm::dmat3 spring(std::size_t cell, std::size_t s) const;
   double coupling_N_per_m(std::size_t cell) const { return coupling_N_per_m_[cell]; }
 
-  /// y = H x over the cells that move; the others of y stay as they are.
+  /// y = H x for the cells that move; the other entries of y are not changed.
   void apply(const Cells& x, Cells& y) const;
   struct Solution {
     Cells x;
-    bool found;  ///< H x is the load, to 1e-6 of it
+    bool found;  ///< whether H x is the load, to 1e-6 of it
   };
-  /// H x = load by conjugate gradients, to 1e-9. Where a part of the tissue is free the matrix is singular: the solution is one of
-  /// many if the load is in its range, otherwise there is none.
+  /// Solves H x = load by conjugate gradients, to 1e-9. If a part of the tissue is free, the matrix is singular: if the load
+  /// is in its range the result is one of many solutions, otherwise there is none.
   Solution solve(const Cells& load) const;
 
  private:

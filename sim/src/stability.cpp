@@ -20,7 +20,7 @@ namespace {
 
 using internal::Lattice;
 
-/// What a particle contributes to its cubes.
+/// What a particle contributes to the cubes it belongs to.
 struct Particle {
   bool active = false, mobile = false;
   double stiffness_N_per_m = 0, mass_kg = 1;
@@ -28,7 +28,7 @@ struct Particle {
   auto operator<=>(const Particle&) const = default;
 };
 
-/// Every cell's particle as an index into the few different ones there are.
+/// The particle of every cell, as an index into the few kinds of particles that there are.
 struct Particles {
   Particles(const TissueScene& scene, const Lattice& lattice);
   const Particle& operator[](std::size_t cell) const { return kinds[kind[cell]]; }
@@ -57,7 +57,7 @@ Particles::Particles(const TissueScene& scene, const Lattice& lattice) : kind(la
   }
 }
 
-/// A cube's corners, x-fastest, and the largest eigenvalues of its share of the system.
+/// The corners of a cube, x-fastest; below, the largest eigenvalues of its share of the system.
 using Corners = std::array<Particle, 8>;
 struct CubeBounds {
   double lambda = 0, damping = 0;
@@ -101,7 +101,7 @@ CubeBounds largest_cube_bounds(const TissueScene& scene, const Lattice& lattice,
   CubeBounds most;
   std::map<std::uint64_t, CubeBounds> known;
   std::uint64_t last = 0;
-  // From one plane, row and column before the first site; a cell in the padding is nobody.
+  // Starts one plane, row and column before the first site; a cell in the padding has no particle (0).
   const auto begin = static_cast<std::ptrdiff_t>(lattice.first) - layer - px - 1;
   const auto end = static_cast<std::ptrdiff_t>(lattice.first) + layer * nz;
   for (std::ptrdiff_t cell = begin; cell < end; ++cell) {
@@ -115,7 +115,7 @@ CubeBounds largest_cube_bounds(const TissueScene& scene, const Lattice& lattice,
         kinds[corner] = particles.kind[static_cast<std::size_t>(at)];
       key = key << 8 | kinds[corner];
     }
-    if (key == last) continue;  // nearly always, and 0 is nobody
+    if (key == last) continue;  // nearly always; a key of 0 means a cube without particles
     last = key;
     const auto [entry, is_new] = known.try_emplace(key);
     if (!is_new) continue;
@@ -130,7 +130,7 @@ CubeBounds largest_cube_bounds(const TissueScene& scene, const Lattice& lattice,
 
 struct RowBounds {
   double lambda = 0, damping = 0;
-  double stiffest = 0;  // diagonal alone
+  double stiffest = 0;  // by the diagonal alone
   std::int64_t particle = -1;
 };
 
@@ -162,7 +162,7 @@ RowBounds largest_rows(const TissueScene& scene, const Lattice& lattice, const P
   return most;
 }
 
-/// A probe can touch any particle.
+/// The share of the probes in lambda, for which any particle may be touched.
 double probes_per_s2(const TissueScene& scene, const Particles& particles) {
   double stiffness_N_per_m = 0, largest_per_kg = 0;
   for (const ToolCoupling& tool : scene.tools)
@@ -172,8 +172,9 @@ double probes_per_s2(const TissueScene& scene, const Particles& particles) {
   return stiffness_N_per_m * largest_per_kg;
 }
 
-/// Of M^-1 K at rest, where a spring resists along itself only. One material: the lattice's symbol has its maximum 12 k/m at
-/// (pi, pi, 0). Otherwise by power iteration: from below, a fraction of a percent.
+/// The largest eigenvalue of M^-1 K at rest, where a spring resists only along itself. For one material it is 12 k/m, the
+/// maximum of the lattice's symbol, at (pi, pi, 0). Otherwise it comes from a power iteration, which gives a value too small
+/// by a fraction of a percent.
 double rest_state_lambda(const TissueScene& scene, const Lattice& lattice, const Particles& particles) {
   if (scene.regions.empty()) return 12 * scene.stiffness_N_per_m / scene.particle_mass_kg;
   const internal::RestHessian hessian(scene, lattice);
@@ -210,7 +211,7 @@ constexpr double kForEver = std::numeric_limits<double>::infinity();
 }  // namespace
 
 double largest_stable_step_s(Method method, double lambda_per_s2, double damping_per_s) {
-  // Both in the form that does not cancel where damping dominates.
+  // Both formulas are written in the form that does not cancel digits when damping dominates.
   switch (method) {
     case Method::symplectic_euler:
     case Method::velocity_verlet:
@@ -226,7 +227,7 @@ double largest_stable_step_s(Method method, double lambda_per_s2, double damping
 
 double stiffness_margin(Method method, const StepLimit& limit, double step_s) {
   const double gamma = limit.damping_per_s;
-  double lambda_per_s2 = kForEver;  // that this step could carry
+  double lambda_per_s2 = kForEver;  // the largest for which this step would be stable
   if (method == Method::symplectic_euler || method == Method::velocity_verlet)
     lambda_per_s2 = (4 - 2 * step_s * gamma) / (step_s * step_s);
   if (method == Method::rk4) {
@@ -244,7 +245,7 @@ StepLimit step_limit(const TissueScene& scene) {
   const RowBounds rows = largest_rows(scene, lattice, particles);
   StepLimit limit;
   limit.lambda_per_s2 = std::min(cubes.lambda, rows.lambda) + probes_per_s2(scene, particles);
-  // Nothing that moves has a spring, and any step will do: one spring's worth keeps the limit finite.
+  // If no mobile particle has a spring, any step is stable; the stiffness of one spring keeps the limit finite.
   if (limit.lambda_per_s2 <= 0) limit.lambda_per_s2 = scene.stiffness_N_per_m / scene.particle_mass_kg;
   limit.rest_state_lambda_per_s2 = std::min(limit.lambda_per_s2, rest_state_lambda(scene, lattice, particles));
   if (limit.rest_state_lambda_per_s2 <= 0) limit.rest_state_lambda_per_s2 = limit.lambda_per_s2;

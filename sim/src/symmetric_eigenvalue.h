@@ -17,7 +17,7 @@ struct SymmetricMatrix {
 
 template <std::size_t N>
 double largest_eigenvalue(SymmetricMatrix<N> a) {
-  for (int sweep = 0; sweep < 30; ++sweep) {  // quadratic: 6 to 10 are enough
+  for (int sweep = 0; sweep < 30; ++sweep) {  // converges quadratically: 6 to 10 are enough
     double off_diagonal = 0, diagonal = 0;
     for (std::size_t p = 0; p < N; ++p) {
       diagonal += a(p, p) * a(p, p);

@@ -20,7 +20,7 @@ TissueConstants<Real>::TissueConstants(const TissueScene& scene, const Lattice& 
     const Neighbour& n = kNeighbourhood[s];
     rest_m[s] = {spacing * static_cast<Real>(n.dx), spacing * static_cast<Real>(n.dy), spacing * static_cast<Real>(n.dz)};
     const auto& [x, y, z] = rest_m[s];
-    length_m[s] = std::sqrt(x * x + y * y + z * z);  // as the kernels do: at rest 1 - L/len is exactly 0
+    length_m[s] = std::sqrt(x * x + y * y + z * z);  // computed as in the kernels: at rest 1 - L/len is exactly 0
     const double length2_m2 = scene.spacing_m * scene.spacing_m * (n.dx * n.dx + n.dy * n.dy + n.dz * n.dz);
     axial_s_per_m2[s] = static_cast<Real>(scene.axial_damping_N_s_per_m / scene.stiffness_N_per_m / length2_m2);
   }

@@ -16,7 +16,7 @@ namespace {
 
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-/// Which NaN an operation returns is up to the device, and forces are hashed: report one and the same.
+/// It depends on the device which NaN an operation returns, but forces are hashed: so always report the same NaN.
 double canonical(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }
 glm::dvec3 canonical(const glm::dvec3& v) { return {canonical(v.x), canonical(v.y), canonical(v.z)}; }
 
@@ -125,7 +125,7 @@ void TissueSolver::check_length(double step_s) const {
     throw SolverError(SolverFault::bad_input, fmt::format("step {}: a length of its own, but steps are constant", steps_),
                       "Scene::variable_step");
   }
-  if (step_s >= 1e-15 && step_s <= 1e15) return;  // with its square and reciprocal a number in float too
+  if (step_s >= 1e-15 && step_s <= 1e15) return;  // so that its square and reciprocal are finite in float too
   throw SolverError(SolverFault::bad_input, fmt::format("step {}: a length of {:g} s", steps_, step_s),
                     "a positive length");
 }
@@ -207,8 +207,8 @@ void TissueSolver::note_finite(bool is_finite) {
   verdict_.first_bad_step = steps_;
 }
 
-/// The hand does work -f dx on the tissue (f is what the hand feels; trapezoid over the step). Damping only takes energy
-/// away, so energy - work above zero is growth that physics does not have.
+/// The hand does work -f dx on the tissue (f is what the hand feels; trapezoid rule over the step). Damping can only take
+/// energy away, so energy - work above zero is growth that physics cannot explain.
 void TissueSolver::balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response) {
   for (std::size_t tool = 0; tool < moved_m.size(); ++tool) {
     const glm::dvec3 mean_N = (last_response_.force_N[tool] + response.force_N[tool]) * 0.5;

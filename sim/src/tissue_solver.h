@@ -1,5 +1,6 @@
 #pragma once
-/// What every tissue solver does around its substeps: tool offsets, substep targets, force sums, energy balance, verdict.
+/// What all tissue solvers have in common around their substeps: tool offsets, substep targets, force sums, energy balance,
+/// verdict.
 
 #include <algorithm>
 #include <array>
@@ -15,12 +16,12 @@
 
 namespace evenstep::internal {
 
-/// Over the particles that a probe touches and that move: sums of force over the scene's stiffness (3), and for the local
-/// model also depth, depth times position (3), and the stiffness over the scene's (xx, yy, zz, xy, xz, yz); last the least
-/// distance to the sphere.
+/// Sums over the mobile particles that a probe touches: force divided by the scene's stiffness (3), and for the local model
+/// also depth, depth times position (3) and stiffness divided by the scene's (xx, yy, zz, xy, xz, yz). The last entry is not
+/// a sum but the least distance to the sphere.
 using ProbeSums = std::array<double, kProbeValues>;
 
-/// Of partial sums [value][partial] in the order of the partials.
+/// Adds up partial sums [value][partial] in the order of the partials.
 template <class Real>
 ProbeSums add_partials(std::span<const Real> sums, bool local_model) {
   ProbeSums total{};
@@ -33,26 +34,27 @@ ProbeSums add_partials(std::span<const Real> sums, bool local_model) {
   return total;
 }
 
-/// A probe that touches nothing foresees what it will touch this much after its first touch, in spacings: less, and of the
-/// particles that it meets nearly together it foresees one.
+/// A probe that touches nothing predicts the touch of all particles that it would touch within this many spacings after the
+/// first one. With less it would predict only one of several particles that it meets at nearly the same time.
 inline constexpr double kMeets = 0.1;
-/// And from this many spacings away: within the time that a record is on its way no hand comes further.
+/// It does so from at most this many spacings away: a hand cannot come further before the next record arrives.
 inline constexpr double kForeseen = 100;
 
-/// Of springs, couplings and probes and in motion, never negative; and of gravity, 0 at rest.
+/// Stored and kinetic energy of springs, couplings, probes and particles, which is never negative; and the energy of
+/// gravity, 0 at rest.
 struct Energy {
   double stored_J = 0, gravity_J = 0;
 };
 
 /// What the tools feel from the particles, read once per step.
 struct ToolReadings {
-  /// On the hand, from every particle held (tool after tool, in the order of Lattice::held), newtons.
+  /// The force on the hand from every particle held (tool after tool, in the order of Lattice::held), newtons.
   std::vector<std::array<double, 3>> held_N;
   /// Per probe: sums of probe_parts (cpu/cell_loops.h) over the particles that it touches.
   std::array<ProbeSums, kMaxTools> probes{};
-  /// For the local model: the same sums; of a probe that touches nothing as if it reached as far as what it will touch.
+  /// For the local model: the same sums; for a probe that touches nothing, as if it reached the particles it will touch.
   std::array<ProbeSums, kMaxTools> to_come{};
-  /// Of TissueSolver::watched().
+  /// The displacements of the cells TissueSolver::watched().
   std::vector<std::array<double, 3>> displacement_m;
 };
 
@@ -68,32 +70,32 @@ class TissueSolver : public Solver {
   const SolverInfo& info() const final { return info_; }
 
  protected:
-  /// One substep of every particle, then the grabbed ones to where their tools are `after` it. Couplings and probes act
-  /// from where they are at the time of the state that a force is evaluated on.
+  /// One substep of every particle; the grabbed ones are then put where their tools are `after` it. A force is evaluated
+  /// with couplings and probes at the positions that they have at the time of the state.
   virtual void substep(const ToolStates& before, const ToolStates& after) = 0;
-  /// Length of the substeps to come, where the step is variable.
+  /// Sets the length of the substeps to come, if the step is variable.
   virtual void set_substep(double substep_s) = 0;
-  /// Of the state now, with the tools where they are now; `readings` has its sizes.
+  /// Fills `readings`, whose arrays already have their sizes, from the current state with the tools where they are `now`.
   virtual void read_tools(const ToolStates& now, ToolReadings& readings) = 0;
-  /// Of the same state, the sums of a probe as if its radius were `radius_m`.
+  /// From the same state, the sums of a probe as if its radius were `radius_m`.
   virtual ProbeSums read_probe(std::size_t tool, const ToolStates& now, double radius_m) = 0;
-  virtual std::uint64_t digest() = 0;  ///< only where the scene needs it
-  virtual Energy energy(const ToolStates& now) = 0;  ///< only where the scene needs it
+  virtual std::uint64_t digest() = 0;  ///< called only if the scene needs it
+  virtual Energy energy(const ToolStates& now) = 0;  ///< called only if the scene needs it
   virtual void to_rest() = 0;
-  /// put_state comes after to_rest() and before a step.
+  /// Called after to_rest() and before any step.
   virtual void put_state(const ParticleState& state) = 0;
-  /// What a method keeps between substeps, from the state that the run starts with and tools at rest.
+  /// Initialises what a method keeps between substeps, from the state that the run starts with and tools at rest.
   virtual void start() {}
   virtual void read_state(ParticleState& state) = 0;
 
   const TissueScene& scene() const { return scene_; }
   const Lattice& lattice() const { return lattice_; }
   const SceneFeatures& features() const { return features_; }
-  double substep_s() const { return substep_s_; }  ///< before the first step: the nominal one
-  /// To the scene's initial state; the last thing a solver's constructor does.
+  double substep_s() const { return substep_s_; }  ///< the nominal one before the first step
+  /// Sets the scene's initial state; the last thing a solver's constructor does.
   void to_start();
   void set_device(std::string device) { info_.device = std::move(device); }
-  /// Cells that the local model of a grab or a probe is made of; empty where nobody asks for it.
+  /// The cells whose displacements the local model of a grab or a probe needs; empty without a local model.
   const std::vector<std::uint32_t>& watched() const { return watched_; }
   ToolReadings empty_readings() const;
 
@@ -103,7 +105,7 @@ class TissueSolver : public Solver {
   void take_length(double substep_s);
   ToolResponse sum_forces();
   void prepare_local_model();
-  /// Of a probe: its radius; of one that touches nothing as far as what it is about to touch.
+  /// The radius of a probe; for one that touches nothing, the radius that would reach what it is about to touch.
   double probe_reach_m(std::size_t tool) const;
   void foresee_touches();
   ToolContact contact(std::size_t tool) const;
@@ -116,9 +118,9 @@ class TissueSolver : public Solver {
   Lattice lattice_;
   SceneFeatures features_;
   LocalModel local_model_;
-  std::optional<GrabStiffness> grab_stiffness_;      // instantaneous, of a grab
-  std::optional<ProbeCompliance> probe_compliance_;  // settled, of a probe
-  std::array<glm::dmat3, kMaxTools> settled_{};  // or whatever else stays the same
+  std::optional<GrabStiffness> grab_stiffness_;      // for the instantaneous model of grabs
+  std::optional<ProbeCompliance> probe_compliance_;  // for the settled model of probes
+  std::array<glm::dmat3, kMaxTools> settled_{};  // stiffnesses that stay the same for the whole run, settled or not
   std::vector<std::uint32_t> watched_;
   SolverInfo info_;
   double nominal_substep_s_ = 0, substep_s_ = 0;
@@ -126,7 +128,7 @@ class TissueSolver : public Solver {
   std::vector<glm::dvec3> origin_m_, offset_m_;  // per tool: first sample; displacement since
   ToolStates tools_{};                           // at the end of the last substep
   ToolResponse last_response_;
-  std::vector<ToolContact> contacts_;  // per tool; empty where nobody asks for them
+  std::vector<ToolContact> contacts_;  // per tool; empty without a local model
   SolverVerdict verdict_;
   std::int64_t steps_ = 0;
   double initial_energy_J_ = 0, work_J_ = 0, energy_scale_J_ = 0, worst_excess_J_ = 0;

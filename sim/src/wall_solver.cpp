@@ -1,4 +1,4 @@
-// F = n k (p + p^2 / l) at the depth p, nothing outside: memoryless and exact, in double.
+// F = n k (p + p^2 / l) at the depth p, and 0 outside: memoryless and exact, in double.
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +21,7 @@ class WallSolver final : public Solver {
       info_.left_out.push_back({feature, std::nullopt});
   }
 
-  /// Of any length: it remembers nothing.
+  /// The length of the step does not matter: the wall has no memory.
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double>) override {
     check_positions(positions_m);
     ToolResponse response;
@@ -32,7 +32,7 @@ class WallSolver final : public Solver {
       const double deep = wall_.hardening_m > 0 ? depth_m / wall_.hardening_m : 0;
       response.force_N[tool] = normal_ * (wall_.stiffness_N_per_m * depth_m * (1 + deep));
       if (tool >= contacts_.size()) continue;
-      // Outside, the stiffness is that of the touch to come.
+      // Outside the wall, the stiffness is the one that the tool will meet when it touches.
       contacts_[tool] = {gap_m <= 0, true, x, normal_, gap_m, along(normal_, wall_.stiffness_N_per_m * (1 + 2 * deep))};
     }
     return response;

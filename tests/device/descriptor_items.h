@@ -15,7 +15,7 @@ inline Bytes bytes_of(std::initializer_list<int> values) {
   return bytes;
 }
 
-/// Prefixes with the size bits 0.
+/// The prefixes of items, with size bits 0.
 enum ItemTag : int {
   kInput = 0x80,
   kOutput = 0x90,
@@ -40,13 +40,13 @@ enum ItemTag : int {
   kDelimiter = 0xA8,
 };
 
-/// An item with its data in `size` bytes: 0, 1, 2 or 4.
+/// Appends an item with its data in `size` bytes: 0, 1, 2 or 4.
 inline void add(Bytes& bytes, int tag, std::int64_t value, int size) {
   bytes.push_back(static_cast<std::byte>(tag | (size == 4 ? 3 : size)));
   for (int i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFF));
 }
 
-/// The bytes that a signed number takes.
+/// The number of bytes that a signed number needs.
 inline int signed_size(std::int64_t value) {
   return value >= -128 && value < 128 ? 1 : value >= -32768 && value < 32768 ? 2 : 4;
 }

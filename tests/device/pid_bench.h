@@ -1,5 +1,5 @@
 #pragma once
-// A PID driver on a simulated device, with every byte between them kept.
+// A PID driver on a simulated device, with a record of every byte between them.
 #include <fmt/format.h>
 
 #include <memory>
@@ -15,7 +15,7 @@ namespace evenstep::test {
 
 inline constexpr std::int64_t kMs = 1'000'000;
 
-/// Passes everything on and writes it down: "w", "s" (set feature), "g" (get feature), with the bytes in hex.
+/// Passes everything on and records it: "w", "s" (set feature), "g" (get feature), with the bytes in hex.
 class RecordingTransport final : public HidTransport {
  public:
   explicit RecordingTransport(HidTransport& device) : device_(device) {}
@@ -39,7 +39,7 @@ class RecordingTransport final : public HidTransport {
 };
 
 inline PidLayout layout_of(const HidTransport& device) {
-  return *pid_layout(parse_report_descriptor(device.report_descriptor()).value).layout;
+  return *pid_layout(*parse_report_descriptor(device.report_descriptor()));
 }
 
 /// Two axes of 0.4 m, 10 N.

@@ -26,7 +26,7 @@ void check_each(const char* base, const std::vector<Mistake>& mistakes) {
   for (const Mistake& mistake : mistakes) {
     INFO(mistake.from << " -> " << mistake.to);
     const ReadResult result = read_text(changed(base, mistake.from, mistake.to));
-    CHECK_FALSE(result.scenario);
+    CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(mistake.error));
   }
 }
@@ -45,7 +45,7 @@ TEST_CASE("A key, a word or a form that does not exist is named where it stands,
           {"[timing]", "[tming]",
            "scenario.toml:8:2: error: unknown key 'tming' in the top of the file; did you mean 'timing'?"},
           {"kind = \"spring\"", "kind = \"sprang\"",
-           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\", \"wall\", \"mode\" or \"tissue\"; did "
+           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\", \"wall\", \"mode\", \"tissue\" or \"foreign\"; did "
            "you mean 'spring'?"},
           {"kind = \"spring\"", "", "[scene] has no 'kind'; write kind = \"spring\""},
           {"stiffness = \"200 N/m\"", "lattice = [1, 1, 1]",
@@ -123,7 +123,7 @@ TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused wi
   const auto refused = [](std::string text, const std::string& error) {
     const ReadResult result = read_text(text);
     INFO(text);
-    CHECK_FALSE(result.scenario);
+    CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(error));
   };
   const auto with = [&](const std::string& adapt) {
@@ -166,13 +166,13 @@ TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave 
            {"kind = \"one-euro\"\nbeta = -1", "'beta': -1 is out of range"}}) {
     INFO(filter);
     const ReadResult result = read_text(with(filter));
-    CHECK_FALSE(result.scenario);
+    CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(error));
   }
   // Without the strategy nobody filters, whatever the device's rate.
   const ReadResult unused = read_text(changed(kSpring, "name = \"left\"", "name = \"left\"\nrate = \"15 Hz\""));
   INFO(errors_of(unused));
-  CHECK(unused.scenario);
+  CHECK(unused);
 }
 
 TEST_CASE("What a device renders must go together, and with its scene") {
@@ -201,7 +201,7 @@ TEST_CASE("What a device renders must go together, and with its scene") {
             "device 'left' renders \"smith\", a model of one mode, and a scene of this kind does not say which; write frequency"}}) {
     INFO(keys);
     const ReadResult result = read_text(changed(kSpring, "name = \"left\"", render(keys)));
-    CHECK_FALSE(result.scenario);
+    CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(error));
   }
   check_each(kSpring,
@@ -215,7 +215,7 @@ TEST_CASE("What a device renders must go together, and with its scene") {
                "'force': \"extrapolate\" continues a line of forces, and device 'left' makes its forces of records"}});
   const ReadResult clash = read_text(changed(changed(kTissue, "particles = 800", "particles = 800\nlocal_model = \"settled\""),
                                              "radius = \"6 mm\" }", "radius = \"6 mm\" }\nrender = { kind = \"local\" }"));
-  CHECK_FALSE(clash.scenario);
+  CHECK_FALSE(clash);
   CHECK_THAT(errors_of(clash), Contains("'local_model': \"settled\", but a device renders with stiffness = \"instantaneous\"; remove"));
 }
 
@@ -572,4 +572,17 @@ TEST_CASE("A trace or a motion file that is wrong is reported with its own line,
              Contains("s.toml:17:") && Contains("nothere.csv' no such file"));
   CHECK_THAT(with(changed(motion, "hand.csv", "head.csv")), Contains("the first line must be t_s,x_m,y_m,z_m"));
   CHECK_THAT(with(changed(motion, "hand.csv", "none_at_all.csv")), Contains("no rows"));
+}
+
+TEST_CASE("A foreign part needs its name, options that are a table without dates, and a strategy that names a map") {
+  check_each(kSpring, {
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"", "[scene] has no 'name'; write name = \"mine\""},
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = 3",
+     "scenario.toml:15:11: error: 'options': must be a table, not 3"},
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = { at = [2020-01-01] }",
+     "scenario.toml:15:19: error: 'options': a date cannot be passed on as JSON; write it as text"},
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"spring\"\nname = \"a\"", "'name' means nothing with kind = \"spring\""},
+    {"name = \"left\"", "name = \"left\"\ndriver = \"foreign\"", "has no 'foreign'"},
+    {"[timing]", "strategies = [\"foreign\"]\n[timing]", "[remap] does not say which map that is"},
+  });
 }

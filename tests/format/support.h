@@ -5,14 +5,14 @@
 
 namespace evenstep::test {
 
-/// A folder of its own, gone at the end of the test.
+/// A temporary folder that is removed at the end of the test.
 class Folder {
  public:
   Folder();
   ~Folder();
   Folder(const Folder&) = delete;
   Folder& operator=(const Folder&) = delete;
-  /// Writes a file (and the folders it needs); its path.
+  /// Writes a file (and the folders it needs), and returns its path.
   std::string write(const std::string& name, const std::string& text) const;
   std::string path(const std::string& name) const;
 
@@ -20,14 +20,14 @@ class Folder {
   std::string root_;
 };
 
-/// Reads `text` as scenario.toml of a folder of its own.
+/// Reads `text` as scenario.toml in a temporary folder.
 ReadResult read_text(const std::string& text, const ReadOptions& options = {});
 /// All errors, one per line, with file names cut to their last part.
 std::string errors_of(const ReadResult& result);
-/// Every value of a scenario but its file name and places, one per line: two scenarios are the same if this is.
+/// Every value of a scenario except its file name and places, one per line. Two scenarios are equal if these texts are.
 std::string describe(const Scenario& scenario);
 
-extern const char* const kSpring;  ///< a good scenario of each kind
+extern const char* const kSpring;  ///< this and the next ones: a valid scenario of each kind
 extern const char* const kTissue;
 extern const char* const kPid;
 

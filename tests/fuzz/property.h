@@ -1,5 +1,5 @@
 #pragma once
-// What must hold for every input. A broken property ends the program as a crash does, so that the fuzzer keeps the input.
+// Properties that must hold for every input. A violation ends the program like a crash, so that the fuzzer keeps the input.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -15,7 +15,7 @@ inline void require(bool holds, const std::string& broken) {
   std::abort();
 }
 
-/// An input is read, or refused with at least one error; each error says what is wrong and where.
+/// An input must be read, or refused with at least one error, and each error must say what is wrong and where.
 inline void require_read_or_refused(bool read, const std::vector<Diagnostic>& errors) {
   require(read == errors.empty(), "neither read nor refused");
   for (const Diagnostic& error : errors) {

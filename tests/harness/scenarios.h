@@ -1,5 +1,5 @@
 #pragma once
-// Scenarios for tests: the shipped files, or small ones written here; never a copy of a shipped one.
+// Scenarios for tests: shipped files, or small ones written here, but never copies of shipped ones.
 
 #include <catch2/catch.hpp>
 #include <string>
@@ -14,9 +14,9 @@ inline std::string shipped(const std::string& name) { return std::string(EVENSTE
 
 inline Scenario read(const std::string& name, const std::vector<std::string>& set = {}) {
   const ReadResult result = read_scenario(shipped(name), {set, std::nullopt});
-  for (const Diagnostic& error : result.errors) UNSCOPED_INFO(text(error));
-  REQUIRE(result.scenario);
-  return *result.scenario;
+  for (const Diagnostic& error : result.error_or({})) UNSCOPED_INFO(text(error));
+  REQUIRE(result);
+  return *result;
 }
 
 inline RunRecord run_all(const Scenario& scenario, RunOptions options = {}) {
@@ -36,7 +36,7 @@ inline const StrategyRecord& strategy(const RunRecord& run, const std::string& n
   throw 0;
 }
 
-/// A block small enough for many runs: 8 x 7 x 9 cut to 490 particles, two devices, everything else as the paper's.
+/// A block small enough for many runs: 8 x 7 x 9 cut to 490 particles, two devices, everything else as in the paper.
 inline std::vector<std::string> small_tissue(const std::string& solver) {
   return {"scene.solver=\"" + solver + "\"",
           "scene.lattice=[8, 7, 9]",

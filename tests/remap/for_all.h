@@ -1,6 +1,6 @@
 #pragma once
-/// Properties over many random schedules. A property returns what it found wrong, or nullptr; the first failure is
-/// shrunk to the fewest segments that still fail and printed with its seed.
+/// Checks properties over many random schedules. A property returns what is wrong, or nullptr. The first failure is shrunk
+/// to the fewest segments that still fail, and printed with its seed.
 
 #include <catch2/catch.hpp>
 
@@ -13,15 +13,15 @@ namespace evenstep::testing {
 constexpr std::uint64_t kMany = 100'000;
 constexpr std::uint64_t kVeryMany = 1'000'000;
 
-/// A sanitizer looks at memory and arithmetic, not at the property, takes ten times as long, and sees the same paths in a
-/// tenth of the schedules.
+/// Sanitized builds use a tenth of the schedules: they check memory and arithmetic, not the property, take ten times as
+/// long, and see the same paths in fewer schedules.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr std::uint64_t kShare = 10;
 #else
 constexpr std::uint64_t kShare = 1;
 #endif
 
-/// Ends with the first failing segment, and begins as late as it can.
+/// Shrinks a schedule so that it ends with the first failing segment and begins as late as possible.
 template <class Fails>
 Schedule shrunk(Schedule schedule, Fails fails) {
   for (std::size_t count = 1; count < schedule.size(); ++count) {
@@ -48,7 +48,7 @@ inline std::string written(const Schedule& schedule) {
 }
 
 /// `property(schedule, draw)`: draw is for what the property chooses itself, the same on every call. Normal runs take
-/// the seeds from 0 on, [long] runs those from 2^32 on.
+/// the seeds from 0 on, [million] runs those from 2^32 on.
 template <class Property>
 void for_all(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
@@ -63,7 +63,7 @@ void for_all(std::uint64_t count, Property property) {
   }
 }
 
-/// The same for what is not a schedule: `property(draw)`.
+/// The same for properties that need no schedule: `property(draw)`.
 template <class Property>
 void for_all_draws(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;

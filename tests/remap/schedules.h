@@ -25,7 +25,7 @@ struct Segment {
 };
 using Schedule = std::vector<Segment>;
 
-/// Draws of a counter: the same in every library.
+/// Random draws from a counter, the same with every library.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : key_(seed) {}
@@ -137,7 +137,7 @@ struct Placed {
   RealTime emission;
 };
 
-/// The whole schedule through a map, as the haptic loop does it.
+/// Passes the whole schedule through a map, as the haptic loop does.
 inline std::vector<Placed> place(SlotMap& map, const Schedule& schedule) {
   std::vector<Placed> placed;
   for (const Segment& segment : schedule) {
@@ -152,7 +152,7 @@ inline std::vector<Placed> place(SlotMap& map, const Schedule& schedule) {
 }
 inline std::vector<Placed> place(SlotMap&& map, const Schedule& schedule) { return place(map, schedule); }
 
-/// What the sizing pass makes of a map with lead 0.
+/// The steps as the sizing pass sees them; the map must have lead 0.
 inline std::vector<MappedStep> mapped_steps(const std::vector<Placed>& placed) {
   std::vector<MappedStep> steps;
   for (std::size_t n = 0; n < placed.size(); ++n) {
@@ -174,7 +174,7 @@ inline double velocity_jump(const std::vector<Placed>& placed, std::size_t from,
   return static_cast<double>(most) / slot_ns;
 }
 
-/// Does `body` stop on an assertion? Run in a child process.
+/// Whether `body` stops on an assertion; it runs in a child process.
 template <class Body>
 bool asserts(Body body) {
   std::fflush(nullptr);

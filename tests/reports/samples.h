@@ -1,5 +1,5 @@
 #pragma once
-/// Results and a record with everything that text formats stumble over.
+/// Results and a record that contain everything that is difficult for text formats.
 
 #include <cmath>
 

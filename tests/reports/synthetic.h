@@ -14,7 +14,7 @@ inline constexpr std::int64_t kSteps = 15;
 inline constexpr Duration kVisualization{11'100'000};
 inline constexpr double kSlot_s = 1.0 / 450, kStep_m = kSpeed_m_per_s * kSlot_s;
 
-/// The hand: x along +x only, so that closed forms stay one-dimensional.
+/// The hand moves along +x only, so that closed forms stay one-dimensional.
 inline Vec3 hand_at(RealTime t) { return {kSpeed_m_per_s * std::max(0.0, seconds(t)), 0, 0}; }
 inline Vec3 times(double factor, const Vec3& v) { return {factor * v[0], factor * v[1], factor * v[2]}; }
 
@@ -46,7 +46,7 @@ inline void add_timing(StrategyRecord& strategy, RealTime end) {
   }
 }
 
-/// What the device receives: the latest force with F <= tick.
+/// Adds what the device receives: the latest force with F <= tick.
 inline void add_ticks(StrategyRecord& strategy, RealTime end) {
   DeviceRecord& device = strategy.devices.front();
   std::size_t next = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// What most tests of the scheduler need: a scheduler on a clock of its own, reproducible draws, and simple lanes.
+/// What most tests of the scheduler need: a scheduler with its own clock, reproducible draws, and simple lanes.
 
 #include <catch2/catch.hpp>
 #include <cstdint>
@@ -31,7 +31,7 @@ struct CountingWork final : Work {
   void run() override { ++runs; }
 };
 
-/// One event that writes down who it was.
+/// A single event that records its number.
 inline Task mark(Scheduler& scheduler, RealTime at, Lane lane, int who, std::vector<int>& log) {
   co_await scheduler.until(at, lane, "mark");
   log.push_back(who);

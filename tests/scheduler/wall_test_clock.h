@@ -1,5 +1,5 @@
 #pragma once
-/// Two clocks that are not virtual: the real one, and one whose time the test sets, for what must be exact.
+/// Two clocks that are not virtual: the real one, and one whose time the test sets, for tests that must be exact.
 
 #include <memory>
 #include <utility>

@@ -1,5 +1,5 @@
 #pragma once
-/// What every schedule of segments must satisfy (SegmentTiming in step_timing.h), and small tools of the timing tests.
+/// The rules for every schedule of segments (SegmentTiming in step_timing.h), and small tools for the timing tests.
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -20,8 +20,9 @@ inline std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, int s
 
 inline Duration length(const Interval& interval) { return interval.end - interval.begin; }
 
-/// In order, disjoint, inside the segment; the segments touch. Where the visualization has a lane of its own, steps are
-/// disjoint and in order by themselves, begin in their segment and may end in a later one. Returns the number of violations.
+/// Visualization and steps must be in order, disjoint and inside the segment, and segments must touch. If the visualization
+/// has a lane of its own, steps are disjoint and in order among themselves, begin in their segment and may end in a later
+/// one. Returns the number of violations.
 inline std::int64_t disorder(const std::vector<SegmentTiming>& segments) {
   std::int64_t wrong = 0, index = 0;
   RealTime boundary{0}, last{0};

@@ -1,5 +1,5 @@
 #pragma once
-// Small blocks with every combination of what a scene can have.
+// Small blocks with every combination of the features of a scene.
 #include "tissue_scenes.h"
 
 namespace evenstep::test {
@@ -21,12 +21,12 @@ inline std::string text_of(const Has& has) {
                                                  : "");
 }
 
-/// One tool of the kind asked for near the top, and one of another kind beside it.
+/// A tool of the given kind near the top, and one of another kind beside it.
 inline std::vector<ToolCoupling> two_tools(CouplingKind kind, double a) {
   const auto tool = [&](CouplingKind which, const glm::dvec3& site) -> ToolCoupling {
     if (which == CouplingKind::grab) return {site * a, 0.6 * a};
     if (which == CouplingKind::spring) return {site * a, 1.1 * a, which, 60, 0.02};
-    return {(site + glm::dvec3(0.1, 0.2, 1.5)) * a, 1.8 * a, which, 35};  // touches the top layer from the first
+    return {(site + glm::dvec3(0.1, 0.2, 1.5)) * a, 1.8 * a, which, 35};  // touches the top layer from the start
   };
   const CouplingKind other = kind == CouplingKind::grab     ? CouplingKind::spring
                              : kind == CouplingKind::spring ? CouplingKind::probe
@@ -62,7 +62,8 @@ inline std::vector<Has> every_combination(
   return all;
 }
 
-/// Six of the sixteen, in which every two features meet in each of their four states: each is an OpenCL program to build.
+/// Whether it is one of six out of the sixteen combinations, in which all pairs of features occur in each of their four
+/// states. Not all sixteen are used, because each is an OpenCL program to build.
 inline bool is_one_of_every_pair(const Has& has) {
   const int count = has.regions + has.damping + has.axial_damping + has.gravity;
   return count == 0 || count >= 3;

@@ -1,6 +1,6 @@
 #pragma once
-// Scenes and motions shared by the solver's tests. Motions are polynomials of the step: no libm in anything compared bit by
-// bit.
+// Scenes and motions shared by the tests of the solvers. Motions are polynomials of the step, because nothing that is
+// compared bit by bit may depend on libm.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -57,7 +57,7 @@ inline ToolResponse step(Solver& solver, int tools, const Positions& positions_m
   return solver.step(std::span(positions_m.data(), static_cast<std::size_t>(tools)));
 }
 
-/// Bit by bit: NaN equals itself, 0.0 and -0.0 differ.
+/// Compares bit by bit: NaN equals itself, 0.0 and -0.0 differ.
 inline bool same_bits(const ToolResponse& a, const ToolResponse& b) {
   return std::memcmp(&a.force_N, &b.force_N, sizeof a.force_N) == 0;
 }

@@ -1,10 +1,10 @@
 #pragma once
-/// A hidraw device that exists in this process only: unmodified libhidapi and libudev see it through umockdev. One per process
-/// (umockdev's rule), and only under its preloaded library.
+/// A hidraw device that exists only in this process: unmodified libhidapi and libudev see it through umockdev. There can be
+/// only one per process, and only under umockdev's preloaded library.
 ///
-///   Node::fifo   packet for packet as the kernel's hidraw: 64 reports wait, one per read, the newest is dropped when full.
-///                Its unplugging cannot be seen by poll.
-///   Node::pty    a byte stream, so at most one report may wait; unplugging is seen as on a real device.
+///   Node::fifo   packet by packet like the kernel's hidraw: 64 reports can wait, one per read, and the newest is dropped when it
+///                is full. poll does not notice when it is unplugged.
+///   Node::pty    a byte stream, so at most one report can wait; it is unplugged like a real device.
 
 #include <cstddef>
 #include <deque>
@@ -28,23 +28,23 @@ class MockedHidraw {
     std::string serial = "SN0001";
     Bytes report_descriptor;
     Node node = Node::fifo;
-    std::string force_feedback = "0";  ///< "capabilities/ff" of an input device that the kernel made of it; "0": none
+    std::string force_feedback = "0";  ///< "capabilities/ff" of an input device that the kernel made for it; "0": none
   };
-  /// False: not under umockdev; nothing may be tested then.
+  /// False if this does not run under umockdev; then nothing can be tested.
   static bool possible();
 
   explicit MockedHidraw(Spec spec);
   ~MockedHidraw();
 
-  /// One input report; false: the queue was full and it was dropped.
+  /// Sends an input report; false if the queue was full and it was dropped.
   bool send(std::span<const std::byte> report);
   void unplug();   ///< Node::pty only
-  void plug_in();  ///< again, after unplug(), as the next hidraw node
+  void plug_in();  ///< plugs it in again after unplug(), as the next hidraw node
 
-  /// What reached the device, in order.
+  /// The reports that reached the device, in order.
   std::vector<Bytes> outputs() const;
   std::vector<Bytes> features_set() const;
-  void answer_feature(Bytes report);          ///< the feature report of id report[0]; others are refused (EIO)
+  void answer_feature(Bytes report);          ///< sets the feature report of id report[0]; others are refused (EIO)
   void take_time_to_write(evenstep::Duration each);
 
   struct State;

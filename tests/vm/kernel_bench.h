@@ -1,5 +1,5 @@
 #pragma once
-/// What the tests on the kernel's own HID core share.
+/// What the tests on the kernel's own HID core have in common.
 
 #include <chrono>
 #include <thread>
@@ -11,7 +11,7 @@ inline const evenstep::WallClock& a_clock() {
   return clock;
 }
 
-/// A generous half minute: of real time, or of a guest's, which costs nothing while it sleeps.
+/// Waits for a condition for at most half a minute, which is generous; in a virtual machine sleeping takes no real time.
 template <class Condition>
 bool eventually(Condition condition) {
   for (int i = 0; i < 30'000; ++i) {
@@ -21,5 +21,5 @@ bool eventually(Condition condition) {
   return false;
 }
 
-/// The kernel hands a report on within microseconds; nobody can see when it has.
+/// The kernel passes a report on within microseconds, but a test cannot see when it has.
 inline void settle() { std::this_thread::sleep_for(std::chrono::milliseconds(100)); }

@@ -1,6 +1,6 @@
 #pragma once
-/// A HID device that the kernel itself believes in: a program behind /dev/uhid. Everything above it is real: the kernel's HID
-/// core, hidraw with its queue, sysfs, and libhidapi. Needs the right to open /dev/uhid.
+/// A HID device that is real to the kernel: a program behind /dev/uhid. Everything above it is real: the kernel's HID core,
+/// hidraw with its queue, sysfs, and libhidapi. It needs the right to open /dev/uhid.
 
 #include <atomic>
 #include <cstddef>
@@ -21,14 +21,15 @@ class UhidDevice {
     std::uint32_t vendor = 0x1209, product = 0x0E57;
     std::string name = "evenstep reference device", serial = "SN0001";
     Bytes report_descriptor;
-    /// What the device does: takes its output reports, takes and answers its feature reports. Without one they are kept, and
-    /// answered as told by answer_feature. Called under the device's mutex (with_firmware); it must outlive the device.
+    /// The firmware, which gets the output reports, and gets and answers the feature reports. Without it they are kept, and
+    /// answered as set by answer_feature. It is called under the device's mutex (with_firmware), and must outlive the
+    /// device.
     evenstep::HidTransport* firmware = nullptr;
   };
-  /// Empty if /dev/uhid can be opened, else why not.
+  /// Why /dev/uhid cannot be opened; empty if it can.
   static std::string refusal();
 
-  /// Throws std::runtime_error where the kernel does not take it.
+  /// Throws std::runtime_error if the kernel does not accept it.
   explicit UhidDevice(Spec spec);
   ~UhidDevice();
   UhidDevice(const UhidDevice&) = delete;
@@ -36,10 +37,10 @@ class UhidDevice {
 
   void send(std::span<const std::byte> report);
   void unplug();
-  void plug_in();  ///< again, after unplug()
-  void answer_feature(Bytes report);  ///< of id report[0]; others are refused
+  void plug_in();  ///< plugs it in again after unplug()
+  void answer_feature(Bytes report);  ///< sets the feature report of id report[0]; others are refused
 
-  /// While nothing reaches the firmware.
+  /// Calls `use` while nothing can reach the firmware.
   template <class Use>
   auto with_firmware(Use use) const {
     const std::lock_guard lock(mutex_);
@@ -49,10 +50,10 @@ class UhidDevice {
   std::vector<Bytes> outputs() const;
   std::vector<Bytes> features_set() const;
 
-  /// "/dev/hidraw3", once the kernel has made it and udev, where there is one, has seen it; empty after a generous wait: the
-  /// kernel refused the descriptor.
+  /// "/dev/hidraw3", as soon as the kernel has made it and udev, if it runs, has seen it. Empty after a generous wait, which
+  /// means that the kernel has refused the descriptor.
   std::string node() const;
-  /// "0003:1209:0E57.0004": its name below /sys/bus/hid/devices; empty as above.
+  /// "0003:1209:0E57.0004", its name in /sys/bus/hid/devices; empty as above.
   std::string hid_name() const;
 
  private:
@@ -68,6 +69,6 @@ class UhidDevice {
   int fd_ = -1;
   std::atomic<bool> closing_{false};
   std::thread thread_;
-  mutable std::mutex mutex_;  // all below
+  mutable std::mutex mutex_;  // guards everything below
   std::vector<Bytes> outputs_, features_set_, feature_answers_;
 };

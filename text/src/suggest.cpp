@@ -7,7 +7,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// Longer words are cut: the table below has (length + 1)^2 entries, and nothing known is half as long.
+/// Longer words are cut, because the table below has (length + 1)^2 entries; no known word is half as long.
 constexpr std::size_t kLongestWord = 64;
 
 bool abbreviates(std::string_view typed, std::string_view word) {

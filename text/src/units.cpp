@@ -30,7 +30,7 @@ constexpr std::array<DimensionInfo, 14> kDimensions{{
     {Dimension::drift, "ratio per time", "1/s", "10 %/s"},
 }};
 
-/// What people of other tools write.
+/// Names of units that are usual in other tools.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kHabits{{
     {"sec", "s"},     {"secs", "s"},          {"second", "s"},    {"seconds", "s"}, {"msec", "ms"},    {"msecs", "ms"},
     {"millis", "ms"}, {"milliseconds", "ms"}, {"usec", "us"},     {"µs", "us"},     {"μs", "us"},      {"µm", "um"},
@@ -53,7 +53,7 @@ bool add_digit(std::int64_t& mantissa, char digit) {
   return true;
 }
 
-/// The exponent of "1e-6": only where digits follow, so that "5 eN" stays a unit.
+/// The exponent of "1e-6". It must be followed by digits, so that "5 eN" is read as a unit.
 int take_exponent(std::string_view& text) {
   if (text.empty() || (text[0] != 'e' && text[0] != 'E')) return 0;
   std::size_t at = 1;
@@ -215,7 +215,7 @@ double to_double(Decimal number) {
   double value = 0;
   const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (result.ec == std::errc::result_out_of_range) {
-    // Beyond double: more than any range of the field table allows, or nothing.
+    // Outside the range of doubles: more than any range of the field table allows, or 0.
     if (number.exponent < 0) return 0;
     return number.mantissa < 0 ? -1e300 : 1e300;
   }

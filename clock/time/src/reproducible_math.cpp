@@ -23,8 +23,8 @@ constexpr double kLn2High = 0x1.62e42feep-1;
 constexpr double kLn2Low = 0x1.a39ef35793c76p-33;
 
 // pi / 2 in three parts of at most 33 bits, so that k * part is exact for |k| < 2^20 (1e6 rad is 636,620 quarter turns),
-// and a tail: 2^-157 is left out. Doubles below 1e6 come as near as 6.2e-19 = 2^-60 to a multiple of pi / 2 (all 636,619
-// tried), so that k times what is left out, 2^-137, is far below an ulp of any result, 2^-113.
+// and a tail; an error of 2^-157 remains. Doubles below 1e6 come as near as 6.2e-19 = 2^-60 to a multiple of pi / 2 (all
+// 636,619 multiples were tried), so k times that error, 2^-137, is far below an ulp of any result, 2^-113.
 constexpr double kHalfPi1 = 0x1.921fb544p+0;
 constexpr double kHalfPi2 = 0x1.0b4611a6p-34;
 constexpr double kHalfPi3 = 0x1.3198a2ep-69;
@@ -36,7 +36,7 @@ std::int64_t nearest(double x) { return static_cast<std::int64_t>(x < 0 ? x - 0.
 /// 2^k for a normal result.
 double power_of_two(std::int64_t k) { return std::bit_cast<double>(static_cast<std::uint64_t>(k + 1023) << 52); }
 
-/// An unevaluated sum: high is the sum rounded, low what the rounding lost.
+/// An unevaluated sum: high is the rounded sum, low is what the rounding lost.
 struct Sum {
   double high, low;
 };

@@ -23,21 +23,21 @@
 namespace evenstep {
 namespace {
 
-/// The kernel's own limit of a report (HID_MAX_BUFFER_SIZE is larger, hidraw's is not).
+/// The largest report that hidraw delivers (HID_MAX_BUFFER_SIZE is larger).
 constexpr std::size_t kLargestReport = 4096;
-/// As deep as the kernel's queue of input reports: more waiting means a device that has stopped taking any.
+/// The same as the kernel's queue of input reports: if more reports wait, the device has stopped accepting them.
 constexpr std::size_t kMostWaiting = 64;
-/// What a destructor lets the queue have.
+/// How long the destructor waits for the queue to be sent.
 constexpr Duration kFarewell{1'000'000'000};
 constexpr std::chrono::milliseconds kLookAgain{250};
 
-/// hidapi's list, its openings and its global error string are one unguarded state.
+/// hidapi's list of devices, opening a device and its global error string share unguarded state.
 std::mutex& hidapi_mutex() {
   static std::mutex mutex;
   return mutex;
 }
 
-/// hidapi's strings are wide and may be missing; outside ASCII they need a locale that we do not ask for.
+/// hidapi's strings are wide and may be missing; characters outside ASCII would need a locale, which is not set here.
 std::string text_of(const wchar_t* wide) {
   std::string text;
   for (; wide && *wide; ++wide) text += *wide < 0x80 ? static_cast<char>(*wide) : '?';
@@ -66,12 +66,12 @@ HidListing listing_of(const hid_device_info& entry) {
   return listing;
 }
 
-/// hidraw2 before hidraw10.
+/// Orders hidraw2 before hidraw10.
 bool by_path(const HidListing& a, const HidListing& b) {
   return std::pair(a.info.path.size(), a.info.path) < std::pair(b.info.path.size(), b.info.path);
 }
 
-/// The two handles of one device (hidapi_transport.h says why two).
+/// The two handles of a device (hidapi_transport.h explains why there are two).
 struct Handles {
   HidHandle reader, writer;
 };
@@ -98,7 +98,7 @@ std::vector<HidListing> hid_devices() {
   std::vector<HidListing> found;
   hid_device_info* const all = hid_enumerate(0, 0);
   for (const hid_device_info* entry = all; entry; entry = entry->next) {
-    // One entry per usage: a force-feedback device has dozens of the same path.
+    // hidapi has one entry per usage, so a force-feedback device has dozens of entries with the same path.
     const auto same_path = [&](const HidListing& listing) { return listing.info.path == entry->path; };
     if (std::none_of(found.begin(), found.end(), same_path)) found.push_back(listing_of(*entry));
   }
@@ -127,12 +127,12 @@ struct HidapiTransport::State {
       if (internal::hidraw_name(device.info.path) == name) listing = std::move(device);
     }
     if (listing.info.path.empty()) throw DeviceError(path + ": the system does not list it; `evenstep devices` lists what is there");
-    ParsedDescriptor parsed = parse_report_descriptor(listing.report_descriptor);
-    if (parsed.error) {
+    auto parsed = parse_report_descriptor(listing.report_descriptor);
+    if (!parsed) {
       throw DeviceError(fmt::format("{}: byte {} of its report descriptor: {}; without it no report can be sent safely", path,
-                                    parsed.error->offset, parsed.error->message));
+                                    parsed.error().offset, parsed.error().message));
     }
-    descriptor = std::move(parsed.value);
+    descriptor = *std::move(parsed);
     Handles handles = open_handles(listing.info);
     reader = std::move(handles.reader);
     writer = std::move(handles.writer);
@@ -144,18 +144,18 @@ struct HidapiTransport::State {
   HidWrite send(const Report& report);
   void write_one(std::unique_lock<std::mutex>& lock);
   void look_for_device(std::unique_lock<std::mutex>& lock);
-  void lose_device();  // `mutex` is held
+  void lose_device();  // `mutex` must be held
   void wait_until_sent();
 
   const WallClock& clock;
   const Duration patience;
   HidListing listing;
   ReportDescriptor descriptor;
-  HidHandle reader;  // of the thread that reads
-  HidHandle writer;  // of the thread that writes
+  HidHandle reader;  // for the thread that reads
+  HidHandle writer;  // for the thread that writes
   std::array<std::byte, kLargestReport> input;
 
-  mutable std::mutex mutex;  // all below
+  mutable std::mutex mutex;  // guards everything below
   std::condition_variable work, idle;
   std::vector<Report> waiting;  // a ring of `count` from `first` on: nothing is allocated after the start
   std::size_t first = 0, count = 0;
@@ -165,7 +165,7 @@ struct HidapiTransport::State {
   RealTime lost_at, closed_at;
   std::int64_t times_unplugged = 0;
   HidHandle returned_reader;  // for the thread that reads, once the device is back
-  std::thread thread;         // the last member: it runs on all others
+  std::thread thread;         // the last member, because it uses all others
 };
 
 void HidapiTransport::State::lose_device() {
@@ -178,14 +178,14 @@ void HidapiTransport::State::lose_device() {
   idle.notify_one();
 }
 
-/// Feature reports go another way than the output reports that wait, and must not overtake them: a Device Reset would take away
-/// what a later Create New Effect was given.
+/// Feature reports take another way to the device than the output reports that wait, and must not overtake them: a Device
+/// Reset that is sent late would remove the effect that a Create New Effect after it has made.
 void HidapiTransport::State::wait_until_sent() {
   std::unique_lock lock(mutex);
   idle.wait(lock, [&] { return (count == 0 && !sending) || presence != Presence::here; });
 }
 
-/// The kernel sends a report of any id and length, and says that all went well.
+/// Whether the descriptor declares such a report. The kernel would send a report of any id and length, and report success.
 bool HidapiTransport::State::is_declared(ReportType type, std::span<const std::byte> report) const {
   const HidReport* const declared = report.empty() ? nullptr : descriptor.report(type, std::to_integer<std::uint8_t>(report[0]));
   return declared && declared->size() == report.size() && report.size() <= kLargestReport;
@@ -205,7 +205,7 @@ HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool new
     return HidWrite::rejected;
   }
   Report* slot = nullptr;
-  // Never over a report that must be sent before it: from the back, up to the first that keeps its place.
+  // Searches from the back, up to the first report that must keep its place, so that none is moved ahead of such a report.
   for (std::size_t i = count; newest && i > 0 && !slot; --i) {
     Report& other = waiting[(first + i - 1) % kMostWaiting];
     if (!other.newest) break;
@@ -281,7 +281,7 @@ void HidapiTransport::State::look_for_device(std::unique_lock<std::mutex>& lock)
       if (!found && is_same_device(device.info, listing.info)) found = open_handles(device.info);
     }
   } catch (const DeviceError&) {
-    found.reset();  // not ready yet: udev sets its permissions a moment after it appears
+    found.reset();  // it is not ready yet: udev sets its permissions a moment after it appears
   }
   lock.lock();
   if (found) {
@@ -322,7 +322,7 @@ HidRead HidapiTransport::read(std::span<std::byte> buffer) {
   }
   auto* const input = reinterpret_cast<unsigned char*>(state_->input.data());
   errno = 0;
-  // Into a buffer of the largest size there is: the kernel cuts a report silently.
+  // The buffer has the largest size there is, because the kernel cuts a longer report silently.
   const int size = hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
   if (size == 0) return {HidRead::Status::nothing};
   if (size < 0 && errno == EINTR) return {HidRead::Status::interrupted};

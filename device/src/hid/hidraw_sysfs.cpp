@@ -20,13 +20,13 @@ std::string read_text(const fs::path& path) {
 
 std::vector<fs::path> entries_of(const fs::path& folder) {
   std::vector<fs::path> found;
-  std::error_code gone;  // a device may be unplugged while we look: what is left is the answer
+  std::error_code gone;  // a device may be unplugged meanwhile; the result is then whatever is still there
   for (fs::directory_iterator at(folder, gone), end; !gone && at != end; at.increment(gone)) found.push_back(at->path());
   std::sort(found.begin(), found.end());
   return found;
 }
 
-/// "hidraw" and a number
+/// Whether the name is "hidraw" and a number.
 bool is_hidraw(const std::string& name) {
   const std::string prefix = "hidraw";
   const auto is_digit = [](unsigned char c) { return std::isdigit(c) != 0; };
@@ -39,7 +39,7 @@ bool is_hidraw(const std::string& name) {
 std::string hidraw_name(const std::string& path) {
   std::error_code missing;
   std::string name = fs::path(path).filename().string();
-  if (!is_hidraw(name)) name = fs::canonical(path, missing).filename().string();  // a link of udev's, "/dev/haptic"
+  if (!is_hidraw(name)) name = fs::canonical(path, missing).filename().string();  // a link made by udev, "/dev/haptic"
   return !missing && is_hidraw(name) && fs::exists(path, missing) && fs::exists(kClass / name, missing) ? name : "";
 }
 
@@ -60,7 +60,7 @@ std::string hidraw_property(const std::string& name, const std::string& key) {
 
 std::string hidraw_force_feedback_node(const std::string& name) {
   for (const fs::path& input : entries_of(kClass / name / "device" / "input")) {
-    // "capabilities/ff" is a bit mask in hexadecimal words: which effects the kernel's driver can play.
+    // "capabilities/ff" is a bit mask, in hexadecimal words, of the effects that the kernel's driver can play.
     const std::string effects = read_text(input / "capabilities" / "ff");
     if (effects.find_first_of("123456789abcdef") == std::string::npos) continue;
     for (const fs::path& node : entries_of(input)) {

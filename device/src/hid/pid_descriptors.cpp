@@ -9,14 +9,14 @@ namespace {
 constexpr int kData = 0x00, kConstant = 0x01, kVariable = 0x02;
 constexpr int kMaxEffects = 40;
 
-/// Ids of the reports; the array flavour uses each number for an output report and a feature report.
+/// The ids of the reports. The array flavour uses the same number for an output report and a feature report.
 struct Ids {
   int position, state, set_effect, set_condition, set_constant, operation, block_free, control, gain, create, load, pool;
 };
 constexpr Ids kMaskIds{0x01, 0x02, 0x10, 0x12, 0x14, 0x16, 0x17, 0x18, 0x19, 0x20, 0x21, 0x22};
 constexpr Ids kArrayIds{1, 2, 1, 2, 3, 4, 5, 6, 7, 1, 2, 3};
 
-/// Appends items; each in as few bytes as its value takes.
+/// Appends items, each with as few bytes as its value needs.
 class Items {
  public:
   std::vector<std::byte> bytes;
@@ -98,7 +98,7 @@ class Author {
 
   void position() {
     at_.item(0x84, ids_.position);
-    at_.item(0xA4, 0, 0);  // Push: the buttons' page and sizes end with the Pop
+    at_.item(0xA4, 0, 0);  // Push: the page and sizes of the buttons are undone by the Pop
     at_.page(0x09);
     at_.item(0x18, 1);
     at_.item(0x28, 8);
@@ -138,7 +138,7 @@ class Author {
     at_.logical(1, kMaxEffects);
     at_.physical(1, kMaxEffects);
     at_.format(8, 1);
-    // Four bytes: with its page.
+    // In the array flavour in four bytes, with its page.
     mask_ ? at_.usage(0x22) : at_.item(0x08, 0x0F0022, 4);
     at_.output(kVariable);
   }
@@ -154,7 +154,7 @@ class Author {
     array_range(options_.conditions ? 4 : 2);
     at_.format(8, 1);
   }
-  /// The array flavour forgets the physical range: that of the block index goes on.
+  /// The array flavour does not set a physical range here, so that of the block index stays in force.
   void plain_physical() {
     if (mask_) at_.physical(0, 0);
   }
@@ -188,7 +188,7 @@ class Author {
     at_.close();
   }
 
-  /// ms. The mask flavour says -3 in a nibble, the other in a byte.
+  /// Milliseconds. The mask flavour writes the exponent -3 in a nibble, the other one in a byte.
   void times() {
     at_.logical(0, 32'767);
     if (mask_) at_.physical(0, 32'767);
@@ -297,7 +297,7 @@ class Author {
   }
 
   void device_control() {
-    // Devices differ in the usage of the collection, too. The mask has fewer usages than bits: the last is repeated.
+    // Devices also differ in the usage of this collection. The mask has fewer usages than bits; the last usage is repeated.
     at_.open_report(mask_ ? 0x96 : 0x95, ids_.control);
     if (!mask_) at_.open(0x96);
     at_.usages({0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C});

@@ -15,7 +15,7 @@ namespace {
 
 std::int64_t rounded(double value) { return static_cast<std::int64_t>(std::round(std::clamp(value, -1e15, 1e15))); }
 
-/// The share `fraction` of a field's range.
+/// The value at the given fraction of a field's range.
 std::int64_t share(const FieldLayout& field, double fraction) {
   return field.logical_minimum + rounded(fraction * static_cast<double>(field.logical_maximum - field.logical_minimum));
 }
@@ -24,20 +24,20 @@ double fraction_of(const FieldLayout& field, std::int64_t value) {
   return range > 0 ? static_cast<double>(value - field.logical_minimum) / range : 1;
 }
 
-/// From the middle of the range, as a share of half of it.
+/// The distance from the middle of the range, as a share of half the range.
 double deflection(const FieldLayout& field, std::int64_t value) { return 2 * fraction_of(field, value) - 1; }
 
-/// Reports may replace one another while they wait only if their second byte is the effect block.
+/// Waiting reports can only replace one another if their second byte is the effect block.
 bool names_block_second(const PidValue& block) {
   return block.field.bit_offset == 0 && block.field.bits == 8 && block.index == 0;
 }
 
-/// Degrees from north, clockwise, of a force along X or Y.
+/// The direction of a force along X or Y, in degrees from north, clockwise.
 constexpr std::array<double, 2> kDirection_deg{90, 0};
 
 }  // namespace
 
-/// Counts of Set Condition; 0 is no spring.
+/// The counts of Set Condition; all 0 means no spring.
 struct PidDriver::Condition {
   std::int64_t center = 0, below = 0, above = 0, saturation = 0;
 };
@@ -85,7 +85,8 @@ void PidDriver::start() {
   }
 }
 
-/// A block whose number the device did not say can only be freed by a reset, which enables the actuators.
+/// Cleans up after a failed start. A block whose number the device has not told can only be freed by a reset, which enables
+/// the actuators.
 void PidDriver::abandon() noexcept {
   stop();
   if (!layout_.device_control) return;
@@ -116,11 +117,12 @@ bool PidDriver::has_springs() const {
   return options_.springs && layout_.set_condition && layout_.set_effect.spring && creatable;
 }
 
-/// The device's own gain where it has one, otherwise that of its effects; without either the driver cuts the force itself.
+/// Sets the device's own gain if it has one, otherwise that of its effects; without either, the driver limits the force
+/// itself.
 void PidDriver::set_gain() {
   std::optional<double> applied;
   const auto counted = [&](const FieldLayout& field) {
-    // Down, so that it is no more than was asked for, but not to nothing; 1e-9 against the rounding of 0.6 * 255.
+    // Rounded down, so that it is not more than was asked for, but not to 0; the 1e-9 corrects the rounding of 0.6 * 255.
     const auto range = static_cast<double>(field.logical_maximum - field.logical_minimum);
     const std::int64_t whole = static_cast<std::int64_t>(options_.gain * range + 1e-9);
     const std::int64_t counts =
@@ -150,7 +152,7 @@ void PidDriver::choose_duration() {
   if (counts) effect_duration_ = Duration{rounded(static_cast<double>(*counts) * count_s * 1e9)};
 }
 
-/// The pool says who gives the blocks their numbers, and how many effects may play.
+/// Asks the pool who numbers the blocks, and how many effects may play.
 void PidDriver::ask_pool() {
   numbers_blocks_ = !layout_.create_effect || !layout_.block_load;
   if (!layout_.pool) return;
@@ -236,7 +238,7 @@ void PidDriver::set_duration(std::span<std::byte> report) const {
     set_nearest(report, *duration, duration->field.logical_maximum);
 }
 
-/// One axis alone: enabled by its bit, and along its direction where a direction can name it.
+/// Addresses a single axis: by its bit, and by its direction if it can be given as a direction.
 void PidDriver::address(std::span<std::byte> report, std::size_t axis) const {
   const PidSetEffect& layout = layout_.set_effect;
   const bool by_direction = !layout.directions.empty() && axis < kDirection_deg.size();
@@ -281,7 +283,7 @@ DeviceSample PidDriver::read(RealTime now) {
   return last_;
 }
 
-/// A report without ids has no first byte to tell; such a device has one input report.
+/// On a device without report ids the first byte is not an id; such a device has only one input report.
 void PidDriver::take(std::span<const std::byte> bytes) {
   const bool numbered =
       std::any_of(layout_.inputs.begin(), layout_.inputs.end(), [](const PidReport& input) { return input.id != 0; });
@@ -304,7 +306,7 @@ void PidDriver::take_positions(std::uint8_t id, std::span<const std::byte> bytes
     positions = true;
     const FieldLayout& field = position->value.field;
     const std::int64_t value = *get(bytes, position->value);
-    // Outside the range: "no value" where the field has one, otherwise its end.
+    // A value outside the range means "no value" if the field allows that, and otherwise the nearest end of the range.
     const std::int64_t within = std::clamp(value, field.logical_minimum, field.logical_maximum);
     if (value != within && field.has_null()) continue;
     last_.position_m[static_cast<int>(axis)] = deflection(field, within) * options_.travel_m[static_cast<int>(axis)] / 2;
@@ -321,8 +323,12 @@ void PidDriver::take_state(std::span<const std::byte> bytes) {
   const auto flag = [&](const std::optional<PidValue>& value) {
     return value ? std::optional(get(bytes, *value) != 0) : std::nullopt;
   };
-  state_ = {flag(layout.paused),          flag(layout.actuators_enabled), flag(layout.safety_switch),
-            flag(layout.override_switch), flag(layout.actuator_power),    flag(layout.effect_playing)};
+  state_ = {.paused = flag(layout.paused),
+            .actuators_enabled = flag(layout.actuators_enabled),
+            .safety_switch = flag(layout.safety_switch),
+            .override_switch = flag(layout.override_switch),
+            .actuator_power = flag(layout.actuator_power),
+            .effect_playing = flag(layout.effect_playing)};
 }
 
 void PidDriver::require_writable() const {
@@ -373,8 +379,8 @@ void PidDriver::update(Effect& effect, std::span<const std::byte> report, const 
   if (send_in_tick(report, block)) std::copy(report.begin(), report.end(), effect.sent.begin());
 }
 
-/// What an effect is to do goes with its Start, in case it was lost on the way. A refused refresh is tried again in the next
-/// tick.
+/// The force of an effect is sent together with its Start, in case it was lost before. A refused refresh is tried again in
+/// the next tick.
 void PidDriver::refresh() {
   if (!effect_duration_ || (refreshed_at_ && (last_.read_at - *refreshed_at_).ns < effect_duration_->ns / 2)) return;
   bool all = true;
@@ -466,7 +472,7 @@ std::span<std::byte> PidDriver::condition(const Effect& effect, const Condition&
 
 // ---- sending
 
-/// Zeros and the id; good until the next one.
+/// A report of zeros with its id; valid until the next call.
 std::span<std::byte> PidDriver::compose(const PidReport& report) {
   if (output_.size() < report.size) output_.resize(report.size);
   const auto bytes = std::span(output_).first(report.size);

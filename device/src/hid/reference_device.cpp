@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint8_t kInputId = 1;
 constexpr std::uint8_t kOutputId = 2;
 
-/// Annotated byte by byte in docs/reference-device.md. HID's "SI linear" system counts in centimetres and grams:
+/// docs/reference-device.md explains it byte by byte. HID's "SI linear" unit system uses centimetres and grams:
 /// 1 nm = 1e-7 cm, and 1 uN = 1e-1 g cm/s^2, hence the exponents -7 and -1 (a 4-bit two's complement nibble).
 constexpr std::uint8_t kDescriptor[] = {
     0x06, 0x00, 0xFF,              // Usage Page (vendor-defined 0xFF00)
@@ -53,7 +53,7 @@ constexpr std::uint8_t kDescriptor[] = {
     0xC0,                          // End Collection
 };
 
-/// Little endian words after the id byte; shifts, so that the host's byte order does not matter.
+/// Reads little endian words after the id byte, by shifts, so that the byte order of the host does not matter.
 std::uint32_t word(std::span<const std::byte> report, std::size_t index) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) value |= std::to_integer<std::uint32_t>(report[1 + 4 * index + i]) << (8 * i);
@@ -68,7 +68,8 @@ bool is_report(std::span<const std::byte> report, std::uint8_t id, std::size_t s
   return report.size() >= size && report[0] == std::byte{id};
 }
 
-/// The product is rounded to a double before it is rounded to a whole number: at most 2^-22 of a unit, since |x| < 2^31.
+/// The product is rounded to a double before it is rounded to a whole number; since |x| < 2^31, that is an error of at most
+/// 2^-22 of a unit.
 std::int32_t saturated(double value, double units_per_one) {
   assert(!std::isnan(value));
   using Limits = std::numeric_limits<std::int32_t>;

@@ -11,12 +11,12 @@
 namespace evenstep {
 namespace {
 
-/// Room for what a newer firmware might append; a report that is longer still is cut, its head is whole.
+/// Leaves room for data that a newer firmware might append. An even longer report is cut, but its head is complete.
 constexpr std::size_t kBufferSize = 64;
 static_assert(kBufferSize >= reference_device::kInputSize);
 
-/// No known queue holds more (hidraw: 64 slots). A report older than the newest by no more than this is late or repeated;
-/// one that is older still means that the device has started to count anew.
+/// No known queue holds more (hidraw: 64 slots). A report that is older than the newest by at most this is late or repeated;
+/// if it is even older, the device has started to count anew.
 constexpr std::int32_t kDeepestQueue = 64;
 
 }  // namespace
@@ -40,7 +40,7 @@ void ReferenceDriver::take(std::span<const std::byte> bytes) {
     return;
   }
   ++counters_.reports;
-  // Modulo 2^32, so that the count may wrap around: positive is newer.
+  // Computed modulo 2^32, so that the count may wrap around; positive means newer.
   const auto ahead = static_cast<std::int32_t>(report->sequence - last_.sequence);
   if (any_report_ && ahead <= 0 && ahead >= -kDeepestQueue) return;
   if (any_report_ && ahead > 1) counters_.lost += ahead - 1;

@@ -30,19 +30,19 @@ struct Item {
   }
 };
 
-/// Items keep their values until changed; Push and Pop keep them all.
+/// Global items keep their values until they are changed; Push saves all of them and Pop restores them.
 struct Globals {
   std::uint32_t usage_page = 0, unit = 0, bits = 0, count = 0, id = 0;
   std::int32_t logical_minimum = 0, logical_maximum = 0, physical_minimum = 0, physical_maximum = 0, unit_exponent = 0;
 };
 
-/// Neighbours of one page.
+/// A range of neighbouring usages on one page.
 struct Usages {
   std::uint32_t first, count;
   bool has_page;
 };
 
-/// Items that hold for the next main item only.
+/// Local items, which apply to the next main item only.
 struct Locals {
   std::vector<Usages> usages;
   std::uint32_t usage_count = 0, usage_minimum = 0;
@@ -50,18 +50,18 @@ struct Locals {
   bool in_delimiter = false;
 };
 
-/// A maximum is unsigned where its minimum is not negative.
+/// A maximum is unsigned if its minimum is not negative.
 std::int64_t maximum(std::int32_t minimum, std::int32_t raw_maximum) {
   return minimum < 0 ? std::int64_t{raw_maximum} : std::int64_t{static_cast<std::uint32_t>(raw_maximum)};
 }
 
 std::int32_t unit_exponent(std::int32_t raw) { return raw >= 8 && raw <= 15 ? raw - 16 : raw; }
 
-/// One pass over the items. Each step returns what is wrong, or nothing.
+/// Parses in one pass over the items. Each step returns what is wrong, or nothing.
 class Parser {
  public:
   explicit Parser(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  ParsedDescriptor parse();
+  Result<ReportDescriptor, DescriptorError> parse();
 
  private:
   using Refusal = std::optional<std::string>;
@@ -91,26 +91,25 @@ class Parser {
   std::int32_t open_ = -1;  // the innermost open collection
 };
 
-ParsedDescriptor Parser::parse() {
-  if (bytes_.empty() || bytes_.size() > kMaxDescriptor) {
-    return {{},
-            DescriptorError{0, fmt::format("a report descriptor has 1 to {} bytes, not {}", kMaxDescriptor, bytes_.size())}};
-  }
+Result<ReportDescriptor, DescriptorError> Parser::parse() {
+  const auto refuse = [](std::size_t offset, std::string message) {
+    return Failure(DescriptorError{offset, std::move(message)});
+  };
+  if (bytes_.empty() || bytes_.size() > kMaxDescriptor)
+    return refuse(0, fmt::format("a report descriptor has 1 to {} bytes, not {}", kMaxDescriptor, bytes_.size()));
   while (at_ < bytes_.size()) {
     Item item;
-    if (auto error = fetch(item)) return {{}, std::move(error)};
-    if (auto refusal = take(item)) return {{}, DescriptorError{item.offset, *std::move(refusal)}};
+    if (auto error = fetch(item)) return Failure(*std::move(error));
+    if (auto refusal = take(item)) return refuse(item.offset, *std::move(refusal));
   }
-  if (open_ >= 0)
-    return {{}, DescriptorError{bytes_.size(), "a collection is still open: an End Collection (C0) is missing"}};
-  if (locals_.in_delimiter)
-    return {{}, DescriptorError{bytes_.size(), "a delimiter is still open: its close (A9 00) is missing"}};
-  return {std::move(found_), std::nullopt};
+  if (open_ >= 0) return refuse(bytes_.size(), "a collection is still open: an End Collection (C0) is missing");
+  if (locals_.in_delimiter) return refuse(bytes_.size(), "a delimiter is still open: its close (A9 00) is missing");
+  return std::move(found_);
 }
 
 std::optional<DescriptorError> Parser::fetch(Item& item) {
   const auto prefix = std::to_integer<unsigned>(bytes_[at_]);
-  item = {at_, prefix >> 2 & 3, prefix >> 4, (prefix & 3) == 3 ? 4 : prefix & 3, 0};
+  item = {.offset = at_, .type = prefix >> 2 & 3, .tag = prefix >> 4, .size = (prefix & 3) == 3 ? 4 : prefix & 3};
   if (item.tag == kLongTag)
     return DescriptorError{at_, fmt::format("long item ({:02X}): only short items are supported", prefix)};
   ++at_;
@@ -134,8 +133,8 @@ Parser::Refusal Parser::take(const Item& item) {
   return std::nullopt;
 }
 
-/// A usage page that comes after a usage of one or two bytes, and before the main item, is that usage's page too. Usages are
-/// looked at from the last; the first that has the page already ends it, as in Linux.
+/// A usage page that comes after a usage of one or two bytes, but before the main item, applies to that usage too. As in
+/// Linux, usages are completed from the last one backwards, up to the first one that has this page already.
 void Parser::complete_usages() {
   for (auto usages = locals_.usages.rbegin(); usages != locals_.usages.rend(); ++usages) {
     if (usages->has_page) continue;
@@ -297,9 +296,9 @@ Parser::Refusal Parser::delimiter(bool open) {
   return std::nullopt;
 }
 
-/// In 32-bit arithmetic that wraps around, as in Linux: a range of more usages than fit is cut to those that do, also one
-/// whose maximum lies below its minimum and to which no usage belongs. Linux counts up to the maximum; where that is the
-/// largest number, it never arrives and runs out of room.
+/// In 32-bit arithmetic that wraps around, as in Linux: a range with too many usages is cut to those that fit, and so is one
+/// whose maximum lies below its minimum, although no usage belongs to it. Linux counts up to the maximum; if that is the
+/// largest number, it never gets there and runs out of room.
 Parser::Refusal Parser::usage_range(std::uint32_t maximum, unsigned size) {
   const std::uint32_t minimum = locals_.usage_minimum, used = locals_.usage_count;
   if (maximum - minimum + used >= kMaxUsages) {
@@ -310,7 +309,7 @@ Parser::Refusal Parser::usage_range(std::uint32_t maximum, unsigned size) {
   return maximum < minimum ? std::nullopt : add_usages(minimum, maximum - minimum + 1, size);
 }
 
-/// A short range of usages that passes 0xFFFF goes on at 0 of its page.
+/// A range of short usages that exceeds 0xFFFF continues at 0 of its page.
 Parser::Refusal Parser::add_usages(std::uint32_t first, std::uint32_t count, unsigned size) {
   if (count > kMaxUsages - locals_.usage_count) return fmt::format("more than {} usages for one main item", kMaxUsages);
   locals_.usage_count += count;
@@ -326,7 +325,7 @@ Parser::Refusal Parser::add_usages(std::uint32_t first, std::uint32_t count, uns
 
 }  // namespace
 
-ParsedDescriptor parse_report_descriptor(std::span<const std::byte> bytes) { return Parser(bytes).parse(); }
+Result<ReportDescriptor, DescriptorError> parse_report_descriptor(std::span<const std::byte> bytes) { return Parser(bytes).parse(); }
 
 void UsageList::add(std::uint32_t first, std::uint32_t count) {
   if (count == 0) return;

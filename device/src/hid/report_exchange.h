@@ -1,5 +1,5 @@
 #pragma once
-/// What the drivers share: a tick's reports in, a report out, and the end of a device.
+/// What the drivers have in common: taking the reports of a tick, sending a report, and stopping a device.
 
 #include <algorithm>
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace evenstep::internal {
 
-/// A device that reports faster than it is read must not hang the tick. 16 times what any known queue holds; at the 0.3 to
-/// 0.6 us of an empty hidapi read (docs/reference-device.md), about half of a 1 ms tick.
+/// A limit, so that a device that reports faster than it is read cannot hang the tick. It is 16 times what any known queue
+/// holds. An empty hidapi read takes 0.3 to 0.6 us (docs/reference-device.md), so this is about half of a 1 ms tick.
 inline constexpr int kMaxReadsPerTick = 1024;
 
 [[noreturn]] inline void throw_gone(const HidTransport& transport) {
@@ -19,8 +19,8 @@ inline constexpr int kMaxReadsPerTick = 1024;
   throw DeviceError(info.path + ": device '" + info.product + "' is gone (unplugged or reset); plug it in and run again");
 }
 
-/// Gives `take` every report that waits, as far as the buffer holds it; `returned` is called where the device is back. Throws
-/// DeviceError where it is gone.
+/// Passes every waiting report to `take`, cut to the size of the buffer; calls `returned` if the device is back. Throws
+/// DeviceError if the device is gone.
 template <class Take, class Returned>
 void drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Returned returned) {
   for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
@@ -30,7 +30,7 @@ void drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Retu
         throw_gone(transport);
       case HidRead::Status::nothing:
         return;
-      case HidRead::Status::interrupted:  // by a signal: not unplugged
+      case HidRead::Status::interrupted:  // by a signal; the device is still there
         break;
       case HidRead::Status::returned:
         returned();
@@ -42,19 +42,19 @@ void drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Retu
   }
 }
 
-/// Whether the device took it; a refusal is counted. Throws DeviceError where it is gone.
+/// Whether the device accepted the report; a refusal is counted. Throws DeviceError if the device is gone.
 inline bool is_taken(HidWrite sent, const HidTransport& transport, DeviceCounters& counters) {
   if (sent == HidWrite::gone) throw_gone(transport);
   if (sent == HidWrite::rejected) ++counters.write_failures;
   return sent == HidWrite::ok;
 }
 
-/// What a device must hear before it is left alone. Tried three times; that it fails is nobody's business any more.
+/// Sends a report that a device must get before it is left alone. It is tried three times; a failure is then ignored.
 inline void try_to_send(HidTransport& transport, std::span<const std::byte> report) noexcept {
   constexpr int kTries = 3;
   try {
     for (int tries = 0; tries < kTries && transport.write(report) == HidWrite::rejected; ++tries) continue;
-  } catch (...) {  // a simulated hand may have left its world; the device has to be stopped all the same
+  } catch (...) {  // a simulated hand may have diverged, but the device must be stopped nevertheless
   }
 }
 

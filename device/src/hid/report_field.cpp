@@ -8,7 +8,7 @@
 namespace evenstep {
 namespace {
 
-/// The element's first bit in the report's bytes; none where get and set have nothing to do.
+/// The position of the element's first bit in the report; empty if there is nothing to get or set.
 std::optional<std::size_t> first_bit(std::size_t report_size, const FieldLayout& field, std::uint32_t index) {
   if (index >= field.count || field.bits == 0 || field.bits > 32) return std::nullopt;
   const std::size_t first = 8 * field.id_bytes() + field.bit_offset + std::size_t{index} * field.bits;
@@ -29,7 +29,7 @@ Range holdable(const FieldLayout& field) {
   return {std::max(lowest, field.logical_minimum), std::min(highest, field.logical_maximum)};
 }
 
-/// value * 10^exponent; powers up to 10^22 are exact, and further ones leave the doubles soon.
+/// value * 10^exponent. Powers up to 10^22 are exact; much larger ones soon exceed the range of doubles.
 double scaled(double value, std::int32_t exponent) {
   if (value == 0) return 0;
   double power = 1;
@@ -116,7 +116,7 @@ double to_physical(const FieldLayout& field, std::int64_t logical) {
 }
 
 std::optional<std::int64_t> to_logical(const FieldLayout& field, double physical) {
-  // 10^-exponent; an exponent so large that it cannot be turned around is of no unit.
+  // 10^-exponent; no unit has an exponent so large that it cannot be negated.
   const double unscaled = scaled(physical, -std::clamp(field.unit_exponent, -1000, 1000));
   const double logical =
       (unscaled - physical_range(field).first) / slope(field) + static_cast<double>(field.logical_minimum);

@@ -11,21 +11,9 @@
 namespace evenstep {
 namespace {
 
-// A state report's bits, and above them its block.
+// The bits of a state report; its block lies above them.
 constexpr std::uint64_t kPaused = 1, kEnabled = 2, kSafety = 4, kPower = 8, kPlaying = 16, kIsState = 32;
 constexpr int kBlockShift = 8;
-
-ReportDescriptor parsed(std::span<const std::byte> descriptor) {
-  ParsedDescriptor result = parse_report_descriptor(descriptor);
-  assert(!result.error);
-  return std::move(result.value);
-}
-
-PidLayout layout_of(const ReportDescriptor& descriptor) {
-  const PidLayoutOrMissing found = pid_layout(descriptor);
-  assert(found.layout);
-  return *found.layout;
-}
 
 double fraction(std::span<const std::byte> report, const PidValue& value) {
   return static_cast<double>(get(report, value).value_or(0)) / static_cast<double>(value.field.logical_maximum);
@@ -34,7 +22,7 @@ double fraction(std::span<const std::byte> report, const std::optional<PidValue>
   return value ? fraction(report, *value) : otherwise;
 }
 
-/// sin of a share of a turn, exact at its quarters.
+/// The sine of an angle in turns, exact at quarter turns.
 double sin_of_turn(double turns) {
   constexpr double kPi = 3.14159265358979323846;
   const double within = turns - std::floor(turns);
@@ -56,8 +44,8 @@ SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, SimulatedReports repo
       reports_(std::move(reports)),
       options_(std::move(options)),
       descriptor_(pid_descriptor(options_.descriptor)),
-      parsed_(parsed(descriptor_)),
-      layout_(layout_of(parsed_)),
+      parsed_(*parse_report_descriptor(descriptor_)),
+      layout_(*pid_layout(parsed_)),
       info_{options_.reports.name, 0x1209, 0x0E58, "evenstep PID device", ""},
       effects_(static_cast<std::size_t>(options_.pool_effects) + 1),
       enabled_(!layout_.device_control) {
@@ -66,7 +54,7 @@ SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, SimulatedReports repo
 
 // ---- time
 
-/// Everything that happened since the last call, in order of time.
+/// Carries out everything that has happened since the last call, in order of time.
 void SimulatedPidDevice::catch_up() {
   const RealTime now = clock_.now();
   while (const auto at = next_change(now)) {
@@ -267,7 +255,8 @@ void SimulatedPidDevice::take(std::span<const std::byte> report) {
   if (is_there(layout_.block_free)) free(static_cast<std::size_t>(get(report, layout_.block_free->block).value_or(0)));
 }
 
-/// A block that does not exist, or that nobody created, is nobody's: the report changes nothing.
+/// The effect that a report names; nullptr if the block does not exist or was not created, and the report then has no
+/// effect.
 SimulatedPidDevice::Effect* SimulatedPidDevice::effect_of(std::span<const std::byte> report, const PidValue& block) {
   const auto index = static_cast<std::size_t>(get(report, block).value_or(0));
   return index >= 1 && index < effects_.size() && effects_[index].allocated ? &effects_[index] : nullptr;
@@ -342,7 +331,7 @@ void SimulatedPidDevice::take_operation(std::span<const std::byte> report) {
   effect->playing = starts;
   effect->ends_at.reset();
   if (starts && effect->duration) effect->ends_at = clock_.now() + *effect->duration;
-  // Springs are rendered from the next firmware tick on.
+  // A spring is rendered from the next firmware tick on.
   if (!any_before)
     next_firmware_tick_ = first_tick_at_or_after(options_.firmware_rate, clock_.now(), options_.reports.first_tick);
   if (changed) say_state(static_cast<std::size_t>(effect - effects_.data()));

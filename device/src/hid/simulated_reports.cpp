@@ -11,7 +11,7 @@ namespace {
 constexpr std::byte kUnknownId{0xFF};
 constexpr std::byte kFiller{0xEE};
 
-/// The newest tick at or before `at`; -1 or less where there is none.
+/// The newest tick at or before `at`; -1 or less if there is none.
 std::int64_t newest_tick(const SimulatedDeviceOptions& options, RealTime at) {
   return first_tick_at_or_after(options.rate, at + Duration{1}, options.first_tick) - 1;
 }
@@ -35,7 +35,7 @@ HidRead deliver(const SimulatedReport& report, std::span<const std::byte> whole,
 
 SimulatedReports::SimulatedReports(ProgrammedMotion motion, SimulatedDeviceOptions options)
     : options_(std::move(options)), motion_(std::move(motion)), queue_(options_.queue) {
-  // One report per ns at most, or two ticks would fall on one instant.
+  // At most one report per ns; otherwise two ticks would fall on the same instant.
   assert(options_.rate.num > 0 && options_.rate.den > 0 && options_.rate.num / options_.rate.den <= 1'000'000'000);
   std::stable_sort(options_.faults.begin(), options_.faults.end(),
                    [](const ReportFault& a, const ReportFault& b) { return a.tick < b.tick; });
@@ -88,13 +88,13 @@ std::int64_t SimulatedReports::next_event() const {
   return late_.empty() ? event : std::min(event, late_.front().due);
 }
 
-/// Nobody reads between two calls, so which of the ticks the queue keeps is arithmetic. A stall costs one queue of work, and
-/// a hand its motion until then.
+/// Nothing is read between two calls, so which ticks the queue keeps can be computed. However long a stall is, it takes no
+/// more work than filling the queue once; a hand must also be moved up to that time.
 void SimulatedReports::make_ticks(std::int64_t last) {
   const auto kept = queue_.make_room(last - next_tick_ + 1);
   const std::int64_t first = next_tick_ + kept.first;
   for (std::int64_t tick = first; tick < first + kept.count; ++tick) queue_.append({tick, position_at(tick)});
-  if (hand_) position_at(last);  // it moves on, whatever becomes of the report
+  if (hand_) position_at(last);  // the hand moves on even if the report is dropped
   next_tick_ = last + 1;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// A table of the file against the field table: first everything is checked, then read by typed getters that cannot fail.
+/// Checks the tables of a file against the field table. First everything is checked; then values are read by typed getters
+/// that cannot fail.
 
 #include <glm/vec3.hpp>
 #include <set>
@@ -11,11 +12,12 @@
 
 namespace evenstep::internal {
 
-/// Unknown keys, missing keys, forms, units and ranges of a whole document. What spans several keys is checked after.
+/// Checks a whole document for unknown and missing keys, forms, units and ranges. Rules about several keys are checked
+/// later.
 class Check {
  public:
   Check(const Value& document, Errors& errors);
-  /// No error was found in this table (or list) or below it.
+  /// Whether no error was found in this table (or list) or below it.
   bool sound(const Value* value) const { return faulty_.count(value) == 0; }
 
  private:
@@ -34,19 +36,19 @@ struct ParetoText {
   Duration least, most;
 };
 
-/// A sound table, read key by key; a key that is not there has its default.
+/// A table without errors, read key by key; a key that is not there has its default.
 class Table {
  public:
-  /// `value` may be nullptr: then every key has its default.
+  /// If `value` is nullptr, every key has its default.
   Table(const Value* value, std::string name, Place around)
       : value_(value), name_(std::move(name)), around_(std::move(around)) {}
 
   bool has(std::string_view key) const { return value_ != nullptr && value_->find(key) != nullptr; }
-  /// There is such a key for the kind of this table.
+  /// Whether there is such a key for the kind of this table.
   bool exists(std::string_view key) const;
-  /// Of the key's value; of the table where the key is not there.
+  /// The place of the key's value, or that of the table if the key is not there.
   Place place(std::string_view key) const;
-  /// Given or default; a key with neither is a programming error.
+  /// The given value or the default; asking for a key that has neither is a programming error.
   Value at(std::string_view key) const;
   Table table(std::string_view key) const;
 
@@ -56,16 +58,16 @@ class Table {
   double number(std::string_view key) const;
   double si(std::string_view key) const;
   glm::dvec3 vector(std::string_view key) const;
-  Rate rate(std::string_view key) const { return parse_rate(text(key)).value; }
+  Rate rate(std::string_view key) const { return *parse_rate(text(key)); }
   /// Of kDuration.
-  Duration duration(std::string_view key) const { return parse_duration(text(key)).value; }
+  Duration duration(std::string_view key) const { return *parse_duration(text(key)); }
   /// Of kSpan; adds an error where the nominal unit makes it too long. Nominal times unknown: [timing] has its error
   /// already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
   double lognormal(std::string_view key) const;
   Duration smooth(std::string_view key) const;
   ParetoText pareto(std::string_view key) const;
-  double segments(std::string_view key) const;  ///< of kSegments
+  double segments(std::string_view key) const;  ///< for a field of the form kSegments
   std::vector<Table> tables(std::string_view key) const;
 
  private:

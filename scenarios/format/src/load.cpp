@@ -10,7 +10,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// `over` wins; its place too, so that an error points at the line that counts.
+/// Merges `over` into `base`. Values and places of `over` are used, so that an error points at the line that counts.
 void merge(Value& base, Value over) {
   if (!base.is(Value::Kind::table) || !over.is(Value::Kind::table)) {
     base = std::move(over);
@@ -51,7 +51,8 @@ void append_expectations(Value& document, Errors& errors) {
   for (Value& expectation : more.list) expect.list.push_back(std::move(expectation));
 }
 
-/// A later format may mean other things by the same keys, so nothing else of such a file is judged.
+/// Whether the file has a known format. In a later format the same keys may have another meaning, so nothing else in such a
+/// file is checked.
 bool format_is_known(const Value& document, const std::string& path, Errors& errors) {
   const Value* format = document.find("format");
   if (format == nullptr) {
@@ -77,7 +78,7 @@ struct Step {
 
 Value load(const std::string& path, const Place& named_at, std::vector<Step>& chain, Errors& errors);
 
-/// The bases of `document`, merged. Removes `extends`.
+/// Merges the base files of `document`, and removes `extends` from it.
 Value load_bases(Value& document, std::vector<Step>& chain, Errors& errors) {
   Value merged;
   if (document.find("extends") == nullptr) return merged;
@@ -105,13 +106,13 @@ Value load(const std::string& path, const Place& named_at, std::vector<Step>& ch
     errors.add(named_at, fmt::format("'extends' is deeper than {} files", kMostExtendsDepth));
     return {};
   }
-  const TextFile file = read_text_file(path, kMostScenarioBytes);
-  if (!file.error.empty()) {
-    errors.add(named_at, named_at.line == 0 ? file.error : fmt::format("'{}' {}", path, file.error));
+  const Result<std::string> file = read_text_file(path, kMostScenarioBytes);
+  if (!file) {
+    errors.add(named_at, named_at.line == 0 ? file.error() : fmt::format("'{}' {}", path, file.error()));
     return {};
   }
   const std::size_t errors_before = errors.count();
-  Value document = parse_toml(file.text, path, errors);
+  Value document = parse_toml(*file, path, errors);
   if (errors.count() > errors_before || !format_is_known(document, path, errors)) return {};
 
   chain.push_back(step);

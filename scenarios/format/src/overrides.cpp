@@ -29,7 +29,7 @@ Value* element(Value& list, std::string_view which, const Place& place, Errors& 
   return nullptr;
 }
 
-/// The value below `at` that `key` names; a missing key of a table is made.
+/// The value below `at` that `key` names; a key that is missing in a table is added.
 Value* descend(Value& at, std::string_view key, const Place& place, Errors& errors) {
   if (at.is(Value::Kind::list)) return element(at, key, place, errors);
   if (!at.is(Value::Kind::table)) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "field_rows.h"
 #include "sections.h"
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"
@@ -10,11 +11,12 @@
 namespace evenstep::internal {
 namespace {
 
-/// What signals may name. Read leniently, so that a mistake in [[device]] does not make every signal unknown.
+/// The names that signals may contain. They are read leniently, so that a mistake in [[device]] does not make every signal
+/// unknown.
 struct Names {
   std::vector<std::string_view> devices, strategies;
-  std::vector<std::string_view> methods, solvers;  ///< of a case
-  bool certain = true;  ///< nothing faulty: a name that is not here does not exist
+  std::vector<std::string_view> methods, solvers;  ///< for a case
+  bool certain = true;  ///< there were no errors, so a name that is not listed here does not exist
 };
 
 Names collect_names(const ScenarioReading& reading) {
@@ -56,7 +58,7 @@ std::string case_signal_error(std::string_view signal, const Names& names) {
   return error.empty() ? unknown_part("solver", parts[2], names.solvers) : error;
 }
 
-/// Empty: the signal's form is right and what it names exists.
+/// What is wrong with a signal; empty if its form is right and everything that it names exists.
 std::string signal_error(std::string_view signal, const Names& names) {
   const std::vector<std::string_view> parts = split_signal(signal);
   static const std::vector<std::string_view> kDeviceSignals{"interaction", "force", "buffers"};
@@ -88,20 +90,20 @@ std::string signal_error(std::string_view signal, const Names& names) {
 
 Limit read_limit(const Table& expect, std::string_view key) {
   const Value value = expect.at(key);
-  if (value.is(Value::Kind::text)) return parse_limit(value.text).value;
+  if (value.is(Value::Kind::text)) return *parse_limit(value.text);
   return {expect.number(key), ""};
 }
 
-/// min > max where the units say so without a nominal speed.
+/// Whether min > max, as far as the units tell without a nominal speed.
 bool contradict(const Limit& min, const Limit& max, const NominalUnits& nominal) {
   if (min.unit == max.unit) return min.number > max.number;
   const Unit* min_unit = find_unit(min.unit);
   const Unit* max_unit = find_unit(max.unit);
   if (min_unit == nullptr || max_unit == nullptr || min_unit->dimension != max_unit->dimension) return false;
   const std::string_view base = info(min_unit->dimension).base;
-  const Parsed<double> min_factor = unit_factor(min.unit, base, 0, nominal),
+  const Result<double> min_factor = unit_factor(min.unit, base, 0, nominal),
                        max_factor = unit_factor(max.unit, base, 0, nominal);
-  return min_factor.ok() && max_factor.ok() && min.number * min_factor.value > max.number * max_factor.value;
+  return min_factor && max_factor && min.number * *min_factor > max.number * *max_factor;
 }
 
 void read_limits(const Table& expect, Expectation& expectation, const NominalUnits& nominal, Errors& errors) {
@@ -132,7 +134,8 @@ void read_range(const Table& expect, bool of_case, Expectation& expectation, Err
   expectation.at = {number(at.list[0]), number(at.list[1])};
 }
 
-/// `confidence` and `seeds`: only of a limit from above on a rate of underruns, and only where seeds are not all the same.
+/// Reads `confidence` and `seeds`. They are only allowed for an upper limit on a rate of underruns, and only if different
+/// seeds give different runs.
 void read_confidence(ScenarioReading& reading, const Table& expect, Expectation& expectation) {
   Errors& errors = reading.errors;
   if (expect.has("seeds") && !expect.has("confidence"))
@@ -148,9 +151,10 @@ void read_confidence(ScenarioReading& reading, const Table& expect, Expectation&
   if (reading.scenario.remap.latency.kind == Budget::Kind::adaptive)
     return errors.add(place, "'confidence' judges a latency that stays as it is, and [remap] latency is \"adaptive\"; judge "
                              "the underruns of this run without it, or give a duration");
-  const Parsed<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
-  const double most = expectation.max->number * unit.value;
-  if (unit.ok() && (most <= 0 || most >= 1))
+  const Result<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
+  if (!unit) return errors.add(expect.place("max"), fmt::format("'max': {}", unit.error()));
+  const double most = expectation.max->number * *unit;
+  if (most <= 0 || most >= 1)
     errors.add(expect.place("max"), "'max': no number of seeds shows a rate of 0, and any shows 1; write one between");
 }
 
@@ -172,9 +176,9 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   read_limits(expect, expectation, reading.scenario.nominal, reading.errors);
   if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
   read_confidence(reading, expect, expectation);
-  // Energy costs a pass over all springs per step, so the scene computes it only where it is asked for.
+  // Energy costs a pass over all springs per step, so the scene computes it only if it is asked for.
   if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop.")) reading.scenario.scene.needs_energy = true;
-  // A second solver steps a tissue at every tick.
+  // These metrics need a second solver that makes a step of the tissue at every tick.
   for (const char* metric : {"error_max", "error_rms", "error_share", "error_at_stop", "onset_delay", "ghost_force"})
     reading.scenario.needs_undelayed |= expectation.metric == metric && expectation.signal.find(".interaction.") == std::string::npos;
   reading.scenario.expectations.push_back(std::move(expectation));
@@ -202,5 +206,48 @@ void read_expectations(ScenarioReading& reading) {
   }
   reading.scenario.expect_stop = std::move(expected);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& expect_fields() {
+  static const std::vector<Field> rows{
+    {.table = "expect", .key = "signal", .forms = kText,
+     .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
+                "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, "
+                "`events.<lane>.<name>` or `run`; `*` for any one part. Of a case: `case.<method>.<solver>`.",
+     .required = true, .example = "\"left.interaction.phase_locked\""},
+    {.table = "expect", .key = "metric", .forms = kText, .meaning = "A number of that signal: docs/metrics.md.",
+     .required = true,
+     .example = "\"velocity_jump\""},
+    {.table = "expect", .key = "min", .forms = kLimit, .meaning = "The value must not be below.", .example = "\"4 step\""},
+    {.table = "expect", .key = "max", .forms = kLimit, .meaning = "The value must not be above.",
+     .example = "\"1e-6 step\""},
+    {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
+    {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
+     .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
+    {.table = "expect", .key = "confidence", .forms = kQuantity,
+     .meaning = "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
+                "share of segments with an underrun; the maps alone run over the seeds that takes.",
+     .dimension = D::ratio, .range = above(0, 0.999999), .example = "\"95 %\""},
+    {.table = "expect", .key = "seeds", .forms = kInteger,
+     .meaning = "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
+                "underruns.",
+     .range = between(1, 1e6), .example = "100"},
+    {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
+    {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
+     .meaning = "A known fault: passing then fails."},
+    {.table = "expect_stop", .key = "reason", .forms = kWord, .meaning = "Why the run stops.",
+     .words = "unstable-step|diverged|bad-input|device|interrupted",
+     .required = true, .example = "\"diverged\""},
+    {.table = "expect_stop", .key = "message", .forms = kText, .default_toml = "\"\"",
+     .meaning = "What the run says when it stops contains this."},
+    {.table = "expect_stop", .key = "at_least_step", .forms = kInteger, .meaning = "It has made so many steps by then.",
+     .range = between(0, 1e12), .example = "90"},
+    {.table = "expect_stop", .key = "at_most_step", .forms = kInteger, .meaning = "It stops at this step or before.",
+     .range = between(0, 1e12),
+     .example = "100"},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

@@ -1,4 +1,4 @@
-// [[device]] render, where it asks something of the scene
+// [[device]] render, as far as it needs something from the scene
 #include <fmt/format.h>
 
 #include "sections.h"
@@ -10,7 +10,8 @@ const char* name_of(LocalModel model) {
   return model == LocalModel::settled ? "settled" : model == LocalModel::instantaneous ? "instantaneous" : "none";
 }
 
-/// The devices that render with the contact's stiffness say which one; [scene] may ask for one that nobody renders.
+/// Reads which stiffness the solver must compute. Devices that render with the stiffness of the contact say which; [scene]
+/// may ask for one that no device renders.
 void read_local_model(ScenarioReading& reading) {
   const Table table = reading.section("scene");
   LocalModel rendered = LocalModel::none;
@@ -34,7 +35,7 @@ void read_local_model(ScenarioReading& reading) {
   reading.scenario.scene.local_model = rendered;
 }
 
-/// A device that renders a mode knows all its numbers, or the scene does.
+/// Checks that for a device that renders a mode all numbers are given, by the device or by the scene.
 void check_modes(ScenarioReading& reading) {
   for (const DeviceSpec& device : reading.scenario.devices) {
     if (device.render.kind != RenderSpec::Kind::smith || smith_mode(reading.scenario.scene, device.render)) continue;

@@ -8,19 +8,20 @@
 #include "evenstep/format/load.h"
 #include "evenstep/text/rational.h"
 #include "read_timing_models.h"
+#include "field_rows.h"
 #include "sections.h"
 
 namespace evenstep::internal {
 namespace {
 
 constexpr __int128 kNsPerSecond = 1'000'000'000;
-// From 10 us, every product below stays in 128 bits (at most 1e9 steps in a list: kMostStepCounts); up to 9 s, a whole
-// number of ns is an exact rate (kMostRateDen).
+// With at least 10 us, every product below fits into 128 bits (at most 1e9 steps in a list: kMostStepCounts). With at most
+// 9 s, a whole number of ns is an exact rate (kMostRateDen).
 constexpr Duration kShortestSegment{10'000}, kLongestSegment{kMostRateDen};
 
 Duration floor_ns(__int128 num, __int128 den) { return {static_cast<std::int64_t>(num / den)}; }
 
-/// Exact means over a recording.
+/// Sets the nominal times to the exact means over a recording.
 void set_nominal_of_trace(Scenario& scenario) {
   std::int64_t visualizations = 0, steps = 0, visualization_ns = 0, step_ns = 0, end_ns = 0;
   const std::vector<SegmentTiming>& trace = scenario.timing.trace;
@@ -46,21 +47,21 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
   TimingSpec& spec = reading.scenario.timing;
   spec.trace_file = path_from(path);
   TimingCsv csv = read_timing_csv(spec.trace_file);
-  for (const Diagnostic& error : csv.errors) {
+  for (const Diagnostic& error : csv.error_or({})) {
     if (error.line == 0) {
       reading.errors.add(path.place, fmt::format("'trace': '{}' {}", error.file, error.message));
     } else {
       reading.errors.add({error.file, error.line, error.column}, error.message);
     }
   }
-  if (!csv.errors.empty()) return;
+  if (!csv) return;
   const bool any_step =
-      std::any_of(csv.segments.begin(), csv.segments.end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
-  if (!any_step || csv.segments.back().end.ns <= 0) {
+      std::any_of(csv->begin(), csv->end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
+  if (!any_step || csv->back().end.ns <= 0) {
     reading.errors.add(path.place, fmt::format("'trace': '{}' holds no step, so there is nothing to run", spec.trace_file));
     return;
   }
-  spec.trace = std::move(csv.segments);
+  spec.trace = *std::move(csv);
   set_nominal_of_trace(reading.scenario);
 }
 
@@ -89,17 +90,17 @@ Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& er
   return shares;
 }
 
-/// False with an error where there is no segment to speak of.
+/// Reads the segment. Returns false, with an error, if its length is not usable.
 bool read_segment(const Table& timing, Shares& shares, Errors& errors) {
   const std::string text = timing.text("segment");
-  const Parsed<Rate> rate = parse_rate(text);
-  const Duration length = rate.ok() ? Duration{instant_ns(rate.value, 1)} : parse_duration(text).value;
+  const Result<Rate> rate = parse_rate(text);
+  const Duration length = rate ? Duration{instant_ns(*rate, 1)} : *parse_duration(text);
   if (length < kShortestSegment || length > kLongestSegment) {
     errors.add(timing.place("segment"),
                fmt::format("'segment': \"{}\" is out of range; it must be between 10 us and 9 s", text));
     return false;
   }
-  shares.segment = rate.ok() ? rate.value : reduced_rate(kNsPerSecond, length.ns);
+  shares.segment = rate ? *rate : reduced_rate(kNsPerSecond, length.ns);
   return true;
 }
 
@@ -139,13 +140,13 @@ void check_fixed_step(const Table& timing, const Shares& shares, Duration step, 
                          in_ms(floor_ns(shares.used(step), shares.count)), in_ms(shares.segment_length())));
 }
 
-/// Without a segment there is no grid to wait for, and nothing for "fill" to fill.
+/// The error for a missing segment: without it there is no grid to wait for, and no time that "fill" could share out.
 void missing_segment(const Table& timing, std::string_view what, Errors& errors) {
   errors.add(timing.place("segment"),
              fmt::format("[timing] has no 'segment', which {} needs; write segment = \"30 Hz\"", what));
 }
 
-/// T of visualizations and steps that take turns; false with an error.
+/// Computes T for visualizations and steps that take turns; false, with an error, if that is impossible.
 bool read_length(const Table& timing, const ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
   if (timing.has("segment")) {
     if (!read_segment(timing, shares, errors)) return false;
@@ -157,7 +158,7 @@ bool read_length(const Table& timing, const ProgrammedTiming& programmed, Shares
   return missing_segment(timing, fmt::format("step = \"{}\"", timing.text("step")), errors), false;
 }
 
-/// A grid that nothing waits for is not what was meant.
+/// Adds an error if nothing waits for the grid that is given.
 void check_grid_is_used(const Table& timing, const ProgrammedTiming& programmed, Errors& errors) {
   if (!timing.has("segment") || !programmed.step || programmed.paced || is_periodic(programmed)) return;
   errors.add(timing.place("segment"),
@@ -165,7 +166,7 @@ void check_grid_is_used(const Table& timing, const ProgrammedTiming& programmed,
              "paced = true to keep them to this grid, or leave 'segment' out");
 }
 
-/// What the models add to the mean segment, ns; shortened where visualizations are dropped.
+/// The time that the models add to the mean segment, ns; negative if dropped visualizations shorten it.
 double added_ns(const ProgrammedTiming& programmed) {
   ProgrammedTiming plain = programmed;
   plain.first_step = plain.dropped_visualization = plain.merged_visualization = 0;
@@ -174,7 +175,8 @@ double added_ns(const ProgrammedTiming& programmed) {
   return mean_timing(programmed).segment_ns - mean_timing(plain).segment_ns;
 }
 
-/// Segment and slot are means (to 1 ns where a model adds to them), visualization and step as written.
+/// Sets the nominal times. Segment and slot are means (to 1 ns if a model adds to them); visualization and step are as
+/// written.
 void set_nominal(Scenario& scenario, const Shares& shares, Duration step) {
   const ProgrammedTiming& programmed = scenario.timing.programmed;
   const std::int64_t added = programmed.paced ? 0 : std::llround(added_ns(programmed));
@@ -201,7 +203,7 @@ void read_in_turn(ScenarioReading& reading, const Table& timing) {
   if (errors.count() == errors_before) set_nominal(reading.scenario, shares, step);
 }
 
-/// T and s of a visualization in a lane of its own; false with an error.
+/// Computes T and s for a visualization in a lane of its own; false, with an error, if that is impossible.
 bool read_lanes(const Table& timing, ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
   programmed.visualization = shares.visualization = timing.duration("visualization");
   if (programmed.visualization.ns == 0) {
@@ -229,8 +231,8 @@ bool read_lanes(const Table& timing, ProgrammedTiming& programmed, Shares& share
   return true;
 }
 
-/// Steps follow each other without a gap, so the mean slot is the mean step: exact where nothing is added to the steps that
-/// 'steps' asks for (but for what mean_timing neglects), otherwise to 1 ps.
+/// Steps follow each other without a gap, so the mean slot is the mean step. It is exact if nothing is added to the steps
+/// that 'steps' asks for (except for what mean_timing neglects), otherwise to 1 ps.
 void set_nominal_of_lanes(Scenario& scenario, const Shares& shares) {
   const ProgrammedTiming& programmed = scenario.timing.programmed;
   const MeanTiming mean = mean_timing(programmed);
@@ -274,7 +276,7 @@ void read_programmed(ScenarioReading& reading, const Table& timing) {
   }
 }
 
-/// 1 + drift * t must stay above 0 as long as the run lasts.
+/// Checks that 1 + drift * t stays above 0 for the whole run.
 void check_drift(ScenarioReading& reading, const Table& timing) {
   const double drift = reading.scenario.timing.programmed.drift_per_s;
   const Table run = reading.section("run");
@@ -297,5 +299,49 @@ void read_timing(ScenarioReading& reading) {
   read_programmed(reading, timing);
   check_drift(reading, timing);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& timing_fields() {
+  static const std::vector<Field> rows{
+    {.table = "timing", .key = "segment", .forms = kRate | kDuration,
+     .meaning = "Rate or length T of the time segment (one visualization and its steps). Obligatory unless `step` is a "
+                "duration: then segments follow each other without a gap. 10 us to 9 s.",
+     .kinds = kAnyOrder, .range = above(0), .example = "\"30 Hz\""},
+    {.table = "timing", .key = "visualization", .forms = kDuration,
+     .meaning = "Run time V of the visualization, the mean where it varies.",
+     .kinds = kAnyOrder, .required = true, .range = between(0, kLongestRun_s), .example = "\"11.1 ms\""},
+    {.table = "timing", .key = "steps", .forms = kInteger, .shape = Shape::one_or_list,
+     .meaning = "Steps N per segment; of several values one is drawn per segment.", .kinds = kInTurn,
+     .required = true, .range = between(1, kMostSteps), .example = "15"},
+    {.table = "timing", .key = "steps", .forms = kInteger,
+     .meaning = "Mean steps per segment, which gives the `step`. Write one of the two.", .kinds = "concurrent",
+     .range = between(1, kMostSteps), .example = "15"},
+    {.table = "timing", .key = "step", .forms = kWord | kDuration, .default_toml = "\"fill\"",
+     .meaning = "Run time s of a step, the mean where it varies. `fill`: (T - V) / N. `real`: on a wall clock what the "
+                "solver really takes; `fill` under the virtual clock.",
+     .words = "fill|real", .kinds = kInTurn, .range = above(0, kLongestRun_s)},
+    {.table = "timing", .key = "step", .forms = kWord | kDuration, .default_toml = "\"fill\"",
+     .meaning = "Run time s of a step, the mean where it varies. `fill`: as `steps` asks for.",
+     .words = "fill", .kinds = "concurrent", .range = above(0, kLongestRun_s)},
+    {.table = "timing", .key = "order", .forms = kWord, .default_toml = "\"visualization-first\"",
+     .meaning = "What opens a segment. `steps-first` needs a lead of V. `concurrent`: the visualization has a lane of its own "
+                "and stops no step; a segment lasts from one visualization's begin to the next's.",
+     .words = kAnyOrder, .kinds = kAnyOrder},
+    {.table = "timing", .key = "paced", .forms = kBoolean, .default_toml = "false",
+     .meaning = "Where anything varies: segments still wait for the grid of `segment`, and idle until then. (`concurrent`: "
+                "visualizations do.)",
+     .kinds = kAnyOrder},
+    {.table = "timing", .key = "trace", .forms = kFile,
+     .meaning = "A recording to replay (segment,kind,index,begin_ns,end_ns); then [timing] holds nothing else.",
+     .example = "\"recorded/x.csv\""},
+  };
+  static const std::vector<Field> all = [] {
+    std::vector<Field> with_models = rows;
+    with_models.insert(with_models.end(), timing_model_fields().begin(), timing_model_fields().end());
+    return with_models;
+  }();
+  return all;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

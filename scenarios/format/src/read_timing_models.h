@@ -1,5 +1,5 @@
 #pragma once
-/// The parts of [timing] that say how run times vary. Equations: scheduler/step_timing.h.
+/// Reads the parts of [timing] that describe how run times vary. Equations: scheduler/step_timing.h.
 
 #include "check.h"
 #include "evenstep/scheduler/step_timing.h"
@@ -7,14 +7,15 @@
 namespace evenstep::internal {
 
 inline constexpr std::size_t kMostStepCounts = 1000;
-/// `steps` of [timing] or of a change: one or a list.
+/// `steps` of [timing] or of a change: a number or a list.
 std::vector<int> read_step_counts(const Table& table, Errors& errors);
 
-/// Jitter and the models into `timing`, whose means and order are read; adds an error for each that makes no sense there.
+/// Reads jitter and the models into `timing`, whose means and order must be known already. Adds an error for each model that
+/// makes no sense with them.
 void read_timing_models(const Table& table, ProgrammedTiming& timing, Errors& errors);
 
-/// A paced schedule whose mean work, with all that the models add and after each change, is longer than its segment never
-/// catches up.
+/// Adds an error for a paced schedule that can never catch up, because its mean work, including what the models add, is
+/// longer than its segment at the beginning or after a change.
 void check_pace(const Table& table, const ProgrammedTiming& timing, Errors& errors);
 
 }  // namespace evenstep::internal

@@ -1,6 +1,6 @@
 #pragma once
-/// One function per part of a scenario. Each assumes nothing of the others but what its comment says, and skips a part that
-/// the check found faulty: what follows from a mistake is noise.
+/// One function per part of a scenario. Each relies on the others only as its comment says, and skips a part in which the
+/// check found errors, because errors that only follow from another one are noise.
 
 #include "check.h"
 
@@ -12,14 +12,18 @@ struct ScenarioReading {
   Errors& errors;
   Scenario& scenario;
 
-  /// The section if it is there, or its defaults.
+  /// The section, or its defaults if it is not there.
   Table section(std::string_view name) const;
   bool sound(std::string_view name) const;
 };
 
+/// `name` and `options` of a part that the program registers.
+Foreign read_foreign(const Table& table);
+
 void read_strategies(ScenarioReading& reading);
 void read_timing(ScenarioReading& reading);        ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
 void read_run(ScenarioReading& reading);           ///< after read_timing
+void read_motion(const ScenarioReading& reading, const Table& device, DeviceSpec& spec);
 void read_devices(ScenarioReading& reading);       ///< after read_timing
 void read_scene(ScenarioReading& reading);         ///< after read_timing and read_devices
 void read_rendering(ScenarioReading& reading);     ///< after read_scene

@@ -10,8 +10,8 @@
 namespace evenstep::internal {
 namespace {
 
-/// toml++ limits nested brackets, but not dotted keys, and its tables free themselves recursively: a megabyte of "a.a.a."
-/// would overflow the stack. 32 per line times its 256 levels of brackets stay within it.
+/// toml++ limits the nesting of brackets, but not that of dotted keys, and its tables are freed recursively: a megabyte of
+/// "a.a.a." would overflow the stack. 32 dots per line times its 256 levels of brackets do not.
 constexpr int kMostDotsPerLine = 32;
 
 bool too_many_dots(const std::string& text, std::int64_t& line) {
@@ -86,7 +86,7 @@ void give(const Value& value, Sink sink) {
     case Value::Kind::list:
       return sink(array_of(value));
     case Value::Kind::date:
-      return;  // no key takes one: never in a table that was read without error
+      return;  // no key accepts a date, so a table that was read without errors has none
   }
 }
 
@@ -98,7 +98,7 @@ toml::table table_of(const Value& value) {
   return table;
 }
 
-/// Not inside give(): a template that recurses with a new lambda type each time never ends.
+/// Not inside give(): a template that recurses with a new lambda type each time would never end.
 toml::array array_of(const Value& value) {
   toml::array array;
   for (const Value& child : value.list) {

@@ -1,22 +1,23 @@
 // Implicit Euler (Baraff and Witkin, Large Steps in Cloth Simulation, 1998) and implicit midpoint.
 //
-// Both look for the velocity x with which the particles move in the substep, u1 = u0 + h x:
+// Both compute the velocity x with which the particles move during the substep, u1 = u0 + h x:
 //   M (x - v0) = q F(u0 + q x, x),    q = h for implicit Euler, v1 = x; q = h/2 for implicit midpoint, v1 = 2 x - v0.
-// A Newton step from x solves A dx = q F(u0 + q x, x) - M (x - v0), A = M + q C + q^2 K with K and C the forces' negative
-// derivatives. Implicit Euler is the first one, from x = 0: free particles where they are, grabbed ones where they will be.
+// A Newton step from x solves A dx = q F(u0 + q x, x) - M (x - v0), A = M + q C + q^2 K, where K and C are the negative
+// derivatives of the forces. Implicit Euler is a single Newton step, from x = 0: free particles where they are, grabbed ones
+// where they will be.
 //
-// A spring's k (n n' + (1 - L/|d|) (I - n n')) is taken without its negative part, the buckling of a compressed spring:
+// A spring's k (n n' + (1 - L/|d|) (I - n n')) is used without its negative part, the buckling of a compressed spring:
 // k (n n' + max(0, 1 - L/|d|) (I - n n')). So A is symmetric and at least M, whatever the configuration and h.
 //
-// The conjugate gradients begin at dx = 0 and run a fixed number of iterations. Their result is the exact one within the
-// subspace that they have spanned, x' A x = x' (M v0 - q K u0) for linear springs and x = 0 before, which alone gives
+// The conjugate gradients begin at dx = 0 and run a fixed number of iterations. Their result is exact within the subspace
+// that they have spanned: x' A x = x' (M v0 - q K u0) for linear springs and x = 0 before. That alone gives
 //   E1 = E0 - (h^2 x'K x + (x - v0)' M (x - v0)) / 2    for implicit Euler, however few iterations there are:
-// an unfinished solve is never unstable, only slower than the scene. (Begun at x = v0 it can gain energy.) Implicit
-// midpoint, E1 = E0, takes a second Newton step for its order and keeps this only as far as the conjugate gradients converge
-// and the springs are nearly linear: from a block crushed to a plane, with k = 2e5 N/m in steps of 1 ms, it stays finite but
-// gains energy. Measured on 10^3 particles, tool dragged at 0.1 m/s in steps of 1 ms: 20 iterations of implicit Euler are
-// within 1e-3 of the force of all of them for k from 2 to 2e5 N/m, as are 40 of implicit midpoint, a quarter of them in its
-// first step.
+// an unfinished solve is never unstable, it only moves more slowly than the scene should. (Begun at x = v0 it can gain
+// energy.) Implicit midpoint, for which E1 = E0, takes a second Newton step to reach its order, and keeps the energy only as
+// far as the conjugate gradients converge and the springs are nearly linear: from a block crushed to a plane, with
+// k = 2e5 N/m in steps of 1 ms, it stays finite but gains energy. Measured on 10^3 particles with a tool dragged at 0.1 m/s
+// in steps of 1 ms: for k from 2 to 2e5 N/m, 20 iterations of implicit Euler give the force of a full solve to within 1e-3;
+// so do 40 of implicit midpoint, a quarter of them in its first Newton step.
 #include <algorithm>
 
 #include "cpu/methods/implicit_system.h"
@@ -25,8 +26,8 @@
 namespace evenstep::internal {
 namespace {
 
-/// Sum of one value per cell: over fixed chunks, then over these in order. Eight chunks at a time: their sums do not wait
-/// for each other.
+/// The sum of one value per cell: over fixed chunks, then over the chunks in order. Eight chunks are summed at a time,
+/// because their sums do not depend on each other.
 template <class Real>
 EVENSTEP_WIDE Real chunked_sum(std::ptrdiff_t count, const Real* __restrict values) {
   constexpr auto chunk = static_cast<std::ptrdiff_t>(kChunk), kAtOnce = std::ptrdiff_t{8};
@@ -46,7 +47,7 @@ EVENSTEP_WIDE Real chunked_sum(std::ptrdiff_t count, const Real* __restrict valu
   return total;
 }
 
-/// q = A p, and p . q of every cell. `p` is zero where a particle does not move by its forces.
+/// q = A p, and p . q of every cell. `p` must be zero for particles that do not move by their forces.
 template <bool kGeneral, class Real>
 EVENSTEP_WIDE void apply_system(std::ptrdiff_t count, const Vectors<const Real> u, const Vectors<const Real> p,
                                 const CellArrays<Real>& cells, const TissueConstants<Real>& constants,
@@ -92,7 +93,7 @@ EVENSTEP_WIDE void apply_system(std::ptrdiff_t count, const Vectors<const Real> 
   }
 }
 
-/// r = M (q a - (x - v0)) over the scene's particle mass, p = r / D, and r . p of every cell.
+/// r = M (q a - (x - v0)) divided by the scene's particle mass, p = r / D, and r . p of every cell.
 template <class Real>
 EVENSTEP_WIDE void start_residual(std::ptrdiff_t count, const Vectors<const Real> a, const Vectors<const Real> x,
                                   const Vectors<const Real> v, const Real* __restrict mass, const Real* __restrict scale,
@@ -150,7 +151,7 @@ EVENSTEP_WIDE void add_scaled(std::ptrdiff_t count, const Vectors<const Real> fr
   }
 }
 
-/// x = v where a particle does not move by its forces, otherwise 0 (and never -0, which adding 0 would change).
+/// x = v for particles that do not move by their forces, otherwise 0 (never -0, because adding 0 would change that).
 template <class Real>
 EVENSTEP_WIDE void known_velocities(std::ptrdiff_t count, const Vectors<const Real> v, const Real* __restrict mobile,
                                     const Vectors<Real> x) {
@@ -224,7 +225,7 @@ class Implicit final : public CellMethod<Real> {
     for (int n = 0; n < iterations && !(residual <= floor); ++n) residual = iterate(terms, residual);
   }
 
-  /// One iteration of preconditioned conjugate gradients; what is left of r' D^-1 r.
+  /// One iteration of preconditioned conjugate gradients. Returns the new r' D^-1 r.
   Real iterate(const ToolTerms<Real>& tools, Real residual) {
     const auto apply = cells_.general() ? apply_system<true, Real> : apply_system<false, Real>;
     apply(cells_.count(), read(z_.at()), read(p_.at()), general_arrays(cells_), cells_.constants, system_, tools, q_.at(),

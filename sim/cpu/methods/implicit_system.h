@@ -1,5 +1,5 @@
 #pragma once
-/// The numbers of an implicit method's linear system, the same for every solver.
+/// The numbers of the linear system of an implicit method, the same for every solver.
 
 #include <limits>
 #include <vector>
@@ -8,7 +8,8 @@
 
 namespace evenstep::internal {
 
-/// Of A = M + q C + q^2 K over the scene's particle mass: inertia = 1 + q d, stiffness = q^2 k / m, axial = c / (k q).
+/// The constants of A = M + q C + q^2 K divided by the scene's particle mass: inertia = 1 + q d, stiffness = q^2 k / m,
+/// axial = c / (k q).
 template <class Real>
 struct SystemConstants {
   SystemConstants() = default;
@@ -19,9 +20,9 @@ struct SystemConstants {
   Real inertia{}, stiffness{}, axial{};
 };
 
-/// 1 / D of every cell, D = the diagonal of A with k I for every spring, and with 18 springs to every particle: the same for
-/// all particles of one material, so that rigid motion stays exact. It keeps floats from overflowing and evens out what
-/// regions differ by. 0 for what does not move by its forces.
+/// The preconditioner 1 / D of every cell. D is the diagonal of A with k I for every spring and with 18 springs on every
+/// particle. So it is the same for all particles of one material, and rigid motion stays exact. It keeps floats from
+/// overflowing and evens out the differences between regions. It is 0 for particles that do not move by their forces.
 template <class Real>
 void fill_inverse_diagonal(const MethodCells<Real>& cells, const SystemConstants<Real>& system, double q,
                            std::vector<Real>& scale) {
@@ -40,7 +41,8 @@ void fill_inverse_diagonal(const MethodCells<Real>& cells, const SystemConstants
   }
 }
 
-/// Where conjugate gradients have nothing more to gain: this part of the first r' D^-1 r, below which squares underflow.
+/// The residual below which conjugate gradients have nothing more to gain: rounding, relative to the first r' D^-1 r, plus
+/// the number below which squares underflow.
 template <class Real>
 Real residual_floor(Real first) {
   constexpr Real kRounding = std::numeric_limits<Real>::epsilon();

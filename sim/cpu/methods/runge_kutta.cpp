@@ -47,7 +47,7 @@ class RungeKutta final : public CellMethod<Real> {
   }
 
  private:
-  /// One slope (stage_v, a): its part of the sum, and the stage after it.
+  /// Adds the slope (stage_v, a) to the weighted sum, and moves on to the next stage.
   void stage(const Vectors<Real>& u, const Vectors<Real>& v, const ToolStates& tools, double weight_s, double reach_s) {
     accelerations<Real>(cells_, read(stage_u_.at()), read(stage_v_.at()), tools, slope_v_.at());
     const auto add = [&](const Vectors<Real>& start, const Vectors<Real>& slope, const Vectors<Real>& sum,

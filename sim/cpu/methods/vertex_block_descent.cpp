@@ -1,12 +1,12 @@
 // Vertex block descent (Chen, Liu, Yang, Yuksel, Vertex Block Descent, SIGGRAPH 2024): implicit Euler as the minimum of
 //   G(u) = sum m |u_i - y_i|^2 / (2 h^2) + m d |u_i - u0_i|^2 / (2 h) + springs' energy,    y = u0 + h v0 + h^2 g,
-// by sweeps that move one particle at a time to the minimum of a quadratic model of G in its own position. Particles of one
-// colour have no spring in common and so could all move at once. The first guess is y; v1 = (u1 - u0) / h. Axial dampers,
-// couplings and probes are part of G in the same way.
+// by sweeps that move one particle at a time to the minimum of a quadratic model of G as a function of its own position.
+// No spring joins particles of the same colour, so they could all move at once. The first guess is y; v1 = (u1 - u0) / h.
+// Axial dampers, couplings and probes are part of G in the same way.
 //
-// The model has the spring's Hessian without its negative part, as in implicit.cpp, so each 3 x 3 block is at least m (1 +
-// h d) / h^2 times I, and so are the pivots of its L D L' decomposition. Where rounding makes them less they are put back:
-// no block is singular.
+// The model uses the spring's Hessian without its negative part, as in implicit.cpp, so each 3 x 3 block is at least
+// m (1 + h d) / h^2 times I, and so are the pivots of its L D L' decomposition. Pivots that rounding makes smaller are
+// raised to this value, so no block is singular.
 #include <algorithm>
 
 #include "cpu/cell_forces.h"
@@ -16,7 +16,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// H dx = g for a symmetric H whose pivots are at least `least` > 0.
+/// Solves H dx = g for a symmetric H; its pivots are raised to `least` > 0 if they are below.
 template <class Real>
 EVENSTEP_INLINE Vector<Real> solve_block(Real xx, Real xy, Real xz, Real yy, Real yz, Real zz, Real least,
                                          const Vector<Real>& g) {
@@ -35,13 +35,13 @@ EVENSTEP_INLINE Vector<Real> solve_block(Real xx, Real xy, Real xz, Real yy, Rea
   return dx;
 }
 
-/// Over m / h^2: stiffness = h^2 k / m, damping = h d, axial = c / (k h).
+/// Constants of the model divided by m / h^2: stiffness = h^2 k / m, damping = h d, axial = c / (k h).
 template <class Real>
 struct BlockConstants {
   Real stiffness, damping, axial;
 };
 
-/// The moves of the particles in `cells` to the minima of their models.
+/// Computes the moves of the particles in `cells` to the minima of their models.
 template <bool kGeneral, class Real>
 EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __restrict cells, const Vectors<const Real> u,
                                const Vectors<const Real> y, const Vectors<const Real> u0, const CellArrays<Real>& arrays,
@@ -52,7 +52,8 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
 #pragma GCC ivdep
   for (std::ptrdiff_t n = 0; n < count; ++n) {
     const std::ptrdiff_t i = cells[n];
-    // Nine locals, added to in two places: as members of a struct they keep the compiler from vectorising (three times slower).
+    // Nine locals, added to in two places: as members of a struct they keep the compiler from vectorising (three times
+    // slower).
     Vector<Real> f;
     Real xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
     const Vector<Real> moved{u.x[i] - u0.x[i], u.y[i] - u0.y[i], u.z[i] - u0.z[i]};
@@ -61,7 +62,7 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
       const std::ptrdiff_t j = i + arrays.offset[static_cast<std::size_t>(s)];
       const Vector<Real> d = to_neighbour(u, constants, i, j, s);
       const Real square = d.x * d.x + d.y * d.y + d.z * d.z + Real{FLT_MIN}, inverse_square = Real{1} / square;
-      // As spring_force has it: exactly 0 at rest.
+      // Computed as in spring_force, so that it is exactly 0 at rest.
       const Real stretched = Real{1} - constants.length_m[static_cast<std::size_t>(s)] / std::sqrt(square);
       Real k = active[j];
       if constexpr (kGeneral) k *= spring_stiffness(arrays.stiffness[i], arrays.stiffness[j]);
@@ -116,7 +117,7 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
   }
 }
 
-/// Keeps u0 and moves u to y.
+/// Saves u as u0 and sets u to the first guess y.
 template <class Real>
 EVENSTEP_WIDE void to_inertial_guess(std::ptrdiff_t count, const Real* __restrict mobile,
                                      const TissueConstants<Real>& constants, const Vectors<const Real> v,
@@ -197,7 +198,7 @@ class VertexBlockDescent final : public CellMethod<Real> {
   MethodCells<Real> cells_;
   double substep_s_;
   CellField<Real> y_, start_;
-  std::array<std::vector<std::uint32_t>, kColours> colours_;  // cells from the lattice's first on that move by their forces
+  std::array<std::vector<std::uint32_t>, kColours> colours_;  // per colour: mobile cells, counted from the lattice's first
   std::array<std::vector<Real>, 3> moves_;
 };
 

@@ -1,6 +1,6 @@
 // One substep of symplectic Euler for every cell; fixed, grabbed and ghost cells stay where they are.
 #ifdef AXIAL_DAMPING
-#define VELOCITIES READ(v), WRITE(new_v)  // a neighbour still reads the old one
+#define VELOCITIES READ(v), WRITE(new_v)  // separate arrays, because a neighbour still reads the old velocity
 #else
 #define VELOCITIES WRITE(v)
 #define new_vx vx
@@ -12,7 +12,7 @@
 #else
 #define DECAYED
 #endif
-// Of a component's step g: -0 where g is 0, which changes no bit of any sum.
+// step g of a component: -0 where g is 0, which does not change a bit of any sum.
 #ifdef GRAVITY
 #ifdef VARIABLE_STEP
 #define FALL(COMPONENT) + STEP_GRAVITY.COMPONENT * mobile[i]
@@ -26,7 +26,7 @@ __kernel void advance(READ(u), WRITE(next_), VELOCITIES, __global const float* r
                       __global const float* restrict mobile MATERIALS TOOLS STEP_ARGUMENTS) {
   const size_t i = get_global_id(0) + FIRST;
   ALL_FORCES
-  // mobile is 1 or 0: a product cannot become a branch.
+  // mobile is 1 or 0; it is multiplied with, because a product cannot become a branch.
   const float acceleration = ACCELERATION * inverse_mass[i], h = STEP * mobile[i];
   const float wx = (vx[i] DECAYED + fx * acceleration) FALL(x);
   const float wy = (vy[i] DECAYED + fy * acceleration) FALL(y);

@@ -1,5 +1,5 @@
 // Digest of the particle state: an integer mix per cell, then sums over fixed chunks, so that no work-group size matters.
-// Every NaN counts as the same one: which of its payloads an operation returns is up to the device.
+// All NaNs count as the same one, because it depends on the device which payload a NaN has.
 #define BITS(VALUE) ((ulong)(isnan(VALUE) ? 0x7fc00000u : as_uint(VALUE)))
 
 __kernel void cell_digest(READ(u), READ(v), __global ulong* restrict digests) {

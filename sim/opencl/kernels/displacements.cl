@@ -1,4 +1,4 @@
-// Displacements of a few cells, for the host's local model.
+// The displacements of a few cells, for the local model on the host.
 __kernel void displacements(__global const uint* restrict cells, uint count, READ(u), uint first,
                             __global float* restrict values) {
   const uint n = get_global_id(0);

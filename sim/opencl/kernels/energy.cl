@@ -1,5 +1,6 @@
-// Mechanical energy: kinetic of the mobile particles, half of each spring's, a coupling's and a probe's per cell, then sums
-// over fixed chunks; the potential of gravity, which has a sign, on its own.
+// Mechanical energy per cell: the kinetic energy of a mobile particle, half the energy of each of its springs, and the
+// energy of a coupling or a probe on it; then sums over fixed chunks. The potential of gravity, which has a sign, is kept
+// apart.
 #define ADD_STRETCH(OFFSET, RX, RY, RZ, L, C)                                     \
   {                                                                               \
     const float dx = (ux[i + (OFFSET)] - xi) + (RX);                              \

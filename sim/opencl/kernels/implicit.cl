@@ -1,12 +1,12 @@
-// Implicit Euler: cpu/methods/implicit.cpp, operation by operation. x is the velocity that is looked for, z = u + h x, r the
-// residual, p the direction, q = A p. A product per cell is summed over chunks here and over these by the host.
+// Implicit Euler, with the same operations as cpu/methods/implicit.cpp. x is the velocity to be found, z = u + h x, r the
+// residual, p the direction, q = A p. One product per cell is summed here over chunks, and over the chunks by the host.
 #ifdef REGIONS
 #define OWN_K(I) stiffness[I]
 #else
 #define OWN_K(I) active[I]
 #endif
 
-// A grabbed particle has one velocity in the whole substep, the one that brings it from where it is to its tool.
+// During the whole substep a grabbed particle has one velocity: the one that takes it from where it is to its tool.
 __kernel void aim_grabs(__global const uint* restrict cells, uint count, uint split, READ(u), WRITE(v), float h, float4 t0,
                         float4 w0, float4 t1, float4 w1) {
   const uint n = get_global_id(0);
@@ -18,7 +18,7 @@ __kernel void aim_grabs(__global const uint* restrict cells, uint count, uint sp
   vz[i] = (t.z - uz[i]) / h;
 }
 
-// What is known beforehand: the velocity of what does not move by its forces.
+// Sets the part of x that is known beforehand: the velocity of particles that do not move by their forces.
 __kernel void begin_solve(READ(u), READ(v), __global const float* restrict mobile, WRITE(x), WRITE(z), float h) {
   const size_t i = get_global_id(0) + FIRST;
   const bool free = mobile[i] > 0.0f;
@@ -31,7 +31,7 @@ __kernel void begin_solve(READ(u), READ(v), __global const float* restrict mobil
   zz[i] = uz[i] + h * z;
 }
 
-// r = M (h a - (x - v0)), p = r / D. The forces' macros call z and x u and v.
+// r = M (h a - (x - v0)), p = r / D. The macros of the forces use the names u and v for z and x.
 __kernel void residual(READ(u), READ(v), __global const float* restrict active, __global const float* restrict mobile MATERIALS
                        TOOLS, READ(old_), __global const float* restrict mass, __global const float* restrict scale, WRITE(r),
                        WRITE(p), __global float* restrict products, float h) {
@@ -55,7 +55,7 @@ __kernel void residual(READ(u), READ(v), __global const float* restrict active, 
   products[index] = qx * sx + qy * sy + qz * sz;
 }
 
-// A spring's k (n n' + max(0, 1 - L/|d|) (I - n n')) on the difference of p at its ends.
+// A spring's k (n n' + max(0, 1 - L/|d|) (I - n n')) times the difference of p between its ends.
 #ifdef GENERAL_SYSTEM
 #define OF_MATERIAL(OFFSET)                                                  \
   const float k = (OWN_K(i) + OWN_K(i + (OFFSET))) * 0.5f;                   \

@@ -1,6 +1,6 @@
-// What the tool feels through a probe, in two kernels, because only a loop over work-items becomes vectors: what every cell
-// contributes, cells[value * span + index], then partial sums over CHUNK cells one `partials` apart,
-// sums[first + value * partials + partial], as the plain loop adds them up.
+// What the tool feels through a probe. It takes two kernels, because only a loop over work-items is vectorised: the first
+// writes what every cell contributes to cells[value * span + index]; the second adds up partial sums over CHUNK cells that
+// are `partials` apart, sums[first + value * partials + partial], in the same order as the plain loop.
 #ifdef LOCAL_MODEL
 #define VALUES 14
 #else
@@ -25,7 +25,7 @@ __kernel void probe_cells(READ(u), READ(rest_), __global const float* restrict m
   cells[4 * span + index] = weight * (rest_x[i] + xi);
   cells[5 * span + index] = weight * (rest_y[i] + yi);
   cells[6 * span + index] = weight * (rest_z[i] + zi);
-  // k (n n' + (1 - r/|d|) (I - n n')); nothing at the very centre, which has no direction.
+  // k (n n' + (1 - r/|d|) (I - n n')), and 0 at the very centre, where there is no direction.
   const float k = depth > 0.0f && square > 0.0f ? mobile[i] * stiffness : 0.0f;
   const float ratio = radius / distance, across = k * (1.0f - ratio);
   const float nx = dx / distance, ny = dy / distance, nz = dz / distance, along = k * ratio;
@@ -39,7 +39,7 @@ __kernel void probe_cells(READ(u), READ(rest_), __global const float* restrict m
 #endif
 }
 
-// One work-item per value and partial. The last of the local model's values, the gap, is a least.
+// One work-item per value and partial sum. The last value of the local model, the gap, is a minimum instead of a sum.
 __kernel void probe_sums(__global const float* restrict cells, uint first, __global float* restrict values) {
   const size_t item = get_global_id(0), partials = get_global_size(0) / VALUES;
   const size_t value = item / partials, part = item % partials;

@@ -2,14 +2,15 @@
 //   SPRINGS(S)      S(offset, rx, ry, rz, L, c / (k L^2)) for the 18 neighbours, in the order of summation
 //   STIFFNESS, HALF_MASS, QUARTER_STIFFNESS, FIRST, CHUNK
 //   STEP, HALF_STEP, ACCELERATION of a constant step, or else VARIABLE_STEP
-// and of what the scene has:
+// and, for the features that the scene has:
 //   REGIONS, AXIAL_DAMPING, DAMPING (its factor DECAY or its DAMPING_PER_S), GRAVITY(G)
 //   HELD0, HELD1    the tool is a spring coupling; COUPLINGS(C) C(tool, k, b, k / 2 in N/m) for those
 //   PROBED          a tool is a probe; PROBES(P) P(tool, k, k / 2 in N/m, radius, cx, cy, cz) for those
-// One spring: d = (u_j - u_i) + r, force over k: (1 - L / len) d. The smallest normal number under the root changes no
-// bit of a spring longer than 1e-15 m, and gives one of no length, which has no direction, no force instead of 0/0.
-// Products with 1 or 0 instead of branches, and size_t indices (an int index turns every load into a gather), so that the
-// loop over work-items vectorises; no contraction, no transcendental, so that every device computes the same bits.
+// One spring: d = (u_j - u_i) + r, and its force divided by k is (1 - L / len) d. The smallest normal number is added under
+// the root: it does not change a bit for a spring longer than 1e-15 m, and gives a spring of length 0, which has no
+// direction, no force instead of 0/0. There are products with 1 or 0 instead of branches, and indices are size_t (an int
+// index turns every load into a gather), so that the loop over work-items vectorises. There is no contraction and no
+// transcendental function, so that every device computes the same bits.
 #pragma OPENCL FP_CONTRACT OFF
 
 #define READ(V) __global const float* restrict V##x, __global const float* restrict V##y, __global const float* restrict V##z
@@ -51,14 +52,14 @@
     fz += factor * dz;                                                           \
   }
 
-// Declares fx, fy, fz: what the springs do to cell i.
+// Declares fx, fy, fz: the force of the springs on cell i.
 #define SPRING_FORCE                                  \
   const float xi = ux[i], yi = uy[i], zi = uz[i];     \
   OWN_STIFFNESS OWN_VELOCITY                          \
   float fx = 0.0f, fy = 0.0f, fz = 0.0f;              \
   SPRINGS(ADD_SPRING)
 
-// What the tools do to it, over k, from their displacement t and velocity w.
+// The force of the tools on it, divided by k, from their displacement t and velocity w.
 #ifdef HELD0
 #define HELD0_ARGUMENT , __global const float* restrict held0
 #else
@@ -79,13 +80,14 @@
 #define COUPLING_FORCES
 #endif
 
-// From a probe's centre to cell i, and how far that is.
+// The vector from a probe's centre to cell i, and its length.
 #define FROM_PROBE(T, CX, CY, CZ)                                                               \
   const float dx = (xi - T.x) + (rest_x[i] - (CX));                                             \
   const float dy = (yi - T.y) + (rest_y[i] - (CY));                                             \
   const float dz = (zi - T.z) + (rest_z[i] - (CZ));                                             \
   const float square = dx * dx + dy * dy + dz * dz, distance = sqrt(square + FLT_MIN);
-// The depth, or 0 outside: a choice would become a branch around the division (measured: seven times slower).
+// The depth, or 0 outside. A conditional expression would become a branch around the division (measured: seven times
+// slower).
 #define INSIDE(DEPTH) (((DEPTH) + fabs(DEPTH)) * 0.5f)
 #ifdef PROBED
 #define REST_ARGUMENTS , READ(rest_)
@@ -111,7 +113,7 @@
 
 #define ALL_FORCES SPRING_FORCE COUPLING_FORCES PROBE_FORCES
 
-// Where the step varies, what depends on it are arguments named as the constants that they stand for.
+// If the step varies, everything that depends on it is an argument with the name of the constant that it replaces.
 #ifdef VARIABLE_STEP
 #define STEP_ARGUMENTS , float STEP, float HALF_STEP, float ACCELERATION, float DECAY, float4 STEP_GRAVITY
 #else

@@ -1,4 +1,4 @@
-// One substep of velocity Verlet in two passes; v here is the half step's velocity, which every force sees.
+// One substep of velocity Verlet in two passes. Here v is the half step's velocity, with which all forces are evaluated.
 __kernel void drift(READ(begin_v), READ(a), WRITE(v), WRITE(u), __global const float* restrict mobile STEP_ARGUMENTS) {
   const size_t i = get_global_id(0) + FIRST;
   const float wx = begin_vx[i] + ax[i] * HALF_STEP;

@@ -155,8 +155,8 @@ TEST_CASE("Interrupted before its first cell, a study has none and says so") {
 
 TEST_CASE("A spring is refused") {
   const ReadResult spring = read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring.toml");
-  REQUIRE(spring.scenario);
-  CHECK_THROWS_WITH(run_study(*spring.scenario), Contains("kind = \"tissue\""));
+  REQUIRE(spring);
+  CHECK_THROWS_WITH(run_study(*spring), Contains("kind = \"tissue\""));
 }
 
 TEST_CASE("A cell's cost is no more than the processor time that it took, over the rest before the motion and the motion") {

@@ -1,7 +1,7 @@
 #pragma once
-/// What a fitted timing (scheduler/timing_fit.h) is worth: the least latency a straight line needs over it, beside that of
-/// the recording. The order of segments decides that latency as much as their distribution does, and a model keeps little of
-/// it.
+/// How good a fitted timing (scheduler/timing_fit.h) is: compares the least latency that a straight line needs over it with
+/// the one it needs over the recording. This latency depends on the order of the segments as much as on their distribution,
+/// and a model keeps little of the order.
 
 #include <cstdint>
 #include <span>
@@ -12,8 +12,8 @@
 
 namespace evenstep {
 
-/// best_line (remap/buffer_oracle.h) of the steps that begin in each window of 250 ms, and of all steps. Without the
-/// sampling term. A window that begins within 250 ms of the last step is left out, unless there is no other.
+/// The latency of best_line (remap/buffer_oracle.h), without the sampling term, for the steps that begin in each window of
+/// 250 ms and for all steps. A window that begins within 250 ms of the last step is left out, unless it is the only one.
 struct LatencyNeed {
   Duration window_p50, window_p99;  ///< nearest rank
   Duration whole;
@@ -22,7 +22,7 @@ LatencyNeed latency_need(std::span<const SegmentTiming> segments);
 
 struct FitComparison {
   LatencyNeed recording;
-  std::vector<LatencyNeed> model;     ///< per seed, over as many segments as the recording's
+  std::vector<LatencyNeed> model;     ///< per seed, over as many segments as the recording has
   std::vector<LatencyNeed> shuffled;  ///< per seed: the recording's own segments in another order
   /// Medians over the seeds.
   LatencyNeed model_median, shuffled_median;
@@ -30,13 +30,13 @@ struct FitComparison {
 inline constexpr int kFitSeeds = 9;
 FitComparison compare(const TimingFit& fit, std::span<const SegmentTiming> segments, int seeds = kFitSeeds);
 
-/// More than this factor apart, either way, is not the same timing.
+/// Two timings whose needs differ by more than this factor, either way, are not the same.
 inline constexpr double kFitTolerance = 1.5;
-/// The needs that differ by more: "250 ms p50", "250 ms p99", "whole recording"; empty: the model will do.
+/// The needs that differ by more: "250 ms p50", "250 ms p99", "whole recording"; empty: the model is good enough.
 std::vector<std::string> differences(const LatencyNeed& a, const LatencyNeed& b);
 
-/// The proposal as a [timing] table that the reader accepts, comments saying what each line rests on, and the verdict.
-/// `file` as the trace to replay instead.
+/// The proposal as a [timing] table that the scenario reader accepts, with comments that give the evidence for each line,
+/// and the verdict. `file` is named as the trace to replay instead.
 std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, const std::string& file);
 std::string fit_json(const TimingFit& fit, const FitComparison& comparison, const std::string& file);
 

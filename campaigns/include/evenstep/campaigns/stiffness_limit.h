@@ -1,11 +1,12 @@
 #pragma once
-/// The largest stiffness of the scene at which a hand that feels the force comes to rest: for each strategy of the scenario,
+/// The largest stiffness of the scene at which a hand that feels the force comes to rest, for each strategy of the scenario
 /// with the plan (lead, latency, rings) of its own run.
 ///
-/// Upward from the first stiffness in steps of 15 % to the first that is not stable, then bisected until the two ends are
-/// within 1 %. Stable: with every seed, every hand ends a run as Oscillation::stable says (reports/measures.h), over what the
-/// scenario judges; a run in which something diverged is not. What is varied is [scene] `stiffness`; regions and couplings
-/// keep theirs. It finds the first limit on its ladder: a stable island above an unstable gap narrower than 15 % is missed.
+/// The search goes up from the first stiffness in steps of 15 % to the first one that is not stable, and then bisects until
+/// the two ends are within 1 %. A stiffness is stable if, with every seed, every hand ends its run as Oscillation::stable
+/// demands (reports/measures.h) over the judged part of the scenario, and nothing diverges. Only [scene] `stiffness` is
+/// varied; regions and couplings keep theirs. The search finds the first limit it meets: it may miss an unstable gap
+/// narrower than 15 %, and does not look for stable values above the first unstable one.
 
 #include <string>
 
@@ -15,11 +16,11 @@
 
 namespace evenstep {
 
-/// The scenario must have a [study] stiffness_limit. Throws RunFailure for anything but a run that diverged. Interrupted: the
-/// strategies that were finished.
+/// The scenario must have a [study] stiffness_limit. Throws RunFailure for any failure except a run that diverged. If it is
+/// interrupted, it returns the strategies that were finished.
 StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control = {});
 
-/// study.json, study.csv and resolved.toml; whole or not at all. Empty: written.
+/// Writes study.json, study.csv and resolved.toml, all or nothing. Returns what went wrong; empty if nothing did.
 std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study);
 
 }  // namespace evenstep

@@ -1,7 +1,7 @@
 #pragma once
-/// `evenstep study`: a tissue's scene under every solver, method and step, against a reference of its own. The tools move as
-/// the scenario's hands do, at the scene's steps on an even schedule: no timing model, no device, no map. Definitions and
-/// measured tables: docs/study.md.
+/// `evenstep study`: computes the tissue of a scenario with every solver, method and step, and compares the results with a
+/// reference. The tools move like the hands of the scenario, with the scene's steps on an even schedule: there is no timing
+/// model, no device and no map. docs/study.md has definitions and measured tables.
 
 #include <atomic>
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 #include "evenstep/text/quantity.h"
 #include "evenstep/format/scenario.h"
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 
 namespace evenstep {
 
@@ -20,28 +20,30 @@ struct StudyControl {
   std::function<void(double fraction)> progress;
 };
 
-/// Every cell of [study], whatever becomes of it. The errors are reproducible, the costs are not. Throws RunFailure where
-/// there is no reference (a scene that no method takes), std::invalid_argument for what is no tissue. Interrupted: the cells so far.
+/// Computes every cell of [study], including those that fail. The errors are reproducible, the costs are not. Throws
+/// RunFailure if there is no reference (no method can compute the scene), and std::invalid_argument if the scene is not a
+/// tissue. If it is interrupted, it returns the cells so far.
 StudyRecord run_study(const Scenario& scenario, const StudyControl& control = {});
 
-/// "1 % force", "10 um position", "5 % energy". A share of the position's error is one of the rms displacement.
+/// A goal such as "1 % force", "10 um position" or "5 % energy". For the position, a share is one of the rms displacement.
 struct StudyGoal {
   std::string text;
   StudyQuantity quantity = StudyQuantity::force;
   double most = 0;  ///< SI, or a share
   bool is_share = true;
 };
-Parsed<StudyGoal> parse_goal(std::string_view text);
+Result<StudyGoal> parse_goal(std::string_view text);
 
 /// The cheapest cell (median CPU time) that meets the goal, and whether it keeps real time here.
 struct StudyAdvice {
-  const StudyCell* cell = nullptr;  ///< of the record; nullptr: none meets it
-  bool keeps_real_time = false;     ///< less than a CPU second per simulated second, in the slowest repeat
+  const StudyCell* cell = nullptr;  ///< a cell of the record; nullptr: none meets the goal
+  bool keeps_real_time = false;     ///< even the slowest repeat took less than a CPU second per simulated second
   std::string text;                 ///< a sentence or two
 };
 StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal);
 
-/// study.json, study.csv, a figure per quantity and resolved.toml; whole or not at all. Empty: written.
+/// Writes study.json, study.csv, a figure per quantity and resolved.toml, all or nothing. Returns what went wrong; empty if
+/// nothing did.
 std::string write_study_folder(const std::string& folder, const Scenario& scenario, const StudyRecord& study);
 
 }  // namespace evenstep

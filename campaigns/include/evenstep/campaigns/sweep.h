@@ -1,7 +1,7 @@
 #pragma once
-/// `evenstep sweep` and `evenstep merge`: a scenario's [sweep], every combination of its grid with every seed. Each point is
-/// a run on the virtual clock whose result depends on nothing but itself, so it does not matter who runs it: threads and
-/// shards give the same bytes. docs/sweep.md has the format of sweep.jsonl.
+/// `evenstep sweep` and `evenstep merge`: run a scenario's [sweep], that is every combination of its grid with every seed.
+/// Each point is a run on the virtual clock whose result depends on nothing else, so any number of threads or shards gives
+/// the same bytes. docs/sweep.md has the format of sweep.jsonl.
 
 #include <atomic>
 #include <cstdint>
@@ -15,19 +15,19 @@
 
 namespace evenstep {
 
-/// Shard I of N has the points with number % N == I - 1, so that a value that takes long burdens all of them.
+/// Shard I of N has the points with number % N == I - 1, so that all shards share the load of a value that takes long.
 struct SweepShard {
   int index = 1, of = 1;
 };
 /// "2/5"; or "auto": what a batch system says of itself (Slurm arrays and tasks, Open MPI, PMI, GitLab's parallel jobs,
 /// Google Test's variables), which is an error where nobody says anything. `variable`: reads the environment.
-Parsed<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
+Result<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
 
 struct SweepOptions {
   std::vector<std::string> set;
   SweepShard shard;
-  int threads = 0;                         ///< points side by side; 0: one per core
-  std::optional<std::int64_t> stop_after;  ///< instead of the scenario's
+  int threads = 0;                         ///< how many points run at the same time; 0: one per core
+  std::optional<std::int64_t> stop_after;  ///< overrides that of the scenario
   bool resume = false;
   std::string folder;  ///< for sweep.jsonl, or sweep-I-of-N.jsonl
   const std::atomic<bool>* interrupted = nullptr;
@@ -36,34 +36,28 @@ struct SweepOptions {
 
 struct SweepOutcome {
   ExitCode exit = ExitCode::pass;
-  std::vector<Diagnostic> errors;  ///< of the scenario, or of the parts to merge: nothing was run, nothing written
-  std::string failure;             ///< the sweep itself could not go on: disk, or a file that is not its own
+  std::vector<Diagnostic> errors;  ///< errors of the scenario or of the parts to merge; then nothing was run or written
+  std::string failure;             ///< why the sweep itself could not go on: disk, or a file of another sweep
   std::string file;                ///< where the points are
   SweepRecord record;
   SweepSummary summary;
 };
 
-/// Writes its lines in order of index to a file beside `file` that ends in ".partial", and renames it once it is complete.
-/// An interrupt leaves that one for --resume, which keeps its whole lines.
+/// Writes its lines in order of index to a file beside `file` that ends in ".partial", and renames it when it is complete.
+/// If it is interrupted, that file remains for --resume, which keeps its complete lines.
 ///
-/// stop_after = K: the result is everything up to the K-th failure by index, whoever runs it. A shard stops at its own K-th.
-/// Every point before the K-th failure of all is then in some shard: a shard that ran to its end has all of its points, and
-/// one that stopped did so at its K-th failure, which cannot come before the K-th of all.
-/// With [sweep.find] a shard passes as such: only the merge can say what is found.
+/// stop_after = K: the result is everything up to the K-th failure by index, however the sweep is divided. A shard stops at
+/// its own K-th failure. Every point before the K-th failure of the whole sweep is then in some shard: a shard that ran to
+/// its end has all of its points, and one that stopped did so at its K-th failure, which cannot come before the K-th of all.
+/// With [sweep.find] a single shard always passes: only the merge can tell what is found.
 SweepOutcome run_sweep(const std::string& path, const SweepOptions& options);
 
-/// Parts in any order; a whole sweep.jsonl is one, too. Refuses gaps and overlaps (naming points), damaged lines (naming
-/// them) and parts of another build, scenario or sweep. Writes the bytes that one process would have written.
+/// Merges parts, in any order; a complete sweep.jsonl may be one of them. Refuses gaps and overlaps (naming the points),
+/// damaged lines (naming them) and parts of another build, scenario or sweep. Writes the bytes that a single process would
+/// have written.
 SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::string& out);
 
-/// What is wrong with the points of a scenario's [sweep]: every combination is read, none is run.
+/// The errors in the points of a scenario's [sweep]: every combination is read, but none is run.
 std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set);
-
-/// The one command that runs a point again; `file` as the scenario is found from here.
-std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
-                          const std::vector<std::string>& set = {});
-
-/// A word for the shell, quoted where it has to be.
-std::string shell_word(const std::string& word);
 
 }  // namespace evenstep

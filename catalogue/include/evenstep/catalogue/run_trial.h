@@ -1,5 +1,5 @@
 #pragma once
-/// A trial on its solver, twice: step after step in a loop, and launched by the scheduler at irregular times.
+/// Runs a trial on its solver twice: step after step in a loop, and launched by the scheduler at irregular times.
 
 #include <atomic>
 
@@ -7,8 +7,9 @@
 
 namespace evenstep::internal {
 
-/// What a solver refuses is the cell's result; throws RunFailure where it is neither refused nor unavailable (memory).
-/// `seed`: of the irregular schedule. Stopped by `interrupted`, whichever of the two runs it is in: CellStatus::interrupted.
+/// If the solver refuses the scene or is unavailable, that is the result of the cell; any other error of the solver (memory)
+/// throws RunFailure. `seed` is that of the irregular schedule. If `interrupted` stops either of the two runs, the result is
+/// CellStatus::interrupted.
 CaseCell run_cell(const CaseKind& kind, const CellSpec& cell, std::uint64_t seed, const std::atomic<bool>* interrupted);
 
 }  // namespace evenstep::internal

@@ -1,6 +1,6 @@
 #pragma once
-/// One cell of a case: a scene, what the hands do, and what the exact answer is. A kind of case makes them; run_trial.h
-/// runs them.
+/// One cell of a case: a scene, the motion of the hands, and the exact answer. Kinds of cases make trials; run_trial.h runs
+/// them.
 
 #include <glm/vec3.hpp>
 #include <memory>
@@ -19,16 +19,16 @@ class Trial {
   virtual ~Trial() = default;
   Scene scene;
   std::int64_t steps = 1;
-  std::int64_t observe_every = 1;  ///< steps; the last one is always observed
-  /// Positions of the tools at the end of step n: a function of n alone, so that no schedule can change them.
+  std::int64_t observe_every = 1;  ///< observe() is called every so many steps, and always after the last one
+  /// The positions of the tools at the end of step n. They depend on nothing but n, so no schedule can change them.
   virtual void hands(std::int64_t, std::span<glm::dvec3>) const {}
-  /// After `steps` steps. False: it has diverged, and the run ends here.
+  /// Called after `steps` steps. Returns false if the run has diverged; it then ends.
   virtual bool observe(std::int64_t steps, const ToolResponse& response, Solver& solver) = 0;
-  /// Status, number shown and metrics of a run that came to its end.
+  /// Sets status, number shown and metrics after a complete run.
   virtual void judge(Solver& solver, CaseCell& cell) = 0;
 };
 
-/// What a cell is made from.
+/// What determines a cell.
 struct CellSpec {
   const CaseSpec& spec;
   double value = 0;
@@ -41,7 +41,7 @@ struct CaseKind {
   std::string_view name;        ///< as in [case] kind
   std::string_view value_name, value_unit;
   std::unique_ptr<Trial> (*make)(const CellSpec& cell);
-  /// What can be said only of neighbouring cells, as the order of convergence. May be nullptr.
+  /// Computes what needs neighbouring cells, such as the order of convergence. May be nullptr.
   void (*compare)(std::span<CaseCell> cells) = nullptr;
 };
 const std::vector<CaseKind>& case_kinds();

@@ -17,20 +17,21 @@ class Clock {
  public:
   virtual ~Clock() = default;
 
-  /// A live read. Any thread. Never runs backwards.
+  /// The time right now, read anew at each call. Callable from any thread; never runs backwards.
   virtual RealTime now() const noexcept = 0;
 
   /// Returns Wake::deadline when now() >= deadline, or Wake::notified when notify() was called since the last return
-  /// (also before the call: a notification is never lost). A pending notification goes before a reached deadline; several
-  /// pending ones are one. What was written before notify() is visible after Wake::notified. Owner's thread only.
-  /// A deadline in the past returns at once. kNever is no deadline: a wall clock waits for a notification; a virtual
-  /// clock without one would be in a deadlock, and returns Wake::notified so that its owner can look why.
+  /// (even before this call: a notification is never lost). A pending notification takes precedence over a deadline that
+  /// has been reached; several pending notifications count as one. What was written before notify() is visible after
+  /// Wake::notified. Call it from the owner's thread only.
+  /// A deadline in the past returns at once. kNever means no deadline: a wall clock then waits for a notification; a
+  /// virtual clock with none pending would deadlock, so it returns Wake::notified and its owner can find out why.
   virtual Wake wait_until(RealTime deadline) noexcept = 0;
 
-  /// Ends a wait early. Any thread, also from a signal handler.
+  /// Ends a wait early. Callable from any thread and from a signal handler.
   virtual void notify() noexcept = 0;
 
-  /// True where waiting costs nothing and the host's speed must not be visible.
+  /// True if waiting costs no real time and the speed of the host must not influence what happens.
   virtual bool is_virtual() const noexcept = 0;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 /// A clock that stands still until it is told to wait, then jumps: wait_until(t) sets now() to t and returns.
-/// It starts at RealTime{0}. A wait that ends by a notification moves nothing.
+/// It starts at RealTime{0}. A wait that ends with a notification leaves now() where it is.
 
 #include <atomic>
 
@@ -12,7 +12,7 @@ class VirtualClock final : public Clock {
  public:
   RealTime now() const noexcept override { return {now_ns_.load(std::memory_order_acquire)}; }
   Wake wait_until(RealTime deadline) noexcept override;
-  /// An exchange, not a store: a store would cut off what another thread's notify() published just before.
+  /// An exchange, not a store: a plain store could hide what another thread wrote just before its own notify().
   void notify() noexcept override { notified_.exchange(true, std::memory_order_release); }
   bool is_virtual() const noexcept override { return true; }
 

@@ -1,6 +1,7 @@
 #pragma once
-/// CLOCK_MONOTONIC since an epoch, waiting by futex with an absolute time-out (clock_nanosleep cannot be woken by a
-/// finished kernel) and a short spin tail that also watches for notifications. Measured reasons: docs/numerics.md.
+/// A clock that counts CLOCK_MONOTONIC from an epoch. It waits on a futex with an absolute time-out (a finished GPU kernel
+/// could not wake clock_nanosleep) and spins for the last part of the wait, still watching for notifications.
+/// docs/numerics.md has the measurements behind this.
 ///
 /// Lanes on several threads use one WallClock each, made with the same epoch, so that their instants compare.
 
@@ -11,7 +12,7 @@
 
 namespace evenstep {
 
-/// CLOCK_MONOTONIC ns that RealTime{0} of a run stands for.
+/// The CLOCK_MONOTONIC reading, in ns, at which a run's RealTime{0} lies.
 struct WallEpoch {
   std::int64_t monotonic_ns = 0;
   static WallEpoch in(Duration from_now);  ///< an epoch a little in the future, so that lanes can be ready for t = 0
@@ -32,18 +33,18 @@ class WallClock final : public Clock {
   std::atomic<std::uint32_t> notified_{0};  // the futex word
 };
 
-/// What the operating system granted to the calling thread.
+/// What the operating system has granted the calling thread.
 struct RealTimeGrant {
   bool fifo = false;           ///< SCHED_FIFO at the priority asked for
   bool memory_locked = false;  ///< mlockall(MCL_CURRENT)
-  std::string refusal;         ///< empty, or why not (errno text): the run is then marked "not real-time"
+  std::string refusal;         ///< empty, or why something was refused (errno text): the run is marked "not real-time"
 };
-/// Timer slack 1 ns (always), SCHED_FIFO and mlockall where permitted, for the calling thread.
+/// Sets the calling thread's timer slack to 1 ns (always), and SCHED_FIFO and mlockall where permitted.
 RealTimeGrant request_real_time(int fifo_priority);
 
-/// Seconds of CPU this process has used (all threads): for run-time reports, never for decisions.
+/// CPU time that this process has used, s, all threads together: for run-time reports, never for decisions.
 double process_cpu_seconds();
-/// CLOCK_MONOTONIC seconds since an arbitrary origin: for run-time reports, never for decisions.
+/// CLOCK_MONOTONIC, s since an arbitrary origin: for run-time reports, never for decisions.
 double monotonic_seconds();
 
 }  // namespace evenstep

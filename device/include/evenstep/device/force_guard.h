@@ -1,14 +1,16 @@
 #pragma once
-/// Always between the schedule and the device: limits the force (never zeroes a large one), its change per second, and how much
-/// of it is rendered at all while something is not as it should be. Not a safety device.
+/// The force guard always stands between the schedule and the device. It limits the force (a force that is too large is
+/// shortened, not set to zero), limits its change per second, and fades the force out while something is wrong. It is not a
+/// safety device.
 ///
-///   target = authority * (gain * wanted, shortened to max_N); 0 where wanted is not finite
+///   target = authority * (gain * wanted, shortened to max_N); 0 if wanted is not finite
 ///   sent   = last sent + (target - last sent), shortened to max_slew_N_per_s * (now - time of the last call)
 ///
-/// The authority starts at 0, rises to 1 in `ramp_up` from the first force on while all is well, and falls to 0 in `ramp_down` during a cut: a hand that
-/// moves too fast, a force or a hand that is not renewed, a device that says that its motors are off. After a cut it rises again.
-/// A force that nothing limits, at gain 1 and authority 1, passes bit for bit; a limited one keeps its direction and may be longer
-/// than the limit by rounding (a few 1e-16 of it). A call at the instant of the last one may not change the force.
+/// The authority starts at 0. From the first force on it rises to 1 within `ramp_up` while all is well. During a cut it
+/// falls to 0 within `ramp_down`, and after the cut it rises again. Reasons for a cut: the hand moves too fast, the force or
+/// the hand's position is not renewed, the device says that its motors are off. A force that nothing limits, at gain 1 and
+/// authority 1, passes bit for bit. A limited one keeps its direction, and rounding may make it longer than the limit by a
+/// few 1e-16 of it. A call at the same instant as the last one cannot change the force.
 
 #include <array>
 #include <cstddef>
@@ -25,50 +27,52 @@ namespace evenstep {
 
 inline constexpr Duration kNeverStale{std::numeric_limits<std::int64_t>::max()};
 
-/// What cuts a force off. The defaults never do, and render all of it at once.
+/// What cuts a force off. With the defaults nothing does, and the full force is rendered at once.
 struct CutLimits {
   double gain = 1;                       ///< (0, 1]
-  Duration ramp_up, ramp_down;           ///< of the authority between 0 and 1; 0: at once
+  Duration ramp_up, ramp_down;           ///< time in which the authority goes from 0 to 1, and back; 0: at once
   double max_speed_m_per_s = std::numeric_limits<double>::infinity();  ///< > 0; the cut ends below half of it
-  Duration stale_force = kNeverStale;    ///< since the newest force of the schedule was due
-  Duration stale_hand = kNeverStale;     ///< since the last fresh sample
+  Duration stale_force = kNeverStale;    ///< cut this long after the newest force of the schedule was due
+  Duration stale_hand = kNeverStale;     ///< cut this long after the last fresh sample
 };
 
 struct ForceLimits {
-  double max_N = 100;                    ///< of the vector's length; > 0, at most 1e12
-  double max_slew_N_per_s = 1e6;         ///< of the change's length; > 0, finite
+  double max_N = 100;                    ///< limit on the length of the force; > 0, at most 1e12
+  double max_slew_N_per_s = 1e6;         ///< limit on the length of its change; > 0, finite
   CutLimits cut;
 };
 
-struct ForceGuardCounters {               // calls, each
+struct ForceGuardCounters {               // the first three count calls
   std::int64_t clamped = 0;
   std::int64_t slewed = 0;
   std::int64_t non_finite = 0;
-  // Cuts that began while the device was driven, each counted for the first of its reasons in this order:
+  // Cuts that began while the device was driven. Each is counted once, for the first of its reasons in this order:
   std::int64_t cuts_device = 0;          ///< DeviceSample::drivable was false
   std::int64_t cuts_stale_hand = 0;
   std::int64_t cuts_stale_force = 0;
   std::int64_t cuts_speed = 0;
 };
 
-/// What a tick knows besides the force it wants.
+/// What the guard is told in a tick besides the wanted force.
 struct GuardedTick {
   DeviceSample sample;
-  std::optional<RealTime> force_due;     ///< when the newest force of the schedule was due; none: before the first
+  std::optional<RealTime> force_due;     ///< when the newest force of the schedule was due; empty before the first
 };
 
 class ForceGuard {
  public:
   explicit ForceGuard(ForceLimits limits);
-  /// The force to send at `now`, which must not decrease. Before the first call the device renders nothing, so the slew
-  /// starts from zero force at the first call's time, and the first call sends zero whatever is wanted. A force schedule is
-  /// empty (zero) at its first tick, so no strategy sees this; from the second tick on the slew has a whole period.
+  /// The force to send at `now`, which must not decrease. Before the first call the device renders nothing. So the slew
+  /// limit starts from zero force at the time of the first call, and the first call sends zero whatever is wanted. This does
+  /// not affect any strategy, because a force schedule is still empty (zero) at its first tick; from the second tick on the
+  /// slew has a whole period.
   glm::dvec3 pass(RealTime now, const glm::dvec3& wanted_N, const GuardedTick& tick);
-  /// What of these springs a device may render by itself, after pass(): gain * authority as stiff, and along each of n axes
-  /// at most authority * max_N / sqrt(n), so that all of them together obey max_N. Their slew is not limited: it is that of
-  /// the hand. Where stiffness or center is not finite there is no spring.
+  /// The part of these springs that a device may render by itself; call it after pass(). Their stiffness is multiplied by
+  /// gain * authority, and each of n axes is limited to authority * max_N / sqrt(n), so that all of them together obey
+  /// max_N. The slew is not limited, because it is that of the hand. There is no spring where stiffness or center is not
+  /// finite.
   DeviceSpring share(const DeviceSpring& wanted) const;
-  /// Share of the force that was rendered at the last call, [0, 1].
+  /// The authority at the last call, [0, 1].
   double authority() const { return authority_; }
   const ForceGuardCounters& counters() const { return counters_; }
 

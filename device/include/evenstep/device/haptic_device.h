@@ -13,14 +13,14 @@
 namespace evenstep {
 
 struct DeviceSample {
-  RealTime read_at;                    ///< when the driver read it (live clock)
+  RealTime read_at;                    ///< when the driver read it, by the clock
   glm::dvec3 position_m{0};
-  std::uint32_t sequence = 0;          ///< of the newest report
-  bool fresh = false;                  ///< false: no new report since the last read; the position is the one before
+  std::uint32_t sequence = 0;          ///< that of the newest report
+  bool fresh = false;                  ///< false: no new report since the last read, so the position is unchanged
   bool drivable = true;                ///< false: the device says that its motors are off (safety switch, actuator power)
 };
 
-/// What went wrong since the start; each is an expectation's metric.
+/// Reports received and what went wrong since the start. An expectation can check each counter as a metric.
 struct DeviceCounters {
   std::int64_t reports = 0;
   std::int64_t lost = 0;               ///< gaps in the sequence
@@ -34,8 +34,8 @@ class DeviceError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Springs that a device renders by itself, at a rate of its own: one along each axis, which pulls to `center_m` with
-/// k (center - x), at most limit_N, k = below where x < center and above where x > center.
+/// Springs that a device renders by itself, at a rate of its own. There is one along each axis; it pulls towards `center_m`
+/// with k (center - x), limited to limit_N, where k = below for x < center and k = above for x > center.
 struct DeviceSpring {
   glm::dvec3 center_m{0};
   glm::dvec3 below_N_per_m{0};         ///< >= 0
@@ -46,16 +46,17 @@ struct DeviceSpring {
 class HapticDevice {
  public:
   virtual ~HapticDevice() = default;
-  /// What must be said to the device before its first force. May block; not for a tick. Throws DeviceError.
+  /// Prepares the device for its first force. May block, so do not call it in a tick. Throws DeviceError.
   virtual void start() {}
-  /// No force from now on, as far as the device can still be told. After this it is only read.
+  /// Makes the device render no force from now on, as far as it can still be reached. After this it is only read.
   virtual void stop() noexcept {}
-  /// Drains the reports that are there and returns the newest. Never blocks. Throws DeviceError when the device is gone.
+  /// Takes all reports that are waiting and returns the newest. Never blocks. Throws DeviceError when the device is gone.
   virtual DeviceSample read(RealTime now) = 0;
-  /// Sends one force. Never blocks. The caller has passed it through the ForceGuard.
+  /// Sends one force, which the caller must have passed through the ForceGuard. Never blocks.
   virtual void write(const glm::dvec3& force_N) = 0;
-  /// Springs besides the force, until the next call. Returns what the device does render: it may be softer, and rounded, and
-  /// nothing along an axis where it cannot. The rest is the caller's (device_spring.h). Never blocks.
+  /// Springs to be rendered in addition to the force, until the next call. Returns the springs that the device really
+  /// renders: they may be softer or rounded, and are 0 along an axis where it cannot render one. The rest is left to the
+  /// caller (device_spring.h). Never blocks.
   virtual DeviceSpring write_spring(const DeviceSpring& /*wanted*/) { return {}; }
   virtual const DeviceCounters& counters() const = 0;
   /// What devices of this kind alone count, by the metric's name.

@@ -1,5 +1,6 @@
 #pragma once
-/// A symmetric 3x3 matrix, and its axes: exact arithmetic and square roots only, so the same bits everywhere.
+/// A symmetric 3x3 matrix and its principal axes, computed with basic arithmetic and square roots only, so that the result
+/// has the same bits on every machine.
 
 #include <array>
 #include <glm/vec3.hpp>
@@ -13,16 +14,16 @@ inline glm::dvec3 operator*(const Symmetric& a, const glm::dvec3& v) {
   return {a.xx * v.x + a.xy * v.y + a.xz * v.z, a.xy * v.x + a.yy * v.y + a.yz * v.z, a.xz * v.x + a.yz * v.y + a.zz * v.z};
 }
 
-/// a = sum over i of values[i] axes[i] axes[i]'; the axes are orthonormal. In no order.
+/// a = sum over i of values[i] axes[i] axes[i]'. The axes are orthonormal and in no particular order.
 struct Axes {
   std::array<double, 3> values{};
   std::array<glm::dvec3, 3> axes{};
 };
-/// By cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5), until what is left beside the diagonal is below
-/// rounding; values to a few roundings of the largest. A diagonal matrix is its own answer. What is not finite has values that
-/// are not.
+/// By cyclic Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5), until the off-diagonal part is below rounding.
+/// The values are right to a few roundings of the largest one. For a diagonal matrix the result is exact. For a matrix that
+/// is not finite the values are not finite either.
 Axes axes_of(const Symmetric& a);
-/// The largest of the values; not finite where one is not.
+/// The largest of the values; not finite if one of them is not.
 double largest_value(const Axes& of);
 
 }  // namespace evenstep

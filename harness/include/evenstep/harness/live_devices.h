@@ -1,6 +1,6 @@
 #pragma once
-/// The devices of a run on the wall clock: real ones where a path is given, simulated ones elsewhere. Forces reach a real device
-/// only when they were asked for.
+/// The devices of a run on the wall clock: real if a path was given, otherwise simulated. Forces are sent to a real device
+/// only if that was asked for.
 
 #include <deque>
 #include <map>
@@ -17,7 +17,7 @@ namespace evenstep {
 
 /// --device NAME=PATH
 struct DeviceBinding {
-  std::string name;  ///< of a [[device]]; empty: the first
+  std::string name;  ///< name of a [[device]]; empty: the first one
   std::string path;  ///< /dev/hidrawN
 };
 struct LiveDeviceOptions {
@@ -27,24 +27,25 @@ struct LiveDeviceOptions {
 
 /// Why the bindings do not fit the scenario, with the remedy; empty if they do.
 std::string binding_objection(const Scenario& scenario, const std::vector<DeviceBinding>& bindings);
-/// The scenario as it runs on real devices: guards as kLiveLimits say where the file does not say otherwise.
+/// The scenario as it runs on real devices: their guards have the limits kLiveLimits, except for those that the file sets.
 Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& bindings);
 
 class LiveDevices {
  public:
-  /// Throws DeviceError where a real device cannot be opened or driven. An unplugged one is waited for (kPatience).
+  /// Throws DeviceError if a real device cannot be opened or driven. A device that is unplugged is waited for (kPatience).
   LiveDevices(const Scenario& scenario, const WallClock& clock, const LiveDeviceOptions& options);
-  /// Every real device that was driven is told to stop.
+  /// Tells every real device that was driven to stop.
   ~LiveDevices();
   LiveDevices(const LiveDevices&) = delete;
   LiveDevices& operator=(const LiveDevices&) = delete;
 
   std::vector<HapticDevice*> drivers();
-  /// Reports that came before anybody listened, which is as long as the queue is: they are no loss.
+  /// Discards the reports that came before the run began to read (as many as the queue holds), so that those dropped from
+  /// the queue until then do not count as lost.
   void forget_queued();
-  /// The simulated ones, when the lanes have ended: stop_simulated.
+  /// Calls stop_simulated for the simulated devices, after the lanes have ended.
   void stop_simulated();
-  /// Of device `tool`: what its transport counted; of a simulated one what its motors did.
+  /// The counters of device `tool`: those of its transport, or, for a simulated one, what its motors did.
   std::map<std::string, double> counters(std::size_t tool) const;
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
-/// A run on the wall clock: the device lane on a thread of its own (a second scheduler on the same epoch, the same
-/// coroutine), the solver on a worker. What came from outside is kept, and gives
-///   - an exact virtual twin: the same events, hence the same trace hash (`replay`), and
+/// A run on the wall clock. The device lane has a thread of its own (the same coroutine on a second scheduler with the same
+/// epoch), and the solver runs on a worker. All inputs from outside are kept. From them follow
+///   - an exact virtual twin with the same events, and so the same trace hash (`replay`), and
 ///   - shadows: the other strategies over the recorded samples and completions; their forces never reached the hand.
 
 #include <vector>
@@ -24,10 +24,10 @@ struct LiveRecording {
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.
 std::string wall_clock_objection(const Scenario& scenario);
 
-/// Throws RunFailure, also where a device of `options` cannot be opened.
+/// Throws RunFailure, also if a device of `options` cannot be opened.
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const LiveDeviceOptions& options,
                        const RunControl& control);
-/// The exact twin. Its trace_hash equals the recording's, or the run was not reproducible.
+/// The exact twin. If its trace_hash is not that of the recording, the run was not reproducible.
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control);
 StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,

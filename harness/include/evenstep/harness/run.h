@@ -21,13 +21,13 @@ enum class ClockKind { virtual_clock, wall };
 
 struct RunOptions {
   ClockKind clock = ClockKind::virtual_clock;
-  int threads = 0;      ///< strategies side by side; 0 = one per core
+  int threads = 0;      ///< how many strategies run at the same time; 0 = one per core
   LiveDeviceOptions devices;  ///< wall clock only
   bool repeat = false;  ///< run twice and compare the traces
   RunControl control;
 };
 
-/// Exit codes of the command line. Several files: the worst wins, in this order: 130 > 3 > 2 > 4 > 1 > 0.
+/// Exit codes of the command line. For several files it is the worst, in this order: 130 > 3 > 2 > 4 > 1 > 0.
 enum class ExitCode : int {
   pass = 0,
   expectation_failed = 1,
@@ -41,18 +41,19 @@ ExitCode worse(ExitCode a, ExitCode b);
 struct RunOutcome {
   ExitCode exit = ExitCode::pass;
   RunRecord record;
-  std::optional<CaseRecord> case_record;  ///< of a scenario with a [case]; `record` then has no strategy
+  std::optional<CaseRecord> case_record;  ///< for a scenario with a [case]; `record` then has no strategy
   Metrics metrics;
   std::vector<ExpectationResult> results;
-  std::vector<Diagnostic> errors;  ///< scenario errors found only now (unknown metric, no unit `step`)
-  std::string failure, remedy;     ///< the run failed: what happened, what to do
-  std::string repeat_difference;   ///< not reproducible: the first differing event
-  double cpu_seconds = 0;          ///< of the process, all threads
+  std::vector<Diagnostic> errors;  ///< errors of the scenario that are found only now (unknown metric, no unit `step`)
+  std::string failure, remedy;     ///< if the run failed: what happened and what to do
+  std::string repeat_difference;   ///< if it was not reproducible: the first event that differs
+  double cpu_seconds = 0;          ///< CPU time of the process, all threads
   double solver_seconds = 0;       ///< launch + wait, summed over strategies
 };
 RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options);
 
-/// Signals and metrics of the expectations exist, and `step` has a meaning where it is used. All errors, by position.
+/// Checks that the signals and metrics of the expectations exist, and that `step` has a meaning where it is used. Returns
+/// all errors, by position.
 std::vector<Diagnostic> check_expectations(const Scenario& scenario);
 Nominal nominal_of(const Scenario& scenario);
 

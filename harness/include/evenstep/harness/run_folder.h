@@ -1,6 +1,6 @@
 #pragma once
-/// The run folder: written beside its place and renamed into it, so that nobody ever sees half of one. An older run folder
-/// in its place is replaced; any other folder is left alone and the write is refused.
+/// The run folder. It is written under another name beside its final place and then renamed, so an incomplete one is never
+/// seen. An older run folder in its place is replaced; any other folder is left alone, and writing is refused.
 
 #include <string>
 #include <vector>
@@ -9,13 +9,13 @@
 
 namespace evenstep {
 
-inline constexpr const char* kSummaryFile = "summary.json";  ///< what makes a folder a run folder
-inline constexpr const char* kStudyFile = "study.json";      ///< what makes it one of `evenstep study`
+inline constexpr const char* kSummaryFile = "summary.json";  ///< a folder with this file is a run folder
+inline constexpr const char* kStudyFile = "study.json";      ///< a folder with this file is one of `evenstep study`
 
-/// Whether `folder` can be written, before a long run is spent on it: absent, empty, or with a file of this name. Empty, or
-/// the reason with the remedy.
+/// Why `folder` cannot be written, with the remedy; empty if it can, because it does not exist, is empty, or contains
+/// `its_file`. To be called before a long run, not after it.
 std::string run_folder_objection(const std::string& folder, const std::string& its_file = kSummaryFile);
-/// Empty, or what went wrong.
+/// Returns what went wrong; empty if nothing did.
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce);
 
@@ -23,7 +23,7 @@ struct FolderFile {
   std::string name;
   std::string content;
 };
-/// Any such folder: an older one that has a file with the name of the first is replaced.
+/// Writes a folder with any files. An older folder is replaced if it contains a file with the name of the first one.
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files);
 
 /// The text of summary.json.

@@ -1,5 +1,5 @@
 #pragma once
-/// The scenario's devices in software: the real driver over a simulated transport, one per [[device]].
+/// The devices of a scenario in software: for each [[device]] the real driver over a simulated transport.
 
 #include <map>
 #include <memory>
@@ -14,39 +14,34 @@
 
 namespace evenstep {
 
-/// The device of a [[device]], in software.
-std::unique_ptr<SimulatedDevice> simulated_transport(const DeviceSpec& device, const Clock& clock);
-/// The driver that the [[device]] names, above a transport of either kind. Throws DeviceError where it cannot drive what is there.
-std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
-
 /// Stops the driver of a simulated device. However a run ends, its motors are then off, its effects freed: throws RunFailure
 /// ("still-driving", which no scenario can expect) if they are not.
 void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device);
-/// What its motors did, for DeviceRecord::counters.
+/// What the motors of a device did, for DeviceRecord::counters.
 std::map<std::string, double> motor_counters(SimulatedDevice& device);
 
 class SimulatedDevices {
  public:
-  /// Ready to be driven. Throws RunFailure.
+  /// Makes the devices ready to be driven. Throws RunFailure.
   SimulatedDevices(const Scenario& scenario, const Clock& clock);
   std::vector<HapticDevice*> drivers();
-  /// All of them: stop_simulated.
+  /// Calls stop_simulated for each device.
   void stop();
-  /// Of device `tool`, after stop().
+  /// The counters of device `tool`; call it after stop().
   std::map<std::string, double> counters(std::size_t tool) { return motor_counters(*devices_[tool]); }
 
  private:
   std::vector<std::string> names_;
   std::vector<std::unique_ptr<SimulatedDevice>> devices_;
-  std::vector<std::unique_ptr<HapticDevice>> drivers_;  // after what they talk to
+  std::vector<std::unique_ptr<HapticDevice>> drivers_;  // declared after the devices, so they are destroyed first
 };
 
 /// The links of one strategy with the ring sizes of its plan.
 std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& plan);
 std::vector<ProgrammedMotion> motions_of(const Scenario& scenario);
-/// One lane per device; `devices` empty: shadows, nobody feels their force.
+/// One lane per device. If `devices` is empty the lanes are those of a shadow, whose forces are not sent to any device.
 std::vector<DeviceLane> device_lanes(const Scenario& scenario, const std::vector<HapticDevice*>& devices);
-/// Guard counters, and the driver's where there is a device.
+/// The counters of the guard, and of the driver if there is a device.
 std::map<std::string, double> counters_of(const DeviceLane& lane);
 
 }  // namespace evenstep

@@ -1,6 +1,6 @@
 #pragma once
-/// The sizing pass: the map alone over this very timing and seed, before t = 0. No solver, no device. It gives the least
-/// lead, latency and ring capacities, and predicts what a run with other values will count.
+/// The sizing pass: runs the map alone over the timing and seed of a run, before t = 0, without solver or device. It gives
+/// the least lead, latency and ring capacities, and predicts the counts of a run with other values.
 
 #include <functional>
 #include <memory>
@@ -14,35 +14,41 @@
 
 namespace evenstep {
 
-std::unique_ptr<StepTiming> make_timing(const Scenario& scenario);
-/// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate.
-std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario);
-std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead,
-                                  const AdaptiveLatency& latency);
+std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing);
+/// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate, and runs for `run_time`, at most a slot.
+std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time);
+
+/// All that a map needs to run alone: no scene, no device, nothing else of a scenario.
+struct MapSetup {
+  RemapSpec remap;
+  Rate step_rate{450, 1};
+  std::vector<SamplingGrid> grids;           ///< when each device samples the hand
+  Emission emission = Emission::linear;      ///< linear if any device interpolates: the stricter need
+  RealTime end;                              ///< steps that end later do not count
+};
+MapSetup map_setup(const Scenario& scenario);
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
-/// Linear if any device interpolates: the stricter need.
-Emission strictest_emission(const Scenario& scenario);
+std::unique_ptr<SlotMap> make_map(const MapSetup& setup, StrategyKind kind, Duration lead, const AdaptiveLatency& latency);
 
 struct Sizing {
   std::vector<MappedStep> steps;  ///< mapped steps that end within the run, with lead 0
   LatencyBudget any_phase;
   LatencyBudget this_phase;
 };
-Sizing size_map(const Scenario& scenario, StrategyKind kind);
+Sizing size_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind);
 /// The mapped steps of a run with this lead: a gate's waits are in them, and there only does the lead matter.
-std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, Duration lead);
-/// The mapped steps without a gate, over these segments instead of the scenario's own timing: in order, some at a time, and
-/// nobody keeps them.
-void each_mapped_step(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);
+/// The mapped steps without a gate, over these segments: in order, some at a time, and nobody keeps them.
+void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit);
 /// size_map for a gate with this lead: steps begin when their sample is there, and what follows is pushed back. `lead` of
 /// the budgets is what would spare all waiting, `latency` the least with the lead given.
-Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead);
+Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);
 
-/// What one strategy runs with, and what the sizing pass says of it.
+/// The lead, latency and rings of a strategy, and what the sizing pass predicts for it.
 struct StrategyPlan {
   StrategyKind kind = StrategyKind::direct;
-  Duration lead, latency;                            ///< of a latency that adapts, the most it may become
+  Duration lead, latency;                            ///< for an adaptive latency the most that it may become
   bool adapts = false;
   std::size_t interaction_capacity = 0, force_capacity = 0;
   Sizing sizing;                                     ///< empty for direct and ideal
@@ -50,18 +56,18 @@ struct StrategyPlan {
   std::int64_t predicted_late_forces = 0;
 };
 /// What a map of this plan starts with: the fixed latency, or the one that adapts.
-AdaptiveLatency latency_of(const Scenario& scenario, const StrategyPlan& plan);
+AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan);
 /// What a latency that adapts will do in this run, by the sizing pass: over the steps that begin in the judged span.
 struct AdaptationForecast {
   double mean_s = 0;
   Duration largest;
-  std::int64_t growths = 0;                          ///< of the whole run
+  std::int64_t growths = 0;                          ///< over the whole run
 };
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan);
-/// Plans for all strategies of the scenario, in its order. `ideal` takes lead and latency of `live`, or of the first
-/// remapping strategy, so that it is that one's twin.
+/// The plans of all strategies of the scenario, in its order. `ideal` gets the lead and latency of the `live` strategy, or
+/// of the first one that remaps, so that it is the twin of that strategy.
 std::vector<StrategyPlan> plan(const Scenario& scenario);
-/// The twin that deviation_from_ideal compares `of` with.
+/// The plan of the twin with which deviation_from_ideal compares the strategy `of`.
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of);
 
 }  // namespace evenstep

@@ -1,6 +1,6 @@
 #pragma once
-/// Everything the two lanes of one strategy need besides schedulers, clock, devices and exchange: solver, map, guards,
-/// recorders. The same on a virtual clock, on a wall clock and in replay.
+/// Everything that the two lanes of a strategy need in addition to schedulers, clock, devices and exchange: solver, map,
+/// guards, recorders. It is the same on a virtual clock, on a wall clock and in replay.
 
 #include <memory>
 #include <vector>
@@ -15,26 +15,26 @@
 
 namespace evenstep {
 
-/// The scenario's solver, built and warmed up: on a wall clock before t = 0 is chosen. Throws RunFailure.
+/// The scenario's solver, built and warmed up. On a wall clock this must happen before t = 0 is chosen. Throws RunFailure.
 std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyKind kind);
 
 class StrategyLanes {
  public:
-  /// `devices` empty: a shadow or a replay, nobody feels the forces.
+  /// If `devices` is empty, this is a shadow or a replay, whose forces are not sent to any device.
   StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver, Exchange& exchange,
                 std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices);
 
-  /// The device lanes on one scheduler, the simulation lane on the other: the same one in virtual time, one per thread on a
-  /// wall clock. The schedulers must end before this object.
+  /// Starts the device lanes on one scheduler and the simulation lane on the other. In virtual time both are the same
+  /// scheduler; on a wall clock each has its own thread. The schedulers must be destroyed before this object.
   void spawn(Scheduler& device, Scheduler& simulation);
 
-  /// What the lanes did. `events`: of all schedulers, in their one order (scheduler/event.h, merge).
+  /// The record of what the lanes did. `events` are those of all schedulers, merged into one order (scheduler/event.h).
   StrategyRecord finish(const std::vector<Event>& events);
   const StrategyRecord& record() const { return record_; }
 
  private:
   const Scenario& scenario_;
-  Scene scene_;  // the scenario's, as this strategy integrates it
+  Scene scene_;  // the scenario's scene with the settings of this strategy
   Exchange& exchange_;
   std::unique_ptr<Solver> solver_;
   std::unique_ptr<SlotMap> map_;

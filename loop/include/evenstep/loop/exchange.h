@@ -1,8 +1,9 @@
 #pragma once
-/// Where the device lane and the simulation lane meet: per device one ring of samples down (Figure 3 a) and one ring of
-/// forces, or of contact records, back (Figure 4 e), each with one writer and one reader. Everything a lane learns that the schedule does not
-/// determine passes through here: the device's samples, live reads of the clock, and the head each ring read saw. On a wall
-/// clock these are kept (`DeviceInputs`); giving the same back replays the run exactly.
+/// The exchange between the device lane and the simulation lane. Each device has one ring of samples that leads to the
+/// simulation (Figure 3 a) and one ring of forces, or of contact records, that leads back (Figure 4 e), each with one writer
+/// and one reader. Everything that a lane learns and that the schedule does not determine passes through here: the samples
+/// of the device, live reads of the clock, and the head that each read of a ring saw. On a wall clock these inputs are kept
+/// (`DeviceInputs`); a run that is given the same inputs again is an exact replay.
 
 #include <deque>
 #include <limits>
@@ -25,38 +26,38 @@
 
 namespace evenstep {
 
-/// What one device tick took from outside.
+/// What a device tick took from outside.
 struct TickInput {
   DeviceSample sample;
-  RealTime played_at;            ///< live clock when the force was looked up
-  std::uint64_t force_head = 0;  ///< forces visible then
-  std::uint64_t order = 0;       ///< counts the ticks of all devices in the order they ran
+  RealTime played_at;            ///< clock time at which the force was looked up
+  std::uint64_t force_head = 0;  ///< number of forces visible then
+  std::uint64_t order = 0;       ///< counts the ticks of all devices in the order in which they ran
 };
 
-/// One device's recorded inputs: enough for an exact virtual twin of a live run.
+/// The recorded inputs of one device: enough for an exact virtual twin of a live run.
 struct DeviceInputs {
-  std::vector<TickInput> ticks;                  ///< in order of ticks run
+  std::vector<TickInput> ticks;                  ///< in the order in which they ran
   std::vector<std::uint64_t> interaction_heads;  ///< per step
-  std::vector<DeviceSpring> springs;             ///< what the device rendered by itself, each time it was asked to
+  std::vector<DeviceSpring> springs;             ///< the springs that the device rendered, for each time it was asked to
 };
 
 /// The force of one tick as it was rendered from the schedule, before the guard.
 struct Played {
   RealTime at;
-  Reading<glm::dvec3> force_N;           ///< all of it
-  std::optional<DeviceSpring> spring;    ///< what of it the device may render by itself; none: it is not asked
+  Reading<glm::dvec3> force_N;           ///< the whole force
+  std::optional<DeviceSpring> spring;    ///< the part that the device may render as springs; empty: it is not asked to
 
-  /// What the device renders by itself, of a hand at `hand_m`.
+  /// The force of these springs on a hand at `hand_m`.
   glm::dvec3 sprung_N(const glm::dvec3& hand_m) const {
     return spring ? evenstep::force_N(*spring, hand_m) : glm::dvec3(0);
   }
-  /// When the newest force of the schedule was due; none before the first.
+  /// When the newest force of the schedule was due; empty before the first.
   std::optional<RealTime> due() const {
     return force_N.status == ReadStatus::empty ? std::nullopt : std::optional(force_N.newest);
   }
 };
 
-/// The contacts that a local model was given in a run.
+/// A summary of the contacts that a local model was given in a run.
 struct RenderedContactsSummary {
   double stiffest_N_per_m = 0;            ///< in the stiffest direction, before any cap
   std::int64_t softened = 0;              ///< records that the cap made softer
@@ -66,12 +67,12 @@ namespace internal {
 class RenderedSchedule;
 }
 
-/// How a tick's force is made of its scheduled record (device/renderer.h).
+/// How the force of a tick is computed from its scheduled record (device/renderer.h).
 struct RenderForce {};
 struct RenderLocal {
   double alpha = 1;
   bool knows_gap = true;
-  bool by_device = false;                 ///< as springs of the device, as far as it can
+  bool by_device = false;                 ///< rendered as springs by the device itself as far as it can
   double most_N_per_m = std::numeric_limits<double>::infinity();  ///< stiffer contacts are played as stiff as this
 };
 struct RenderSmith {
@@ -79,18 +80,19 @@ struct RenderSmith {
   Duration memory;                        ///< how long a record's read time stays within reach
 };
 
-/// One device's two rings and what happens on their way.
+/// The two rings of a device, and what happens to their contents on the way.
 struct LinkSpec {
   std::size_t samples = 0;                ///< capacity of the ring of samples
   std::size_t forces = 0;                 ///< capacity of the ring of forces
-  std::size_t spare = 0;                  ///< of both: how far a lane may go on while the other one reads at an earlier head
+  std::size_t spare = 0;                  ///< for both: how far a lane may run ahead while the other reads at an older head
   Emission emission = Emission::linear;
   std::variant<RenderForce, RenderLocal, RenderSmith> render;
   SamplingGrid ticks;                     ///< when its samples are due
-  Extrapolation interaction;              ///< a read newer than the newest sample; default: clamp
-  Extrapolation force;                    ///< a tick past the last emission time; default: hold. RenderForce only
+  Extrapolation interaction;              ///< for reads newer than the newest sample; default: clamp
+  Extrapolation force;                    ///< for ticks past the last emission time; default: hold. RenderForce only
   bool gate = false;                      ///< a step waits for its sample
-  /// Strategy `filtered`: of what the steps read (at the step rate), or of what the ticks play (at the device's rate).
+  /// For strategy `filtered`: a filter on what the steps read (at the step rate), or on what the ticks play (at the rate of
+  /// the device).
   std::optional<FilterSpec> interaction_filter, force_filter;
   Rate step_rate{450, 1};
 };
@@ -104,23 +106,23 @@ class Exchange {
   // Device lane.
   /// Reads the device and makes its sample visible to the simulation lane.
   DeviceSample sense(int tool, const Scheduler& scheduler);
-  /// The force to play now, under the hand as `sample` has it.
+  /// The force to play now for a hand at the position of `sample`.
   Played play(int tool, const DeviceSample& sample, const Scheduler& scheduler);
-  /// Asks the device for springs of its own, which the guard has seen; what it does render of them.
+  /// Asks the device to render these springs, which must have passed the guard. Returns the springs that it does render.
   virtual DeviceSpring render(int tool, const DeviceSpring& wanted) = 0;
 
   // Simulation lane.
-  /// The hand at a slot's time, or the newest sample where the slot is not mapped.
+  /// The hand's position at the time of a slot, or the newest sample if the slot is not mapped.
   virtual Reading<glm::dvec3> hand(int tool, const Slot& slot);
-  /// Policy `gate`: the step may not begin with this reading.
+  /// Policy `gate`: whether the step has to wait for a better reading than this.
   bool must_wait(int tool, const Reading<glm::dvec3>& hand) const;
-  /// When to look again: at the tick that brings the sample; where that one is late, soon after `now`.
+  /// When a waiting step should look again: at the tick that brings its sample, or soon after `now` if that tick is late.
   RealTime next_sample(int tool, const Slot& slot, RealTime now) const;
   void respond(int tool, RealTime emission, const ContactRecord& record);
 
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
   std::uint64_t forces(int tool) const;
-  /// After the run; nothing of a device that plays forces or a mode.
+  /// Call it after the run. Empty unless the device renders a local model.
   std::optional<RenderedContactsSummary> contacts(int tool) const;
 
  protected:
@@ -139,7 +141,7 @@ class Exchange {
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };
 
-/// Reads real (or simulated) devices; keeps what it learnt when asked to.
+/// Reads real (or simulated) devices, and keeps their inputs if `keep` is given.
 class DeviceExchange : public Exchange {
  public:
   DeviceExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
@@ -157,7 +159,7 @@ class DeviceExchange : public Exchange {
   std::uint64_t ticks_run_ = 0;
 };
 
-/// The reference twin: reads the programmed motion itself, so that no buffer and no sampling stands between.
+/// The exchange of the reference twin: its steps read the programmed motion itself, without buffer or sampling.
 class IdealExchange final : public DeviceExchange {
  public:
   IdealExchange(const std::vector<LinkSpec>& links, std::vector<HapticDevice*> devices,
@@ -168,16 +170,19 @@ class IdealExchange final : public DeviceExchange {
   std::vector<ProgrammedMotion> motions_;
 };
 
-/// Gives recorded inputs back. With heads: an exact twin (the lanes must then run on two schedulers, in an order that the
-/// heads allow: `next_*_ready`). Without: a shadow, another strategy over the same samples and completions.
+/// Plays back recorded inputs. With heads the run is an exact twin of the recorded one; its lanes must then run on two
+/// schedulers, in an order that the heads allow (`next_*_ready`). Without heads it is a shadow: another strategy over the
+/// same samples and completions.
 class RecordedExchange final : public Exchange {
  public:
   RecordedExchange(const std::vector<LinkSpec>& links, const std::vector<DeviceInputs>& inputs, bool use_heads);
-  /// The next tick (of the device whose turn it is) finds the forces that its recorded head names.
+  /// Whether all forces that the next tick saw according to its recorded head are there. The next tick is that of the device
+  /// whose turn it is.
   bool next_tick_ready() const;
-  /// The next step finds the samples that its recorded heads name.
+  /// Whether all samples that the next step saw according to its recorded heads are there.
   bool next_step_ready() const;
-  /// Of a shadow nothing: nobody asked the device, and the force is the same without.
+  /// The springs that the device rendered in the recorded run. For a shadow there are none, because the device was never
+  /// asked; the whole force is the same without them.
   DeviceSpring render(int tool, const DeviceSpring& wanted) override;
 
  protected:

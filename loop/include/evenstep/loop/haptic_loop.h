@@ -1,7 +1,7 @@
 #pragma once
-/// The wire: the two lanes of a haptic simulator, as in the paper's Figures 3 and 4. The same text runs on a virtual clock,
-/// on a wall clock (each lane with a scheduler and a thread of its own) and in replay; `direct`, `paper`, `phase_locked`
-/// and `ideal` differ only in the map and the exchange they are handed.
+/// The haptic loop: the two lanes of a haptic simulator, as in the paper's Figures 3 and 4. The same code runs on a virtual
+/// clock, on a wall clock (each lane with its own scheduler and thread) and in replay; `direct`, `paper`, `phase_locked` and
+/// `ideal` differ only in the map and the exchange that are passed in.
 
 #include "evenstep/device/force_guard.h"
 #include "evenstep/device/haptic_device.h"
@@ -14,20 +14,20 @@
 
 namespace evenstep {
 
-/// The device's tick grid and what stands between the schedule and the motor.
+/// The tick grid of a device, and the guard between the schedule and its motors.
 struct DeviceLane {
   int tool = 0;
   Rate rate;
   RealTime first_tick;
-  HapticDevice* device = nullptr;  ///< nullptr: a shadow, nobody feels its force
+  HapticDevice* device = nullptr;  ///< nullptr: a shadow, whose force is not sent to any device
   ForceGuard guard;
 };
 
 /// Figure 2 a: the hand, in real time. One tick reads the device and drives it.
 Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record);
 
-/// Figures 3 and 4: a visualization and the steps of its segment. Each step reads the hand at its slot's time (3 a-c) and
-/// gives its force a time of its own (4 c-e).
+/// Figures 3 and 4: for each segment a visualization and its steps. Each step reads the hand at its slot's time (3 a-c), and
+/// its force gets an emission time (4 c-e).
 Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
                      StepRecorder& record);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Writes down what the lanes did (one call per tick and per step) and mixes it into the trace hash.
+/// Records what the lanes did (one call per tick and per step) and mixes it into the trace hash.
 
 #include <glm/vec3.hpp>
 
@@ -25,19 +25,19 @@ class DeviceRecorder {
   DeviceRecord& record_;
 };
 
-/// What underruns.csv calls the reads and forces that came late.
+/// The words for late reads and late forces in underruns.csv.
 struct UnderrunWords {
-  bool predicts = false;           ///< reading past the newest sample is this strategy's aim, and no underrun
-  const char* interaction = "";    ///< what a step does whose sample is not there yet: "clamp"
-  const char* force = "";          ///< what a tick does whose force is not there yet: "hold"
+  bool predicts = false;           ///< the strategy reads past the newest sample by design, which is no underrun
+  const char* interaction = "";    ///< what a step does if its sample is not there yet: "clamp"
+  const char* force = "";          ///< what a tick does if its force is not there yet: "hold"
 };
 
 class StepRecorder {
  public:
   StepRecorder(StrategyRecord& record, const UnderrunWords& words) : record_(record), words_(words) {}
-  /// A segment began at `began` (later than programmed on a wall clock).
+  /// A segment began at `began`, which on a wall clock is later than programmed.
   void segment(const SegmentTiming& segment, RealTime began);
-  /// What step n reads, after having waited for it (policy `gate`).
+  /// Step n has read `hand`, after having waited for it for `waited` (policy `gate`).
   void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
   void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began, RealTime emission,
             const SolverStep& solver);

@@ -1,5 +1,5 @@
 #pragma once
-/// The solver as the simulation lane starts it.
+/// A step of the solver as work that the simulation lane starts.
 
 #include <array>
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace evenstep {
 
-/// A solver's error as the reason why a run stopped; at_step -1: before the first step.
+/// Turns an error of the solver into the reason why a run stopped; at_step -1: before the first step.
 RunFailure run_failure(const SolverError& error, std::int64_t at_step = -1);
 
-/// One step of the solver as work for an executor; owned by whoever owns the solver.
+/// One step of the solver as work for an executor. It belongs to the owner of the solver.
 class SolverStep final : public Work {
  public:
   SolverStep(Solver& solver, const Scene& scene)
@@ -23,22 +23,23 @@ class SolverStep final : public Work {
         tool_count_(scene.tool_count),
         digest_(scene.needs_state_digest),
         variable_(scene.variable_step),
+        step_rate_(scene.step_rate),
         step_s_(period_s(scene.step_rate)) {}
-  std::array<glm::dvec3, kMaxTools> positions_m{};  ///< in
-  ToolResponse response;                            ///< out
-  std::uint64_t state_digest = 0;                   ///< out
+  std::array<glm::dvec3, kMaxTools> positions_m{};  ///< input
+  ToolResponse response;                            ///< output
+  std::uint64_t state_digest = 0;                   ///< output
   double seconds = 0;                               ///< host time spent so far; reported, never hashed
-  /// The step about to run gets this position, where the hand was at `read_at`.
+  /// Sets the position for the next step: where the hand was at `read_at`.
   void give(int tool, const glm::dvec3& position_m, RealTime read_at);
-  /// What the last step leaves for the device lane. Without Scene::local_model it is the force alone.
+  /// The record that the last step leaves for the device lane. Without Scene::local_model it contains only the force.
   ContactRecord contact(int tool) const;
-  /// The step about to run begins at `began`: with a variable step size it advances by the real time since the one before
-  /// (the first one by the nominal step size).
+  /// The next step begins at `began`. With a variable step size it advances by the real time since the step before it (the
+  /// first step by the nominal step size).
   void begins(RealTime began);
   void run() override;
   /// Simulation time at which the tools reach `positions_m`, counted from the first step's: n step sizes where they are
-  /// constant.
-  double simulated_s() const { return simulated_s_; }
+  /// constant, otherwise the real time since the first step began.
+  SimTime simulated() const { return simulated_; }
 
  private:
   Solver& solver_;
@@ -46,9 +47,10 @@ class SolverStep final : public Work {
   bool digest_;
   bool variable_;
   std::array<RealTime, kMaxTools> read_at_{};
+  Rate step_rate_;
   double step_s_;  // of the step about to run
-  double simulated_s_ = 0;
-  std::optional<RealTime> began_;
+  SimTime simulated_;
+  std::optional<RealTime> first_began_, began_;
   std::int64_t step_ = 0;
 };
 

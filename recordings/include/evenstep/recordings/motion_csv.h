@@ -1,18 +1,16 @@
 #pragma once
-/// A recorded hand: t_s,x_m,y_m,z_m, times increasing. Times are rounded to 1 ns.
+/// The recorded motion of a hand, with the columns t_s,x_m,y_m,z_m. Times must increase; they are rounded to 1 ns.
 
 #include <string>
 #include <vector>
 
 #include "evenstep/device/motion.h"
 #include "evenstep/text/diagnostic.h"
+#include "evenstep/time/result.h"
 
 namespace evenstep::internal {
 
-struct MotionCsv {
-  RecordedMotion motion;
-  std::vector<Diagnostic> errors;
-};
+using MotionCsv = Result<RecordedMotion, std::vector<Diagnostic>>;
 MotionCsv read_motion_csv(const std::string& path);
 MotionCsv parse_motion_csv(const std::string& text, const std::string& name);
 

@@ -1,30 +1,31 @@
 #pragma once
-/// A latency that follows what the steps really need: it grows at once, when a force was not there in time, and shrinks
-/// slowly, when what made it grow is long past. The adaptive jitter buffer of packet speech (Ramjee et al., INFOCOM 1994;
-/// WebRTC's NetEq) with one difference: nothing is dropped or repeated, the line of forces is stretched.
+/// A latency that adapts to what the steps need: it grows at once when a force was late, and shrinks slowly when the need
+/// that made it grow is long past. This is the adaptive jitter buffer of packet speech (Ramjee et al., INFOCOM 1994;
+/// WebRTC's NetEq) with one difference: nothing is dropped or repeated; instead the line of forces is stretched in time.
 ///
-///   F(n) = R(n) + L(n)                                 L(n) is known before step n ends: a late force is late
+///   F(n) = R(n) + L(n)                                 L(n) is fixed before step n ends: it cannot save a late force
 ///   need(n) = E(n) - R(n)                              interpolated forces: E(n) - R(n-1), see latency_budget.h
 ///   T = clamp(max of need over the window + margin, least, most)
-///   need(n) >  L(n):   L(n+1) = T                      if T is more; a growth
+///   need(n) >  L(n):   L(n+1) = T                      if T is more; this is a growth
 ///   else:              L(n+1) = L(n) moved towards T, by at most slew * (R(n+1) - R(n))
 ///
-/// Consequences: F increases strictly. L(n) never is below the largest need of the window (unless `most` is), so no
-/// underrun comes twice within one. A creeping need is followed without any underrun, as long as it creeps by less than
-/// the slew and the margin covers one step's. A growth by d is a hold of d in what is played, and the line continues d
-/// later: for a hand at speed v the force is v * d (times k) off the old line. While L moves, what is played runs slower or
-/// faster by the slew. A latency that cannot move (start = least = most) is the fixed one, to the nanosecond.
+/// Consequences: F increases strictly. After an underrun L is never below the largest need in the window (unless `most`
+/// is), so the same need cannot cause a second underrun within a window. A need that grows slowly is followed without any
+/// underrun, as long as it grows by less than the slew and the margin covers its growth in one step. A growth by d holds
+/// the force for d, and the line then continues d later: for a hand at speed v the force is off the old line by v * d
+/// (times the stiffness k). While L moves, the forces are played slower or faster by the slew. A latency that cannot move
+/// (start = least = most) equals the fixed one, to the nanosecond.
 ///
-/// The lead c is no part of this: it says how early a step reads the hand, is decided by when steps begin and not by when
-/// they end, and moving it would make the hand jump inside the simulation, where nothing can be stretched. Nor is the
-/// device's period: a force that is there at F is there for every tick from F on, at any phase.
+/// The lead c is not adapted. It says how early a step reads the hand, which depends on when steps begin and not on when
+/// they end; moving it would make the hand jump inside the simulation, where nothing can be stretched. The period of the
+/// device plays no part either: a force that is there at F is there for every tick from F on, at any phase.
 ///
-/// The window is real time, in read times. Needs are kept as the largest of each 64th of it, so that one is remembered for
-/// at least the window and at most 1 + 1/64 of it, whatever the pace, in a fixed array.
+/// The window is real time, counted in read times. It is divided into 64 blocks, and only the largest need of each block
+/// is kept, in a fixed array. So a need is remembered for at least one window and at most 1 + 1/64 windows, at any pace.
 ///
 /// Outside its domain (assertions): least > most, start outside them, a negative margin, a slew outside [0, 500000]
-/// ppm, a window of 0. Above `most` it is a fixed latency: underruns come as they come. A read time that does not come
-/// after the one before it (`paper` steps back) gives F(n-1) + 1 ns, and is counted.
+/// ppm, a window of 0. Where the need is above `most` the latency stays at `most`, and forces are late. A read time that
+/// does not come after the one before it (`paper` can step back) gives F(n-1) + 1 ns, and is counted.
 
 #include <array>
 #include <cstdint>
@@ -39,19 +40,19 @@ struct AdaptiveLatencyOptions {
   Duration start;                        ///< L of the first step
   Duration least, most;                  ///< L stays between them
   Duration window{10'000'000'000};       ///< how long a need is remembered
-  Duration margin{1'000'000};            ///< kept above the largest need
+  Duration margin{1'000'000};            ///< how far L is kept above the largest need
   std::int64_t slew_ppm = 5'000;         ///< |dL/dR|, millionths
-  Emission emission = Emission::hold;    ///< how the forces are played: what a step needs
+  Emission emission = Emission::hold;    ///< how the forces are played, which determines what a step needs
 };
 inline constexpr std::int64_t kMostSlew_ppm = 500'000;
 
-/// Largest value of a trailing window of real time, kept in blocks of a 64th: a monotonic queue.
+/// The largest value in a trailing window of real time (a monotonic queue over blocks of a 64th of the window).
 class TrailingMaximum {
  public:
   explicit TrailingMaximum(Duration window);
   /// A time before the newest one counts as the newest.
   void add(RealTime time, Duration value);
-  /// Of what was added less than a window before the last time added; at least one value.
+  /// The largest of the values added less than a window before the newest time. There must be at least one value.
   Duration largest() const { return kept_[first_].value; }
 
  private:
@@ -73,12 +74,12 @@ class AdaptiveLatency {
   /// The fixed latency: start = least = most.
   AdaptiveLatency(Duration fixed = {}) : AdaptiveLatency({.start = fixed, .least = fixed, .most = fixed}) {}
 
-  /// F(n) of the step read at `read` that ended at `ended`. Steps in order.
+  /// F(n) of the step that read the hand at `read` and ended at `ended`. Steps in order.
   RealTime emission(RealTime read, RealTime ended);
-  /// F of a step without a slot: when it ended, after the one before.
+  /// F of a step without a slot: the time it ended, or 1 ns after the emission before if that is later.
   RealTime emission(RealTime ended);
 
-  Duration latency() const { return latency_; }            ///< L of the next step, before it is moved
+  Duration latency() const { return latency_; }            ///< L of the next step, before the slew moves it
   std::int64_t growths() const { return growths_; }
   std::int64_t repairs() const { return repairs_; }        ///< forces moved to F(n-1) + 1 ns
 
@@ -92,7 +93,7 @@ class AdaptiveLatency {
   Duration latency_;
   Duration target_;
   TrailingMaximum needs_;
-  std::int64_t carry_ = 0;                  // of the slew, millionths of 1 ns
+  std::int64_t carry_ = 0;                  // the part of the slew below 1 ns, in millionths of 1 ns
   std::optional<RealTime> last_emission_;
   std::optional<RealTime> last_read_;       // F(n-1) - L(n-1), of the last mapped step
   std::int64_t growths_ = 0;

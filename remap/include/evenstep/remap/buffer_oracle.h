@@ -1,27 +1,30 @@
 #pragma once
-/// The bounds that no remap can beat on a given trace, known in full: what the reports compare the maps with.
+/// Lower bounds that no remap can beat on a given trace, computed with the whole trace known in advance. The reports
+/// compare the maps with them.
 ///
-/// Every map of constant latency L is a path R through the tube  E_n - L <= R(n) <= S_n - d,  d = h - 1 ns the sampling
-/// term at any phase (0 for a hand known at all times).
+/// Every map of constant latency L is a path R through the tube  E_n - L <= R(n) <= S_n - d,  where step n begins at S_n
+/// and ends at E_n, and d is the sampling term: h - 1 ns for a device of period h at any phase, 0 for a hand whose
+/// position is known at all times.
 ///
 /// Best straight line, over all R(n) = a + n tau:
 ///   L* = min over tau of [max(E_n - n tau) - min(S_n - n tau)] + d
-/// by the upper hull of (n, E_n) and the lower hull of (n, S_n): the bracket, which is what best_line returns, is
-/// convex and piecewise linear in tau. O(n).
+/// The expression in brackets, whose minimum best_line returns, is convex and piecewise linear in tau; it is computed from
+/// the upper hull of (n, E_n) and the lower hull of (n, S_n). O(n).
 ///
-/// Below L* no line fits, and the taut string is the best path: among all in the tube it has the least sum of
-/// f(R(n+1) - R(n) - tau*), for every convex f at once, tau* the slot of the best line. It bends only where it touches
-/// the tube: towards a slower pace at E_n - L, towards a faster one at S_n - d. O(n) amortized (a funnel).
-/// (It does not minimize second differences: its largest velocity jump is no bound for those of maps.)
+/// Below L* no straight line fits, and the taut string is the best path: among all paths in the tube it has the least sum
+/// of f(R(n+1) - R(n) - tau*) for every convex f at once, where tau* is the slot of the best line. It bends only where it
+/// touches the tube: towards a slower pace at E_n - L, towards a faster one at S_n - d. O(n) amortized (funnel algorithm).
+/// (It does not minimize second differences, so its largest velocity jump is no bound for the jumps of maps.)
 ///
 /// Least latency of any path, straight or not, that never steps back: for m <= n,  E_m - L <= R(m) <= R(n) <= S_n - d.
 ///   L_path = max over n of [max over m <= n of E_m  -  S_n] + d
-/// is therefore necessary, and R(n) = max over m <= n of (E_m - L_path) is such a path: it never steps back, and it is in
-/// the tube. Steps that do not overlap have E_m <= S_n for m < n, so the longest step decides:  L_path = max(E_n - S_n) + d.
-/// No map of constant latency does with less, whatever it knows of the future: the bound that no scheme beats.
+/// is therefore necessary, and it is enough: R(n) = max over m <= n of (E_m - L_path) is such a path. It never steps back
+/// and stays in the tube. Steps that do not overlap have E_m <= S_n for m < n, so the longest step decides:
+///   L_path = max(E_n - S_n) + d.
+/// No map of constant latency can do with less, however much it knows of the future.
 ///
-/// Interpolated forces: step n's line begins at F(n - 1), so its force is due then: E_{n+1} <= F(n). `interpolate` moves
-/// the ends by one step; all of the above then holds of what it leaves.
+/// Interpolated forces: the line to force n begins at F(n - 1), so force n is due then: E_{n+1} <= F(n). `interpolate`
+/// moves the ends by one step; everything above then holds for the steps that it returns.
 ///
 /// Exact: slopes are compared as rationals with 128-bit products.
 
@@ -34,12 +37,12 @@
 namespace evenstep {
 
 struct BestLine {
-  Duration latency;          ///< ceil of L* to 1 ns, without the sampling term
-  double slot_ns = 0;        ///< tau of the minimum
-  std::int64_t latency_culprit = -1;   ///< position of a step whose end the line touches when emitting
-  std::int64_t lead_culprit = -1;      ///< position of a step whose begin it touches when reading
+  Duration latency;          ///< L* rounded up to 1 ns, without the sampling term
+  double slot_ns = 0;        ///< the tau at which the minimum lies
+  std::int64_t latency_culprit = -1;   ///< position of a step whose end limits the line: its force comes just in time
+  std::int64_t lead_culprit = -1;      ///< position of a step whose begin limits the line: its sample comes just in time
 };
-/// Steps in order (index = position). One step or none: latency = the step's run time or 0, slot 0.
+/// Steps in order (n is the position). For one step the latency is its run time, for none 0; the slot is then 0.
 BestLine best_line(std::span<const StepTimes> steps);
 
 namespace internal {
@@ -61,7 +64,7 @@ struct Slope {
   friend bool operator<(Slope a, Slope b) { return !(b <= a); }
 };
 
-/// One point more on the hull whose slopes fall (upper) or rise (lower) from left to right.
+/// Adds a point to the right end of a hull whose slopes fall (upper) or rise (lower) from left to right.
 template <class Hull>
 void extend_upper(Hull& hull, Point p) {
   while (hull.size() >= 2 && Slope(hull[hull.size() - 2], hull.back()) <= Slope(hull.back(), p)) hull.pop_back();
@@ -76,20 +79,20 @@ void extend_lower(Hull& hull, Point p) {
 struct Bracket {
   Duration latency;
   Slope slot;
-  std::int64_t end = -1, begin = -1;   // steps whose end and begin it touches
+  std::int64_t end = -1, begin = -1;   // the steps whose end and whose begin the line touches
 };
 
 }  // namespace internal
 
-/// best_line, one step more at a time. It keeps the hulls, which are short, and not the steps.
+/// best_line with the steps given one at a time. It keeps only the hulls, which are short, not the steps.
 class RunningLine {
  public:
-  /// n counts up.
+  /// n must increase from call to call.
   void add(std::int64_t n, RealTime begin, RealTime end) {
     internal::extend_upper(ends_, {n, end.ns});
     internal::extend_lower(begins_, {n, begin.ns});
   }
-  /// The steps of another line, all of them behind those of this one.
+  /// Adds the steps of another line, all of which come after the steps of this one.
   void append(const RunningLine& later) {
     for (const internal::Point end : later.ends_) internal::extend_upper(ends_, end);
     for (const internal::Point begin : later.begins_) internal::extend_lower(begins_, begin);
@@ -98,7 +101,7 @@ class RunningLine {
     ends_.clear();
     begins_.clear();
   }
-  /// Culprits are named by their n.
+  /// The culprits are given as the n passed to add().
   BestLine best() const;
   internal::Bracket bracket() const;
 
@@ -108,15 +111,15 @@ class RunningLine {
 
 struct LeastPath {
   Duration latency;                    ///< L_path without the sampling term
-  std::int64_t latency_culprit = -1;   ///< position of the step whose end decides; -1: no steps
+  std::int64_t latency_culprit = -1;   ///< position of the step whose end determines it; -1: no steps
 };
 /// Steps in order; they may overlap.
 LeastPath least_path(std::span<const StepTimes> steps);
 
-/// least_path, one step more at a time.
+/// least_path with the steps given one at a time.
 class RunningPath {
  public:
-  /// n counts up from 0 or more.
+  /// n is 0 or more and must increase from call to call.
   void add(std::int64_t n, RealTime begin, RealTime end) {
     if (latest_ < 0 || end > latest_end_) {
       latest_ = n;
@@ -134,15 +137,16 @@ class RunningPath {
   RealTime latest_end_;
 };
 
-/// End n becomes that of step n + 1; the last stays.
+/// Gives each step the end of the step after it; the last one keeps its own.
 void interpolate(std::span<StepTimes> steps);
 
 struct TautString {
-  std::optional<std::size_t> infeasible_step;  ///< first step with E_n - L > S_n - d: no path at all, reads are empty
+  std::optional<std::size_t> infeasible_step;  ///< first step with E_n - L > S_n - d: no path exists, `reads` is empty
   std::vector<RealTime> reads;                 ///< R(n), one per step, floored to ns; in the tube, never stepping back
-  std::vector<std::size_t> bends;              ///< steps at which it bends, ascending; there R(n) is exact
+  std::vector<std::size_t> bends;              ///< steps at which the string bends, ascending; R(n) is exact there
 };
-/// Steps in order, begins and ends never decreasing. L >= L*: the best line, in the middle of the tube, no bends.
+/// Steps in order, with begins and ends that never decrease. For L >= L* the result is the best line in the middle of the
+/// tube, without bends.
 TautString taut_string(std::span<const StepTimes> steps, Duration latency, Duration sampling_term);
 
 }  // namespace evenstep

@@ -1,7 +1,7 @@
 #pragma once
-/// Low-pass filters for a signal sampled at even times: what one would smooth bunched forces or positions with. The
+/// Low-pass filters for a signal sampled at even times, the usual means of smoothing bunched forces or positions. The
 /// paper rejects them (introduction: enough smoothing to hide the bursts also "dampens the desired haptic changes");
-/// they are here so that this can be measured. T = 1 / rate below; x_n goes in, y_n comes out at once.
+/// they are here so that this can be measured. Below, T = 1 / rate; x_n goes in and y_n comes out at once.
 ///
 /// MovingAverage, n samples:  y = (x_i + x_i-1 + ... + x_i-n+1) / n
 ///   Gain |sin(pi f n T) / (n sin(pi f T))|, zero at multiples of 1 / (n T); group delay (n - 1) T / 2 at every
@@ -9,21 +9,22 @@
 ///   to 3 % from n = 2.
 /// Butterworth, second order, cutoff f_c:  1 / (s^2 + sqrt(2) s + 1) at s = (1 - z^-1) / (g (1 + z^-1))
 ///   The bilinear transform, pre-warped by g = tan(pi f_c T), so that the -3 dB point is f_c itself (Oppenheim and
-///   Schafer, Discrete-Time Signal Processing, ch. 7). Group delay T / (sqrt(2) g) at 0 Hz, about 0.225 / f_c. Run as
-///   two trapezoidal integrators (Zavalishin, The Art of VA Filter Design, ch. 4): equal to the direct form in exact
-///   arithmetic, without its loss of digits where f_c T is small.
+///   Schafer, Discrete-Time Signal Processing, ch. 7). Group delay T / (sqrt(2) g) at 0 Hz, about 0.225 / f_c. Computed
+///   as two trapezoidal integrators (Zavalishin, The Art of VA Filter Design, ch. 4): in exact arithmetic this equals the
+///   direct form, but it does not lose digits where f_c T is small.
 /// OneEuro (Casiez, Roussel, Vogel: 1 Euro Filter, CHI 2012, algorithm 1): a first-order low-pass with
 ///   a(f) = w / (1 + w), w = 2 pi f T, whose cutoff follows the speed:
 ///     d <- d + a(derivative_cutoff) ((x - y) / T - d),    f = min_cutoff + beta |d|,    y <- y + a(f) (x - y)
-///   The difference is to the previous *filtered* value, as published (and in the authors' code since 2023; older
-///   copies take the raw one). Of a vector, |d| is the norm: one cutoff for all components, whatever the axes. At
+///   The difference is taken to the previous *filtered* value, as published (and as in the authors' code since 2023;
+///   older copies take the raw one). For a vector, |d| is the norm: all components share one cutoff, whatever the axes. At
 ///   steady speed v the lag is |v| / (2 pi f) and d = v / a(f): f^2 - (min_cutoff + beta |v|) f = beta |v| / (2 pi T).
 ///   At a fixed f: group delay 1 / (2 pi f) at 0 Hz; with b = 1 - a the gain a / sqrt(1 - 2 b cos(2 pi f' T) + b^2) is
 ///   -3 dB at cos(2 pi f' T) = 1 - a^2 / (2 b), which is f where f T is small, and nowhere for a > 2 (sqrt(2) - 1).
 ///
-/// The first sample is taken as having been there for ever: it comes out as it is, without a start-up transient. A
-/// constant comes out as the very same bits for ever. Coefficients and states have the same bits everywhere (no libm).
-/// Values: see sample.h. A sample that is not finite stays in the state (of MovingAverage: for n samples).
+/// The filter starts as if the first sample had been its input for ever: that sample comes out unchanged, without a
+/// start-up transient. A constant input comes out with the very same bits for ever. Coefficients and states have the same
+/// bits on every machine (no libm). Value types: see sample.h. A sample that is not finite stays in the state for ever
+/// (in that of MovingAverage for n samples).
 
 #include <array>
 #include <cassert>
@@ -38,7 +39,7 @@
 
 namespace evenstep {
 
-inline constexpr int kMaxAveragedSamples = 100'000;  ///< each costs its time in every next()
+inline constexpr int kMaxAveragedSamples = 100'000;  ///< a limit, because every next() goes over all of them
 
 struct MovingAverageSpec {
   int samples = 1;  ///< 1 to kMaxAveragedSamples; 1 changes nothing
@@ -47,17 +48,17 @@ struct ButterworthSpec {
   double cutoff_Hz = 0;  ///< above 0, below rate / 2
 };
 struct OneEuroSpec {
-  double min_cutoff_Hz = 0;         ///< above 0; any: beyond rate / 2 it hardly filters
+  double min_cutoff_Hz = 0;         ///< above 0, without an upper limit: beyond rate / 2 it hardly filters
   double beta = 0;                  ///< Hz per unit of speed (of metres: 1/m); 0 or more
   double derivative_cutoff_Hz = 0;  ///< above 0
 };
 using FilterSpec = std::variant<MovingAverageSpec, ButterworthSpec, OneEuroSpec>;
 
-/// Whether the parameters are within the limits above. A filter made of others is a programming error (asserted).
+/// Whether the parameters are within the limits above. Making a filter from any others is a programming error (asserted).
 bool in_domain(const FilterSpec& spec, Rate rate);
 
-/// Size of a value: |x|, or the Euclidean norm of a std::array of values or of a vector with members x, y, z.
-/// Specialize it for other types that OneEuro filters.
+/// The magnitude of a value: |x|, or the Euclidean norm of a std::array of values or of a vector with members x, y, z.
+/// Specialize it to use OneEuro with other types.
 template <class Value>
 struct Norm {
   double operator()(const Value& value) const {
@@ -114,7 +115,8 @@ class MovingAverage {
  public:
   MovingAverage(const MovingAverageSpec& spec, Rate) : window_(static_cast<std::size_t>(spec.samples)) {}
 
-  /// The newest plus the mean of the distances to it, oldest first: summed anew, so that no rounding is left behind.
+  /// The newest value plus the mean of the differences from it, oldest first. The sum is formed anew each time, so
+  /// rounding errors do not accumulate.
   Value next(const Value& x) {
     if (!started_) window_.assign(window_.size(), x);
     started_ = true;
@@ -184,7 +186,7 @@ class OneEuro {
 template <class Value>
 class Filter {
  public:
-  /// The next of the samples, which come at even times; no allocation.
+  /// Takes the next of the evenly spaced samples and returns the filtered value. Does not allocate.
   Value next(const Value& x) {
     return std::visit([&x](auto& kind) { return kind.next(x); }, kind_);
   }
@@ -197,7 +199,7 @@ class Filter {
   Kind kind_;
 };
 
-/// A filter at rest, for samples that come at `rate`.
+/// A filter in its initial state, for samples that come at `rate`.
 template <class Value>
 Filter<Value> make_filter(const FilterSpec& spec, Rate rate) {
   assert(in_domain(spec, rate));

@@ -1,20 +1,22 @@
 #pragma once
 /// The exact least lead c, latency L and ring capacities for which nothing underruns, from a list of steps and the slots a
-/// map gave them (with lead 0). Computed on the integer map itself, because maps differ by 1 ns from the closed form.
+/// map gave them (with lead 0). Computed from the map's own integer slots, because they can differ by 1 ns from the closed
+/// form.
 ///
 /// Interaction: a read at R = slot - c at time S needs a sample with time >= R that exists at S (a tick at S counts:
 /// ties put device before launch). Force: the step's force must exist when it is due, E <= F = slot - c + L.
 ///
-/// F = slot - c + L is the map's own emission time, with slots that step back repaired as SlotMap::emission does.
+/// F = slot - c + L is the map's own emission time; slots that step back are repaired as in SlotMap::emission.
 ///
 ///   any phase of the device:  the next tick lies at most h - 1 ns after R  =>  c = max(slot + (h - 1 ns) - S)
 ///   this phase:               the first tick at or after R is at or before S
 ///   both:                     L = max(E - slot) + c;   linear emission: each F(n) also needs E(n+1) <= F(n), see below
 ///
-/// Periodic case: L* = s + Z (1 - 1/N) + h, Z all non-step time of a segment (docs/numerics.md).
+/// Periodic case: L* = s + Z (1 - 1/N) + h, with run time s of a step, N steps in a segment, Z all the time of a segment in
+/// which no step runs, and device period h (docs/numerics.md).
 /// Linear emission between F(n) and F(n+1) needs step n+1's force at any tick after F(n): E(n+1) <= F(n), hence
-/// L = max(E(n+1) - slot(n)) + c; on an even map that is one slot more than hold. The first step has no interval before
-/// it and needs only E <= F.
+/// L = max(E(n+1) - slot(n)) + c; on an even map that is one slot more than with hold. No interval leads to the first
+/// step's force, so it needs only E <= F.
 
 #include <cstdint>
 #include <deque>
@@ -27,7 +29,8 @@
 
 namespace evenstep {
 
-/// A step as the sizing pass sees it: real begin S, end E, and slot(n) with lead 0. Only mapped steps, in order.
+/// A step as the sizing pass sees it: real begin S, end E, and slot(n) with lead 0. Lists of them hold mapped steps only,
+/// in order.
 struct MappedStep {
   std::int64_t step = 0;
   RealTime begin;
@@ -36,34 +39,35 @@ struct MappedStep {
   std::int64_t segment = 0;
 };
 
-/// The sampling grid of one device: tick k at origin + floor(k / rate), for every k: a mapped step that begins, or reads,
-/// before a device's first tick is outside the domain.
+/// The sampling grid of one device: tick k at origin + floor(k / rate), for every k. A mapped step that begins, or reads,
+/// before the first tick of a device is outside the domain.
 struct SamplingGrid {
   Rate rate{1000, 1};
   RealTime origin;
 };
 
 struct LatencyBudget {
-  Duration lead;                        ///< c; may be negative (data always there before it is needed); 0 without device
+  Duration lead;                        ///< c; negative if samples are always there early; 0 without a device
   Duration latency;                     ///< L
   std::int64_t lead_culprit = -1;       ///< step that sets c
   std::int64_t latency_culprit = -1;    ///< step whose end sets L
-  // + 2 each: the entry at or before the time asked for, and one that may arrive while a read runs.
+  // Both capacities are 2 more than the count: the entry at or before the time asked for, and one that may arrive while a
+  // read is under way.
   std::size_t interaction_capacity = 0; ///< samples: max over n of samples in (R(n), S(n)] at any phase, + 2
   std::size_t force_capacity = 0;       ///< entries: max over n of #{m <= n: F(m) >= E(n)}, + 2
 };
 
-/// Empty input: zero durations, capacities 2. Several devices: the worst of them.
+/// Without steps the durations are 0 and the capacities 2. With several devices the most demanding one decides.
 LatencyBudget least_latency_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                       Emission emission);
 LatencyBudget least_latency_this_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                        Emission emission);
-/// Lead, latency and culprits of least_latency_any_phase; capacities stay 0.
+/// Lead, latency and culprits as least_latency_any_phase gives them; the capacities stay 0.
 LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices,
                                     Emission emission);
 namespace internal {
-/// slot(n) as the force side sees it, in step order: where a map steps back, SlotMap::emission repairs F(n) to
-/// F(n-1) + 1 ns. The repair commutes with adding the constant L - c, so it can be made on the slots.
+/// slot(n) as the force side sees it, in step order. Where a map steps back, SlotMap::emission repairs F(n) to
+/// F(n-1) + 1 ns. The repair commutes with adding the constant L - c, so here it is applied to the slots.
 class EmissionSlots {
  public:
   RealTime next(RealTime slot) {
@@ -79,21 +83,21 @@ class EmissionSlots {
 };
 }  // namespace internal
 
-/// Lead, latency and culprits of least_latency_any_phase and of least_latency_this_phase, a few steps more at a time: for a
-/// pass that keeps no steps.
+/// Lead, latency and culprits as least_latency_any_phase or least_latency_this_phase gives them, from steps that are given
+/// a few at a time: for a pass that does not keep the steps.
 class RunningNeeds {
  public:
   enum class Phase { any, this_one };
   RunningNeeds(std::span<const SamplingGrid> devices, Emission emission, Phase phase);
   /// The next steps, in order.
   void add(std::span<const MappedStep> steps);
-  /// As if there had been none.
+  /// Starts again as if there had been no steps.
   void restart();
-  /// Forgets what was needed, but not where the last slot was: the needs of a part of a run.
+  /// Forgets what was needed, but not where the last slot was: for the needs of the next part of a run.
   void restart_needs();
-  /// Capacities are 0.
+  /// The budget of the steps so far; its capacities are 0.
   LatencyBudget budget() const;
-  /// Samples that the lead of the budget needs.
+  /// The interaction capacity that the lead of the budget needs.
   std::size_t interaction_capacity() const;
 
  private:
@@ -111,14 +115,14 @@ class RunningNeeds {
   std::vector<SamplingGrid> devices_;
   Emission emission_;
   Phase phase_;
-  std::vector<Need> leads_;             // c, of each device
+  std::vector<Need> leads_;             // c that each device needs
   Need delay_;                          // L - c: how long after its slot a force may be due at the earliest
-  Need wait_;                           // from slot to begin of a step
+  Need wait_;                           // longest time from the slot to the begin of a step
   internal::EmissionSlots slots_;
 };
 
-/// max over n of #{m <= n: F(m) >= E(n)}, a few steps more at a time: forces that wait when force n is pushed, itself
-/// included. The force ring needs 2 more.
+/// max over n of #{m <= n: F(m) >= E(n)}, from steps given a few at a time: the most forces that are waiting when a force
+/// is pushed, itself included. The force ring needs 2 more.
 class WaitingForces {
  public:
   /// `delay` = L - c.
@@ -133,18 +137,19 @@ class WaitingForces {
   std::size_t most_ = 0;
 };
 
-/// Capacities that a given c and L need on these steps, at any phase of the devices. Underrun policies that continue a
-/// line need the entries of their windows too (extrapolation.h): ceil(window * rate) samples, and as many forces as
-/// were emitted in a window; a read needs either these or the ones above, not both, because the window ends at the
-/// newest.
+/// The capacities that a given c and L need for these steps, at any phase of the devices. Underrun policies that continue
+/// a line need the entries of their windows too (extrapolation.h): ceil(window * rate) samples, and as many forces as were
+/// emitted in a window. A read needs either these entries or the ones above, not both, because the window ends at the
+/// newest entry.
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
                              Duration latency, Duration sample_window = {}, Duration force_window = {});
 
-/// What a run with this c and L will see, step by step, device by device: interaction reads whose sample is not there.
+/// For each step, whether its read of this device will find its sample missing in a run with this lead.
 std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
-/// Steps with E(n) > F(n). F is repaired, and a latency that adapts starts, from the first step given on.
+/// For each step, whether its force will be late: E(n) > F(n). The repair of F and the adaptation of the latency both start
+/// at the first step given.
 std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, AdaptiveLatency latency);
-/// How many of them.
+/// The number of such steps.
 std::int64_t count_interaction_underruns(std::span<const MappedStep> steps, SamplingGrid device, Duration lead);
 std::int64_t count_late_forces(std::span<const MappedStep> steps, Duration lead, const AdaptiveLatency& latency);
 

@@ -1,9 +1,9 @@
 #pragma once
-/// The paper's map, faithfully: slot(n) = B_k + (n - n_k) T^ / N^ with T^ the weighted average of segment lengths and N^ the
-/// step count of the previous segment; re-anchored at the measured B_k of every segment. Discontinuous at each boundary by
-/// exactly T_k - T^_k: if that is below -tau, slots run backwards (docs/numerics.md).
-/// Outside its domain: a segment without steps re-anchors, but keeps the T^ and N^ before it; slots past N^ continue at
-/// the same pace. Acquires T^ and N^ from the first complete segment with steps.
+/// The paper's map as published: slot(n) = B_k + (n - n_k) T^ / N^, where B_k is the measured begin of segment k, n_k its
+/// first step, T^ the weighted average of the segment lengths and N^ the step count of the previous segment. At each
+/// boundary it jumps by exactly T_k - T^_k; if that is below -tau, slots run backwards (docs/numerics.md).
+/// The first complete segment with steps gives the first T^ and N^. Outside its domain: a segment without steps sets a new
+/// B_k but leaves T^ and N^ as they were; slots past N^ continue at the same pace.
 
 #include "evenstep/remap/segment_estimator.h"
 #include "evenstep/remap/slot_map.h"
@@ -20,7 +20,7 @@ class PaperMap final : public SlotMap {
   std::optional<RealTime> slot(std::int64_t n) override;
 
  private:
-  RealTime slot_of(std::int64_t n) const;   // where there are slots
+  RealTime slot_of(std::int64_t n) const;   // only once there are slots
   SegmentEstimator estimator_;
   bool started_ = false;
   std::int64_t first_step_ = 0;     // n_k

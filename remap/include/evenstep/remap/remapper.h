@@ -1,13 +1,14 @@
 #pragma once
-/// The few calls an embedder needs (a CHAI3D, SOFA or H3D loop), one device thread and one simulation thread:
+/// The few calls that another program (a CHAI3D, SOFA or H3D loop) needs to use the remap, with one haptic thread and one
+/// simulation thread:
 ///
 ///   evenstep::Remapper<std::array<double, 3>> remap({.lead = ..., .latency = ...});
 ///   // haptic thread, every tick:           remap.sample(now, position);  force = remap.force(now);
 ///   // simulation thread, every segment:    remap.segment(now);
 ///   // simulation thread, every step:       position = remap.interaction(now);  ...step...  remap.response(now, force);
 ///
-/// Wait-free, allocation-free after construction. c, L and the capacities come from `evenstep size` or
-/// latency_budget.h. Links with the standard library alone.
+/// Wait-free and without allocation after construction. Lead, latency and capacities come from `evenstep size` or from
+/// latency_budget.h. Needs the standard library only.
 
 #include <cstdint>
 #include <optional>
@@ -21,11 +22,13 @@ namespace evenstep {
 struct RemapperOptions {
   Duration lead;
   Duration latency;
-  /// Instead of `latency`; force_capacity must do for its `most`, and its emission is the one below.
+  /// Used instead of `latency` if given. force_capacity must be enough for its `most`; its `emission` is overwritten with
+  /// the one below.
   std::optional<AdaptiveLatencyOptions> adapt = {};
   Emission emission = Emission::linear;
   double bandwidth_Hz = 2.0;
-  Extrapolation past_newest_sample = kHoldNewest;   ///< underrun policies; the capacities must hold their windows
+  /// Underrun policies; the capacities must be enough for their windows too.
+  Extrapolation past_newest_sample = kHoldNewest;
   Extrapolation past_newest_force = kHoldNewest;
   std::size_t interaction_capacity = 64;
   std::size_t force_capacity = 64;

@@ -1,6 +1,7 @@
 #pragma once
-/// Values that the buffers carry, and the one operation they need of them.
-/// A value is double, float, std::array<linear, N>, or any type with a * double and a + a (glm::dvec3, Eigen vectors).
+/// The values that the buffers hold, and the one operation the buffers need: linear interpolation.
+/// A value is a double, a float, any type with value * double, value + value and value - value (glm::dvec3, Eigen vectors),
+/// or a std::array of such values.
 
 #include <array>
 #include <cstddef>
@@ -10,7 +11,7 @@
 
 namespace evenstep {
 
-/// (1 - w) a + w b, evaluated as a + w (b - a): exact at w = 0, and constant where a = b.
+/// (1 - w) a + w b, evaluated as a + w (b - a): exact at w = 0, and exactly a where a = b.
 template <class Value>
 constexpr Value lerp(const Value& a, const Value& b, double w) {
   return a + (b - a) * w;
@@ -22,7 +23,7 @@ constexpr std::array<Value, N> lerp(const std::array<Value, N>& a, const std::ar
   return result;
 }
 
-/// part / whole, correctly rounded (seconds would round three times).
+/// part / whole, rounded once (converting both to seconds first would round three times).
 constexpr double ratio(Duration part, Duration whole) {
   return static_cast<double>(part.ns) / static_cast<double>(whole.ns);
 }
@@ -30,9 +31,9 @@ constexpr double ratio(Duration part, Duration whole) {
 enum class ReadStatus : std::uint8_t {
   inside,    ///< between two entries, or exactly on one
   underrun,  ///< newer than the newest entry: value by the buffer's policy (extrapolation.h)
-  overrun,   ///< older than the ring holds: the oldest value is returned (Value{} if even the newest entry of that head
-             ///< has left) and must not be used as if it were right
-  empty,     ///< nothing was ever pushed: Value{}
+  overrun,   ///< older than the ring holds: the value is the oldest one (Value{} if even the newest entry of that head
+             ///< has left the ring) and is wrong for the time asked for
+  empty,     ///< nothing was pushed yet: Value{}
 };
 
 template <class Value>

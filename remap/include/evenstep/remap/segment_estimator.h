@@ -1,6 +1,7 @@
 #pragma once
 /// The paper's estimate of a segment's length: "a weighted average of several successive time-segments" (section 3).
-/// T^(k+1) = T^(k) + w (T(k) - T^(k)), usable in segment k + 1; acquired from the first complete segment, not a nominal.
+/// T^(k+1) = T^(k) + w (T(k) - T^(k)), for use in segment k + 1. The first estimate is the length of the first complete
+/// segment, not a nominal length.
 
 #include <optional>
 

@@ -3,10 +3,10 @@
 /// reads the hand at R(n) = slot(n) - c and its force is emitted at F(n) = R(n) + L. One map serves both directions.
 ///
 /// Causality: a map is told `boundary(n, begin)` and nothing else. The length and the step count of a segment are known
-/// when it ends. Until the first complete segment has been seen the map is "acquiring": it has no slots, steps read the
-/// newest sample and emit when they are done, and are not judged.
+/// only when it ends. Until it has seen a complete segment the map is "acquiring": it has no slots yet, so steps read the
+/// newest sample, emit their force when they are done, and are not judged.
 ///
-/// L is fixed, or adapts to when steps end (adaptive_latency.h); c is fixed.
+/// L is fixed, or adapts to the times at which steps end (adaptive_latency.h); c is fixed.
 ///
 /// Symbols: c lead, L latency, T segment length, N steps of a segment, tau = T / N slot.
 
@@ -22,7 +22,7 @@ namespace evenstep {
 enum class SlotKind : std::uint8_t {
   mapped,     ///< R(n) from the map
   newest,     ///< the newest sample at the step's begin (strategy `direct`)
-  acquiring,  ///< as newest, because the map has not seen a complete segment
+  acquiring,  ///< like `newest`, because the map has not seen a complete segment yet
 };
 struct Slot {
   RealTime read;   ///< R(n); the step's begin where kind is not `mapped`
@@ -30,7 +30,8 @@ struct Slot {
 };
 
 namespace internal {
-/// floor, exact, without a call of the library's (2 ns): what is cut off is whole, and 1 too much of a negative number only.
+/// Exact floor without a library call (which costs 2 ns): a cast cuts off towards zero, so only a negative number that is
+/// not whole needs 1 less.
 inline std::int64_t floor_ns(double ns) {
   const auto whole = static_cast<std::int64_t>(ns);
   return whole - (static_cast<double>(whole) > ns ? 1 : 0);
@@ -42,17 +43,17 @@ class SlotMap {
   SlotMap(Duration lead, const AdaptiveLatency& latency) : lead_(lead), latency_(latency) {}
   virtual ~SlotMap() = default;
 
-  /// Segment boundary: the next step to run is n, and its segment began at `begin`. n and begin never decrease.
+  /// A segment begins: the next step to run is n, and its segment began at `begin`. n and `begin` never decrease.
   virtual void boundary(std::int64_t n, RealTime begin) = 0;
 
-  /// R(n) for the step about to run, which really began at `began`. Steps count from 0; read(n) and emission(n) are called
-  /// once each and in this order for every n, anything else is an assertion.
+  /// R(n) for the step about to run, which really began at `began`. Steps count from 0. For every n, read(n) and then
+  /// emission(n) must be called once each; any other order fails an assertion.
   Slot read(std::int64_t n, RealTime began);
-  /// F(n) of the step just read: R(n) + L, or `ended` where the slot is not mapped. Where that would not come after
-  /// F(n-1) (only `paper` steps back) it becomes F(n-1) + 1 ns, and emission_repairs() counts it.
+  /// F(n) of the step just read: R(n) + L, or `ended` if its slot is not mapped. A time that would not come after F(n-1)
+  /// (only the slots of `paper` can step back) becomes F(n-1) + 1 ns, and emission_repairs() counts it.
   RealTime emission(std::int64_t n, RealTime ended);
-  /// slot(n), slot(n + 1), ... with lead 0, without taking a step: what a pass over a whole recording asks of each segment.
-  /// False while there are none.
+  /// Writes slot(n), slot(n + 1), ... with lead 0 to `out`, without taking a step: a pass over a whole recording asks this
+  /// once per segment. Returns false while the map has no slots.
   virtual bool slots(std::int64_t n, std::span<RealTime> out);
   std::int64_t emission_repairs() const { return latency_.repairs(); }
 
@@ -72,7 +73,7 @@ class SlotMap {
   Slot current_;
 };
 
-/// `direct`: no map; the fault that the paper describes (Figure 2).
+/// Strategy `direct`: no map at all, which is the fault that the paper describes (Figure 2).
 class DirectMap final : public SlotMap {
  public:
   DirectMap() : SlotMap({}, Duration{}) {}
@@ -83,7 +84,8 @@ class DirectMap final : public SlotMap {
   SlotKind unmapped_kind() const override { return SlotKind::newest; }
 };
 
-/// `ideal`: slots known in advance, slot(n) = origin + n / step_rate: the reference that no causal map can be told.
+/// Strategy `ideal`: slots known in advance, slot(n) = origin + n / step_rate. A reference only: no causal map can know
+/// them.
 class EvenMap final : public SlotMap {
  public:
   EvenMap(RealTime origin, Rate step_rate, Duration lead, Duration latency)

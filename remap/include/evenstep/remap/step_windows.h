@@ -1,6 +1,6 @@
 #pragma once
-/// Parts of a run that begin every so often: what a map that tracks has to hold through, where a line through a whole run
-/// would have to hold its whole drift (docs/numerics.md).
+/// Cuts a run into windows of equal length. A map that tracks its timing has to stay straight only for the length of such
+/// a window, whereas a straight line through the whole run would have to absorb all of its drift (docs/numerics.md).
 
 #include <cstddef>
 #include <cstdint>
@@ -14,11 +14,11 @@ namespace evenstep {
 
 inline constexpr Duration kSizingWindow{250'000'000};
 
-/// The same, one step more at a time.
+/// Finds the windows one step at a time.
 class WindowBorder {
  public:
   explicit WindowBorder(Duration length = kSizingWindow) : length_(length) {}
-  /// Does the step that begins then begin a window? The first one does. Steps in order.
+  /// Whether a step that begins at `begin` is the first of a window. The very first step always is. Call in step order.
   bool begins(RealTime begin) {
     if (begin < end_) return false;
     end_ = begin + length_;
@@ -27,12 +27,12 @@ class WindowBorder {
 
  private:
   Duration length_;
-  RealTime end_{INT64_MIN};   // of the running window
+  RealTime end_{INT64_MIN};   // of the current window
 };
 
-/// [from, to) positions of the steps that begin in each window, from the first step on; the next window begins with the
-/// first step behind it. The last one is left out unless it is whole (a step begins behind it) or the only one.
-/// `Step` has a `begin`; steps in order.
+/// The positions [from, to) of the steps that begin in each window. The first window begins with the first step, each
+/// further one with the first step after the window before it. The last window is left out if no step follows it (it may
+/// be incomplete), unless it is the only one. `Step` has a member `begin`; steps in order.
 template <class Step>
 std::vector<std::pair<std::size_t, std::size_t>> step_windows(std::span<const Step> steps, Duration length = kSizingWindow) {
   std::vector<std::pair<std::size_t, std::size_t>> windows;

@@ -1,6 +1,6 @@
 #pragma once
-/// SVG of the paper's figures for this very run: axes with units, legend, colour-blind palette plus dashes; decimated to
-/// the pixels drawn.
+/// The paper's figures drawn from the data of a run, as SVG: axes with units, a legend, a colour-blind palette plus dashes.
+/// Curves are thinned out to the pixels that can be drawn.
 
 #include <optional>
 #include <string>
@@ -10,20 +10,22 @@
 namespace evenstep {
 
 /// Figure 1 a: motion of the interaction in simulation time (one curve per strategy), for one device: position along its
-/// main axis, and below it the distance from the fitted line in steps. About six segments around the middle of the judged span.
+/// main axis, and below it the distance from the fitted line in steps. About six segments around the middle of the judged
+/// span.
 std::string figure_1a_svg(const RunRecord& run, const std::string& device);
-/// Figure 1 b: force in real time at the device's ticks, and below it the distance from the fitted line.
+/// Figure 1 b: force in real time at the device's ticks, and below it its distance from the fitted line.
 std::string figure_1b_svg(const RunRecord& run, const std::string& device);
 /// Figures 2 to 4 for one segment of `strategy`: samples of the hand, slots, real steps, emission times, and the lines that
 /// join each step to its slot (3 c) and its force to its emission (4 d).
 std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy, const std::string& device);
 
-/// Error against run time, from bins() of 1 s, every device and strategy: largest deviation and velocity jump (logarithmic),
-/// underruns so far; interaction on the left, force on the right. nullopt: no signal has ten bins, nothing would show.
+/// Error over the time of the run, from bins() of 1 s, for every device and strategy: largest deviation and velocity jump
+/// (logarithmic) and underruns so far; interaction on the left, force on the right. Empty if no signal has ten bins, because
+/// there would be little to see.
 std::optional<std::string> error_over_time_svg(const RunRecord& run);
 
-/// A latency that adapts, and what the steps needed, against run time: a panel for each strategy whose latency does.
-/// nullopt: none does.
+/// An adaptive latency, and the latency that the steps needed, over the time of the run: one panel for each strategy whose
+/// latency adapts. Empty if there is none.
 std::optional<std::string> latency_over_time_svg(const RunRecord& run);
 
 }  // namespace evenstep

@@ -1,6 +1,6 @@
 #pragma once
-/// Numbers about a finished run. Exact definitions: docs/metrics.md; names and units are only ever added to.
-/// Every metric that has a value is computed, asserted or not.
+/// Numbers about a finished run. docs/metrics.md has the exact definitions; names and units may be added but never change.
+/// Every metric that has a value is computed, whether an expectation asks for it or not.
 
 #include <map>
 #include <optional>
@@ -18,14 +18,15 @@ namespace evenstep {
 using Metrics = std::map<std::string, std::map<std::string, double>>;
 Metrics measure(const RunRecord& run);
 
-/// "Judged no sample" is an error, never a pass: the metrics known for a signal, whether or not this run has values.
-/// nullopt: the signal's form is unknown.
+/// All metrics that a signal of this form can have, whether or not this run has values for them. So an expectation on one
+/// that has judged no sample can be told from a misspelt one; it is an error, never a pass. Empty if the form of the signal
+/// is unknown.
 std::optional<std::vector<std::string>> metrics_of_signal(const std::string& signal);
 
-/// |ideal change of the signal per slot|, in the signal's own unit (m or N): v * slot or k * v * slot.
-/// nullopt where no nominal speed (or, for force, no stiffness) exists: then `step` is an error as a unit.
+/// The unit `step`: the size of the ideal change of the signal per slot, v * slot or k * v * slot, in the signal's own unit
+/// (m or N). Empty if there is no nominal speed (or, for a force, no stiffness); using `step` as a unit is then an error.
 std::optional<double> step_unit(const Nominal& nominal, const std::string& signal);
-/// "m", "N", "s", "J", "N s/m", "count" or "1": what a metric is measured in.
+/// The unit in which a metric is measured: "m", "N", "s", "J", "N s/m", "count" or "1".
 std::string base_unit(const std::string& signal, const std::string& metric);
 
 // The measures themselves, on plain series.
@@ -33,40 +34,45 @@ std::string base_unit(const std::string& signal, const std::string& metric);
 /// max |x(n+1) - 2 x(n) + x(n-1)|
 double velocity_jump(std::span<const Vec3> x);
 struct Deviation { double max = 0; double rms = 0; };
-/// Residual of the least-squares line of the vector in each non-overlapping window of `window_s`; the last joins the one
-/// before if shorter than half. `t` in s, increasing.
+/// Residual of the least-squares line through the vector in each of the non-overlapping windows of `window_s`. A last window
+/// shorter than half is joined with the one before. `t` in s, increasing.
 Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s);
-/// Largest change between two neighbours.
+/// The largest change between two neighbouring samples.
 double jump_max(std::span<const Vec3> x);
-/// RMS of x, detrended per window, in the band [low, high] Hz: exact band by DFT of each window (no filter state).
+/// RMS of x in the band [low, high] Hz, detrended per window. The band is exact: it is cut out of the DFT of each window, so
+/// no filter has to settle.
 double band_rms(std::span<const double> t, std::span<const Vec3> x, double window_s, double low_Hz, double high_Hz);
-/// Energy that has gone into what renders the force, J, at each tick since the first: E(n) = -sum of F . dx, where F is the
-/// force felt on the way (sent `delay_s` before; none is known before the first) and dx the way between two ticks. Negative:
-/// more came out than went in. `t` in s, increasing. With `springs` (one per tick, or none; then without delay) what they are of
-/// the force goes along with the hand until the next tick, as if they were rendered at every instant.
+/// The energy in J that the hand has put into the device, at each tick since the first: E(n) = -sum of F . dx, where F is
+/// the force felt on the way (sent `delay_s` earlier; before the first one it is unknown and counts as none) and dx the way
+/// between two ticks. If it is negative, more came out than went in. `t` in s, increasing. With `springs` (one per tick, or
+/// none; only without a delay) the springs' part of the force follows the hand until the next tick, as if they were rendered
+/// at every instant.
 std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N,
                                 double delay_s, std::span<const SpringRow> springs = {});
 /// The springs' force on a hand at `x_m`, N.
 Vec3 spring_force_N(const SpringRow& spring, const Vec3& x_m);
-/// What a sine motion of the whole travel `travel_m` meets: E of a cycle, over the whole cycles from the first tick on, and the
-/// damper that would take as much, b = E / (pi (travel / 2)^2 2 pi f). Negative: it drives. nullopt: less than a cycle.
+/// The damping that a sine motion with the peak-to-peak travel `travel_m` meets: the energy E per cycle, over the whole
+/// cycles from the first tick on, and the damper that would take as much, b = E / (pi (travel / 2)^2 2 pi f). If it is
+/// negative, the loop drives the hand. Empty for less than a cycle.
 struct RenderedDamping { double energy_per_cycle_J = 0, damping_N_s_per_m = 0; };
 std::optional<RenderedDamping> rendered_damping(std::span<const double> t, std::span<const double> energy_J, double travel_m,
                                                 double frequency_Hz);
-/// Diagonal of the box that holds them all.
+/// The diagonal of the smallest box that contains all positions.
 double peak_to_peak(std::span<const Vec3> x);
-/// Peak to peak in the third, the sixth and the last eighth of a run: of 8 s, 2 s to 3 s, 5 s to 6 s and 7 s to 8 s.
+/// Peak to peak in the third, the sixth and the last eighth of a run; for 8 s these are 2 s to 3 s, 5 s to 6 s and 7 s to 8
+/// s.
 struct Oscillation {
   double early_m = 0, middle_m = 0, late_m = 0;
-  /// Late is below 0.98 early and as good a decay below the middle (0.98^(2/5): a swing that a force limit bounds can overshoot
-  /// once and then stay), or it is below 5 um. Never where one is not a number.
+  /// Whether late < 0.98 early and late < 0.98^(2/5) middle, or late < 5 um. The middle is checked for the same rate of
+  /// decay, because an oscillation that a force limit bounds can overshoot once and then stay. False if a value is not a
+  /// number.
   bool stable() const;
 };
 std::optional<Oscillation> oscillation(std::span<const double> t, std::span<const Vec3> x, double from_s, double length_s);
-/// Of a device's judged ticks.
+/// The oscillation of a device during its judged ticks.
 std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal);
 
-/// Error against run time: one row per bin (1 s) and signal.
+/// Error over the time of the run: one row per bin (1 s) and signal.
 struct BinRow { double from_s = 0; double deviation_max = 0, velocity_jump = 0; std::int64_t underruns_so_far = 0; };
 std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, double bin_s = 1.0);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// What a finished run left behind: plain columns, filled by the harness, read by measures and writers.
-/// Vectors are std::array<double, 3> (x, y, z).
+/// The data of a finished run in plain columns: the harness fills them in, measures and writers read them. Vectors are
+/// std::array<double, 3> (x, y, z).
 
 #include <array>
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace evenstep {
 
 using Vec3 = std::array<double, 3>;
 
-/// gated: the step waited for its sample, then read it inside. predicted: beyond the newest sample by design.
-/// Neither is an underrun.
+/// gated: the step waited for its sample and then read it inside. predicted: the read lies beyond the newest sample by
+/// design. Neither counts as an underrun.
 enum class StepRead : std::uint8_t { inside, underrun, overrun, newest, acquiring, gated, predicted };
 
 /// One step of one strategy.
@@ -26,60 +26,63 @@ struct StepRow {
   RealTime end;          ///< E_n
   RealTime read;         ///< R(n)
   RealTime emission;     ///< F(n)
-  bool mapped = false;   ///< false: newest sample (direct) or acquiring
+  bool mapped = false;   ///< false: it read the newest sample (`direct`) or the map was acquiring
   bool acquiring = false;
-  double simulated_s = 0;  ///< simulation time of the step; counts where StrategyRecord::variable_step
+  SimTime simulated;       ///< simulation time of the step; counts where StrategyRecord::variable_step
 };
 
 /// One device's part of a step (same index as StepRow).
 struct StepSample {
-  Vec3 position_m{};     ///< x_n handed to the solver
+  Vec3 position_m{};     ///< x_n, passed to the solver
   Vec3 force_N{};        ///< f_n
   StepRead read = StepRead::inside;
-  std::optional<Vec3> true_position_m;   ///< the programmed motion at R(n), where the motion is known
+  std::optional<Vec3> true_position_m;   ///< the programmed motion at R(n), if the motion is known
 };
 
 /// One device tick.
 struct TickRow {
   RealTime at;           ///< scheduled
   Duration lateness;     ///< 0 in virtual time
-  Vec3 position_m{};     ///< sample read
-  Vec3 force_N{};        ///< after the guard: sent, and what of it the device renders by itself
+  Vec3 position_m{};     ///< the sample that was read
+  Vec3 force_N{};        ///< the whole force after the guard: what was sent, plus what the device renders by itself
   bool started = false;  ///< false before the first emission time: no force yet
-  std::optional<Vec3> undelayed_N = {};  ///< what the scene gives without any delay under these positions, where it was asked
+  std::optional<Vec3> undelayed_N = {};  ///< the scene's force for these positions without any delay, if it was computed
 };
 
-/// Springs that the device rendered by itself from a tick on, besides what was sent: along each axis k (center - x), at most
-/// limit_N, k = below where x < center and above where x > center.
+/// Springs that the device rendered by itself from a tick on, in addition to the force that was sent: along each axis
+/// k (center - x), at most limit_N, where k = below for x < center and k = above for x > center.
 struct SpringRow {
   Vec3 center_m{}, below_N_per_m{}, above_N_per_m{}, limit_N{};
 };
 
-/// The loop over a device, as the laws see it (docs/stiffness.md). What has no meaning there is nothing.
+/// The loop over a device in the terms of the stability laws (docs/stiffness.md). Values that have no meaning for this loop
+/// are empty.
 struct LoopRecord {
-  double delay_s = 0;                              ///< L_e + d, of the scheduled force
-  std::optional<double> stiffness_N_per_m = {};    ///< that the hand feels at rest, where the scene says it
-  std::optional<double> damping_per_stiffness_s = {};  ///< b_eq / K of every spring, but for what the device renders by itself:
-  double own_N_per_m = 0, own_gain_s = 0;          ///< that adds min(alpha K, own) * gain
-  std::optional<double> stiffness_limit_N_per_m = {};  ///< K_max, of a hand that feels the force
-  std::optional<double> alpha = {}, alpha_star = {};   ///< of a local model
-  std::optional<double> cap_N_per_m = {};          ///< of a local model; infinite: none
+  double delay_s = 0;                              ///< L_e + d of the scheduled force
+  std::optional<double> stiffness_N_per_m = {};    ///< what the hand feels at rest, if the scene has a value for it
+  /// b_eq / K of every spring, without the part of springs that the device renders by itself; that part adds
+  /// min(alpha K, own_N_per_m) * own_gain_s to b_eq.
+  std::optional<double> damping_per_stiffness_s = {};
+  double own_N_per_m = 0, own_gain_s = 0;
+  std::optional<double> stiffness_limit_N_per_m = {};  ///< K_max, for a hand that feels the force
+  std::optional<double> alpha = {}, alpha_star = {};   ///< for a local model
+  std::optional<double> cap_N_per_m = {};          ///< for a local model; infinite: no cap
 };
 
 struct DeviceRecord {
   std::string name;
   LoopRecord loop;
-  std::optional<double> stored_J;          ///< what the scene holds of the hand where judging begins, where it says it
+  std::optional<double> stored_J;          ///< energy stored in the scene when judging begins, if the scene knows it
   std::vector<StepSample> steps;
   std::vector<TickRow> ticks;
-  std::vector<SpringRow> springs;          ///< per tick, of a device that renders springs by itself; otherwise empty
-  std::map<std::string, double> counters;   ///< driver and guard: "lost", "clamped", ...
+  std::vector<SpringRow> springs;          ///< one per tick if the device renders springs by itself; otherwise empty
+  std::map<std::string, double> counters;   ///< those of driver and guard: "lost", "clamped", ...
 };
 
 struct LatencyRecord {
   Duration lead;
-  Duration latency;                                    ///< of one that adapts, the most it may become
-  Duration least_any_phase_lead, least_any_phase;      ///< of this run's map: hold emission, or linear where the scene says so
+  Duration latency;                                    ///< for an adaptive latency the most that it may become
+  Duration least_any_phase_lead, least_any_phase;      ///< for the map and the emission (hold or linear) of this run
   Duration least_this_phase_lead, least_this_phase;
   std::int64_t lead_culprit = -1, latency_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
@@ -93,13 +96,13 @@ struct SegmentRow {
   std::optional<std::array<RealTime, 2>> visualization;
 };
 
-/// One read beyond the newest sample, one wait for a sample, or one late force; one row per step and device.
+/// A read beyond the newest sample, a wait for a sample, or a late force; one row per step and device.
 struct UnderrunRow {
   enum class Side : std::uint8_t { interaction, force };
   std::int64_t step = 0;
   std::uint32_t device = 0;   ///< index into StrategyRecord::devices
   Side side = Side::interaction;
-  Duration lateness;          ///< interaction: R(n) - newest sample seen (gate: how long it waited); force: E(n) - F(n)
+  Duration lateness;          ///< interaction: R(n) - newest visible sample (gate: time waited); force: E(n) - F(n)
   std::string policy;         ///< "clamp", "gate", "extrapolate" or "hold"
 };
 
@@ -115,38 +118,47 @@ struct SolverRecord {
   std::string device;
   std::int64_t particles = 0;
   int substeps = 1;
-  std::string method = "none";   ///< "symplectic-euler"; none: the spring, which has no motion to integrate
-  int iterations = 0;            ///< per substep, of a method that iterates
+  std::string method = "none";   ///< "symplectic-euler"; "none" for the spring, which has no motion to integrate
+  int iterations = 0;            ///< per substep, for methods that iterate
   double step_limit_s = 0, rest_state_step_limit_s = 0;   ///< of a substep; 0: none
-  double stiffness_limit_N_per_m = 0;   ///< largest stable [scene] stiffness at this step, all others in proportion; 0: none
+  double stiffness_limit_N_per_m = 0;   ///< largest stable [scene] stiffness for this step, others in proportion; 0: none
   std::int64_t limit_particle = -1;     ///< lattice site that sets the limits; -1: none
   bool non_finite = false;
   std::int64_t first_bad_step = -1;
   double energy_growth = 0;
   bool has_energy = false;
-  std::vector<std::string> left_out;   ///< what the scene does not need and so does not exist in it
+  std::vector<std::string> left_out;   ///< features that the scene does not need and the solver leaves out
   double solver_seconds = 0;   ///< launch + wait; reported, never hashed
-  bool variable_step = false;            ///< the steps are as long as the strategy made them: then the two below count
+  bool variable_step = false;            ///< the strategy chose the length of the steps; only then the next two are used
   std::int64_t steps_over_limit = 0;     ///< steps longer than substeps * step limit
   double step_over_limit_max = 0;        ///< largest (step / substeps) / step limit
 };
 
+/// How a strategy's line is drawn in every figure that shows several.
+struct LineLook {
+  std::string colour;                       ///< "#d55e00"; empty: one that no other has
+  double width = 2;
+  std::string dash;                         ///< of SVG: "14 6"; empty: a whole line
+};
+
 struct StrategyRecord {
   std::string name;                         ///< "phase_locked"
+  LineLook look;
+  bool reference = false;                   ///< it knows the motion: what the others are compared with, drawn below them
   std::vector<StepRow> steps;
   std::vector<SegmentRow> segments;
   std::vector<DeviceRecord> devices;
   LatencyRecord latency;
   SolverRecord solver;
   std::int64_t emission_repairs = 0;
-  std::int64_t latency_growths = 0;         ///< of a latency that adapts; whole run
+  std::int64_t latency_growths = 0;         ///< for an adaptive latency; over the whole run
   std::vector<std::string> event_names;
-  std::vector<EventRow> events;             ///< empty where RunRecord::keep_rows is false
-  std::vector<UnderrunRow> underruns;       ///< by step, of the whole run
+  std::vector<EventRow> events;             ///< empty if RunRecord::keep_rows is false
+  std::vector<UnderrunRow> underruns;       ///< by step, over the whole run
   std::map<std::string, std::int64_t> event_counts;   ///< "<lane>.<name>" -> count
   std::uint64_t trace_hash = 0;
   std::vector<Vec3> twin_force_N;           ///< per step and device (step-major), of the ideal twin with this lead; may be empty
-  bool variable_step = false;               ///< the interaction runs over StepRow::simulated_s instead of n * slot
+  bool variable_step = false;               ///< the interaction runs over StepRow::simulated instead of n * slot
   bool interrupted = false;                 ///< ended before its end, by a signal
   bool shadow = false;                      ///< replayed from a live run: its forces never reached the hand
 };
@@ -157,7 +169,8 @@ struct Nominal {
   double slot_s = 0;                        ///< step_size: simulated seconds per step
   RealTime judged_from;                     ///< end of warm-up
   RealTime end;                             ///< duration
-  /// x = A (1 - cos(2 pi f (t - begin))) / 2 from `begin` on, plus where it starts: A is its whole travel.
+  /// x = A (1 - cos(2 pi f (t - begin))) / 2 from `begin` on, plus the position where it starts. A is its peak-to-peak
+  /// travel.
   struct Sine {
     Vec3 amplitude_m{};                     ///< A
     double frequency_Hz = 0;                ///< f
@@ -172,7 +185,7 @@ struct Nominal {
     RealTime first_tick;
     std::optional<RealTime> stop_at;
     std::optional<Sine> sine = std::nullopt;   ///< only a sine motion has one
-    bool feels_force = false;                  ///< a hand: its motion is not known beforehand
+    bool feels_force = false;                  ///< it is held by a hand whose motion is not known beforehand
     Duration force_delay = {};                 ///< from the tick that sends a force to when it is felt
   };
   std::vector<Device> devices;
@@ -186,7 +199,7 @@ struct RunRecord {
   bool real_time_granted = true;
   Nominal nominal;
   std::vector<StrategyRecord> strategies;
-  std::uint64_t trace_hash = 0;             ///< hash of the (strategy name, chain) pairs
+  std::uint64_t trace_hash = 0;             ///< hash over the pairs (strategy name, chained hash)
   std::vector<std::string> left_out;
   bool keep_rows = true;                    ///< false (long runs): no events, and series.csv holds the bins only
 };

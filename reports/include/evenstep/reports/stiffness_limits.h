@@ -1,5 +1,5 @@
 #pragma once
-/// The largest stable stiffness of a scene in a hand that feels it, per strategy: what `evenstep study` finds where a scenario
+/// The largest stable stiffness of a scene in a hand that feels it, per strategy. `evenstep study` finds it if a scenario
 /// has a [study] stiffness_limit. Definitions: docs/study.md.
 
 #include <cstdint>
@@ -10,7 +10,7 @@ namespace evenstep {
 
 struct StiffnessLimit {
   std::string strategy;
-  /// found: between `stable` and `unstable`. below: already unstable where the search begins. above: stable up to its end.
+  /// found: between `stable` and `unstable`. below: unstable even where the search begins. above: stable up to its end.
   enum class State : std::uint8_t { found, below, above } state = State::found;
   double stable_N_per_m = 0;    ///< the largest that was stable; 0: none (below)
   double unstable_N_per_m = 0;  ///< the least that was not; 0: none (above)
@@ -25,7 +25,7 @@ struct StiffnessLimits {
   std::uint64_t seed = 1;
   int seeds = 1;
   std::vector<StiffnessLimit> limits;
-  bool interrupted = false;  ///< strategies are missing
+  bool interrupted = false;  ///< interrupted, so strategies are missing
 };
 
 std::string stiffness_table(const StiffnessLimits& study);

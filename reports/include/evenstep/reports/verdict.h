@@ -12,7 +12,7 @@ struct ExpectationResult {
   std::string file;
   std::int64_t line = 0, column = 0;
   std::string signal, metric;
-  std::optional<double> value;       ///< in `unit`; none: no sample was judged (verdict error)
+  std::optional<double> value;       ///< in `unit`; empty: no sample was judged (the verdict is error)
   std::string unit;                  ///< as written in the scenario ("step", "ms", "")
   std::optional<double> min, max;    ///< in `unit`
   bool expect_fail = false;
@@ -21,7 +21,7 @@ struct ExpectationResult {
   enum class Verdict { pass, fail, error } verdict = Verdict::pass;
 };
 
-/// Worst of several: error > fail > pass.
+/// The worst of several verdicts: error > fail > pass.
 ExpectationResult::Verdict worst(const std::vector<ExpectationResult>& results);
 
 }  // namespace evenstep

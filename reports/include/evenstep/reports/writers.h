@@ -1,6 +1,7 @@
 #pragma once
-/// Text of the run folder's files. Pure: a record in, a string (or bytes) out; the harness writes the files aside and
-/// renames. Numbers are printed by fmt with the shortest text that reads back to the same double; no locale, no dates.
+/// The contents of the files in a run folder. These functions are pure: a record in, a string (or bytes) out. The harness
+/// writes the files to a temporary folder and renames it. Numbers are printed by fmt with the shortest text that reads back
+/// to the same double; there are no locale and no dates.
 
 #include <string>
 #include <vector>
@@ -14,22 +15,22 @@ namespace evenstep {
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
                          const std::string& version, const std::string& verdict);
 std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error, const std::string& reproduce);
-/// First column t[s]; one block per strategy and device: see docs/metrics.md. Without RunRecord::keep_rows the bins only.
+/// First column t[s]; then one block per strategy and device (docs/metrics.md). Without RunRecord::keep_rows only the bins.
 std::string series_csv(const RunRecord& run);
-/// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, warm-up included.
+/// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, including the warm-up.
 std::string underruns_csv(const RunRecord& run);
-/// segment,kind,index,begin_ns,end_ns: what the first strategy that is not `ideal` really ran; a scenario can replay it.
-std::string timing_csv(const StrategyRecord& strategy);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 
 // events.bin (docs/metrics.md): magic "EVSTEP01", per strategy its name, event names and rows; little endian.
 std::vector<std::byte> events_bin(const RunRecord& run);
-struct EventFile { std::vector<StrategyRecord> strategies; /* name, event_names, events, trace_hash only */ };
+/// Of each record: name, event_names, events and trace_hash only.
+using EventFile = std::vector<StrategyRecord>;
 /// Throws std::runtime_error naming the byte offset of what is wrong (untrusted input: sizes are checked first).
 EventFile read_events_bin(const std::vector<std::byte>& bytes);
 struct Difference { std::string strategy; std::int64_t index = -1; std::string text; };
-/// The first differing event (binary search over the chained hash), or nullopt when equal. Strategies are matched by name.
-std::optional<Difference> first_difference(const EventFile& a, const EventFile& b);
+/// The first differing event (binary search over the chained hash), or nullopt when equal. Strategies are matched by name. Of
+/// runs, or of what has been read of their files.
+std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b);
 
 }  // namespace evenstep

@@ -1,5 +1,5 @@
 #pragma once
-/// One event of a run, and the log from which the trace hash, events.bin and `evenstep diff` are made.
+/// One event of a run. The log of these events is what the trace hash, events.bin and `evenstep diff` are made from.
 
 #include <cstdint>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace evenstep {
 
-/// A name with static storage (a string literal): event names are part of the trace hash and of `events.<lane>.<name>`.
+/// The name of an event, a string literal. It is part of the trace hash and of the metric `events.<lane>.<name>`.
 struct EventName {
   const char* text = "";
   std::uint64_t digest = 0;
@@ -21,10 +21,10 @@ struct EventName {
 };
 
 struct Event {
-  RealTime time;               ///< the key time: scheduled for a timer, the stamp for a completion
+  RealTime time;               ///< the key time: for a timer its scheduled time, for a completion its stamp
   Lane lane = Lane::completion;
   EventName name;
-  std::uint64_t payload = 0;   ///< digest of what the event saw and made (Scheduler::note)
+  std::uint64_t payload = 0;   ///< digest of what the event read and produced (Scheduler::note)
 };
 
 /// h(i) = mix over (time, lane, name, payload) of event i, chained from h(i-1); h(-1) = 0.
@@ -34,8 +34,8 @@ constexpr std::uint64_t chain(std::uint64_t previous, const Event& event) {
 }
 std::uint64_t chain(const std::vector<Event>& events);
 
-/// The one order of two schedulers' events (lanes on two threads): by (time, lane), then `a` before `b`, each log's own
-/// order kept. Where the two never share a lane this is the order one scheduler would have run them in.
+/// Merges the events of two schedulers (lanes on two threads) into one log: by (time, lane), then `a` before `b`. The order
+/// within each log is kept. If the two never share a lane, this is the order in which one scheduler would have run them.
 std::vector<Event> merge(const std::vector<Event>& a, const std::vector<Event>& b);
 
 }  // namespace evenstep

@@ -1,10 +1,10 @@
 #pragma once
-/// The tie order: the one place that says what happens first when two events fall on the same nanosecond.
+/// The tie order: which of two events on the same nanosecond happens first. It is defined only here.
 ///
 ///   completion < device < launch, then the order in which they were asked for.
 ///
-/// A finished step is heard before the device tick of that instant, and a step launched on a tick sees that tick's
-/// sample. `--permute-ties` shuffles only the last rule.
+/// So a step that finishes at the instant of a device tick is seen by that tick, and a step launched on a tick sees that
+/// tick's sample. `--permute-ties` shuffles only the order in which events were asked for.
 
 #include <cstdint>
 

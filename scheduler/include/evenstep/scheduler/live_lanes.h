@@ -1,5 +1,6 @@
 #pragma once
-/// The only threads of a run on a wall clock: a worker that runs a solver's steps, and a thread that runs a scheduler.
+/// The threads of a run on a wall clock: a worker that runs a solver's steps, and a thread that runs a scheduler. There are
+/// no others.
 
 #include <functional>
 #include <memory>
@@ -10,12 +11,12 @@
 
 namespace evenstep {
 
-/// One thread that runs the work it is given in order, stamps it with `clock` and tells its scheduler.
-/// Under a virtual clock it gives the same results as InlineExecutor, bit for bit.
+/// One thread that runs the work given to it in order, stamps each piece with `clock` when it is done and notifies its
+/// scheduler. Under a virtual clock it gives the same results as InlineExecutor, bit for bit.
 class WorkerExecutor final : public Executor {
  public:
   explicit WorkerExecutor(const Clock& clock);
-  ~WorkerExecutor() override;  ///< finishes what was started
+  ~WorkerExecutor() override;  ///< finishes all work that was started
   void start(Completion& completion) override;
   void wait(Completion& completion) override;
 

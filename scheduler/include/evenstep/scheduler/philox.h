@@ -1,7 +1,7 @@
 #pragma once
 /// Philox4x32-10: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC'11,
-/// section 3.3 and table 2. A keyed bijection of 128-bit counters that passes BigCrush; the same numbers as Random123,
-/// cuRAND and std::philox4x32, so that a stream can be checked outside this project. Integer arithmetic only.
+/// section 3.3 and table 2. A keyed bijection of 128-bit counters that passes BigCrush. It gives the same numbers as
+/// Random123, cuRAND and std::philox4x32, so a stream can be checked outside this project. Integer arithmetic only.
 
 #include <array>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-/// A lane's coroutine. Rules forced by g++ 12 (tests/scheduler/coroutine_rules_test.cpp shows each):
+/// The coroutine of a lane. g++ 12 forces these rules on it (tests/scheduler/coroutine_rules_test.cpp shows each):
 ///   - coroutines are free functions; never capturing lambdas
 ///   - `co_await` is a whole statement or the initialiser of a variable; never inside ?:, && or an argument list
 ///   - awaitables and their arguments are trivially copyable (static_assert in scheduler.h)
@@ -12,7 +12,8 @@ namespace evenstep {
 
 class Scheduler;
 
-/// Owns a coroutine that starts suspended; Scheduler::spawn takes it. Destroying an unfinished task destroys its frame.
+/// Owns a coroutine that starts suspended, to be passed to Scheduler::spawn. Destroying an unfinished task destroys its
+/// frame.
 class [[nodiscard]] Task {
  public:
   struct promise_type {

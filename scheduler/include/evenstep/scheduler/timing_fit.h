@@ -2,7 +2,7 @@
 /// From a recording to a programmed timing: each part of ProgrammedTiming estimated by itself, with what it rests on.
 /// The estimates are robust (medians, trimmed means), because a recording holds a cold start and an unfinished last segment;
 /// that last one is left out. What a model cannot say is lost: whether that matters is for the caller to compare
-/// (harness/fit_report.h does, by the latency both need).
+/// (campaigns/fit_report.h does, by the latency both need).
 
 #include <span>
 #include <string>
@@ -12,13 +12,13 @@
 
 namespace evenstep {
 
-/// A duration that varies: log-normal about `mean`, once everything else that is known of it has been taken off.
+/// A duration that varies: log-normal about `mean`, after everything else that is known about it has been removed.
 struct FittedLength {
   std::int64_t count = 0;
   double median_ns = 0;
-  double mean_ns = 0;    ///< of what lies within 5 deviations of the median, in logarithm
-  double variation = 0;  ///< coefficient of variation, from the median absolute deviation of the logarithm
-  double distance = 0;   ///< Kolmogorov's, to that log-normal
+  double mean_ns = 0;    ///< mean of the values within 5 deviations of the median (of their logarithms)
+  double variation = 0;  ///< coefficient of variation, from the median absolute deviation of the logarithms
+  double distance = 0;   ///< Kolmogorov distance to that log-normal
 };
 
 /// An estimate and its standard error.
@@ -30,39 +30,39 @@ struct FittedNumber {
 struct TimingFit {
   ProgrammedTiming timing;  ///< the proposal; seed 1
 
-  std::int64_t segments = 0;  ///< used
-  double seconds = 0;
-  /// In `timing` where either is 4 errors from 0 and makes 2 %, and both agree within 3 errors.
+  std::int64_t segments = 0;  ///< how many were used
+  double seconds = 0;         ///< when the last of them begins
+  /// Proposed in `timing` if one of them is 4 errors from 0 and amounts to 2 %, and the two agree within 3 errors.
   FittedNumber visualization_drift_per_s, step_drift_per_s;
-  FittedLength visualization;            ///< without drift, regimes and what is merged
-  std::int64_t dropped = 0, merged = 0;  ///< segments
-  double lag_1 = 0;                      ///< correlation of neighbouring visualizations, before regimes are taken off
-  double regime_separation = 0;          ///< distance of the two levels in deviations within one; 0: one level explains it
-  double slow_share = 0;                 ///< of the segments, where there are two levels
+  FittedLength visualization;            ///< without drift, regimes and merged visualizations
+  std::int64_t dropped = 0, merged = 0;  ///< number of segments with a dropped or a merged visualization
+  double lag_1 = 0;                      ///< correlation of neighbouring visualizations, before regimes are removed
+  double regime_separation = 0;          ///< distance of the two levels, in deviations within a level; 0: one level
+  double slow_share = 0;                 ///< if there are two levels: the share of segments at the slower one
 
   int least_steps = 0, most_steps = 0;
   double mean_steps = 0;
-  FittedLength step;              ///< neither the first after a visualization nor hit
-  FittedNumber first_step;        ///< in `timing` where it is 3 errors and 2 % above 0
-  FittedNumber slowdown{1, 0};    ///< concurrent: of steps that begin beside a visualization
-  double work_s = 0;              ///< of steps: what hits are counted against
-  double hit_above_ns = 0;        ///< an excess over the median from which on a step counts as hit
-  std::vector<double> excess_ns;  ///< of the steps hit, ascending
-  std::int64_t alike = 0;         ///< of these, those within 20 % of the commonest excess: spikes, if at least half
-  double tail_distance = 0;       ///< Kolmogorov's, of the others to the Pareto proposed
+  FittedLength step;              ///< of the steps that are neither the first after a visualization nor hit
+  FittedNumber first_step;        ///< proposed in `timing` if it is 3 errors and 2 % above 0
+  FittedNumber slowdown{1, 0};    ///< concurrent: factor on steps that begin beside a visualization
+  double work_s = 0;              ///< total time of the steps, over which hits are counted
+  double hit_above_ns = 0;        ///< a step that exceeds the median by this or more counts as hit
+  std::vector<double> excess_ns;  ///< excess of each step that was hit, ascending
+  std::int64_t alike = 0;         ///< how many of these are within 20 % of the commonest; if at least half: spikes
+  double tail_distance = 0;       ///< Kolmogorov distance of the others to the proposed Pareto distribution
 
   double segment_median_ns = 0;
-  double segment_variation = 0;  ///< of T, robust
-  double work_variation = 0;     ///< of V + N s over T: what T would vary by without pacing
-  double idle_share = 0;         ///< of the time; concurrent: of the visualization's lane
+  double segment_variation = 0;  ///< robust variation of T
+  double work_variation = 0;     ///< of V + N s, over T: by how much T would vary without pacing
+  double idle_share = 0;         ///< share of the time; concurrent: of the time of the visualization's lane
   std::int64_t late = 0;         ///< segments more than 1 % longer than the grid's
 };
 
-/// Fewer segments than this say nothing.
+/// Fewer segments than this are not enough for a fit.
 inline constexpr std::size_t kLeastSegmentsToFit = 32;
 
-/// `segments` as read from timing.csv; at least kLeastSegmentsToFit, of which one in ten has a visualization and one a step.
-/// Empty error: fine; otherwise what is missing.
+/// Why no timing can be fitted to these segments (as read from timing.csv); empty if one can. There must be at least
+/// kLeastSegmentsToFit of them, and at least one in ten must have a step.
 std::string fit_objection(std::span<const SegmentTiming> segments);
 TimingFit fit_timing(std::span<const SegmentTiming> segments);
 

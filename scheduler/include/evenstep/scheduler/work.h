@@ -1,5 +1,5 @@
 #pragma once
-/// Work done outside the scheduler (a GPU step): started at launch, its result delivered at completion.
+/// Work done outside the scheduler (a step on the GPU): it is started at launch, and its result is delivered at completion.
 
 #include <atomic>
 #include <exception>
@@ -10,8 +10,8 @@ namespace evenstep {
 
 class Scheduler;
 
-/// What runs. It outlives the await (the solver lane owns it). run() is called once per external(), on the executor's
-/// thread, and may throw: the exception reaches the awaiting coroutine.
+/// A piece of work. It must outlive the await (the solver lane owns it). run() is called once per external(), on the
+/// executor's thread. It may throw: the exception reaches the awaiting coroutine.
 class Work {
  public:
   virtual void run() = 0;
@@ -20,16 +20,17 @@ class Work {
   ~Work() = default;
 };
 
-/// One started piece of work; lives in the scheduler's pool.
+/// A piece of work that was started; lives in the scheduler's pool.
 struct Completion {
   Work* work = nullptr;
-  Scheduler* home = nullptr;         ///< where not null (wall clock): told by home->completed(), after stamp and failure
-  std::atomic<bool> done{false};     ///< set last: an executor's final access to the completion and its home
-  RealTime stamp;                    ///< live time at which run() returned (wall clock)
+  Scheduler* home = nullptr;         ///< wall clock: gets home->completed() once stamp and failure are set; else null
+  std::atomic<bool> done{false};     ///< set last: after this the executor touches neither the completion nor its home
+  RealTime stamp;                    ///< wall clock: the time at which run() returned
   std::exception_ptr failure;        ///< what run() threw
 };
 
-/// Runs Work. start() never blocks on a wall clock and never throws: a failure to start is a failure of the work.
+/// Runs Work. start() never throws: a failure to start is a failure of the work. For a wall clock start() should not block
+/// (see InlineExecutor).
 class Executor {
  public:
   virtual ~Executor() = default;
@@ -39,8 +40,8 @@ class Executor {
   virtual void wait(Completion& completion) = 0;
 };
 
-/// Runs the work inside start(): the default under a virtual clock, where the host's speed is invisible. On a wall clock
-/// every lane of the scheduler waits for it.
+/// Runs the work inside start(). This is the default under a virtual clock, where the host's speed does not matter. On a
+/// wall clock all lanes of the scheduler would have to wait for the work.
 class InlineExecutor final : public Executor {
  public:
   void start(Completion& completion) override;

@@ -1,6 +1,7 @@
 #pragma once
-/// Metres to newtons: a solver takes the tools' positions, advances the scene by exactly one step (a constant amount of
-/// simulation time, unless the scene asks for a variable one) and says what the tools feel. It never sees a clock.
+/// From metres to newtons: a solver takes the positions of the tools, advances the scene by exactly one step (a constant
+/// amount of simulation time, unless the scene asks for a variable one) and returns what the tools feel. It never sees a
+/// clock.
 
 #include <array>
 #include <cstdint>
@@ -22,55 +23,59 @@ struct ToolResponse {
   std::array<glm::dvec3, kMaxTools> force_N{};  ///< on the hand, one per tool; unused entries are zero
 };
 
-/// Where the tool touches and how stiff that is: enough for a local model at the device's rate, between two steps:
-///   f(x + d) = force - stiffness d,    and 0 where unilateral and normal . f(x + d) < 0: a surface does not pull.
-/// What is unilateral and not touched has the force 0 and the stiffness of the touch to come, which foresees it:
+/// Where the tool touches and how stiff the contact is. This is enough to compute the force between two steps, at the rate
+/// of the device, from a local model:
+///   f(x + d) = force - stiffness d,    and 0 if unilateral and normal . f(x + d) < 0: a surface does not pull.
+/// A unilateral contact that is not touched has force 0 and the stiffness that it will have when touched, so the model can
+/// predict the touch:
 ///   f(x + d) = -stiffness (gap normal + d).
-/// A wall and a one-sided mode do so from anywhere. Of a probe the touch to come is that of the particles that it would touch if
-/// its radius were larger by the gap and a tenth of the spacing: the nearest one, and those that it meets nearly with it. Farther
-/// than a hundred spacings away its stiffness and normal are 0.
+/// A wall and a one-sided mode predict it from any distance. For a probe, the stiffness is that of the particles that it
+/// would touch if its radius were larger by the gap plus a tenth of the spacing: the nearest particle, and those that it
+/// would meet at nearly the same time. Farther away than a hundred spacings its stiffness and normal are 0.
 struct ToolContact {
-  bool touching = false;    ///< grab and spring: always
-  bool unilateral = false;  ///< pushes only (probe, wall, one-sided mode)
-  /// Block coordinates. Grab, spring: center_m moved with the tool; probe: mean of the particles touched or to be touched,
-  /// weighted by penetration, or the sphere's centre where there are none. Of a spring, wall or mode: the tool's position.
+  bool touching = false;    ///< always true for grab and spring
+  bool unilateral = false;  ///< it only pushes (probe, wall, one-sided mode)
+  /// Block coordinates. Tissue, grab and spring: center_m moved with the tool; probe: mean of the particles touched or about
+  /// to be touched, weighted by penetration, or the sphere's centre if there are none. The scenes spring, wall and mode: the
+  /// position of the tool.
   glm::dvec3 point_m{0};
-  /// Probe: unit vector from point_m to the sphere's centre, out of the surface towards the tool; wall, one-sided mode: theirs.
-  /// 0 where there is no such side: grab and spring, nothing within reach, the centre amid what it touches.
+  /// Probe: unit vector from point_m to the sphere's centre, out of the surface towards the tool; wall and one-sided mode:
+  /// their normal. 0 where no normal is defined: grab and spring, a probe with nothing within reach, a probe whose centre is
+  /// at the mean of what it touches.
   glm::dvec3 normal{0};
-  /// Probe: distance of the nearest particle that moves to the sphere, < 0 inside it; wall, one-sided mode: of the tool from
-  /// the surface, < 0 behind it; otherwise 0.
+  /// Probe: distance from the sphere to the nearest mobile particle, < 0 if that is inside; wall and one-sided mode:
+  /// distance of the tool from the surface, < 0 behind it; otherwise 0.
   double gap_m = 0;
   glm::dmat3 stiffness_N_per_m{0};  ///< symmetric
 };
 
-/// By site (x-fastest), particle_count entries each.
+/// One entry per site (x-fastest), particle_count entries each.
 struct ParticleState {
   std::vector<glm::dvec3> displacement_m, velocity_m_per_s;
 };
 
-/// What a scene does not need and so does not exist in its solver: no kernel code, no array, no launch.
+/// A feature that the scene does not need and that its solver therefore leaves out: no kernel code, no array, no launch.
 struct LeftOut {
   std::string feature;
-  /// What it would add to the CPU time of a substep, as measured at 20,270 particles (docs/performance.md); none where the
+  /// What it would add to the CPU time of a substep, as measured at 20,270 particles (docs/performance.md); empty if the
   /// scene is a spring.
   std::optional<int> cost_percent;
 };
 
-/// What a solver says of a finished run.
+/// What a solver reports about a finished run.
 struct SolverVerdict {
   bool non_finite = false;
   std::int64_t first_bad_step = -1;  ///< first step after which a force (or the energy, if needed) was not finite; -1 = none
-  /// E now: springs, couplings, probes, kinetic energy and weight (0 at rest) of the particles that move by their forces; 0
-  /// unless Scene::needs_energy.
+  /// The energy E now: that of springs, couplings and probes, and the kinetic energy and weight (0 at rest) of the particles
+  /// that move by their forces; 0 unless Scene::needs_energy.
   double energy_J = 0;
-  /// What physics does not explain: max over steps n of (E_n - E_0 - W_n), 0 at least, over max over n of |W_n|, the part of
-  /// E_n that is never negative, and |the weight's|.
-  /// W_n = -sum of (f_i-1 + f_i)/2 (x_i - x_i-1) is the tools' work, f the force on the hand. Stable runs stay near 0 (the
-  /// order of the step size), a diverging one reaches 1, a non-finite one infinity. 0 unless Scene::needs_energy.
+  /// Energy that physics does not explain: the maximum over all steps n of E_n - E_0 - W_n, but at least 0, divided by the
+  /// maximum over all n of |W_n|, of the part of E_n that is never negative, and of the absolute energy of the weight.
+  /// W_n = -sum of (f_i-1 + f_i)/2 (x_i - x_i-1) is the work of the tools, f the force on the hand. A stable run stays near
+  /// 0 (in the order of the step size), a diverging one reaches 1, a non-finite one infinity. 0 unless Scene::needs_energy.
   double energy_growth = 0;
   std::int64_t steps_over_limit = 0;  ///< steps whose substeps were longer than StepLimit::step_s
-  double step_over_limit_max = 0;     ///< longest substep so far over StepLimit::step_s; above 1 nothing is proven
+  double step_over_limit_max = 0;     ///< longest substep so far / StepLimit::step_s; above 1 stability is not proven
 };
 
 struct SolverInfo {
@@ -80,16 +85,17 @@ struct SolverInfo {
   std::int64_t springs = 0;
   int substeps = 1;
   Method method = Method::symplectic_euler;
-  int iterations = 0;                 ///< of a method that iterates; otherwise 0
-  std::optional<StepLimit> limit;     ///< none for the spring; StepLimit::step_s is infinite for implicit methods
+  int iterations = 0;                 ///< for methods that iterate; otherwise 0
+  std::optional<StepLimit> limit;     ///< empty for the spring; StepLimit::step_s is infinite for implicit methods
   std::vector<LeftOut> left_out;
 };
 
 enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
-/// The word that [expect_stop] reason has for it: "unstable-step", "bad-input"; "solver" for all that no scenario expects.
+/// The word for it in the key `reason` of [expect_stop]: "unstable-step", "bad-input"; "solver" for faults that no scenario
+/// can expect.
 const char* name_of(SolverFault fault);
 
-/// Message and remedy, e.g. "no OpenCL platform" / "install pocl-opencl-icd".
+/// An error with its message and its remedy, e.g. "no OpenCL platform" and "install pocl-opencl-icd".
 class SolverError : public std::runtime_error {
  public:
   SolverError(SolverFault fault, const std::string& what, std::string remedy)
@@ -105,42 +111,42 @@ class SolverError : public std::runtime_error {
 class Solver {
  public:
   virtual ~Solver() = default;
-  /// One step with the tools at `positions_m` (tool_count entries; substeps move linearly from the positions before). A
-  /// position that is not finite, or more than float holds away from the first, throws SolverError and moves nothing. Blocks
-  /// until the forces are known. One thread at a time.
+  /// One step that ends with the tools at `positions_m` (tool_count entries; during the substeps they move linearly from
+  /// their positions before). A position that is not finite, or farther from the first one than a float can hold, throws
+  /// SolverError and moves nothing. Blocks until the forces are known. Only one thread may call it at a time.
   ///
-  /// `step_s`: the length of this step in simulated seconds, instead of the nominal 1 / step_rate (which given here is the
-  /// same step, bit for bit). 1e-15 to 1e15 and only with Scene::variable_step, otherwise SolverError. There are as many
-  /// substeps as in the nominal step, so each is h = step_s / substeps long:
+  /// `step_s` is the length of this step in simulated seconds, instead of the nominal 1 / step_rate (giving exactly that
+  /// value makes the same step, bit for bit). It must be between 1e-15 and 1e15, and needs Scene::variable_step; otherwise
+  /// SolverError. There are as many substeps as in the nominal step, so each is h = step_s / substeps long:
   ///   v <- (1 - h damping) v + h f(u) / m,    u <- u + h v
   /// The state is the displacement u and the velocity v, not a displacement per step, so this is well defined for any
-  /// sequence of h. It is not stable for any (stability.h): steps above the limit run, the verdict counts them, and a run
-  /// that diverges is reported as ever. The spring has no memory and so no use for a length.
+  /// sequence of h. It is not stable for every sequence (stability.h): steps above the limit are run and counted in the
+  /// verdict, and a run that diverges is reported as usual. The spring has no memory and ignores the length.
   virtual ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s = std::nullopt) = 0;
-  /// One per tool, of the last step (all zero before the first); empty without Scene::local_model. Valid until the next call
-  /// of step() or reset().
+  /// The contact of each tool after the last step (all zero before the first); empty without Scene::local_model. Valid until
+  /// the next call of step() or reset().
   virtual std::span<const ToolContact> contacts() const = 0;
-  /// Digest of all particle positions and velocities, bit for bit, independent of threads and work-group size, equal for
-  /// cpu float and opencl (all NaNs count as one). 0 for the spring and without Scene::needs_state_digest.
+  /// Digest of all particle positions and velocities, bit for bit. It does not depend on threads or work-group size and is
+  /// the same for cpu float and opencl (all NaNs count as equal). 0 for the spring and without Scene::needs_state_digest.
   virtual std::uint64_t state_digest() = 0;
   /// Back to the rest state at step 0.
   virtual void reset() = 0;
-  /// Displacements from rest and velocities now. Copies everything: for studies and tests, not for the loop.
+  /// The current displacements from rest and velocities. It copies everything, so it is for studies and tests only.
   virtual ParticleState particle_state() = 0;
   virtual SolverVerdict verdict() = 0;
   virtual const SolverInfo& info() const = 0;
 };
 
 struct SolverOptions {
-  std::string opencl_platform;  ///< part of the platform's name; empty = PoCL if there, otherwise the first
+  std::string opencl_platform;  ///< part of the platform's name; empty = PoCL if it is there, otherwise the first
   std::string opencl_device;    ///< part of the device's name; empty = the first
   int work_group_size = 64;     ///< a divisor of 256; results do not depend on it
 };
 
-/// Throws SolverError: no platform (with the package to install), out of memory (size asked for and there), unstable
-/// substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that holds nothing, a surface
-/// without a normal. Spring, wall and mode are a few operations in double for every kind. OpenCL kernels are built and warmed up before it returns (a first
-/// launch can take 250 ms).
+/// Throws SolverError for: no platform (naming the package to install), out of memory (naming the size needed and the size
+/// there is), unstable substeps without allow_unstable, a scene without particles, mass, spacing or stiffness, a grab that
+/// holds nothing, a surface without a normal. Spring, wall and mode are a few operations in double, whatever the kind of
+/// solver. OpenCL kernels are built and warmed up before this returns (a first launch can take 250 ms).
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
 
 }  // namespace evenstep

@@ -1,5 +1,5 @@
 #pragma once
-/// Rows of a CSV without quotes, with the columns each cell begins at.
+/// Reads the rows of a CSV file without quotes, and knows the column at which each cell begins.
 
 #include <cstdint>
 #include <functional>
@@ -13,28 +13,28 @@ namespace evenstep::internal {
 
 inline constexpr std::int64_t kMostCsvRows = 10'000'000;
 inline constexpr std::int64_t kMostCsvBytes = std::int64_t{1} << 30;  // 10 million rows of 100 bytes
-inline constexpr std::size_t kMostCsvErrors = 20;                     // of one file: a wrong column is wrong in every row
+inline constexpr std::size_t kMostCsvErrors = 20;                     // per file: a wrong column is wrong in every row
 
 class CsvRows {
  public:
   CsvRows(std::string_view text, std::string name, std::vector<Diagnostic>& errors)
       : text_(text), name_(std::move(name)), errors_(errors) {}
-  /// The rows of a file in pieces of whole lines; an empty piece ends it.
+  /// Takes the file in pieces of whole lines; an empty piece is the end.
   CsvRows(std::function<std::string_view()> pieces, std::string name, std::vector<Diagnostic>& errors)
       : pieces_(std::move(pieces)), name_(std::move(name)), errors_(errors) {}
 
-  /// Before anything is read: is the first line so?
+  /// Whether the first line is `header`. Call it before anything else is read.
   bool begins_with(std::string_view header);
   /// True if the first line is `header`; adds an error otherwise.
   bool header(std::string_view header);
   /// The next line that is not empty; false at the end, after too many rows and after too many errors.
   bool next();
-  /// Cells of the row from the left, each read once: what a good row needs, in one go over it. False: this cell is not so,
-  /// and split() and the functions below it read the row again and say why.
+  /// These read the cells of a row from the left, each once, so that a good row needs a single pass. They return false if
+  /// the cell is not as expected; split() and the functions below it then read the row again and say what is wrong.
   bool take_whole(std::int64_t& value) {
     if (row_done()) return false;
     const char* const first = rest_;
-    std::uint64_t number = 0;   // 18 digits fit; more wrap, and are refused
+    std::uint64_t number = 0;   // 18 digits fit; a longer number wraps around and is refused
     for (; rest_ != line_end() && *rest_ >= '0' && *rest_ <= '9'; ++rest_)
       number = 10 * number + static_cast<std::uint64_t>(*rest_ - '0');
     value = static_cast<std::int64_t>(number);
@@ -47,22 +47,22 @@ class CsvRows {
     word = {first, static_cast<std::size_t>(rest_ - first)};
     return end_cell();
   }
-  /// No cells are left.
+  /// Whether no cells are left.
   bool row_done() const { return rest_ == nullptr; }
 
-  /// Exactly so many cells, or an error.
+  /// Splits the row into exactly `count` cells, or adds an error.
   bool split(std::size_t count);
   std::string_view cell(std::size_t index) const { return cells_[index]; }
-  /// An error at the cell.
+  /// Adds an error at the place of a cell.
   void error(std::size_t index, std::string message);
-  /// A whole number >= 0 with nothing around it.
+  /// Reads a cell that must be a whole number >= 0 with nothing around it.
   bool whole(std::size_t index, std::int64_t& value);
 
  private:
   bool take_line();
   void split_cells();
   const char* line_end() const { return line_.data() + line_.size(); }
-  /// Behind the comma, or behind the last cell.
+  /// Moves on past the comma, or past the last cell.
   bool end_cell() {
     if (rest_ == line_end()) {
       rest_ = nullptr;
@@ -73,7 +73,7 @@ class CsvRows {
 
   std::function<std::string_view()> pieces_;
   std::string_view text_, line_;
-  const char* rest_ = nullptr;   // of the row, for take_...
+  const char* rest_ = nullptr;   // the part of the row that take_... has not read yet
   std::string name_;
   std::vector<Diagnostic>& errors_;
   std::vector<std::string_view> cells_;

@@ -1,5 +1,5 @@
 #pragma once
-/// A place in a file, and an error that a user can cause: a place and a remedy, written as gcc does.
+/// A place in a file, and an error that a user can cause: the place and a message with a remedy, printed in gcc's format.
 
 #include <cstdint>
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace evenstep {
 
-/// Where something is written; line and column count from 1, 0: the whole file.
+/// Where something is written. Line and column count from 1; 0 means the whole file.
 struct Place { std::string file; std::int64_t line = 0, column = 0; };
 
 struct Diagnostic {

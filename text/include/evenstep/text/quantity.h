@@ -1,22 +1,14 @@
 #pragma once
-/// Values with units, parsed exactly: "11.1 ms" -> 11 100 000 ns, "30 Hz" -> {30, 1}, "1/3 Hz" -> {1, 3}. Never through
-/// double where an integer is meant. Unit table: docs/scenario-format.md. Plurals ("segments") are accepted.
+/// Values with units, parsed exactly: "11.1 ms" -> 11 100 000 ns, "30 Hz" -> {30, 1}, "1/3 Hz" -> {1, 3}. What is meant to
+/// be an integer is never computed in double. Unit table: docs/scenario-format.md. Plurals ("segments") are accepted.
 
 #include <string>
 #include <string_view>
-#include <variant>
 
+#include "evenstep/time/result.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
-
-/// Either a value or what was expected ("a duration such as \"11.1 ms\"; 'msec' is not a unit of time").
-template <class T>
-struct Parsed {
-  T value{};
-  std::string error;      ///< empty: ok
-  bool ok() const { return error.empty(); }
-};
 
 /// Lengths that [timing] names: usable as units of time in a scenario ("8 segments", "1 visualization").
 struct NominalUnits {
@@ -24,16 +16,18 @@ struct NominalUnits {
   bool known = false;
 };
 
-Parsed<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});   ///< finer than 1 ns is an error; |t| <= 1e6 s
-Parsed<Rate> parse_rate(std::string_view text);                                             ///< Hz, kHz; > 0
+/// The error says what was expected: "a duration such as \"11.1 ms\"; 'msec' is not a unit of time".
+Result<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});   ///< finer than 1 ns is an error; |t| <= 1e6 s
+Result<Rate> parse_rate(std::string_view text);                                             ///< Hz, kHz; > 0
 enum class Dimension { none, time, length, velocity, acceleration, force, stiffness, damping, mass, rate, ratio, energy, drift, slew };
 /// SI base value: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J, "10 %" = 0.1, "10 %/s" = 0.1 (drift), bare number for Dimension::none.
-Parsed<double> parse_si(std::string_view text, Dimension dimension);
+Result<double> parse_si(std::string_view text, Dimension dimension);
 
-/// A limit of an expectation: number and unit as written; `step` and the nominal times are resolved when judged.
+/// A limit of an expectation, with number and unit as written; `step` and the nominal times are only resolved when it is
+/// judged.
 struct Limit { double number = 0; std::string unit; };
-Parsed<Limit> parse_limit(std::string_view text);
+Result<Limit> parse_limit(std::string_view text);
 /// Factor from `unit` to the base unit ("s", "m", "N", "1"): 1e-3 for "ms" in "s". step_value: what "step" means here, 0 = nothing.
-Parsed<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal);
+Result<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal);
 
 }  // namespace evenstep

@@ -28,7 +28,7 @@ struct Unit {
 };
 
 const std::vector<Unit>& units();
-/// Of the base unit and for messages: "time", "s", "\"11.1 ms\"".
+/// The name of a dimension, its base unit and an example for messages: "time", "s", "\"11.1 ms\"".
 struct DimensionInfo {
   Dimension dimension;
   std::string_view name, base, example;
@@ -36,27 +36,28 @@ struct DimensionInfo {
 const DimensionInfo& info(Dimension dimension);
 const DimensionInfo* info_of_base(std::string_view base);
 
-/// The unit written so ("segments" finds segment), or nullptr.
+/// The unit with this name ("segments" finds segment), or nullptr.
 const Unit* find_unit(std::string_view name);
-/// "'msec' is not a unit of time; did you mean 'ms'?" or "'Hz' is a unit of rate, not of time". Dimension::none: of
-/// anything.
+/// The message "'msec' is not a unit of time; did you mean 'ms'?" or "'Hz' is a unit of rate, not of time". With
+/// Dimension::none any unit would do.
 std::string not_a_unit(std::string_view name, Dimension wanted);
 
-/// A decimal number, exactly.
+/// An exact decimal number.
 struct Decimal {
   std::int64_t mantissa = 0;  ///< |mantissa| < 10^18
   int exponent = 0;           ///< |exponent| <= 400
 };
 
-/// "  -1.5e-3 kHz " -> {-15, -4} and "kHz". Error: no number, NaN or infinity, more than 18 digits.
+/// " -1.5e-3 kHz " -> {-15, -4} and "kHz". It is an error if there is no number, if it is NaN or infinity, or if it has more
+/// than 18 digits.
 struct NumberAndUnit {
   Decimal number;
-  Decimal divisor{1, 0};  ///< of "1/3 Hz"; 1 otherwise
+  Decimal divisor{1, 0};  ///< 3 for "1/3 Hz"; otherwise 1
   std::string_view unit;
   std::string error;
 };
 NumberAndUnit split_number(std::string_view text);
-/// Correctly rounded: one conversion, no product of rounded factors.
+/// The nearest double: rounded once, in a single conversion.
 double to_double(Decimal number);
 
 }  // namespace evenstep::internal

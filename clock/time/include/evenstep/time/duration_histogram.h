@@ -1,6 +1,6 @@
 #pragma once
-/// How often durations of which length occurred, in fixed memory (15 KB) and without allocation: for what is timed millions of
-/// times while it must not be disturbed. Bins are 1 ns wide below 64 ns and 1/32 of their octave above, so a quantile is at most
+/// A histogram of durations in fixed memory (15 KB), without allocation: for work that is timed millions of times and must
+/// not be disturbed by the timing. Bins are 1 ns wide below 64 ns and 1/32 of their octave above, so a quantile is at most
 /// 1/32 (3.2 %) above the exact one and never below it. Count, smallest and largest are exact.
 
 #include <algorithm>
@@ -27,8 +27,8 @@ class DurationHistogram {
   Duration smallest() const { return {smallest_}; }  ///< 0 when empty
   Duration largest() const { return {largest_}; }    ///< 0 when empty
 
-  /// The least duration that at least ceil(`permille` / 1000 * count) of those counted do not exceed, rounded up to its bin's
-  /// last; 0 when empty. `permille` in [0, 1000]; 0 gives the smallest.
+  /// The least duration that at least ceil(`permille` / 1000 * count) of the durations do not exceed, rounded up to the end
+  /// of its bin; 0 when empty. `permille` in [0, 1000]; 0 gives the smallest.
   Duration quantile(int permille) const {
     const std::int64_t wanted = (count_ * permille + 999) / 1000;
     if (wanted == 0) return smallest();
@@ -53,7 +53,7 @@ class DurationHistogram {
     const auto index = static_cast<std::int64_t>(bin);
     if (index < 2 * kPerOctave) return index;
     const std::int64_t shift = index / kPerOctave - 1;
-    // In this order the last bin's end is the largest int64, not one beyond.
+    // Added in this order, the last bin ends at the largest int64 and does not overflow.
     return ((index - shift * kPerOctave) << shift) + ((std::int64_t{1} << shift) - 1);
   }
 

@@ -1,7 +1,8 @@
 #pragma once
-/// exp, log, sin and cos made of IEEE-exact operations only (+ - * / sqrt), so that their bits are the same with every
-/// C library and compiler (with -ffp-contract=off). libm's are not specified bit for bit, and what is hashed must be.
-/// Accuracy: below 1 ulp on the domain stated, at the zeros of log, sin and cos too (tested against long double references).
+/// exp, log, sin and cos made only of operations that IEEE 754 defines exactly (+ - * / sqrt), so that their results have
+/// the same bits with every C library and compiler (with -ffp-contract=off). libm's functions do not promise that, and
+/// what goes into a trace hash needs it.
+/// Error: below 1 ulp on the domain stated, near the zeros of log, sin and cos too (tested against long double references).
 
 namespace evenstep::reproducible {
 

@@ -1,12 +1,12 @@
 #pragma once
 /// Time as evenstep uses it: three 64-bit integer nanosecond types that do not mix.
 ///
-/// The problem this project exists for is confusing real time with simulation time (paper, section 2), so the two are
-/// different types: `RealTime - SimTime`, `SimTime + Duration` and every implicit conversion are compile errors
-/// (tests/compile_fail). Neither 1/30 s nor 1/450 s is a whole number of nanoseconds; instants of a rational rate are
-/// floors of the exact rational (`tick_time`), never a rounded period added up, so they do not drift.
+/// The fault this project exists to mend is the confusion of real time with simulation time (paper, section 2), so the
+/// two are different types: `RealTime - SimTime`, `SimTime + Duration` and every implicit conversion are compile errors
+/// (tests/compile_fail). Neither 1/30 s nor 1/450 s is a whole number of nanoseconds. The instants of a rational rate are
+/// therefore floors of the exact rational (`tick_time`), never sums of a rounded period, so they do not drift.
 ///
-/// Range: +-292 years. Overflow is a programming error, not checked here; readers of user input limit values to 1e6 s.
+/// Range: +-292 years. Overflow is a programming error and not checked here; readers of user input limit values to 1e6 s.
 
 #include <compare>
 #include <cstdint>
@@ -24,7 +24,7 @@ struct Duration {
   constexpr Duration& operator+=(Duration b) { ns += b.ns; return *this; }
 };
 
-/// An instant of real time, ns since the start of the run (virtual or wall): what the user's hand lives in.
+/// An instant of real time, ns since the start of the run (virtual or wall): the time in which the user's hand moves.
 struct RealTime {
   std::int64_t ns = 0;
   friend constexpr auto operator<=>(RealTime, RealTime) = default;
@@ -33,7 +33,8 @@ struct RealTime {
   friend constexpr Duration operator-(RealTime a, RealTime b) { return {a.ns - b.ns}; }
 };
 
-/// An instant of simulation time, ns since step 0: what the physics lives in. Made from a step index only (`sim_time`).
+/// An instant of simulation time, ns since step 0: what the physics lives in. Made from a step index (`sim_time`),
+/// or from lengths of steps that are as long as real time passed.
 struct SimTime {
   std::int64_t ns = 0;
   friend constexpr auto operator<=>(SimTime, SimTime) = default;
@@ -77,17 +78,18 @@ constexpr std::int64_t first_tick_at_or_after(Rate rate, RealTime at, RealTime o
 /// Simulation time of step n when the solver makes `step_rate` steps per simulated second.
 constexpr SimTime sim_time(Rate step_rate, std::int64_t n) { return {instant_ns(step_rate, n)}; }
 
-/// The longest distance of two neighbouring ticks: ceil(den * 1e9 / num).
+/// The longest time between two neighbouring ticks: ceil(den * 1e9 / num) ns.
 constexpr Duration period_ceil(Rate rate) { return {-instant_ns({rate.num, rate.den}, -1)}; }
 
-// Divided, not multiplied by 1e-9: the double nearest to the decimal that a reader of "12.842223 ms" would parse.
+// A division, not a multiplication by 1e-9: it gives the double nearest to the decimal number, the one that parsing
+// "12.842223 ms" gives as well.
 constexpr double seconds(Duration d) { return static_cast<double>(d.ns) / 1e9; }
 constexpr double seconds(RealTime t) { return static_cast<double>(t.ns) / 1e9; }
 constexpr double seconds(SimTime t) { return static_cast<double>(t.ns) / 1e9; }
 /// Period of a rate in seconds (the solver's step size; a number for arithmetic, not an instant).
 constexpr double period_s(Rate rate) { return static_cast<double>(rate.den) / static_cast<double>(rate.num); }
 
-/// When one step really ran. `index` counts within the segment from 0.
+/// When one step really ran. `index` counts from 0 within the segment.
 struct StepTimes {
   RealTime begin;
   RealTime end;

@@ -1,7 +1,7 @@
 #pragma once
-/// Bytes to and from one HID device. The driver is the code above this seam; transports are hidapi (wall clock only) and
-/// simulated. Every report carries its id as byte 0: 0 where the device does not number its reports (input reports of such a
-/// device have no id byte at all, as hidapi delivers them).
+/// The bytes to and from one HID device. Drivers lie above this interface; below it are the transports, hidapi (wall clock
+/// only) and simulated devices. Byte 0 of every report is its id, which is 0 if the device does not number its reports. (But
+/// input reports of such a device have no id byte at all, just as hidapi delivers them.)
 
 #include <cstddef>
 #include <cstdint>
@@ -19,28 +19,29 @@ struct HidDeviceInfo {
 };
 
 struct HidRead {
-  /// `returned`, once: the device was unplugged and is back. What it was told before is lost, and its counters begin anew.
+  /// `returned` is given once after the device was unplugged and is back: it has lost what it was told before, and its
+  /// counters begin anew.
   enum class Status { report, nothing, interrupted, returned, gone } status = Status::nothing;
-  std::size_t size = 0;            ///< bytes of the report; may exceed what the buffer could take (then it is cut)
+  std::size_t size = 0;            ///< bytes of the report; if the buffer is smaller, the report was cut
 };
 enum class HidWrite { ok, rejected, gone };
 struct HidFeature {
   enum class Status { ok, rejected, interrupted, gone } status = Status::rejected;
-  std::size_t size = 0;            ///< bytes of the report, its id included
+  std::size_t size = 0;            ///< bytes of the report, including its id
 };
 
 class HidTransport {
  public:
   virtual ~HidTransport() = default;
-  /// One queued input report, without waiting.
+  /// Takes one input report from the queue, without waiting.
   virtual HidRead read(std::span<std::byte> buffer) = 0;
-  /// Output reports, sent in the order of the calls.
+  /// Sends an output report. Reports are sent in the order of the calls.
   virtual HidWrite write(std::span<const std::byte> report) = 0;
-  /// An output report that a later one makes worthless (a force): while it waits to be sent, a later report with the same
-  /// first two bytes (report id, effect block) takes its place. Never blocks.
+  /// Sends an output report that becomes worthless when a later one comes (a force): while it waits to be sent, a later
+  /// report with the same first two bytes (report id, effect block) takes its place. Never blocks.
   virtual HidWrite write_newest(std::span<const std::byte> report) { return write(report); }
-  /// Feature reports; report[0] is the id to ask for. They go after all output reports that were written before them. `rejected`:
-  /// the device has no such report. May block: not for a tick.
+  /// Feature reports; report[0] is the id to ask for. They are sent after all output reports that were written before them.
+  /// `rejected`: the device has no such report. They may block, so do not use them in a tick.
   virtual HidFeature get_feature(std::span<std::byte> /*report*/) { return {}; }
   virtual HidWrite set_feature(std::span<const std::byte> /*report*/) { return HidWrite::rejected; }
   virtual std::span<const std::byte> report_descriptor() const = 0;

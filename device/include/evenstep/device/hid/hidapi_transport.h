@@ -1,11 +1,11 @@
 #pragma once
-/// A real HID device through hidapi's hidraw backend: the only place that hidapi is seen. For a wall clock only; the type of the
-/// constructor's clock says so.
+/// A real HID device, through hidapi's hidraw backend. No other code uses hidapi. It works with a wall clock only, which the
+/// type of the constructor's clock enforces.
 ///
-/// hidapi 0.13.1 keeps one unguarded error string per handle and frees it twice when two threads fail on one handle at once, so
-/// every device is opened twice: one handle reads (and asks for feature reports), the other belongs to the thread that writes.
-/// A write takes as long as the device likes (a USB interrupt transfer: 1 ms and more), so no caller waits for it.
-/// Reports reach the device in the order of the calls; forces that a newer one overtook are left out (write_newest).
+/// hidapi 0.13.1 keeps one unguarded error string per handle and frees it twice if two threads fail on the same handle at
+/// once. So every device is opened twice: one handle reads (and asks for feature reports), the other belongs to the thread
+/// that writes. A write takes as long as the device needs (a USB interrupt transfer: 1 ms and more), so no caller waits for
+/// it. Reports reach the device in the order of the calls; forces that a newer one has replaced are not sent (write_newest).
 
 #include <cstddef>
 #include <cstdint>
@@ -20,41 +20,45 @@
 
 namespace evenstep {
 
-/// What the system knows of one HID device without opening it.
+/// What the system knows about a HID device without opening it.
 struct HidListing {
   HidDeviceInfo info;
-  std::vector<std::byte> report_descriptor;  ///< empty where it cannot be read
-  std::string refusal;                       ///< empty: it may be opened; else why not ("Permission denied")
-  std::string force_feedback_node;           ///< "/dev/input/event7": the kernel's own driver can drive its motors, too
+  std::vector<std::byte> report_descriptor;  ///< empty if it cannot be read
+  std::string refusal;                       ///< why it may not be opened ("Permission denied"); empty if it may
+  std::string force_feedback_node;           ///< "/dev/input/event7" if the kernel's own driver can drive its motors too
 };
 
-/// All HID devices, each once, in the order of their paths (hidraw2 before hidraw10). Strings that the device does not have are
-/// empty. Throws DeviceError where the system's list cannot be read.
+/// All HID devices, each once, in the order of their paths (hidraw2 before hidraw10). Strings that a device does not have
+/// are empty. Throws DeviceError if the system's list cannot be read.
 std::vector<HidListing> hid_devices();
 
-/// The line for a file below /etc/udev/rules.d (sorting before 73-seat-late.rules) that lets the person at the machine open it.
+/// The line for a file in /etc/udev/rules.d (sorted before 73-seat-late.rules) that lets the person at the machine open the
+/// device.
 std::string udev_rule(const HidDeviceInfo& info);
 
-/// What became of the reports that were to be sent.
+/// What became of the reports to be sent.
 struct HidWriteTimes {
-  DurationHistogram taken;         ///< by one write, until the system had the report
+  DurationHistogram taken;         ///< how long each write took, until the system had the report
   std::int64_t overtaken = 0;      ///< forces that a newer one replaced before they were sent
   std::int64_t rejected = 0;       ///< by the system, or by a full queue
 };
 
 class HidapiTransport final : public HidTransport {
  public:
-  /// Opens /dev/hidrawN. Throws DeviceError, with the remedy, where `path` is no such device (hidapi itself would crash on some
-  /// other file), or may not be opened.
-  /// For `patience` after it was unplugged, the same device (ids and serial) is looked for four times a second, at whatever path;
-  /// meanwhile reads find nothing and writes are rejected. Then, or with no patience at once, it is gone for ever.
+  /// Opens /dev/hidrawN. Throws DeviceError, with the remedy, if `path` is no such device (hidapi itself would crash on some
+  /// other files) or may not be opened.
+  /// After the device was unplugged, it is looked for by its ids and serial number, at any path, four times a second for
+  /// `patience`; meanwhile reads find nothing and writes are rejected. After that (at once if `patience` is 0) it is gone
+  /// for ever.
   HidapiTransport(const std::string& path, const WallClock& clock, Duration patience = {});
-  /// Sends what still waits for at most a second, then closes. A single write that hangs is the kernel's to end (5 s over USB).
+  /// Goes on sending the waiting reports for at most a second, then closes. If a single write hangs, only the kernel can end
+  /// it (after 5 s over USB).
   ~HidapiTransport() override;
 
   HidRead read(std::span<std::byte> buffer) override;
-  /// Returns at once: the answer is about the reports before. `rejected`: one of them was since the last call; or the report
-  /// descriptor has no output report of this id and length, or 64 reports wait already, and this one was dropped.
+  /// Returns at once, so the result is mostly about earlier reports. `rejected` means that one of them was rejected since
+  /// the last call, or that this report was dropped, because the report descriptor has no output report of its id and length
+  /// or because 64 reports are waiting already.
   HidWrite write(std::span<const std::byte> report) override;
   HidWrite write_newest(std::span<const std::byte> report) override;
   HidFeature get_feature(std::span<std::byte> report) override;
@@ -62,8 +66,8 @@ class HidapiTransport final : public HidTransport {
   std::span<const std::byte> report_descriptor() const override;
   const HidDeviceInfo& info() const override;
 
-  HidWriteTimes write_times() const;  ///< so far; any thread
-  std::int64_t times_unplugged() const;  ///< any thread
+  HidWriteTimes write_times() const;  ///< so far; callable from any thread
+  std::int64_t times_unplugged() const;  ///< callable from any thread
 
  private:
   struct State;

@@ -1,6 +1,7 @@
 #pragma once
-/// Report descriptors of two force feedback devices of our own, for simulation: what devices of the PID class differ in lies
-/// between them (docs/hid.md has their reports), and what a device may leave out can be left out.
+/// Report descriptors of two force feedback devices of our own, for simulation. The two are chosen to differ in everything
+/// in which real devices of the PID class differ (docs/hid.md has their reports), and everything that a device may leave out
+/// can be left out.
 ///
 ///   mask    device control is eight 1-bit variables, start delay, magnitudes of +-32767, directions u16 of 0.01 degrees,
 ///           feature reports with ids of their own, positions of int16, unit exponents as nibbles
@@ -15,7 +16,7 @@ namespace evenstep {
 
 enum class PidFlavour { mask, array };
 
-/// Everything there is, where not said otherwise.
+/// What the device has; by default everything.
 struct PidDescriptorOptions {
   PidFlavour flavour = PidFlavour::mask;
   int axes = 2;  ///< 1 to 3: X, Y, Z
@@ -24,8 +25,8 @@ struct PidDescriptorOptions {
        dead_band = true;
   bool conditions = true;  ///< Set Condition and the effect type Spring
   bool device_control = true, device_gain = true, block_free = true, stop_operation = true, pool = true, state = true;
-  bool block_load = true;     ///< Create New Effect and Block Load; without, the driver numbers the blocks
-  bool zero_is_none = false;  ///< arrays with logical minimum 0, of which 0 selects nothing
+  bool block_load = true;     ///< Create New Effect and Block Load; without them the driver numbers the blocks
+  bool zero_is_none = false;  ///< arrays have the logical minimum 0, and the value 0 selects nothing
 };
 
 std::vector<std::byte> pid_descriptor(const PidDescriptorOptions& options);

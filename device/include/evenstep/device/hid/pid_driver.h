@@ -1,24 +1,27 @@
 #pragma once
-/// The driver of force feedback devices of the PID class (USB "Physical Interface Device"), above HidTransport: positions
-/// from the input report's axes X, Y, Z; one constant-force effect per axis; springs as conditions.
+/// The driver of force feedback devices of the PID class (USB "Physical Interface Device"), above HidTransport. It reads
+/// positions from the axes X, Y, Z of the input report, and renders forces with one constant-force effect per axis and
+/// springs as conditions.
 ///
-/// PID has no newtons and no metres. `travel_m` and `full_scale_N` come from the user, who has measured them or has a data
-/// sheet. Without `full_scale_N` the driver is read-only: start() creates nothing and writing a force is an error.
+/// PID has no newtons and no metres. `travel_m` and `full_scale_N` must come from the user, who has measured them or has a
+/// data sheet. Without `full_scale_N` the driver is read-only: start() creates nothing and writing a force is an error.
 ///
 ///   magnitude = F / (full_scale_N * gain) * logical maximum, to the nearest, halves away from zero, cut at the ends
 ///
-/// `gain` is what the device is told to make of everything (Device Gain, or each effect's gain, or, where it has neither,
-/// the driver's own limit); so gain * full_scale_N is the largest force. It begins at a quarter: such devices break thumbs.
+/// `gain` is the factor that the device applies to all forces (through Device Gain, or each effect's gain, or, if it has
+/// neither, through the driver's own limit). So gain * full_scale_N is the largest force. The default is a quarter, because
+/// such devices can break thumbs.
 ///
-/// start() may take long: reset, gain, actuators on, then per effect Create New Effect, Block Load (asked again up to
-/// `block_load_tries` times), Set Effect, Set Constant Force (0), Start. A tick writes Set Constant Force for an axis whose
-/// count has changed, and nothing otherwise.
+/// start() may take long: reset, gain, actuators on, then for each effect Create New Effect, Block Load (asked again up to
+/// `block_load_tries` times), Set Effect, Set Constant Force (0), Start. A tick writes Set Constant Force for each axis
+/// whose count has changed, and nothing otherwise.
 ///
-/// Every effect ends by itself `effect_duration` after its last Start: the device's own dead man's handle. Half of that
-/// after the last refresh, the tick that writes sends force and Start again. A host that hangs leaves no force behind.
+/// Every effect ends by itself `effect_duration` after its last Start; this is the device's own dead man's handle. When half
+/// of that has passed since the last refresh, the next write sends force and Start again. So a host that hangs leaves no
+/// force behind.
 ///
-/// stop(), also on destruction: Stop for each effect, all effects stopped, actuators off, blocks freed; each tried three
-/// times, failures ignored. Not a safety device.
+/// stop(), which the destructor calls too, sends Stop for each effect, stops all effects, switches the actuators off and
+/// frees the blocks. Each is tried three times, and failures are ignored. It is not a safety device.
 
 #include <array>
 #include <cstdint>
@@ -34,24 +37,26 @@
 namespace evenstep {
 
 struct PidOptions {
-  /// From one end of each axis' logical range to the other; the middle is 0. An axis of 0 is not used.
+  /// Distance from one end of each axis' logical range to the other; the middle is position 0. An axis with 0 is not used.
   glm::dvec3 travel_m{0};
-  std::optional<double> full_scale_N;  ///< at the largest magnitude and full gain; > 0
+  std::optional<double> full_scale_N;  ///< the force at the largest magnitude and full gain; > 0
   double gain = 0.25;                  ///< (0, 1]; rounded down to a count of the device, at least 1
-  /// None: for ever. Rounded to the device's unit, at most what it can hold. A device without the field has no end.
+  /// Empty: for ever. Rounded to the device's unit and limited to what its field can hold. On a device without such a field,
+  /// effects do not end by themselves.
   std::optional<Duration> effect_duration = Duration{500'000'000};
   /// Which way a positive magnitude pushes differs between devices.
   std::array<bool, pid::kAxes> reversed_force{};
-  bool springs = false;  ///< one condition effect per axis besides
-  /// Slope of a condition with the largest coefficient at full gain, per axis. None: full_scale_N over half the travel,
-  /// which is what a coefficient means to most firmware; measure it.
+  bool springs = false;  ///< also create one condition effect per axis
+  /// Slope of a condition with the largest coefficient at full gain, per axis. Empty: full_scale_N over half the travel,
+  /// which is what most firmware takes a coefficient to mean; measure it.
   std::optional<glm::dvec3> full_slope_N_per_m;
   int block_load_tries = 60;
 };
-/// The stiffest spring that such a device can render by itself on every axis it uses: that of its weakest axis.
+/// The stiffest spring that a device with these options can render by itself on all axes in use, which is that of its
+/// weakest axis.
 double steepest_spring_N_per_m(const PidOptions& options);
 
-/// What the device last said of itself; none: it never did.
+/// What the device last reported about itself; empty: it has not reported it.
 struct PidState {
   std::optional<bool> paused, actuators_enabled, safety_switch, override_switch, actuator_power, effect_playing;
 };
@@ -60,10 +65,10 @@ struct PidCounters {
   std::int64_t refreshes = 0;  ///< ticks that sent force and Start again
   std::int64_t saturated = 0;  ///< writes of a force beyond gain * full_scale_N along an axis
   std::int64_t state_reports = 0;
-  std::int64_t unpowered = 0;  ///< writes while the device said that it renders nothing
+  std::int64_t unpowered = 0;  ///< writes while the device reported that it renders nothing
 };
 
-/// The device has no room for another effect, refuses it, or does not say.
+/// The device has no room for another effect, refuses it, or does not answer.
 class PidBlockLoadError : public DeviceError {
  public:
   enum class Reason { full, error, no_answer };
@@ -73,35 +78,36 @@ class PidBlockLoadError : public DeviceError {
 
 class PidDriver final : public HapticDevice {
  public:
-  /// The layout of this transport's device; the transport must outlive the driver. Throws DeviceError where an axis with
-  /// travel is not there, or not in the options' range.
+  /// `layout` must be that of the transport's device, and the transport must outlive the driver. Throws DeviceError if the
+  /// device lacks an axis that has a travel, or if an option is out of its range.
   PidDriver(HidTransport& transport, PidLayout layout, const PidOptions& options);
   ~PidDriver() override;
   PidDriver(const PidDriver&) = delete;
   PidDriver& operator=(const PidDriver&) = delete;
 
-  /// Not from a tick. Throws DeviceError (gone, or a report refused) and PidBlockLoadError; then nothing is left behind on
-  /// the device.
+  /// Do not call it from a tick. Throws DeviceError (the device is gone, or has refused a report) and PidBlockLoadError;
+  /// then nothing is left behind on the device.
   void start() override;
   void stop() noexcept override;
   bool is_read_only() const { return !options_.full_scale_N; }
 
-  /// `sequence` counts the position reports that came; PID has no number of its own, so `lost` stays 0. `drivable` is false while
-  /// the device says that it renders nothing, and for ever once it was unplugged: its effects are gone, and none is made in a tick.
+  /// `sequence` counts the position reports received; PID reports are not numbered, so `lost` stays 0. `drivable` is false
+  /// while the device reports that it renders nothing. Once the device was unplugged it stays false for ever, because the
+  /// effects are lost and cannot be created in a tick.
   DeviceSample read(RealTime now) override;
-  /// At the time of the last read. Throws DeviceError when read-only, not started or gone.
+  /// Counts as written at the time of the last read. Throws DeviceError if the driver is read-only, not started or gone.
   void write(const glm::dvec3& force_N) override;
-  /// Nothing along an axis whose center lies out of the travel, or that needs what the device has no field for; never more
-  /// than the largest slope (the rest is the caller's).
+  /// Renders no spring along an axis whose center lies outside the travel, or for which the device lacks a field; and never
+  /// more than the largest slope. The rest is left to the caller.
   DeviceSpring write_spring(const DeviceSpring& wanted) override;
   const DeviceCounters& counters() const override { return counters_; }
 
   const PidCounters& pid_counters() const { return pid_counters_; }
   std::map<std::string, std::int64_t> own_counters() const override;
   const PidState& state() const { return state_; }
-  /// After start(): gain * full_scale_N with the gain as the device got it.
+  /// After start(): gain * full_scale_N, with the gain as it was rounded for the device.
   double largest_force_N() const { return largest_force_N_; }
-  /// Of an effect as the device got it; none: for ever.
+  /// The duration of an effect as it was rounded for the device; empty: for ever.
   std::optional<Duration> effect_duration() const { return effect_duration_; }
 
  private:
@@ -109,7 +115,7 @@ class PidDriver final : public HapticDevice {
     std::size_t axis = 0;
     bool is_spring = false;
     std::uint8_t block = 0;
-    std::vector<std::byte> sent;  ///< the last Set Constant Force or Set Condition that the device took
+    std::vector<std::byte> sent;  ///< the last Set Constant Force or Set Condition that the device accepted
   };
 
   bool is_used(std::size_t axis) const { return options_.travel_m[static_cast<int>(axis)] > 0; }
@@ -159,10 +165,10 @@ class PidDriver final : public HapticDevice {
   std::vector<std::byte> input_, output_;
   std::vector<Effect> effects_;
   bool started_ = false;
-  bool has_returned_ = false;          // unplugged meanwhile: it knows of no effect
-  bool numbers_blocks_ = false;   // the driver, since the device does not
+  bool has_returned_ = false;          // it was unplugged in between, so its effects are lost
+  bool numbers_blocks_ = false;   // the driver numbers the blocks, because the device does not
   std::int64_t effect_gain_ = 0;  // counts
-  double device_force_N_ = 0;     // of the largest magnitude, with the gain that the device applies
+  double device_force_N_ = 0;     // force at the largest magnitude, with the gain that the device applies
   double largest_force_N_ = 0;
   std::optional<Duration> effect_duration_;
   std::optional<RealTime> refreshed_at_;

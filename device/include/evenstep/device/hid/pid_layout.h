@@ -1,11 +1,11 @@
 #pragma once
-/// Where in its reports a force feedback device of the PID class (HID usage page 0x0F) wants what: found in its report
-/// descriptor by usage and collection, never by report number or byte. Devices leave out much of what the standard has, so
-/// everything is optional but what a constant force cannot do without: effect block index and type in Set Effect, block
-/// index and a signed magnitude in Set Constant Force, block index and start in Effect Operation.
+/// Where each value lies in the reports of a force feedback device of the PID class (HID usage page 0x0F). Values are found
+/// in the report descriptor by usage and collection, never by report number or byte. Devices leave out much of the standard,
+/// so everything is optional except what a constant force needs: effect block index and type in Set Effect, block index and
+/// a signed magnitude in Set Constant Force, block index and start in Effect Operation.
 ///
-/// A value that selects a usage is its place in the array's list, counted from the logical minimum. Counted from 1 also
-/// where the logical minimum is 0 and the maximum the number of usages: such devices mean 0 as "none".
+/// The value that selects a usage is the place of the usage in the array's list, counted from the logical minimum. It is
+/// counted from 1 if the logical minimum is 0 and the maximum is the number of usages: on such devices 0 means "none".
 
 #include <array>
 #include <cstddef>
@@ -29,7 +29,7 @@ inline constexpr std::size_t kAxes = 3;
 /// A report to compose or to take apart.
 struct PidReport {
   std::uint8_t id = 0;
-  std::size_t size = 0;  ///< bytes, the id (or the 0 in its place) included
+  std::size_t size = 0;  ///< bytes, including the id (or the 0 in its place)
 };
 
 /// One value of a report.
@@ -38,7 +38,7 @@ struct PidValue {
   std::uint32_t index = 0;
 };
 
-/// A value to set for one meaning: an array's selector, or the bit of a mask.
+/// A value to be set to choose one of several meanings: the selector of an array, or a bit of a mask.
 struct PidChoice {
   PidValue where;
   std::uint32_t value = 0;
@@ -51,7 +51,7 @@ struct PidSetEffect {
   std::optional<PidChoice> spring;
   std::optional<PidValue> duration, trigger_repeat, sample_period, start_delay, gain, trigger_button, direction_enable;
   std::array<std::optional<PidValue>, pid::kAxes> axis_enable;
-  std::vector<PidValue> directions;  ///< as declared: first the angle from north, clockwise
+  std::vector<PidValue> directions;  ///< in the declared order; the first is the angle from north, clockwise
 };
 struct PidSetConstant {
   PidReport report;
@@ -73,7 +73,7 @@ struct PidBlockFree {
   PidReport report;
   PidValue block;
 };
-/// Each command is a choice of its own: of an 8-bit array, or of a mask's bits.
+/// Each command is a choice of its own: a value of an 8-bit array, or a bit of a mask.
 struct PidDeviceControl {
   PidReport report;
   std::optional<PidChoice> enable_actuators, disable_actuators, stop_all, reset, pause, resume;
@@ -123,26 +123,24 @@ struct PidLayout {
   std::optional<PidStateLayout> state;
 };
 
-struct PidLayoutOrMissing {
-  std::optional<PidLayout> layout;
-  std::vector<std::string> missing;  ///< what a constant force needs and the descriptor lacks; empty with a layout
-};
-PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor);
+/// The error: all that a constant force needs and the descriptor lacks.
+Result<PidLayout, std::vector<std::string>> pid_layout(const ReportDescriptor& descriptor);
 
-/// Of a report as a transport gives it; none where it is too short.
+/// A value of a report as the transport delivers it; empty if the report is too short.
 inline std::optional<std::int64_t> get(std::span<const std::byte> report, const PidValue& value) {
   return get(report, value.field, value.index);
 }
-/// Sets the nearest value that the field can hold; false where it can hold none.
+/// Sets the nearest value that the field can hold; false if it can hold none.
 bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_t wanted);
 inline bool choose(std::span<std::byte> report, const PidChoice& choice) {
   return set_raw(report, choice.where.field, choice.where.index, choice.value);
 }
-/// Of a duration: from its unit exponent where its unit is one of time; milliseconds, as devices have it, where it is not.
+/// Seconds per count of a duration field: by its unit exponent if its unit is one of time, otherwise a millisecond, which is
+/// what devices mean.
 double seconds_per_count(const FieldLayout& duration);
-/// By convention 0xFFFF is for ever, whatever the logical range.
+/// By convention 0xFFFF means for ever, whatever the logical range.
 inline constexpr std::uint32_t kPidInfinite = 0xFFFF;
-/// Whether the report holds that choice.
+/// Whether the report contains this choice.
 bool is_chosen(std::span<const std::byte> report, const PidChoice& choice);
 
 }  // namespace evenstep

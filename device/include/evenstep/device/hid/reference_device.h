@@ -3,8 +3,8 @@
 ///
 /// Input report 1 (21 bytes):   u8 id = 1 | u32 sequence | u32 device time, us | i32 x, y, z, nm     little endian
 /// Output report 2 (17 bytes):  u8 id = 2 | u32 sequence | i32 fx, fy, fz, uN
-/// Both sequences count sent reports from 1, modulo 2^32; so does the time, modulo 2^32 us (71.6 minutes), from the start.
-/// 16-bit positions would cost 3 % of a step; int32 nm spans +-2.1 m.
+/// Both sequence numbers count sent reports from 1, modulo 2^32. The time counts from the start, modulo 2^32 us (71.6
+/// minutes). Positions of 16 bits would cause errors of 3 % of a step; int32 nm spans +-2.1 m.
 
 #include <array>
 #include <cstddef>
@@ -32,13 +32,13 @@ struct OutputReport {
   std::uint32_t sequence = 0;
   std::array<std::int32_t, 3> force_uN{};
 };
-/// nullopt: wrong id or length (a longer report is accepted, its tail ignored: the kernel delivers it whole).
+/// Empty for a wrong id or length. A longer report is accepted and its tail ignored, because the kernel delivers it whole.
 std::optional<InputReport> decode_input(std::span<const std::byte> report);
 std::optional<OutputReport> decode_output(std::span<const std::byte> report);
 std::array<std::byte, kInputSize> encode(const InputReport& report);
 std::array<std::byte, kOutputSize> encode(const OutputReport& report);
 
-/// Rounded to nearest (ties away from zero) and saturated to int32. NaN is a programming error.
+/// Rounded to the nearest unit (ties away from zero) and limited to the range of int32. NaN is a programming error.
 std::array<std::int32_t, 3> to_nm(const glm::dvec3& position_m);
 std::array<std::int32_t, 3> to_uN(const glm::dvec3& force_N);
 

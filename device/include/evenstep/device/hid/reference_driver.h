@@ -1,10 +1,11 @@
 #pragma once
-/// The real driver of the reference device, above HidTransport: drains the queue, checks length and id, follows the
-/// sequence number, converts units.
+/// The real driver of the reference device, above HidTransport: it drains the queue, checks length and id, follows the
+/// sequence number and converts units.
 ///
-/// The newest report wins, by sequence number modulo 2^32; a late or repeated one changes nothing and one older than any
-/// queue could hold means that the device counts anew (it was reset), which is followed without counting a loss.
-/// One read handles at most 1024 reports; what is left waits for the next. Before the first report the position is 0.
+/// The newest report counts, by sequence number modulo 2^32. A late or repeated report changes nothing. A report that is
+/// older than any queue could hold means that the device has been reset and counts anew; the driver then follows the new
+/// count and counts no loss. One read handles at most 1024 reports; the rest wait for the next read. Before the first report
+/// the position is 0.
 
 #include <cstddef>
 #include <cstdint>

@@ -1,5 +1,5 @@
 #pragma once
-/// The queue between a device and its driver, as the real ones behave when nobody reads (docs/reference-device.md):
+/// The queue between a device and its driver. It behaves like the real ones when nobody reads (docs/reference-device.md):
 ///
 ///   hidraw policy: 63 reports, the newest is dropped when full.   libusb policy: 32 reports, the oldest is dropped.
 
@@ -18,10 +18,11 @@ class ReportQueue {
  public:
   explicit ReportQueue(QueuePolicy policy) : policy_(policy) {}
 
-  /// Of reports that arrive one after the other while nobody reads, which there will be room for: the first that fit
-  /// (hidraw), or the last ones (libusb). So a stall of any length costs at most one queue of work: `append` just these.
+  /// Makes room for reports that arrive one after the other while nobody reads, and says which of them will be kept: the
+  /// first ones that fit (hidraw), or the last ones (libusb). Only these need to be appended, so a stall of any length costs
+  /// no more work than filling the queue once.
   struct Kept {
-    std::int64_t first, count;  ///< first: how many before it are not kept
+    std::int64_t first, count;  ///< first: how many before the first kept one are dropped
   };
   Kept make_room(std::int64_t arriving) {
     const auto queued = static_cast<std::int64_t>(reports_.size());
@@ -40,7 +41,7 @@ class ReportQueue {
   void push(Report report) {
     if (make_room(1).count == 1) append(std::move(report));
   }
-  /// The oldest.
+  /// Takes out the oldest report.
   std::optional<Report> pop() {
     if (reports_.empty()) return std::nullopt;
     std::optional<Report> oldest(std::move(reports_.front()));

@@ -1,5 +1,5 @@
 #pragma once
-/// What the motors of a simulated device do: as somebody at the device would see it, whatever its driver believes.
+/// What the motors of a simulated device really do, as a person holding it would notice, whatever its driver believes.
 
 #include <cstdint>
 
@@ -11,30 +11,30 @@
 namespace evenstep {
 
 struct MotorState {
-  glm::dvec3 force_N{0};              ///< now; of a device that is gone none, and nothing below up to the actuators
-  int effects_playing = 0;            ///< these three: of a PID device
+  glm::dvec3 force_N{0};              ///< the force now; 0 if the device is gone, as are the next three
+  int effects_playing = 0;            ///< this and the next two are for PID devices
   int effects_allocated = 0;
-  bool actuators_enabled = false;     ///< where it can be told to disable them
+  bool actuators_enabled = false;     ///< for a device that can be told to disable them
   double largest_N = 0;               ///< length of the largest force so far
-  Duration unrenewed;                 ///< longest time so far that they rendered a force and no output report came
-  std::int64_t effects_ended = 0;     ///< because their duration had passed: the device's own dead man's handle
+  Duration unrenewed;                 ///< longest time so far that a force was rendered without a new output report
+  std::int64_t effects_ended = 0;     ///< how many ended because their duration had passed (the dead man's handle)
 };
 
-/// A device in software: the bytes of its cable, and its motors.
+/// A device in software: the bytes on its cable, and its motors.
 class SimulatedDevice : public HidTransport {
  public:
-  /// At the clock's now. May throw HandDiverged, once.
+  /// The state at the clock's now. May throw HandDiverged, but only once.
   virtual MotorState motors() = 0;
 };
 
-/// Keeps what the motors did. Instants must not decrease.
+/// Records what the motors did. Instants must not decrease.
 class MotorLog {
  public:
-  /// The device has taken an output report.
+  /// The device has accepted an output report.
   void heard(RealTime at);
-  /// The length of the force from `at` on.
+  /// From `at` on the force has this length.
   void render(RealTime at, double force_N);
-  /// The force goes on as it was up to `at`.
+  /// The force has stayed the same up to `at`.
   void until(RealTime at);
   double largest_N() const { return largest_N_; }
   Duration unrenewed() const { return unrenewed_; }

@@ -1,18 +1,20 @@
 #pragma once
-/// A force feedback device of the PID class in software: what its firmware does with the reports it gets, on an injected
-/// clock. It knows its own descriptor only (pid_descriptors.h), as a driver does. Reports, queue and faults:
+/// A force feedback device of the PID class in software: what its firmware does with the reports it gets, on a clock that is
+/// passed in. Like a driver, it knows nothing but its own descriptor (pid_descriptors.h). For reports, queue and faults see
 /// simulated_reports.h.
 ///
-/// - Effects lie in a pool. Create New Effect takes the lowest free block; Block Load then says which, or full, or an error,
-///   and nothing for the first `block_load_delay` questions. Without these reports Set Effect takes the block it names.
-/// - An effect plays from Start on for its duration (0xFFFF: for ever); Start again begins anew. What plays adds up:
+/// - Effects are kept in a pool. Create New Effect takes the lowest free block; Block Load then tells which one, or "full",
+///   or an error; it gives no answer to the first `block_load_delay` requests. On a device without these reports, Set Effect
+///   takes the block that it names.
+/// - An effect plays from Start on for its duration (0xFFFF: for ever); another Start begins anew. Playing effects add up:
 ///     constant force    magnitude / largest * effect gain, along the enabled axes, or the direction's X = sin, Y = cos
-///     spring            coefficient / largest * (center - position) in half travels (or full_slope), saturated, along the enabled axes
+///     spring            coefficient / largest * (center - position) in half travels (or full_slope), saturated, along the
+///                       enabled axes
 ///   times device gain and full_scale_N; nothing while paused, without power, safety switch or enabled actuators.
-/// - The actuators are off until they are enabled (on where there is no Device Control); Device Reset enables them, frees
-///   all blocks and sets the gain to its full.
-/// - The motors, and a hand, feel the constant forces as they change, and springs at `firmware_rate`.
-/// - Whatever its state report says is sent when it changes.
+/// - The actuators are off until they are enabled (on a device without Device Control they are always on). Device Reset
+///   enables them, frees all blocks and sets the gain to its maximum.
+/// - Changes of constant forces take effect at once, on the motors and on a hand; springs are updated at `firmware_rate`.
+/// - A state report is sent whenever its content changes.
 
 #include <array>
 #include <cstdint>
@@ -28,7 +30,7 @@
 
 namespace evenstep {
 
-/// Somebody at the device; in order of time.
+/// Something that a person at the device does; events must be in order of time.
 struct PidDeviceEvent {
   enum class Kind { safety_switch, actuator_power } kind = Kind::safety_switch;
   RealTime at;
@@ -38,16 +40,17 @@ struct PidDeviceEvent {
 struct SimulatedPidOptions {
   PidDescriptorOptions descriptor;
   SimulatedDeviceOptions reports;
-  glm::dvec3 travel_m{0.4};  ///< position +-travel / 2 is the logical range; beyond, its ends
-  double full_scale_N = 10;  ///< of the largest magnitude at full gain
-  std::optional<glm::dvec3> full_slope_N_per_m;  ///< of the largest coefficient at full gain; none: full_scale_N in half travels
+  glm::dvec3 travel_m{0.4};  ///< positions of +-travel / 2 are the logical range; positions beyond give its ends
+  double full_scale_N = 10;  ///< force of the largest magnitude at full gain
+  /// Slope of the largest coefficient at full gain; empty: full_scale_N over half the travel.
+  std::optional<glm::dvec3> full_slope_N_per_m;
   Rate firmware_rate{4000, 1};
   int pool_effects = 40;       ///< at most 40
-  int simultaneous = 40;       ///< what the pool report says
-  bool device_managed = true;  ///< what the pool report says; false: Create New Effect is answered by an error
-  int block_load_delay = 0;
-  int block_load_error_at = -1;   ///< the so-many-th Create New Effect ends in an error
-  int feature_interruptions = 0;  ///< so many feature requests are interrupted first
+  int simultaneous = 40;       ///< number of simultaneous effects in the pool report
+  bool device_managed = true;  ///< as in the pool report; false: Create New Effect is answered with an error
+  int block_load_delay = 0;    ///< how many Block Load requests after a Create New Effect get no answer
+  int block_load_error_at = -1;   ///< which Create New Effect ends in an error, counted from 0; -1: none
+  int feature_interruptions = 0;  ///< how many feature requests, counted from the first, are interrupted
   std::vector<PidDeviceEvent> events;
 };
 
@@ -57,7 +60,7 @@ class SimulatedPidDevice final : public SimulatedDevice {
   SimulatedPidDevice(const Clock& clock, Hand hand, SimulatedPidOptions options);
 
   HidRead read(std::span<std::byte> buffer) override;
-  /// `rejected`: no output report of this device, or too short.
+  /// `rejected`: it is no output report of this device, or too short.
   HidWrite write(std::span<const std::byte> report) override;
   HidFeature get_feature(std::span<std::byte> report) override;
   HidWrite set_feature(std::span<const std::byte> report) override;
@@ -80,7 +83,7 @@ class SimulatedPidDevice final : public SimulatedDevice {
   };
   struct Effect {
     bool allocated = false, is_spring = false, playing = false;
-    std::optional<Duration> duration;  // none: for ever
+    std::optional<Duration> duration;  // empty: for ever
     std::optional<RealTime> ends_at;
     std::array<double, pid::kAxes> along{};
     double gain = 1, magnitude = 0;
@@ -119,7 +122,7 @@ class SimulatedPidDevice final : public SimulatedDevice {
   ReportDescriptor parsed_;
   PidLayout layout_;
   HidDeviceInfo info_;
-  std::vector<Effect> effects_;  // by block; 0 is none
+  std::vector<Effect> effects_;  // by block; there is no block 0
   bool enabled_ = false, paused_ = false, safety_ = true, power_ = true;
   double gain_ = 1;
   std::size_t next_event_ = 0;

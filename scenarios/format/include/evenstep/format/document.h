@@ -1,6 +1,6 @@
 #pragma once
-/// A TOML file as plain values that keep their places. toml++ nodes lose theirs when copied (and a merge copies), so
-/// toml++ is left behind right after parsing.
+/// A TOML file as plain values that know their places in the file. toml++ nodes lose their places when they are copied (as a
+/// merge must do), so toml++ is used for parsing only.
 
 #include <cstdint>
 #include <string>
@@ -32,15 +32,15 @@ struct Value {
 
 struct Entry {
   std::string key;
-  Place place;  ///< of the key
+  Place place;  ///< place of the key
   Value value;
 };
 
 Value text_value(std::string text, Place place);
 Value integer_value(std::int64_t integer, Place place);
-/// "a list", for messages.
+/// The kind in words, such as "a list", for messages.
 std::string_view name_of(Value::Kind kind);
-/// As in a file: 11.1, "30 Hz", true; lists and tables by their name.
+/// The value as it would be written in a file: 11.1, "30 Hz", true. For a list or table only the name of its kind.
 std::string as_written(const Value& value);
 
 class Errors {
@@ -50,18 +50,20 @@ class Errors {
   }
   bool any() const { return !list_.empty(); }
   std::size_t count() const { return list_.size(); }
-  /// By position; those of `first_file` first.
+  /// All errors by position, those of `first_file` first.
   std::vector<Diagnostic> sorted(const std::string& first_file) const;
 
  private:
   std::vector<Diagnostic> list_;
 };
 
-/// The table of a file's text. Syntax errors, duplicate keys and bytes that are not UTF-8 are errors with a place.
+/// Parses the text of a file into its table. Syntax errors, duplicate keys and bytes that are not UTF-8 are errors with a
+/// place.
 Value parse_toml(const std::string& text, const std::string& file, Errors& errors);
-/// One value as after a '='; text that is none is a string ("22.2 ms" needs no quotes on a command line).
+/// Parses one value, as it would stand after a '='. Text that is not a TOML value becomes a string, so 22.2 ms needs no
+/// quotes on a command line.
 Value parse_toml_value(std::string_view text, const Place& place);
-/// Reads back to an equal table.
+/// Prints a table as TOML; parsing the result gives an equal table.
 std::string print_toml(const Value& table);
 
 }  // namespace evenstep::internal

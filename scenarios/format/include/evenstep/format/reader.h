@@ -1,5 +1,6 @@
 #pragma once
-/// The two halves of reading a scenario: files to one table, one table to a scenario. A sweep changes the table in between.
+/// The two halves of reading a scenario: from its files to one table, and from the table to a Scenario. A sweep changes the
+/// table in between.
 
 #include <string>
 #include <string_view>
@@ -9,14 +10,14 @@
 
 namespace evenstep::internal {
 
-/// `extends` and --set applied.
+/// The table of a scenario with `extends` and --set applied.
 Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors);
-/// `path`: the scenario's file, for messages.
-ReadResult read_document(Value document, const std::string& path);
+/// `path`: the scenario's file, for messages. `registered`: ReadOptions::registered.
+ReadResult read_document(Value document, const std::string& path, const std::vector<std::string>& registered = {});
 
-/// The value at this path of a scenario is the name of a file.
+/// Whether the value at this path of a scenario is the name of a file.
 bool names_file(std::string_view path);
-/// All such values of a document, those of its [sweep.grid] among them.
+/// All such values of a document, including those in its [sweep.grid].
 std::vector<Value*> named_files(Value& document);
 
 }  // namespace evenstep::internal
