@@ -39,7 +39,9 @@ value() { sed -n "s/^$2: //p" <<<"$1" | tail -1; }
 
 build_test() { ninja -C build -j "$build_jobs" "test_$1" >build.log 2>&1; }
 run_test() {
-  POCL_CACHE_DIR=$PWD/build/pocl-cache timeout 300 "$(find build/tests -name "test_$1" -type f)" --abort "$2" >test.log 2>&1
+  local program
+  program=build/$(ninja -C build -t query "test_$1" | sed -n '/input:/{n; s/^ *//p; q}')
+  POCL_CACHE_DIR=$PWD/build/pocl-cache timeout 300 "$program" --abort "$2" >test.log 2>&1
 }
 
 # apply BLOCK : changes the copy; the files that it names are in `changed`
