@@ -1,5 +1,6 @@
 #include "core_paths.h"
 
+#include <algorithm>
 #include <array>
 #include <glm/vec3.hpp>
 #include <utility>
@@ -110,14 +111,14 @@ class MapReads final : public CorePath {
 
 /// Times to read a ring at: between its entries `back` and `back` + 1 from the newest, at a fraction drawn before. The rings
 /// are filled once, because in a run an entry is written for every one that is read, on another lane.
-constexpr std::size_t kRingCapacity = 64;
 constexpr Duration kTick{1'000'000};
+constexpr std::size_t entries_for(int back) { return std::max<std::size_t>(64, static_cast<std::size_t>(back) + 2); }
 class ReadTimes {
  public:
   explicit ReadTimes(int back) {
+    const auto interval = static_cast<std::int64_t>(entries_for(back)) - 2 - back;
     std::uint64_t state = 1;
-    for (RealTime& at : times_)
-      at = RealTime{static_cast<std::int64_t>(kRingCapacity - 2 - back) * kTick.ns + draw_ms(state).ns % kTick.ns};
+    for (RealTime& at : times_) at = RealTime{interval * kTick.ns + draw_ms(state).ns % kTick.ns};
   }
   RealTime next() { return times_[i_++ % times_.size()]; }
 
@@ -128,33 +129,33 @@ class ReadTimes {
 
 template <class Ring>
 void fill(Ring& ring) {
-  for (std::int64_t i = 0; i < static_cast<std::int64_t>(kRingCapacity); ++i)
+  for (std::int64_t i = 0; i < static_cast<std::int64_t>(ring.capacity()); ++i)
     ring.push(RealTime{i * kTick.ns}, glm::dvec3(static_cast<double>(i), 1, 2));
 }
 
 /// The interaction buffer at a read time that lies `back` samples behind the newest.
 class BufferReads final : public CorePath {
  public:
-  explicit BufferReads(int back) : times_(back) { fill(buffer_); }
+  explicit BufferReads(int back) : buffer_(entries_for(back)), times_(back) { fill(buffer_); }
   void run(std::int64_t count) override {
     for (std::int64_t i = 0; i < count; ++i) use(buffer_.at(times_.next()));
   }
 
  private:
-  SampleBuffer<glm::dvec3> buffer_{kRingCapacity};
+  SampleBuffer<glm::dvec3> buffer_;
   ReadTimes times_;
 };
 
 /// The force at a device tick that lies `back` emission times behind the newest.
 class ForceReads final : public CorePath {
  public:
-  explicit ForceReads(int back) : times_(back) { fill(schedule_); }
+  explicit ForceReads(int back) : schedule_(entries_for(back), Emission::linear), times_(back) { fill(schedule_); }
   void run(std::int64_t count) override {
     for (std::int64_t i = 0; i < count; ++i) use(schedule_.at(times_.next()));
   }
 
  private:
-  ForceSchedule<glm::dvec3> schedule_{kRingCapacity, Emission::linear};
+  ForceSchedule<glm::dvec3> schedule_;
   ReadTimes times_;
 };
 
@@ -165,7 +166,7 @@ class RingWrites final : public CorePath {
   }
 
  private:
-  SampleBuffer<glm::dvec3> buffer_{kRingCapacity};
+  SampleBuffer<glm::dvec3> buffer_{64};
   RealTime at_;
 };
 
@@ -212,8 +213,10 @@ constexpr std::pair<const char*, std::unique_ptr<CorePath> (*)()> kPaths[] = {
     {"map_read_and_emission", make<MapReads>},
     {"buffer_read_0_back", make<BufferReads, 0>},
     {"buffer_read_12_back", make<BufferReads, 12>},
+    {"buffer_read_18400_back", make<BufferReads, 18'400>},  // 2.3 s at 8 kHz
     {"force_read_0_back", make<ForceReads, 0>},
     {"force_read_6_back", make<ForceReads, 6>},
+    {"force_read_920_back", make<ForceReads, 920>},  // 2.3 s at 400 Hz
     {"ring_write", make<RingWrites>},
     {"periodic_segment", make<TimingSegments, 0.0>},
     {"varying_segment", make<TimingSegments, 0.1>},

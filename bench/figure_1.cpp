@@ -72,7 +72,7 @@ Spent run_once(const Scenario& scenario, const StrategyPlan& plan) {
   DeviceExchange exchange(links_of(scenario, plan), devices.drivers());
   auto watched = std::make_unique<WatchedSolver>(make_scenario_solver(scenario, plan.kind), spent);
   const WatchedSolver& solver = *watched;
-  StrategyLanes lanes(scenario, plan, std::move(watched), exchange, make_timing(scenario), devices.drivers());
+  StrategyLanes lanes(scenario, plan, std::move(watched), exchange, make_timing(scenario.timing), devices.drivers());
   InlineExecutor executor;
   Scheduler scheduler(clock, executor);
   lanes.spawn(scheduler, scheduler);
@@ -92,15 +92,15 @@ Spent run_once(const Scenario& scenario, const StrategyPlan& plan) {
 int main(int argc, char** argv) {
   if (argc < 2) return std::fputs("usage: bench_figure_1 SCENARIO [REPETITIONS]\n", stderr), 2;
   const ReadResult read = read_scenario(argv[1], {{"run.strategies=[\"phase_locked\"]", "expect=[]"}, std::nullopt});
-  for (const Diagnostic& error : read.errors) std::fprintf(stderr, "%s\n", text(error).c_str());
-  if (!read.scenario) return 2;
-  const StrategyPlan plan = evenstep::plan(*read.scenario).front();
-  const double virtual_s = seconds(read.scenario->run_duration);
+  for (const Diagnostic& error : read.error_or({})) std::fprintf(stderr, "%s\n", text(error).c_str());
+  if (!read) return 2;
+  const StrategyPlan plan = evenstep::plan(*read).front();
+  const double virtual_s = seconds(read->run_duration);
 
   std::printf("%8s %9s %9s %9s %9s %9s %10s %12s\n", "events", "CPU ms", "solver %", "digest %", "rest %", "rest ms",
               "us/event", "virtual/real");
   for (int i = 0; i < (argc > 2 ? std::atoi(argv[2]) : 5); ++i) {
-    const Spent spent = run_once(*read.scenario, plan);
+    const Spent spent = run_once(*read, plan);
     const double percent = 100 / (spent.total_s - spent.reading_s);
     std::printf("%8lld %9.1f %9.2f %9.2f %9.2f %9.3f %10.3f %12.2f\n", static_cast<long long>(spent.events),
                 (spent.total_s - spent.reading_s) * 1e3, spent.solver_s * percent, spent.digest_s * percent,

@@ -11,6 +11,7 @@
 
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/scheduler/scheduler.h"
+#include "src/event_queue.h"
 
 namespace {
 
@@ -51,6 +52,68 @@ void events(benchmark::State& state, bool keep_events) {
 }
 BENCHMARK_CAPTURE(events, hash_only, false)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 BENCHMARK_CAPTURE(events, hash_and_kept, true)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
+
+/// The yardstick: the same lanes, queue and hash in the least loop that runs them. No limits, no external work, no stop, no
+/// arrival times, no clock behind an interface.
+class LeanCore {
+ public:
+  struct Lane {
+    struct promise_type {
+      Lane get_return_object() { return {std::coroutine_handle<promise_type>::from_promise(*this)}; }
+      std::suspend_never initial_suspend() noexcept { return {}; }
+      std::suspend_always final_suspend() noexcept { return {}; }
+      void return_void() {}
+      void unhandled_exception() {}
+    };
+    std::coroutine_handle<promise_type> handle;
+  };
+  struct Until : Scheduler::Suspended {
+    LeanCore* core = nullptr;
+    RealTime at;
+    bool await_ready() const noexcept { return false; }
+    void await_suspend(std::coroutine_handle<> lane) noexcept {
+      handle = std::coroutine_handle<Task::promise_type>::from_address(lane.address());
+      core->queue_.push({at, evenstep::Lane::device, ++core->sequence_}, *this);
+    }
+    void await_resume() const noexcept {}
+  };
+
+  ~LeanCore() {
+    for (const Lane& lane : lanes_) lane.handle.destroy();
+  }
+  void spawn(Lane lane) { lanes_.push_back(lane); }
+  RealTime now() const { return now_; }
+  Until until(RealTime at, EventName name) { return {{nullptr, name}, this, at}; }
+  void run_one() {
+    const internal::EventKey key = queue_.top().key;
+    Scheduler::Suspended* const await = queue_.top().lane;
+    queue_.take();
+    now_ = key.time();
+    const EventName name = await->name;
+    await->handle.resume();
+    queue_.close_gap();
+    hash_ = chain(hash_, {now_, key.lane(), name, 0});
+  }
+  std::uint64_t hash() const { return hash_; }
+
+ private:
+  internal::EventQueue queue_;
+  std::vector<Lane> lanes_;
+  RealTime now_;
+  std::uint64_t sequence_ = 0, hash_ = 0;
+};
+
+LeanCore::Lane hold(LeanCore& core, std::uint64_t seed) {
+  for (std::uint64_t state = spread(seed);;) co_await core.until(core.now() + next_delay(state), "tick");
+}
+
+void lean_core(benchmark::State& state) {
+  LeanCore core;
+  for (int lane = 0; lane < state.range(0); ++lane) core.spawn(hold(core, static_cast<std::uint64_t>(lane)));
+  for (auto _ : state) core.run_one();
+  benchmark::DoNotOptimize(core.hash());
+}
+BENCHMARK(lean_core)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 
 /// Beside it: the priority queue of the standard library with a std::function per event. No hash, no limits, no clock.
 void std_queue(benchmark::State& state) {

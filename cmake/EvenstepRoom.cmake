@@ -8,7 +8,8 @@ target_compile_options(evenstep_options INTERFACE
   -ffp-contract=off          # bits must not depend on which compiler fuses what
   -Wall -Wextra -Wshadow -Wno-missing-field-initializers)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  target_compile_options(evenstep_options INTERFACE -fcoroutines)
+  # A precompiled header that does not fit would be ignored, and take longer than none.
+  target_compile_options(evenstep_options INTERFACE -fcoroutines -Werror=invalid-pch)
 endif()
 if(EVENSTEP_SANITIZE)
   include(EvenstepSanitize)

@@ -1,9 +1,8 @@
-# A build with sanitizers: every program of it stops at the first report, and carries its options and suppressions with it, so
-# that it is checked the same way however it is started. ASAN_OPTIONS and the like still win. TSan needs no suppression: it has
-# nothing to say about PoCL, LLVM and the OpenCL loader.
-# Optimised less than a release: with all these checks a large source takes 15 s of processor time instead of 24 with -O2.
+# A build with sanitizers: every program of it stops at the first report, and carries its options and suppressions with it,
+# so that it is checked the same way however it is started. ASAN_OPTIONS and the like still win. TSan needs no suppression:
+# it has nothing to say about PoCL, LLVM and the OpenCL loader.
 target_compile_options(evenstep_options INTERFACE -fsanitize=${EVENSTEP_SANITIZE} -fno-sanitize-recover=all
-  -fno-omit-frame-pointer -g1 -O1)
+  -fno-omit-frame-pointer -g1)
 target_compile_definitions(evenstep_options INTERFACE _GLIBCXX_ASSERTIONS)
 target_link_options(evenstep_options INTERFACE -fsanitize=${EVENSTEP_SANITIZE})
 if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
@@ -11,8 +10,8 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
   target_compile_options(evenstep_options INTERFACE -fno-sanitize=function)
 endif()
 if(EVENSTEP_SANITIZE MATCHES undefined AND NOT EVENSTEP_FUZZ)
-  # A check of every access through a pointer, half the time to build: what it finds, the address sanitizer finds at the access
-  # itself. The fuzz targets have all of them.
+  # A check of every access through a pointer, half the time to build: what it finds, the address sanitizer finds at the
+  # access itself. The fuzz targets have all of them.
   target_compile_options(evenstep_options INTERFACE -fno-sanitize=null,alignment,object-size,vptr)
 endif()
 if(EVENSTEP_FUZZ)

@@ -11,7 +11,7 @@ tables=("$@")
 if (($# == 0)); then tables=(scheduler paths sizing solver features figure-1); fi
 
 build=$(build_folder)
-is_configured || configure
+is_configured || configure release --fresh
 out=$build/bench/results
 mkdir -p -- "$out"
 export POCL_CACHE_DIR=${POCL_CACHE_DIR:-$build/pocl-cache}
@@ -49,7 +49,7 @@ for table in "${tables[@]}"; do
       ;;
     solver)
       compile 'building bench_solver_steps' bench_solver_steps
-      POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=${OMP_WAIT_POLICY:-active} "$build/bench/bench_solver_steps" \
+      POCL_DEVICES='basic pthread' OMP_WAIT_POLICY=passive "$build/bench/bench_solver_steps" \
         $((repetitions * 5))
       ;;
     features)

@@ -27,6 +27,7 @@ timed() {
 }
 
 git clone -q -- "$repo" "$clone"
+with_tests
 install_packages
 chmod 755 "$folder"
 chown -R 65534:65534 "$clone"

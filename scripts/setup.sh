@@ -9,6 +9,13 @@ fail() { note "$@"; exit 2; }
 # --- packages ---------------------------------------------------------------------------------------------------------
 
 package_lists=("$repo/scripts/packages.txt")
+tests=OFF   # whether the build has the tests: they need packages that running does not
+
+# with_tests : the build that set_up makes has the tests, and what they need is installed
+with_tests() {
+  package_lists+=("$repo/scripts/test-packages.txt")
+  tests=ON
+}
 
 packages_wanted() { sed -E 's/[[:space:]]*(#.*)?$//; /^$/d' "${package_lists[@]}"; }
 
@@ -16,7 +23,8 @@ packages_missing() {
   local wanted
   mapfile -t wanted < <(packages_wanted)
   # dpkg-query exits with 1 when one name is unknown to it, and prints the others all the same.
-  comm -13 <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) \
+  comm -13 \
+    <(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${wanted[@]}" 2>/dev/null | sed -n 's/^installed //p' | sort -u) \
     <(printf '%s\n' "${wanted[@]}" | sort -u)
 }
 
@@ -62,7 +70,8 @@ install_packages() {
       exit 2
     fi
   fi
-  run_apt update || fail "apt-get update failed: see its errors above. Is there a network, and are the package sources right?"
+  run_apt update ||
+    fail "apt-get update failed: see its errors above. Is there a network, and are the package sources right?"
   run_apt install -y --no-install-recommends "${missing[@]}" ||
     fail "apt-get install failed: see its errors above. Debian 12 has all of: ${missing[*]}"
 }
@@ -94,9 +103,13 @@ is_configured() {
   [[ $home -ef $repo ]]
 }
 
-configure() {  # configure PRESET
+# has_tests : the tests are part of the configured build
+has_tests() { ! grep -q '^EVENSTEP_BUILD_TESTS:BOOL=OFF$' "$build/CMakeCache.txt"; }
+
+configure() {  # configure PRESET [--fresh]
   note "configuring ${build/#"$repo/"/}"
-  (cd -- "$repo" && cmake --fresh --preset "$1" -B "$build") >"$build/configure.log" 2>&1 || {
+  (cd -- "$repo" && cmake "${@:2}" --preset "$1" -B "$build" -D EVENSTEP_BUILD_TESTS="$tests") \
+    >"$build/configure.log" 2>&1 || {
     cat -- "$build/configure.log" >&2
     fail "CMake could not configure the build: see above"
   }
@@ -128,8 +141,8 @@ show_progress() {  # show_progress NOTE
   if [[ $building && -t 2 ]]; then printf '\r\e[K'; fi
 }
 
-# set_up PRESET TARGET... : afterwards `build` is the build folder of the preset (CMakePresets.json), and each TARGET in it is
-# up to date. `release` has the build folder itself, any other preset a folder of its name in it. One caller at a time.
+# set_up PRESET TARGET... : afterwards `build` is the build folder of the preset (CMakePresets.json), and each TARGET in it
+# is up to date. `release` has the build folder itself, any other preset a folder of its name in it. One caller at a time.
 set_up() {
   local preset=$1
   shift
@@ -141,11 +154,14 @@ set_up() {
   (
     flock -n 9 || { note "waiting for another build in $build"; flock 9; }
     install_packages
-    if is_configured; then
-      compile "building what changed" "$@"
-    else
-      configure "$preset"
+    if ! is_configured; then
+      configure "$preset" --fresh
       compile "building (the first time: some minutes)" "$@"
+    else
+      # Tests come into a build that has none, and stay: run.sh and test.sh take turns in one folder, and what the program is
+      # made of is the same with and without them.
+      if [[ $tests == ON ]] && ! has_tests; then configure "$preset"; fi
+      compile "building what changed" "$@"
     fi
   ) 9>"$build/.lock" </dev/null >&2
 }

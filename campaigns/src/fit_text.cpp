@@ -157,36 +157,6 @@ std::string verdict(const FitComparison& comparison, const std::string& file) {
              kFitTolerance, fmt::join(model, ", "), file);
 }
 
-std::string json_need(const LatencyNeed& need) {
-  return fmt::format("{{\"window_p50_ns\":{},\"window_p99_ns\":{},\"whole_ns\":{}}}", need.window_p50.ns, need.window_p99.ns,
-                     need.whole.ns);
-}
-
-std::string json_needs(const std::vector<LatencyNeed>& needs) {
-  std::vector<std::string> all;
-  for (const LatencyNeed& need : needs) all.push_back(json_need(need));
-  return fmt::format("[{}]", fmt::join(all, ","));
-}
-
-std::string json_length(const FittedLength& length) {
-  return fmt::format(
-      "{{\"count\":{},\"median_ns\":{:.1f},\"mean_ns\":{:.1f},\"variation\":{:.6g},\"kolmogorov_distance\":{:.6g}}}",
-      length.count, length.median_ns, length.mean_ns, length.variation, length.distance);
-}
-
-std::string json_number(const FittedNumber& number) {
-  return fmt::format("{{\"value\":{:.6g},\"error\":{:.6g}}}", number.value, number.error);
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) >= 0x20) out += c;
-  }
-  return out;
-}
-
 }  // namespace
 
 std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, const std::string& file) {
@@ -199,45 +169,6 @@ std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, cons
   add_hits(out, fit);
   add_drift(out, fit);
   return out + verdict(comparison, file);
-}
-
-std::string fit_json(const TimingFit& fit, const FitComparison& comparison, const std::string& file) {
-  const ProgrammedTiming& timing = fit.timing;
-  const char* const orders[] = {"visualization-first", "steps-first", "concurrent"};
-  std::string out =
-      fmt::format("{{\"file\":\"{}\",\"segments\":{},\"seconds\":{:.6g},\"order\":\"{}\",\"paced\":{}", escaped(file),
-                  fit.segments, fit.seconds, orders[static_cast<int>(timing.order)], timing.paced);
-  out += fmt::format(
-      ",\"segment_median_ns\":{:.1f},\"segment_variation\":{:.6g},\"work_variation\":{:.6g},\"idle_share\":{:.6g},"
-      "\"late\":{}",
-      fit.segment_median_ns, fit.segment_variation, fit.work_variation, fit.idle_share, fit.late);
-  out += fmt::format(",\"visualization\":{},\"dropped\":{},\"merged\":{},\"lag_1\":{:.6g}", json_length(fit.visualization),
-                     fit.dropped, fit.merged, fit.lag_1);
-  if (timing.regimes)
-    out +=
-        fmt::format(",\"regimes\":{{\"factor\":{:.6g},\"mean_length\":{:.6g},\"separation\":{:.6g},\"slow_share\":{:.6g}}}",
-                    timing.regimes->factor, timing.regimes->mean_length, fit.regime_separation, fit.slow_share);
-  out += fmt::format(
-      ",\"steps\":[{}],\"least_steps\":{},\"most_steps\":{},\"mean_steps\":{:.6g},\"step\":{},\"first_step\":{},"
-      "\"slowdown\":{}",
-      fmt::join(timing.steps, ","), fit.least_steps, fit.most_steps, fit.mean_steps, json_length(fit.step),
-      json_number(fit.first_step), json_number(fit.slowdown));
-  out += fmt::format(",\"hits\":{},\"alike\":{}", fit.excess_ns.size(), fit.alike);
-  if (timing.spikes)
-    out += fmt::format(",\"spikes\":{{\"rate_Hz\":{:.6g},\"cost_ns\":{}}}", timing.spikes->rate_Hz, timing.spikes->cost.ns);
-  if (timing.preemption)
-    out += fmt::format(
-        ",\"preemption\":{{\"rate_Hz\":{:.6g},\"least_ns\":{},\"most_ns\":{},\"tail\":{:.6g},\"kolmogorov_distance\":{:.6g}}"
-        "}",
-        timing.preemption->rate_Hz, timing.preemption->least.ns, timing.preemption->most.ns, timing.preemption->tail,
-        fit.tail_distance);
-  out += fmt::format(",\"drift_per_s\":{:.6g},\"visualization_drift_per_s\":{},\"step_drift_per_s\":{}", timing.drift_per_s,
-                     json_number(fit.visualization_drift_per_s), json_number(fit.step_drift_per_s));
-  out += fmt::format(",\"latency\":{{\"recording\":{},\"model\":{},\"shuffled\":{}}}", json_need(comparison.recording),
-                     json_needs(comparison.model), json_needs(comparison.shuffled));
-  const bool stands = differences(comparison.recording, comparison.model_median).empty();
-  const bool order = !differences(comparison.recording, comparison.shuffled_median).empty();
-  return out + fmt::format(",\"order_matters\":{},\"replay_instead\":{}}}\n", order, !stands);
 }
 
 }  // namespace evenstep

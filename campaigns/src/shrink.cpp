@@ -130,8 +130,8 @@ Duration Shrink::duration_of(const std::vector<SegmentTiming>& timing) const {
 std::optional<ExpectationResult> Shrink::judged_document(const Value& document) {
   ++outcome_.runs;
   const ReadResult read = internal::read_document(document, path_);
-  if (!read.scenario) return std::nullopt;
-  Scenario scenario = *read.scenario;
+  if (!read) return std::nullopt;
+  Scenario scenario = *read;
   scenario.keep_rows = false;
   RunOptions options;
   options.control.interrupted = options_.interrupted;
@@ -146,7 +146,7 @@ std::optional<ExpectationResult> Shrink::judged(const std::vector<Perturbation>&
   const std::vector<SegmentTiming> timing = shape_.build(perturbations, segments);
   if (timing.empty()) return std::nullopt;
   const std::string trace = (scratch_.path / "timing.csv").string();
-  write_text(trace, internal::timing_csv_of(timing));
+  write_text(trace, format_timing_csv(timing));
   Value document = document_;
   internal::set_timing(document, trace, duration_of(timing));
   return judged_document(document);
@@ -192,9 +192,9 @@ std::vector<std::pair<std::string, std::string>> Shrink::take_files(Value& docum
   std::vector<std::pair<std::string, std::string>> files;
   for (Value* file : internal::named_files(document)) {
     const std::string path = internal::path_from(*file);
-    const internal::TextFile read = internal::read_text_file(path, INT64_MAX);
-    if (!read.error.empty()) throw std::runtime_error(fmt::format("'{}' {}", path, read.error));
-    files.emplace_back(fmt::format("{}-{}{}", stem, files.size(), fs::path(path).extension().string()), read.text);
+    const Result<std::string> read = internal::read_text_file(path, INT64_MAX);
+    if (!read) throw std::runtime_error(fmt::format("'{}' {}", path, read.error()));
+    files.emplace_back(fmt::format("{}-{}{}", stem, files.size(), fs::path(path).extension().string()), *read);
     file->text = files.back().first;
   }
   return files;
@@ -221,18 +221,18 @@ void Shrink::write(const ExpectationResult& before) {
   document.table.push_back({"because", {}, internal::text_value(because, {})});
   std::string toml = fmt::format("# {}\n", because);
   for (const Perturbation& perturbation : kept_) toml += fmt::format("#   {}\n", text(perturbation));
-  files.emplace_back(stem + ".csv", internal::timing_csv_of(timing));
+  files.emplace_back(stem + ".csv", format_timing_csv(timing));
   files.emplace_back(stem + ".toml", toml + internal::print_toml(document));
   fs::create_directories(options_.folder);
   for (const auto& [file, content] : files) write_text((fs::path(options_.folder) / file).string(), content);
   outcome_.file = (fs::path(options_.folder) / (stem + ".toml")).string();
 
   const ReadResult read = read_scenario(outcome_.file);
-  if (!read.scenario)
-    throw std::runtime_error(fmt::format("the written scenario does not read: {}", text(read.errors.front())));
+  if (!read)
+    throw std::runtime_error(fmt::format("the written scenario does not read: {}", text(read.error().front())));
   RunOptions options;
   options.control.interrupted = options_.interrupted;
-  const RunOutcome again = run_scenario(*read.scenario, options);
+  const RunOutcome again = run_scenario(*read, options);
   if (again.exit == ExitCode::interrupted) throw Interrupted{};
   if (again.results.size() != 1 || again.results.front().verdict != ExpectationResult::Verdict::fail)
     throw std::runtime_error(fmt::format("{} was written, but its expectation does not fail", outcome_.file));
@@ -271,7 +271,7 @@ std::optional<std::string> why_not_this_seed(const Scenario& scenario, const Exp
   const auto with =
       std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == signal->kind; });
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal->kind);
-  const double most = expectation.max->number * unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
+  const double most = expectation.max->number * *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
   const auto rate = [](const internal::RateCount& count) {
     return static_cast<double>(count.hit) / static_cast<double>(std::max<std::int64_t>(count.segments, 1));
   };
@@ -329,21 +329,21 @@ ShrinkOutcome shrink_scenario(const std::string& path, const ShrinkOptions& opti
   Value document = internal::load_with_overrides(path, {options.set, options.seed}, of_files);
   if (of_files.any()) return refuse(of_files.sorted(path));
   const ReadResult read = internal::read_document(document, path);
-  if (!read.scenario) return refuse(read.errors);
-  if (read.scenario->case_spec) return refuse({{path, 0, 0, "a [case] has no timing to shrink"}});
+  if (!read) return refuse(read.error());
+  if (read->case_spec) return refuse({{path, 0, 0, "a [case] has no timing to shrink"}});
   RunOptions run_options;
   run_options.control.interrupted = options.interrupted;
   try {
-    const RunOutcome run = run_scenario(*read.scenario, run_options);
+    const RunOutcome run = run_scenario(*read, run_options);
     if (!run.errors.empty()) return refuse(run.errors);
     if (run.exit == ExitCode::interrupted) throw Interrupted{};
-    const std::optional<std::size_t> expectation = failing(*read.scenario, run, options, outcome.errors);
+    const std::optional<std::size_t> expectation = failing(*read, run, options, outcome.errors);
     if (!expectation) return refuse(outcome.errors);
     outcome.before = run.results[*expectation];
     const std::optional<std::string> reason =
-        why_not_this_seed(*read.scenario, read.scenario->expectations[*expectation], outcome.before.signal);
-    if (reason) return refuse({{read.scenario->file, outcome.before.line, 1, *reason}});
-    Shrink shrink(std::move(document), *read.scenario, *expectation, options, outcome);
+        why_not_this_seed(*read, read->expectations[*expectation], outcome.before.signal);
+    if (reason) return refuse({{read->file, outcome.before.line, 1, *reason}});
+    Shrink shrink(std::move(document), *read, *expectation, options, outcome);
     shrink.run();
     shrink.write(outcome.before);
   } catch (const Interrupted&) {

@@ -41,10 +41,10 @@ Value& table_at(Value& document, std::string_view key) {
 void fix_text(std::uint32_t forms, Value& value, const NominalUnits& nominal) {
   if (!value.is(Value::Kind::text) || !is_nominal(value.text)) return;
   if (forms & kSpan) {
-    value = text_of_ns(parse_duration(value.text, nominal).value.ns);
+    value = text_of_ns(parse_duration(value.text, nominal)->ns);
   } else if (forms & kLimit) {
-    const Limit limit = parse_limit(value.text).value;
-    value = text_value(fmt::format("{} s", limit.number * unit_factor(limit.unit, "s", 0, nominal).value), kNowhere);
+    const Limit limit = *parse_limit(value.text);
+    value = text_value(fmt::format("{} s", limit.number * *unit_factor(limit.unit, "s", 0, nominal)), kNowhere);
   }
 }
 

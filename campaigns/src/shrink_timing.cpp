@@ -1,9 +1,6 @@
 #include "shrink_timing.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <iterator>
 
 #include "evenstep/harness/sizing.h"
 
@@ -21,7 +18,7 @@ T median(std::vector<T> values) {
 
 std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
   std::vector<SegmentTiming> segments;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   SegmentTiming segment;
   while (timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns}) segments.push_back(segment);
   return segments;
@@ -92,8 +89,12 @@ void TimingShape::set_nominal(const Scenario& scenario) {
     gaps.insert(gaps.end(), one.gaps.begin(), one.gaps.end());
     counts.push_back(one.steps.size());
   }
-  nominal_ = {median(visualizations), median(visualization_gaps), median(steps), median(gaps), median(counts),
-              median(before)};
+  nominal_ = {.visualization = median(visualizations),
+              .visualization_gap = median(visualization_gaps),
+              .step = median(steps),
+              .gap = median(gaps),
+              .count = median(counts),
+              .steps_before = median(before)};
   if (!scenario.timing.trace.empty()) return;
   nominal_.visualization = scenario.timing.programmed.visualization.ns;
   nominal_.step = scenario.nominal.step_run_time.ns;
@@ -203,33 +204,6 @@ std::vector<SegmentTiming> TimingShape::build(const std::vector<Perturbation>& p
   std::vector<SegmentTiming> out = lanes_ ? side_by_side(all) : in_turn(all);
   out.resize(std::min(segments, out.size()));
   return out;
-}
-
-std::string timing_csv_of(const std::vector<SegmentTiming>& segments) {
-  std::string csv = "segment,kind,index,begin_ns,end_ns\n";
-  const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end) {
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}\n", segment, kind, index, begin.ns, end.ns);
-  };
-  for (const SegmentTiming& segment : segments) {
-    RealTime busy = segment.begin;
-    const auto show = [&] {
-      row(segment.index, "visualization", 0, segment.visualization->begin, segment.visualization->end);
-      busy = std::max(busy, segment.visualization->end);
-    };
-    bool shown = !segment.visualization;
-    for (std::size_t i = 0; i < segment.steps.size(); ++i) {
-      const Interval& step = segment.steps[i];
-      if (!shown && segment.visualization->begin <= step.begin) {
-        show();
-        shown = true;
-      }
-      row(segment.index, "step", i, step.begin, step.end);
-      busy = std::max(busy, step.end);
-    }
-    if (!shown) show();
-    if (busy < segment.end) row(segment.index, "idle", 0, busy, segment.end);
-  }
-  return csv;
 }
 
 }  // namespace evenstep::internal

@@ -46,7 +46,5 @@ class TimingShape {
   std::vector<Perturbation> perturbations_;
 };
 
-/// The text of a timing.csv that recordings/timing_csv.h can read.
-std::string timing_csv_of(const std::vector<SegmentTiming>& segments);
 
 }  // namespace evenstep::internal

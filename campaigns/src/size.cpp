@@ -19,15 +19,15 @@ namespace {
 
 using internal::Mending;
 
-/// The input of sizing: segments, and the devices and map parameters of a scenario.
+/// What is sized: segments, and what the maps need besides.
 struct Input {
-  Scenario scenario;
+  MapSetup setup;
   std::vector<SegmentTiming> segments;
 };
 
 std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
   std::vector<SegmentTiming> segments;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   for (SegmentTiming segment; timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns};)
     segments.push_back(segment);
   return segments;
@@ -46,7 +46,10 @@ SizeWindows windows_of(std::vector<Duration> latencies) {
     const double n = static_cast<double>(latencies.size());
     return latencies[static_cast<std::size_t>(std::max(std::ceil(share * n) - 1, 0.0))];
   };
-  return {rank(0.5), rank(0.99), latencies.back(), static_cast<std::int64_t>(latencies.size())};
+  return {.p50 = rank(0.5),
+          .p99 = rank(0.99),
+          .most = latencies.back(),
+          .count = static_cast<std::int64_t>(latencies.size())};
 }
 
 /// A least latency without the sampling term, and its culprit.
@@ -66,7 +69,7 @@ class Sizer {
   Sizer(Input& input, const SizeOptions& options)
       : input_(input),
         options_(options),
-        devices_(sampling_grids(input.scenario)),
+        devices_(input.setup.grids),
         mending_(input.segments) {
     each_step([&](RealTime begin, RealTime end) {
       if (steps_ == 0) first_begin_ = begin;
@@ -82,15 +85,17 @@ class Sizer {
     record.segments = static_cast<std::int64_t>(input_.segments.size());
     record.length = last_end_ - first_begin_;
     record.sampling_period = longest_period(devices_);
-    record.interpolated = strictest_emission(input_.scenario) == Emission::linear;
+    record.interpolated = input_.setup.emission == Emission::linear;
     record.damping_N_s_per_m = options_.damping_N_s_per_m;
     record.rate = options_.rate;
     record.confidence = options_.confidence;
     if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
     record.held = bounds(false);
     if (record.interpolated) record.linear = bounds(true);
-    for (const StrategyKind kind : {StrategyKind::paper, StrategyKind::phase_locked})
-      record.strategies.push_back(strategy(kind));
+    for (const StrategyTraits& traits : kAllStrategies) {
+      if (traits.remaps && (traits.kind != StrategyKind::foreign || input_.setup.remap.foreign))
+        record.strategies.push_back(strategy(traits.kind));
+    }
   }
 
  private:
@@ -99,7 +104,7 @@ class Sizer {
   /// Visits the steps that end within the run, as the maps see them.
   template <class Visit>
   void each_step(Visit visit) const {
-    const RealTime end{input_.scenario.run_duration.ns};
+    const RealTime end = input_.setup.end;
     for (const SegmentTiming& segment : input_.segments) {
       for (std::size_t i = 0; i < segment.steps.size() && segment.steps[i].end < end; ++i)
         visit(segment.steps[i].begin, segment.steps[i].end);
@@ -175,13 +180,13 @@ class Sizer {
   }
 
   SizeStrategy strategy(StrategyKind kind) {
-    const Emission emission = strictest_emission(input_.scenario);
+    const Emission emission = input_.setup.emission;
     RunningNeeds any(devices_, emission, RunningNeeds::Phase::any), window = any;
     RunningNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;
-    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) {
+    each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);
       std::size_t from = 0;
@@ -214,17 +219,17 @@ class Sizer {
     need.culprit.mended_latency = need.latency;
     mending_.mended(need.culprit, [&] {
       any.restart();
-      each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) { any.add(steps); });
+      each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) { any.add(steps); });
       need.culprit.mended_latency = any.budget().latency;
     });
     return out;
   }
 
   std::optional<SizeRate> rate(StrategyKind kind) const {
-    const Emission emission = strictest_emission(input_.scenario);
+    const Emission emission = input_.setup.emission;
     internal::SegmentNeeds any(devices_, emission, RunningNeeds::Phase::any);
     internal::SegmentNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
-    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) {
+    each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);
     });
@@ -251,7 +256,7 @@ class Sizer {
 
   std::int64_t force_capacity(StrategyKind kind, const LatencyBudget& least) const {
     WaitingForces waiting(least.latency - least.lead);
-    each_mapped_step(input_.scenario, kind, input_.segments, [&](std::span<const MappedStep> steps) { waiting.add(steps); });
+    each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) { waiting.add(steps); });
     return static_cast<std::int64_t>(waiting.most()) + 2;
   }
 
@@ -350,7 +355,7 @@ void shift_numbers(SizeRecord& record) {
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
   if (scenario.case_spec)
     return {{}, {{scenario.file, 0, 0, "a [case] drives the solver without a loop: there is no latency to size"}}};
-  Input input{scenario, segments_of(scenario)};
+  Input input{map_setup(scenario), segments_of(scenario)};
   SizeResult result;
   result.record.input = scenario.file;
   result.record.segments_from = scenario.timing.trace.empty() ? "programmed" : "recording";
@@ -365,9 +370,10 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
   Input input;
   input.segments = std::move(segments);
   find_segments(input, record);
-  input.scenario.devices.push_back({.name = "device", .rate = options.sampling, .emission = options.emission});
+  input.setup.grids.push_back({options.sampling, RealTime{}});
+  input.setup.emission = options.emission;
   for (const SegmentTiming& segment : input.segments)   // a step may end after the segment that follows its own
-    input.scenario.run_duration = std::max(input.scenario.run_duration, segment.end - RealTime{} + Duration{1});
+    input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
   Sizer(input, options).size(record);
   shift_numbers(record);
   return record;
@@ -375,11 +381,11 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
 
 SizeResult size_recording(const std::string& path, const SizeOptions& options) {
   TimingCsv csv = read_timing_or_steps(path);
-  if (!csv.errors.empty()) return {{}, std::move(csv.errors)};
+  if (!csv) return {{}, csv.error()};
   const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
-  if (std::none_of(csv.segments.begin(), csv.segments.end(), has_steps))
+  if (std::none_of(csv->begin(), csv->end(), has_steps))
     return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
-  return {size_segments(std::move(csv.segments), path, options), {}};
+  return {size_segments(*std::move(csv), path, options), {}};
 }
 
 }  // namespace evenstep

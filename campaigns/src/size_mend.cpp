@@ -85,7 +85,10 @@ Duration Mending::run_excess(At at) const {
 
 SizeCulprit Mending::culprit(std::int64_t number) const {
   const At place = at(number);
-  return {number, segments_[place.segment].index, static_cast<std::int64_t>(place.index), step(place).begin};
+  return {.step = number,
+          .segment = segments_[place.segment].index,
+          .index = static_cast<std::int64_t>(place.index),
+          .begin = step(place).begin};
 }
 
 SizeCulprit Mending::blame(std::int64_t number) const {

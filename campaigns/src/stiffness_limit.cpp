@@ -38,7 +38,11 @@ Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
   Scenario changed = scenario;
   if (auto* tissue = std::get_if<TissueScene>(&changed.scene.body))
     make_stiffer(*tissue, stiffness_N_per_m / tissue->stiffness_N_per_m, scenario.study.stiffness_limit->scales_mass);
-  std::visit([&](auto& body) { body.stiffness_N_per_m = stiffness_N_per_m; }, changed.scene.body);
+  std::visit(
+      [&](auto& body) {
+        if constexpr (requires { body.stiffness_N_per_m; }) body.stiffness_N_per_m = stiffness_N_per_m;  // the reader asks for it
+      },
+      changed.scene.body);
   changed.scene.needs_state_digest = false;
   changed.needs_undelayed = false;
   changed.keep_rows = false;
@@ -114,8 +118,13 @@ class Search {
 
 StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control) {
   const StiffnessSearch& search = *scenario.study.stiffness_limit;
-  StiffnessLimits study{scenario.name, scenario.file, kVersion, search.from_N_per_m, search.to_N_per_m,
-                        scenario.seed, search.seeds, {}, false};
+  StiffnessLimits study{.scenario = scenario.name,
+                        .file = scenario.file,
+                        .version = kVersion,
+                        .from_N_per_m = search.from_N_per_m,
+                        .to_N_per_m = search.to_N_per_m,
+                        .seed = scenario.seed,
+                        .seeds = search.seeds};
   std::vector<std::optional<StiffnessLimit>> limits(scenario.strategies.size());
   parallel_for(limits.size(), 0, [&](std::size_t i) {
     const StiffnessLimit limit = Search(scenario, control, scenario.strategies[i]).run(search.from_N_per_m, search.to_N_per_m);

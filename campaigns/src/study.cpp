@@ -154,8 +154,11 @@ class Study {
   }
 
   StudyCell cell(const StudyRun& run, const internal::StudyReferenceRun& reference) {
-    StudyCell cell{name_of(run.solver), name_of(run.method), run.iterations,
-                   record_.step_s * run.step.steps / run.step.substeps, run.step.substeps};
+    StudyCell cell{.solver = name_of(run.solver),
+                   .method = name_of(run.method),
+                   .iterations = run.iterations,
+                   .substep_s = record_.step_s * run.step.steps / run.step.substeps,
+                   .substeps = run.step.substeps};
     try {
       judge(run, reference, cell);
       if (cell.state == StudyCell::State::measured) time(run, cell);

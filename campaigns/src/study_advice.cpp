@@ -27,13 +27,13 @@ std::string real_time(const StudyCell& cell) {
 
 }  // namespace
 
-Parsed<StudyGoal> parse_goal(std::string_view text) {
+Result<StudyGoal> parse_goal(std::string_view text) {
   StudyGoal goal;
   goal.text = std::string(text);
   const std::string expected = fmt::format(
       "\"{}\" is not an error to reach; write such as \"1 % force\", \"5 % energy\" or \"10 um position\"", text);
   const std::size_t blank = text.rfind(' ');
-  if (blank == std::string_view::npos) return {goal, expected};
+  if (blank == std::string_view::npos) return Failure(expected);
   const std::string_view wanted = text.substr(blank + 1), number = text.substr(0, blank);
   bool known = false;
   for (const StudyQuantity q : kStudyQuantities) {
@@ -41,15 +41,16 @@ Parsed<StudyGoal> parse_goal(std::string_view text) {
     goal.quantity = q;
     known = true;
   }
-  if (!known) return {goal, expected};
-  Parsed<double> most = parse_si(number, Dimension::ratio);
-  if (!most.ok() && goal.quantity == StudyQuantity::position) {
+  if (!known) return Failure(expected);
+  Result<double> most = parse_si(number, Dimension::ratio);
+  if (!most && goal.quantity == StudyQuantity::position) {
     most = parse_si(number, Dimension::length);
     goal.is_share = false;
   }
-  goal.most = most.value;
-  if (!most.ok()) return {goal, expected + ": " + most.error};
-  return {goal, goal.most > 0 ? "" : expected + ": it must be above 0"};
+  if (!most) return Failure(expected + ": " + most.error());
+  goal.most = *most;
+  if (!(goal.most > 0)) return Failure(expected + ": it must be above 0");
+  return goal;
 }
 
 StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal) {

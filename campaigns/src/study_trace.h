@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "evenstep/format/scenario.h"
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 #include "evenstep/sim/solver.h"
 
 namespace evenstep::internal {

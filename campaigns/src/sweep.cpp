@@ -136,38 +136,7 @@ void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutco
   outcome.exit = internal::exit_of(outcome.summary);
 }
 
-std::string value_argument(const std::string& toml, bool is_file, const std::string& scenario) {
-  const std::string shown = shown_value(toml);
-  if (is_file) return (std::filesystem::path(scenario).parent_path() / shown).lexically_normal().string();
-  // A text keeps its quotes if it would be read as something else without them.
-  const internal::Value bare = internal::parse_toml_value(shown, {});
-  return shown == toml || (bare.is(internal::Value::Kind::text) && bare.text == shown) ? shown : toml;
-}
-
 }  // namespace
-
-std::string shell_word(const std::string& word) {
-  if (!word.empty() &&
-      word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=:,") == std::string::npos)
-    return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
-std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
-                          const std::vector<std::string>& set) {
-  std::string command = fmt::format("evenstep run {} --seed {}", shell_word(file), header.seed_of(point.index));
-  for (const std::string& assignment : set) {
-    if (!assignment.starts_with("sweep.")) command += " --set " + shell_word(assignment);
-  }
-  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
-    const SweepHeader::Axis& one = header.grid[axis];
-    const std::string& value = one.values[header.value_of(point.index, axis)];
-    command += " --set " + shell_word(one.path + "=" + value_argument(value, internal::names_file(one.path), file));
-  }
-  return command;
-}
 
 std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set) {
   std::vector<Diagnostic> errors;

@@ -25,13 +25,14 @@ constexpr std::int64_t kMostBytes = std::int64_t{1} << 40;
 }  // namespace
 
 std::vector<std::string> read_lines(const std::string& path, bool torn_end_allowed) {
-  const TextFile file = read_text_file(path, kMostBytes);
-  if (!file.error.empty()) throw std::runtime_error(fmt::format("'{}' {}", path, file.error));
+  const Result<std::string> file = read_text_file(path, kMostBytes);
+  if (!file) throw std::runtime_error(fmt::format("'{}' {}", path, file.error()));
+  const std::string& text = *file;
   std::vector<std::string> lines;
   std::size_t begin = 0;
-  for (std::size_t end; (end = file.text.find('\n', begin)) != std::string::npos; begin = end + 1)
-    lines.push_back(file.text.substr(begin, end - begin));
-  if (begin < file.text.size() && !torn_end_allowed)
+  for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
+    lines.push_back(text.substr(begin, end - begin));
+  if (begin < text.size() && !torn_end_allowed)
     throw std::runtime_error(fmt::format("{}:{}: error: the line has no end; the file was cut off", path, lines.size() + 1));
   return lines;
 }

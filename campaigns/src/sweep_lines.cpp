@@ -5,13 +5,13 @@
 #include <xxhash.h>
 
 #include <charconv>
-#include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "evenstep/reports/json.h"
 
 namespace evenstep::internal {
 namespace {
 
-using Json = nlohmann::ordered_json;  // members in the order they are written
 constexpr int kFormat = 1;
 constexpr SweepVerdict kVerdicts[] = {SweepVerdict::pass, SweepVerdict::fail, SweepVerdict::error};
 
@@ -68,10 +68,7 @@ Json json_of_grid(const SweepHeader& header, std::int64_t index) {
   return out;
 }
 
-/// Text that is not UTF-8 (a message of a solver) must not end a sweep.
-std::string line_of(const Json& json) {
-  return with_checksum(json.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
+std::string line_of(const Json& json) { return with_checksum(json_text(json)); }
 
 /// The last member of a line, as it is written.
 std::string checksum_member(std::string_view line) {

@@ -24,7 +24,7 @@ constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 31;
 std::string digest(const std::string& bytes) { return fmt::format("{:016x}", XXH64(bytes.data(), bytes.size(), 0)); }
 
 /// The digest of a file's contents. An unreadable file counts as empty; the error is reported when a point is read.
-std::string digest_of_file(const std::string& path) { return digest(read_text_file(path, kMostFileBytes).text); }
+std::string digest_of_file(const std::string& path) { return digest(read_text_file(path, kMostFileBytes).value_or("")); }
 
 /// The digest of the whole table, in which the files that it names are represented by their contents, not by their paths.
 std::string digest_of_scenario(Value document) {
@@ -72,7 +72,8 @@ SweepPoint point_of(std::int64_t index, const RunOutcome& outcome) {
   point.trace_hash = outcome.record.trace_hash;
   point.failure = outcome.failure;
   for (const ExpectationResult& result : outcome.results) {
-    point.expect.push_back({result.value, result.min, result.max, verdict_of(result.verdict)});
+    point.expect.push_back(
+        {.value = result.value, .min = result.min, .max = result.max, .verdict = verdict_of(result.verdict)});
     if (point.failure.empty()) point.failure = result.detail;
   }
   return point;
@@ -95,21 +96,21 @@ SweepPoints::SweepPoints(const std::string& path, const std::vector<std::string>
     return;
   }
   const ReadResult base = read_document(document_, path);
-  if (!base.scenario) {
-    errors = base.errors;
+  if (!base) {
+    errors = base.error();
     return;
   }
-  if (!base.scenario->sweep) {
+  if (!base->sweep) {
     errors.push_back({path, 0, 0, "has no [sweep]; write one, with seeds = \"0..1000\" or a [sweep.grid]"});
     return;
   }
-  if (base.scenario->expectations.empty() && !base.scenario->expect_stop) {
+  if (base->expectations.empty() && !base->expect_stop) {
     errors.push_back({path, 0, 0, "has no [[expect]], so every point would pass; say what must hold"});
     return;
   }
-  header_ = header_of(*base.scenario);
+  header_ = header_of(*base);
   header_.scenario = digest_of_scenario(document_);
-  for (const SweepAxis& axis : base.scenario->sweep->grid) axis_places_.push_back(axis.place);
+  for (const SweepAxis& axis : base->sweep->grid) axis_places_.push_back(axis.place);
   std::erase_if(document_.table, [](const Entry& entry) { return entry.key == "sweep"; });
 }
 
@@ -122,9 +123,11 @@ ReadResult SweepPoints::read(std::int64_t point) const {
   }
   const auto seed = static_cast<std::int64_t>(header_.seed_of(point));
   set_value(document, "run.seed", integer_value(seed, {path_, 1, 1}), errors);
-  if (errors.any()) return {std::nullopt, errors.sorted(path_)};
+  if (errors.any()) return Failure(errors.sorted(path_));
   ReadResult result = read_document(std::move(document), path_);
-  if (result.scenario) result.errors = check_expectations(*result.scenario);
+  if (!result) return result;
+  std::vector<Diagnostic> wrong = check_expectations(*result);
+  if (!wrong.empty()) return Failure(std::move(wrong));
   return result;
 }
 
@@ -132,7 +135,7 @@ std::vector<Diagnostic> SweepPoints::check() const {
   std::vector<Diagnostic> errors;
   std::set<std::string> seen;
   for (std::int64_t point = 0; point < header_.points(); point += std::ssize(header_.seeds)) {
-    for (const Diagnostic& error : read(point).errors) {
+    for (const Diagnostic& error : read(point).error_or({})) {
       if (seen.insert(text(error)).second) errors.push_back(error);
     }
   }
@@ -141,11 +144,11 @@ std::vector<Diagnostic> SweepPoints::check() const {
 
 std::string SweepPoints::run(std::int64_t point, const std::atomic<bool>* interrupted) const {
   const ReadResult result = read(point);
-  if (!result.errors.empty()) throw std::runtime_error(joined(result.errors));
+  if (!result) throw std::runtime_error(joined(result.error()));
   RunOptions options;
   options.threads = 1;  // the points already keep all cores busy
   options.control.interrupted = interrupted;
-  const RunOutcome outcome = run_scenario(*result.scenario, options);
+  const RunOutcome outcome = run_scenario(*result, options);
   if (outcome.exit == ExitCode::interrupted) return {};
   return point_line(header_, point_of(point, outcome));
 }

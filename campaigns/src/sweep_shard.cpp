@@ -35,7 +35,7 @@ bool is_shard(SweepShard shard) {
   return shard.of >= 1 && shard.of <= kMostShards && shard.index >= 1 && shard.index <= shard.of;
 }
 
-Parsed<SweepShard> shard_of_batch(const std::function<const char*(const char*)>& variable) {
+Result<SweepShard> shard_of_batch(const std::function<const char*(const char*)>& variable) {
   for (const BatchSystem& system : kBatchSystems) {
     const char *index = variable(system.index), *count = variable(system.count);
     if (index == nullptr || count == nullptr) continue;
@@ -45,24 +45,24 @@ Parsed<SweepShard> shard_of_batch(const std::function<const char*(const char*)>&
     const bool fine =
         whole(index, shard.index) && whole(count, shard.of) && (first == nullptr || whole(first, first_number));
     shard.index += 1 - first_number;
-    if (fine && is_shard(shard)) return {shard, {}};
-    return {{}, fmt::format("{}={} and {}={} are no shard; write I/N instead", system.index, index, system.count, count)};
+    if (fine && is_shard(shard)) return shard;
+    return Failure(fmt::format("{}={} and {}={} are no shard; write I/N instead", system.index, index, system.count, count));
   }
-  return {{},
-          "auto: no batch system has set its variables (SLURM_ARRAY_TASK_ID, OMPI_COMM_WORLD_RANK, PMI_RANK, SLURM_PROCID, "
-          "GTEST_SHARD_INDEX, CI_NODE_INDEX, each with its count); write I/N instead"};
+  return Failure(
+      "auto: no batch system has set its variables (SLURM_ARRAY_TASK_ID, OMPI_COMM_WORLD_RANK, PMI_RANK, SLURM_PROCID, "
+      "GTEST_SHARD_INDEX, CI_NODE_INDEX, each with its count); write I/N instead");
 }
 
 }  // namespace
 
-Parsed<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable) {
+Result<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable) {
   if (text == "auto") return shard_of_batch(variable);
   SweepShard shard;
   const std::size_t slash = text.find('/');
   const bool fine = slash != std::string::npos && whole(std::string_view(text).substr(0, slash), shard.index) &&
                     whole(std::string_view(text).substr(slash + 1), shard.of) && is_shard(shard);
-  if (!fine) return {{}, fmt::format("\"{}\" must be I/N with I from 1 to N, such as 2/5, or auto", text)};
-  return {shard, {}};
+  if (!fine) return Failure(fmt::format("\"{}\" must be I/N with I from 1 to N, such as 2/5, or auto", text));
+  return shard;
 }
 
 }  // namespace evenstep

@@ -15,8 +15,12 @@ Value mixed(const Value& a, const Value& b, double w) {
 }
 
 Symmetric mixed(const Symmetric& a, const Symmetric& b, double w) {
-  return {mixed(a.xx, b.xx, w), mixed(a.yy, b.yy, w), mixed(a.zz, b.zz, w),
-          mixed(a.xy, b.xy, w), mixed(a.xz, b.xz, w), mixed(a.yz, b.yz, w)};
+  return {.xx = mixed(a.xx, b.xx, w),
+          .yy = mixed(a.yy, b.yy, w),
+          .zz = mixed(a.zz, b.zz, w),
+          .xy = mixed(a.xy, b.xy, w),
+          .xz = mixed(a.xz, b.xz, w),
+          .yz = mixed(a.yz, b.yz, w)};
 }
 
 glm::dvec3 without_pull(const glm::dvec3& force_N, const glm::dvec3& outward) {
@@ -37,16 +41,23 @@ Softened softened(const ContactRecord& record, double most_N_per_m) {
     if (values[i] <= most_N_per_m) continue;
     const glm::dvec3& v = axes[i];
     const double less = values[i] - most_N_per_m;
-    k = {k.xx - less * v.x * v.x, k.yy - less * v.y * v.y, k.zz - less * v.z * v.z,
-         k.xy - less * v.x * v.y, k.xz - less * v.x * v.z, k.yz - less * v.y * v.z};
+    k = {.xx = k.xx - less * v.x * v.x,
+         .yy = k.yy - less * v.y * v.y,
+         .zz = k.zz - less * v.z * v.z,
+         .xy = k.xy - less * v.x * v.y,
+         .xz = k.xz - less * v.x * v.z,
+         .yz = k.yz - less * v.y * v.z};
     contact.force_N -= v * (dot(v, record.force_N) * (less / values[i]));
   }
   return soft;
 }
 
 AffineContact affine_contact(const ContactRecord& record, bool knows_gap) {
-  AffineContact contact{record.force_N, record.tool_m, record.stiffness_N_per_m,
-                        record.unilateral ? record.normal : glm::dvec3(0), record.read_at};
+  AffineContact contact{.force_N = record.force_N,
+                        .tool_m = record.tool_m,
+                        .stiffness_N_per_m = record.stiffness_N_per_m,
+                        .outward = record.unilateral ? record.normal : glm::dvec3(0),
+                        .read_at = record.read_at};
   const bool apart = record.unilateral && record.gap_m > 0;
   if (apart && knows_gap) contact.force_N = record.stiffness_N_per_m * record.normal * -record.gap_m;
   if (apart && !knows_gap) contact.stiffness_N_per_m = {};
@@ -55,9 +66,11 @@ AffineContact affine_contact(const ContactRecord& record, bool knows_gap) {
 
 AffineContact lerp(const AffineContact& a, const AffineContact& b, double w) {
   const auto later_ns = static_cast<std::int64_t>(static_cast<double>((b.read_at - a.read_at).ns) * w);
-  return {mixed(a.force_N, b.force_N, w), mixed(a.tool_m, b.tool_m, w),
-          mixed(a.stiffness_N_per_m, b.stiffness_N_per_m, w), mixed(a.outward, b.outward, w),
-          a.read_at + Duration{later_ns}};
+  return {.force_N = mixed(a.force_N, b.force_N, w),
+          .tool_m = mixed(a.tool_m, b.tool_m, w),
+          .stiffness_N_per_m = mixed(a.stiffness_N_per_m, b.stiffness_N_per_m, w),
+          .outward = mixed(a.outward, b.outward, w),
+          .read_at = a.read_at + Duration{later_ns}};
 }
 
 double fade(Duration age) {

@@ -38,12 +38,12 @@ struct Bounds {
 };
 
 /// The factor from the unit of a limit to the base unit of the metric, or an error text.
-Parsed<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
+Result<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
                          const Scenario& scenario, const Nominal& nominal) {
   const std::optional<double> step = step_unit(nominal, signal);
   if (limit.unit == "step" && !step) {
-    return {0, fmt::format("'{}' has no unit 'step': that needs a device with a constant nominal speed{}", signal,
-                           signal.find(".force.") != std::string::npos ? ", and for a force a spring" : "")};
+    return Failure(fmt::format("'{}' has no unit 'step': that needs a device with a constant nominal speed{}", signal,
+                               signal.find(".force.") != std::string::npos ? ", and for a force a spring" : ""));
   }
   return unit_factor(limit.unit, base_unit(signal, expectation.metric), step.value_or(0), scenario.nominal);
 }
@@ -73,21 +73,20 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
   ExpectationResult result = start(expectation);
   result.signal = signal;
   // Both limits are shown in the unit of the first one that is written.
-  const Parsed<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
-  const auto in_shown_unit = [&](const std::optional<Limit>& limit, std::optional<double>& out) {
-    if (!limit) return std::string();
-    const Parsed<double> factor = factor_of(*limit, expectation, signal, scenario, nominal);
-    if (factor.ok()) out = limit->unit == result.unit ? limit->number : limit->number * factor.value / shown.value;
-    return factor.error;
-  };
-  for (const std::string& error :
-       {shown.error, in_shown_unit(expectation.min, result.min), in_shown_unit(expectation.max, result.max)}) {
-    if (error.empty()) continue;
+  const Result<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
+  const auto fail = [&](const std::string& error) {
     result.verdict = Verdict::error;
     result.detail = error;
     return result;
+  };
+  if (!shown) return fail(shown.error());
+  for (const auto& [limit, out] : {std::pair(&expectation.min, &result.min), std::pair(&expectation.max, &result.max)}) {
+    if (!*limit) continue;
+    const Result<double> factor = factor_of(**limit, expectation, signal, scenario, nominal);
+    if (!factor) return fail(factor.error());
+    *out = (*limit)->unit == result.unit ? (*limit)->number : (*limit)->number * *factor / *shown;
   }
-  result.value = base_value / shown.value;
+  result.value = base_value / *shown;
   if (std::isnan(base_value)) {
     result.verdict = Verdict::error;
     result.detail = "the value is not a number: too few samples, or the data is not finite";
@@ -130,7 +129,7 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   ExpectationResult result = start(expectation);
   result.signal = signal.name;
   result.max = expectation.max->number;
-  const double unit = unit_factor(expectation.max->unit, "1", 0, scenario.nominal).value;
+  const double unit = *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
   const std::int64_t needed = internal::clean_segments(expectation.max->number * unit, *expectation.confidence);
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal.kind);
   if (seeds == 0 || seeds > internal::kMostSeeds) {
@@ -198,7 +197,7 @@ const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view sig
   for (const DeviceSpec& device : scenario.devices) {
     const bool every = signal.substr(0, 1) == "*";
     const bool is_its_force = signal.substr(0, device.name.size() + 7) == device.name + ".force.";
-    if ((every ? signal.find(".force.") != std::string_view::npos : is_its_force) && device.pid && !device.pid->options.full_scale_N)
+    if ((every ? signal.find(".force.") != std::string_view::npos : is_its_force) && !knows_newtons(device.driver))
       return &device;
   }
   return nullptr;
@@ -238,8 +237,8 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;
-      const Parsed<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
-      if (!factor.ok()) error(factor.error);
+      const Result<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
+      if (!factor) error(factor.error());
     }
   }
   return errors;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "evenstep/harness/simulated_devices.h"
+#include "make_driver.h"
 #include "read_only_device.h"
 
 namespace evenstep {
@@ -79,12 +80,12 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     Device& device = devices_.emplace_back();
     device.name = scenario.devices[tool].name;
     if (!binding) {
-      device.simulated = simulated_transport(scenario.devices[tool], clock);
-      device.driver = make_driver(scenario.devices[tool], *device.simulated);
+      device.simulated = internal::make_simulated(scenario.devices[tool], clock);
+      device.driver = internal::make_driver(scenario.devices[tool], *device.simulated);
       continue;
     }
     device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
-    device.driver = make_driver(scenario.devices[tool], *device.transport);
+    device.driver = internal::make_driver(scenario.devices[tool], *device.transport);
     if (!options.forces) device.driver = std::make_unique<internal::ReadOnlyDevice>(std::move(device.driver));
   }
   // Started only after all of them were opened.

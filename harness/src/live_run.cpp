@@ -6,6 +6,7 @@
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/loop/recorder.h"
+#include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/scheduler/live_lanes.h"
 
@@ -55,7 +56,7 @@ class RealSteps final : public StepTiming {
 };
 
 std::unique_ptr<StepTiming> make_live_timing(const Scenario& scenario) {
-  std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   if (scenario.timing.real_steps) timing = std::make_unique<RealSteps>(std::move(timing));
   return timing;
 }
@@ -75,23 +76,16 @@ void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::si
   if (launched > finished && !segments.empty()) segments.back().steps.push_back({last_launch, std::max(end, last_launch)});
 }
 
-/// The schedule as it really ran, from the record: the one that replay and shadows use.
+/// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
 std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::vector<Event>& events, RealTime end) {
-  std::vector<SegmentTiming> segments;
-  std::size_t n = 0;
-  for (const SegmentRow& row : record.segments) {
-    SegmentTiming segment{row.index, row.begin, std::nullopt, {}, row.begin};
-    for (; n < record.steps.size() && record.steps[n].segment == row.index; ++n) {
-      segment.steps.push_back({record.steps[n].begin, record.steps[n].end});
-    }
-    if (row.visualization) {
-      const Duration length = (*row.visualization)[1] - (*row.visualization)[0];
-      RealTime begin = row.begin;
-      if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
-        begin = segment.steps.back().end;  // steps first
-      segment.visualization = Interval{begin, begin + length};
-    }
-    segments.push_back(std::move(segment));
+  std::vector<SegmentTiming> segments = recorded_timing(record);
+  for (SegmentTiming& segment : segments) {
+    if (!segment.visualization) continue;
+    const Duration length = segment.visualization->end - segment.visualization->begin;
+    RealTime begin = segment.begin;
+    if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
+      begin = segment.steps.back().end;  // steps first
+    segment.visualization = Interval{begin, begin + length};
   }
   add_unfinished_step(events, end, record.steps.size(), segments);
   for (SegmentTiming& segment : segments) {
@@ -133,7 +127,7 @@ std::string wall_clock_objection(const Scenario& scenario) {
   if (!scenario.keep_rows) return "[run] keep = \"summary\" leaves out the events that a live run is replayed from";
   if (scenario.timing.programmed.order == SegmentOrder::concurrent)
     return "[timing] order = \"concurrent\" runs on the virtual clock only";
-  if (scenario.live == StrategyKind::ideal) return "[run] live cannot be \"ideal\": it knows the future";
+  if (traits_of(scenario.live).knows_motion) return "[run] live cannot be \"ideal\": it knows the future";
   return {};
 }
 

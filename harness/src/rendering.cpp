@@ -9,15 +9,13 @@
 #include <optional>
 #include <variant>
 
-#include "evenstep/sim/felt.h"
-
 namespace evenstep {
 namespace {
 
 /// The mean age, while forces are played, of the sample that the force answers. The force of step n is played from its end
 /// to the end of the next step.
 double mean_age_s(const Scenario& scenario, const DeviceSpec& device) {
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   const RealTime end{scenario.run_duration.ns}, first_tick{device.phase.ns};
   double age_times_s = 0, played_s = 0;
   std::optional<RealTime> sampled, ended;
@@ -37,10 +35,6 @@ double mean_age_s(const Scenario& scenario, const DeviceSpec& device) {
   return played_s > 0 ? age_times_s / played_s : 0;
 }
 
-bool plays_as_it_comes(StrategyKind kind) {
-  return kind == StrategyKind::direct || kind == StrategyKind::filtered || kind == StrategyKind::variable_step;
-}
-
 /// The hand that feels the force, if there is one.
 std::optional<Plant> plant_of(const DeviceSpec& device) {
   if (!device.hand) return std::nullopt;
@@ -58,12 +52,13 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   LoopDelays loop;
   loop.period_s = period_s(device.rate);
   const double hold_s = device.emission == Emission::hold ? period_s(scenario.scene.step_rate) / 2 : 0;
-  const double latency_s = plays_as_it_comes(plan.kind) ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
+  const double latency_s = traits_of(plan.kind).plays_as_it_comes ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   if (device.render.kind != RenderSpec::Kind::device_spring) return loop;
-  loop.own_N_per_m = steepest_spring_N_per_m(device.pid->options);
-  loop.own_period_s = period_s(device.pid->firmware_rate);
+  const PidSpec& pid = std::get<PidSpec>(device.driver);  // the only driver with springs: the reader refuses others
+  loop.own_N_per_m = steepest_spring_N_per_m(pid.options);
+  loop.own_period_s = period_s(pid.firmware_rate);
   return loop;
 }
 

@@ -69,7 +69,7 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   std::vector<StrategyPlan> all = plans;
   std::map<std::int64_t, std::size_t> twin_of_lead;
   for (std::size_t i = 0; i < plans.size(); ++i) {
-    if (plans[i].kind == StrategyKind::ideal) twin_of_lead.emplace(plans[i].lead.ns, i);
+    if (traits_of(plans[i].kind).knows_motion) twin_of_lead.emplace(plans[i].lead.ns, i);
   }
   if (asks_for(scenario, "deviation_from_ideal")) {
     for (const StrategyPlan& plan : plans) {
@@ -98,7 +98,7 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   }
   for (std::size_t i = 0; i < plans.size(); ++i) {
     const auto twin = twin_of_lead.find(plans[i].lead.ns);
-    if (plans[i].kind != StrategyKind::ideal && twin != twin_of_lead.end())
+    if (!traits_of(plans[i].kind).knows_motion && twin != twin_of_lead.end())
       records[i].twin_force_N = forces_of(records[twin->second]);
   }
   records.resize(plans.size());
@@ -117,7 +117,7 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
       run.strategies.push_back(recording.record);
     else if (interrupted)
       continue;
-    else if (plan.kind == StrategyKind::ideal)
+    else if (traits_of(plan.kind).knows_motion)
       run.strategies.push_back(run_strategy(scenario, plan, options.control));
     else
       run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
@@ -125,10 +125,7 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   if (interrupted) return;
   const StrategyRecord twin = replay(scenario, *live, recording, options.control);
   if (twin.trace_hash == recording.record.trace_hash) return;
-  RunRecord a = run, b = run;
-  a.strategies = {recording.record};
-  b.strategies = {twin};
-  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  const auto found = first_difference({recording.record}, {twin});
   difference = found ? "the recorded run and its virtual twin differ: " + found->text : "hashes differ, events do not";
 }
 
@@ -148,7 +145,7 @@ void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& ru
 
 std::string compare(const RunRecord& a, const RunRecord& b) {
   if (a.trace_hash == b.trace_hash) return {};
-  const auto found = first_difference(read_events_bin(events_bin(a)), read_events_bin(events_bin(b)));
+  const auto found = first_difference(a.strategies, b.strategies);
   return found ? found->text : "the hashes differ but no event does";
 }
 

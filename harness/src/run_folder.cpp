@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/writers.h"
 
@@ -51,8 +53,8 @@ std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& out
     files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
   }
   for (const StrategyRecord& strategy : run.strategies) {
-    if (strategy.name == "ideal") continue;
-    files.push_back({"timing.csv", timing_csv(strategy)});
+    if (strategy.reference) continue;
+    files.push_back({"timing.csv", format_timing_csv(recorded_timing(strategy))});
     break;
   }
   for (const Nominal::Device& device : run.nominal.devices) {

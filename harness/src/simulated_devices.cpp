@@ -5,14 +5,10 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
-#include "evenstep/device/hid/pid_driver.h"
-#include "evenstep/device/hid/reference_device.h"
-#include "evenstep/device/hid/reference_driver.h"
-#include "evenstep/device/hid/simulated_pid_device.h"
-#include "evenstep/device/hid/simulated_transport.h"
 #include "evenstep/harness/rendering.h"
 #include "evenstep/reports/run_failure.h"
-#include "read_only_device.h"
+#include "make_driver.h"
+#include "strategies.h"
 
 namespace evenstep {
 namespace {
@@ -36,51 +32,6 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
 }
 
 }  // namespace
-
-std::unique_ptr<SimulatedDevice> simulated_transport(const DeviceSpec& device, const Clock& clock) {
-  SimulatedDeviceOptions options{device.rate, RealTime{device.phase.ns}, device.queue, -1, device.force_delay, device.name,
-                                 device.faults};
-  if (device.unplug)
-    options.unplug_at_tick = first_tick_at_or_after(device.rate, RealTime{device.unplug->ns}, options.first_tick);
-  if (!device.pid) {
-    if (device.hand) return std::make_unique<SimulatedTransport>(clock, Hand(*device.hand, device.motion), options);
-    return std::make_unique<SimulatedTransport>(clock, device.motion, options);
-  }
-  SimulatedPidOptions pid;
-  pid.descriptor.flavour = device.pid->flavour;
-  pid.descriptor.axes = device.pid->options.travel_m.z > 0 ? 3 : 2;
-  pid.reports = std::move(options);
-  pid.travel_m = device.pid->options.travel_m;
-  pid.full_scale_N = device.pid->options.full_scale_N.value_or(pid.full_scale_N);
-  pid.full_slope_N_per_m = device.pid->options.full_slope_N_per_m;
-  pid.firmware_rate = device.pid->firmware_rate;
-  pid.events = device.pid->events;
-  pid.pool_effects = device.pid->pool_effects;
-  pid.block_load_error_at = device.pid->block_load_error_at;
-  if (device.hand) return std::make_unique<SimulatedPidDevice>(clock, Hand(*device.hand, device.motion), pid);
-  return std::make_unique<SimulatedPidDevice>(clock, device.motion, pid);
-}
-
-std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport) {
-  const HidDeviceInfo& info = transport.info();
-  const auto refuse = [&](const std::string& why) {
-    return DeviceError(fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
-  };
-  if (!device.pid) {
-    if (info.vendor_id != reference_device::kVendorId || info.product_id != reference_device::kProductId) {
-      throw refuse("not a reference device; one that `evenstep devices` calls PID needs driver = \"pid\" and its travel and full "
-                   "scale in pid = { ... }");
-    }
-    return std::make_unique<ReferenceDriver>(transport);
-  }
-  const ParsedDescriptor parsed = parse_report_descriptor(transport.report_descriptor());
-  if (parsed.error) throw refuse(fmt::format("byte {} of its report descriptor: {}", parsed.error->offset, parsed.error->message));
-  PidLayoutOrMissing found = pid_layout(parsed.value);
-  if (!found.layout) throw refuse(fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(found.missing, ", ")));
-  auto driver = std::make_unique<PidDriver>(transport, std::move(*found.layout), device.pid->options);
-  if (driver->is_read_only()) return std::make_unique<internal::ReadOnlyDevice>(std::move(driver));
-  return driver;
-}
 
 namespace {
 
@@ -120,9 +71,9 @@ std::map<std::string, double> motor_counters(SimulatedDevice& device) {
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
   for (const DeviceSpec& device : scenario.devices) {
     names_.push_back(device.name);
-    devices_.push_back(simulated_transport(device, clock));
+    devices_.push_back(internal::make_simulated(device, clock));
     try {
-      drivers_.push_back(make_driver(device, *devices_.back()));
+      drivers_.push_back(internal::make_driver(device, *devices_.back()));
       drivers_.back()->start();
     } catch (const DeviceError& error) {
       stop();
@@ -143,15 +94,9 @@ std::vector<HapticDevice*> SimulatedDevices::drivers() {
 }
 
 std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& plan) {
-  const RemapSpec& remap = scenario.remap;
   LinkSpec common;
   common.samples = plan.interaction_capacity;
   common.forces = plan.force_capacity;
-  const bool remaps = is_remap(plan.kind);
-  common.gate = remaps && remap.interaction_underrun == InteractionUnderrun::gate;
-  if (remaps && remap.interaction_underrun == InteractionUnderrun::extrapolate) common.interaction = kContinueLine;
-  if (remaps && remap.force_underrun == ForceUnderrun::extrapolate) common.force = kContinueLine;
-  if (plan.kind == StrategyKind::predict) common.interaction = {remap.predict_window, kPredictHand.furthest};
   common.step_rate = scenario.scene.step_rate;
 
   std::vector<LinkSpec> links(scenario.devices.size(), common);
@@ -160,11 +105,7 @@ std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& pla
     links[tool].emission = scenario.devices[tool].emission;
     links[tool].render = render_of(scenario, plan, scenario.devices[tool]);
     links[tool].ticks = grids[tool];
-    if (plan.kind != StrategyKind::filtered) continue;
-    if (remap.filter_force)
-      links[tool].force_filter = filter_at(remap, grids[tool].rate);
-    else
-      links[tool].interaction_filter = filter_at(remap, common.step_rate);
+    internal::strategy_of(plan.kind).link(scenario.remap, links[tool]);
   }
   return links;
 }

@@ -4,8 +4,7 @@
 #include <array>
 
 #include "evenstep/loop/segment_pace.h"
-#include "evenstep/remap/paper_map.h"
-#include "evenstep/remap/phase_locked_map.h"
+#include "strategies.h"
 
 namespace evenstep {
 namespace {
@@ -27,23 +26,6 @@ class EvenTiming final : public StepTiming {
   std::int64_t n_ = 0;
 };
 
-Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
-  switch (budget.kind) {
-    case Budget::Kind::any_phase:
-      return any_phase;
-    case Budget::Kind::this_phase:
-      return this_phase;
-    case Budget::Kind::fixed:
-    case Budget::Kind::adaptive:  // the most it may become
-      break;
-  }
-  return budget.fixed;
-}
-
-/// Ring capacity for a strategy that reads the newest sample and plays each force at once: it needs only the current entry
-/// and the one before.
-constexpr std::size_t kDirectCapacity = 4;
-
 /// How long a gate delays a step: not at all, or until the tick that brings the sample for slot - lead. At any phase this
 /// tick comes at most a period minus 1 ns after that time.
 struct GateModel {
@@ -60,9 +42,9 @@ struct GateModel {
 /// The haptic loop without its lanes and without a gate: visits every mapped step that ends within the run, with lead 0.
 /// `next` returns the segments one by one, and a null pointer at the end.
 template <class Next, class Visit>
-void walk(const Scenario& scenario, StrategyKind kind, Next next, Visit visit) {
-  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, Duration{});
-  const RealTime end{scenario.run_duration.ns};
+void walk(const MapSetup& setup, StrategyKind kind, Next next, Visit visit) {
+  const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});
+  const RealTime end = setup.end;
   std::int64_t n = 0;
   std::vector<RealTime> slots;
   for (const SegmentTiming* segment = next(); segment != nullptr && segment->begin < end; segment = next()) {
@@ -78,11 +60,10 @@ void walk(const Scenario& scenario, StrategyKind kind, Next next, Visit visit) {
 }
 
 /// The same with a gate, which pushes back everything after a wait.
-void walk_gated(const Scenario& scenario, StepTiming& timing, StrategyKind kind, const GateModel& gate,
+void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, const GateModel& gate,
                 std::vector<MappedStep>& steps) {
-  const std::unique_ptr<SlotMap> map = make_map(scenario, kind, {}, Duration{});
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  const RealTime end{scenario.run_duration.ns};
+  const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});
+  const RealTime end = setup.end;
   Postponement pushed;
   SegmentTiming segment;
   for (std::int64_t n = 0; timing.next(segment) && pushed.begin(segment.begin) < end;) {
@@ -94,7 +75,7 @@ void walk_gated(const Scenario& scenario, StepTiming& timing, StrategyKind kind,
       const Slot slot = map->read(n, began);
       if (slot.kind == SlotKind::mapped) {
         const RealTime launched = began;
-        for (const SamplingGrid& grid : grids) began = std::max(began, gate.opens(slot.read, grid));
+        for (const SamplingGrid& grid : setup.grids) began = std::max(began, gate.opens(slot.read, grid));
         pushed.wait(began - launched);
       }
       const RealTime ended = pushed.end(step.end);
@@ -106,100 +87,27 @@ void walk_gated(const Scenario& scenario, StepTiming& timing, StrategyKind kind,
   }
 }
 
-std::vector<MappedStep> walk(const Scenario& scenario, StrategyKind kind, const GateModel* gate) {
+std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spec, StrategyKind kind, const GateModel* gate) {
   std::vector<MappedStep> steps;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(timing_spec);
   if (gate) {
-    walk_gated(scenario, *timing, kind, *gate, steps);
+    walk_gated(setup, *timing, kind, *gate, steps);
   } else {
     SegmentTiming segment;
-    walk(scenario, kind, [&] { return timing->next(segment) ? &segment : nullptr; },
+    walk(setup, kind, [&] { return timing->next(segment) ? &segment : nullptr; },
          [&](const MappedStep& step) { steps.push_back(step); });
   }
   return steps;
 }
 
-/// The longest span of read times that corresponds to a window of emission times: a shrinking latency moves forces closer
-/// together.
-Duration force_window(const Scenario& scenario, const StrategyPlan& plan) {
-  if (!plan.adapts) return kContinueLine.window;
-  return {floor_mul_div(kContinueLine.window.ns + 1, 1'000'000, 1'000'000 - scenario.remap.adapt.slew_ppm) + 1};
-}
-
-StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
-  StrategyPlan plan{kind};
-  plan.sizing = size_map(scenario, kind);
-  plan.lead = chosen(scenario.remap.lead, plan.sizing.any_phase.lead, plan.sizing.this_phase.lead);
-  const bool gated = scenario.remap.interaction_underrun == InteractionUnderrun::gate;
-  if (gated) plan.sizing = size_gated_map(scenario, kind, plan.lead);
-  const auto& [steps, any, here] = plan.sizing;
-  // The least L is max(E - slot) + c, so another lead changes it by the same amount. That of a gate is for its lead already.
-  const auto with_lead = [&](const LatencyBudget& least) {
-    return gated ? least.latency : least.latency - least.lead + plan.lead;
-  };
-  plan.latency = chosen(scenario.remap.latency, with_lead(any), with_lead(here));
-  plan.adapts = scenario.remap.latency.kind == Budget::Kind::adaptive;
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  const bool lines = scenario.remap.interaction_underrun == InteractionUnderrun::extrapolate;
-  const bool force_lines = scenario.remap.force_underrun == ForceUnderrun::extrapolate;
-  const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency, lines ? kContinueLine.window : Duration{},
-                                             force_lines ? force_window(scenario, plan) : Duration{});
-  plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
-  plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
-
-  const RealTime judged_from{scenario.warmup.ns};
-  const auto first = std::find_if(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.begin >= judged_from; });
-  const std::span<const MappedStep> judged(first, steps.end());
-  for (const SamplingGrid& grid : grids) {
-    plan.predicted_interaction_underruns =
-        std::max(plan.predicted_interaction_underruns, count_interaction_underruns(judged, grid, plan.lead));
-  }
-  const std::vector<bool> late = late_forces(steps, plan.lead, latency_of(scenario, plan));
-  plan.predicted_late_forces = std::count(late.begin() + (first - steps.begin()), late.end(), true);
-  return plan;
-}
-
-/// Predicting needs no latency: each step gets the position that the hand will have when the step's force is due, and the
-/// force is due as early as possible: R(n) = F(n) = slot(n) + D with D = max(E - slot), which is a lead of -D.
-StrategyPlan plan_predict(const Scenario& scenario) {
-  StrategyPlan plan{StrategyKind::predict};
-  plan.sizing = size_map(scenario, plan.kind);
-  const auto& [steps, any, here] = plan.sizing;
-  plan.lead = any.lead - any.latency;
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  const LatencyBudget rings = capacities_for(steps, grids, plan.lead, plan.latency, scenario.remap.predict_window);
-  plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
-  plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
-  return plan;
-}
-
 }  // namespace
 
-std::unique_ptr<StepTiming> make_timing(const Scenario& scenario) {
-  if (!scenario.timing.trace.empty()) return make_replayed_timing(scenario.timing.trace);
-  return make_programmed_timing(scenario.timing.programmed);
+std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing) {
+  return timing.trace.empty() ? make_programmed_timing(timing.programmed) : make_replayed_timing(timing.trace);
 }
 
-std::unique_ptr<StepTiming> make_even_timing(const Scenario& scenario) {
-  return std::make_unique<EvenTiming>(scenario.scene.step_rate, scenario.nominal.step_run_time);
-}
-
-std::unique_ptr<SlotMap> make_map(const Scenario& scenario, StrategyKind kind, Duration lead,
-                                  const AdaptiveLatency& latency) {
-  switch (kind) {
-    case StrategyKind::direct:
-    case StrategyKind::filtered:
-    case StrategyKind::variable_step:
-      return std::make_unique<DirectMap>();
-    case StrategyKind::paper:
-      return std::make_unique<PaperMap>(lead, latency, scenario.remap.estimate_weight);
-    case StrategyKind::phase_locked:
-    case StrategyKind::predict:
-      return std::make_unique<PhaseLockedMap>(lead, latency, scenario.remap.bandwidth_Hz);
-    case StrategyKind::ideal:
-      return std::make_unique<EvenMap>(RealTime{0}, scenario.scene.step_rate, lead, latency.latency());
-  }
-  return nullptr;
+std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time) {
+  return std::make_unique<EvenTiming>(step_rate, run_time);
 }
 
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario) {
@@ -208,32 +116,39 @@ std::vector<SamplingGrid> sampling_grids(const Scenario& scenario) {
   return grids;
 }
 
-Emission strictest_emission(const Scenario& scenario) {
+MapSetup map_setup(const Scenario& scenario) {
   const bool linear = std::any_of(scenario.devices.begin(), scenario.devices.end(),
                                   [](const DeviceSpec& device) { return device.emission == Emission::linear; });
-  return linear ? Emission::linear : Emission::hold;
+  return {.remap = scenario.remap,
+          .step_rate = scenario.scene.step_rate,
+          .grids = sampling_grids(scenario),
+          .emission = linear ? Emission::linear : Emission::hold,
+          .end = RealTime{scenario.run_duration.ns}};
 }
 
-Sizing size_map(const Scenario& scenario, StrategyKind kind) {
+std::unique_ptr<SlotMap> make_map(const MapSetup& setup, StrategyKind kind, Duration lead, const AdaptiveLatency& latency) {
+  return internal::strategy_of(kind).map(setup, lead, latency);
+}
+
+Sizing size_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind) {
   Sizing sizing;
-  sizing.steps = walk(scenario, kind, nullptr);
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
-  sizing.any_phase = least_latency_any_phase(sizing.steps, grids, strictest_emission(scenario));
-  sizing.this_phase = least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario));
+  sizing.steps = walk(setup, timing, kind, nullptr);
+  sizing.any_phase = least_latency_any_phase(sizing.steps, setup.grids, setup.emission);
+  sizing.this_phase = least_latency_this_phase(sizing.steps, setup.grids, setup.emission);
   return sizing;
 }
 
-std::vector<MappedStep> run_steps(const Scenario& scenario, StrategyKind kind, Duration lead) {
+std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead) {
   const GateModel here{lead, false};
-  return walk(scenario, kind, scenario.remap.interaction_underrun == InteractionUnderrun::gate ? &here : nullptr);
+  return walk(setup, timing, kind, setup.remap.interaction_underrun == InteractionUnderrun::gate ? &here : nullptr);
 }
 
-void each_mapped_step(const Scenario& scenario, StrategyKind kind, std::span<const SegmentTiming> segments,
+void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit) {
   constexpr std::size_t kAtATime = 256;   // so few that they stay in the first-level cache
   std::array<MappedStep, kAtATime> steps;
   std::size_t next = 0, count = 0;
-  walk(scenario, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
+  walk(setup, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
        [&](const MappedStep& step) {
          steps[count++] = step;
          if (count < kAtATime) return;
@@ -243,31 +158,29 @@ void each_mapped_step(const Scenario& scenario, StrategyKind kind, std::span<con
   visit(std::span(steps).first(count));
 }
 
-Sizing size_gated_map(const Scenario& scenario, StrategyKind kind, Duration lead) {
-  Sizing sizing = size_map(scenario, kind);
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead) {
+  Sizing sizing = size_map(setup, timing, kind);
   const auto with_lead = [&](LatencyBudget& budget, LatencyBudget gated) {
     budget.latency = gated.latency - gated.lead + lead;
     budget.latency_culprit = gated.latency_culprit;
   };
   const GateModel worst{lead, true}, here{lead, false};
-  with_lead(sizing.any_phase,
-            least_latency_any_phase(walk(scenario, kind, &worst), grids, strictest_emission(scenario)));
-  sizing.steps = walk(scenario, kind, &here);
-  with_lead(sizing.this_phase, least_latency_this_phase(sizing.steps, grids, strictest_emission(scenario)));
+  with_lead(sizing.any_phase, least_latency_any_phase(walk(setup, timing, kind, &worst), setup.grids, setup.emission));
+  sizing.steps = walk(setup, timing, kind, &here);
+  with_lead(sizing.this_phase, least_latency_this_phase(sizing.steps, setup.grids, setup.emission));
   return sizing;
 }
 
-AdaptiveLatency latency_of(const Scenario& scenario, const StrategyPlan& plan) {
+AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan) {
   if (!plan.adapts) return plan.latency;
-  AdaptiveLatencyOptions options = scenario.remap.adapt;
-  options.emission = strictest_emission(scenario);
+  AdaptiveLatencyOptions options = setup.remap.adapt;
+  options.emission = setup.emission;
   return AdaptiveLatency(options);
 }
 
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
   AdaptationForecast forecast;
-  AdaptiveLatency latency = latency_of(scenario, plan);
+  AdaptiveLatency latency = latency_of(map_setup(scenario), plan);
   std::int64_t sum_ns = 0, judged = 0;
   for (const MappedStep& step : plan.sizing.steps) {
     const RealTime read = step.slot - plan.lead;
@@ -280,37 +193,6 @@ AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyP
   forecast.growths = latency.growths();
   if (judged > 0) forecast.mean_s = static_cast<double>(sum_ns) / static_cast<double>(judged) / 1e9;
   return forecast;
-}
-
-std::vector<StrategyPlan> plan(const Scenario& scenario) {
-  std::vector<StrategyPlan> plans;
-  for (const StrategyKind kind : scenario.strategies) {
-    if (kind == StrategyKind::predict)
-      plans.push_back(plan_predict(scenario));
-    else if (is_remap(kind))
-      plans.push_back(plan_remap(scenario, kind));
-    else
-      plans.push_back({kind, {}, {}, false, kDirectCapacity, kDirectCapacity});
-  }
-  const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
-  auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });
-  if (model == plans.end()) model = twin_of([](const StrategyPlan& p) { return is_remap(p.kind); });
-  for (StrategyPlan& p : plans) {
-    if (p.kind == StrategyKind::ideal && model != plans.end()) p = ideal_twin(scenario, *model);
-  }
-  return plans;
-}
-
-StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of) {
-  StrategyPlan twin{StrategyKind::ideal, of.lead, of.latency};
-  // The twin reads the motion in closed form, so its interaction ring is only written. Forces wait from the end of their
-  // step until their emission, at most for L: one per slot, plus two to interpolate between.
-  twin.interaction_capacity = kDirectCapacity;
-  const Duration longest = of.latency - of.lead;
-  const std::int64_t waiting = floor_mul_div(std::max<std::int64_t>(longest.ns, 0), scenario.scene.step_rate.num,
-                                             scenario.scene.step_rate.den * 1'000'000'000);
-  twin.force_capacity = static_cast<std::size_t>(waiting) + kDirectCapacity;
-  return twin;
 }
 
 }  // namespace evenstep

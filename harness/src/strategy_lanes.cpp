@@ -9,8 +9,8 @@
 #include "evenstep/harness/rendering.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/harness/simulated_devices.h"
-#include "evenstep/sim/felt.h"
-#include "undelayed.h"
+#include "strategies.h"
+#include "undelayed_solver.h"
 
 namespace evenstep {
 namespace {
@@ -18,7 +18,9 @@ namespace {
 StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) {
   StrategyRecord record;
   record.name = name_of(plan.kind);
-  record.variable_step = plan.kind == StrategyKind::variable_step;
+  record.variable_step = traits_of(plan.kind).varies_step;
+  record.reference = traits_of(plan.kind).knows_motion;
+  record.look = internal::strategy_of(plan.kind).look;
   for (const DeviceSpec& device : scenario.devices) {
     DeviceRecord& kept = record.devices.emplace_back();
     kept.name = device.name;
@@ -42,7 +44,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
 }
 
 UnderrunWords underrun_words(const RemapSpec& remap, StrategyKind kind) {
-  return {kind == StrategyKind::predict, name_of(remap.interaction_underrun), name_of(remap.force_underrun)};
+  return {traits_of(kind).predicts, name_of(remap.interaction_underrun), name_of(remap.force_underrun)};
 }
 
 /// Records the limits. An implicit method has none, and the spring has neither a method nor a limit.
@@ -70,9 +72,7 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   record.variable_step = scene.variable_step;
   record.steps_over_limit = verdict.steps_over_limit;
   record.step_over_limit_max = verdict.step_over_limit_max;
-  // The spring stores exactly the energy that the hand puts in; the other closed forms do not compute energy.
-  record.has_energy = scene.needs_energy && !std::holds_alternative<WallScene>(scene.body) &&
-                      !std::holds_alternative<ModeScene>(scene.body);
+  record.has_energy = scene.needs_energy && accounts_energy(scene);
   for (const auto& [feature, cost_percent] : info.left_out) {
     record.left_out.push_back(!cost_percent        ? feature
                               : *cost_percent <= 0 ? feature + " (less than 1 % of a step)"
@@ -84,7 +84,7 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
 
 Scene scene_of(const Scenario& scenario, StrategyKind kind) {
   Scene scene = scenario.scene;
-  scene.variable_step = kind == StrategyKind::variable_step;
+  scene.variable_step = traits_of(kind).varies_step;
   return scene;
 }
 
@@ -136,7 +136,7 @@ StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan,
       scene_(scene_of(scenario, plan.kind)),
       exchange_(exchange),
       solver_(std::move(solver)),
-      map_(make_map(scenario, plan.kind, plan.lead, latency_of(scenario, plan))),
+      map_(make_map(map_setup(scenario), plan.kind, plan.lead, latency_of(map_setup(scenario), plan))),
       timing_(std::move(timing)),
       record_(start_record(scenario, plan)),
       step_(*solver_, scene_),

@@ -107,12 +107,12 @@ namespace {
 StrategyRecord run_on(SimulatedDevices& devices, const Scenario& scenario, const StrategyPlan& plan, Clock& clock,
                       const RunControl& control) {
   const std::vector<LinkSpec> links = links_of(scenario, plan);
-  if (plan.kind == StrategyKind::ideal) {
+  if (traits_of(plan.kind).knows_motion) {
     IdealExchange exchange(links, devices.drivers(), motions_of(scenario));
-    return run_lanes(scenario, plan, {clock, exchange, make_even_timing(scenario), devices.drivers()}, control);
+    return run_lanes(scenario, plan, {clock, exchange, make_even_timing(scenario.scene.step_rate, scenario.nominal.step_run_time), devices.drivers()}, control);
   }
   DeviceExchange exchange(links, devices.drivers());
-  return run_lanes(scenario, plan, {clock, exchange, make_timing(scenario), devices.drivers()}, control);
+  return run_lanes(scenario, plan, {clock, exchange, make_timing(scenario.timing), devices.drivers()}, control);
 }
 
 }  // namespace

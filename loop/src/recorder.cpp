@@ -14,7 +14,10 @@ void note(Scheduler& scheduler, const glm::dvec3& v) {
 }
 
 SpringRow to_row(const DeviceSpring& spring) {
-  return {to_vec3(spring.center_m), to_vec3(spring.below_N_per_m), to_vec3(spring.above_N_per_m), to_vec3(spring.limit_N)};
+  return {.center_m = to_vec3(spring.center_m),
+          .below_N_per_m = to_vec3(spring.below_N_per_m),
+          .above_N_per_m = to_vec3(spring.above_N_per_m),
+          .limit_N = to_vec3(spring.limit_N)};
 }
 
 }  // namespace
@@ -25,8 +28,11 @@ void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const De
   scheduler.note(static_cast<std::uint64_t>(played.at.ns));
   note(scheduler, sample.position_m);
   note(scheduler, force_N);
-  record_.ticks.push_back({arrival.scheduled, arrival.lateness(), to_vec3(sample.position_m), to_vec3(force_N),
-                           played.force_N.status != ReadStatus::empty});
+  record_.ticks.push_back({.at = arrival.scheduled,
+                           .lateness = arrival.lateness(),
+                           .position_m = to_vec3(sample.position_m),
+                           .force_N = to_vec3(force_N),
+                           .started = played.force_N.status != ReadStatus::empty});
   if (!played.spring) return;
   const DeviceSpring& spring = *played.spring;
   for (const glm::dvec3& part : {spring.center_m, spring.below_N_per_m, spring.above_N_per_m, spring.limit_N})
@@ -65,8 +71,14 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
   scheduler.note(static_cast<std::uint64_t>(emission.ns));
   scheduler.note(solver.state_digest);
   const auto n = static_cast<std::int64_t>(record_.steps.size());
-  record_.steps.push_back({segment.index, began, scheduler.now(), slot.read, emission, slot.kind == SlotKind::mapped,
-                           slot.kind == SlotKind::acquiring, solver.simulated_s()});
+  record_.steps.push_back({.segment = segment.index,
+                           .begin = began,
+                           .end = scheduler.now(),
+                           .read = slot.read,
+                           .emission = emission,
+                           .mapped = slot.kind == SlotKind::mapped,
+                           .acquiring = slot.kind == SlotKind::acquiring,
+                           .simulated = solver.simulated()});
   for (std::uint32_t device = 0; device < record_.devices.size(); ++device) {
     note(scheduler, solver.positions_m[device]);
     note(scheduler, solver.response.force_N[device]);

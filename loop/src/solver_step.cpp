@@ -19,8 +19,9 @@ RunFailure run_failure(const SolverError& error, std::int64_t at_step) {
 }
 
 void SolverStep::begins(RealTime began) {
-  if (variable_ && began_) step_s_ = static_cast<double>((began - *began_).ns) / 1e9;
-  if (began_) simulated_s_ += step_s_;
+  if (variable_ && began_) step_s_ = evenstep::seconds(began - *began_);
+  if (!first_began_) first_began_ = began;
+  simulated_ = variable_ ? SimTime{(began - *first_began_).ns} : sim_time(step_rate_, step_);
   began_ = began;
 }
 
@@ -39,7 +40,8 @@ ContactRecord SolverStep::contact(int tool) const {
   if (contacts.empty()) return record;
   const ToolContact& contact = contacts[index];
   const glm::dmat3& k = contact.stiffness_N_per_m;  // [column][row]
-  record.stiffness_N_per_m = {k[0][0], k[1][1], k[2][2], k[1][0], k[2][0], k[2][1]};
+  record.stiffness_N_per_m = {
+      .xx = k[0][0], .yy = k[1][1], .zz = k[2][2], .xy = k[1][0], .xz = k[2][0], .yz = k[2][1]};
   record.normal = contact.normal;
   record.gap_m = contact.gap_m;
   record.unilateral = contact.unilateral;

@@ -42,18 +42,21 @@ void read_row(CsvRows& rows, std::vector<std::pair<RealTime, glm::dvec3>>& out) 
 }  // namespace
 
 MotionCsv parse_motion_csv(const std::string& text, const std::string& name) {
-  MotionCsv out;
-  CsvRows rows(text, name, out.errors);
-  if (!rows.header("t_s,x_m,y_m,z_m")) return out;
-  while (rows.next()) read_row(rows, out.motion.rows);
-  if (out.motion.rows.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
-  return out;
+  RecordedMotion motion;
+  std::vector<Diagnostic> errors;
+  CsvRows rows(text, name, errors);
+  if (rows.header("t_s,x_m,y_m,z_m")) {
+    while (rows.next()) read_row(rows, motion.rows);
+    if (motion.rows.empty() && errors.empty()) errors.push_back({name, 1, 1, "no rows"});
+  }
+  if (!errors.empty()) return Failure(std::move(errors));
+  return motion;
 }
 
 MotionCsv read_motion_csv(const std::string& path) {
-  const TextFile file = read_text_file(path, kMostCsvBytes);
-  if (!file.error.empty()) return {{}, {{path, 0, 0, file.error}}};
-  return parse_motion_csv(file.text, path);
+  const Result<std::string> file = read_text_file(path, kMostCsvBytes);
+  if (!file) return Failure(std::vector<Diagnostic>{{path, 0, 0, file.error()}});
+  return parse_motion_csv(*file, path);
 }
 
 }  // namespace evenstep::internal

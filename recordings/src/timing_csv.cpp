@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "evenstep/text/csv_rows.h"
 #include "evenstep/text/text_file.h"
@@ -12,6 +13,7 @@ namespace {
 
 using internal::CsvRows;
 
+constexpr std::string_view kHeader = "segment,kind,index,begin_ns,end_ns";
 enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
 constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit for every time that a user gives
 constexpr std::string_view kTooLong = "the recording is longer than 1e6 s; are these nanoseconds?";
@@ -140,11 +142,6 @@ void shift_to_zero(std::vector<SegmentTiming>& segments) {
   }
 }
 
-void finish(TimingCsv& out, const std::string& name) {
-  if (out.segments.empty() && out.errors.empty()) out.errors.push_back({name, 1, 1, "no rows"});
-  if (out.errors.empty()) shift_to_zero(out.segments);
-}
-
 constexpr std::string_view kStepsHeader = "begin_ns,end_ns";
 
 bool read_step(CsvRows& rows, Row& row) {
@@ -170,34 +167,40 @@ void read_steps(CsvRows& rows, std::vector<SegmentTiming>& segments) {
   }
 }
 
-/// `rows` writes its errors to `out`.
-void read(CsvRows rows, const std::string& name, bool steps_too, TimingCsv& out) {
+void read_rows(CsvRows& rows, bool steps_too, std::vector<SegmentTiming>& segments) {
   if (steps_too && rows.begins_with(kStepsHeader)) {
     rows.header(kStepsHeader);
-    read_steps(rows, out.segments);
-  } else {
-    if (!rows.header("segment,kind,index,begin_ns,end_ns")) return;
-    State state{out.segments};
-    Row row;
-    while (rows.next()) {
-      if (read_row(rows, row)) add_row(rows, row, state);
-    }
+    return read_steps(rows, segments);
   }
-  finish(out, name);
+  if (!rows.header(kHeader)) return;
+  State state{segments};
+  Row row;
+  while (rows.next()) {
+    if (read_row(rows, row)) add_row(rows, row, state);
+  }
+}
+
+/// `errors`: where `rows` writes them.
+TimingCsv read(CsvRows rows, const std::string& name, bool steps_too, std::vector<Diagnostic>& errors) {
+  std::vector<SegmentTiming> segments;
+  read_rows(rows, steps_too, segments);
+  if (segments.empty() && errors.empty()) errors.push_back({name, 1, 1, "no rows"});
+  if (!errors.empty()) return Failure(std::move(errors));
+  shift_to_zero(segments);
+  return segments;
 }
 
 TimingCsv parse(const std::string& text, const std::string& name, bool steps_too) {
-  TimingCsv out;
-  read(CsvRows(text, name, out.errors), name, steps_too, out);
-  return out;
+  std::vector<Diagnostic> errors;
+  return read(CsvRows(text, name, errors), name, steps_too, errors);
 }
 
 TimingCsv read_file(const std::string& path, bool steps_too) {
-  TimingCsv out;
+  std::vector<Diagnostic> errors;
   internal::TextPieces pieces(path, internal::kMostCsvBytes);
-  read(CsvRows([&] { return pieces.next(); }, path, out.errors), path, steps_too, out);
-  if (!pieces.error().empty()) return {{}, {{path, 0, 0, pieces.error()}}};
-  return out;
+  TimingCsv csv = read(CsvRows([&] { return pieces.next(); }, path, errors), path, steps_too, errors);
+  if (!pieces.error().empty()) return Failure(std::vector<Diagnostic>{{path, 0, 0, pieces.error()}});
+  return csv;
 }
 
 }  // namespace
@@ -206,5 +209,32 @@ TimingCsv parse_timing_csv(const std::string& text, const std::string& name) { r
 TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name) { return parse(text, name, true); }
 TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
 TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
+
+std::string format_timing_csv(const std::vector<SegmentTiming>& segments) {
+  std::string csv = fmt::format("{}\n", kHeader);
+  const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end) {
+    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}\n", segment, kind, index, begin.ns, end.ns);
+  };
+  for (const SegmentTiming& segment : segments) {
+    RealTime busy = segment.begin;
+    const auto show = [&] {
+      row(segment.index, "visualization", 0, segment.visualization->begin, segment.visualization->end);
+      busy = std::max(busy, segment.visualization->end);
+    };
+    bool shown = !segment.visualization;
+    for (std::size_t i = 0; i < segment.steps.size(); ++i) {
+      const Interval& step = segment.steps[i];
+      if (!shown && segment.visualization->begin <= step.begin) {
+        show();
+        shown = true;
+      }
+      row(segment.index, "step", i, step.begin, step.end);
+      busy = std::max(busy, step.end);
+    }
+    if (!shown) show();
+    if (busy < segment.end) row(segment.index, "idle", 0, busy, segment.end);
+  }
+  return csv;
+}
 
 }  // namespace evenstep

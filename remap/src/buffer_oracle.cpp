@@ -111,12 +111,18 @@ internal::Bracket RunningLine::bracket() const {
   }
   // ceil((E - S) - (n_E - n_S) tau), exactly.
   const std::int64_t slots_ns = floor_mul_div(ends_[end].n - begins_[begin].n, tau.rise, tau.run);
-  return {Duration{ends_[end].ns - begins_[begin].ns - slots_ns}, tau, ends_[end].n, begins_[begin].n};
+  return {.latency = Duration{ends_[end].ns - begins_[begin].ns - slots_ns},
+          .slot = tau,
+          .end = ends_[end].n,
+          .begin = begins_[begin].n};
 }
 
 BestLine RunningLine::best() const {
   const internal::Bracket line = bracket();
-  return {line.latency, static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run), line.end, line.begin};
+  return {.latency = line.latency,
+          .slot_ns = static_cast<double>(line.slot.rise) / static_cast<double>(line.slot.run),
+          .latency_culprit = line.end,
+          .lead_culprit = line.begin};
 }
 
 BestLine best_line(std::span<const StepTimes> steps) {

@@ -127,7 +127,10 @@ LatencyBudget RunningNeeds::budget() const {
   if (delay_.culprit < 0) return {};
   Need lead;
   for (const Need& one : leads_) lead.require(one.least, one.culprit);
-  return {lead.least, delay_.least + lead.least, lead.culprit, delay_.culprit};
+  return {.lead = lead.least,
+          .latency = delay_.least + lead.least,
+          .lead_culprit = lead.culprit,
+          .latency_culprit = delay_.culprit};
 }
 
 std::size_t RunningNeeds::interaction_capacity() const {

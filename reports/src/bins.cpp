@@ -52,10 +52,11 @@ std::vector<BinRow> cut(const Timeline& timeline, RealTime origin, double bin_s)
       const std::span<const double> t(timeline.series.t_s);
       const std::span<const Vec3> x(timeline.series.value);
       const std::size_t from = begin == 0 ? 0 : begin - 1, until = std::min(end + 1, x.size());
-      rows.push_back({seconds(origin + width * b),
-                      deviation(t.subspan(begin, end - begin), x.subspan(begin, end - begin), kWindow_s).max,
-                      velocity_jump(x.subspan(from, until - from)),
-                      static_cast<std::int64_t>(first_at(timeline.underruns, to))});
+      rows.push_back(
+          {.from_s = seconds(origin + width * b),
+           .deviation_max = deviation(t.subspan(begin, end - begin), x.subspan(begin, end - begin), kWindow_s).max,
+           .velocity_jump = velocity_jump(x.subspan(from, until - from)),
+           .underruns_so_far = static_cast<std::int64_t>(first_at(timeline.underruns, to))});
     }
     begin = end;
   }

@@ -39,12 +39,9 @@ struct Signal {
 };
 
 Signal signal_of(const RunRecord& run, const std::map<std::string, std::vector<BinRow>>& all, const std::string& name) {
-  std::vector<std::string> strategies;
-  for (const StrategyRecord& strategy : run.strategies) strategies.push_back(strategy.name);
-  internal::ideal_first(strategies);
   const std::optional<double> step = step_unit(run.nominal, name + ".any");
   Signal signal{name, step ? "step" : base_unit(name + ".any", "deviation_max"), step.value_or(1), {}};
-  for (const std::string& strategy : strategies) {
+  for (const std::string& strategy : internal::in_drawing_order(run)) {
     const auto found = all.find(name + "." + strategy);
     if (found != all.end()) signal.strategies.emplace_back(strategy, found->second);
   }
@@ -115,7 +112,7 @@ Range count_range(const std::vector<Curve>& curves) {
   return {-kMargin * most, most * 1.08};
 }
 
-void draw_signal(internal::Svg& svg, const Signal& signal, const Range& time_s, const Column& column, double top) {
+void draw_signal(internal::Svg& svg, const RunRecord& run, const Signal& signal, const Range& time_s, const Column& column, double top) {
   svg.text({column.left, top + 12}, signal.name, internal::Svg::Anchor::start, 13, true);
   std::vector<Curve> deviation = error_curves(signal, &BinRow::deviation_max, time_s.high);
   std::vector<Curve> jump = error_curves(signal, &BinRow::velocity_jump, time_s.high);
@@ -128,7 +125,7 @@ void draw_signal(internal::Svg& svg, const Signal& signal, const Range& time_s, 
     internal::Panel drawn(svg, {column.left, y, column.right, y + kPanelHeight}, {time_s, "run time", "s"}, axis);
     drawn.draw_axes(last, last);
     for (std::size_t i = 0; i < curves.size(); ++i)
-      drawn.curve(curves[i].t_s, curves[i].value, internal::look_of(curves[i].strategy, i));
+      drawn.curve(curves[i].t_s, curves[i].value, internal::look_of(run, curves[i].strategy));
     y += kPanelDistance;
   };
   panel(deviation, deviation_axis, false);
@@ -145,13 +142,10 @@ std::optional<std::string> error_over_time_svg(const RunRecord& run) {
   const Range time_s{0, seconds(run.nominal.end - RealTime{})};
   const std::vector<Nominal::Device>& devices = run.nominal.devices;
   internal::Svg svg(kWidth, kHead + kBlock * static_cast<double>(devices.size()), "Error against run time");
-  std::vector<std::string> strategies;
-  for (const StrategyRecord& strategy : run.strategies) strategies.push_back(strategy.name);
-  internal::ideal_first(strategies);
-  internal::draw_legend(svg, {kColumns.front().left, 44}, strategies);
+  internal::draw_legend(svg, {kColumns.front().left, 44}, run, internal::in_drawing_order(run));
   for (std::size_t d = 0; d < devices.size(); ++d) {
     for (const Column& column : kColumns) {
-      draw_signal(svg, signal_of(run, all, devices[d].name + "." + column.kind), time_s, column,
+      draw_signal(svg, run, signal_of(run, all, devices[d].name + "." + column.kind), time_s, column,
                   kHead + kBlock * static_cast<double>(d));
     }
   }

@@ -145,10 +145,9 @@ std::optional<Difference> difference_of(const StrategyRecord& a, const StrategyR
   return Difference{a.name, static_cast<std::int64_t>(index), std::move(text)};
 }
 
-const StrategyRecord* find(const EventFile& file, const std::string& name) {
-  const auto found =
-      std::find_if(file.strategies.begin(), file.strategies.end(), [&](const auto& s) { return s.name == name; });
-  return found == file.strategies.end() ? nullptr : &*found;
+const StrategyRecord* find(const std::vector<StrategyRecord>& strategies, const std::string& name) {
+  const auto found = std::find_if(strategies.begin(), strategies.end(), [&](const auto& s) { return s.name == name; });
+  return found == strategies.end() ? nullptr : &*found;
 }
 
 /// The real time of the difference: that of the event there, in the log that has one.
@@ -192,21 +191,21 @@ EventFile read_events_bin(const std::vector<std::byte>& bytes) {
   reader.take<std::uint64_t>("the magic");
   EventFile file;
   const auto strategies = reader.count<std::uint32_t>("strategies", kStrategyBytes);
-  for (std::size_t i = 0; i < strategies; ++i) file.strategies.push_back(take_strategy(reader));
+  for (std::size_t i = 0; i < strategies; ++i) file.push_back(take_strategy(reader));
   if (reader.left() > 0) reader.fail(reader.at(), fmt::format("{} bytes after the last strategy", reader.left()));
   return file;
 }
 
-std::optional<Difference> first_difference(const EventFile& a, const EventFile& b) {
-  for (const StrategyRecord& strategy : a.strategies) {
+std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b) {
+  for (const StrategyRecord& strategy : a) {
     if (!find(b, strategy.name)) return Difference{strategy.name, -1, strategy.name + ": only A has this strategy"};
   }
-  for (const StrategyRecord& strategy : b.strategies) {
+  for (const StrategyRecord& strategy : b) {
     if (!find(a, strategy.name)) return Difference{strategy.name, -1, strategy.name + ": only B has this strategy"};
   }
   std::optional<Difference> first;
   RealTime first_time = kNever;
-  for (const StrategyRecord& strategy : a.strategies) {
+  for (const StrategyRecord& strategy : a) {
     const StrategyRecord& other = *find(b, strategy.name);
     std::optional<Difference> difference = difference_of(strategy, other);
     if (!difference) continue;

@@ -22,6 +22,7 @@ constexpr std::int64_t kSegmentsShown = 6;
 /// One strategy's signal over the shown span.
 struct Curve {
   std::string strategy;
+  bool reference = false;
   std::vector<double> t_s;
   std::vector<Vec3> value;
   std::vector<Vec3> residual;
@@ -73,15 +74,14 @@ Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, 
   return Range::around(all, 0.08);
 }
 
-std::string draw(std::vector<Curve> curves, const Panels& panels) {
+std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& panels) {
   internal::Svg svg(kWidth, kHeight, panels.title);
   std::erase_if(curves, [](const Curve& curve) { return curve.value.size() < 3; });
   if (curves.empty()) {
     svg.text({kWidth / 2, kHeight / 2}, "nothing was judged in this run", internal::Svg::Anchor::middle, 14);
     return std::move(svg).finish();
   }
-  std::stable_sort(curves.begin(), curves.end(),
-                   [](const Curve& a, const Curve& b) { return a.strategy == "ideal" && b.strategy != "ideal"; });
+  std::stable_partition(curves.begin(), curves.end(), [](const Curve& curve) { return curve.reference; });
   std::vector<double> times;
   for (Curve& curve : curves) {
     curve.residual = internal::line_residual(curve.t_s, curve.value);
@@ -96,12 +96,12 @@ std::string draw(std::vector<Curve> curves, const Panels& panels) {
   upper.draw_axes(false, false);
   lower.draw_axes(true, true);
   for (std::size_t i = 0; i < curves.size(); ++i) {
-    upper.curve(curves[i].t_s, along(curves[i].value, axis), internal::look_of(curves[i].strategy, i));
-    lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), internal::look_of(curves[i].strategy, i));
+    upper.curve(curves[i].t_s, along(curves[i].value, axis), internal::look_of(run, curves[i].strategy));
+    lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), internal::look_of(run, curves[i].strategy));
   }
   std::vector<std::string> names;
   for (const Curve& curve : curves) names.push_back(curve.strategy);
-  internal::draw_legend(svg, {kUpper.left, 44}, names);
+  internal::draw_legend(svg, {kUpper.left, 44}, run, names);
   return std::move(svg).finish();
 }
 
@@ -117,7 +117,7 @@ std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
   const Span span = shown_span(run.nominal);
   std::vector<Curve> curves;
   for (const StrategyRecord& strategy : run.strategies) {
-    Curve curve{strategy.name, {}, {}, {}};
+    Curve curve{strategy.name, strategy.reference, {}, {}, {}};
     const DeviceRecord* record = find(strategy, device);
     for (const std::size_t n : internal::judged_steps(strategy, run.nominal)) {
       if (!record || !span.holds(strategy.steps[n].begin)) continue;
@@ -126,7 +126,7 @@ std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
     }
     curves.push_back(std::move(curve));
   }
-  return draw(std::move(curves), {"Motion of the interaction in simulation time: " + device, "simulation time", "position",
+  return draw(run, std::move(curves), {"Motion of the interaction in simulation time: " + device, "simulation time", "position",
                                   "m", step_unit(run.nominal, device + ".interaction.any")});
 }
 
@@ -134,7 +134,7 @@ std::string figure_1b_svg(const RunRecord& run, const std::string& device) {
   const Span span = shown_span(run.nominal);
   std::vector<Curve> curves;
   for (const StrategyRecord& strategy : run.strategies) {
-    Curve curve{strategy.name, {}, {}, {}};
+    Curve curve{strategy.name, strategy.reference, {}, {}, {}};
     if (const DeviceRecord* record = find(strategy, device)) {
       for (const std::size_t k : internal::judged_ticks(*record, run.nominal)) {
         const TickRow& tick = record->ticks[k];
@@ -145,7 +145,7 @@ std::string figure_1b_svg(const RunRecord& run, const std::string& device) {
     }
     curves.push_back(std::move(curve));
   }
-  return draw(std::move(curves), {"Force in real time at the device's ticks: " + device, "real time", "force", "N",
+  return draw(run, std::move(curves), {"Force in real time at the device's ticks: " + device, "real time", "force", "N",
                                   step_unit(run.nominal, device + ".force.any")});
 }
 

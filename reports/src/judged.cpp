@@ -25,14 +25,14 @@ std::vector<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal&
 }
 
 double simulation_time_s(const StrategyRecord& strategy, std::size_t n, double slot_s) {
-  return strategy.variable_step ? strategy.steps.at(n).simulated_s : static_cast<double>(n) * slot_s;
+  return strategy.variable_step ? seconds(strategy.steps.at(n).simulated) : static_cast<double>(n) * slot_s;
 }
 
 Series interaction_series(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
                           double slot_s) {
   Series series;
   for (const std::size_t n : steps) {
-    series.t_s.push_back(strategy.variable_step ? strategy.steps[n].simulated_s - strategy.steps[steps.front()].simulated_s
+    series.t_s.push_back(strategy.variable_step ? seconds(strategy.steps[n].simulated) - seconds(strategy.steps[steps.front()].simulated)
                                                 : static_cast<double>(n - steps.front()) * slot_s);
     series.value.push_back(device.steps.at(n).position_m);
   }

@@ -1,135 +1,114 @@
+#include "evenstep/reports/json.h"
 #include "evenstep/reports/size_record.h"
-#include "src/json_members.h"
 
 namespace evenstep {
 namespace {
 
-using internal::Members;
-
-void put_windows(std::string& out, const SizeWindows& windows) {
-  Members row(out += '{');
-  row.whole("p50", windows.p50.ns);
-  row.whole("p99", windows.p99.ns);
-  row.whole("max", windows.most.ns);
-  row.whole("count", windows.count);
-  out += '}';
+Json json_of(const SizeWindows& windows) {
+  return {{"p50", windows.p50.ns}, {"p99", windows.p99.ns}, {"max", windows.most.ns}, {"count", windows.count}};
 }
 
-void put_need(Members& row, const SizeNeed& need) {
-  put_windows(row.key("window_latency_ns"), need.windows);
+void put_need(Json& out, const SizeNeed& need) {
   const SizeCulprit& culprit = need.culprit;
-  row.whole("culprit_step", culprit.step);
-  row.whole("culprit_segment", culprit.segment);
-  row.whole("culprit_index", culprit.index);
-  row.whole("culprit_begin_ns", culprit.begin.ns);
-  row.whole("late_step", culprit.late_step);
-  row.whole("late_pause_excess_ns", culprit.pause_excess.ns);
-  row.whole("late_run_excess_ns", culprit.run_excess.ns);
-  row.whole("mended_latency_ns", culprit.mended_latency.ns);
-  row.whole("mending_saves_ns", (need.latency - culprit.mended_latency).ns);
-  row.whole("total_delay_ns", need.total_delay.ns);
-  row.number("stiffness_limit_N_per_m", need.stiffness_limit_N_per_m);
+  out["window_latency_ns"] = json_of(need.windows);
+  out["culprit_step"] = culprit.step;
+  out["culprit_segment"] = culprit.segment;
+  out["culprit_index"] = culprit.index;
+  out["culprit_begin_ns"] = culprit.begin.ns;
+  out["late_step"] = culprit.late_step;
+  out["late_pause_excess_ns"] = culprit.pause_excess.ns;
+  out["late_run_excess_ns"] = culprit.run_excess.ns;
+  out["mended_latency_ns"] = culprit.mended_latency.ns;
+  out["mending_saves_ns"] = (need.latency - culprit.mended_latency).ns;
+  out["total_delay_ns"] = need.total_delay.ns;
+  out["stiffness_limit_N_per_m"] = json_number(need.stiffness_limit_N_per_m);
 }
 
-void put_bound(std::string& out, const SizeNeed& need) {
-  Members row(out += '{');
-  row.whole("latency_ns", need.latency.ns);
-  put_need(row, need);
-  out += '}';
+Json json_of(const SizeNeed& need) {
+  Json out = {{"latency_ns", need.latency.ns}};
+  put_need(out, need);
+  return out;
 }
 
-void put_bounds(Members& top, const SizeBounds& bounds, const std::string& suffix) {
-  top.whole("best_line_latency" + suffix + "_ns", bounds.best_line.latency.ns);
-  top.whole("taut_string_latency" + suffix + "_ns", bounds.taut_string.latency.ns);
-  put_windows(top.key("window_latency" + suffix + "_ns"), bounds.best_line.windows);
-  put_bound(top.key("best_line" + suffix), bounds.best_line);
-  put_bound(top.key("taut_string" + suffix), bounds.taut_string);
+void put_bounds(Json& top, const SizeBounds& bounds, const std::string& suffix) {
+  top["best_line_latency" + suffix + "_ns"] = bounds.best_line.latency.ns;
+  top["taut_string_latency" + suffix + "_ns"] = bounds.taut_string.latency.ns;
+  top["window_latency" + suffix + "_ns"] = json_of(bounds.best_line.windows);
+  top["best_line" + suffix] = json_of(bounds.best_line);
+  top["taut_string" + suffix] = json_of(bounds.taut_string);
 }
 
-void put_rate_need(std::string& out, const SizeRateNeed& need) {
-  Members row(out += '{');
-  row.whole("latency_ns", need.latency.ns);
-  row.whole("lead_ns", need.lead.ns);
-  row.whole("underrun_segments", need.underruns);
-  row.number("rate_at_most", need.rate_at_most);
-  out += '}';
+Json json_of(const SizeRateNeed& need) {
+  return {{"latency_ns", need.latency.ns},
+          {"lead_ns", need.lead.ns},
+          {"underrun_segments", need.underruns},
+          {"rate_at_most", json_number(need.rate_at_most)}};
 }
 
-void put_rate(std::string& out, const SizeRate& rate) {
-  Members row(out += '{');
-  row.whole("segments", rate.segments);
-  row.whole("allowed_segments", rate.allowed);
-  put_rate_need(row.key("any_phase"), rate.any_phase);
-  put_rate_need(row.key("this_phase"), rate.this_phase);
-  row.flag("long_enough", rate.sure.has_value());
-  if (rate.sure) put_rate_need(row.key("sure"), *rate.sure);
-  out += '}';
+Json json_of(const SizeRate& rate) {
+  Json out = {{"segments", rate.segments},
+              {"allowed_segments", rate.allowed},
+              {"any_phase", json_of(rate.any_phase)},
+              {"this_phase", json_of(rate.this_phase)},
+              {"long_enough", rate.sure.has_value()}};
+  if (rate.sure) out["sure"] = json_of(*rate.sure);
+  return out;
 }
 
-void put_strategy(std::string& out, const SizeStrategy& strategy) {
-  Members row(out += '{');
-  row.whole("latency_any_phase_ns", strategy.any_phase.latency.ns);
-  row.whole("latency_this_phase_ns", strategy.latency_this_phase.ns);
-  row.whole("lead_ns", strategy.lead.ns);
-  row.whole("lead_this_phase_ns", strategy.lead_this_phase.ns);
-  row.whole("lead_culprit_step", strategy.lead_culprit);
-  row.whole("interaction_capacity", strategy.interaction_capacity);
-  row.whole("force_capacity", strategy.force_capacity);
-  put_need(row, strategy.any_phase);
-  if (strategy.rate) put_rate(row.key("rate"), *strategy.rate);
-  out += '}';
+Json json_of(const SizeStrategy& strategy) {
+  Json out = {{"latency_any_phase_ns", strategy.any_phase.latency.ns},
+              {"latency_this_phase_ns", strategy.latency_this_phase.ns},
+              {"lead_ns", strategy.lead.ns},
+              {"lead_this_phase_ns", strategy.lead_this_phase.ns},
+              {"lead_culprit_step", strategy.lead_culprit},
+              {"interaction_capacity", strategy.interaction_capacity},
+              {"force_capacity", strategy.force_capacity}};
+  put_need(out, strategy.any_phase);
+  if (strategy.rate) out["rate"] = json_of(*strategy.rate);
+  return out;
 }
 
-void put_cycle(std::string& out, const SizeCycle& cycle) {
-  Members row(out += '{');
-  row.flag("found", cycle.found);
-  if (!cycle.found) {
-    row.text("reason", cycle.reason);
-    row.number("regularity", cycle.regularity);
-    out += '}';
-    return;
-  }
-  row.whole("period_ns", cycle.period.ns);
-  row.number("period_variation", cycle.period_variation);
-  row.whole("steps_per_segment", cycle.steps_per_segment);
-  row.whole("least_steps", cycle.least_steps);
-  row.whole("most_steps", cycle.most_steps);
-  row.whole("pause_ns", cycle.pause.ns);
-  row.whole("longest_gap_ns", cycle.longest_gap.ns);
-  row.whole("first_boundary_step", cycle.first_boundary);
-  row.whole("segments", cycle.segments);
-  row.number("confidence", cycle.confidence);
-  row.number("regularity", cycle.regularity);
-  out += '}';
+Json json_of(const SizeCycle& cycle) {
+  if (!cycle.found)
+    return {{"found", false}, {"reason", cycle.reason}, {"regularity", json_number(cycle.regularity)}};
+  return {{"found", true},
+          {"period_ns", cycle.period.ns},
+          {"period_variation", json_number(cycle.period_variation)},
+          {"steps_per_segment", cycle.steps_per_segment},
+          {"least_steps", cycle.least_steps},
+          {"most_steps", cycle.most_steps},
+          {"pause_ns", cycle.pause.ns},
+          {"longest_gap_ns", cycle.longest_gap.ns},
+          {"first_boundary_step", cycle.first_boundary},
+          {"segments", cycle.segments},
+          {"confidence", json_number(cycle.confidence)},
+          {"regularity", json_number(cycle.regularity)}};
 }
 
 }  // namespace
 
 std::string size_json(const SizeRecord& record) {
-  std::string out;
-  Members top(out += '{');
-  top.whole("format", 1);
-  top.text("input", record.input);
-  top.whole("steps", record.steps);
-  top.whole("left_out_steps", record.left_out);
-  top.whole("segments", record.segments);
-  top.text("segments_from", record.segments_from);
-  top.whole("length_ns", record.length.ns);
-  top.whole("sampling_period_ns", record.sampling_period.ns);
-  top.text("emission", record.interpolated ? "linear" : "hold");
-  top.number("damping_N_s_per_m", record.damping_N_s_per_m);
+  Json out = {{"format", 1},
+              {"input", record.input},
+              {"steps", record.steps},
+              {"left_out_steps", record.left_out},
+              {"segments", record.segments},
+              {"segments_from", record.segments_from},
+              {"length_ns", record.length.ns},
+              {"sampling_period_ns", record.sampling_period.ns},
+              {"emission", record.interpolated ? "linear" : "hold"},
+              {"damping_N_s_per_m", json_number(record.damping_N_s_per_m)}};
   if (record.rate) {
-    top.number("rate", *record.rate);
-    top.number("confidence", record.confidence);
-    top.whole("clean_segments_needed", record.clean_segments);
+    out["rate"] = json_number(*record.rate);
+    out["confidence"] = json_number(record.confidence);
+    out["clean_segments_needed"] = record.clean_segments;
   }
-  put_bounds(top, record.held, "");
-  if (record.linear) put_bounds(top, *record.linear, "_linear");
-  Members strategies(top.key("strategies") += '{');
-  for (const SizeStrategy& strategy : record.strategies) put_strategy(strategies.key(strategy.name), strategy);
-  out += '}';
-  if (record.cycle) put_cycle(top.key("cycle"), *record.cycle);
-  return out + "}\n";
+  put_bounds(out, record.held, "");
+  if (record.linear) put_bounds(out, *record.linear, "_linear");
+  out["strategies"] = Json::object();
+  for (const SizeStrategy& strategy : record.strategies) out["strategies"][strategy.name] = json_of(strategy);
+  if (record.cycle) out["cycle"] = json_of(*record.cycle);
+  return json_text(out) + '\n';
 }
 
 }  // namespace evenstep

@@ -4,13 +4,11 @@
 
 #include <iterator>
 
-#include "src/json_members.h"
+#include "evenstep/reports/json.h"
 #include "src/text.h"
 
 namespace evenstep {
 namespace {
-
-using internal::Members;
 
 std::string limit_text(const StiffnessLimit& limit) {
   switch (limit.state) {
@@ -63,30 +61,25 @@ std::string stiffness_csv(const StiffnessLimits& study) {
 }
 
 std::string stiffness_json(const StiffnessLimits& study) {
-  std::string out;
-  Members top(out += '{');
-  top.whole("format", 1);
-  top.text("evenstep", study.version);
-  top.text("scenario", study.scenario);
-  top.text("file", study.file);
-  top.number("from_N_per_m", study.from_N_per_m);
-  top.number("to_N_per_m", study.to_N_per_m);
-  top.whole("seed", static_cast<std::int64_t>(study.seed));
-  top.whole("seeds", study.seeds);
-  top.flag("interrupted", study.interrupted);
-  Members limits(top.key("limits") += '[');
+  Json out = {{"format", 1},
+              {"evenstep", study.version},
+              {"scenario", study.scenario},
+              {"file", study.file},
+              {"from_N_per_m", json_number(study.from_N_per_m)},
+              {"to_N_per_m", json_number(study.to_N_per_m)},
+              {"seed", study.seed},
+              {"seeds", study.seeds},
+              {"interrupted", study.interrupted},
+              {"limits", Json::array()}};
   for (const StiffnessLimit& limit : study.limits) {
-    std::string& text = limits.next();
-    Members one(text += '{');
-    one.text("strategy", limit.strategy);
-    one.text("state", name_of(limit.state));
-    if (limit.stable_N_per_m > 0) one.number("stable_N_per_m", limit.stable_N_per_m);
-    if (limit.unstable_N_per_m > 0) one.number("unstable_N_per_m", limit.unstable_N_per_m);
-    one.number("latency_s", limit.latency_s);
-    one.whole("runs", limit.runs);
-    text += '}';
+    Json one = {{"strategy", limit.strategy}, {"state", name_of(limit.state)}};
+    if (limit.stable_N_per_m > 0) one["stable_N_per_m"] = json_number(limit.stable_N_per_m);
+    if (limit.unstable_N_per_m > 0) one["unstable_N_per_m"] = json_number(limit.unstable_N_per_m);
+    one["latency_s"] = json_number(limit.latency_s);
+    one["runs"] = limit.runs;
+    out["limits"].push_back(one);
   }
-  return out + "]}\n";
+  return json_text(out) + '\n';
 }
 
 }  // namespace evenstep

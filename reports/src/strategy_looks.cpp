@@ -6,37 +6,33 @@
 namespace evenstep::internal {
 namespace {
 
-struct Look {
-  const char* strategy;
-  Stroke stroke;
-};
-constexpr std::array kLooks = std::to_array<Look>({{"ideal", {"#c4c4c4", 7, "", 1}},
-                                                   {"direct", {colour::kVermilion, 1.6, "", 1}},
-                                                   {"paper", {colour::kSkyBlue, 3.4, "14 6", 1}},
-                                                   {"phase_locked", {colour::kBlack, 1.6, "2 4", 1}},
-                                                   {"predict", {colour::kPurple, 2, "12 4 2 4", 1}},
-                                                   {"filtered", {colour::kOrange, 2, "6 3", 1}},
-                                                   {"variable_step", {colour::kBlue, 2, "1 3", 1}}});
 constexpr std::array kOtherLooks = std::to_array<Stroke>({{colour::kGreen, 2, "9 4", 1}, {colour::kGrey, 2, "4 4", 1}});
 
 }  // namespace
 
-Stroke look_of(const std::string& strategy, std::size_t index) {
-  for (const Look& look : kLooks) {
-    if (strategy == look.strategy) return look.stroke;
+Stroke look_of(const RunRecord& run, const std::string& strategy) {
+  const auto named = [&](const StrategyRecord& record) { return record.name == strategy; };
+  const auto found = std::find_if(run.strategies.begin(), run.strategies.end(), named);
+  const auto index = static_cast<std::size_t>(found - run.strategies.begin());
+  if (found == run.strategies.end() || found->look.colour.empty()) return kOtherLooks[index % kOtherLooks.size()];
+  return {found->look.colour.c_str(), found->look.width, found->look.dash.c_str(), 1};
+}
+
+std::vector<std::string> in_drawing_order(const RunRecord& run) {
+  std::vector<std::string> names;
+  for (const bool reference : {true, false}) {
+    for (const StrategyRecord& strategy : run.strategies) {
+      if (strategy.reference == reference) names.push_back(strategy.name);
+    }
   }
-  return kOtherLooks[index % kOtherLooks.size()];
+  return names;
 }
 
-void ideal_first(std::vector<std::string>& strategies) {
-  std::stable_partition(strategies.begin(), strategies.end(), [](const std::string& name) { return name == "ideal"; });
-}
-
-void draw_legend(Svg& svg, Point at, const std::vector<std::string>& strategies) {
-  for (std::size_t i = 0; i < strategies.size(); ++i) {
-    svg.line(at, {at.x + 34, at.y}, look_of(strategies[i], i));
-    svg.text({at.x + 40, at.y + 4}, strategies[i]);
-    at.x += 62 + 7.6 * static_cast<double>(strategies[i].size());
+void draw_legend(Svg& svg, Point at, const RunRecord& run, const std::vector<std::string>& strategies) {
+  for (const std::string& strategy : strategies) {
+    svg.line(at, {at.x + 34, at.y}, look_of(run, strategy));
+    svg.text({at.x + 40, at.y + 4}, strategy);
+    at.x += 62 + 7.6 * static_cast<double>(strategy.size());
   }
 }
 

@@ -1,22 +1,21 @@
 #pragma once
-/// How each strategy is drawn in figures that show several strategies.
+/// How strategies are drawn in every figure that shows several.
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "evenstep/reports/run_record.h"
 #include "src/svg.h"
 
 namespace evenstep::internal {
 
-/// Curves that coincide must all be visible, so they are broad and pale below, thin and dark on top. `index` distinguishes
-/// strategies that have no style of their own.
-Stroke look_of(const std::string& strategy, std::size_t index);
+/// The strategy's own look, or one that tells it apart from its neighbours.
+Stroke look_of(const RunRecord& run, const std::string& strategy);
 
-/// Puts `ideal` first, so that it is drawn below the others, which keep their order.
-void ideal_first(std::vector<std::string>& strategies);
+/// Names in the order of drawing: the reference first (below), the others as they come.
+std::vector<std::string> in_drawing_order(const RunRecord& run);
 
-/// Draws the legend as one line from `at` on, with room for eight strategies.
-void draw_legend(Svg& svg, Point at, const std::vector<std::string>& strategies);
+/// One line from `at` on, with room for the eight strategies of the format.
+void draw_legend(Svg& svg, Point at, const RunRecord& run, const std::vector<std::string>& strategies);
 
 }  // namespace evenstep::internal

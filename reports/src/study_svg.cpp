@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 #include "src/svg.h"
 
 namespace evenstep {

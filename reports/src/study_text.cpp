@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <iterator>
 
-#include "evenstep/reports/study.h"
-#include "src/json_members.h"
+#include "evenstep/reports/json.h"
+#include "evenstep/reports/study_record.h"
+#include "src/text.h"
 
 namespace evenstep {
 namespace {
-
-using internal::Members;
 
 constexpr std::size_t kColumns = 9;
 using Row = std::array<std::string, kColumns>;
@@ -66,52 +65,42 @@ std::string aligned(const std::vector<Row>& rows) {
   return out;
 }
 
-void put_values(std::string& out, const StudyValues& values) {
-  Members row(out += '{');
-  for (const StudyQuantity q : kStudyQuantities) row.number(name_of(q), values[q]);
-  out += '}';
+Json json_of(const StudyValues& values) {
+  Json out = Json::object();
+  for (const StudyQuantity q : kStudyQuantities) out[name_of(q)] = json_number(values[q]);
+  return out;
 }
 
-void put_cost(std::string& out, const StudyCost& cost) {
-  Members row(out += '{');
-  row.number("min", cost.min);
-  row.number("median", cost.median);
-  row.number("max", cost.max);
-  out += '}';
+Json json_of(const StudyCost& cost) {
+  return {{"min", json_number(cost.min)}, {"median", json_number(cost.median)}, {"max", json_number(cost.max)}};
 }
 
-void put_cell(std::string& out, const StudyCell& cell, const StudyValues& estimate) {
-  Members row(out += "\n{");
-  row.text("solver", cell.solver);
-  row.text("method", cell.method);
-  if (cell.iterations > 0) row.whole("iterations", cell.iterations);
-  row.number("substep_s", cell.substep_s);
-  row.whole("substeps", cell.substeps);
-  row.text("state", name_of(cell.state));
-  if (cell.state == StudyCell::State::measured) {
-    put_values(row.key("error"), cell.error);
-    put_values(row.key("order"), cell.order);
-    Members floor(row.key("at_floor") += '{');
-    for (const StudyQuantity q : kStudyQuantities) floor.flag(name_of(q), cell.at_floor(q, estimate));
-    out += '}';
-    put_cost(row.key("cpu_s_per_s"), cell.cpu);
-    put_cost(row.key("wall_s_per_s"), cell.wall);
-    row.whole("repeats", cell.repeats);
-  } else {
-    row.text("reason", cell.reason);
+Json json_of(const StudyCell& cell, const StudyValues& estimate) {
+  Json out = {{"solver", cell.solver}, {"method", cell.method}};
+  if (cell.iterations > 0) out["iterations"] = cell.iterations;
+  out["substep_s"] = json_number(cell.substep_s);
+  out["substeps"] = cell.substeps;
+  out["state"] = name_of(cell.state);
+  if (cell.state != StudyCell::State::measured) {
+    out["reason"] = cell.reason;
+    return out;
   }
-  out += '}';
+  out["error"] = json_of(cell.error);
+  out["order"] = json_of(cell.order);
+  for (const StudyQuantity q : kStudyQuantities) out["at_floor"][name_of(q)] = cell.at_floor(q, estimate);
+  out["cpu_s_per_s"] = json_of(cell.cpu);
+  out["wall_s_per_s"] = json_of(cell.wall);
+  out["repeats"] = cell.repeats;
+  return out;
 }
 
-void put_reference(std::string& out, const StudyReference& reference) {
-  Members row(out += '{');
-  row.text("method", reference.method);
-  row.whole("method_order", reference.method_order);
-  row.number("coarsest_substep_s", reference.coarsest_substep_s);
-  put_values(row.key("scale"), reference.scale);
-  put_values(row.key("estimate"), reference.estimate);
-  put_values(row.key("order"), reference.order);
-  out += '}';
+Json json_of(const StudyReference& reference) {
+  return {{"method", reference.method},
+          {"method_order", reference.method_order},
+          {"coarsest_substep_s", json_number(reference.coarsest_substep_s)},
+          {"scale", json_of(reference.scale)},
+          {"estimate", json_of(reference.estimate)},
+          {"order", json_of(reference.order)}};
 }
 
 std::string csv_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
@@ -208,30 +197,28 @@ std::string study_csv(const StudyRecord& study) {
 }
 
 std::string study_json(const StudyRecord& study) {
-  std::string out;
-  Members top(out += '{');
-  top.whole("format", 1);
-  top.text("evenstep", study.version);
-  top.text("scenario", study.scenario);
-  top.text("file", study.file);
-  top.text("machine", study.machine);
-  top.whole("cpus", study.cpus);
-  top.number("load", study.load);
-  top.text("compiler", study.compiler);
-  top.text("opencl_device", study.opencl_device);
-  top.whole("repeats", study.repeats);
-  top.whole("particles", study.particles);
-  top.number("stiffness_N_per_m", study.stiffness_N_per_m);
-  top.number("step_limit_s", study.step_limit_s);
-  top.number("step_s", study.step_s);
-  top.number("rest_s", study.rest_s);
-  top.number("duration_s", study.duration_s);
-  top.whole("samples", study.samples);
-  top.flag("interrupted", study.interrupted);
-  put_reference(top.key("reference"), study.reference);
-  Members cells(top.key("cells") += '[');
-  for (const StudyCell& cell : study.cells) put_cell(cells.next(), cell, study.reference.estimate);
-  return out + "]}\n";
+  Json out = {{"format", 1},
+              {"evenstep", study.version},
+              {"scenario", study.scenario},
+              {"file", study.file},
+              {"machine", study.machine},
+              {"cpus", study.cpus},
+              {"load", json_number(study.load)},
+              {"compiler", study.compiler},
+              {"opencl_device", study.opencl_device},
+              {"repeats", study.repeats},
+              {"particles", study.particles},
+              {"stiffness_N_per_m", json_number(study.stiffness_N_per_m)},
+              {"step_limit_s", json_number(study.step_limit_s)},
+              {"step_s", json_number(study.step_s)},
+              {"rest_s", json_number(study.rest_s)},
+              {"duration_s", json_number(study.duration_s)},
+              {"samples", study.samples},
+              {"interrupted", study.interrupted},
+              {"reference", json_of(study.reference)},
+              {"cells", Json::array()}};
+  for (const StudyCell& cell : study.cells) out["cells"].push_back(json_of(cell, study.reference.estimate));
+  return json_text(out, "cells") + '\n';
 }
 
 }  // namespace evenstep

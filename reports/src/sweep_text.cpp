@@ -4,13 +4,11 @@
 #include <cmath>
 #include <iterator>
 
+#include "evenstep/reports/json.h"
 #include "evenstep/reports/sweep_record.h"
-#include "src/json_members.h"
 
 namespace evenstep {
 namespace {
-
-using internal::Members;
 
 std::string tally_cells(const SweepTally& tally) {
   if (tally.runs() == 0) return "not run";
@@ -65,56 +63,41 @@ std::string find_text(const SweepHeader& header, const SweepSummary::Find& found
   return text;
 }
 
-void append_tally(Members& members, const SweepTally& tally) {
-  members.whole("points", tally.runs());
-  members.whole("passed", tally.passed);
-  members.whole("failed", tally.failed);
-  members.whole("errors", tally.errors);
-  if (tally.runs() > 0) members.number("failure_rate_at_most", tally.failure_rate_at_most());
+void put_tally(Json& out, const SweepTally& tally) {
+  out["points"] = tally.runs();
+  out["passed"] = tally.passed;
+  out["failed"] = tally.failed;
+  out["errors"] = tally.errors;
+  if (tally.runs() > 0) out["failure_rate_at_most"] = json_number(tally.failure_rate_at_most());
 }
 
-void append_axis(std::string& out, const SweepHeader::Axis& axis, const std::vector<SweepTally>& tallies) {
-  out += '{';
-  Members members(out);
-  members.text("key", axis.path);
-  members.key("values") += '[';
-  Members values(out);
+Json json_of(const SweepHeader::Axis& axis, const std::vector<SweepTally>& tallies) {
+  Json out = {{"key", axis.path}, {"values", Json::array()}};
   for (std::size_t i = 0; i < tallies.size(); ++i) {
-    values.next() += '{';
-    Members value(out);
-    value.text("value", shown_value(axis.values[i]));
-    append_tally(value, tallies[i]);
-    out += '}';
+    Json value = {{"value", shown_value(axis.values[i])}};
+    put_tally(value, tallies[i]);
+    out["values"].push_back(value);
   }
-  out += "]}";
+  return out;
 }
 
-void append_worst(std::string& out, const SweepRecord& record, const SweepSummary::Worst& worst,
-                  const SweepCommand& command) {
+Json json_of(const SweepRecord& record, const SweepSummary::Worst& worst, const SweepCommand& command) {
   const SweepPoint& point = record.points[worst.point];
-  out += '{';
-  Members members(out);
-  members.whole("index", point.index);
-  members.whole("seed", static_cast<std::int64_t>(record.header.seed_of(point.index)));
-  members.text("verdict", name_of(point.verdict));
-  members.number("excess", worst.excess);
-  members.text("reason", reason(record.header, point, worst));
-  members.text("again", command(point));
-  out += '}';
+  return {{"index", point.index},
+          {"seed", record.header.seed_of(point.index)},
+          {"verdict", name_of(point.verdict)},
+          {"excess", json_number(worst.excess)},
+          {"reason", reason(record.header, point, worst)},
+          {"again", command(point)}};
 }
 
-void append_find(std::string& out, const SweepHeader& header, const SweepSummary::Find& found) {
+Json json_of(const SweepHeader& header, const SweepSummary::Find& found) {
   const SweepHeader::Axis& axis = header.grid[header.find->axis];
-  out += '{';
-  Members members(out);
-  members.text(header.find->smallest ? "smallest" : "largest", axis.path);
-  if (found.value)
-    members.text("value", shown_value(axis.values[*found.value]));
-  else
-    members.key("value") += "null";
-  members.flag("within_gate", found.within_gate);
-  members.whole("passing_beyond", found.beyond);
-  out += '}';
+  Json out = {{header.find->smallest ? "smallest" : "largest", axis.path}, {"value", nullptr}};
+  if (found.value) out["value"] = shown_value(axis.values[*found.value]);
+  out["within_gate"] = found.within_gate;
+  out["passing_beyond"] = found.beyond;
+  return out;
 }
 
 }  // namespace
@@ -155,33 +138,16 @@ std::string sweep_text(const SweepRecord& record, const SweepSummary& summary, c
 
 std::string sweep_json(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command) {
   const SweepHeader& header = record.header;
-  std::string out = "{";
-  Members members(out);
-  members.text("sweep", header.name);
-  members.text("scenario", header.scenario);
-  members.text("build", header.build);
-  append_tally(members, summary.all);
-  members.flag("stopped", summary.stopped);
-  members.key("grid") += '[';
-  Members axes(out);
-  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
-    axes.next();
-    append_axis(out, header.grid[axis], summary.values[axis]);
-  }
-  out += ']';
-  members.key("worst") += '[';
-  Members list(out);
-  for (const SweepSummary::Worst& worst : summary.worst) {
-    list.next();
-    append_worst(out, record, worst, command);
-  }
-  out += ']';
-  members.key("find");
-  if (summary.find)
-    append_find(out, header, *summary.find);
-  else
-    out += "null";
-  return out + "}\n";
+  Json out = {{"sweep", header.name}, {"scenario", header.scenario}, {"build", header.build}};
+  put_tally(out, summary.all);
+  out["stopped"] = summary.stopped;
+  out["grid"] = Json::array();
+  for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
+    out["grid"].push_back(json_of(header.grid[axis], summary.values[axis]));
+  out["worst"] = Json::array();
+  for (const SweepSummary::Worst& worst : summary.worst) out["worst"].push_back(json_of(record, worst, command));
+  out["find"] = summary.find ? json_of(header, *summary.find) : Json(nullptr);
+  return json_text(out) + '\n';
 }
 
 }  // namespace evenstep

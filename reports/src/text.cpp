@@ -34,22 +34,6 @@ void append_utf8(std::string& out, char32_t c) {
   put(0xF0 | c >> 18), tail(12), tail(6), tail(0);
 }
 
-std::string json_string(std::string_view text) {
-  std::string out = "\"";
-  while (!text.empty()) {
-    const char32_t c = take_code_point(text);
-    if (c == '"' || c == '\\') out += '\\';
-    if (c < 0x20 || c == 0x7F) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    } else {
-      append_utf8(out, c);
-    }
-  }
-  return out + '"';
-}
-
-std::string json_number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : "null"; }
-
 std::string xml_escape(std::string_view text) {
   std::string out;
   while (!text.empty()) {

@@ -15,10 +15,6 @@ namespace evenstep::internal {
 char32_t take_code_point(std::string_view& text);
 void append_utf8(std::string& out, char32_t c);
 
-/// A JSON string with its quotes; control characters are written as \u00XX.
-std::string json_string(std::string_view text);
-/// The shortest text that reads back to the same double; null for NaN and infinities, for which JSON has no number.
-std::string json_number(double value);
 /// Text for XML 1.0, also in attributes: characters that XML does not allow are left out, line breaks in attributes are
 /// kept.
 std::string xml_escape(std::string_view text);

@@ -49,11 +49,9 @@ class Inbox {
     while (!newest_.compare_exchange_weak(entry.next, &entry, std::memory_order_release, std::memory_order_relaxed)) {
     }
   }
+  bool any() const noexcept { return newest_.load(std::memory_order_relaxed) != nullptr; }
   /// All of it, newest first; the events' keys carry the order.
-  InFlight* take_all() noexcept {
-    if (newest_.load(std::memory_order_relaxed) == nullptr) return nullptr;
-    return newest_.exchange(nullptr, std::memory_order_acquire);
-  }
+  InFlight* take_all() noexcept { return newest_.exchange(nullptr, std::memory_order_acquire); }
 
  private:
   std::atomic<InFlight*> newest_{nullptr};

@@ -26,7 +26,8 @@ struct Scheduler::State {
   internal::TieOrder ties;
   internal::CompletionPool pool;
   internal::Inbox inbox;             // written by executors' threads
-  std::atomic<bool> stop{false};     // written by any thread
+  // By a stop, which any thread may ask for, or by what ends a run for good: one question per event instead of four.
+  std::atomic<bool> interrupted{false};
   std::int64_t in_flight = 0;        // wall clock: started work whose completion is not in the queue yet
 
   RealTime& now;                     // the scheduler's
@@ -60,6 +61,7 @@ struct Scheduler::State {
   void run(RealTime end, std::int64_t most_events);
   void admit_completed();
   bool advance(RealTime end);
+  bool stop_now();
   void run_next();
   void note_end_of(std::coroutine_handle<Task::promise_type> handle);
   void wait_for(InFlight& work);
@@ -70,6 +72,7 @@ struct Scheduler::State {
 
 void Scheduler::State::exceeded(std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
   if (over()) return;
+  interrupted.store(true, std::memory_order_relaxed);
   status = {RunEnd::limit, std::string("limit ") + limit_name + " = " + std::to_string(limit) + " exceeded by event '" +
                                event.text + "' at " + std::to_string(at.ns) + " ns", nullptr};
 }
@@ -81,7 +84,7 @@ bool Scheduler::State::room_for(EventName event) {
 
 // ---- What a lane asks for
 
-void Scheduler::State::wake_at(RealTime at, Lane lane, Suspended& await) {
+[[gnu::always_inline]] inline void Scheduler::State::wake_at(RealTime at, Lane lane, Suspended& await) {
   if (room_for(await.name)) queue.push({std::max(at, now), lane, ties.next()}, await);
 }
 
@@ -107,7 +110,7 @@ void Scheduler::State::launch(External& await) {
 
 /// Wall clock: finished work becomes an event at the later of its stamp and its programmed end. The sequence number is
 /// that of its launch, as under a virtual clock, so that a replay of the recorded key times breaks ties the same way.
-[[gnu::always_inline]] inline void Scheduler::State::admit_completed() {
+void Scheduler::State::admit_completed() {
   InFlight* next = nullptr;
   for (InFlight* work = inbox.take_all(); work != nullptr; work = next) {
     next = work->next;
@@ -121,12 +124,8 @@ void Scheduler::State::launch(External& await) {
 /// Waits until the next event with time < end is due: true. False when there is none, or the run is over.
 [[gnu::always_inline]] inline bool Scheduler::State::advance(RealTime end) {
   for (;;) {
-    admit_completed();
-    if (over()) return false;
-    if (stop.load(std::memory_order_acquire)) {
-      status = {RunEnd::stopped, {}, nullptr};
-      return false;
-    }
+    if (inbox.any()) admit_completed();
+    if (interrupted.load(std::memory_order_acquire)) return stop_now();
     const bool have_event = !queue.empty() && queue.top().key.time() < end;
     if (!have_event && in_flight == 0) {
       status = {queue.empty() ? RunEnd::idle : RunEnd::reached_end, {}, nullptr};
@@ -136,24 +135,33 @@ void Scheduler::State::launch(External& await) {
     if (have_event) break;
     drain();  // what was started may still have been stamped before `end`
   }
-  admit_completed();  // a stamp before the event we waited for runs before it
+  if (inbox.any()) admit_completed();  // a stamp before the event we waited for runs before it
   const auto& [key, lane] = queue.top();
-  const std::int64_t at_instant = key.time() == now ? events_at_instant + 1 : 1;
-  return within(at_instant, options.limits.events_per_instant, "events_per_instant", lane->name, key.time()) &&
+  events_at_instant = key.time() == now ? events_at_instant + 1 : 1;
+  return within(events_at_instant, options.limits.events_per_instant, "events_per_instant", lane->name, key.time()) &&
          within(event_count + 1, options.limits.total_events, "total_events", lane->name, key.time());
+}
+
+/// False, with a status that says why.
+[[gnu::cold]] bool Scheduler::State::stop_now() {
+  if (!over()) status = {RunEnd::stopped, {}, nullptr};
+  return false;
 }
 
 [[gnu::always_inline]] inline void Scheduler::State::run_next() {
   const EventKey key = queue.top().key;
   Suspended* const await = queue.top().lane;
   queue.take();
-  events_at_instant = key.time() == now ? events_at_instant + 1 : 1;
-  last = key;
   now = key.time();
   payload = 0;
-  // Virtual time never outruns real work.
-  if (is_virtual && await->completion != nullptr) wait_for(static_cast<InFlight&>(*await->completion));
-  await->arrival = {now, live_now()};
+  if (is_virtual) {
+    // Virtual time never outruns real work.
+    if (await->completion != nullptr) wait_for(static_cast<InFlight&>(*await->completion));
+    await->arrival = {key.time(), key.time()};
+  } else {
+    last = key;
+    await->arrival = {key.time(), clock.now()};
+  }
   const auto handle = await->handle;
   const EventName name = await->name;  // the await is gone when the lane is resumed
 
@@ -162,9 +170,9 @@ void Scheduler::State::launch(External& await) {
   running_event = false;
   queue.close_gap();  // the lane has ended, or its next event is not in the queue yet
 
-  hash = chain(hash, {now, key.lane(), name, payload});
+  hash = chain(hash, {key.time(), key.lane(), name, payload});
   ++event_count;
-  if (options.keep_events) events.push_back({now, key.lane(), name, payload});
+  if (options.keep_events) events.push_back({key.time(), key.lane(), name, payload});
   if (handle.done()) note_end_of(handle);
 }
 
@@ -175,6 +183,7 @@ void Scheduler::State::run(RealTime end, std::int64_t most_events) {
 
 void Scheduler::State::note_end_of(std::coroutine_handle<Task::promise_type> handle) {
   if (!handle.promise().failure || over()) return;
+  interrupted.store(true, std::memory_order_relaxed);
   status = {RunEnd::failed, "unknown exception", handle.promise().failure};
   try {
     std::rethrow_exception(status.failure);
@@ -201,10 +210,7 @@ Scheduler::~Scheduler() { state_->drain(); }
 
 RealTime Scheduler::live_now() const noexcept { return state_->live_now(); }
 
-void Scheduler::Until::await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept {
-  handle = lane_handle;
-  scheduler->state_->wake_at(at, lane, *this);
-}
+void Scheduler::wake_at(RealTime at, Lane lane, Suspended& await) noexcept { state_->wake_at(at, lane, await); }
 void Scheduler::External::await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept {
   handle = lane_handle;
   scheduler->state_->launch(*this);
@@ -261,7 +267,7 @@ void Scheduler::completed(Completion& completion) noexcept {
 }
 
 void Scheduler::request_stop() noexcept {
-  state_->stop.store(true, std::memory_order_release);
+  state_->interrupted.store(true, std::memory_order_release);
   state_->clock.notify();
 }
 

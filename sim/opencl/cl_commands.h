@@ -60,6 +60,7 @@ class ClCommands {
   /// `count` is a multiple of the work-group size, except for the sums over chunks, which are few.
   void enqueue(const BoundKernel& kernel, std::size_t count) const;
   std::size_t padded(std::size_t count) const { return (count + local_size_ - 1) / local_size_ * local_size_; }
+  bool is_one_group(std::size_t count) const { return count <= local_size_; }
   void finish() const;
 
   ClBuffer buffer(std::size_t bytes, const void* content = nullptr) const;

@@ -58,6 +58,7 @@ class OpenClTissue final : public TissueSolver {
 
  protected:
   void substep(const ToolStates& before, const ToolStates& after) override {
+    tools_.finish_grabs(current_);
     if (solve_) {
       solve_->substep(after);
     } else if (is_verlet_) {
@@ -67,8 +68,9 @@ class OpenClTissue final : public TissueSolver {
       commands_.enqueue(kernels().advance, lattice().span);
       current_ = 1 - current_;
     }
+    if (!is_verlet_) return tools_.put_grabs_later(current_, after);
     tools_.put_grabs(current_, after);
-    if (is_verlet_) accelerate(after);
+    accelerate(after);
   }
 
   void set_substep(double substep_s) override {
@@ -286,12 +288,13 @@ class OpenClTissue final : public TissueSolver {
     }
   }
 
-  /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0.
+  /// PoCL compiles a kernel at its first launch (up to 250 ms), so every kernel runs before t = 0. Three substeps, so that
+  /// in both directions grabs are put by themselves and with the reading of their forces.
   void warm_up() {
     to_rest();
     ToolReadings ignored = empty_readings();
     for (int direction = 0; direction < 2; ++direction) {
-      substep({}, {});
+      for (int n = 0; n < 3; ++n) substep({}, {});
       if (solve_) solve_->iterate(1);  // which the state of rest needs none of
       read_tools({}, ignored);
       if (features().digest) digest();

@@ -56,6 +56,13 @@ void ToolKernels::bind_grab(Kernels& kernels, const ClField& u, const ClField& v
   kernels.grab_force.add(cells_.active);
   if (cells_.features.regions) kernels.grab_force.add(cells_.stiffness);
   kernels.grab_force.add(cl_uint{0}, result_buffer_);
+  if (!commands_.is_one_group(grabbed_count_)) return;
+  kernels.grab_and_force = commands_.kernel("grab_and_force");
+  add_grabbed(kernels.grab_and_force);
+  kernels.grab_and_force.tools_at = kernels.grab_and_force.next();
+  kernels.grab_and_force.add(none, none, none, none, u, v, cells_.active);
+  if (cells_.features.regions) kernels.grab_and_force.add(cells_.stiffness);
+  kernels.grab_and_force.add(cl_uint{0}, result_buffer_);
 }
 
 void ToolKernels::bind_probe(BoundKernel& probe, std::size_t tool, const ClField& u) {
@@ -85,10 +92,26 @@ void ToolKernels::put_grabs(std::size_t direction, const ToolStates& tools) cons
   enqueue_grabbed(grab);
 }
 
+void ToolKernels::put_grabs_later(std::size_t direction, const ToolStates& tools) {
+  if (!kernels_[direction].grab_and_force) return put_grabs(direction, tools);
+  waiting_ = tools;
+}
+
+void ToolKernels::finish_grabs(std::size_t direction) {
+  if (waiting_) put_grabs(direction, *waiting_);
+  waiting_.reset();
+}
+
 void ToolKernels::read(std::size_t direction, const ToolStates& now, ToolReadings& readings) {
   if (result_.empty()) return commands_.finish();
   const Kernels& kernels = kernels_[direction];
-  if (grabbed_count_ > 0) enqueue_grabbed(kernels.grab_force);
+  if (waiting_) {
+    set_tool_states(kernels.grab_and_force, kernels.grab_and_force.tools_at, *waiting_);
+    enqueue_grabbed(kernels.grab_and_force);
+    waiting_.reset();
+  } else if (grabbed_count_ > 0) {
+    enqueue_grabbed(kernels.grab_force);
+  }
   if (coupled_count_ > 0) {
     cells_.set_tools(kernels.coupling_force, now);
     commands_.enqueue(kernels.coupling_force, commands_.padded(coupled_count_));

@@ -2,6 +2,7 @@
 /// Puts grabbed particles where their tools are, and reads what the tools feel, once per step.
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "opencl/cell_buffers.h"
@@ -21,13 +22,17 @@ class ToolKernels {
   void enqueue_grabbed(const BoundKernel& kernel) const;
 
   void put_grabs(std::size_t direction, const ToolStates& tools) const;
+  /// The same, but where one work-group holds all that is grabbed, in one launch with the reading of its forces that comes
+  /// next: read(), or before anything else happens to the particles finish_grabs().
+  void put_grabs_later(std::size_t direction, const ToolStates& tools);
+  void finish_grabs(std::size_t direction);
   void read(std::size_t direction, const ToolStates& now, ToolReadings& readings);
   /// Computes the sums of a probe again, as if it had another radius.
   ProbeSums read_probe(std::size_t direction, std::size_t tool, const ToolStates& now, float radius_m);
 
  private:
   struct Kernels {
-    BoundKernel grab, grab_force, coupling_force, displacements;
+    BoundKernel grab, grab_force, grab_and_force, coupling_force, displacements;
     std::array<BoundKernel, kMaxTools> probe;
   };
   void enqueue_probe(const Kernels& kernels, std::size_t tool, const ToolStates& now, float radius_m) const;
@@ -52,7 +57,8 @@ class ToolKernels {
   std::vector<float> result_;
   std::array<Kernels, 2> kernels_;
   std::array<BoundKernel, kMaxTools> probe_sums_;
-  cl_uint radius_at_ = 0;  // among the arguments of probe_cells
+  std::optional<ToolStates> waiting_;  // of put_grabs_later()
+  cl_uint radius_at_ = 0;              // among the arguments of probe_cells
 };
 
 }  // namespace evenstep::internal

@@ -54,15 +54,21 @@ const char* name_of(SolverFault fault) {
   return "solver";
 }
 
-std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options) {
-  if (scene.tool_count < 0 || scene.tool_count > kMaxTools) {
-    throw SolverError(SolverFault::bad_scene, std::to_string(scene.tool_count) + " tools",
-                      "at most " + std::to_string(kMaxTools));
-  }
-  // These scenes are a few operations in double: they need no device, and have the same bits with every kind of solver.
-  if (std::holds_alternative<SpringScene>(scene.body)) return internal::make_spring_solver(scene);
-  if (std::holds_alternative<WallScene>(scene.body)) return internal::make_wall_solver(scene);
-  if (std::holds_alternative<ModeScene>(scene.body)) return internal::make_mode_solver(scene);
+namespace {
+
+// For each alternative of Scene::body. A spring, a wall and a mode are a few operations in double: they have no device, and
+// every solver kind gives them the same bits.
+
+std::unique_ptr<Solver> solver_of(const SpringScene&, SolverKind, const Scene& scene, const SolverOptions&) {
+  return internal::make_spring_solver(scene);
+}
+std::unique_ptr<Solver> solver_of(const WallScene&, SolverKind, const Scene& scene, const SolverOptions&) {
+  return internal::make_wall_solver(scene);
+}
+std::unique_ptr<Solver> solver_of(const ModeScene&, SolverKind, const Scene& scene, const SolverOptions&) {
+  return internal::make_mode_solver(scene);
+}
+std::unique_ptr<Solver> solver_of(const TissueScene&, SolverKind kind, const Scene& scene, const SolverOptions& options) {
   const internal::SceneFeatures features = internal::features_of(scene);
   switch (kind) {
     case SolverKind::cpu_float:
@@ -73,6 +79,20 @@ std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const S
       return internal::make_opencl_tissue(scene, features, options);
   }
   return nullptr;
+}
+std::unique_ptr<Solver> solver_of(const ForeignScene& foreign, SolverKind, const Scene&, const SolverOptions&) {
+  throw SolverError(SolverFault::unavailable, "the solver '" + foreign.name + "' is not registered",
+                    "register it in the program that runs the scenario");
+}
+
+}  // namespace
+
+std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options) {
+  if (scene.tool_count < 0 || scene.tool_count > kMaxTools) {
+    throw SolverError(SolverFault::bad_scene, std::to_string(scene.tool_count) + " tools",
+                      "at most " + std::to_string(kMaxTools));
+  }
+  return std::visit([&](const auto& body) { return solver_of(body, kind, scene, options); }, scene.body);
 }
 
 }  // namespace evenstep

@@ -43,8 +43,8 @@ Scenario infinite_hand(const std::string& strategy, const std::string& more) {
   const test::Folder folder;
   const ReadResult read = read_with(folder, "0,0,0,0\n", more);
   INFO(test::errors_of(read));
-  REQUIRE(read.scenario);
-  Scenario scenario = *read.scenario;
+  REQUIRE(read);
+  Scenario scenario = *read;
   scenario.strategies = {strategy == "ideal" ? StrategyKind::ideal : StrategyKind::direct};
   // No tick falls between the two: half an infinite way would be not a number.
   const glm::dvec3 away_m(std::numeric_limits<double>::infinity(), 0, 0);
@@ -64,7 +64,7 @@ TEST_CASE("A recorded motion with a number that is none is refused at its row an
       if (column == 0 && std::string(number) == "1e4") continue;  // seconds, not metres
       const ReadResult read = read_with(folder, "0,0,0,0\n" + row + "\n");
       INFO(row);
-      REQUIRE_FALSE(read.scenario);
+      REQUIRE_FALSE(read);
       CHECK_THAT(test::errors_of(read), Contains("hand.csv:3:" + std::to_string(1 + 2 * column) + ": error: '" + number +
                                                  "' is not a number"));
     }
@@ -115,7 +115,7 @@ TEST_CASE("Every strategy is reported as done once, though twins of the ideal on
     text += "[[expect]]\nsignal = \"left.force.phase_locked\"\nmetric = \"deviation_from_ideal\"\nmax = \"100 N\"\n";
     const ReadResult read = read_scenario(folder.write("scenario.toml", text));
     INFO(test::errors_of(read));
-    REQUIRE(read.scenario);
+    REQUIRE(read);
     std::map<std::string, int> done;
     std::mutex mutex;
     RunOptions options;
@@ -123,8 +123,8 @@ TEST_CASE("Every strategy is reported as done once, though twins of the ideal on
       const std::lock_guard lock(mutex);
       done[strategy] += fraction >= 1;
     };
-    CHECK(run_scenario(*read.scenario, options).exit == ExitCode::pass);
-    CHECK(done.size() == read.scenario->strategies.size());
+    CHECK(run_scenario(*read, options).exit == ExitCode::pass);
+    CHECK(done.size() == read->strategies.size());
     for (const auto& [strategy, times] : done) {
       INFO(strategy);
       CHECK(times == 1);

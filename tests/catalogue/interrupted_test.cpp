@@ -71,11 +71,11 @@ TEST_CASE("A case that is stopped before its first cell shows none of them as ru
   const ReadResult read = test::read_text(
       "format = 1\nname = \"stopped\"\n[case]\nkind = \"oscillator\"\nmethods = [\"rk4\"]\nsolvers = [\"cpu\"]\n"
       "values = [0.5, 1]\n[[expect]]\nsignal = \"case.*.*\"\nmetric = \"refused\"\nequals = 0\n");
-  REQUIRE(read.scenario);
+  REQUIRE(read);
   const std::atomic<bool> interrupted{true};
   RunOptions options;
   options.control.interrupted = &interrupted;
-  const RunOutcome outcome = run_scenario(*read.scenario, options);
+  const RunOutcome outcome = run_scenario(*read, options);
   CHECK(outcome.exit == ExitCode::interrupted);
   CHECK(outcome.results.empty());
   const std::string table = case_table(*outcome.case_record);

@@ -23,8 +23,8 @@ std::vector<Scenario> shipped_cases() {
       if (entry.path().extension() != ".toml") continue;
       const ReadResult read = read_scenario(entry.path().string());
       INFO(entry.path() << "\n" << test::errors_of(read));
-      REQUIRE(read.scenario);
-      if (read.scenario->case_spec) cases.push_back(*read.scenario);
+      REQUIRE(read);
+      if (read->case_spec) cases.push_back(*read);
     }
   }
   return cases;

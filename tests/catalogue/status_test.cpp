@@ -189,10 +189,10 @@ equals = 0
     for (const std::uint64_t seed : {1, 2, 3}) {
       const ReadResult read = test::read_text(text, {{}, seed});
       INFO(test::errors_of(read));
-      REQUIRE(read.scenario);
+      REQUIRE(read);
       RunOptions options;
       options.threads = threads;
-      const RunOutcome outcome = run_scenario(*read.scenario, options);
+      const RunOutcome outcome = run_scenario(*read, options);
       CHECK(outcome.exit == ExitCode::pass);
       if (hash == 0) hash = outcome.record.trace_hash;
       CHECK(outcome.record.trace_hash == hash);
@@ -207,8 +207,8 @@ TEST_CASE("An expectation judges the cells of its range alone, and none is an er
         "format = 1\n[case]\nkind = \"oscillator\"\nmethods = [\"symplectic-euler\"]\nsolvers = [\"cpu-double\"]\n"
         "values = [0.1, 1, 3]\nmost_steps = 50\n[[expect]]\nsignal = \"case.symplectic-euler.cpu-double\"\nmetric = \"" +
         metric + "\"\n" + limit);
-    REQUIRE(read.scenario);
-    return run_scenario(*read.scenario, {});
+    REQUIRE(read);
+    return run_scenario(*read, {});
   };
   CHECK(outcome_of("refused", "equals = 1").exit == ExitCode::pass);
   CHECK(outcome_of("refused", "equals = 0\nat = [0.1, 1]").exit == ExitCode::pass);
@@ -221,8 +221,8 @@ TEST_CASE("An expectation judges the cells of its range alone, and none is an er
 
 TEST_CASE("A case has no wall clock") {
   const ReadResult read = test::read_text("format = 1\n[case]\nkind = \"oscillator\"\nvalues = [1]\n");
-  REQUIRE(read.scenario);
+  REQUIRE(read);
   RunOptions options;
   options.clock = ClockKind::wall;
-  CHECK(run_scenario(*read.scenario, options).exit == ExitCode::usage);
+  CHECK(run_scenario(*read, options).exit == ExitCode::usage);
 }

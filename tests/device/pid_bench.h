@@ -39,7 +39,7 @@ class RecordingTransport final : public HidTransport {
 };
 
 inline PidLayout layout_of(const HidTransport& device) {
-  return *pid_layout(parse_report_descriptor(device.report_descriptor()).value).layout;
+  return *pid_layout(*parse_report_descriptor(device.report_descriptor()));
 }
 
 /// Two axes of 0.4 m, 10 N.

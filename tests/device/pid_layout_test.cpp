@@ -13,15 +13,15 @@ using namespace evenstep;
 namespace {
 
 ReportDescriptor parsed(const std::vector<std::byte>& bytes) {
-  ParsedDescriptor result = parse_report_descriptor(bytes);
-  REQUIRE_FALSE(result.error);
-  return std::move(result.value);
+  auto result = parse_report_descriptor(bytes);
+  REQUIRE(result);
+  return *std::move(result);
 }
 
 PidLayout layout_of(const PidDescriptorOptions& options) {
-  const PidLayoutOrMissing found = pid_layout(parsed(pid_descriptor(options)));
-  REQUIRE(found.missing.empty());
-  return *found.layout;
+  const auto found = pid_layout(parsed(pid_descriptor(options)));
+  REQUIRE(found);
+  return *found;
 }
 
 /// First bit from the report's first byte, bits, logical range.
@@ -231,10 +231,10 @@ TEST_CASE("a descriptor without what a constant force needs says what is missing
     for (std::size_t i = 0; i + 1 < bytes.size(); ++i) {
       if (bytes[i] == std::byte{0x09} && bytes[i + 1] == usage) bytes[i + 1] = instead;
     }
-    const PidLayoutOrMissing found = pid_layout(parsed(bytes));
-    CHECK_FALSE(found.layout);
+    const auto found = pid_layout(parsed(bytes));
+    REQUIRE_FALSE(found);
     std::string all;
-    for (const std::string& one : found.missing) all += one + '\n';
+    for (const std::string& one : found.error()) all += one + '\n';
     return all;
   };
   using Catch::Contains;
@@ -256,9 +256,9 @@ TEST_CASE("a magnitude that knows no sign is none") {
     if (bytes[i] == std::byte{0x16} && bytes[i + 1] == std::byte{0x01} && bytes[i + 2] == std::byte{0x80})
       bytes[i + 1] = bytes[i + 2] = std::byte{0};
   }
-  const PidLayoutOrMissing found = pid_layout(parsed(bytes));
-  REQUIRE(found.missing.size() == 1);
-  CHECK_THAT(found.missing.front(), Catch::Contains("both signs"));
+  const auto found = pid_layout(parsed(bytes));
+  REQUIRE(found.error_or({}).size() == 1);
+  CHECK_THAT(found.error().front(), Catch::Contains("both signs"));
 }
 
 TEST_CASE("what lies in another report of the same collection is not taken for a part of the first") {
@@ -268,9 +268,9 @@ TEST_CASE("what lies in another report of the same collection is not taken for a
   REQUIRE(at != bytes.end());
   const std::array<std::byte, 2> report_id{std::byte{0x85}, std::byte{0x30}};
   bytes.insert(at, report_id.begin(), report_id.end());
-  const PidLayoutOrMissing found = pid_layout(parsed(bytes));
-  REQUIRE(found.layout);
-  CHECK(found.layout->set_effect.report.id == 0x10);
-  CHECK(found.layout->set_effect.directions.empty());
-  CHECK(found.layout->set_effect.axis_enable[0]);
+  const auto found = pid_layout(parsed(bytes));
+  REQUIRE(found);
+  CHECK(found->set_effect.report.id == 0x10);
+  CHECK(found->set_effect.directions.empty());
+  CHECK(found->set_effect.axis_enable[0]);
 }

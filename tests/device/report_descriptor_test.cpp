@@ -17,10 +17,10 @@ namespace {
 constexpr std::int64_t kTwo31 = std::int64_t{1} << 31;
 
 ReportDescriptor parsed(const Bytes& bytes) {
-  ParsedDescriptor result = parse_report_descriptor(bytes);
-  INFO((result.error ? result.error->message : ""));
-  REQUIRE_FALSE(result.error);
-  return std::move(result.value);
+  auto result = parse_report_descriptor(bytes);
+  INFO((result ? "" : result.error().message));
+  REQUIRE(result);
+  return *std::move(result);
 }
 
 /// With a usage page, in an application collection.
@@ -61,9 +61,9 @@ Bytes operator+(Bytes a, const Bytes& b) {
 }  // namespace
 
 TEST_CASE("the reference device's descriptor gives its documented fields") {
-  const ParsedDescriptor result = parse_report_descriptor(reference_device::report_descriptor());
-  REQUIRE_FALSE(result.error);
-  const ReportDescriptor& descriptor = result.value;
+  const auto result = parse_report_descriptor(reference_device::report_descriptor());
+  REQUIRE(result);
+  const ReportDescriptor& descriptor = *result;
   CHECK(descriptor.collections == std::vector<HidCollection>{{1, 0xFF000001, -1}});
   CHECK(descriptor.reports == std::vector<HidReport>{{ReportType::input, 1, 160}, {ReportType::output, 2, 128}});
   CHECK(descriptor.report(ReportType::input, 1)->size() == reference_device::kInputSize);
@@ -90,7 +90,7 @@ TEST_CASE("the reference device's descriptor gives its documented fields") {
 }
 
 TEST_CASE("the reference device's reports are read and written by usage as its own codec does") {
-  const ReportDescriptor descriptor = parse_report_descriptor(reference_device::report_descriptor()).value;
+  const ReportDescriptor descriptor = *parse_report_descriptor(reference_device::report_descriptor());
   std::mt19937_64 random(1);
   for (int i = 0; i < 1000; ++i) {
     const auto word = [&] { return static_cast<std::int32_t>(random()); };
@@ -145,11 +145,10 @@ TEST_CASE("every kind of malformed descriptor is refused at its byte") {
   }};
   for (const Malformed& row : rows) {
     INFO(row.what);
-    const ParsedDescriptor result = parse_report_descriptor(row.bytes);
-    REQUIRE(result.error);
-    CHECK(result.error->offset == row.offset);
-    CHECK_THAT(result.error->message, Catch::Contains(row.message));
-    CHECK((result.value.fields.empty() && result.value.reports.empty() && result.value.collections.empty()));
+    const auto result = parse_report_descriptor(row.bytes);
+    REQUIRE_FALSE(result);
+    CHECK(result.error().offset == row.offset);
+    CHECK_THAT(result.error().message, Catch::Contains(row.message));
   }
 }
 
@@ -450,12 +449,12 @@ TEST_CASE("fifty thousand random valid descriptors say what they were built from
   for (std::uint64_t seed = 0; seed < 50'000; ++seed) {
     Generator generator(seed);
     generator.build();
-    const ParsedDescriptor result = parse_report_descriptor(generator.bytes);
+    const auto result = parse_report_descriptor(generator.bytes);
     INFO("seed " << seed);
-    REQUIRE_FALSE(result.error);
-    REQUIRE(result.value.collections == generator.expected.collections);
-    REQUIRE(result.value.reports == generator.expected.reports);
-    REQUIRE(result.value.fields == generator.expected.fields);
+    REQUIRE(result);
+    REQUIRE(result->collections == generator.expected.collections);
+    REQUIRE(result->reports == generator.expected.reports);
+    REQUIRE(result->fields == generator.expected.fields);
     fields += generator.expected.fields.size();
     largest = std::max(largest, generator.bytes.size());
   }
@@ -467,10 +466,10 @@ TEST_CASE("a valid descriptor cut off anywhere after its first items is refused 
     Generator generator(seed);
     generator.build();
     for (std::size_t size = 0; size < generator.bytes.size(); ++size) {
-      const ParsedDescriptor result = parse_report_descriptor(std::span(generator.bytes).first(size));
+      const auto result = parse_report_descriptor(std::span(generator.bytes).first(size));
       // The outermost collection closes with the last byte; before it there is nothing to say.
-      if (!result.error) REQUIRE((result.value.collections.empty() && size <= 10));
-      if (result.error) REQUIRE(result.error->offset <= size);
+      if (result) REQUIRE((result->collections.empty() && size <= 10));
+      if (!result) REQUIRE(result.error().offset <= size);
     }
   }
 }
@@ -489,15 +488,15 @@ TEST_CASE("a million random byte strings are parsed or refused and no value of w
       const std::uint64_t draw = random();
       byte = draw & 1 ? prefixes[draw >> 8 & 31] : static_cast<std::byte>(draw >> 8 & (draw & 2 ? 0x0F : 0xFF));
     }
-    const ParsedDescriptor result = parse_report_descriptor(std::span(bytes).first(size));
-    if (result.error) {
-      if (result.error->offset > size || result.error->message.empty())
+    const auto result = parse_report_descriptor(std::span(bytes).first(size));
+    if (!result) {
+      if (result.error().offset > size || result.error().message.empty())
         FAIL("an error without a place or words at draw " << i);
       continue;
     }
-    accepted += !result.value.fields.empty();
+    accepted += !result->fields.empty();
     std::array<std::byte, 64> report{};
-    for (const HidField& field : result.value.fields) {
+    for (const HidField& field : result->fields) {
       REQUIRE(field.usages.size() >= 1);
       for (std::uint32_t index = 0; index < std::min<std::uint32_t>(field.count, 4); ++index) {
         if (const auto low = nearest(field, field.logical_minimum); low && set(report, field, index, *low))

@@ -35,20 +35,20 @@ std::string changed(const std::string& from, const std::string& to) {
 TEST_CASE("A case is read with its defaults, decades spelled out") {
   const ReadResult read = read_text(kCase);
   INFO(errors_of(read));
-  REQUIRE(read.scenario);
-  const CaseSpec& spec = *read.scenario->case_spec;
+  REQUIRE(read);
+  const CaseSpec& spec = *read->case_spec;
   CHECK(spec.methods == std::vector{Method::symplectic_euler, Method::rk4});
   CHECK(spec.solvers == std::vector{SolverKind::cpu_double});
   CHECK(spec.values == std::vector<double>{1e-4, 1e-3, 1e-2, 0.1, 1, 1.5});
   CHECK(spec.periods == 1000);
-  CHECK(read.scenario->expectations.at(0).at == std::array<double, 2>{0.1, 2});
+  CHECK(read->expectations.at(0).at == std::array<double, 2>{0.1, 2});
   const ReadResult all = read_text(changed("methods = [\"symplectic-euler\", \"rk4\"]\n", ""));
-  CHECK(all.scenario->case_spec->methods.size() == kAllMethods.size());
+  CHECK(all->case_spec->methods.size() == kAllMethods.size());
 }
 
 TEST_CASE("The seed of a case is that of its irregular schedule, from the file or the command line") {
-  CHECK(read_text(std::string(kCase) + "[run]\nseed = 7\n").scenario->seed == 7);
-  CHECK(read_text(kCase, {{}, 9}).scenario->seed == 9);
+  CHECK(read_text(std::string(kCase) + "[run]\nseed = 7\n")->seed == 7);
+  CHECK(read_text(kCase, {{}, 9})->seed == 9);
 }
 
 TEST_CASE("Mistakes in a case are named where they stand, with the remedy") {
@@ -86,7 +86,7 @@ TEST_CASE("Mistakes in a case are named where they stand, with the remedy") {
        }) {
     INFO(mistake.from << " -> " << mistake.to);
     const ReadResult read = read_text(changed(mistake.from, mistake.to));
-    CHECK_FALSE(read.scenario);
+    CHECK_FALSE(read);
     CHECK_THAT(errors_of(read), Contains(mistake.error));
   }
 }
@@ -99,9 +99,9 @@ TEST_CASE("Cells cannot be picked where there are none") {
 
 TEST_CASE("A case survives its resolved file") {
   const ReadResult first = read_text(kCase);
-  REQUIRE(first.scenario);
-  const ReadResult again = read_text(first.scenario->resolved_toml);
-  INFO(first.scenario->resolved_toml << errors_of(again));
-  REQUIRE(again.scenario);
-  CHECK(describe(*again.scenario) == describe(*first.scenario));
+  REQUIRE(first);
+  const ReadResult again = read_text(first->resolved_toml);
+  INFO(first->resolved_toml << errors_of(again));
+  REQUIRE(again);
+  CHECK(describe(*again) == describe(*first));
 }

@@ -20,8 +20,8 @@ TEST_CASE("A file wins over its bases, later bases over earlier ones; tables mer
                    "format = 1\nextends = [\"base.toml\", \"sub/other.toml\"]\nname = \"top\"\n"
                    "timing.visualization = \"12 ms\"\n[[expect_append]]\nsignal = \"run\"\nmetric = \"x\"\nmax = 1\n"));
   INFO(errors_of(result));
-  REQUIRE(result.scenario);
-  const Scenario& s = *result.scenario;
+  REQUIRE(result);
+  const Scenario& s = *result;
   CHECK(s.name == "top");
   CHECK(s.because == "the smallest good file");
   CHECK(s.tags == std::vector<std::string>{"a", "b"});
@@ -35,8 +35,8 @@ TEST_CASE("A file wins over its bases, later bases over earlier ones; tables mer
   CHECK(s.expectations[1].place.line == 5);
   const ReadResult again = read_scenario(folder.write("resolved.toml", s.resolved_toml));
   INFO(s.resolved_toml << errors_of(again));
-  REQUIRE(again.scenario);
-  CHECK(describe(*again.scenario) == describe(s));
+  REQUIRE(again);
+  CHECK(describe(*again) == describe(s));
 }
 
 TEST_CASE("An error in a base file is reported at the base's line, one of the file that extends it at its own") {
@@ -93,8 +93,8 @@ TEST_CASE("The option --set changes one value, by index or by name, and needs no
   const auto with = [](std::vector<std::string> set) {
     const ReadResult result = read_text(kTissue, {std::move(set), {}});
     INFO(errors_of(result));
-    REQUIRE(result.scenario);
-    return *result.scenario;
+    REQUIRE(result);
+    return *result;
   };
   CHECK(with({"timing.visualization=22.2 ms"}).timing.programmed.visualization.ns == 22'200'000);
   CHECK(with({"timing.visualization=\"22.2 ms\""}).timing.programmed.visualization.ns == 22'200'000);
@@ -107,8 +107,8 @@ TEST_CASE("The option --set changes one value, by index or by name, and needs no
   CHECK(with({"name=a = b"}).name == "a = b");
   CHECK(with({"expect.0.max=0.25"}).expectations[0].max->number == 0.25);
   CHECK(with({"scene.allow_unstable=true"}).scene.allow_unstable);
-  CHECK(read_text(kSpring, {{}, 99}).scenario->seed == 99);
-  CHECK(read_text(kSpring, {{}, 99}).scenario->timing.programmed.seed == 99);
+  CHECK(read_text(kSpring, {{}, 99})->seed == 99);
+  CHECK(read_text(kSpring, {{}, 99})->timing.programmed.seed == 99);
   CHECK_THAT(with({"timing.visualization=22.2 ms"}).resolved_toml, Contains("22.2 ms"));
 }
 
@@ -140,7 +140,7 @@ TEST_CASE("A mistake in --set is reported as one, with the assignment") {
     CHECK_THAT(errors_of(result), Contains(row.error));
   }
   // A line break smuggles no second key in: the text is a name.
-  CHECK(read_text(kTissue, {{"name=1\nformat = 2"}, {}}).scenario->name == "1\nformat = 2");
+  CHECK(read_text(kTissue, {{"name=1\nformat = 2"}, {}})->name == "1\nformat = 2");
   CHECK_THAT(errors_of(read_text(kSpring, {{}, UINT64_MAX})),
              Contains("--seed: error: 18446744073709551615 is out of range"));
 }

@@ -15,9 +15,8 @@ namespace {
 Scenario good(const std::string& text, const ReadOptions& options = {}) {
   ReadResult result = read_text(text, options);
   INFO(errors_of(result));
-  REQUIRE(result.scenario);
-  REQUIRE(result.errors.empty());
-  return std::move(*result.scenario);
+  REQUIRE(result);
+  return *std::move(result);
 }
 
 /// kSpring with [timing] replaced, and no warm-up.
@@ -35,9 +34,9 @@ void check_round_trip(const Scenario& scenario) {
   const Folder folder;
   const ReadResult again = read_scenario(folder.write("resolved.toml", scenario.resolved_toml));
   INFO(scenario.resolved_toml << errors_of(again));
-  REQUIRE(again.scenario);
-  CHECK(describe(*again.scenario) == describe(scenario));
-  CHECK(again.scenario->resolved_toml == scenario.resolved_toml);
+  REQUIRE(again);
+  CHECK(describe(*again) == describe(scenario));
+  CHECK(again->resolved_toml == scenario.resolved_toml);
 }
 
 }  // namespace
@@ -394,8 +393,8 @@ TEST_CASE("A trace gives the means of the recording as nominal times, and its le
   text.replace(text.find("duration = \"4 s\""), 16, "");
   const ReadResult result = read_scenario(folder.write("sub/s.toml", text));
   INFO(errors_of(result));
-  REQUIRE(result.scenario);
-  const Scenario& s = *result.scenario;
+  REQUIRE(result);
+  const Scenario& s = *result;
   CHECK(s.run_duration.ns == 64'000);
   CHECK(s.nominal.segment.ns == 32'000);
   CHECK(s.nominal.visualization.ns == 11'000);
@@ -416,12 +415,12 @@ TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
                "motion = { kind = \"recorded\", file = \"hand.csv\" }\n");
   const ReadResult result = read_scenario(folder.write("s.toml", text));
   INFO(errors_of(result));
-  REQUIRE(result.scenario);
-  const auto& rows = std::get<RecordedMotion>(result.scenario->devices[0].motion.shape).rows;
+  REQUIRE(result);
+  const auto& rows = std::get<RecordedMotion>(result->devices[0].motion.shape).rows;
   REQUIRE(rows.size() == 2);
   CHECK(rows[1].first.ns == 33'333'333);
   CHECK(rows[1].second.y == -2e-3);
-  check_round_trip(*result.scenario);
+  check_round_trip(*result);
 }
 
 TEST_CASE("A hand reads its plant, its arm, its path and what it starts with") {
@@ -505,8 +504,8 @@ TEST_CASE("Every scenario that is shipped reads and its resolved form is the sam
     INFO(entry.path());
     const ReadResult result = read_scenario(entry.path().string());
     INFO(errors_of(result));
-    REQUIRE(result.scenario);
-    check_round_trip(*result.scenario);
+    REQUIRE(result);
+    check_round_trip(*result);
   }
 }
 
@@ -517,12 +516,12 @@ TEST_CASE("An adaptive latency is read as it is written, starts at its least, an
     text.replace(text.find("[[expect]]"), 0, remap + "\n");
     ReadResult result = read_text(text);
     INFO(errors_of(result));
-    REQUIRE(result.scenario);
-    const ReadResult again = read_text(result.scenario->resolved_toml);
+    REQUIRE(result);
+    const ReadResult again = read_text(result->resolved_toml);
     INFO(errors_of(again));
-    REQUIRE(again.scenario);
-    CHECK(describe(*again.scenario) == describe(*result.scenario));
-    return *result.scenario;
+    REQUIRE(again);
+    CHECK(describe(*again) == describe(*result));
+    return *result;
   };
   const Scenario defaults = read(plain);
   CHECK(defaults.remap.latency.kind == Budget::Kind::adaptive);
@@ -551,8 +550,8 @@ TEST_CASE("Filters, policies and long runs are read as they are written") {
     text.replace(text.find("[[expect]]"), 0, remap + "\n");
     ReadResult result = read_text(text);
     INFO(errors_of(result));
-    REQUIRE(result.scenario);
-    return *result.scenario;
+    REQUIRE(result);
+    return *result;
   };
   const Scenario butterworth = read("[remap.filter]\ncutoff = \"7.5 Hz\"\non = \"interaction\"");
   CHECK(std::get<ButterworthSpec>(butterworth.remap.filter).cutoff_Hz == 7.5);

@@ -250,7 +250,7 @@ ReadResult read_text(const std::string& text, const ReadOptions& options) {
 
 std::string errors_of(const ReadResult& result) {
   std::string out;
-  for (Diagnostic error : result.errors) {
+  for (Diagnostic error : result.error_or({})) {
     if (error.line != 0 || error.file.rfind("--", 0) != 0)
       error.file = std::filesystem::path(error.file).filename().string();
     out += text(error) + "\n";

@@ -24,13 +24,13 @@ std::string with_timing(const std::string& timing) {
 Scenario good(const std::string& timing) {
   const ReadResult result = read_text(with_timing(timing));
   INFO(timing << "\n" << errors_of(result));
-  REQUIRE(result.scenario);
+  REQUIRE(result);
   const Folder folder;
-  const ReadResult again = read_scenario(folder.write("resolved.toml", result.scenario->resolved_toml));
-  INFO(result.scenario->resolved_toml << errors_of(again));
-  REQUIRE(again.scenario);
-  CHECK(describe(*again.scenario) == describe(*result.scenario));
-  return *result.scenario;
+  const ReadResult again = read_scenario(folder.write("resolved.toml", result->resolved_toml));
+  INFO(result->resolved_toml << errors_of(again));
+  REQUIRE(again);
+  CHECK(describe(*again) == describe(*result));
+  return *result;
 }
 
 ProgrammedTiming timing_of(const std::string& more) { return good(kBase + more).timing.programmed; }
@@ -43,7 +43,7 @@ void check_each(const std::vector<Mistake>& mistakes) {
   for (const auto& [timing, error] : mistakes) {
     INFO(timing);
     const ReadResult result = read_text(with_timing(timing));
-    CHECK_FALSE(result.scenario);
+    CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(error));
   }
 }

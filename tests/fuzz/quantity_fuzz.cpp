@@ -14,22 +14,22 @@ constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, as docume
 void check_duration(std::string_view text) {
   const NominalUnits nominal{{33'333'333}, {11'100'000}, {2'222'222}, {1'482'222}, true};
   for (const NominalUnits& units : {NominalUnits{}, nominal}) {
-    const Parsed<Duration> parsed = parse_duration(text, units);
+    const Result<Duration> parsed = parse_duration(text, units);
     if (!parsed.ok()) continue;
-    require(std::abs(parsed.value.ns) <= kLongest_ns, "longer than 1e6 s");
-    const Parsed<Duration> again = parse_duration(std::to_string(parsed.value.ns) + " ns", units);
-    require(again.ok() && again.value == parsed.value, "a duration does not read back: " + again.error);
+    require(std::abs(parsed->ns) <= kLongest_ns, "longer than 1e6 s");
+    const Result<Duration> again = parse_duration(std::to_string(parsed->ns) + " ns", units);
+    require(again.ok() && *again == *parsed, "a duration does not read back: " + again.error_or(""));
   }
 }
 
 void check_rate(std::string_view text) {
-  const Parsed<Rate> parsed = parse_rate(text);
+  const Result<Rate> parsed = parse_rate(text);
   if (!parsed.ok()) return;
-  const Rate rate = parsed.value;
+  const Rate rate = *parsed;
   require(rate.num > 0 && rate.den > 0, "a rate is not above 0");
   require(instant_ns(rate, 1) >= 1, "a period is shorter than 1 ns");
-  const Parsed<Rate> again = parse_rate(std::to_string(rate.num) + "/" + std::to_string(rate.den) + " Hz");
-  require(again.ok() && again.value.num == rate.num && again.value.den == rate.den, "a rate does not read back: " + again.error);
+  const Result<Rate> again = parse_rate(std::to_string(rate.num) + "/" + std::to_string(rate.den) + " Hz");
+  require(again.ok() && again->num == rate.num && again->den == rate.den, "a rate does not read back: " + again.error_or(""));
 }
 
 }  // namespace
@@ -40,9 +40,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   check_rate(text);
   // One dimension per input: looking for the unit that was meant takes most of the time.
   const auto dimension = static_cast<Dimension>(size % (static_cast<std::size_t>(Dimension::slew) + 1));
-  const Parsed<double> parsed = parse_si(text, dimension);
-  require(!parsed.ok() || !std::isnan(parsed.value), "a value is not a number");
-  const Parsed<Limit> limit = parse_limit(text);
-  require(!limit.ok() || !std::isnan(limit.value.number), "a limit is not a number");
+  const Result<double> parsed = parse_si(text, dimension);
+  require(!parsed.ok() || !std::isnan(*parsed), "a value is not a number");
+  const Result<Limit> limit = parse_limit(text);
+  require(!limit.ok() || !std::isnan(limit->number), "a limit is not a number");
   return 0;
 }

@@ -47,19 +47,18 @@ void set_and_get(std::span<std::byte> report, const HidField& field, std::uint32
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const ParsedDescriptor parsed = parse_report_descriptor(std::as_bytes(std::span(data, size)));
-  if (parsed.error) {
-    require(!parsed.error->message.empty(), "an error without words");
-    require(parsed.error->offset <= size, "an error outside the descriptor");
-    require(parsed.value.fields.empty() && parsed.value.reports.empty(), "a refused descriptor with reports");
+  const auto parsed = parse_report_descriptor(std::as_bytes(std::span(data, size)));
+  if (!parsed) {
+    require(!parsed.error().message.empty(), "an error without words");
+    require(parsed.error().offset <= size, "an error outside the descriptor");
     return 0;
   }
-  const PidLayoutOrMissing pid = pid_layout(parsed.value);
-  require(pid.layout.has_value() == pid.missing.empty(), "neither a layout nor what is missing");
+  const auto pid = pid_layout(*parsed);
+  require(pid || !pid.error().empty(), "neither a layout nor what is missing");
   std::vector<std::byte> bytes(kLongestReport);
-  for (const HidField& field : parsed.value.fields) {
-    require_sound(parsed.value, field);
-    const auto report = std::span(bytes).first(parsed.value.report(field.type, field.id)->size());
+  for (const HidField& field : parsed->fields) {
+    require_sound(*parsed, field);
+    const auto report = std::span(bytes).first(parsed->report(field.type, field.id)->size());
     for (const std::uint32_t index : {0u, field.count / 2, field.count - 1}) {
       if (index < field.count) set_and_get(report, field, index);
     }

@@ -32,11 +32,11 @@ const Folder& folder() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string input(reinterpret_cast<const char*>(data), size);
   const ReadResult result = read_scenario(folder().write("s.toml", input));
-  require_read_or_refused(result.scenario.has_value(), result.errors);
-  if (!result.scenario) return 0;
-  const ReadResult again = read_scenario(folder().write("r.toml", result.scenario->resolved_toml));
-  require(again.scenario.has_value(), "the resolved scenario is refused: " + errors_of(again));
-  require(describe(*again.scenario) == describe(*result.scenario), "the resolved scenario is another one");
-  require(again.scenario->resolved_toml == result.scenario->resolved_toml, "the resolved scenario resolves to another text");
+  require_read_or_refused(result.ok(), result.error_or({}));
+  if (!result) return 0;
+  const ReadResult again = read_scenario(folder().write("r.toml", result->resolved_toml));
+  require(again.ok(), "the resolved scenario is refused: " + errors_of(again));
+  require(describe(*again) == describe(*result), "the resolved scenario is another one");
+  require(again->resolved_toml == result->resolved_toml, "the resolved scenario resolves to another text");
   return 0;
 }

@@ -38,7 +38,7 @@ void require_sound(const std::vector<SegmentTiming>& segments) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const TimingCsv csv = parse_timing_csv(std::string(reinterpret_cast<const char*>(data), size), "timing.csv");
-  if (csv.errors.empty()) require_sound(csv.segments);
-  require_read_or_refused(csv.errors.empty(), csv.errors);
+  if (csv) require_sound(*csv);
+  require_read_or_refused(csv.ok(), csv.error_or({}));
   return 0;
 }

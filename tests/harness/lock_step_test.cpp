@@ -21,7 +21,7 @@ TEST_CASE("the lanes on two schedulers in lock step give the same forces and the
       VirtualClock device_clock, simulation_clock;
       SimulatedDevices devices(scenario, device_clock);
       DeviceExchange exchange(links_of(scenario, plan), devices.drivers());
-      StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange, make_timing(scenario),
+      StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange, make_timing(scenario.timing),
                           devices.drivers());
       InlineExecutor executor;
       Scheduler simulation(simulation_clock, executor), device(device_clock, executor);

@@ -251,7 +251,7 @@ TEST_CASE("variable steps keep simulation time beside real time") {
   const RunOutcome outcome = run_scenario(read(kSpring, {"run.strategies=[\"variable_step\"]", "expect=[]"}), {});
   const StrategyRecord& record = strategy(outcome.record, "variable_step");
   for (const StepRow& step : record.steps) {  // summed: 1,800 roundings of 4 s
-    REQUIRE(std::abs(step.simulated_s - seconds(step.begin - record.steps[0].begin)) <= 1e-12);
+    REQUIRE(step.simulated == SimTime{(step.begin - record.steps[0].begin).ns});
   }
   // Against that time the hand moves evenly; what is left is the age of the newest sample, below 1 ms.
   CHECK(metric(outcome, "left.interaction.variable_step", "deviation_max") <= 0.1 * 1e-3);

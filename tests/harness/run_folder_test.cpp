@@ -8,6 +8,8 @@
 #include <fstream>
 #include <set>
 
+#include "evenstep/harness/recorded_timing.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -59,6 +61,19 @@ TEST_CASE("a run of ten seconds and more shows its error over time; one that kee
   CHECK(names.count("events.bin") == 0);
 }
 
+TEST_CASE("the timing of a record has its steps in their segments and keeps the idle rest") {
+  StrategyRecord strategy;
+  strategy.segments = {{4, {0}, {100}, {{RealTime{0}, RealTime{30}}}},
+                       {5, {100}, {200}, {{RealTime{180}, RealTime{200}}}},
+                       {6, {200}, {210}, std::nullopt}};
+  strategy.steps = {{4, {30}, {50}, {}, {}}, {4, {55}, {90}, {}, {}}, {5, {110}, {180}, {}, {}}};
+  CHECK(format_timing_csv(recorded_timing(strategy)) ==
+        "segment,kind,index,begin_ns,end_ns\n"
+        "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n4,idle,0,90,100\n"
+        "5,step,0,110,180\n5,visualization,0,180,200\n"
+        "6,idle,0,200,210\n");
+}
+
 TEST_CASE("a folder that is not a run folder is left alone") {
   const TemporaryFolder temporary;
   const fs::path precious = temporary.path / "precious";
@@ -86,10 +101,10 @@ TEST_CASE("the timing of a run replays to the same steps") {
          "[scene]\nsolver = \"cpu-double\"\nkind = \"spring\"\nstiffness = \"200 N/m\"\nstep_size = \"450 Hz\"\n"
          "[[device]]\nname = \"left\"\nrate = \"1 kHz\"\nmotion = { kind = \"still\" }\n";
   const ReadResult again = read_scenario((temporary.path / "again.toml").string());
-  for (const Diagnostic& error : again.errors) UNSCOPED_INFO(text(error));
-  REQUIRE(again.scenario);
+  for (const Diagnostic& error : again.error_or({})) UNSCOPED_INFO(text(error));
+  REQUIRE(again);
   const auto& first = outcome.record.strategies[0].steps;
-  const RunRecord replayed_run = run_all(*again.scenario);
+  const RunRecord replayed_run = run_all(*again);
   const auto& second = replayed_run.strategies[0].steps;
   REQUIRE(second.size() + 1 >= first.size());  // the trace ends with the last step: its completion is not before the end
   for (std::size_t n = 0; n < second.size(); ++n) {

@@ -14,9 +14,9 @@ inline std::string shipped(const std::string& name) { return std::string(EVENSTE
 
 inline Scenario read(const std::string& name, const std::vector<std::string>& set = {}) {
   const ReadResult result = read_scenario(shipped(name), {set, std::nullopt});
-  for (const Diagnostic& error : result.errors) UNSCOPED_INFO(text(error));
-  REQUIRE(result.scenario);
-  return *result.scenario;
+  for (const Diagnostic& error : result.error_or({})) UNSCOPED_INFO(text(error));
+  REQUIRE(result);
+  return *result;
 }
 
 inline RunRecord run_all(const Scenario& scenario, RunOptions options = {}) {

@@ -2,6 +2,7 @@
 
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <random>
 
 #include "evenstep/text/csv_rows.h"
 #include "support.h"
@@ -14,7 +15,7 @@ const std::string kHeader = "segment,kind,index,begin_ns,end_ns\n";
 
 std::string first_error(const std::string& rows) {
   const TimingCsv csv = parse_timing_csv(kHeader + rows, "x.csv");
-  return csv.errors.empty() ? "" : text(csv.errors.front());
+  return csv ? "" : text(csv.error().front());
 }
 }  // namespace
 
@@ -23,9 +24,9 @@ TEST_CASE("A recording is shifted to begin at 0, keeps its gaps, and idle rows o
                                              "7,visualization,0,1000,1100\r\n7,step,0,1110,1200\n7,idle,0,1200,1300\n"
                                              "8,step,1,1300,1400\n8,step,3,1400,1400\n",
                                          "x.csv");
-  REQUIRE(csv.errors.empty());
-  REQUIRE(csv.segments.size() == 2);
-  const SegmentTiming& first = csv.segments[0];
+  REQUIRE(csv);
+  REQUIRE(csv->size() == 2);
+  const SegmentTiming& first = (*csv)[0];
   CHECK(first.index == 0);
   CHECK(first.begin.ns == 0);
   REQUIRE(first.visualization);
@@ -33,10 +34,56 @@ TEST_CASE("A recording is shifted to begin at 0, keeps its gaps, and idle rows o
   REQUIRE(first.steps.size() == 1);
   CHECK(first.steps[0].begin.ns == 110);
   CHECK(first.end.ns == 300);
-  CHECK(csv.segments[1].index == 1);
-  CHECK_FALSE(csv.segments[1].visualization);
-  CHECK(csv.segments[1].begin.ns == 300);
-  CHECK(csv.segments[1].steps.size() == 2);
+  CHECK((*csv)[1].index == 1);
+  CHECK_FALSE((*csv)[1].visualization);
+  CHECK((*csv)[1].begin.ns == 300);
+  CHECK((*csv)[1].steps.size() == 2);
+}
+
+TEST_CASE("Written, a segment is its visualization and steps by time and its idle rest") {
+  SegmentTiming first, second, third;
+  first = {4, {0}, Interval{{0}, {30}}, {{{30}, {50}}, {{55}, {90}}}, {100}};
+  second = {5, {100}, Interval{{180}, {200}}, {{{110}, {180}}}, {200}};
+  third = {6, {200}, std::nullopt, {}, {210}};
+  CHECK(format_timing_csv({first, second, third}) == kHeader +
+                                                         "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n"
+                                                         "4,idle,0,90,100\n"
+                                                         "5,step,0,110,180\n5,visualization,0,180,200\n"
+                                                         "6,idle,0,200,210\n");
+  CHECK(format_timing_csv({}) == kHeader);
+}
+
+TEST_CASE("What is written reads back: a thousand drawn recordings, visualizations beside the steps or between them") {
+  std::mt19937_64 random(1);
+  const auto up_to = [&](std::uint64_t most) { return static_cast<std::int64_t>(random() % (most + 1)); };
+  for (int round = 0; round < 1000; ++round) {
+    std::vector<SegmentTiming> written;
+    RealTime now{0};
+    for (std::int64_t k = 0; k < 1 + up_to(4); ++k) {
+      SegmentTiming segment;
+      segment.index = k;
+      segment.begin = now;
+      segment.visualization = Interval{now, now + Duration{1 + up_to(50)}};
+      if (up_to(1) == 0) now = segment.visualization->end;
+      for (std::int64_t i = up_to(5); i > 0; --i) {
+        const RealTime begin = now + Duration{up_to(3)};
+        now = begin + Duration{1 + up_to(20)};
+        segment.steps.push_back({begin, now});
+      }
+      now = segment.end = std::max(now, segment.visualization->end) + Duration{up_to(10)};
+      written.push_back(segment);
+    }
+    const TimingCsv csv = parse_timing_csv(format_timing_csv(written), "x.csv");
+    REQUIRE(csv);
+    REQUIRE(csv->size() == written.size());
+    for (std::size_t k = 0; k < written.size(); ++k) {
+      const SegmentTiming &a = written[k], &b = (*csv)[k];
+      CHECK((a.begin == b.begin && a.end == b.end));
+      CHECK((a.visualization->begin == b.visualization->begin && a.visualization->end == b.visualization->end));
+      CHECK(std::equal(a.steps.begin(), a.steps.end(), b.steps.begin(), b.steps.end(),
+                       [](const Interval& x, const Interval& y) { return x.begin == y.begin && x.end == y.end; }));
+    }
+  }
 }
 
 TEST_CASE("A visualization may overlap the steps of its own and of the next segment") {
@@ -44,18 +91,18 @@ TEST_CASE("A visualization may overlap the steps of its own and of the next segm
                                              "0,visualization,0,0,100\n0,step,0,10,50\n0,step,1,50,90\n0,step,2,90,120\n"
                                              "1,visualization,0,105,200\n1,step,0,120,150\n",
                                          "x.csv");
-  REQUIRE(csv.errors.empty());
-  CHECK(csv.segments[0].end.ns == 120);
-  CHECK(csv.segments[1].begin.ns == 105);
+  REQUIRE(csv);
+  CHECK((*csv)[0].end.ns == 120);
+  CHECK((*csv)[1].begin.ns == 105);
 }
 
 TEST_CASE("Steps may open a segment: it begins with the first of them") {
   const TimingCsv csv =
       parse_timing_csv(kHeader + "0,step,0,5,10\n0,visualization,0,10,30\n1,idle,0,30,40\n1,step,0,40,50\n", "x.csv");
-  REQUIRE(csv.errors.empty());
-  CHECK(csv.segments[0].begin.ns == 0);
-  CHECK(csv.segments[0].visualization->begin.ns == 5);
-  CHECK(csv.segments[1].begin.ns == 35);  // the step, not the idle time before it
+  REQUIRE(csv);
+  CHECK((*csv)[0].begin.ns == 0);
+  CHECK((*csv)[0].visualization->begin.ns == 5);
+  CHECK((*csv)[1].begin.ns == 35);  // the step, not the idle time before it
 }
 
 TEST_CASE("A mistake in a recording is named with its line and column") {
@@ -96,18 +143,18 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
   for (const char* header :
        {"", "0,step,0,0,1\n", "segment,kind,index,begin_ns\n", "\xef\xbb\xbfsegment,kind,index,begin_ns,end_ns\n"}) {
     const TimingCsv csv = parse_timing_csv(header, "x.csv");
-    REQUIRE(csv.errors.size() == 1);
-    CHECK_THAT(text(csv.errors[0]), Contains("x.csv:1:1: error: the first line must be segment,kind,index,begin_ns,end_ns"));
+    REQUIRE(csv.error_or({}).size() == 1);
+    CHECK_THAT(text(csv.error()[0]), Contains("x.csv:1:1: error: the first line must be segment,kind,index,begin_ns,end_ns"));
   }
 }
 
 TEST_CASE("A wrong column gives 20 errors, not one for each of a million rows") {
   std::string rows = kHeader;
   for (int i = 0; i < 1000; ++i) rows += "0,step,0,0,x\n";
-  CHECK(parse_timing_csv(rows, "x.csv").errors.size() == internal::kMostCsvErrors);
+  CHECK(parse_timing_csv(rows, "x.csv").error_or({}).size() == internal::kMostCsvErrors);
 }
 
-TEST_CASE("Ten million rows are read and one more is refused", "[long]") {
+TEST_CASE("Ten million rows are read and one more is refused", "[million]") {
   std::string rows = kHeader;
   const std::string row = "0,idle,0,0,1\n";
   rows.reserve(rows.size() + row.size() * (internal::kMostCsvRows + 1));
@@ -116,18 +163,18 @@ TEST_CASE("Ten million rows are read and one more is refused", "[long]") {
   for (std::int64_t i = 0; i < internal::kMostCsvRows; ++i, ++t) {
     rows += "0,step," + std::to_string(i) + "," + std::to_string(t) + "," + std::to_string(t + 1) + "\n";
   }
-  CHECK(parse_timing_csv(rows, "x.csv").errors.empty());
+  CHECK(parse_timing_csv(rows, "x.csv"));
   rows += "1,step,0," + std::to_string(t) + "," + std::to_string(t + 1) + "\n";
   const TimingCsv csv = parse_timing_csv(rows, "x.csv");
-  REQUIRE(csv.errors.size() == 1);
-  CHECK_THAT(csv.errors[0].message, Contains("more than 10000000 rows"));
+  REQUIRE(csv.error_or({}).size() == 1);
+  CHECK_THAT(csv.error()[0].message, Contains("more than 10000000 rows"));
 }
 
 TEST_CASE("A recording that is not there, or is a folder, is an error of the whole file") {
   const test::Folder folder;
-  CHECK_THAT(text(read_timing_csv(folder.path("none.csv")).errors.at(0)), Contains("none.csv: error: no such file"));
-  CHECK_THAT(text(read_timing_csv(folder.path("sub/none.csv")).errors.at(0)), Contains("there is no folder"));
-  CHECK_THAT(text(read_timing_csv(folder.path("")).errors.at(0)), Contains("is a directory"));
+  CHECK_THAT(text(read_timing_csv(folder.path("none.csv")).error().at(0)), Contains("none.csv: error: no such file"));
+  CHECK_THAT(text(read_timing_csv(folder.path("sub/none.csv")).error().at(0)), Contains("there is no folder"));
+  CHECK_THAT(text(read_timing_csv(folder.path("")).error().at(0)), Contains("is a directory"));
 }
 
 TEST_CASE("Every recording that is shipped reads, and holds what a replay relies on") {
@@ -137,11 +184,11 @@ TEST_CASE("Every recording that is shipped reads, and holds what a replay relies
     if (entry.path().extension() != ".csv") continue;
     INFO(entry.path());
     const TimingCsv csv = read_timing_csv(entry.path().string());
-    for (const Diagnostic& error : csv.errors) UNSCOPED_INFO(text(error));
-    REQUIRE(csv.errors.empty());
+    for (const Diagnostic& error : csv.error_or({})) UNSCOPED_INFO(text(error));
+    REQUIRE(csv);
     RealTime last_end{0};
     RealTime last_begin{-1};
-    for (const SegmentTiming& segment : csv.segments) {
+    for (const SegmentTiming& segment : *csv) {
       CHECK(segment.begin > last_begin);
       last_begin = segment.begin;
       for (const Interval& step : segment.steps) {
@@ -151,6 +198,6 @@ TEST_CASE("Every recording that is shipped reads, and holds what a replay relies
       }
       CHECK((segment.steps.empty() || segment.end >= segment.steps.back().end));
     }
-    CHECK(csv.segments.front().begin.ns == 0);
+    CHECK(csv->front().begin.ns == 0);
   }
 }

@@ -1,5 +1,5 @@
 // A latency that grows at once and shrinks slowly: against an oracle that remembers everything, on traces and on maps;
-// 100,000 random ones each, [long] on 1,000,000 others.
+// 100,000 random ones each, [million] on 1,000,000 others.
 #include "evenstep/remap/adaptive_latency.h"
 
 #include <limits>
@@ -258,7 +258,7 @@ TEST_CASE("An adaptive latency stays below the largest need and its margin") { f
 TEST_CASE("A latency that cannot move is the fixed one") { for_all(kMany, fixed_is_a_special_case); }
 TEST_CASE("The sizing pass foretells an adaptive latency and its rings hold") { for_all(kMany, as_sized); }
 
-TEST_CASE("An adaptive latency keeps its properties on a million schedules more", "[long]") {
+TEST_CASE("An adaptive latency keeps its properties on a million schedules more", "[million]") {
   for_all_draws(kVeryMany, as_the_oracle);
   for_all(kVeryMany, strictly_increasing);
   for_all(kVeryMany, moves_by_the_slew);

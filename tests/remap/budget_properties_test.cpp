@@ -1,5 +1,5 @@
 // What the budget and the oracles must keep on any timing: properties P5, P6, P8, P10 and P13, each on 100,000 random
-// schedules, [long] on 1,000,000 others.
+// schedules, [million] on 1,000,000 others.
 
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/force_schedule.h"
@@ -217,8 +217,8 @@ TEST_CASE("P13 the taut string stays in the tube and is more even than any map: 
   for_all(kMany, p13_taut);
 }
 
-TEST_CASE("P5 on a million schedules", "[long]") { for_all(kVeryMany, p5_tight); }
-TEST_CASE("P6 on a million schedules", "[long]") { for_all(kVeryMany, p6_best_line); }
-TEST_CASE("P8 on a million schedules", "[long]") { for_all(kVeryMany, p8_conjugate); }
-TEST_CASE("P10 on a million timings", "[long]") { for_all_draws(kVeryMany, p10_periodic); }
-TEST_CASE("P13 on a million schedules", "[long]") { for_all(kVeryMany, p13_taut); }
+TEST_CASE("P5 on a million schedules", "[million]") { for_all(kVeryMany, p5_tight); }
+TEST_CASE("P6 on a million schedules", "[million]") { for_all(kVeryMany, p6_best_line); }
+TEST_CASE("P8 on a million schedules", "[million]") { for_all(kVeryMany, p8_conjugate); }
+TEST_CASE("P10 on a million timings", "[million]") { for_all_draws(kVeryMany, p10_periodic); }
+TEST_CASE("P13 on a million schedules", "[million]") { for_all(kVeryMany, p13_taut); }

@@ -111,7 +111,7 @@ TEST_CASE("on periodic timing the best line is s + Z(1 - 1/N) with the slot of t
   CHECK(reached.ns <= line.latency.ns + 999'999 + 3);
 }
 
-TEST_CASE("the best line of three million steps", "[long]") {
+TEST_CASE("the best line of three million steps", "[million]") {
   Draw draw(3);
   const std::vector<StepTimes> steps = flat(jittered(draw, 0.1, 200'000));
   const BestLine line = best_line(steps);

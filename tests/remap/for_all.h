@@ -48,7 +48,7 @@ inline std::string written(const Schedule& schedule) {
 }
 
 /// `property(schedule, draw)`: draw is for what the property chooses itself, the same on every call. Normal runs take
-/// the seeds from 0 on, [long] runs those from 2^32 on.
+/// the seeds from 0 on, [million] runs those from 2^32 on.
 template <class Property>
 void for_all(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;

@@ -101,7 +101,7 @@ const char* p14_gated(const Schedule& schedule, Draw draw) {
 TEST_CASE("P14 a gated run never underruns and is never later than the missing lead, 100,000 schedules") {
   for_all(kMany, p14_gated);
 }
-TEST_CASE("P14 on a million schedules", "[long]") { for_all(kVeryMany, p14_gated); }
+TEST_CASE("P14 on a million schedules", "[million]") { for_all(kVeryMany, p14_gated); }
 
 TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at most, T stays, periodic") {
   const Schedule schedule = Periodic{}.schedule(kSegments);   // back to back: no idle time

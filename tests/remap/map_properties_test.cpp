@@ -1,5 +1,5 @@
 // What every map must keep on any timing: properties P1 to P4, P7, P9, P11, P12, P15 and P16, each on 100,000 random
-// schedules, [long] on 1,000,000 others. (P5, P6, P8, P10, P13: budget_properties_test.cpp; P14: gate_test.cpp.)
+// schedules, [million] on 1,000,000 others. (P5, P6, P8, P10, P13: budget_properties_test.cpp; P14: gate_test.cpp.)
 
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/force_schedule.h"
@@ -389,18 +389,18 @@ TEST_CASE("P16 maps know nothing but boundaries and step counts: 100,000 schedul
 }
 TEST_CASE("what happens later changes no slot: 100,000 schedules") { for_all(kMany, causal); }
 
-TEST_CASE("P1 on a million schedules", "[long]") { for_all(kVeryMany, p1_monotone); }
-TEST_CASE("P2 on a million schedules", "[long]") { for_all(kVeryMany, p2_inverse); }
-TEST_CASE("P3 on a million schedules", "[long]") { for_all(kVeryMany, p3_continuous); }
-TEST_CASE("P3 of paper on a million timings", "[long]") { for_all_draws(kVeryMany, p3_paper); }
-TEST_CASE("P4 on a million schedules", "[long]") { for_all(kVeryMany, p4_conserved); }
-TEST_CASE("P7 on a million timings", "[long]") { for_all_draws(kVeryMany, p7_exact); }
-TEST_CASE("P9 on a million schedules", "[long]") { for_all(kVeryMany, p9_equivariant); }
-TEST_CASE("P11 on a million draws", "[long]") { for_all_draws(kVeryMany, p11_drift); }
-TEST_CASE("P12 on a million draws", "[long]") { for_all_draws(kVeryMany, p12_stable); }
-TEST_CASE("P15 on a million schedules", "[long]") { for_all(kVeryMany, p15_deterministic); }
-TEST_CASE("P16 on a million schedules", "[long]") { for_all(kVeryMany, p16_only_boundaries); }
-TEST_CASE("what happens later changes no slot on a million schedules", "[long]") { for_all(kVeryMany, causal); }
+TEST_CASE("P1 on a million schedules", "[million]") { for_all(kVeryMany, p1_monotone); }
+TEST_CASE("P2 on a million schedules", "[million]") { for_all(kVeryMany, p2_inverse); }
+TEST_CASE("P3 on a million schedules", "[million]") { for_all(kVeryMany, p3_continuous); }
+TEST_CASE("P3 of paper on a million timings", "[million]") { for_all_draws(kVeryMany, p3_paper); }
+TEST_CASE("P4 on a million schedules", "[million]") { for_all(kVeryMany, p4_conserved); }
+TEST_CASE("P7 on a million timings", "[million]") { for_all_draws(kVeryMany, p7_exact); }
+TEST_CASE("P9 on a million schedules", "[million]") { for_all(kVeryMany, p9_equivariant); }
+TEST_CASE("P11 on a million draws", "[million]") { for_all_draws(kVeryMany, p11_drift); }
+TEST_CASE("P12 on a million draws", "[million]") { for_all_draws(kVeryMany, p12_stable); }
+TEST_CASE("P15 on a million schedules", "[million]") { for_all(kVeryMany, p15_deterministic); }
+TEST_CASE("P16 on a million schedules", "[million]") { for_all(kVeryMany, p16_only_boundaries); }
+TEST_CASE("what happens later changes no slot on a million schedules", "[million]") { for_all(kVeryMany, causal); }
 
 TEST_CASE("a failing schedule is shrunk to its first failing segment, and written out with it") {
   Draw draw(4);

@@ -215,7 +215,7 @@ TEST_CASE("10 % jitter, N drawn from 14 to 16 and a drift of 10 %/s are no new p
   }
 }
 
-TEST_CASE("10 % jitter is no new pace in a million segments", "[long]") {
+TEST_CASE("10 % jitter is no new pace in a million segments", "[million]") {
   std::int64_t found = 0;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Draw draw(seed + 77);

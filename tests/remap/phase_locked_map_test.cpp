@@ -72,7 +72,7 @@ TEST_CASE("phase_locked floors its slots: thirds and sevenths of a ns, at any re
   }
 }
 
-TEST_CASE("phase_locked stays within 2 ns of the exact line for a million periodic segments", "[long]") {
+TEST_CASE("phase_locked stays within 2 ns of the exact line for a million periodic segments", "[million]") {
   PhaseLockedMap map({}, {});
   std::int64_t n = 0, worst = 0;
   for (std::int64_t k = 0; k < 1'000'000; ++k) {

@@ -122,7 +122,7 @@ TEST_CASE("a tube of no width anywhere is the path itself, and a bend is where i
   for (std::size_t n = 0; n < 30; ++n) REQUIRE(string.reads[n].ns == steps[n].begin.ns - 1);
 }
 
-TEST_CASE("the taut string of a million steps with 10 % jitter at a latency far below L*", "[long]") {
+TEST_CASE("the taut string of a million steps with 10 % jitter at a latency far below L*", "[million]") {
   Draw draw(8);
   const std::vector<StepTimes> steps = flat(jittered(draw, 0.1, 67'000));
   const Duration latency{20'000'000};

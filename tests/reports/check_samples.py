@@ -43,8 +43,3 @@ with open(folder / "underruns.csv", newline="", encoding="utf-8") as file:
 assert underruns[0] == {"strategy": "paper", "device": "left", "side": "interaction", "step": "200", "lateness_ns": "1234567",
                         "policy": "gate"}
 assert len(underruns) == 2 and underruns[1]["side"] == "force" and underruns[1]["policy"] == "hold"
-
-with open(folder / "timing.csv", newline="", encoding="utf-8") as file:
-    timing = list(csv.DictReader(file))
-assert list(timing[0]) == ["segment", "kind", "index", "begin_ns", "end_ns"]
-assert len(timing) == 30 * 16 and timing[0]["kind"] == "visualization" and timing[0]["end_ns"] == "11100000"

@@ -43,14 +43,14 @@ std::vector<std::byte> small_file() {
 
 TEST_CASE("an event log survives its file") {
   const EventFile file = through_bytes({log_of("direct", 50), log_of("ideal", 0)});
-  REQUIRE(file.strategies.size() == 2);
+  REQUIRE(file.size() == 2);
   const StrategyRecord expected = log_of("direct", 50);
-  CHECK(file.strategies[0].name == "direct");
-  CHECK(file.strategies[0].event_names == expected.event_names);
-  CHECK(file.strategies[0].trace_hash == expected.trace_hash);
-  REQUIRE(file.strategies[0].events.size() == 50);
+  CHECK(file[0].name == "direct");
+  CHECK(file[0].event_names == expected.event_names);
+  CHECK(file[0].trace_hash == expected.trace_hash);
+  REQUIRE(file[0].events.size() == 50);
   for (std::size_t i = 0; i < 50; ++i) {
-    const EventRow &a = file.strategies[0].events[i], &b = expected.events[i];
+    const EventRow &a = file[0].events[i], &b = expected.events[i];
     CHECK((a.time == b.time && a.lane == b.lane && a.name == b.name && a.chained_hash == b.chained_hash));
   }
 }
@@ -93,7 +93,7 @@ TEST_CASE("a file with any one byte changed to any other is read or refused, nev
       bytes[at] ^= static_cast<std::byte>(change);
       try {
         const EventFile file = read_events_bin(bytes);
-        for (const StrategyRecord& strategy : file.strategies) {
+        for (const StrategyRecord& strategy : file) {
           for (const EventRow& event : strategy.events) REQUIRE(event.name < strategy.event_names.size());
         }
       } catch (const std::runtime_error& error) {
@@ -151,6 +151,6 @@ TEST_CASE("a strategy that only one run has, and a hash that differs behind equa
   CHECK_THAT(first_difference(one, both)->text, Catch::Contains("only B has"));
   CHECK(first_difference(one, both)->index == -1);
   EventFile other = one;
-  other.strategies[0].trace_hash ^= 1;
+  other[0].trace_hash ^= 1;
   CHECK_THAT(first_difference(one, other)->text, Catch::Contains("trace hash"));
 }

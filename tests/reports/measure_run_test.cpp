@@ -317,7 +317,7 @@ TEST_CASE("segment_mean is the length as run, from the first segment judged whol
 TEST_CASE("a strategy of variable steps is judged over its own simulation time, and has its own solver verdicts") {
   RunRecord run = synthetic::reference_run({3'000'000'000});
   StrategyRecord& direct = strategy(run, "direct");
-  for (StepRow& step : direct.steps) step.simulated_s = 40 + seconds(step.begin - RealTime{});
+  for (StepRow& step : direct.steps) step.simulated = SimTime{40'000'000'000 + step.begin.ns};
   CHECK(value(run, "left.interaction.direct", "deviation_max") / kStep_m > 2);  // over n * slot: the burst
   CHECK_FALSE(has(run, "solver.direct", "steps_over_limit"));
   CHECK_FALSE(has(run, "solver.direct", "step_over_limit_max"));

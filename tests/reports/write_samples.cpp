@@ -25,7 +25,6 @@ int main(int argc, char** argv) {
   write("nasty.txt", synthetic::kNastyText);
   write("junit.xml", junit_xml(run, results, synthetic::kNastyText, "evenstep run 'a&b.toml' --seed 1"));
   write("series.csv", series_csv(run));
-  write("timing.csv", timing_csv(run.strategies[1]));
   write("underruns.csv", underruns_csv(run));
   write("error-over-time.svg", error_over_time_svg(synthetic::reference_run({12'000'000'000})).value());
   write("figure-1a.svg", figure_1a_svg(run, "left"));

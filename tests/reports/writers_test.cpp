@@ -106,19 +106,6 @@ TEST_CASE("colours only where asked, and never from the scenario's text") {
   CHECK(occurrences(verdict_table(synthetic::nasty_results(), true), "\x1b[") == 2 * 4);
 }
 
-TEST_CASE("timing.csv: visualization, steps and the idle rest, by time") {
-  StrategyRecord strategy;
-  strategy.segments = {{4, {0}, {100}, {{RealTime{0}, RealTime{30}}}},
-                       {5, {100}, {200}, {{RealTime{180}, RealTime{200}}}},
-                       {6, {200}, {210}, std::nullopt}};
-  strategy.steps = {{4, {30}, {50}, {}, {}}, {4, {55}, {90}, {}, {}}, {5, {110}, {180}, {}, {}}};
-  CHECK(timing_csv(strategy) ==
-        "segment,kind,index,begin_ns,end_ns\n"
-        "4,visualization,0,0,30\n4,step,0,30,50\n4,step,1,55,90\n4,idle,0,90,100\n"
-        "5,step,0,110,180\n5,visualization,0,180,200\n"
-        "6,idle,0,200,210\n");
-}
-
 TEST_CASE("series.csv quotes a name with a comma and keeps its columns") {
   RunRecord run = synthetic::reference_run({300'000'000});
   run.strategies.resize(1);
@@ -136,7 +123,7 @@ TEST_CASE("series.csv names how a step read, shows variable steps, and holds bin
   StrategyRecord& only = run.strategies[0];
   only.devices[0].steps[0].read = StepRead::gated;
   only.devices[0].steps[1].read = StepRead::predicted;
-  only.steps[1].simulated_s = 0.0625;
+  only.steps[1].simulated = SimTime{62'500'000};
   std::vector<std::string> rows = lines(series_csv(run));
   CHECK_THAT(rows[1], Contains(",gated,"));
   CHECK_THAT(rows[2], Contains(",predicted,") && !Contains(",step,1,0.0625,"));

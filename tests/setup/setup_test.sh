@@ -68,6 +68,7 @@ cat >install <<'END'
 set -euo pipefail
 repo=$1 build=$2
 source "$repo/scripts/setup.sh"
+if [[ ${WITH_TESTS-} ]]; then with_tests; fi
 install_packages
 END
 install() {
@@ -88,70 +89,85 @@ case_nothing_missing_means_no_apt_and_no_sudo() {
   expect_calls ''
   [[ ! -s err ]] || fail "something was said"
 }
+# listed LIST : the packages that a list names
+listed() { sed 's/#.*//; /^ *$/d; s/ *$//' "$source_dir/scripts/$1.txt"; }
+asked_for() { grep -q -- "^dpkg-query .* $1\( \|$\)" calls; }
+
 case_every_listed_package_is_asked_for() {
   local name
   system 0
   install
-  [[ $(grep -c . <(sed 's/#.*//; /^ *$/d' "$source_dir/scripts/packages.txt")) -ge 10 ]] || fail "no package list"
-  while read -r name _; do
-    grep -q -- "^dpkg-query .* $name\( \|$\)" calls || fail "$name is not asked for"
-  done < <(sed 's/#.*//; /^ *$/d' "$source_dir/scripts/packages.txt")
+  [[ $(listed packages | wc -l) -ge 10 ]] || fail "no package list"
+  while read -r name; do asked_for "$name" || fail "$name is not asked for"; done < <(listed packages)
+}
+case_what_only_tests_need_is_asked_for_only_by_them() {
+  local name
+  system 0 valgrind
+  install
+  expect_calls ''
+  while read -r name; do ! asked_for "$name" || fail "$name is asked for"; done < <(listed test-packages)
+  WITH_TESTS=1 install
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add valgrind")"
+  while read -r name; do asked_for "$name" || fail "$name is not asked for"; done < <(listed packages; listed test-packages)
+}
+case_no_package_is_in_both_lists() {
+  [[ -z $(comm -12 <(listed packages | sort) <(listed test-packages | sort)) ]] || fail "listed twice"
 }
 case_root_installs_exactly_what_is_missing() {
-  system 0 ninja-build catch2
+  system 0 ninja-build libglm-dev
   install
   expect_status 0
-  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add catch2 ninja-build")"
+  expect_calls "$(printf '%s\n' 'id -u' "$update" "$add libglm-dev ninja-build")"
 }
 case_each_single_missing_package_is_found() {
   local name
-  while read -r name _; do
+  while read -r name; do
     system 0 "$name"
     : >calls
-    install
+    WITH_TESTS=1 install
     expect_calls "$(printf '%s\n' 'id -u' "$update" "$add $name")"
-  done < <(sed 's/#.*//; /^ *$/d' "$source_dir/scripts/packages.txt")
+  done < <(listed packages; listed test-packages)
 }
 case_on_a_bare_system_everything_is_installed() {
   local names
-  mapfile -t names < <(sed 's/#.*//; /^ *$/d; s/ *$//' "$source_dir/scripts/packages.txt" | sort)
+  mapfile -t names < <(listed packages | sort)
   system 0 "${names[@]}"
   install
   expect_calls "$(printf '%s\n' 'id -u' "$update" "$add ${names[*]}")"
 }
 case_without_a_terminal_sudo_is_not_let_ask() {
   sudo_here accepts
-  system 1000 catch2
+  system 1000 libglm-dev
   install
   expect_status 0
-  expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true' "sudo -n $as_sudo $update" "$update" "sudo -n $as_sudo $add catch2" "$add catch2")"
+  expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true' "sudo -n $as_sudo $update" "$update" "sudo -n $as_sudo $add libglm-dev" "$add libglm-dev")"
 }
 case_on_a_terminal_sudo_may_ask() {
   command -v script >/dev/null || { echo "skipped: no script(1) to make a terminal"; exit 77; }
   sudo_here accepts
-  system 1000 catch2
+  system 1000 libglm-dev
   export source_dir work
   SHELL=/bin/bash script -qec 'PATH=$work/bin bash install "$source_dir" "$work/build" >out' err >/dev/null </dev/null
   expect_out ''
-  expect_calls "$(printf '%s\n' 'id -u' 'sudo true' "sudo $as_sudo $update" "$update" "sudo $as_sudo $add catch2" "$add catch2")"
+  expect_calls "$(printf '%s\n' 'id -u' 'sudo true' "sudo $as_sudo $update" "$update" "sudo $as_sudo $add libglm-dev" "$add libglm-dev")"
 }
 case_sudo_that_refuses_leaves_one_line_to_paste() {
   sudo_here refuses
-  system 1000 catch2 cmake
+  system 1000 libglm-dev cmake
   install
   expect_status 2
   expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true')"
-  [[ $(tail -1 err) == 'sudo apt-get update && sudo apt-get install -y --no-install-recommends catch2 cmake' ]] || fail "no line to paste"
+  [[ $(tail -1 err) == 'sudo apt-get update && sudo apt-get install -y --no-install-recommends cmake libglm-dev' ]] || fail "no line to paste"
 }
 case_without_sudo_the_line_to_paste_uses_su() {
-  system 1000 catch2
+  system 1000 libglm-dev
   install
   expect_status 2
   expect_calls 'id -u'
-  [[ $(tail -1 err) == "su -c 'apt-get update && apt-get install -y --no-install-recommends catch2'" ]] || fail "no line to paste"
+  [[ $(tail -1 err) == "su -c 'apt-get update && apt-get install -y --no-install-recommends libglm-dev'" ]] || fail "no line to paste"
 }
 case_a_failing_update_is_said_and_nothing_is_installed() {
-  system 0 catch2
+  system 0 libglm-dev
   echo update >apt_fails
   install
   expect_status 2
@@ -160,7 +176,7 @@ case_a_failing_update_is_said_and_nothing_is_installed() {
   expect_calls "$(printf '%s\n' 'id -u' "$update")"
 }
 case_a_failing_install_is_said() {
-  system 0 catch2
+  system 0 libglm-dev
   echo install >apt_fails
   install
   expect_status 2
@@ -168,12 +184,12 @@ case_a_failing_install_is_said() {
   expect_err 'apt-get install failed'
 }
 case_a_lock_that_another_program_holds_is_waited_for() {
-  system 0 catch2
+  system 0 libglm-dev
   printf 'once\ntwice\n' >lock_held
   install
   expect_status 0
   expect_err 'another program is using apt-get'
-  expect_calls "$(printf '%s\n' 'id -u' "$update" 'sleep 5' "$update" 'sleep 5' "$update" "$add catch2")"
+  expect_calls "$(printf '%s\n' 'id -u' "$update" 'sleep 5' "$update" 'sleep 5' "$update" "$add libglm-dev")"
 }
 case_elsewhere_than_on_debian_the_packages_are_named_and_the_build_goes_on() {
   system 0
@@ -182,7 +198,7 @@ case_elsewhere_than_on_debian_the_packages_are_named_and_the_build_goes_on() {
   expect_status 0
   expect_calls ''
   expect_err 'not a Debian system'
-  expect_err 'catch2'
+  expect_err 'libglm-dev'
 }
 
 # --- a stand-in for the project ---------------------------------------------------------------------------------------
@@ -214,7 +230,10 @@ add_custom_command(OUTPUT ${program} DEPENDS ${CMAKE_SOURCE_DIR}/evenstep VERBAT
 file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/apps)
 file(GLOB checked_by_every_build CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/scenarios/*)
 add_custom_target(evenstep ALL DEPENDS ${program})
-foreach(name IN ITEMS faults test_clock test_scheduler test_remap test_remapper test_harness)
+option(EVENSTEP_BUILD_TESTS "" ON)
+if(EVENSTEP_BUILD_TESTS)
+find_package(OnlyTestsNeedThis REQUIRED PATHS ${CMAKE_SOURCE_DIR} NO_DEFAULT_PATH)
+foreach(name IN ITEMS faults test_clock test_scheduler test_ring test_remapper test_harness)
   add_custom_target(${name})
 endforeach()
 enable_testing()
@@ -223,7 +242,13 @@ add_test(NAME "clock: breakable" COMMAND test ! -e ${CMAKE_SOURCE_DIR}/broken)
 add_test(NAME "setup: not under sanitizers" COMMAND test ${CMAKE_BINARY_DIR} = ${CMAKE_SOURCE_DIR}/build)
 add_test(NAME slow COMMAND true)
 set_tests_properties(slow PROPERTIES LABELS long)
+foreach(label IN ITEMS million mutation newcomer)
+  add_test(NAME ${label} COMMAND true)
+  set_tests_properties(${label} PROPERTIES LABELS ${label})
+endforeach()
+endif()
 END
+  touch "$1/OnlyTestsNeedThisConfig.cmake"
   stand_in dpkg-query <<<'shift 3; printf "installed %s\n" "$@"'
   PATH=$work/bin:$PATH
 }
@@ -362,9 +387,38 @@ case_tests_are_run_without_the_long_ones_unless_asked_for() {
   expect_status 0
   grep -q '100% tests passed, 0 tests failed out of 3' out || fail "not three tests"
   call env EVENSTEP_LONG=1 c/test.sh
-  grep -q '100% tests passed, 0 tests failed out of 4' out || fail "not four tests"
+  grep -q '100% tests passed, 0 tests failed out of 7' out || fail "not seven tests"
   call c/test.sh -R short
   grep -q '100% tests passed, 0 tests failed out of 1' out || fail "arguments do not reach ctest"
+}
+case_running_needs_nothing_that_only_tests_need() {
+  clone c
+  rm c/OnlyTestsNeedThisConfig.cmake
+  call c/run.sh a
+  expect_status 0
+  expect_out '[a]'
+  call c/test.sh
+  expect_status 2
+  expect_err OnlyTestsNeedThis
+}
+case_the_program_and_the_tests_take_turns_in_one_build() {
+  clone c
+  call c/run.sh a
+  call c/test.sh -R short
+  expect_status 0
+  expect_err 'configuring'
+  call c/run.sh a
+  call c/test.sh -R short
+  expect_status 0
+  [[ ! -s err ]] || fail "something is said when nothing is to do"
+  [[ $(wc -l <c/build/builds) == 1 ]] || fail "the program was built again"
+}
+case_a_benchmark_begins_with_a_bare_clone_too() {
+  clone c
+  call c/scripts/bench.sh no-such-table
+  expect_status 2
+  expect_err 'configuring'
+  expect_err "no table 'no-such-table'"
 }
 case_a_failing_test_and_no_test_at_all_are_failures() {
   clone c
@@ -381,6 +435,8 @@ case_the_check_counts_tests_and_scenarios() {
   expect_status 0
   # Tests: 4 (the long one too), 2 under asan-ubsan, 1 under tsan; 2 runs in each of 7 stages.
   [[ $(tail -1 out) == '21 passed, 0 failed' ]] || fail "not 7 tests and 14 runs"
+  grep -qE '^ +[0-9]+ s  scenarios: all, catalogue' out || fail "no seconds of a stage"
+  grep -qE '^ +[0-9.]+ s  tsan, clock: breakable$' out || fail "no slowest tests"
   grep -q '^dpkg-query .* oclgrind' calls || fail "the packages of .ci/packages.txt are not asked for"
 }
 case_the_check_counts_what_failed() {

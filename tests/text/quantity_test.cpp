@@ -13,10 +13,10 @@ using Catch::Contains;
 
 namespace {
 std::int64_t ns(std::string_view text) {
-  const Parsed<Duration> parsed = parse_duration(text);
-  INFO(text << ": " << parsed.error);
+  const Result<Duration> parsed = parse_duration(text);
+  INFO(text << ": " << parsed.error());
   REQUIRE(parsed.ok());
-  return parsed.value.ns;
+  return parsed->ns;
 }
 }  // namespace
 
@@ -84,17 +84,17 @@ TEST_CASE("A duration that cannot be meant is refused with the remedy") {
   };
   for (const auto& row : rows) {
     INFO(row.text);
-    CHECK_THAT(parse_duration(row.text).error, Contains(row.error));
+    CHECK_THAT(parse_duration(row.text).error(), Contains(row.error));
   }
 }
 
 TEST_CASE("Nominal times are units of time once the timing table is known, with or without a plural s") {
   const NominalUnits nominal{{33'333'333}, {11'100'000}, {2'222'222}, {1'482'222}, true};
-  CHECK(parse_duration("8 segments", nominal).value.ns == 8 * 33'333'333LL);
-  CHECK(parse_duration("1 segment", nominal).value.ns == 33'333'333);
-  CHECK(parse_duration("0.5 visualization", nominal).value.ns == 5'550'000);
-  CHECK(parse_duration("3 slots", nominal).value.ns == 6'666'666);
-  CHECK(parse_duration("2 step_run_times", nominal).value.ns == 2'964'444);
+  CHECK(parse_duration("8 segments", nominal)->ns == 8 * 33'333'333LL);
+  CHECK(parse_duration("1 segment", nominal)->ns == 33'333'333);
+  CHECK(parse_duration("0.5 visualization", nominal)->ns == 5'550'000);
+  CHECK(parse_duration("3 slots", nominal)->ns == 6'666'666);
+  CHECK(parse_duration("2 step_run_times", nominal)->ns == 2'964'444);
   CHECK_FALSE(parse_duration("1e9 segments", nominal).ok());
   CHECK_FALSE(parse_duration("1 mss", nominal).ok());  // symbols take no plural
 }
@@ -110,16 +110,16 @@ TEST_CASE("A rate is an exact fraction in lowest terms") {
   };
   for (const auto& row : rows) {
     INFO(row.text);
-    const Parsed<Rate> parsed = parse_rate(row.text);
-    REQUIRE(parsed.error == "");
-    CHECK(parsed.value == row.rate);
+    const Result<Rate> parsed = parse_rate(row.text);
+    REQUIRE(parsed.error() == "");
+    CHECK(*parsed == row.rate);
   }
   for (const char* bad :
        {"0 Hz", "-1 Hz", "1/0 Hz", "30", "30 hz", "30 ms", "2e9 Hz", "1e-7 Hz", "1/ Hz", "nan Hz", "1e-30 Hz", "1e30 kHz"}) {
     INFO(bad);
     CHECK_FALSE(parse_rate(bad).ok());
   }
-  CHECK_THAT(parse_rate("30 hz").error, Contains("did you mean 'Hz'?"));
+  CHECK_THAT(parse_rate("30 hz").error(), Contains("did you mean 'Hz'?"));
 }
 
 TEST_CASE("An SI value is the double nearest to what is written") {
@@ -138,9 +138,9 @@ TEST_CASE("An SI value is the double nearest to what is written") {
   };
   for (const auto& row : rows) {
     INFO(row.text);
-    const Parsed<double> parsed = parse_si(row.text, row.dimension);
-    REQUIRE(parsed.error == "");
-    CHECK(parsed.value == row.value);
+    const Result<double> parsed = parse_si(row.text, row.dimension);
+    REQUIRE(parsed.error() == "");
+    CHECK(*parsed == row.value);
   }
   CHECK_FALSE(parse_si("0.1 m", D::none).ok());
   CHECK_FALSE(parse_si("0.1", D::length).ok());
@@ -160,26 +160,26 @@ TEST_CASE("Each unit measures exactly one dimension") {
 }
 
 TEST_CASE("A limit keeps its number and unit; its factor is resolved later") {
-  const Parsed<Limit> limit = parse_limit("1e-6 steps");
+  const Result<Limit> limit = parse_limit("1e-6 steps");
   REQUIRE(limit.ok());
-  CHECK(limit.value.number == 1e-6);
-  CHECK(limit.value.unit == "step");
-  CHECK(parse_limit("12").value.unit.empty());
-  CHECK_THAT(parse_limit("1 stepp").error, Contains("did you mean 'step'?"));
+  CHECK(limit->number == 1e-6);
+  CHECK(limit->unit == "step");
+  CHECK(parse_limit("12")->unit.empty());
+  CHECK_THAT(parse_limit("1 stepp").error(), Contains("did you mean 'step'?"));
   CHECK_FALSE(parse_limit("lots").ok());
 
   const NominalUnits nominal{{33'333'333}, {11'100'000}, {2'222'222}, {1'482'222}, true};
-  CHECK(unit_factor("step", "m", 2.5e-4, nominal).value == 2.5e-4);
-  CHECK(unit_factor("ms", "s", 0, nominal).value == 1e-3);
-  CHECK(unit_factor("segment", "s", 0, nominal).value == seconds(nominal.segment));
-  CHECK(unit_factor("%", "1", 0, nominal).value == 0.01);
-  CHECK(unit_factor("", "count", 0, nominal).value == 1);
-  CHECK(unit_factor("mN", "N", 0, nominal).value == 1e-3);
-  CHECK_THAT(unit_factor("step", "m", 0, nominal).error, Contains("nominal speed"));
-  CHECK_THAT(unit_factor("step", "s", 1, nominal).error, Contains("a length or a force"));
-  CHECK_THAT(unit_factor("", "s", 0, nominal).error, Contains("needs a unit"));
-  CHECK_THAT(unit_factor("ms", "m", 0, nominal).error, Contains("'ms' is a unit of time, not of length"));
-  CHECK_THAT(unit_factor("segment", "s", 0, {}).error, Contains("not known"));
+  CHECK(*unit_factor("step", "m", 2.5e-4, nominal) == 2.5e-4);
+  CHECK(*unit_factor("ms", "s", 0, nominal) == 1e-3);
+  CHECK(*unit_factor("segment", "s", 0, nominal) == seconds(nominal.segment));
+  CHECK(*unit_factor("%", "1", 0, nominal) == 0.01);
+  CHECK(*unit_factor("", "count", 0, nominal) == 1);
+  CHECK(*unit_factor("mN", "N", 0, nominal) == 1e-3);
+  CHECK_THAT(unit_factor("step", "m", 0, nominal).error(), Contains("nominal speed"));
+  CHECK_THAT(unit_factor("step", "s", 1, nominal).error(), Contains("a length or a force"));
+  CHECK_THAT(unit_factor("", "s", 0, nominal).error(), Contains("needs a unit"));
+  CHECK_THAT(unit_factor("ms", "m", 0, nominal).error(), Contains("'ms' is a unit of time, not of length"));
+  CHECK_THAT(unit_factor("segment", "s", 0, {}).error(), Contains("not known"));
 }
 
 TEST_CASE("A rate of a long recording is within 1 / (den * 9e9) of the quotient and its denominator times 1e9 fits int64") {

@@ -60,12 +60,12 @@ RunOutcome live_run(bool forces, const std::atomic<bool>* interrupted = nullptr,
                   std::nullopt};
   set.set.insert(set.set.end(), more.begin(), more.end());
   const ReadResult read = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml", set);
-  for (const Diagnostic& error : read.errors) FAIL(text(error));
+  for (const Diagnostic& error : read.error_or({})) FAIL(text(error));
   RunOptions options;
   options.clock = ClockKind::wall;
   options.control.interrupted = interrupted;
   options.devices = {{{"left", "/dev/hidraw0"}}, forces};
-  return run_scenario(*read.scenario, options);
+  return run_scenario(*read, options);
 }
 
 }  // namespace

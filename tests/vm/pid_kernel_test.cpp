@@ -33,7 +33,7 @@ PidOptions pid_options() {
 }
 
 PidLayout layout_of(const HidTransport& transport) {
-  return *pid_layout(parse_report_descriptor(transport.report_descriptor()).value).layout;
+  return *pid_layout(*parse_report_descriptor(transport.report_descriptor()));
 }
 
 struct Bench {

@@ -65,16 +65,16 @@ WholeNs whole_ns(Decimal number, __int128 unit_ns) {
 }
 
 /// The unit of `wanted`, or the error.
-Parsed<const Unit*> unit_of(const internal::NumberAndUnit& split, std::string_view text, Dimension wanted) {
+Result<const Unit*> unit_of(const internal::NumberAndUnit& split, std::string_view text, Dimension wanted) {
   const internal::DimensionInfo& dimension = internal::info(wanted);
   if (!split.error.empty())
-    return {nullptr, fmt::format("{}; write a {} such as \"{}\"", split.error, dimension.name, dimension.example)};
+    return Failure(fmt::format("{}; write a {} such as \"{}\"", split.error, dimension.name, dimension.example));
   if (split.unit.empty()) {
-    return {nullptr, fmt::format("'{}' has no unit; write a {} such as \"{}\"", text, dimension.name, dimension.example)};
+    return Failure(fmt::format("'{}' has no unit; write a {} such as \"{}\"", text, dimension.name, dimension.example));
   }
   const Unit* unit = internal::find_unit(split.unit);
-  if (unit == nullptr || unit->dimension != wanted) return {nullptr, internal::not_a_unit(split.unit, wanted)};
-  return {unit, {}};
+  if (unit == nullptr || unit->dimension != wanted) return Failure(internal::not_a_unit(split.unit, wanted));
+  return unit;
 }
 
 bool is_fraction(const internal::NumberAndUnit& split) { return split.divisor.mantissa != 1 || split.divisor.exponent != 0; }
@@ -82,38 +82,38 @@ const char* const kOnlyRatesAreFractions = "only a rate may be a fraction; write
 
 }  // namespace
 
-Parsed<Duration> parse_duration(std::string_view text, const NominalUnits& nominal) {
+Result<Duration> parse_duration(std::string_view text, const NominalUnits& nominal) {
   const internal::NumberAndUnit split = internal::split_number(text);
-  const Parsed<const Unit*> unit = unit_of(split, text, Dimension::time);
-  if (!unit.ok()) return {{}, unit.error};
-  if (is_fraction(split)) return {{}, fmt::format("'{}': {}", text, kOnlyRatesAreFractions)};
+  const Result<const Unit*> unit = unit_of(split, text, Dimension::time);
+  if (!unit) return Failure(unit.error());
+  if (is_fraction(split)) return Failure(fmt::format("'{}': {}", text, kOnlyRatesAreFractions));
 
   WholeNs value;
-  if (const Duration* length = nominal_length(nominal, unit.value->kind)) {
+  if (const Duration* length = nominal_length(nominal, (*unit)->kind)) {
     if (!nominal.known)
-      return {{}, fmt::format("'{}' is not known here: [timing] itself defines it; write the time in ms", split.unit)};
+      return Failure(fmt::format("'{}' is not known here: [timing] itself defines it; write the time in ms", split.unit));
     value = whole_ns(split.number, length->ns);  // nominal times are rounded down themselves, so this is no error
   } else {
     Decimal number = split.number;
-    number.exponent += unit.value->exponent;
-    value = whole_ns(number, unit.value->scale * kNsPerSecond);
-    if (!value.exact) return {{}, fmt::format("'{}' is finer than 1 ns, the resolution of time here", text)};
+    number.exponent += (*unit)->exponent;
+    value = whole_ns(number, (*unit)->scale * kNsPerSecond);
+    if (!value.exact) return Failure(fmt::format("'{}' is finer than 1 ns, the resolution of time here", text));
   }
   if (value.ns > kLongest_ns || value.ns < -kLongest_ns)
-    return {{}, fmt::format("'{}' is longer than 1e6 s, the longest time here", text)};
-  return {Duration{value.ns}, {}};
+    return Failure(fmt::format("'{}' is longer than 1e6 s, the longest time here", text));
+  return Duration{value.ns};
 }
 
-Parsed<Rate> parse_rate(std::string_view text) {
+Result<Rate> parse_rate(std::string_view text) {
   const internal::NumberAndUnit split = internal::split_number(text);
-  const Parsed<const Unit*> unit = unit_of(split, text, Dimension::rate);
-  if (!unit.ok()) return {{}, unit.error};
-  if (split.number.mantissa <= 0) return {{}, fmt::format("'{}' is not above 0 Hz", text)};
+  const Result<const Unit*> unit = unit_of(split, text, Dimension::rate);
+  if (!unit) return Failure(unit.error());
+  if (split.number.mantissa <= 0) return Failure(fmt::format("'{}' is not above 0 Hz", text));
 
   // 1 mHz .. 1 GHz (a period of 1 ns); both parts below 1e18 and the denominator below 1e9, so that den * 1e9 fits int64.
-  const int exponent = split.number.exponent + unit.value->exponent - split.divisor.exponent;
+  const int exponent = split.number.exponent + (*unit)->exponent - split.divisor.exponent;
   const std::string out_of_range = fmt::format("'{}' is not between 1 uHz and 1 GHz with at most 9 decimals", text);
-  if (exponent > 18 || exponent < -18) return {{}, out_of_range};
+  if (exponent > 18 || exponent < -18) return Failure(out_of_range);
   __int128 num = split.number.mantissa, den = split.divisor.mantissa;
   __int128& scaled = exponent < 0 ? den : num;
   scaled *= power_of_ten(exponent < 0 ? -exponent : exponent);
@@ -121,59 +121,59 @@ Parsed<Rate> parse_rate(std::string_view text) {
   num /= divisor;
   den /= divisor;
   constexpr __int128 kGiga = 1'000'000'000;
-  if (den > kGiga || num > kGiga * kGiga || num > den * kGiga || num * 1'000'000 < den) return {{}, out_of_range};
-  return {Rate{static_cast<std::int64_t>(num), static_cast<std::int64_t>(den)}, {}};
+  if (den > kGiga || num > kGiga * kGiga || num > den * kGiga || num * 1'000'000 < den) return Failure(out_of_range);
+  return Rate{static_cast<std::int64_t>(num), static_cast<std::int64_t>(den)};
 }
 
-Parsed<double> parse_si(std::string_view text, Dimension dimension) {
+Result<double> parse_si(std::string_view text, Dimension dimension) {
   const internal::NumberAndUnit split = internal::split_number(text);
-  if (split.error.empty() && is_fraction(split)) return {{}, fmt::format("'{}': {}", text, kOnlyRatesAreFractions)};
+  if (split.error.empty() && is_fraction(split)) return Failure(fmt::format("'{}': {}", text, kOnlyRatesAreFractions));
   if (dimension == Dimension::none) {
-    if (!split.error.empty()) return {{}, split.error};
-    if (!split.unit.empty()) return {{}, fmt::format("'{}': a plain number has no unit", text)};
-    return {internal::to_double(split.number), {}};
+    if (!split.error.empty()) return Failure(split.error);
+    if (!split.unit.empty()) return Failure(fmt::format("'{}': a plain number has no unit", text));
+    return internal::to_double(split.number);
   }
-  const Parsed<const Unit*> unit = unit_of(split, text, dimension);
-  if (!unit.ok()) return {{}, unit.error};
-  if (unit.value->kind != UnitKind::plain)
-    return {{}, fmt::format("'{}' is a nominal time; write the time in ms", split.unit)};
-  const Decimal scaled{split.number.mantissa, split.number.exponent + unit.value->exponent};
-  return {internal::to_double(scaled) * static_cast<double>(unit.value->scale), {}};
+  const Result<const Unit*> unit = unit_of(split, text, dimension);
+  if (!unit) return Failure(unit.error());
+  if ((*unit)->kind != UnitKind::plain)
+    return Failure(fmt::format("'{}' is a nominal time; write the time in ms", split.unit));
+  const Decimal scaled{split.number.mantissa, split.number.exponent + (*unit)->exponent};
+  return internal::to_double(scaled) * static_cast<double>((*unit)->scale);
 }
 
-Parsed<Limit> parse_limit(std::string_view text) {
+Result<Limit> parse_limit(std::string_view text) {
   const internal::NumberAndUnit split = internal::split_number(text);
-  if (!split.error.empty()) return {{}, fmt::format("{}; write a limit such as \"4 step\", \"12 ms\" or 0", split.error)};
-  if (is_fraction(split)) return {{}, fmt::format("'{}': {}", text, kOnlyRatesAreFractions)};
+  if (!split.error.empty()) return Failure(fmt::format("{}; write a limit such as \"4 step\", \"12 ms\" or 0", split.error));
+  if (is_fraction(split)) return Failure(fmt::format("'{}': {}", text, kOnlyRatesAreFractions));
   const bool step = split.unit == "step" || split.unit == "steps";
   if (!split.unit.empty() && !step && internal::find_unit(split.unit) == nullptr) {
-    return {{}, internal::not_a_unit(split.unit, Dimension::none)};
+    return Failure(internal::not_a_unit(split.unit, Dimension::none));
   }
-  return {Limit{internal::to_double(split.number), step ? "step" : std::string(split.unit)}, {}};
+  return Limit{internal::to_double(split.number), step ? "step" : std::string(split.unit)};
 }
 
-Parsed<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal) {
+Result<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal) {
   if (base == "count") base = "1";
   if (unit.empty() || unit == base) {
-    if (base == "1" || unit == base) return {1.0, {}};
-    return {{}, fmt::format("a limit on '{}' needs a unit, such as '{}'", base, base)};
+    if (base == "1" || unit == base) return 1.0;
+    return Failure(fmt::format("a limit on '{}' needs a unit, such as '{}'", base, base));
   }
   if (unit == "step") {
-    if (base != "m" && base != "N") return {{}, fmt::format("'step' measures a length or a force, not '{}'", base)};
+    if (base != "m" && base != "N") return Failure(fmt::format("'step' measures a length or a force, not '{}'", base));
     if (!(step_value > 0))
-      return {{}, "'step' has no value here: it needs a motion with a nominal speed (and, for force, a stiffness)"};
-    return {step_value, {}};
+      return Failure("'step' has no value here: it needs a motion with a nominal speed (and, for force, a stiffness)");
+    return step_value;
   }
   const Dimension wanted = base == "1"                    ? Dimension::ratio
                            : internal::info_of_base(base) ? internal::info_of_base(base)->dimension
                                                           : Dimension::none;
   const Unit* found = internal::find_unit(unit);
-  if (found == nullptr || found->dimension != wanted) return {{}, internal::not_a_unit(unit, wanted)};
+  if (found == nullptr || found->dimension != wanted) return Failure(internal::not_a_unit(unit, wanted));
   if (const Duration* length = nominal_length(nominal, found->kind)) {
-    if (!nominal.known) return {{}, fmt::format("'{}' is not known here", unit)};
-    return {seconds(*length), {}};
+    if (!nominal.known) return Failure(fmt::format("'{}' is not known here", unit));
+    return seconds(*length);
   }
-  return {internal::to_double({found->scale, found->exponent}), {}};
+  return internal::to_double({found->scale, found->exponent});
 }
 
 }  // namespace evenstep

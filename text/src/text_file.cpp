@@ -31,15 +31,15 @@ std::string open_file(const std::string& path, std::ifstream& stream) {
 
 }  // namespace
 
-TextFile read_text_file(const std::string& path, std::int64_t most_bytes) {
-  TextFile file;
+Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes) {
+  std::string text;
   TextPieces pieces(path, most_bytes);
   std::error_code size_error;
   const std::uintmax_t size = pieces.error().empty() ? std::filesystem::file_size(path, size_error) : 0;
-  if (!size_error) file.text.reserve(std::min(size, static_cast<std::uintmax_t>(most_bytes)));
-  for (std::string_view piece = pieces.next(); !piece.empty(); piece = pieces.next()) file.text += piece;
-  if (!pieces.error().empty()) return {{}, pieces.error()};
-  return file;
+  if (!size_error) text.reserve(std::min(size, static_cast<std::uintmax_t>(most_bytes)));
+  for (std::string_view piece = pieces.next(); !piece.empty(); piece = pieces.next()) text += piece;
+  if (!pieces.error().empty()) return Failure(pieces.error());
+  return text;
 }
 
 TextPieces::TextPieces(const std::string& path, std::int64_t most_bytes) : most_bytes_(most_bytes), left_bytes_(most_bytes) {

@@ -127,12 +127,12 @@ struct HidapiTransport::State {
       if (internal::hidraw_name(device.info.path) == name) listing = std::move(device);
     }
     if (listing.info.path.empty()) throw DeviceError(path + ": the system does not list it; `evenstep devices` lists what is there");
-    ParsedDescriptor parsed = parse_report_descriptor(listing.report_descriptor);
-    if (parsed.error) {
+    auto parsed = parse_report_descriptor(listing.report_descriptor);
+    if (!parsed) {
       throw DeviceError(fmt::format("{}: byte {} of its report descriptor: {}; without it no report can be sent safely", path,
-                                    parsed.error->offset, parsed.error->message));
+                                    parsed.error().offset, parsed.error().message));
     }
-    descriptor = std::move(parsed.value);
+    descriptor = *std::move(parsed);
     Handles handles = open_handles(listing.info);
     reader = std::move(handles.reader);
     writer = std::move(handles.writer);

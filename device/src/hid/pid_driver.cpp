@@ -323,8 +323,12 @@ void PidDriver::take_state(std::span<const std::byte> bytes) {
   const auto flag = [&](const std::optional<PidValue>& value) {
     return value ? std::optional(get(bytes, *value) != 0) : std::nullopt;
   };
-  state_ = {flag(layout.paused),          flag(layout.actuators_enabled), flag(layout.safety_switch),
-            flag(layout.override_switch), flag(layout.actuator_power),    flag(layout.effect_playing)};
+  state_ = {.paused = flag(layout.paused),
+            .actuators_enabled = flag(layout.actuators_enabled),
+            .safety_switch = flag(layout.safety_switch),
+            .override_switch = flag(layout.override_switch),
+            .actuator_power = flag(layout.actuator_power),
+            .effect_playing = flag(layout.effect_playing)};
 }
 
 void PidDriver::require_writable() const {

@@ -204,15 +204,15 @@ std::optional<PidSetCondition> set_condition_of(const ReportDescriptor& descript
   const Scope scope(descriptor, ReportType::output, kSetCondition);
   const auto block = scope.value(kBlock), coefficient = scope.value(kPositiveCoefficient);
   if (!block || !coefficient) return std::nullopt;
-  return PidSetCondition{scope.report(),
-                         *block,
-                         *coefficient,
-                         scope.value(kParameterBlock),
-                         scope.value(kCenter),
-                         scope.value(kNegativeCoefficient),
-                         scope.value(kPositiveSaturation),
-                         scope.value(kNegativeSaturation),
-                         scope.value(kDeadBand)};
+  return PidSetCondition{.report = scope.report(),
+                         .block = *block,
+                         .positive_coefficient = *coefficient,
+                         .parameter_block = scope.value(kParameterBlock),
+                         .center = scope.value(kCenter),
+                         .negative_coefficient = scope.value(kNegativeCoefficient),
+                         .positive_saturation = scope.value(kPositiveSaturation),
+                         .negative_saturation = scope.value(kNegativeSaturation),
+                         .dead_band = scope.value(kDeadBand)};
 }
 
 /// Devices differ in the collection around the commands (0x95 or 0x96), so this searches for the commands themselves.
@@ -221,9 +221,13 @@ std::optional<PidDeviceControl> device_control_of(const ReportDescriptor& descri
     const Scope scope(descriptor, ReportType::output, collection);
     const auto command = [&](Usage usage) { return scope.choice(usage); };
     if (!command(kEnableActuators) && !command(kStopAll) && !command(kReset)) continue;
-    return PidDeviceControl{scope.report(),    command(kEnableActuators), command(kDisableActuators),
-                            command(kStopAll), command(kReset),           command(kPause),
-                            command(kResume)};
+    return PidDeviceControl{.report = scope.report(),
+                            .enable_actuators = command(kEnableActuators),
+                            .disable_actuators = command(kDisableActuators),
+                            .stop_all = command(kStopAll),
+                            .reset = command(kReset),
+                            .pause = command(kPause),
+                            .resume = command(kResume)};
   }
   return std::nullopt;
 }
@@ -239,27 +243,34 @@ std::optional<PidBlockLoad> block_load_of(const ReportDescriptor& descriptor) {
   const Scope scope(descriptor, ReportType::feature, kBlockLoad);
   const auto block = scope.value(kBlock);
   if (!block) return std::nullopt;
-  return PidBlockLoad{
-      scope.report(), *block, scope.choice(kSuccess), scope.choice(kFull), scope.choice(kError), scope.value(kRamAvailable)};
+  return PidBlockLoad{.report = scope.report(),
+                      .block = *block,
+                      .success = scope.choice(kSuccess),
+                      .full = scope.choice(kFull),
+                      .error = scope.choice(kError),
+                      .ram_available = scope.value(kRamAvailable)};
 }
 
 std::optional<PidPoolLayout> pool_of(const ReportDescriptor& descriptor) {
   const Scope scope(descriptor, ReportType::feature, kPool);
   if (!scope.exists()) return std::nullopt;
-  return PidPoolLayout{scope.report(), scope.value(kRamSize), scope.value(kSimultaneous), scope.value(kDeviceManaged)};
+  return PidPoolLayout{.report = scope.report(),
+                       .ram_size = scope.value(kRamSize),
+                       .simultaneous = scope.value(kSimultaneous),
+                       .device_managed = scope.value(kDeviceManaged)};
 }
 
 std::optional<PidStateLayout> state_of(const ReportDescriptor& descriptor) {
   const Scope scope(descriptor, ReportType::input, kState);
   if (!scope.exists()) return std::nullopt;
-  return PidStateLayout{scope.report(),
-                        scope.value(kPaused),
-                        scope.value(kActuatorsEnabled),
-                        scope.value(kSafetySwitch),
-                        scope.value(kOverrideSwitch),
-                        scope.value(kActuatorPower),
-                        scope.value(kEffectPlaying),
-                        scope.value(kBlock)};
+  return PidStateLayout{.report = scope.report(),
+                        .paused = scope.value(kPaused),
+                        .actuators_enabled = scope.value(kActuatorsEnabled),
+                        .safety_switch = scope.value(kSafetySwitch),
+                        .override_switch = scope.value(kOverrideSwitch),
+                        .actuator_power = scope.value(kActuatorPower),
+                        .effect_playing = scope.value(kEffectPlaying),
+                        .block = scope.value(kBlock)};
 }
 
 template <class Single>
@@ -288,9 +299,9 @@ std::array<std::optional<PidPosition>, pid::kAxes> positions_of(const ReportDesc
 
 }  // namespace
 
-PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor) {
-  PidLayoutOrMissing result;
-  Requirements needs(result.missing);
+Result<PidLayout, std::vector<std::string>> pid_layout(const ReportDescriptor& descriptor) {
+  std::vector<std::string> missing;
+  Requirements needs(missing);
   PidLayout layout;
   layout.position = positions_of(descriptor);
   for (const HidReport& report : descriptor.reports) {
@@ -307,8 +318,8 @@ PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor) {
   layout.block_load = block_load_of(descriptor);
   layout.pool = pool_of(descriptor);
   layout.state = state_of(descriptor);
-  if (result.missing.empty()) result.layout = std::move(layout);
-  return result;
+  if (!missing.empty()) return Failure(std::move(missing));
+  return layout;
 }
 
 bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_t wanted) {

@@ -61,7 +61,7 @@ std::int32_t unit_exponent(std::int32_t raw) { return raw >= 8 && raw <= 15 ? ra
 class Parser {
  public:
   explicit Parser(std::span<const std::byte> bytes) : bytes_(bytes) {}
-  ParsedDescriptor parse();
+  Result<ReportDescriptor, DescriptorError> parse();
 
  private:
   using Refusal = std::optional<std::string>;
@@ -91,26 +91,25 @@ class Parser {
   std::int32_t open_ = -1;  // the innermost open collection
 };
 
-ParsedDescriptor Parser::parse() {
-  if (bytes_.empty() || bytes_.size() > kMaxDescriptor) {
-    return {{},
-            DescriptorError{0, fmt::format("a report descriptor has 1 to {} bytes, not {}", kMaxDescriptor, bytes_.size())}};
-  }
+Result<ReportDescriptor, DescriptorError> Parser::parse() {
+  const auto refuse = [](std::size_t offset, std::string message) {
+    return Failure(DescriptorError{offset, std::move(message)});
+  };
+  if (bytes_.empty() || bytes_.size() > kMaxDescriptor)
+    return refuse(0, fmt::format("a report descriptor has 1 to {} bytes, not {}", kMaxDescriptor, bytes_.size()));
   while (at_ < bytes_.size()) {
     Item item;
-    if (auto error = fetch(item)) return {{}, std::move(error)};
-    if (auto refusal = take(item)) return {{}, DescriptorError{item.offset, *std::move(refusal)}};
+    if (auto error = fetch(item)) return Failure(*std::move(error));
+    if (auto refusal = take(item)) return refuse(item.offset, *std::move(refusal));
   }
-  if (open_ >= 0)
-    return {{}, DescriptorError{bytes_.size(), "a collection is still open: an End Collection (C0) is missing"}};
-  if (locals_.in_delimiter)
-    return {{}, DescriptorError{bytes_.size(), "a delimiter is still open: its close (A9 00) is missing"}};
-  return {std::move(found_), std::nullopt};
+  if (open_ >= 0) return refuse(bytes_.size(), "a collection is still open: an End Collection (C0) is missing");
+  if (locals_.in_delimiter) return refuse(bytes_.size(), "a delimiter is still open: its close (A9 00) is missing");
+  return std::move(found_);
 }
 
 std::optional<DescriptorError> Parser::fetch(Item& item) {
   const auto prefix = std::to_integer<unsigned>(bytes_[at_]);
-  item = {at_, prefix >> 2 & 3, prefix >> 4, (prefix & 3) == 3 ? 4 : prefix & 3, 0};
+  item = {.offset = at_, .type = prefix >> 2 & 3, .tag = prefix >> 4, .size = (prefix & 3) == 3 ? 4 : prefix & 3};
   if (item.tag == kLongTag)
     return DescriptorError{at_, fmt::format("long item ({:02X}): only short items are supported", prefix)};
   ++at_;
@@ -326,7 +325,7 @@ Parser::Refusal Parser::add_usages(std::uint32_t first, std::uint32_t count, uns
 
 }  // namespace
 
-ParsedDescriptor parse_report_descriptor(std::span<const std::byte> bytes) { return Parser(bytes).parse(); }
+Result<ReportDescriptor, DescriptorError> parse_report_descriptor(std::span<const std::byte> bytes) { return Parser(bytes).parse(); }
 
 void UsageList::add(std::uint32_t first, std::uint32_t count) {
   if (count == 0) return;

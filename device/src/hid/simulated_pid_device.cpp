@@ -15,18 +15,6 @@ namespace {
 constexpr std::uint64_t kPaused = 1, kEnabled = 2, kSafety = 4, kPower = 8, kPlaying = 16, kIsState = 32;
 constexpr int kBlockShift = 8;
 
-ReportDescriptor parsed(std::span<const std::byte> descriptor) {
-  ParsedDescriptor result = parse_report_descriptor(descriptor);
-  assert(!result.error);
-  return std::move(result.value);
-}
-
-PidLayout layout_of(const ReportDescriptor& descriptor) {
-  const PidLayoutOrMissing found = pid_layout(descriptor);
-  assert(found.layout);
-  return *found.layout;
-}
-
 double fraction(std::span<const std::byte> report, const PidValue& value) {
   return static_cast<double>(get(report, value).value_or(0)) / static_cast<double>(value.field.logical_maximum);
 }
@@ -56,8 +44,8 @@ SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, SimulatedReports repo
       reports_(std::move(reports)),
       options_(std::move(options)),
       descriptor_(pid_descriptor(options_.descriptor)),
-      parsed_(parsed(descriptor_)),
-      layout_(layout_of(parsed_)),
+      parsed_(*parse_report_descriptor(descriptor_)),
+      layout_(*pid_layout(parsed_)),
       info_{options_.reports.name, 0x1209, 0x0E58, "evenstep PID device", ""},
       effects_(static_cast<std::size_t>(options_.pool_effects) + 1),
       enabled_(!layout_.device_control) {

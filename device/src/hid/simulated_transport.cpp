@@ -8,8 +8,9 @@ namespace {
 
 reference_device::InputReport report_of(const SimulatedReport& report, const SimulatedDeviceOptions& options) {
   const RealTime at = tick_time(options.rate, report.tick, options.first_tick);
-  return {static_cast<std::uint32_t>(report.tick + 1), static_cast<std::uint32_t>(floor_mul_div(at.ns, 1, 1000)),
-          reference_device::to_nm(report.position_m)};
+  return {.sequence = static_cast<std::uint32_t>(report.tick + 1),
+          .device_time_us = static_cast<std::uint32_t>(floor_mul_div(at.ns, 1, 1000)),
+          .position_nm = reference_device::to_nm(report.position_m)};
 }
 
 glm::dvec3 force_of(const reference_device::OutputReport& report) {

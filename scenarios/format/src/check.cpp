@@ -76,21 +76,20 @@ std::string without_unit(const Field& field, const Value& value) {
                      as_written(value), example.substr(example.find(' ')));
 }
 
+double number_of(double value) { return value; }
+double number_of(Duration value) { return in_s(value); }
+double number_of(Rate value) { return static_cast<double>(value.num) / static_cast<double>(value.den); }
+
 template <class T>
-std::string parsed(const Field& field, const Parsed<T>& result, double number, std::string_view text) {
-  return result.ok() ? out_of_range(field, number, fmt::format("\"{}\"", text)) : result.error;
+std::string parsed(const Field& field, const Result<T>& result, std::string_view text) {
+  return result ? out_of_range(field, number_of(*result), fmt::format("\"{}\"", text)) : result.error();
 }
 
 std::string prefixed_error(const Field& field, std::string_view text, std::string_view word, bool time) {
   if (text.substr(0, word.size()) != word)
     return fmt::format("\"{}\" must be {}, such as {}", text, describe_forms(field), example_of(field));
   const std::string_view rest = text.substr(word.size());
-  if (time) {
-    const Parsed<Duration> duration = parse_duration(rest);
-    return parsed(field, duration, in_s(duration.value), text);
-  }
-  const Parsed<double> ratio = parse_si(rest, Dimension::ratio);
-  return parsed(field, ratio, ratio.value, text);
+  return time ? parsed(field, parse_duration(rest), text) : parsed(field, parse_si(rest, Dimension::ratio), text);
 }
 
 /// The two times of "pareto 3 ms cap 40 ms"; none if the text has another form.
@@ -107,22 +106,22 @@ std::string pareto_error(const Field& field, std::string_view text) {
   const ParetoParts parts = pareto_parts(text);
   if (parts.least.empty() || parts.most.empty())
     return fmt::format("\"{}\" must be {}, such as {}", text, describe_forms(field), example_of(field));
-  const Parsed<Duration> least = parse_duration(parts.least), most = parse_duration(parts.most);
-  if (!least.ok()) return least.error;
-  if (!most.ok()) return most.error;
-  const std::string range = out_of_range(field, in_s(least.value), fmt::format("\"{}\"", text));
-  if (!range.empty() || least.value <= most.value)
-    return range.empty() ? out_of_range(field, in_s(most.value), text) : range;
+  const Result<Duration> least = parse_duration(parts.least), most = parse_duration(parts.most);
+  if (!least) return least.error();
+  if (!most) return most.error();
+  const std::string range = out_of_range(field, in_s(*least), fmt::format("\"{}\"", text));
+  if (!range.empty() || *least <= *most)
+    return range.empty() ? out_of_range(field, in_s(*most), text) : range;
   return fmt::format("\"{}\": the cap is below the least cost; write the smaller time first", text);
 }
 
 /// The number of "8 segments".
-Parsed<double> parse_segments(std::string_view text) {
+Result<double> parse_segments(std::string_view text) {
   const NumberAndUnit split = split_number(text);
   const Unit* unit = split.error.empty() ? find_unit(split.unit) : nullptr;
   if (unit == nullptr || unit->kind != UnitKind::segment || split.divisor.mantissa != 1)
-    return {{}, fmt::format("'{}' must be a number of segments, such as \"8 segments\"", text)};
-  return {to_double(split.number), {}};
+    return Failure(fmt::format("'{}' must be a number of segments, such as \"8 segments\"", text));
+  return to_double(split.number);
 }
 
 /// The error of a value that may be a rate or a duration, depending on the unit that it has.
@@ -130,12 +129,8 @@ std::string time_or_rate_error(const Field& field, std::string_view text) {
   const Unit* unit = find_unit(split_number(text).unit);
   const bool rate =
       (field.forms & kRate) && (!(field.forms & kDuration) || (unit != nullptr && unit->dimension == Dimension::rate));
-  if (rate) {
-    const Parsed<Rate> value = parse_rate(text);
-    return parsed(field, value, static_cast<double>(value.value.num) / static_cast<double>(value.value.den), text);
-  }
-  const Parsed<Duration> value = parse_duration(text, field.forms & kSpan ? kSomeNominal : NominalUnits{});
-  return parsed(field, value, in_s(value.value), text);
+  if (rate) return parsed(field, parse_rate(text), text);
+  return parsed(field, parse_duration(text, field.forms & kSpan ? kSomeNominal : NominalUnits{}), text);
 }
 
 bool starts_like_number(std::string_view text) {
@@ -157,16 +152,10 @@ std::string text_error(const Field& field, const std::string& text) {
   if (field.forms & kLognormal) return prefixed_error(field, text, kLognormalWord, false);
   if (field.forms & kSmooth) return prefixed_error(field, text, kSmoothWord, true);
   if (field.forms & kPareto) return pareto_error(field, text);
-  if (field.forms & kSegments) {
-    const Parsed<double> count = parse_segments(text);
-    return parsed(field, count, count.value, text);
-  }
+  if (field.forms & kSegments) return parsed(field, parse_segments(text), text);
   if (field.forms & (kDuration | kSpan | kRate)) return time_or_rate_error(field, text);
-  if (field.forms & kLimit) return parse_limit(text).error;
-  if (field.forms & kQuantity) {
-    const Parsed<double> value = parse_si(text, field.dimension);
-    return parsed(field, value, value.value, text);
-  }
+  if (field.forms & kLimit) return parse_limit(text).error_or("");
+  if (field.forms & kQuantity) return parsed(field, parse_si(text, field.dimension), text);
   return fmt::format("\"{}\" must be {}, without quotes", text, describe_forms(field));
 }
 
@@ -195,6 +184,18 @@ std::string error_of(const Field& field, const Value& value) {
     default:
       return wrong;
   }
+}
+
+/// A date somewhere in a value, which JSON has no word for.
+const Value* date_in(const Value& value) {
+  if (value.is(Value::Kind::date)) return &value;
+  for (const Value& one : value.list) {
+    if (const Value* found = date_in(one)) return found;
+  }
+  for (const Entry& entry : value.table) {
+    if (const Value* found = date_in(entry.value)) return found;
+  }
+  return nullptr;
 }
 
 /// The key as shown in messages; for a key that may have any name, its table.
@@ -256,6 +257,11 @@ void Check::value(const Field& field, const Value& value) {
 
 void Check::element(const Field& field, const Value& value) {
   if ((field.forms & kTable) && value.is(Value::Kind::table)) return table(subtable(field), value);
+  if ((field.forms & kOptions) && value.is(Value::Kind::table)) {
+    if (const Value* date = date_in(value))
+      errors_.add(date->place, fmt::format("{}: a date cannot be passed on as JSON; write it as text", shown_key(field)));
+    return;
+  }
   const std::string error = error_of(field, value);
   if (!error.empty()) errors_.add(value.place, fmt::format("{}: {}", shown_key(field), error));
 }
@@ -299,33 +305,33 @@ double Table::number(std::string_view key) const {
   return value.is(Value::Kind::integer) ? static_cast<double>(value.integer) : value.number;
 }
 
-double Table::si(std::string_view key) const { return parse_si(text(key), field(key).dimension).value; }
+double Table::si(std::string_view key) const { return *parse_si(text(key), field(key).dimension); }
 
 glm::dvec3 Table::vector(std::string_view key) const {
   const Value value = at(key);
   glm::dvec3 out{0};
   for (int axis = 0; axis < 3; ++axis)
-    out[axis] = parse_si(value.list[static_cast<std::size_t>(axis)].text, field(key).dimension).value;
+    out[axis] = *parse_si(value.list[static_cast<std::size_t>(axis)].text, field(key).dimension);
   return out;
 }
 
 Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& errors) const {
-  const Parsed<Duration> parsed = parse_duration(text(key), nominal);
-  if (!parsed.ok() && nominal.known) errors.add(place(key), fmt::format("'{}': {}", key, parsed.error));
-  return parsed.value;
+  const Result<Duration> parsed = parse_duration(text(key), nominal);
+  if (!parsed && nominal.known) errors.add(place(key), fmt::format("'{}': {}", key, parsed.error()));
+  return parsed.value_or({});
 }
 
 double Table::lognormal(std::string_view key) const {
-  return parse_si(text(key).substr(kLognormalWord.size()), Dimension::ratio).value;
+  return *parse_si(text(key).substr(kLognormalWord.size()), Dimension::ratio);
 }
 
 ParetoText Table::pareto(std::string_view key) const {
   const std::string written = text(key);
   const ParetoParts parts = pareto_parts(written);
-  return {parse_duration(parts.least).value, parse_duration(parts.most).value};
+  return {*parse_duration(parts.least), *parse_duration(parts.most)};
 }
 
-double Table::segments(std::string_view key) const { return parse_segments(text(key)).value; }
+double Table::segments(std::string_view key) const { return *parse_segments(text(key)); }
 
 std::vector<Table> Table::tables(std::string_view key) const {
   std::vector<Table> out;
@@ -334,6 +340,6 @@ std::vector<Table> Table::tables(std::string_view key) const {
   return out;
 }
 
-Duration Table::smooth(std::string_view key) const { return parse_duration(text(key).substr(kSmoothWord.size())).value; }
+Duration Table::smooth(std::string_view key) const { return *parse_duration(text(key).substr(kSmoothWord.size())); }
 
 }  // namespace evenstep::internal

@@ -58,9 +58,9 @@ class Table {
   double number(std::string_view key) const;
   double si(std::string_view key) const;
   glm::dvec3 vector(std::string_view key) const;
-  Rate rate(std::string_view key) const { return parse_rate(text(key)).value; }
+  Rate rate(std::string_view key) const { return *parse_rate(text(key)); }
   /// For a field of the form kDuration.
-  Duration duration(std::string_view key) const { return parse_duration(text(key)).value; }
+  Duration duration(std::string_view key) const { return *parse_duration(text(key)); }
   /// For a field of the form kSpan. Adds an error if the nominal unit makes it too long. If the nominal times are not known,
   /// [timing] has an error already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;

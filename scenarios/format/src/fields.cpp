@@ -85,7 +85,7 @@ std::string describe_forms(const Field& field) {
   if (field.forms & kSegments) choices.emplace_back("a number of segments");
   if (field.forms & kLimit) choices.emplace_back("a limit");
   if (field.forms & kAnything) choices.emplace_back("a value of that key");
-  if (field.forms & kTable) choices.emplace_back("a table");
+  if (field.forms & (kTable | kOptions)) choices.emplace_back("a table");
   std::string out;
   for (std::size_t i = 0; i < choices.size(); ++i)
     out += (i == 0 ? "" : i + 1 == choices.size() ? " or " : ", ") + choices[i];
@@ -113,7 +113,7 @@ std::string describe_range(const Field& field) {
 std::string example_of(const Field& field) {
   if (!field.example.empty()) return std::string(field.example);
   if (!field.default_toml.empty()) return std::string(field.default_toml);
-  if (field.forms & kTable) return field.shape == Shape::list ? "[{}]" : "{}";
+  if (field.forms & (kTable | kOptions)) return field.shape == Shape::list ? "[{}]" : "{}";
   return fmt::format("\"{}\"", info(field.dimension).example);
 }
 

@@ -106,13 +106,13 @@ Value load(const std::string& path, const Place& named_at, std::vector<Step>& ch
     errors.add(named_at, fmt::format("'extends' is deeper than {} files", kMostExtendsDepth));
     return {};
   }
-  const TextFile file = read_text_file(path, kMostScenarioBytes);
-  if (!file.error.empty()) {
-    errors.add(named_at, named_at.line == 0 ? file.error : fmt::format("'{}' {}", path, file.error));
+  const Result<std::string> file = read_text_file(path, kMostScenarioBytes);
+  if (!file) {
+    errors.add(named_at, named_at.line == 0 ? file.error() : fmt::format("'{}' {}", path, file.error()));
     return {};
   }
   const std::size_t errors_before = errors.count();
-  Value document = parse_toml(file.text, path, errors);
+  Value document = parse_toml(*file, path, errors);
   if (errors.count() > errors_before || !format_is_known(document, path, errors)) return {};
 
   chain.push_back(step);

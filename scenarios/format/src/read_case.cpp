@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "field_rows.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -84,5 +85,47 @@ void read_case(ScenarioReading& reading) {
   if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations"));
   reading.scenario.case_spec = std::move(spec);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& case_fields() {
+  static const std::vector<Field> rows{
+    {.table = "case", .key = "kind", .forms = kWord,
+     .meaning = "Which case: what is set up, what the values are and what the exact answer is (docs/stability.md).",
+     .words = "oscillator|stiffness|chain-order|edge|damping|moving-target|mass-ratio|stiff-in-soft|wall|free-fall|"
+              "hanging-chain|standing-block|wave|energy|press|degenerate|crushed|numbering", .required = true, .example = "\"oscillator\""},
+    {.table = "case", .key = "methods", .forms = kWord, .shape = Shape::list,
+     .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
+                     "\"vertex-block-descent\"]",
+     .meaning = "One row of cells for each, with each solver.", .words = method_words()},
+    {.table = "case", .key = "solvers", .forms = kWord, .shape = Shape::list, .default_toml = "[\"cpu-double\", \"cpu\"]",
+     .meaning = "What computes it.", .words = "opencl|cpu|cpu-double"},
+    {.table = "case", .key = "values", .forms = kNumber | kTable, .shape = Shape::one_or_list,
+     .meaning = "One cell for each, strictly rising. A table is `count` of them, evenly spaced in their logarithms.",
+     .required = true, .range = above(0), .example = "[1, 10, 100]"},
+    {.table = "case", .key = "periods", .forms = kNumber, .default_toml = "1000", .meaning = "To run, of the oscillator.",
+     .kinds = "oscillator", .range = above(0, 1e9)},
+    {.table = "case", .key = "most_steps", .forms = kInteger, .default_toml = "20000", .meaning = "Steps to run; of an oscillator only "
+     "if its periods take more.", .kinds = "oscillator|edge|wall|wave|energy|crushed", .range = between(1, 1e12)},
+    {.table = "case", .key = "duration", .forms = kDuration, .default_toml = "\"10 s\"", .meaning = "Simulation time to run.",
+     .kinds = "stiffness|chain-order|damping", .range = above(0, 1e4)},
+    {.table = "case", .key = "step_size", .forms = kDuration, .default_toml = "\"1 ms\"", .meaning = "Simulation time per step.",
+     .kinds = "free-fall", .range = above(0, 1)},
+    {.table = "case", .key = "particles", .forms = kInteger, .default_toml = "64",
+     .meaning = "Of a chain, those that move; of a block, along each edge.", .kinds = "chain-order|edge|hanging-chain|standing-block|wave",
+     .range = between(2, 1000)},
+    {.table = "case", .key = "iterations", .forms = kInteger,
+     .meaning = "Of the methods that iterate. Default: the method's own.", .range = between(1, kMaxIterations), .example = "10"},
+    {.table = "case", .key = "allow_unstable", .forms = kBoolean, .default_toml = "false",
+     .meaning = "Lets an unstable step size start.", .kinds = "oscillator|wall"},
+    {.table = "case.values", .key = "from", .forms = kNumber, .meaning = "The first one.", .required = true, .range = above(0),
+     .example = "1e-4"},
+    {.table = "case.values", .key = "to", .forms = kNumber, .meaning = "The last one.", .required = true, .range = above(0),
+     .example = "1"},
+    {.table = "case.values", .key = "count", .forms = kInteger, .meaning = "How many.", .required = true,
+     .range = between(2, 1000), .example = "5"},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

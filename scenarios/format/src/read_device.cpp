@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evenstep/format/load.h"
-#include "evenstep/recordings/motion_csv.h"
+#include "drivers.h"
+#include "field_rows.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -30,61 +30,6 @@ void check_name(const Table& device, const std::vector<DeviceSpec>& earlier, Err
   if (std::any_of(earlier.begin(), earlier.end(), [&](const DeviceSpec& d) { return d.name == name; })) {
     errors.add(device.place("name"), fmt::format("'name': there is a device \"{}\" already", name));
   }
-}
-
-RecordedMotion read_recorded(const Table& motion, Errors& errors) {
-  const Value path = motion.at("file");
-  MotionCsv csv = read_motion_csv(path_from(path));
-  for (const Diagnostic& error : csv.errors) {
-    if (error.line == 0) {
-      errors.add(path.place, fmt::format("'file': '{}' {}", error.file, error.message));
-    } else {
-      errors.add({error.file, error.line, error.column}, error.message);
-    }
-  }
-  return std::move(csv.motion);
-}
-
-Motion read_stick_slip(const ScenarioReading& reading, const Table& motion) {
-  const NominalUnits& nominal = reading.scenario.nominal;
-  return StickSlip{motion.vector("velocity"), motion.span("stick", nominal, reading.errors),
-                   motion.span("slip", nominal, reading.errors)};
-}
-
-Motion read_minimum_jerk(const ScenarioReading& reading, const Table& motion) {
-  MinimumJerk out;
-  for (const Table& move : motion.tables("moves")) {
-    out.moves.push_back({move.vector("to"), move.span("duration", reading.scenario.nominal, reading.errors),
-                         move.span("rest", reading.scenario.nominal, reading.errors)});
-  }
-  if (out.moves.empty())
-    reading.errors.add(motion.place("moves"), "'moves' is empty; write [{ to = [\"10 mm\", \"0 mm\", \"0 mm\"], duration = \"0.4 s\" }]");
-  return out;
-}
-
-Motion read_shape(const ScenarioReading& reading, const Table& motion) {
-  const std::string kind = motion.text("kind");
-  if (kind == "still") return Still{};
-  if (kind == "sine") return Sine{motion.vector("amplitude"), motion.rate("frequency")};
-  if (kind == "recorded") return read_recorded(motion, reading.errors);
-  const bool spans_known = reading.scenario.nominal.known;  // if not, [timing] is faulty: they may need its units
-  if (kind == "minimum-jerk") return spans_known ? read_minimum_jerk(reading, motion) : Motion(Still{});
-  if (kind == "stick-slip") return spans_known ? read_stick_slip(reading, motion) : Motion(Still{});
-  const ConstantVelocity ramp{motion.vector("velocity"), motion.smooth("start")};
-  if (kind == "constant-velocity") return ramp;
-  if (!spans_known) return Still{};
-  const Duration stop = motion.span("stop", reading.scenario.nominal, reading.errors);
-  if (stop < ramp.smooth_start) {
-    reading.errors.add(motion.place("stop"), fmt::format("'stop': {} is within the smooth start of {}; stop later",
-                                                         in_ms(stop), in_ms(ramp.smooth_start)));
-  }
-  return RampStop{ramp, RealTime{stop.ns}};
-}
-
-ProgrammedMotion read_programmed(const ScenarioReading& reading, const Table& motion) {
-  ProgrammedMotion programmed{read_shape(reading, motion), {}};
-  if (motion.has("delay")) programmed.begin = RealTime{motion.span("delay", reading.scenario.nominal, reading.errors).ns};
-  return programmed;
 }
 
 RenderSpec::Cap read_cap(const Table& render) {
@@ -112,50 +57,11 @@ RenderSpec read_render(const Table& render) {
   return spec;
 }
 
-/// Checks that the integration of the hand can follow its motion (device/hand.h).
-void check_hand(const HandSpec& hand, const Table& motion, Errors& errors) {
-  const double frequency_per_s = std::sqrt(hand.total_stiffness_N_per_m() / hand.total_mass_kg());
-  const double decay_per_s = hand.total_damping_N_s_per_m() / hand.total_mass_kg();
-  if (frequency_per_s > kFastestHand_per_s) {
-    errors.add(motion.place("mass"), fmt::format("'mass': on its springs the hand swings with {:.4g} /s, and {:g} /s is the most; "
-                                                 "write more mass or less stiffness",
-                                                 frequency_per_s, kFastestHand_per_s));
-  } else if (decay_per_s > kFastestHand_per_s) {
-    errors.add(motion.place("mass"), fmt::format("'mass': the damping stops the hand with {:.4g} /s, and {:g} /s is the most; write "
-                                                 "more mass or less damping",
-                                                 decay_per_s, kFastestHand_per_s));
-  }
-}
-
-HandSpec read_hand(const Table& motion, Errors& errors) {
-  HandSpec hand{motion.si("mass"), motion.si("damping"), motion.si("stiffness")};
-  if (motion.has("arm")) {
-    const Table arm = motion.table("arm");
-    hand.arm = {arm.si("mass"), arm.si("damping"), arm.si("stiffness")};
-  }
-  hand.push_N = motion.vector("push");
-  hand.offset_m = motion.vector("offset");
-  hand.velocity_m_per_s = motion.vector("velocity");
-  check_hand(hand, motion, errors);
-  return hand;
-}
-
-void read_motion(const ScenarioReading& reading, const Table& device, DeviceSpec& spec) {
-  if (!device.has("motion")) return;
-  const Table motion = device.table("motion");
-  if (motion.text("kind") != "hand") {
-    spec.motion = read_programmed(reading, motion);
-    return;
-  }
-  spec.hand = read_hand(motion, reading.errors);
-  if (motion.has("path")) spec.motion = read_programmed(reading, motion.table("path"));
-}
-
 /// Refuses the reference twin for a hand: it reads the programmed motion, which a hand does not have.
 void check_strategies(const ScenarioReading& reading) {
   const auto& strategies = reading.scenario.strategies;
   if (!has_hand(reading.scenario) || !reading.sound("run")) return;
-  if (std::find(strategies.begin(), strategies.end(), StrategyKind::ideal) == strategies.end()) return;
+  if (std::none_of(strategies.begin(), strategies.end(), [](StrategyKind kind) { return traits_of(kind).knows_motion; })) return;
   reading.errors.add(reading.section("run").place("strategies"),
                      "'strategies': \"ideal\" reads the programmed motion, and a hand that feels the force has none; write "
                      "strategies = [\"direct\", \"phase_locked\"]");
@@ -192,36 +98,12 @@ void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec
 
 /// Checks that the device can render springs: it must have them, and its newtons must be known to give their stiffness.
 void check_springs(const Table& render, const DeviceSpec& spec, Errors& errors) {
-  if (spec.render.kind != RenderSpec::Kind::device_spring || (spec.pid && spec.pid->options.full_scale_N)) return;
-  errors.add(render.place("kind"), spec.pid ? "'kind': \"device_spring\" needs to know what the device's springs are in N/m; write "
+  const auto* pid = std::get_if<PidSpec>(&spec.driver);
+  if (spec.render.kind != RenderSpec::Kind::device_spring || (pid && pid->options.full_scale_N)) return;
+  errors.add(render.place("kind"), pid ? "'kind': \"device_spring\" needs to know what the device's springs are in N/m; write "
                                               "full_scale in its 'pid'"
                                             : "'kind': \"device_spring\" is for devices that render springs by themselves; write "
                                               "driver = \"pid\", or kind = \"local\", which sends the same as forces");
-}
-
-PidSpec read_pid(const ScenarioReading& reading, const Table& device) {
-  PidSpec spec;
-  const Table pid = device.table("pid");
-  spec.options.travel_m = pid.vector("travel");
-  if (spec.options.travel_m == glm::dvec3(0))
-    reading.errors.add(pid.place("travel"), "'travel': no axis is used; write the travel of one, [\"200 mm\", \"0 mm\", \"0 mm\"]");
-  if (pid.has("full_scale")) spec.options.full_scale_N = pid.si("full_scale");
-  if (pid.has("full_slope")) spec.options.full_slope_N_per_m = glm::dvec3(pid.si("full_slope"));
-  spec.options.springs = device.table("render").text("kind") == "device_spring";
-  spec.firmware_rate = pid.rate("firmware_rate");
-  spec.options.gain = pid.number("gain");
-  spec.options.effect_duration = pid.duration("effect_duration");
-  spec.flavour = pid.text("flavour") == "array" ? PidFlavour::array : PidFlavour::mask;
-  spec.pool_effects = static_cast<int>(pid.integer("pool"));
-  if (pid.has("block_load_error")) spec.block_load_error_at = static_cast<int>(pid.integer("block_load_error")) - 1;
-  for (const Table& event : device.tables("events")) {
-    const auto kind = event.text("kind") == "safety-switch" ? PidDeviceEvent::Kind::safety_switch : PidDeviceEvent::Kind::actuator_power;
-    const RealTime at{event.span("at", reading.scenario.nominal, reading.errors).ns};
-    if (!spec.events.empty() && at < spec.events.back().at)
-      reading.errors.add(event.place("at"), "'at': earlier than the event before; write them in order of time");
-    spec.events.push_back({kind, at, event.boolean("on")});
-  }
-  return spec;
 }
 
 GuardSpec read_guard(const Table& device, const NominalUnits& nominal, Errors& errors) {
@@ -250,7 +132,9 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
     reading.errors.add(device.place("phase"), fmt::format("'phase': {} is a period of {} or more; write the rest",
                                                           in_ms(spec.phase), in_ms(period_ceil(spec.rate))));
   }
-  if (device.text("driver") == "pid") spec.pid = read_pid(reading, device);
+  for (const DriverFormat& driver : driver_formats()) {
+    if (driver.name == device.text("driver")) spec.driver = driver.read(reading, device);
+  }
   if (device.has("unplug")) spec.unplug = device.span("unplug", reading.scenario.nominal, reading.errors);
   read_faults(reading, device, spec);
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
@@ -286,5 +170,128 @@ void read_devices(ScenarioReading& reading) {
   }
   check_strategies(reading);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& device_fields() {
+  static const std::vector<Field> rows{
+    {.table = "device", .key = "name", .forms = kText,
+     .meaning = "Letters, digits, _ and -; the first part of its signals.", .required = true,
+     .example = "\"left\""},
+    {.table = "device", .key = "driver", .forms = kWord, .default_toml = "\"reference\"",
+     .meaning = "The driver code that runs: of the reference device (docs/reference-device.md), or of force-feedback devices of the "
+                "PID class (docs/hid.md). `foreign`: one that the program has registered.",
+     .words = driver_words()},
+    {.table = "device", .key = "transport", .forms = kWord, .default_toml = "\"simulated\"",
+     .meaning = "What the driver talks to under the virtual clock.", .words = "simulated"},
+    {.table = "device", .key = "queue", .forms = kWord, .default_toml = "\"hidraw\"",
+     .meaning = "Of unread reports: `hidraw` keeps 63 and drops the newest, `libusb` keeps 32 and drops the oldest.",
+     .words = "hidraw|libusb"},
+    {.table = "device", .key = "rate", .forms = kRate, .default_toml = "\"1 kHz\"",
+     .meaning = "Of its ticks (one report in, one force out).",
+     .range = between(1, 100'000)},
+    {.table = "device", .key = "phase", .forms = kSpan, .default_toml = "\"0 ms\"",
+     .meaning = "Its first tick, counted from the start of segment 0; less than one period.", .range = at_least(0)},
+    {.table = "device", .key = "grab", .forms = kTable,
+     .meaning = "How it touches the tissue, and where (tissue only, obligatory there)."},
+    {.table = "device", .key = "motion", .forms = kTable,
+     .meaning = "Of the programmed hand. Default: it stays at the origin."},
+    {.table = "device", .key = "delay", .forms = kSpan, .default_toml = "\"0 s\"",
+     .meaning = "From the tick that sends a force to when a `hand` feels it. A programmed motion feels none.",
+     .range = between(0, 1)},
+    {.table = "device", .key = "render", .forms = kTable, .meaning = "How scheduled forces reach the device."},
+    {.table = "device", .key = "force_limit", .forms = kQuantity,
+     .meaning = "A longer force vector is shortened to this before it is sent. Default: 100 N; with `--device` 3 N.",
+     .dimension = D::force, .range = above(0), .example = "\"3 N\""},
+    {.table = "device", .key = "slew_limit", .forms = kQuantity,
+     .meaning = "Largest change of the force per time. Default: 1000 kN/s; with `--device` 1 kN/s.",
+     .dimension = D::slew, .range = above(0), .example = "\"1 kN/s\""},
+    {.table = "device", .key = "unplug", .forms = kSpan,
+     .meaning = "The simulated device is gone from then on. Default: it stays.", .range = between(0, kLongestRun_s), .example = "\"1 s\""},
+    {.table = "device", .key = "faults", .forms = kTable, .shape = Shape::list,
+     .meaning = "What happens to reports of the simulated device."},
+    {.table = "device.faults", .key = "kind", .forms = kWord,
+     .meaning = "`lost`, `duplicated` (amount times more), `late` (by amount ticks), `cut` (to amount bytes), `longer` (by amount "
+                "bytes), `unknown-id`: the report of one tick. `unread`: nothing is read until the next tick, as if the host hung. "
+                "`interrupted` reads, `write-lost`, `write-rejected`: amount of them.",
+     .words = "lost|duplicated|late|cut|longer|unknown-id|interrupted|unread|write-lost|write-rejected", .required = true, .example = "\"lost\""},
+    {.table = "device.faults", .key = "at", .forms = kSpan, .meaning = "The first tick not before.", .required = true,
+     .range = between(0, kLongestRun_s), .example = "\"1 s\""},
+    {.table = "device.faults", .key = "amount", .forms = kInteger, .default_toml = "1", .meaning = "Times, ticks or bytes, as above.",
+     .range = between(1, 100'000)},
+    {.table = "device.faults", .key = "ticks", .forms = kInteger, .default_toml = "1", .meaning = "So many ticks in a row.",
+     .range = between(1, 100'000)},
+    {.table = "device", .key = "guard", .forms = kTable,
+     .meaning = "When a force is cut off, and how it comes back."},
+    {.table = "device.guard", .key = "gain", .forms = kNumber,
+     .meaning = "Share of each force that is rendered. Default: 1; with `--device` 0.25.", .range = above(0, 1), .example = "0.25"},
+    {.table = "device.guard", .key = "ramp_up", .forms = kSpan,
+     .meaning = "At the start and after every cut the force rises over so long. Default: at once; with `--device` 1 s.",
+     .range = between(0, 60), .example = "\"1 s\""},
+    {.table = "device.guard", .key = "ramp_down", .forms = kSpan,
+     .meaning = "In a cut the force falls to nothing over so long. Default: at once; with `--device` 50 ms.",
+     .range = between(0, 60), .example = "\"50 ms\""},
+    {.table = "device.guard", .key = "speed_limit", .forms = kQuantity,
+     .meaning = "A hand that is faster (over 5 ms) is cut off until it is half as fast. Default: never; with `--device` 1 m/s.",
+     .dimension = D::velocity, .range = above(0), .example = "\"1 m/s\""},
+    {.table = "device.guard", .key = "stale_force", .forms = kSpan,
+     .meaning = "Cut off when the newest force of the schedule was due so long ago. Default: never; with `--device` 100 ms.",
+     .range = between(0, 60), .example = "\"100 ms\""},
+    {.table = "device.guard", .key = "stale_hand", .forms = kSpan,
+     .meaning = "Cut off when the device has not reported for so long. Default: never; with `--device` 50 ms.",
+     .range = between(0, 60), .example = "\"50 ms\""},
+    {.table = "device.grab", .key = "center", .forms = kQuantity, .shape = Shape::three,
+     .meaning = "In the block's coordinates: the origin is its minimum corner.", .required = true, .dimension = D::length,
+     .example = "[\"65 mm\", \"65 mm\", \"135 mm\"]"},
+    {.table = "device.grab", .key = "radius", .forms = kQuantity,
+     .meaning = "Particles within it are held; of a `probe`: of its sphere.", .required = true,
+     .dimension = D::length, .range = above(0), .example = "\"6 mm\""},
+    {.table = "device.grab", .key = "coupling", .forms = kWord, .default_toml = "\"grab\"",
+     .meaning = "`grab`: particles move rigidly with the tool. `spring`: a spring and a damper from the tool to them. `probe`: "
+                "a sphere that pushes what is inside it outwards and never pulls.",
+     .words = "grab|spring|probe"},
+    {.table = "device.grab", .key = "stiffness", .forms = kQuantity,
+     .meaning = "Of the whole spring, shared evenly; of a probe against each particle that it touches.",
+     .kinds = "spring|probe", .required = true, .dimension = D::stiffness, .range = above(0)},
+    {.table = "device.grab", .key = "damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
+     .meaning = "Of the whole coupling, shared evenly.", .kinds = "spring", .dimension = D::damping, .range = at_least(0)},
+    {.table = "device.render", .key = "kind", .forms = kWord, .default_toml = "\"force\"",
+     .meaning = "What a tick sends (docs/stiffness.md). `force`: the scheduled force itself. `local`: with the contact's stiffness, "
+                "corrected for where the hand is by now. `device_spring`: the same as springs that the device renders at its own "
+                "rate, with a force for what it cannot. `smith`: corrected by a model of one mode.",
+     .words = "force|local|device_spring|smith"},
+    {.table = "device.render", .key = "emission", .forms = kWord, .default_toml = "\"linear\"",
+     .meaning = "`hold`: the latest scheduled force. `linear`: between two; one slot more latency.", .words = "linear|hold"},
+    {.table = "device.render", .key = "alpha", .forms = kWord | kNumber, .default_toml = "1.0",
+     .meaning = "The local stiffness is played so many times as stiff. `auto`: what makes up for the latency, and 0.07 more; 1 "
+                "where the hand's damping allows more than that.",
+     .words = "auto", .kinds = "local|device_spring", .range = above(0, 4)},
+    {.table = "device.render", .key = "stiffness", .forms = kWord, .default_toml = "\"instantaneous\"",
+     .meaning = "Which one the solver reports, as `local_model` of [scene], which this sets.",
+     .words = "instantaneous|settled", .kinds = "local|device_spring"},
+    {.table = "device.render", .key = "gap", .forms = kBoolean, .default_toml = "true",
+     .meaning = "Whether the distance to a surface that is not touched is used. `false` is a control: the touch then comes late, "
+                "with a jump.",
+     .kinds = "local|device_spring"},
+    {.table = "device.render", .key = "cap", .forms = kWord | kQuantity,
+     .meaning = "A stiffer contact is played as stiff as this, along its stiff directions, force and stiffness alike. `law`: nine "
+                "tenths of the largest stable stiffness of a spring in this device's `hand`. Default: none.",
+     .words = "law", .kinds = "local|device_spring", .dimension = D::stiffness, .range = above(0), .example = "\"2000 N/m\""},
+    {.table = "device.render", .key = "frequency", .forms = kRate,
+     .meaning = "Of the model's mass between its springs, the tool held still. Default: the scene's, of kind `mode`.",
+     .kinds = "smith", .range = above(0, 1000), .example = "\"7 Hz\""},
+    {.table = "device.render", .key = "damping_ratio", .forms = kNumber,
+     .meaning = "Of that mass; 1 is critical. Default: the scene's, of kind `mode`.", .kinds = "smith", .range = between(0, 10),
+     .example = "0.1"},
+    {.table = "device.render", .key = "static_stiffness", .forms = kQuantity,
+     .meaning = "What the tool feels when the mass has come to rest; each of the two springs has twice that. Default: the "
+                "scene's, of kind `mode`.",
+     .kinds = "smith", .dimension = D::stiffness, .range = above(0)},
+    {.table = "device.render", .key = "factor", .forms = kNumber, .default_toml = "1.1",
+     .meaning = "Both springs are so many times as stiff in the model: too stiff costs little, too soft much.", .kinds = "smith",
+     .range = above(0, 4)},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

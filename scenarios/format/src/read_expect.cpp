@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "field_rows.h"
 #include "sections.h"
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"
@@ -89,7 +90,7 @@ std::string signal_error(std::string_view signal, const Names& names) {
 
 Limit read_limit(const Table& expect, std::string_view key) {
   const Value value = expect.at(key);
-  if (value.is(Value::Kind::text)) return parse_limit(value.text).value;
+  if (value.is(Value::Kind::text)) return *parse_limit(value.text);
   return {expect.number(key), ""};
 }
 
@@ -100,9 +101,9 @@ bool contradict(const Limit& min, const Limit& max, const NominalUnits& nominal)
   const Unit* max_unit = find_unit(max.unit);
   if (min_unit == nullptr || max_unit == nullptr || min_unit->dimension != max_unit->dimension) return false;
   const std::string_view base = info(min_unit->dimension).base;
-  const Parsed<double> min_factor = unit_factor(min.unit, base, 0, nominal),
+  const Result<double> min_factor = unit_factor(min.unit, base, 0, nominal),
                        max_factor = unit_factor(max.unit, base, 0, nominal);
-  return min_factor.ok() && max_factor.ok() && min.number * min_factor.value > max.number * max_factor.value;
+  return min_factor && max_factor && min.number * *min_factor > max.number * *max_factor;
 }
 
 void read_limits(const Table& expect, Expectation& expectation, const NominalUnits& nominal, Errors& errors) {
@@ -150,9 +151,10 @@ void read_confidence(ScenarioReading& reading, const Table& expect, Expectation&
   if (reading.scenario.remap.latency.kind == Budget::Kind::adaptive)
     return errors.add(place, "'confidence' judges a latency that stays as it is, and [remap] latency is \"adaptive\"; judge "
                              "the underruns of this run without it, or give a duration");
-  const Parsed<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
-  const double most = expectation.max->number * unit.value;
-  if (unit.ok() && (most <= 0 || most >= 1))
+  const Result<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
+  if (!unit) return errors.add(expect.place("max"), fmt::format("'max': {}", unit.error()));
+  const double most = expectation.max->number * *unit;
+  if (most <= 0 || most >= 1)
     errors.add(expect.place("max"), "'max': no number of seeds shows a rate of 0, and any shows 1; write one between");
 }
 
@@ -204,5 +206,48 @@ void read_expectations(ScenarioReading& reading) {
   }
   reading.scenario.expect_stop = std::move(expected);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& expect_fields() {
+  static const std::vector<Field> rows{
+    {.table = "expect", .key = "signal", .forms = kText,
+     .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
+                "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, "
+                "`events.<lane>.<name>` or `run`; `*` for any one part. Of a case: `case.<method>.<solver>`.",
+     .required = true, .example = "\"left.interaction.phase_locked\""},
+    {.table = "expect", .key = "metric", .forms = kText, .meaning = "A number of that signal: docs/metrics.md.",
+     .required = true,
+     .example = "\"velocity_jump\""},
+    {.table = "expect", .key = "min", .forms = kLimit, .meaning = "The value must not be below.", .example = "\"4 step\""},
+    {.table = "expect", .key = "max", .forms = kLimit, .meaning = "The value must not be above.",
+     .example = "\"1e-6 step\""},
+    {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
+    {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
+     .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
+    {.table = "expect", .key = "confidence", .forms = kQuantity,
+     .meaning = "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
+                "share of segments with an underrun; the maps alone run over the seeds that takes.",
+     .dimension = D::ratio, .range = above(0, 0.999999), .example = "\"95 %\""},
+    {.table = "expect", .key = "seeds", .forms = kInteger,
+     .meaning = "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
+                "underruns.",
+     .range = between(1, 1e6), .example = "100"},
+    {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
+    {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
+     .meaning = "A known fault: passing then fails."},
+    {.table = "expect_stop", .key = "reason", .forms = kWord, .meaning = "Why the run stops.",
+     .words = "unstable-step|diverged|bad-input|device|interrupted",
+     .required = true, .example = "\"diverged\""},
+    {.table = "expect_stop", .key = "message", .forms = kText, .default_toml = "\"\"",
+     .meaning = "What the run says when it stops contains this."},
+    {.table = "expect_stop", .key = "at_least_step", .forms = kInteger, .meaning = "It has made so many steps by then.",
+     .range = between(0, 1e12), .example = "90"},
+    {.table = "expect_stop", .key = "at_most_step", .forms = kInteger, .meaning = "It stops at this step or before.",
+     .range = between(0, 1e12),
+     .example = "100"},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

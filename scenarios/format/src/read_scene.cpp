@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "evenstep/text/rational.h"
+#include "field_rows.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -198,8 +199,8 @@ void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
 Rate read_step_rate(const Table& scene, Rate filled) {
   const std::string text = scene.text("step_size");
   if (text == "fill") return filled;
-  const Parsed<Rate> rate = parse_rate(text);
-  return rate.ok() ? rate.value : reduced_rate(1'000'000'000, parse_duration(text).value.ns);
+  const Result<Rate> rate = parse_rate(text);
+  return rate ? *rate : reduced_rate(1'000'000'000, parse_duration(text)->ns);
 }
 
 }  // namespace
@@ -218,6 +219,11 @@ void read_scene(ScenarioReading& reading) {
     if (kind == "spring") scene.body = SpringScene{table.si("stiffness")};
     if (kind == "wall") scene.body = read_wall(table, reading.errors);
     if (kind == "mode") scene.body = read_mode(table, reading.errors);
+    if (kind == "foreign") {
+      Foreign part = read_foreign(table);
+      scene.body = ForeignScene{std::move(part.name), std::move(part.options)};
+      reading.scenario.scene_place = part.place;
+    }
     return read_grabs(reading, nullptr);
   }
   TissueScene tissue = read_tissue(table, reading.errors);
@@ -230,5 +236,115 @@ void read_scene(ScenarioReading& reading) {
                                                        : LocalModel::none;
   reading.scenario.work_group_size = static_cast<int>(table.integer("work_group_size"));
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& scene_fields() {
+  static const std::vector<Field> rows{
+    {.table = "scene", .key = "kind", .forms = kWord,
+     .meaning = "`spring`: F = -k x, memoryless. `wall`: pushes out what is behind its surface. `mode`: a mass between two "
+                "springs, which rings. `tissue`: particles on a lattice, each joined to its 18 neighbours by springs. `foreign`: a solver that the "
+                "program has registered.",
+     .words = "spring|wall|mode|tissue|foreign", .required = true, .example = "\"spring\""},
+    {.table = "scene", .key = "solver", .forms = kWord, .default_toml = "\"cpu-double\"", .meaning = "What computes it.",
+     .words = "opencl|cpu|cpu-double", .kinds = "spring"},
+    {.table = "scene", .key = "solver", .forms = kWord, .default_toml = "\"opencl\"",
+     .meaning = "What computes it; `cpu` (float) and `opencl` agree bit for bit.", .words = "opencl|cpu|cpu-double",
+     .kinds = "tissue"},
+    {.table = "scene", .key = "stiffness", .forms = kQuantity, .default_toml = "\"200 N/m\"",
+     .meaning = "k; of a `mode` at rest, twice that at once.", .kinds = "spring|wall|mode", .dimension = D::stiffness,
+     .range = at_least(0)},
+    {.table = "scene", .key = "stiffness", .forms = kQuantity, .default_toml = "\"50 N/m\"",
+     .meaning = "k of each spring.", .kinds = "tissue",
+     .dimension = D::stiffness, .range = above(0)},
+    {.table = "scene", .key = "normal", .forms = kNumber, .shape = Shape::three, .default_toml = "[1, 0, 0]",
+     .meaning = "Out of the surface, towards the tool; of any length.", .kinds = "wall|mode"},
+    {.table = "scene", .key = "surface", .forms = kQuantity, .default_toml = "\"0 mm\"",
+     .meaning = "Where the surface is along the normal, counted from the origin.", .kinds = "wall|mode", .dimension = D::length},
+    {.table = "scene", .key = "hardening", .forms = kQuantity,
+     .meaning = "F = k (p + p^2 / hardening) at the depth p. Default: F = k p.", .kinds = "wall", .dimension = D::length,
+     .range = above(0), .example = "\"5 mm\""},
+    {.table = "scene", .key = "frequency", .forms = kRate, .meaning = "Of the mass between its springs, the tool held still.",
+     .kinds = "mode", .required = true, .range = between(0.01, 1000), .example = "\"30 Hz\""},
+    {.table = "scene", .key = "damping_ratio", .forms = kNumber, .default_toml = "0.1", .meaning = "Of that mass.", .kinds = "mode",
+     .range = between(0, 10)},
+    {.table = "scene", .key = "one_sided", .forms = kBoolean, .default_toml = "false",
+     .meaning = "It pushes along its normal and never pulls. Otherwise it pushes and pulls along every axis, from the origin.",
+     .kinds = "mode"},
+    {.table = "scene", .key = "step_size", .forms = kWord | kDuration | kRate, .default_toml = "\"fill\"",
+     .meaning = "Simulation time per step, or steps per simulated second. `fill`: segment / mean N, so that simulated "
+                "time keeps pace with real time (a trace: its length / its steps).",
+     .words = "fill", .range = above(0)},
+    {.table = "scene", .key = "lattice", .forms = kInteger, .shape = Shape::three, .default_toml = "[27, 27, 28]",
+     .meaning = "Particles along x, y, z.",
+     .kinds = "tissue", .range = between(1, 10'000)},
+    {.table = "scene", .key = "particles", .forms = kInteger,
+     .meaning = "Cut the lattice to so many by leaving out the last sites of its top layer. Default: all.",
+     .kinds = "tissue",
+     .range = between(1, kMostParticles), .example = "20270"},
+    {.table = "scene", .key = "spacing", .forms = kQuantity, .default_toml = "\"5 mm\"", .meaning = "Between neighbours.",
+     .kinds = "tissue",
+     .dimension = D::length, .range = above(0, 1)},
+    {.table = "scene", .key = "mass", .forms = kQuantity, .default_toml = "\"0.125 g\"", .meaning = "Of one particle.",
+     .kinds = "tissue",
+     .dimension = D::mass, .range = above(0)},
+    {.table = "scene", .key = "damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
+     .meaning = "Drag on one particle: a force of damping * velocity against its motion.", .kinds = "tissue",
+     .dimension = D::damping,
+     .range = at_least(0)},
+    {.table = "scene", .key = "axial_damping", .forms = kQuantity, .default_toml = "\"0 N s/m\"",
+     .meaning = "Damper along every spring: a force of axial_damping * the velocity at which its ends part.", .kinds = "tissue",
+     .dimension = D::damping, .range = at_least(0)},
+    {.table = "scene", .key = "gravity", .forms = kQuantity, .shape = Shape::three,
+     .default_toml = "[\"0 m/s2\", \"0 m/s2\", \"0 m/s2\"]", .meaning = "On every particle.", .kinds = "tissue",
+     .dimension = D::acceleration, .example = "[\"0 m/s2\", \"0 m/s2\", \"-9.81 m/s2\"]"},
+    {.table = "scene", .key = "fixed", .forms = kWord, .shape = Shape::one_or_list, .default_toml = "\"bottom\"",
+     .meaning = "Faces of the lattice whose particles never move: `left` and `right` (least and greatest x), `front` and "
+                "`back` (y), `bottom` and `top` (z).",
+     .words = "left|right|front|back|bottom|top|none", .kinds = "tissue"},
+    {.table = "scene", .key = "regions", .forms = kTable, .shape = Shape::list, .default_toml = "[]",
+     .meaning = "Boxes of another material; of two that hold the same particle the later counts. A spring between two "
+                "materials has the mean of their stiffnesses. At most 60.",
+     .kinds = "tissue"},
+    {.table = "scene", .key = "method", .forms = kWord, .default_toml = "\"symplectic-euler\"",
+     .meaning = "How the equations of motion are integrated. The last three are implicit: stable at any step, and each step "
+                "costs its iterations.",
+     .words = method_words(), .kinds = "tissue"},
+    {.table = "scene", .key = "iterations", .forms = kInteger,
+     .meaning = "Of an implicit method's solver, per substep: of conjugate gradients, or sweeps of `vertex-block-descent`. "
+                "Default: the method's own.",
+     .kinds = "tissue", .range = between(1, kMostIterations), .example = "10"},
+    {.table = "scene", .key = "local_model", .forms = kWord, .default_toml = "\"none\"",
+     .meaning = "Stiffness at the tool that the solver reports with each force. `instantaneous`: the other particles stay; "
+                "`settled`: they come to rest again (measured at rest when the scene loads).",
+     .words = "none|instantaneous|settled", .kinds = "tissue"},
+    {.table = "scene", .key = "substeps", .forms = kWord | kInteger, .default_toml = "\"auto\"",
+     .meaning = "Solver steps per step. `auto`: the fewest that are stable in every configuration.", .words = "auto",
+     .kinds = "tissue",
+     .range = between(1, kMostSubsteps)},
+    {.table = "scene", .key = "allow_unstable", .forms = kBoolean, .default_toml = "false",
+     .meaning = "Lets an unstable step size start.",
+     .kinds = "tissue"},
+    {.table = "scene", .key = "work_group_size", .forms = kInteger, .default_toml = "64",
+     .meaning = "OpenCL work items per group; results do not depend on it.",
+     .kinds = "tissue", .range = between(1, 4096)},
+    {.table = "scene.regions", .key = "min", .forms = kQuantity, .shape = Shape::three,
+     .meaning = "Corner of the box, in the block's coordinates at rest: the origin is the block's minimum corner.",
+     .required = true, .dimension = D::length, .example = "[\"0 mm\", \"0 mm\", \"0 mm\"]"},
+    {.table = "scene.regions", .key = "max", .forms = kQuantity, .shape = Shape::three,
+     .meaning = "Opposite corner; particles on the faces are inside.", .required = true, .dimension = D::length,
+     .example = "[\"10 mm\", \"10 mm\", \"10 mm\"]"},
+    {.table = "scene.regions", .key = "stiffness", .forms = kQuantity,
+     .meaning = "k of each spring. Default: as outside.", .dimension = D::stiffness, .range = above(0)},
+    {.table = "scene.regions", .key = "mass", .forms = kQuantity, .meaning = "Of one particle. Default: as outside.",
+     .dimension = D::mass, .range = above(0)},
+  };
+  static const std::vector<Field> all = [] {
+    std::vector<Field> with_foreign = rows;
+    for (const Field& row : foreign_rows("scene", "foreign")) with_foreign.push_back(row);
+    return with_foreign;
+  }();
+  return all;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

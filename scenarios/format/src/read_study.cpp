@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "evenstep/text/rational.h"
+#include "field_rows.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -23,8 +24,8 @@ std::vector<std::string> names_of(const Table& study, std::string_view key, Erro
 }
 
 Rate step_rate_of(const std::string& text) {
-  const Parsed<Rate> rate = parse_rate(text);
-  return rate.ok() ? rate.value : reduced_rate(1'000'000'000, parse_duration(text).value.ns);
+  const Result<Rate> rate = parse_rate(text);
+  return rate ? *rate : reduced_rate(1'000'000'000, parse_duration(text)->ns);
 }
 
 /// How many steps of the scene fit into the duration of the study.
@@ -87,6 +88,8 @@ void read_stiffness_limit(const Table& study, Scenario& scenario, Errors& errors
     errors.add(search.place("mass"), "'mass' is that of a tissue's particles, and this scene has none; remove it");
   if (scenario.study.stiffness_limit->from_N_per_m >= scenario.study.stiffness_limit->to_N_per_m)
     errors.add(search.place("to"), "'stiffness_limit': 'to' is not above 'from'; exchange them, or look further");
+  if (!has_stiffness(scenario.scene))
+    errors.add(study.place("stiffness_limit"), "'stiffness_limit' changes [scene] stiffness, and a scene of this kind has none");
   if (!has_hand(scenario))
     errors.add(study.place("stiffness_limit"),
                "'stiffness_limit' needs a hand that feels the force: a programmed motion is stable at any stiffness; write "
@@ -129,5 +132,42 @@ void read_study(ScenarioReading& reading) {
     read_steps(study, scenario, reading.errors);
   }
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& study_fields() {
+  static const std::vector<Field> rows{
+    {.table = "study", .key = "duration", .forms = kSpan, .default_toml = "\"64 ms\"",
+     .meaning = "Simulated time that is judged, from the begin of the first motion on.", .range = above(0, kLongestRun_s)},
+    {.table = "study", .key = "methods", .forms = kWord, .shape = Shape::list,
+     .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
+                     "\"vertex-block-descent\"]",
+     .meaning = "Of [scene] `method`, instead of the scene's own.", .words = method_words()},
+    {.table = "study", .key = "solvers", .forms = kWord, .shape = Shape::list, .default_toml = "[\"cpu\"]",
+     .meaning = "Of [scene] `solver`, instead of the scene's own.", .words = "opencl|cpu|cpu-double"},
+    {.table = "study", .key = "step_sizes", .forms = kDuration | kRate, .shape = Shape::list,
+     .meaning = "Of the methods: whole parts of the scene's step, or multiples of it. Default: halvings of it; for explicit "
+                "methods from the first one above the limit to the fourth below it, for implicit ones down to an eighth.",
+     .range = above(0), .example = "[\"1 ms\", \"0.5 ms\"]"},
+    {.table = "study", .key = "iterations", .forms = kInteger, .shape = Shape::list,
+     .meaning = "Of the methods that iterate, each with all of them. Default: each method's own.",
+     .range = between(1, kMostIterations), .example = "[5, 20]"},
+    {.table = "study", .key = "repeats", .forms = kInteger, .default_toml = "5",
+     .meaning = "Times that each cost is measured: least, median and greatest are reported.", .range = between(1, 1000)},
+    {.table = "study", .key = "stiffness_limit", .forms = kTable,
+     .meaning = "Look for the largest [scene] `stiffness` at which every strategy is stable in a `hand`, and for nothing else."},
+    {.table = "study.stiffness_limit", .key = "from", .forms = kQuantity, .meaning = "Where the search begins; stable, it should be.",
+     .required = true, .dimension = D::stiffness, .range = above(0), .example = "\"20 N/m\""},
+    {.table = "study.stiffness_limit", .key = "to", .forms = kQuantity, .meaning = "Where it gives up.", .required = true,
+     .dimension = D::stiffness, .range = above(0), .example = "\"30000 N/m\""},
+    {.table = "study.stiffness_limit", .key = "seeds", .forms = kInteger, .default_toml = "1",
+     .meaning = "Stable is what is so with each of so many seeds, from [run] `seed` on.", .range = between(1, 1000)},
+    {.table = "study.stiffness_limit", .key = "mass", .forms = kWord, .default_toml = "\"kept\"",
+     .meaning = "Of a tissue, whose regions and tools become stiffer in proportion. `kept`: what is stiffer swings faster. "
+                "`in-proportion`: masses and axial damping too, so that its frequencies stay, as those of a `mode` do.",
+     .words = "kept|in-proportion"},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

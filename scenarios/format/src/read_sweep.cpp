@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "field_rows.h"
 #include "sections.h"
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"
@@ -83,9 +84,9 @@ std::optional<Measure> measure_of(const Value& value) {
   if (value.is(Value::Kind::integer)) return Measure{static_cast<double>(value.integer), "", true};
   if (value.is(Value::Kind::number)) return Measure{value.number, "", false};
   if (!value.is(Value::Kind::text)) return std::nullopt;
-  const Parsed<Limit> limit = parse_limit(value.text);
-  if (!limit.ok()) return std::nullopt;
-  return Measure{limit.value.number, limit.value.unit, false};
+  const Result<Limit> limit = parse_limit(value.text);
+  if (!limit) return std::nullopt;
+  return Measure{limit->number, limit->unit, false};
 }
 
 /// Compares two values in a common unit; empty if there is none ("8 segments" and "1 ms").
@@ -256,5 +257,47 @@ void read_sweep(ScenarioReading& reading) {
   }
   reading.scenario.sweep = std::move(spec);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& sweep_fields() {
+  static const std::vector<Field> rows{
+    {.table = "sweep", .key = "seeds", .forms = kText | kInteger, .shape = Shape::one_or_list,
+     .meaning = "Of [run] `seed`. `\"0..30000\"` is 30000 seeds, 0 to 29999. Default: that of [run].",
+     .range = at_least(0), .example = "\"0..30000\""},
+    {.table = "sweep", .key = "stop_after", .forms = kInteger,
+     .meaning = "So many failures, by number of point; what comes after is left out. Not with `find`.", .range = between(1, 1e9),
+     .example = "100"},
+    {.table = "sweep", .key = "keep_worst", .forms = kInteger, .default_toml = "5",
+     .meaning = "Points named at the end: the farthest over their limits, or the nearest below.", .range = between(0, 1000)},
+    {.table = "sweep", .key = "grid", .forms = kTable,
+     .meaning = "Every combination of these values runs with every seed; the first key varies slowest."},
+    {.table = "sweep", .key = "find", .forms = kTable,
+     .meaning = "The sweep passes if there is such a value, whatever fails on its other side."},
+    {.table = "sweep.grid", .key = "*", .forms = kTable | kAnything, .shape = Shape::one_or_list,
+     .meaning = "A key of this scenario, as `--set` names it, and its values; a table is evenly spaced ones.",
+     .example = "[\"5 ms\", \"10 ms\"]"},
+    {.table = "sweep.grid.*", .key = "from", .forms = kLimit, .meaning = "The first value.", .required = true,
+     .example = "\"5 ms\""},
+    {.table = "sweep.grid.*", .key = "to", .forms = kLimit, .meaning = "The last value, in the unit of the first.",
+     .required = true, .example = "\"20 ms\""},
+    {.table = "sweep.grid.*", .key = "count", .forms = kInteger,
+     .meaning = "How many. Those between are rounded to twelve digits, times to a nanosecond.", .required = true,
+     .range = between(2, 100'000), .example = "7"},
+    {.table = "sweep.find", .key = "smallest", .forms = kText,
+     .meaning = "This key of the grid: its smallest value for which it and all larger ones pass.",
+     .example = "\"remap.latency\""},
+    {.table = "sweep.find", .key = "largest", .forms = kText,
+     .meaning = "This key of the grid: its largest value for which it and all smaller ones pass.",
+     .example = "\"timing.visualization\""},
+    {.table = "sweep.find", .key = "where", .forms = kWord, .default_toml = "\"all-pass\"",
+     .meaning = "Every seed, with every value of the other keys.", .words = "all-pass"},
+    {.table = "sweep.find", .key = "at_most", .forms = kLimit, .meaning = "Of `smallest`: a larger one fails the sweep.",
+     .example = "\"16 ms\""},
+    {.table = "sweep.find", .key = "at_least", .forms = kLimit, .meaning = "Of `largest`: a smaller one fails the sweep.",
+     .example = "\"10 ms\""},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

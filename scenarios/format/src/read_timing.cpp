@@ -8,6 +8,7 @@
 #include "evenstep/format/load.h"
 #include "evenstep/text/rational.h"
 #include "read_timing_models.h"
+#include "field_rows.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -46,21 +47,21 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
   TimingSpec& spec = reading.scenario.timing;
   spec.trace_file = path_from(path);
   TimingCsv csv = read_timing_csv(spec.trace_file);
-  for (const Diagnostic& error : csv.errors) {
+  for (const Diagnostic& error : csv.error_or({})) {
     if (error.line == 0) {
       reading.errors.add(path.place, fmt::format("'trace': '{}' {}", error.file, error.message));
     } else {
       reading.errors.add({error.file, error.line, error.column}, error.message);
     }
   }
-  if (!csv.errors.empty()) return;
+  if (!csv) return;
   const bool any_step =
-      std::any_of(csv.segments.begin(), csv.segments.end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
-  if (!any_step || csv.segments.back().end.ns <= 0) {
+      std::any_of(csv->begin(), csv->end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
+  if (!any_step || csv->back().end.ns <= 0) {
     reading.errors.add(path.place, fmt::format("'trace': '{}' holds no step, so there is nothing to run", spec.trace_file));
     return;
   }
-  spec.trace = std::move(csv.segments);
+  spec.trace = *std::move(csv);
   set_nominal_of_trace(reading.scenario);
 }
 
@@ -92,14 +93,14 @@ Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& er
 /// Reads the segment. Returns false, with an error, if its length is not usable.
 bool read_segment(const Table& timing, Shares& shares, Errors& errors) {
   const std::string text = timing.text("segment");
-  const Parsed<Rate> rate = parse_rate(text);
-  const Duration length = rate.ok() ? Duration{instant_ns(rate.value, 1)} : parse_duration(text).value;
+  const Result<Rate> rate = parse_rate(text);
+  const Duration length = rate ? Duration{instant_ns(*rate, 1)} : *parse_duration(text);
   if (length < kShortestSegment || length > kLongestSegment) {
     errors.add(timing.place("segment"),
                fmt::format("'segment': \"{}\" is out of range; it must be between 10 us and 9 s", text));
     return false;
   }
-  shares.segment = rate.ok() ? rate.value : reduced_rate(kNsPerSecond, length.ns);
+  shares.segment = rate ? *rate : reduced_rate(kNsPerSecond, length.ns);
   return true;
 }
 
@@ -298,5 +299,49 @@ void read_timing(ScenarioReading& reading) {
   read_programmed(reading, timing);
   check_drift(reading, timing);
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& timing_fields() {
+  static const std::vector<Field> rows{
+    {.table = "timing", .key = "segment", .forms = kRate | kDuration,
+     .meaning = "Rate or length T of the time segment (one visualization and its steps). Obligatory unless `step` is a "
+                "duration: then segments follow each other without a gap. 10 us to 9 s.",
+     .kinds = kAnyOrder, .range = above(0), .example = "\"30 Hz\""},
+    {.table = "timing", .key = "visualization", .forms = kDuration,
+     .meaning = "Run time V of the visualization, the mean where it varies.",
+     .kinds = kAnyOrder, .required = true, .range = between(0, kLongestRun_s), .example = "\"11.1 ms\""},
+    {.table = "timing", .key = "steps", .forms = kInteger, .shape = Shape::one_or_list,
+     .meaning = "Steps N per segment; of several values one is drawn per segment.", .kinds = kInTurn,
+     .required = true, .range = between(1, kMostSteps), .example = "15"},
+    {.table = "timing", .key = "steps", .forms = kInteger,
+     .meaning = "Mean steps per segment, which gives the `step`. Write one of the two.", .kinds = "concurrent",
+     .range = between(1, kMostSteps), .example = "15"},
+    {.table = "timing", .key = "step", .forms = kWord | kDuration, .default_toml = "\"fill\"",
+     .meaning = "Run time s of a step, the mean where it varies. `fill`: (T - V) / N. `real`: on a wall clock what the "
+                "solver really takes; `fill` under the virtual clock.",
+     .words = "fill|real", .kinds = kInTurn, .range = above(0, kLongestRun_s)},
+    {.table = "timing", .key = "step", .forms = kWord | kDuration, .default_toml = "\"fill\"",
+     .meaning = "Run time s of a step, the mean where it varies. `fill`: as `steps` asks for.",
+     .words = "fill", .kinds = "concurrent", .range = above(0, kLongestRun_s)},
+    {.table = "timing", .key = "order", .forms = kWord, .default_toml = "\"visualization-first\"",
+     .meaning = "What opens a segment. `steps-first` needs a lead of V. `concurrent`: the visualization has a lane of its own "
+                "and stops no step; a segment lasts from one visualization's begin to the next's.",
+     .words = kAnyOrder, .kinds = kAnyOrder},
+    {.table = "timing", .key = "paced", .forms = kBoolean, .default_toml = "false",
+     .meaning = "Where anything varies: segments still wait for the grid of `segment`, and idle until then. (`concurrent`: "
+                "visualizations do.)",
+     .kinds = kAnyOrder},
+    {.table = "timing", .key = "trace", .forms = kFile,
+     .meaning = "A recording to replay (segment,kind,index,begin_ns,end_ns); then [timing] holds nothing else.",
+     .example = "\"recorded/x.csv\""},
+  };
+  static const std::vector<Field> all = [] {
+    std::vector<Field> with_models = rows;
+    with_models.insert(with_models.end(), timing_model_fields().begin(), timing_model_fields().end());
+    return with_models;
+  }();
+  return all;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

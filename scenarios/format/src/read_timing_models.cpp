@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "field_rows.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -136,5 +137,74 @@ void check_pace(const Table& table, const ProgrammedTiming& timing, Errors& erro
     if (work_ns(changed) > segment_ns + rounding_ns) return refuse("changes", entries[i].place("at"), work_ns(changed));
   }
 }
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& timing_model_fields() {
+  static const std::vector<Field> rows{
+    {.table = "timing", .key = "jitter", .forms = kTable,
+     .meaning = "Random run times. Without `paced` segments then follow each other without a gap; so with all that follows.",
+     .kinds = kAnyOrder},
+    {.table = "timing", .key = "first_step", .forms = kQuantity, .default_toml = "\"0 %\"",
+     .meaning = "The first step after a visualization takes so much longer.", .kinds = kInTurn, .dimension = D::ratio,
+     .range = between(0, 100), .example = "\"+20 %\""},
+    {.table = "timing", .key = "slowdown", .forms = kNumber, .default_toml = "1",
+     .meaning = "A step that begins beside a visualization takes so many times as long.", .kinds = "concurrent",
+     .range = between(1, 100), .example = "1.5"},
+    {.table = "timing", .key = "spikes", .forms = kTable,
+     .meaning = "Steps are hit now and then, for the same time each (a scheduler's tick).", .kinds = kAnyOrder},
+    {.table = "timing", .key = "preemption", .forms = kTable,
+     .meaning = "Steps and visualizations are interrupted now and then, for times with a long tail.", .kinds = kAnyOrder},
+    {.table = "timing", .key = "regimes", .forms = kTable,
+     .meaning = "The visualization jumps between two lengths, each of which lasts a while. The mean stays V.",
+     .kinds = kAnyOrder},
+    {.table = "timing", .key = "drift", .forms = kQuantity, .default_toml = "\"0 %/s\"",
+     .meaning = "V and s of a segment are those of t = 0 times 1 + drift * its begin.", .kinds = kAnyOrder,
+     .dimension = D::drift, .range = between(-10, 10), .example = "\"10 %/s\""},
+    {.table = "timing", .key = "dropped_visualization", .forms = kQuantity, .default_toml = "\"0 %\"",
+     .meaning = "Share of the segments without one: their steps follow at once.", .kinds = kAnyOrder,
+     .dimension = D::ratio, .range = between(0, 1), .example = "\"2 %\""},
+    {.table = "timing", .key = "merged_visualization", .forms = kQuantity, .default_toml = "\"0 %\"",
+     .meaning = "Share of the segments with two in a row, 2 V.", .kinds = kAnyOrder,
+     .dimension = D::ratio, .range = between(0, 1), .example = "\"2 %\""},
+    {.table = "timing", .key = "changes", .forms = kTable, .shape = Shape::list,
+     .meaning = "New values, each from the first segment on that begins at its time or later. `fill` keeps its step.",
+     .kinds = kAnyOrder, .example = "[{ at = \"2 s\", visualization = \"22.2 ms\" }]"},
+    {.table = "timing.jitter", .key = "visualization", .forms = kLognormal,
+     .meaning = "Log-normal with this coefficient of variation; the mean stays V.", .range = between(0, 1),
+     .example = "\"lognormal 10 %\""},
+    {.table = "timing.jitter", .key = "step", .forms = kLognormal, .meaning = "The same for each step; the mean stays s.",
+     .range = between(0, 1),
+     .example = "\"lognormal 10 %\""},
+    {.table = "timing.spikes", .key = "rate", .forms = kRate,
+     .meaning = "Per second of step; a step of length d is hit with probability 1 - exp(-rate d), at most once.",
+     .required = true, .range = above(0, 1e6), .example = "\"2 Hz\""},
+    {.table = "timing.spikes", .key = "cost", .forms = kDuration, .meaning = "What a hit adds.", .required = true,
+     .range = above(0, kLongestSpike_s), .example = "\"4 ms\""},
+    {.table = "timing.preemption", .key = "rate", .forms = kRate,
+     .meaning = "Per second of work; as for spikes, but visualizations are hit too.", .required = true,
+     .range = above(0, 1e6), .example = "\"2 Hz\""},
+    {.table = "timing.preemption", .key = "cost", .forms = kPareto,
+     .meaning = "What a hit adds: Pareto distributed between these two.", .required = true,
+     .range = above(0, kLongestSpike_s), .example = "\"pareto 3 ms cap 40 ms\""},
+    {.table = "timing.preemption", .key = "tail", .forms = kNumber, .default_toml = "1.5",
+     .meaning = "Tail index: P(cost > x) falls as x^-tail.", .range = between(0.1, 10)},
+    {.table = "timing.regimes", .key = "factor", .forms = kNumber, .meaning = "Of the longer to the shorter visualization.",
+     .required = true, .range = between(1, 100), .example = "1.6"},
+    {.table = "timing.regimes", .key = "mean_length", .forms = kSegments,
+     .meaning = "How long one lasts on average (geometrically distributed); 2: a fair draw for each segment.",
+     .required = true, .range = between(1, 1e6), .example = "\"8 segments\""},
+    {.table = "timing.changes", .key = "at", .forms = kDuration, .meaning = "Increasing from entry to entry.",
+     .required = true, .range = between(0, kLongestRun_s), .example = "\"2 s\""},
+    {.table = "timing.changes", .key = "visualization", .forms = kDuration, .meaning = "V from then on.",
+     .range = between(0, kLongestRun_s), .example = "\"22.2 ms\""},
+    {.table = "timing.changes", .key = "step", .forms = kDuration, .meaning = "s from then on.",
+     .range = above(0, kLongestRun_s), .example = "\"1.5 ms\""},
+    {.table = "timing.changes", .key = "steps", .forms = kInteger, .shape = Shape::one_or_list,
+     .meaning = "N from then on. Not with `concurrent`: there `step` decides.", .range = between(1, kMostSteps),
+     .example = "15"},
+  };
+  return rows;
+}
+// clang-format on
 
 }  // namespace evenstep::internal

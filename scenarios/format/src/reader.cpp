@@ -18,62 +18,6 @@ bool ScenarioReading::sound(std::string_view name) const { return check.sound(do
 
 std::string in_ms(Duration duration) { return fmt::format("{} ms", static_cast<double>(duration.ns) / 1e6); }
 
-void read_strategies(ScenarioReading& reading) {
-  if (!reading.sound("run")) return;
-  const Table run = reading.section("run");
-  Scenario& scenario = reading.scenario;
-  const auto kind_named = [](const std::string& name) {
-    return std::find_if(kAllStrategies.begin(), kAllStrategies.end(), [&](const StrategyTraits& traits) {
-             return name == traits.name;  // the field table allows no other names
-           })->kind;
-  };
-  for (const Value& name : run.at("strategies").list) {
-    const StrategyKind kind = kind_named(name.text);
-    for (const StrategyKind earlier : scenario.strategies) {
-      if (earlier == kind) reading.errors.add(name.place, fmt::format("'strategies' names \"{}\" twice", name.text));
-    }
-    scenario.strategies.push_back(kind);
-  }
-  if (scenario.strategies.empty()) reading.errors.add(run.place("strategies"), "'strategies' is empty; name at least one");
-  scenario.live = kind_named(run.text("live"));
-  scenario.seed = static_cast<std::uint64_t>(run.integer("seed"));
-  scenario.keep_rows = run.text("keep") == "all";
-}
-
-void read_run(ScenarioReading& reading) {
-  if (!reading.sound("run")) return;
-  const Table run = reading.section("run");
-  Scenario& scenario = reading.scenario;
-  const bool has_trace = !scenario.timing.trace.empty();
-  Duration trace_length;
-  for (const SegmentTiming& segment : scenario.timing.trace) trace_length = std::max(trace_length, Duration{segment.end.ns});
-
-  if (run.has("duration")) {
-    scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);
-    if (has_trace && scenario.run_duration > trace_length) {
-      reading.errors.add(run.place("duration"),
-                         fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out",
-                                     in_ms(trace_length)));
-    }
-  } else if (has_trace) {
-    scenario.run_duration = trace_length;
-  } else if (reading.document.find("timing") == nullptr || reading.document.find("timing")->find("trace") == nullptr) {
-    reading.errors.add(run.place("duration"), "[run] has no 'duration'; write duration = \"4 s\"");
-    return;
-  }
-  if (run.has("interrupt")) scenario.interrupt = run.span("interrupt", scenario.nominal, reading.errors);
-  if (scenario.nominal.known && scenario.interrupt && *scenario.interrupt >= scenario.run_duration) {
-    reading.errors.add(run.place("interrupt"),
-                       fmt::format("'interrupt': the run has ended by {}; interrupt it earlier, or run longer",
-                                   in_ms(scenario.run_duration)));
-  }
-  scenario.warmup = run.span("warmup", scenario.nominal, reading.errors);
-  if (scenario.nominal.known && scenario.warmup >= scenario.run_duration) {
-    reading.errors.add(run.place("warmup"), fmt::format("'warmup': {} of {} leave nothing to judge", in_ms(scenario.warmup),
-                                                        in_ms(scenario.run_duration)));
-  }
-}
-
 namespace {
 
 /// The resolved table is stored elsewhere, and the files that it names must still be found from there.
@@ -112,6 +56,20 @@ void read_sections(ScenarioReading& reading) {
   reading.scenario.name = top.text("name");
   reading.scenario.because = top.text("because");
   for (const Value& tag : top.at("tags").list) reading.scenario.tags.push_back(tag.text);
+}
+
+/// Foreign parts that the program does not have.
+void refuse_unregistered(const Scenario& scenario, const std::vector<std::string>& registered, Errors& errors) {
+  const auto check = [&](const char* what, const std::string& name, const Place& place) {
+    if (std::find(registered.begin(), registered.end(), name) != registered.end()) return;
+    errors.add(place, fmt::format("the {} '{}' is not registered; this needs a program that registers it", what, name));
+  };
+  if (const auto* scene = std::get_if<ForeignScene>(&scenario.scene.body)) check("solver", scene->name, scenario.scene_place);
+  for (const DeviceSpec& device : scenario.devices) {
+    if (const auto* driver = std::get_if<ForeignDriverSpec>(&device.driver))
+      check("driver", driver->part.name, driver->part.place);
+  }
+  if (scenario.remap.foreign) check("map", scenario.remap.foreign->name, scenario.remap.foreign->place);
 }
 
 void append_files(Value* value, std::vector<Value*>& files) {
@@ -154,17 +112,18 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
   return document;
 }
 
-ReadResult read_document(Value document, const std::string& path) {
+ReadResult read_document(Value document, const std::string& path, const std::vector<std::string>& registered) {
   Errors errors;
   Scenario scenario;
   scenario.file = path;
   const Check check(document, errors);
   ScenarioReading reading{document, check, errors, scenario};
   read_sections(reading);
-  if (errors.any()) return {std::nullopt, errors.sorted(path)};
+  refuse_unregistered(scenario, registered, errors);
+  if (errors.any()) return Failure(errors.sorted(path));
   make_paths_absolute(document);
   scenario.resolved_toml = print_toml(document);
-  return {std::move(scenario), {}};
+  return scenario;
 }
 
 }  // namespace internal
@@ -173,8 +132,8 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   using namespace internal;
   Errors errors;
   Value document = load_with_overrides(path, options, errors);
-  if (errors.any()) return {std::nullopt, errors.sorted(path)};
-  return read_document(std::move(document), path);
+  if (errors.any()) return Failure(errors.sorted(path));
+  return read_document(std::move(document), path, options.registered);
 }
 
 }  // namespace evenstep

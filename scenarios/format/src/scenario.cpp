@@ -26,11 +26,14 @@ const char* name_of(ForceUnderrun policy) { return policy == ForceUnderrun::hold
 
 ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise) {
   const CutLimits& cut = otherwise.cut;
-  return {spec.max_N.value_or(otherwise.max_N),
-          spec.max_slew_N_per_s.value_or(otherwise.max_slew_N_per_s),
-          {spec.gain.value_or(cut.gain), spec.ramp_up.value_or(cut.ramp_up), spec.ramp_down.value_or(cut.ramp_down),
-           spec.max_speed_m_per_s.value_or(cut.max_speed_m_per_s), spec.stale_force.value_or(cut.stale_force),
-           spec.stale_hand.value_or(cut.stale_hand)}};
+  return {.max_N = spec.max_N.value_or(otherwise.max_N),
+          .max_slew_N_per_s = spec.max_slew_N_per_s.value_or(otherwise.max_slew_N_per_s),
+          .cut = {.gain = spec.gain.value_or(cut.gain),
+                  .ramp_up = spec.ramp_up.value_or(cut.ramp_up),
+                  .ramp_down = spec.ramp_down.value_or(cut.ramp_down),
+                  .max_speed_m_per_s = spec.max_speed_m_per_s.value_or(cut.max_speed_m_per_s),
+                  .stale_force = spec.stale_force.value_or(cut.stale_force),
+                  .stale_hand = spec.stale_hand.value_or(cut.stale_hand)}};
 }
 
 bool has_hand(const Scenario& scenario) {
@@ -56,8 +59,10 @@ std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& rende
   const double turn_per_s = 2 * kPi * *mode.frequency_Hz, spring_N_per_m = 2 * *mode.static_N_per_m;
   // The mass is that of the tissue, whatever the factor is.
   const double mass_kg = 2 * spring_N_per_m / (turn_per_s * turn_per_s);
-  return SpringMode{spring_N_per_m * render.factor, spring_N_per_m * render.factor, mass_kg,
-                    2 * *mode.damping_ratio * mass_kg * turn_per_s};
+  return SpringMode{.contact_N_per_m = spring_N_per_m * render.factor,
+                    .ground_N_per_m = spring_N_per_m * render.factor,
+                    .mass_kg = mass_kg,
+                    .damping_N_s_per_m = 2 * *mode.damping_ratio * mass_kg * turn_per_s};
 }
 
 }  // namespace evenstep

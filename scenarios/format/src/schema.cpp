@@ -6,21 +6,12 @@
 
 #include "evenstep/format/scenario.h"
 #include "evenstep/format/fields.h"
+#include "evenstep/reports/json.h"
 #include "evenstep/text/units.h"
 
 namespace evenstep {
 namespace internal {
 namespace {
-
-/// A JSON string.
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
 
 /// A pattern for texts such as "11.1 ms"; the blank is optional, and units that are words may have a plural.
 std::string unit_pattern(const Field& field) {
@@ -39,82 +30,79 @@ std::string unit_pattern(const Field& field) {
                      fmt::join(names, "|"), bare ? "?" : "");
 }
 
-std::string numeric(const Field& field, std::string_view type) {
-  std::string out = fmt::format("{{\"type\": \"{}\"", type);
-  if (std::isfinite(field.range.least)) out += fmt::format(", \"minimum\": {}", field.range.least);
-  if (field.range.above_least) out += ", \"exclusiveMinimum\": true";
-  if (std::isfinite(field.range.most)) out += fmt::format(", \"maximum\": {}", field.range.most);
-  return out + "}";
+Json numeric(const Field& field, const char* type) {
+  Json out = {{"type", type}};
+  if (std::isfinite(field.range.least)) out["minimum"] = json_number(field.range.least);
+  if (field.range.above_least) out["exclusiveMinimum"] = true;
+  if (std::isfinite(field.range.most)) out["maximum"] = json_number(field.range.most);
+  return out;
 }
 
-std::string table_schema(std::string_view table);
+Json pattern(const std::string& text) { return {{"type", "string"}, {"pattern", text}}; }
 
-/// The forms of one element, as JSON schemas.
-std::vector<std::string> alternatives(const Field& field) {
-  std::vector<std::string> out;
-  if (field.forms & kWord) {
-    std::vector<std::string> words;
-    for (const std::string_view word : split_words(field.words)) words.push_back(quoted(word));
-    out.push_back(fmt::format("{{\"enum\": [{}]}}", fmt::join(words, ", ")));
-  }
-  if (field.forms & kBoolean) out.emplace_back("{\"type\": \"boolean\"}");
+Json table_schema(std::string_view table);
+
+/// The forms of one element.
+Json alternatives(const Field& field) {
+  constexpr const char* kTime = "(ns|us|ms|s|min|h)";
+  Json out = Json::array();
+  if (field.forms & kWord) out.push_back({{"enum", split_words(field.words)}});
+  if (field.forms & kBoolean) out.push_back({{"type", "boolean"}});
   if (field.forms & kInteger) out.push_back(numeric(field, "integer"));
   if (field.forms & kNumber) out.push_back(numeric(field, "number"));
-  if (field.forms & kLimit) out.emplace_back("{\"type\": \"number\"}");
-  if (field.forms & (kText | kFile)) out.emplace_back("{\"type\": \"string\"}");
-  if (field.forms & kLognormal) out.emplace_back("{\"type\": \"string\", \"pattern\": \"^lognormal [0-9.]+ *%$\"}");
-  if (field.forms & kPareto) {
-    out.emplace_back(
-        "{\"type\": \"string\", \"pattern\": \"^pareto [0-9.]+ *(ns|us|ms|s|min|h) cap [0-9.]+ *(ns|us|ms|s|min|h)$\"}");
-  }
-  if (field.forms & kSegments) out.emplace_back("{\"type\": \"string\", \"pattern\": \"^[0-9.]+ *segments?$\"}");
-  if (field.forms & kSmooth)
-    out.emplace_back("{\"type\": \"string\", \"pattern\": \"^smooth [0-9.]+ *(ns|us|ms|s|min|h)$\"}");
-  if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) {
-    out.push_back(fmt::format("{{\"type\": \"string\", \"pattern\": {}}}", quoted(unit_pattern(field))));
-  }
-  if (field.forms & kAnything) out.emplace_back("{}");
+  if (field.forms & kLimit) out.push_back({{"type", "number"}});
+  if (field.forms & (kText | kFile)) out.push_back({{"type", "string"}});
+  if (field.forms & kLognormal) out.push_back(pattern("^lognormal [0-9.]+ *%$"));
+  if (field.forms & kPareto) out.push_back(pattern(fmt::format("^pareto [0-9.]+ *{} cap [0-9.]+ *{}$", kTime, kTime)));
+  if (field.forms & kSegments) out.push_back(pattern("^[0-9.]+ *segments?$"));
+  if (field.forms & kSmooth) out.push_back(pattern(fmt::format("^smooth [0-9.]+ *{}$", kTime)));
+  if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) out.push_back(pattern(unit_pattern(field)));
+  if (field.forms & kAnything) out.push_back(Json::object());
+  if (field.forms & kOptions) out.push_back({{"type", "object"}});
   if (field.forms & kTable) out.push_back(table_schema(subtable(field)));
   return out;
 }
 
-std::string any_of(const std::vector<std::string>& choices) {
-  return choices.size() == 1 ? choices.front() : fmt::format("{{\"anyOf\": [{}]}}", fmt::join(choices, ", "));
+Json any_of(Json choices) {
+  if (choices.size() == 1) return choices.front();
+  return {{"anyOf", std::move(choices)}};
 }
 
-std::string shaped(const Field& field) {
-  const std::string one = any_of(alternatives(field));
+Json shaped(const Field& field) {
+  Json one = any_of(alternatives(field));
   switch (field.shape) {
     case Shape::one:
-      return one;
+      break;
     case Shape::list:
-      return fmt::format("{{\"type\": \"array\", \"items\": {}}}", one);
-    case Shape::one_or_list:
-      return fmt::format("{{\"anyOf\": [{}, {{\"type\": \"array\", \"minItems\": 1, \"items\": {}}}]}}", one, one);
+      return {{"type", "array"}, {"items", std::move(one)}};
+    case Shape::one_or_list: {
+      Json list = {{"type", "array"}, {"minItems", 1}, {"items", one}};
+      return any_of(Json::array({std::move(one), std::move(list)}));
+    }
     case Shape::three:
-      return fmt::format("{{\"type\": \"array\", \"minItems\": 3, \"maxItems\": 3, \"items\": {}}}", one);
+      return {{"type", "array"}, {"minItems", 3}, {"maxItems", 3}, {"items", std::move(one)}};
   }
   return one;
 }
 
 /// All rows of a key (one per kind) as one property: first the hover text, then the allowed values.
-std::string property(std::string_view table, std::string_view key) {
-  std::vector<std::string> schemas, meanings;
+Json property(std::string_view table, std::string_view key) {
+  Json schemas = Json::array();
+  std::vector<std::string> meanings;
   for (const Field& field : fields()) {
     if (field.table != table || field.key != key) continue;
-    const std::string schema = shaped(field);
+    const Json schema = shaped(field);
     if (std::find(schemas.begin(), schemas.end(), schema) == schemas.end()) schemas.push_back(schema);
     meanings.push_back(std::string(field.meaning) +
                        (field.default_toml.empty() ? "" : fmt::format(" Default: {}.", field.default_toml)));
   }
-  return fmt::format("{}: {{\"description\": {}, \"allOf\": [{}]}}", quoted(key),
-                     quoted(fmt::format("{}", fmt::join(meanings, " | "))), any_of(schemas));
+  return {{"description", fmt::format("{}", fmt::join(meanings, " | "))},
+          {"allOf", Json::array({any_of(std::move(schemas))})}};
 }
 
 /// The schema allows keys of other kinds; `evenstep check` reports them.
-std::string table_schema(std::string_view table) {
-  std::vector<std::string> properties, required;
-  std::string others = "false";
+Json table_schema(std::string_view table) {
+  Json properties = Json::object(), required = Json::array(), others = false;
   std::string_view last;
   for (const Field& field : fields()) {
     if (field.table != table) continue;
@@ -122,24 +110,25 @@ std::string table_schema(std::string_view table) {
       others = shaped(field);
       continue;
     }
-    if (field.key != last) properties.push_back(property(table, field.key));
+    if (field.key != last) properties[std::string(field.key)] = property(table, field.key);
     last = field.key;
     // A base file need not be complete, so at the top only those keys are required that every file must have.
-    if (field.required && field.kinds.empty() && (!table.empty() || field.key == "format"))
-      required.push_back(quoted(field.key));
+    if (field.required && field.kinds.empty() && (!table.empty() || field.key == "format")) required.push_back(field.key);
   }
-  const std::string must = required.empty() ? "" : fmt::format(", \"required\": [{}]", fmt::join(required, ", "));
-  return fmt::format("{{\"type\": \"object\", \"additionalProperties\": {}{}, \"properties\": {{\n{}\n}}}}", others, must,
-                     fmt::join(properties, ",\n"));
+  Json out = {{"type", "object"}, {"additionalProperties", std::move(others)}};
+  if (!required.empty()) out["required"] = std::move(required);
+  out["properties"] = std::move(properties);
+  return out;
 }
 
 }  // namespace
 }  // namespace internal
 
 std::string scenario_schema() {
-  return fmt::format(
-      "{{\"$schema\": \"http://json-schema.org/draft-04/schema#\", \"title\": \"evenstep scenario\", \"allOf\": [{}]}}\n",
-      internal::table_schema(""));
+  const Json schema = {{"$schema", "http://json-schema.org/draft-04/schema#"},
+                       {"title", "evenstep scenario"},
+                       {"allOf", Json::array({internal::table_schema("")})}};
+  return schema.dump(1) + '\n';
 }
 
 }  // namespace evenstep

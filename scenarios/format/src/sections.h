@@ -17,9 +17,13 @@ struct ScenarioReading {
   bool sound(std::string_view name) const;
 };
 
+/// `name` and `options` of a part that the program registers.
+Foreign read_foreign(const Table& table);
+
 void read_strategies(ScenarioReading& reading);
 void read_timing(ScenarioReading& reading);        ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
 void read_run(ScenarioReading& reading);           ///< after read_timing
+void read_motion(const ScenarioReading& reading, const Table& device, DeviceSpec& spec);
 void read_devices(ScenarioReading& reading);       ///< after read_timing
 void read_scene(ScenarioReading& reading);         ///< after read_timing and read_devices
 void read_rendering(ScenarioReading& reading);     ///< after read_scene

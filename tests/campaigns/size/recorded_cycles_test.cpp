@@ -16,9 +16,9 @@ struct Recorded {
 
 Recorded recorded(const std::string& name) {
   const TimingCsv csv = read_timing_csv(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/recorded/" + name + ".csv");
-  REQUIRE(csv.errors.empty());
+  REQUIRE(csv);
   Recorded out;
-  for (const SegmentTiming& segment : csv.segments) {
+  for (const SegmentTiming& segment : *csv) {
     if (!out.steps.empty() && !segment.steps.empty()) out.boundaries.push_back(out.steps.size());
     for (const Interval& step : segment.steps) out.steps.push_back({step.begin, step.end, 0, 0});
   }

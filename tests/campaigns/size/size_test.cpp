@@ -207,9 +207,9 @@ TEST_CASE("a bare list has the bounds of its recording and the segments of the c
                               .step_variation = 0.05},
                              100);
   const TimingCsv bare = parse_timing_or_steps(written(segments, false), "bare");
-  REQUIRE(bare.errors.empty());
-  REQUIRE(bare.segments.size() == 1);
-  const SizeRecord with = size_segments(segments, "", {}), without = size_segments(bare.segments, "", {});
+  REQUIRE(bare);
+  REQUIRE(bare->size() == 1);
+  const SizeRecord with = size_segments(segments, "", {}), without = size_segments(*bare, "", {});
   CHECK(without.segments_from == "cycle");
   CHECK(without.segments == 100);                                // it begins with the first of 8 steps
   CHECK(without.left_out == 0);
@@ -223,14 +223,14 @@ TEST_CASE("a list that begins in the middle of a cycle is sized from the first p
   segments.front().steps.erase(segments.front().steps.begin(), segments.front().steps.begin() + 10);
   Interval& late = segments[30].steps[4];                        // step 5 + 29 * 15 + 4 of the list
   late.end = segments[30].steps[5].begin = late.end + Duration{1 * ms};
-  const SizeRecord record = size_segments(parse_timing_or_steps(written(segments, false), "bare").segments, "", {});
+  const SizeRecord record = size_segments(*parse_timing_or_steps(written(segments, false), "bare"), "", {});
   CHECK(record.left_out == 5);
   CHECK(record.segments == 59);
   CHECK(record.steps == 59 * 15);
   CHECK(record.held.taut_string.culprit.step == 5 + 29 * 15 + 4);
   CHECK(record.held.taut_string.culprit.late_step == 5 + 29 * 15 + 4);
   segments.erase(segments.begin());
-  const SizeRecord whole = size_segments(parse_timing_or_steps(written(segments, false), "bare").segments, "", {});
+  const SizeRecord whole = size_segments(*parse_timing_or_steps(written(segments, false), "bare"), "", {});
   CHECK(whole.left_out == 0);
   for (std::size_t i = 0; i < 2; ++i) CHECK(record.strategies[i].lead_culprit == whole.strategies[i].lead_culprit + 5);
 }
@@ -248,9 +248,9 @@ TEST_CASE("without a cycle every step is a segment and that is said") {
 TEST_CASE("a list of begins and ends is read like timing.csv and its mistakes are named") {
   const auto error = [](const std::string& text) {
     const TimingCsv csv = parse_timing_or_steps(text, "list.csv");
-    return csv.errors.empty() ? "" : evenstep::text(csv.errors.front());
+    return csv ? "" : evenstep::text(csv.error().front());
   };
-  CHECK(parse_timing_or_steps("begin_ns,end_ns\n100,150\n160,200\r\n", "list.csv").segments.front().steps[1].begin.ns == 60);
+  CHECK(parse_timing_or_steps("begin_ns,end_ns\n100,150\n160,200\r\n", "list.csv")->front().steps[1].begin.ns == 60);
   CHECK_THAT(error("begin_ns,end_ns\n"), Contains("no rows"));
   CHECK_THAT(error("begin_ns,end_ns\n5,4\n"), Contains("list.csv:2:3: error: ends at 4 ns, before it begins at 5 ns"));
   CHECK_THAT(error("begin_ns,end_ns\n5,9\n8,10\n"), Contains("list.csv:3:1: error: begins at 8 ns, before the step before it"));

@@ -13,9 +13,9 @@ namespace {
 Scenario spring(const std::vector<std::string>& set) {
   const ReadResult read =
       read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring-hold.toml", {set, std::nullopt});
-  for (const Diagnostic& error : read.errors) UNSCOPED_INFO(text(error));
-  REQUIRE(read.scenario);
-  Scenario scenario = *read.scenario;
+  for (const Diagnostic& error : read.error_or({})) UNSCOPED_INFO(text(error));
+  REQUIRE(read);
+  Scenario scenario = *read;
   scenario.strategies = {StrategyKind::paper, StrategyKind::phase_locked};
   scenario.live = StrategyKind::phase_locked;
   scenario.expectations.clear();

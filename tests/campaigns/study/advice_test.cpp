@@ -39,10 +39,10 @@ StudyRecord record() {
 }
 
 StudyAdvice advice_for(const StudyRecord& study, const std::string& goal) {
-  const Parsed<StudyGoal> parsed = parse_goal(goal);
-  INFO(parsed.error);
+  const Result<StudyGoal> parsed = parse_goal(goal);
+  INFO(parsed.error_or(""));
   REQUIRE(parsed.ok());
-  return advise(study, parsed.value);
+  return advise(study, *parsed);
 }
 
 }  // namespace
@@ -81,9 +81,9 @@ TEST_CASE("A goal is an error and a quantity; anything else is refused with an e
   for (const char* bad :
        {"", "force", "1 %", "1 force", "1 % speed", "1 m force", "0 % force", "-1 % force", "nan % force", "% force"}) {
     INFO(bad);
-    const Parsed<StudyGoal> parsed = parse_goal(bad);
+    const Result<StudyGoal> parsed = parse_goal(bad);
     CHECK_FALSE(parsed.ok());
-    CHECK_THAT(parsed.error, Contains("\"1 % force\""));
+    CHECK_THAT(parsed.error(), Contains("\"1 % force\""));
   }
 }
 

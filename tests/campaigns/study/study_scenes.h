@@ -17,9 +17,9 @@ inline Scenario small_study(const std::vector<std::string>& set = {}) {
   all.insert(all.end(), set.begin(), set.end());
   const ReadResult result =
       read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/stiff/study-block.toml", {all, std::nullopt});
-  for (const Diagnostic& error : result.errors) UNSCOPED_INFO(text(error));
-  REQUIRE(result.scenario);
-  return *result.scenario;
+  for (const Diagnostic& error : result.error_or({})) UNSCOPED_INFO(text(error));
+  REQUIRE(result);
+  return *result;
 }
 
 /// A chain along x between a wall and a tool that holds its last particle still. It swings in its mode `p`: the springs stay

@@ -154,6 +154,6 @@ TEST_CASE("Interrupted before its first cell, a study has none and says so") {
 
 TEST_CASE("A spring is refused") {
   const ReadResult spring = read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring.toml");
-  REQUIRE(spring.scenario);
-  CHECK_THROWS_WITH(run_study(*spring.scenario), Contains("kind = \"tissue\""));
+  REQUIRE(spring);
+  CHECK_THROWS_WITH(run_study(*spring), Contains("kind = \"tissue\""));
 }

@@ -15,10 +15,10 @@ namespace {
 SweepSpec read(const std::string& sweep) {
   Folder folder;
   const ReadResult result = read_scenario(folder.write("x.toml", test::small_scenario(sweep)));
-  for (const Diagnostic& error : result.errors) UNSCOPED_INFO(text(error));
-  REQUIRE(result.scenario);
-  REQUIRE(result.scenario->sweep);
-  return *result.scenario->sweep;
+  for (const Diagnostic& error : result.error_or({})) UNSCOPED_INFO(text(error));
+  REQUIRE(result);
+  REQUIRE(result->sweep);
+  return *result->sweep;
 }
 
 std::vector<std::string> values(const std::string& value) {

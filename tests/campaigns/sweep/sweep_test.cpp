@@ -1,4 +1,5 @@
 // One process, threads, shards and a sweep that goes on after a cut: the same bytes. And what merge refuses.
+#include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/sweep.h"
 
 #include <fmt/format.h>
@@ -292,14 +293,14 @@ TEST_CASE("Ordered results come in order whatever the threads and the first exce
 TEST_CASE("A shard is written as I of N or taken from the batch system") {
   const auto nothing = [](const char*) -> const char* { return nullptr; };
   const auto shard = [&](const std::string& text) { return parse_shard(text, nothing); };
-  CHECK(shard("2/5").value.index == 2);
-  CHECK(shard("2/5").value.of == 5);
+  CHECK(shard("2/5")->index == 2);
+  CHECK(shard("2/5")->of == 5);
   CHECK(shard("1/1").ok());
   for (const char* bad : {"", "0/5", "6/5", "2", "2/", "/5", "a/b", "2/5x", "-1/5", "2/0", "1/1000001"}) {
     INFO(bad);
     CHECK_FALSE(shard(bad).ok());
   }
-  CHECK_THAT(shard("auto").error, Contains("SLURM_ARRAY_TASK_ID"));
+  CHECK_THAT(shard("auto").error(), Contains("SLURM_ARRAY_TASK_ID"));
   const auto from = [](std::vector<std::pair<std::string, std::string>> variables) {
     return parse_shard("auto", [variables](const char* name) -> const char* {
       for (const auto& [key, value] : variables) {
@@ -313,10 +314,10 @@ TEST_CASE("A shard is written as I of N or taken from the batch system") {
                            {"SLURM_ARRAY_TASK_MIN", "10"},
                            {"SLURM_PROCID", "0"},
                            {"SLURM_NTASKS", "1"}});
-  CHECK(array.value.index == 3);
-  CHECK(array.value.of == 4);
-  CHECK(from({{"OMPI_COMM_WORLD_RANK", "0"}, {"OMPI_COMM_WORLD_SIZE", "2"}}).value.index == 1);
-  CHECK(from({{"CI_NODE_INDEX", "2"}, {"CI_NODE_TOTAL", "2"}}).value.index == 2);
+  CHECK(array->index == 3);
+  CHECK(array->of == 4);
+  CHECK(from({{"OMPI_COMM_WORLD_RANK", "0"}, {"OMPI_COMM_WORLD_SIZE", "2"}})->index == 1);
+  CHECK(from({{"CI_NODE_INDEX", "2"}, {"CI_NODE_TOTAL", "2"}})->index == 2);
   CHECK_FALSE(from({{"CI_NODE_INDEX", "3"}, {"CI_NODE_TOTAL", "2"}}).ok());
 }
 
@@ -327,8 +328,8 @@ TEST_CASE("The command of a point runs it again to the same trace") {
   CHECK(point_command(whole.record.header, point, "a b.toml", {"run.warmup=0.1 s", "sweep.seeds=[5]"}) ==
         "evenstep run 'a b.toml' --seed 5 --set 'run.warmup=0.1 s' --set 'remap.latency=17 ms'");
   const ReadResult read = read_scenario(small.scenario, {{"remap.latency=17 ms"}, 5});
-  REQUIRE(read.scenario);
-  const RunOutcome again = run_scenario(*read.scenario, {});
+  REQUIRE(read);
+  const RunOutcome again = run_scenario(*read, {});
   CHECK(again.record.trace_hash == point.trace_hash);
   REQUIRE(point.expect.size() == 1);
   CHECK(again.results.front().value == point.expect.front().value);

@@ -11,7 +11,7 @@
 
 #include "evenstep/text/quantity.h"
 #include "evenstep/format/scenario.h"
-#include "evenstep/reports/study.h"
+#include "evenstep/reports/study_record.h"
 
 namespace evenstep {
 
@@ -32,7 +32,7 @@ struct StudyGoal {
   double most = 0;  ///< SI, or a share
   bool is_share = true;
 };
-Parsed<StudyGoal> parse_goal(std::string_view text);
+Result<StudyGoal> parse_goal(std::string_view text);
 
 /// The cheapest cell (median CPU time) that meets the goal, and whether it keeps real time here.
 struct StudyAdvice {

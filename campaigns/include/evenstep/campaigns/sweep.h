@@ -21,7 +21,7 @@ struct SweepShard {
 };
 /// Parses "2/5", or "auto" for the shard that a batch system gives in the environment (Slurm arrays and tasks, Open MPI,
 /// PMI, GitLab's parallel jobs, Google Test's variables); it is an error if none does. `variable` reads the environment.
-Parsed<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
+Result<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
 
 struct SweepOptions {
   std::vector<std::string> set;
@@ -59,12 +59,5 @@ SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::strin
 
 /// The errors in the points of a scenario's [sweep]: every combination is read, but none is run.
 std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set);
-
-/// The command that runs a point again. `file` is the path of the scenario from here.
-std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
-                          const std::vector<std::string>& set = {});
-
-/// A word for the shell, quoted if necessary.
-std::string shell_word(const std::string& word);
 
 }  // namespace evenstep

@@ -14,12 +14,6 @@
 
 namespace evenstep {
 
-/// The simulated device of a [[device]].
-std::unique_ptr<SimulatedDevice> simulated_transport(const DeviceSpec& device, const Clock& clock);
-/// The driver that the [[device]] names, above a real or a simulated transport. Throws DeviceError if it cannot drive the
-/// device there.
-std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
-
 /// Stops the driver of a simulated device. Whatever way a run ends, the motors must then be off and the effects freed; if
 /// they are not, this throws RunFailure ("still-driving", which no scenario can expect).
 void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device);

@@ -23,6 +23,7 @@ class SolverStep final : public Work {
         tool_count_(scene.tool_count),
         digest_(scene.needs_state_digest),
         variable_(scene.variable_step),
+        step_rate_(scene.step_rate),
         step_s_(period_s(scene.step_rate)) {}
   std::array<glm::dvec3, kMaxTools> positions_m{};  ///< input
   ToolResponse response;                            ///< output
@@ -36,9 +37,9 @@ class SolverStep final : public Work {
   /// first step by the nominal step size).
   void begins(RealTime began);
   void run() override;
-  /// The simulation time at which the tools reach `positions_m`, counted from that of the first step: n step sizes if they
-  /// are constant.
-  double simulated_s() const { return simulated_s_; }
+  /// Simulation time at which the tools reach `positions_m`, counted from the first step's: n step sizes where they are
+  /// constant, otherwise the real time since the first step began.
+  SimTime simulated() const { return simulated_; }
 
  private:
   Solver& solver_;
@@ -46,9 +47,10 @@ class SolverStep final : public Work {
   bool digest_;
   bool variable_;
   std::array<RealTime, kMaxTools> read_at_{};
+  Rate step_rate_;
   double step_s_;  // length of the next step
-  double simulated_s_ = 0;
-  std::optional<RealTime> began_;
+  SimTime simulated_;
+  std::optional<RealTime> first_began_, began_;
   std::int64_t step_ = 0;
 };
 

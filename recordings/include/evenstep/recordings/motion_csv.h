@@ -6,13 +6,11 @@
 
 #include "evenstep/device/motion.h"
 #include "evenstep/text/diagnostic.h"
+#include "evenstep/time/result.h"
 
 namespace evenstep::internal {
 
-struct MotionCsv {
-  RecordedMotion motion;
-  std::vector<Diagnostic> errors;
-};
+using MotionCsv = Result<RecordedMotion, std::vector<Diagnostic>>;
 MotionCsv read_motion_csv(const std::string& path);
 MotionCsv parse_motion_csv(const std::string& text, const std::string& name);
 

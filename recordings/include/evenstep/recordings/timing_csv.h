@@ -7,17 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/text/diagnostic.h"
 #include "evenstep/scheduler/step_timing.h"
+#include "evenstep/text/diagnostic.h"
+#include "evenstep/time/result.h"
 
 namespace evenstep {
 
-struct TimingCsv {
-  std::vector<SegmentTiming> segments;     ///< times shifted so that the first begins at 0
-  std::vector<Diagnostic> errors;
-};
+/// Times are shifted so that the first segment begins at 0.
+using TimingCsv = Result<std::vector<SegmentTiming>, std::vector<Diagnostic>>;
 TimingCsv read_timing_csv(const std::string& path);
 TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
+
+/// Pieces of a segment in order of their begin, its idle rest last. Reading it gives the segments again, from 0 on.
+std::string format_timing_csv(const std::vector<SegmentTiming>& segments);
 
 /// The same format, or a plain list of steps with the header `begin_ns,end_ns`, which becomes one segment. Steps must not
 /// overlap.

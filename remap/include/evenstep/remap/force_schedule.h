@@ -42,8 +42,8 @@ class ForceSchedule {
 
 template <class Value>
 Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
-  using Entry = typename TimedRing<Value>::Entry;
-  Entry later;
+  using Ring = TimedRing<Value>;
+  typename Ring::Entry earlier{}, later;
   if (head == 0) return {};
   if (!ring_.get(head - 1, head, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
@@ -52,17 +52,12 @@ Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
     if (past) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
     return {later.value, ReadStatus::inside, newest};
   }
-  for (std::uint64_t index = head - 1;; --index) {
-    Entry earlier;
-    if (index == 0) return {Value{}, ReadStatus::empty, newest};
-    if (!ring_.get(index - 1, head, earlier)) return {later.value, ReadStatus::overrun, newest};
-    if (earlier.time <= at) {
-      if (emission_ == Emission::hold) return {earlier.value, ReadStatus::inside, newest};
-      const double w = ratio(at - earlier.time, later.time - earlier.time);
-      return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
-    }
-    later = earlier;
-  }
+  const auto place = ring_.find(at, head, earlier, later);
+  if (place == Ring::Place::before_first) return {Value{}, ReadStatus::empty, newest};
+  if (place == Ring::Place::lost) return {later.value, ReadStatus::overrun, newest};
+  if (emission_ == Emission::hold) return {earlier.value, ReadStatus::inside, newest};
+  const double w = ratio(at - earlier.time, later.time - earlier.time);
+  return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
 }
 
 }  // namespace evenstep

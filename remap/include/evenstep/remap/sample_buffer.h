@@ -41,21 +41,16 @@ Reading<Value> SampleBuffer<Value>::newest(std::uint64_t head) const {
 
 template <class Value>
 Reading<Value> SampleBuffer<Value>::at(RealTime at, std::uint64_t head) const {
-  typename TimedRing<Value>::Entry later;
+  using Ring = TimedRing<Value>;
+  typename Ring::Entry earlier{}, later;
   if (head == 0) return {};
   if (!ring_.get(head - 1, head, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
   if (at > newest) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
-  for (std::uint64_t index = head - 1; at < later.time; --index) {   // newest first: reads lie near the head
-    typename TimedRing<Value>::Entry earlier;
-    if (index == 0 || !ring_.get(index - 1, head, earlier)) return {later.value, ReadStatus::overrun, newest};
-    if (earlier.time <= at) {
-      const double w = ratio(at - earlier.time, later.time - earlier.time);
-      return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
-    }
-    later = earlier;
-  }
-  return {later.value, ReadStatus::inside, newest};
+  if (at == newest) return {later.value, ReadStatus::inside, newest};
+  if (ring_.find(at, head, earlier, later) != Ring::Place::between) return {later.value, ReadStatus::overrun, newest};
+  const double w = ratio(at - earlier.time, later.time - earlier.time);
+  return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
 }
 
 }  // namespace evenstep

@@ -7,6 +7,7 @@
 /// and a reader that saw one word of a newer entry (acquire) also sees the head that was stored before it (release), which
 /// is checked after the copy.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cassert>
@@ -49,22 +50,61 @@ class TimedRing {
     head_.store(head + 1, std::memory_order_release);
   }
 
-  /// Entry `index` (0 = first ever pushed) as of `head`. False if it is not yet, or no longer, in the ring. (A difference below
-  /// zero wraps round to a large number.)
+  /// Entry `index` (0 = first ever pushed) as of `head`. False if it is not yet, or no longer, in the ring. (A difference
+  /// below zero wraps round to a large number.)
   bool get(std::uint64_t index, std::uint64_t head, Entry& entry) const {
     if (head - index - 1 >= capacity_) return false;
-    std::array<std::uint64_t, kWords> words;
-    const Slot& slot = slots_[index % (kept_ + 1)];
-    for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
-    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach here.
-    if (head_.load(std::memory_order_relaxed) - index - 1 >= kept_) return false;
-    std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));
-    return true;
+    return copy(slots_[index % (kept_ + 1)], index, entry);
+  }
+
+  enum class Place {
+    between,       ///< at `earlier` or after it, and before `later`
+    before_first,  ///< before the first entry ever pushed, which is `later`
+    lost,          ///< older than the ring holds; `later` is the oldest entry that it does
+  };
+  /// Which two neighbours of the first `head` entries `at` lies between. `later` is handed in as the newest of them and must
+  /// lie after `at`. Of entries with equal times `earlier` is the last.
+  ///
+  /// Most reads lie near the newest entry, so the search doubles its distance from there and then halves the gap: an entry k
+  /// back takes about 2 log2(k) looks. What the writer has overwritten by now counts as too old, which it is.
+  Place find(RealTime at, std::uint64_t head, Entry& earlier, Entry& later) const {
+    const std::uint64_t slots = kept_ + 1, newest = (head - 1) % slots;
+    // Distances from the newest entry: the one at `after` lies after `at`, the one at `before` does not or is out of reach.
+    std::uint64_t after = 0, before = std::min<std::uint64_t>(head, capacity_);
+    bool found = false, doubling = true;
+    for (std::uint64_t back = 1; before - after > 1;) {
+      Entry entry;
+      const bool there = copy(slots_[newest < back ? newest + slots - back : newest - back], head - 1 - back, entry);
+      if (there && at < entry.time) {
+        later = entry;
+        after = back;
+      } else {
+        if (there) earlier = entry;
+        before = back;
+        found = there;
+        doubling = false;
+      }
+      back = doubling ? std::min(2 * back, before - 1) : after + (before - after) / 2;
+    }
+    if (found) return Place::between;
+    return after == head - 1 ? Place::before_first : Place::lost;
   }
 
  private:
   static constexpr std::size_t kWords = (sizeof(Entry) + 7) / 8;
   using Slot = std::array<std::atomic<std::uint64_t>, kWords>;
+
+  /// False if the writer may have begun to overwrite it.
+  bool copy(const Slot& slot, std::uint64_t index, Entry& entry) const {
+    std::array<std::uint64_t, kWords> words;
+    for (std::size_t i = 0; i < kWords; ++i) words[i] = slot[i].load(std::memory_order_acquire);
+    // The writer may be filling the entry after the newest; its slot held the one kept_ + 1 before, which is out of reach
+    // here.
+    if (head_.load(std::memory_order_relaxed) - index - 1 >= kept_) return false;
+    std::memcpy(static_cast<void*>(&entry), words.data(), sizeof(Entry));
+    return true;
+  }
+
   std::size_t capacity_, kept_;
   std::unique_ptr<Slot[]> slots_;
   std::atomic<std::uint64_t> head_{0};

@@ -19,19 +19,18 @@ std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>
 std::string series_csv(const RunRecord& run);
 /// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, including the warm-up.
 std::string underruns_csv(const RunRecord& run);
-/// segment,kind,index,begin_ns,end_ns: what the first strategy that is not `ideal` really ran; a scenario can replay it.
-std::string timing_csv(const StrategyRecord& strategy);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 
 // events.bin (docs/metrics.md): magic "EVSTEP01", per strategy its name, event names and rows; little endian.
 std::vector<std::byte> events_bin(const RunRecord& run);
-struct EventFile { std::vector<StrategyRecord> strategies; /* name, event_names, events, trace_hash only */ };
+/// Of each record: name, event_names, events and trace_hash only.
+using EventFile = std::vector<StrategyRecord>;
 /// Throws std::runtime_error with the byte offset of the fault. The input is not trusted: sizes are checked before use.
 EventFile read_events_bin(const std::vector<std::byte>& bytes);
 struct Difference { std::string strategy; std::int64_t index = -1; std::string text; };
 /// The first event that differs (by binary search over the chained hashes); empty if all are equal. Strategies are matched
-/// by name.
-std::optional<Difference> first_difference(const EventFile& a, const EventFile& b);
+/// by name. Of runs, or of what has been read of their files.
+std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b);
 
 }  // namespace evenstep

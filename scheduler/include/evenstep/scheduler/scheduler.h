@@ -113,6 +113,7 @@ class Scheduler {
 
  private:
   struct State;
+  void wake_at(RealTime at, Lane lane, Suspended& await) noexcept;
   RealTime now_;  ///< of the event being run, or of the last one; here, so that a lane reads it without a call
   std::unique_ptr<State> state_;
 };
@@ -131,7 +132,11 @@ struct Scheduler::Until : Suspended {
   RealTime at;
   Lane lane = Lane::completion;
   bool await_ready() const noexcept { return false; }
-  void await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept;
+  /// Inline, so that the time goes to the queue in a register, not through the memory where the lane keeps it.
+  void await_suspend(std::coroutine_handle<Task::promise_type> lane_handle) noexcept {
+    handle = lane_handle;
+    scheduler->wake_at(at, lane, *this);
+  }
   Arrival await_resume() const noexcept { return arrival; }
 };
 

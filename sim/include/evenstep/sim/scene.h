@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -17,10 +18,23 @@ inline constexpr int kMaxSubsteps = 100'000;  ///< per step; needing more is a m
 inline constexpr int kMaxIterations = 10'000;
 inline constexpr int kMaxRegions = 60;
 
+// Each kind of scene says of itself, for what is not the solver's:
+//   kAccountsEnergy    its solver keeps an account of energy, so that its growth can be judged
+//   kCostsLittle       a step is a few operations: a second solver beside a run costs nothing to speak of
+//   felt_stiffness..   stiffness that a tool at rest feels; none where nobody knows it without running
+//   stored_energy_J    energy that it holds while a tool rests at `tool_m`; none where the position alone does not determine it
+//   text               in one line, for people
+
 /// F = -k x on every tool, as the hand feels it. It is memoryless, so a constant velocity must give a force that is linear
 /// in time.
 struct SpringScene {
   double stiffness_N_per_m = 200;
+
+  static constexpr bool kAccountsEnergy = true;
+  static constexpr bool kCostsLittle = true;
+  std::optional<double> felt_stiffness_N_per_m() const { return stiffness_N_per_m; }
+  std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
+  std::string text() const;
 };
 
 /// A wall that pushes each tool out along its normal n and never pulls: F = n k (p + p^2 / l) at the depth p = surface - n .
@@ -30,6 +44,12 @@ struct WallScene {
   glm::dvec3 normal{1, 0, 0};    ///< out of the surface, towards the tool; of any length
   double surface_m = 0;          ///< distance of the surface from the origin, along the normal
   double hardening_m = 0;        ///< l; 0: none, F = n k p
+
+  static constexpr bool kAccountsEnergy = false;
+  static constexpr bool kCostsLittle = true;
+  std::optional<double> felt_stiffness_N_per_m() const { return stiffness_N_per_m; }
+  std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
+  std::string text() const;
 };
 
 /// The simplest tissue that rings: a mass on a ground spring 2 k, which the tool presses with a contact spring 2 k; each
@@ -44,6 +64,12 @@ struct ModeScene {
   bool one_sided = false;
   glm::dvec3 normal{1, 0, 0};
   double surface_m = 0;
+
+  static constexpr bool kAccountsEnergy = false;
+  static constexpr bool kCostsLittle = true;
+  std::optional<double> felt_stiffness_N_per_m() const { return stiffness_N_per_m; }
+  std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
+  std::string text() const;
 };
 
 /// How a tool and the tissue touch. Positions are block coordinates, m: the origin is the block's minimum corner.
@@ -113,6 +139,24 @@ struct TissueScene {
   std::vector<ToolCoupling> tools;  ///< one per tool
   /// State at step 0, by site (x-fastest, particle_count entries); empty: at rest.
   std::vector<glm::dvec3> initial_displacement_m, initial_velocity_m_per_s;
+
+  static constexpr bool kAccountsEnergy = true;
+  static constexpr bool kCostsLittle = false;
+  std::optional<double> felt_stiffness_N_per_m() const { return std::nullopt; }
+  std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
+  std::string text() const;
+};
+
+/// A solver that the program has registered under this name. `options` is a JSON object that only the solver reads.
+struct ForeignScene {
+  std::string name;
+  std::string options = "{}";
+
+  static constexpr bool kAccountsEnergy = true;
+  static constexpr bool kCostsLittle = false;
+  std::optional<double> felt_stiffness_N_per_m() const { return std::nullopt; }
+  std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;
+  std::string text() const;
 };
 
 /// How the tool's local linear model f(x + d) = force - stiffness d is computed (Solver::contacts).
@@ -128,7 +172,7 @@ enum class LocalModel {
 };
 
 struct Scene {
-  std::variant<SpringScene, WallScene, ModeScene, TissueScene> body;
+  std::variant<SpringScene, WallScene, ModeScene, TissueScene, ForeignScene> body;
   Rate step_rate{450, 1};  ///< 1 / step_size, steps per simulated second; constant (the paper's premise)
   int tool_count = 1;
   bool needs_state_digest = true;  ///< Solver::state_digest will be called
@@ -137,6 +181,15 @@ struct Scene {
   bool variable_step = false;      ///< Solver::step will be given lengths
   LocalModel local_model = LocalModel::none;  ///< other than `none`: Solver::contacts will be read
 };
+
+// Of a scene's body:
+bool accounts_energy(const Scene& scene);
+bool costs_little(const Scene& scene);
+/// The scene has a stiffness_N_per_m that a search may change.
+bool has_stiffness(const Scene& scene);
+std::optional<double> felt_stiffness_N_per_m(const Scene& scene);
+std::optional<double> stored_energy_J(const Scene& scene, const glm::dvec3& tool_m);
+std::string describe(const Scene& scene);
 
 enum class SolverKind { cpu_float, cpu_double, opencl };
 

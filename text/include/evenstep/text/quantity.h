@@ -4,19 +4,11 @@
 
 #include <string>
 #include <string_view>
-#include <variant>
 
+#include "evenstep/time/result.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
-
-/// Either a value, or an error that says what was expected ("a duration such as \"11.1 ms\"; 'msec' is not a unit of time").
-template <class T>
-struct Parsed {
-  T value{};
-  std::string error;      ///< empty: ok
-  bool ok() const { return error.empty(); }
-};
 
 /// The lengths that [timing] gives; a scenario can use them as units of time ("8 segments", "1 visualization").
 struct NominalUnits {
@@ -24,20 +16,20 @@ struct NominalUnits {
   bool known = false;
 };
 
-/// |t| <= 1e6 s; a value that is not a whole number of ns is an error.
-Parsed<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});
-Parsed<Rate> parse_rate(std::string_view text);                                             ///< Hz, kHz; > 0
+/// The error says what was expected: "a duration such as \"11.1 ms\"; 'msec' is not a unit of time".
+Result<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});   ///< finer than 1 ns is an error; |t| <= 1e6 s
+Result<Rate> parse_rate(std::string_view text);                                             ///< Hz, kHz; > 0
 enum class Dimension { none, time, length, velocity, acceleration, force, stiffness, damping, mass, rate, ratio, energy, drift, slew };
 /// The value in SI base units: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J; "10 %" = 0.1, "10 %/s" = 0.1 (drift); a bare
 /// number for Dimension::none.
-Parsed<double> parse_si(std::string_view text, Dimension dimension);
+Result<double> parse_si(std::string_view text, Dimension dimension);
 
 /// A limit of an expectation, with number and unit as written; `step` and the nominal times are only resolved when it is
 /// judged.
 struct Limit { double number = 0; std::string unit; };
-Parsed<Limit> parse_limit(std::string_view text);
+Result<Limit> parse_limit(std::string_view text);
 /// The factor from `unit` to the base unit ("s", "m", "N", "1"): 1e-3 for "ms" in "s". step_value: the value of the unit
 /// "step" here; 0 if it has none.
-Parsed<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal);
+Result<double> unit_factor(std::string_view unit, std::string_view base, double step_value, const NominalUnits& nominal);
 
 }  // namespace evenstep

@@ -6,16 +6,13 @@
 #include <string>
 #include <string_view>
 
-namespace evenstep::internal {
+#include "evenstep/time/result.h"
 
-struct TextFile {
-  std::string text;
-  std::string error;  ///< empty: ok
-};
+namespace evenstep::internal {
 
 /// Errors: the file does not exist (naming the folder if that is missing), is a directory, is larger than `most_bytes`, or
 /// cannot be read.
-TextFile read_text_file(const std::string& path, std::int64_t most_bytes);
+Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes);
 
 /// Reads a file in pieces of whole lines, one at a time, so that a recording of ten million rows need not be in memory.
 class TextPieces {

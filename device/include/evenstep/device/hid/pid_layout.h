@@ -123,11 +123,8 @@ struct PidLayout {
   std::optional<PidStateLayout> state;
 };
 
-struct PidLayoutOrMissing {
-  std::optional<PidLayout> layout;
-  std::vector<std::string> missing;  ///< what a constant force needs but the descriptor lacks; empty if there is a layout
-};
-PidLayoutOrMissing pid_layout(const ReportDescriptor& descriptor);
+/// The error: all that a constant force needs and the descriptor lacks.
+Result<PidLayout, std::vector<std::string>> pid_layout(const ReportDescriptor& descriptor);
 
 /// A value of a report as the transport delivers it; empty if the report is too short.
 inline std::optional<std::int64_t> get(std::span<const std::byte> report, const PidValue& value) {

@@ -25,6 +25,8 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/time/result.h"
+
 namespace evenstep {
 
 enum class ReportType : std::uint8_t { input, output, feature };
@@ -122,12 +124,7 @@ struct DescriptorError {
   std::string message;
 };
 
-struct ParsedDescriptor {
-  ReportDescriptor value;  ///< empty if there is an error
-  std::optional<DescriptorError> error;
-};
-
-ParsedDescriptor parse_report_descriptor(std::span<const std::byte> bytes);
+Result<ReportDescriptor, DescriptorError> parse_report_descriptor(std::span<const std::byte> bytes);
 
 /// Element `index` of a report as the transport delivers it. Empty if there is no such element, if it has 0 or more than 32
 /// bits, or if the report is too short. The value is what the device sent, so it may be outside the logical range.

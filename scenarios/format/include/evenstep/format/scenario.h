@@ -11,10 +11,10 @@
 #include "evenstep/catalogue/case_spec.h"
 #include "evenstep/device/force_guard.h"
 #include "evenstep/device/hand.h"
-#include "evenstep/device/hid/pid_driver.h"
-#include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/motion.h"
 #include "evenstep/device/renderer.h"
+#include "evenstep/format/driver_spec.h"
+#include "evenstep/format/foreign.h"
 #include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
@@ -22,10 +22,11 @@
 #include "evenstep/sim/scene.h"
 #include "evenstep/text/diagnostic.h"
 #include "evenstep/text/quantity.h"
+#include "evenstep/time/result.h"
 
 namespace evenstep {
 
-enum class StrategyKind { ideal, direct, paper, phase_locked, predict, filtered, variable_step };
+enum class StrategyKind { ideal, direct, paper, phase_locked, predict, filtered, variable_step, foreign };
 
 /// The properties in which strategies differ, apart from their maps and plans (harness/src/strategies.cpp).
 struct StrategyTraits {
@@ -45,7 +46,8 @@ inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::phase_locked, .name = "phase_locked", .remaps = true},
     StrategyTraits{.kind = StrategyKind::predict, .name = "predict", .predicts = true},
     StrategyTraits{.kind = StrategyKind::filtered, .name = "filtered", .plays_as_it_comes = true, .filters = true},
-    StrategyTraits{.kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true}};
+    StrategyTraits{.kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true},
+    StrategyTraits{.kind = StrategyKind::foreign, .name = "foreign", .remaps = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
@@ -92,16 +94,6 @@ inline constexpr ForceLimits kLiveLimits{
     3, 1000,
     {0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000}, Duration{50'000'000}}};
 
-/// [[device]] driver = "pid", and its simulated device.
-struct PidSpec {
-  PidOptions options;
-  PidFlavour flavour = PidFlavour::mask;
-  int pool_effects = 40;
-  int block_load_error_at = -1;                 ///< counted from 0
-  Rate firmware_rate{4000, 1};                  ///< at which it renders springs by itself
-  std::vector<PidDeviceEvent> events;
-};
-
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
@@ -112,12 +104,12 @@ struct DeviceSpec {
   Duration force_delay;                         ///< from the writing of a force until the hand feels it
   Emission emission = Emission::linear;
   RenderSpec render;
-  bool is_real = false;                         ///< run with --device, so its true motion is not known
-  std::optional<PidSpec> pid;                   ///< empty: the reference device
-  std::optional<Duration> unplug;               ///< when the simulated device is unplugged
+  bool is_real = false;                         ///< run with --device: nobody knows where it was
+  DriverSpec driver;
+  std::optional<Duration> unplug;               ///< of the simulated device
   std::vector<ReportFault> faults;
   GuardSpec guard;
-  ForceLimits limits;                           ///< the limits that follow from `guard`
+  ForceLimits limits;                           ///< of `guard`
 };
 
 /// A latency or lead: the minimum for any phase, the minimum for this phase, or a fixed duration. A latency can also be
@@ -138,10 +130,11 @@ struct RemapSpec {
   Budget lead;
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
-  Duration predict_window;                      ///< how far back `predict` looks to find the hand's velocity
-  FilterSpec filter;                            ///< for strategy `filtered`; filter_at adds the samples of an average
-  Duration filter_window;                       ///< for a moving average
-  bool filter_force = true;                     ///< filters the force at the ticks; false: the interaction at the steps
+  Duration predict_window;                      ///< `predict` takes the hand's velocity from so much of the past
+  FilterSpec filter;                            ///< of strategy `filtered`; filter_at has the samples of an average
+  Duration filter_window;                       ///< of a moving average
+  std::optional<Foreign> foreign;               ///< the map of strategy `foreign`
+  bool filter_force = true;                     ///< on the force at the ticks; false: on the interaction at the steps
 };
 
 /// The filter of `filtered` for a signal that comes at `rate`.
@@ -227,6 +220,7 @@ struct Scenario {
   TimingSpec timing;
   SolverKind solver = SolverKind::opencl;
   Scene scene;
+  Place scene_place;                            ///< of a foreign scene's name
   int work_group_size = 64;
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
@@ -247,11 +241,13 @@ struct Scenario {
 /// Whether a device is held by a hand that feels the force, so that the force decides where it moves.
 bool has_hand(const Scenario& scenario);
 
-struct ReadOptions { std::vector<std::string> set; std::optional<std::uint64_t> seed; };
-struct ReadResult {
-  std::optional<Scenario> scenario;             ///< empty if there are errors
-  std::vector<Diagnostic> errors;               ///< all errors, by position
+struct ReadOptions {
+  std::vector<std::string> set;
+  std::optional<std::uint64_t> seed;
+  std::vector<std::string> registered = {};     ///< names of foreign parts; a scenario with another one is an error
 };
+/// Or all its errors, by position.
+using ReadResult = Result<Scenario, std::vector<Diagnostic>>;
 ReadResult read_scenario(const std::string& path, const ReadOptions& options = {});
 /// JSON Schema (draft-04) generated from the field table.
 std::string scenario_schema();

@@ -1,0 +1,73 @@
+#include "evenstep/apps/command_line.h"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+
+#include "commands.h"
+#include "evenstep/harness/version.h"
+
+namespace evenstep {
+namespace app {
+
+// Each command is defined in a file of its own.
+using AddCommand = void(CLI::App&, Invocation&);
+AddCommand add_run, add_check, add_devices, add_list, add_study, add_fit, add_size, add_sweep, add_merge, add_shrink, add_diff,
+    add_schema;
+/// In the order of --help.
+constexpr AddCommand* kCommands[] = {add_run,  add_check, add_devices, add_list,   add_study, add_fit,
+                                     add_size, add_sweep, add_merge,   add_shrink, add_diff,  add_schema};
+
+}  // namespace app
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
+
+/// The first signal asks the run to end in order; a second one ends the process.
+void on_signal(int signal) {
+  if (interrupted.exchange(true)) std::signal(signal, SIG_DFL), std::raise(signal);
+}
+
+void take_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+}  // namespace
+
+int command_line(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_logger_mt("evenstep"));
+  spdlog::set_pattern("%v");
+  take_signals();
+
+  CLI::App cli{"Deterministic tests of haptic interaction under irregular simulation steps."};
+  cli.name("evenstep");
+  cli.set_version_flag("--version", std::string("evenstep ") + kVersion);
+  cli.require_subcommand(1);
+  cli.footer(
+      "Exit: 0 pass, 1 expectation failed, 2 usage or scenario error, 3 run failed, 4 not reproducible, 130 interrupted.");
+  app::Invocation invocation{interrupted};
+  for (app::AddCommand* const add : app::kCommands) add(cli, invocation);
+
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool asked_for_help = error.get_exit_code() == 0;
+    cli.exit(error);
+    return asked_for_help ? 0 : static_cast<int>(ExitCode::usage);
+  }
+  try {
+    const ExitCode code = invocation.chosen();
+    if (std::fflush(stdout) != 0) return static_cast<int>(ExitCode::run_failed);
+    return static_cast<int>(code);
+  } catch (const std::exception& error) {
+    spdlog::error("evenstep: error: {}", error.what());
+    return static_cast<int>(ExitCode::run_failed);
+  }
+}
+
+}  // namespace evenstep

@@ -1,0 +1,43 @@
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "evenstep/campaigns/fit_report.h"
+#include "evenstep/recordings/timing_csv.h"
+
+namespace evenstep::app {
+
+namespace {
+
+struct FitArguments {
+  std::string file;
+  bool json = false;
+};
+
+ExitCode fit(const FitArguments& arguments, const std::atomic<bool>&) {
+  const std::string& file = arguments.file;
+  const TimingCsv csv = read_timing_csv(file);
+  if (!csv) {
+    print(csv.error());
+    return ExitCode::usage;
+  }
+  const std::string objection = fit_objection(*csv);
+  if (!objection.empty()) {
+    print({{file, 0, 0, objection}});
+    return ExitCode::usage;
+  }
+  const TimingFit fitted = fit_timing(*csv);
+  const FitComparison comparison = compare(fitted, *csv);
+  fmt::print("{}", arguments.json ? fit_json(fitted, comparison, file) : fit_toml(fitted, comparison, file));
+  return ExitCode::pass;
+}
+
+}  // namespace
+
+void add_fit(CLI::App& cli, Invocation& invocation) {
+  const auto [command, arguments] = add_command<FitArguments>(
+      cli, invocation, "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording", fit);
+  command->add_option("timing.csv", arguments->file, "segment,kind,index,begin_ns,end_ns")->required();
+  command->add_flag("--json", arguments->json, "the numbers instead of the table");
+}
+
+}  // namespace evenstep::app

@@ -1,0 +1,21 @@
+#include <cstdio>
+
+#include "commands.h"
+
+namespace evenstep::app {
+namespace {
+
+struct SchemaArguments {};
+
+ExitCode schema(const SchemaArguments&, const std::atomic<bool>&) {
+  std::fputs(scenario_schema().c_str(), stdout);
+  return ExitCode::pass;
+}
+
+}  // namespace
+
+void add_schema(CLI::App& cli, Invocation& invocation) {
+  add_command<SchemaArguments>(cli, invocation, "schema", "print the JSON Schema of scenario files, for editors", schema);
+}
+
+}  // namespace evenstep::app

@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "commands.h"
+#include "evenstep/campaigns/size.h"
+
+namespace evenstep::app {
+namespace {
+
+struct SizeArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string sampling, emission, damping, rate, confidence;
+  bool json = false;
+};
+
+
+/// A period or a rate; empty on an error, which is then printed.
+std::optional<Rate> sampling_rate(const std::string& text) {
+  const Result<Rate> rate = parse_rate(text);
+  if (rate) return *rate;
+  const Result<Duration> period = parse_duration(text);
+  if (period && period->ns > 0 && period->ns <= 1'000'000'000) return Rate{1'000'000'000, period->ns};
+  print({{"--sampling", 0, 0, fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text)}});
+  return std::nullopt;
+}
+
+/// Between 0 and 1; empty on an error, which is then printed.
+std::optional<double> share(const std::string& option, const std::string& text) {
+  const Result<double> parsed = parse_si(text, Dimension::ratio);
+  if (parsed && *parsed > 0 && *parsed < 1) return *parsed;
+  print({{option, 0, 0, parsed ? fmt::format("\"{}\" must be above 0 % and below 100 %", text) : parsed.error()}});
+  return std::nullopt;
+}
+
+/// --rate and --confidence; false on an error, which is then printed.
+bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
+  if (arguments.rate.empty() && !arguments.confidence.empty()) {
+    print({{"--confidence", 0, 0, "goes with --rate, which says of what; for example --rate \"0.1 %\""}});
+    return false;
+  }
+  if (arguments.rate.empty()) return true;
+  options.rate = share("--rate", arguments.rate);
+  if (!options.rate || arguments.confidence.empty()) return options.rate.has_value();
+  const std::optional<double> confidence = share("--confidence", arguments.confidence);
+  options.confidence = confidence.value_or(options.confidence);
+  return confidence.has_value();
+}
+
+std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
+  SizeOptions options;
+  if (!arguments.sampling.empty()) {
+    const std::optional<Rate> rate = sampling_rate(arguments.sampling);
+    if (!rate) return std::nullopt;
+    options.sampling = *rate;
+  }
+  if (arguments.emission == "linear") options.emission = Emission::linear;
+  if (!arguments.damping.empty()) {
+    const Result<double> damping = parse_si(arguments.damping, Dimension::damping);
+    if (!damping || *damping <= 0) {
+      print({{"--damping", 0, 0, damping ? "must be above 0 N s/m" : damping.error()}});
+      return std::nullopt;
+    }
+    options.damping_N_s_per_m = *damping;
+  }
+  if (!read_rate(arguments, options)) return std::nullopt;
+  return options;
+}
+
+SizeResult sized(const SizeArguments& arguments, const SizeOptions& options) {
+  if (std::filesystem::path(arguments.file).extension() != ".toml") {
+    if (arguments.set.empty()) return size_recording(arguments.file, options);
+    return {{}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
+  }
+  if (!arguments.sampling.empty() || !arguments.emission.empty())
+    return {{}, {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
+  const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
+  if (!read) return {{}, read.error()};
+  return size_scenario(*read, options);
+}
+
+ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {
+  const std::optional<SizeOptions> options = options_of(arguments);
+  if (!options) return ExitCode::usage;
+  const SizeResult result = sized(arguments, *options);
+  if (!result.errors.empty()) {
+    print(result.errors);
+    return ExitCode::usage;
+  }
+  fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
+  return ExitCode::pass;
+}
+
+}  // namespace
+
+void add_size(CLI::App& cli, Invocation& invocation) {
+  const auto [command, size_arguments] = add_command<SizeArguments>(
+      cli, invocation, "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost",
+      size);
+  SizeArguments& arguments = *size_arguments;
+  command->add_option("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns")
+      ->required();
+  add_set(*command, arguments.set, "path=value, overrides the scenario");
+  command->add_option("--sampling", arguments.sampling,
+                      "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
+  command
+      ->add_option("--emission", arguments.emission, "of a recording: how its forces are played, hold (default) or linear")
+      ->check(CLI::IsMember({"hold", "linear"}));
+  command->add_option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
+  command->add_option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
+  command->add_option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command->add_flag("--json", arguments.json, "the numbers instead of the table");
+}
+
+}  // namespace evenstep::app

@@ -1,0 +1,122 @@
+#include "evenstep/campaigns/sweep.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "commands.h"
+#include "evenstep/apps/shell.h"
+#include "evenstep/harness/version.h"
+#include "progress.h"
+
+namespace evenstep::app {
+namespace {
+
+struct SweepArguments {
+  std::string file;
+  std::vector<std::string> set;
+  std::string shard, out;
+  int threads = 0;
+  std::optional<std::int64_t> stop_after;
+  bool resume = false;
+  bool json = false;
+};
+struct MergeArguments {
+  std::vector<std::string> parts;
+  std::string out;
+  bool json = false;
+};
+
+
+std::string folder_for(const SweepArguments& arguments) {
+  if (!arguments.out.empty()) return arguments.out;
+  return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-sweep")).string();
+}
+
+/// What both commands say at the end.
+ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool json) {
+  if (!outcome.errors.empty()) {
+    print(outcome.errors);
+    return outcome.exit;
+  }
+  if (!outcome.failure.empty()) {
+    spdlog::error("error: {}", outcome.failure);
+    return outcome.exit;
+  }
+  if (json)
+    fmt::print("{}", sweep_json(outcome.record, outcome.summary, command));
+  else
+    fmt::print("{}points in {}\n", sweep_text(outcome.record, outcome.summary, command), outcome.file);
+  return outcome.exit;
+}
+
+ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interrupted) {
+  SweepOptions options;
+  options.set = arguments.set;
+  options.threads = arguments.threads;
+  options.stop_after = arguments.stop_after;
+  options.resume = arguments.resume;
+  options.folder = folder_for(arguments);
+  options.interrupted = &interrupted;
+  if (!arguments.shard.empty()) {
+    const Result<SweepShard> shard = parse_shard(arguments.shard, [](const char* name) { return std::getenv(name); });
+    if (!shard) {
+      print({{"--shard", 0, 0, shard.error()}});
+      return ExitCode::usage;
+    }
+    options.shard = *shard;
+  }
+  SweepOutcome outcome;
+  {
+    CountProgress progress(isatty(STDERR_FILENO));
+    options.progress = [&](std::int64_t done, std::int64_t of, std::int64_t failed) {
+      progress.update(done, of, fmt::format("{} failed", failed));
+    };
+    outcome = run_sweep(arguments.file, options);
+  }
+  if (outcome.exit == ExitCode::interrupted)
+    spdlog::error("interrupted after {} points; --resume goes on from there", outcome.record.points.size());
+  return report(
+      outcome,
+      [&](const SweepPoint& point) { return point_command(outcome.record.header, point, arguments.file, arguments.set); },
+      arguments.json);
+}
+
+ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
+  const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
+  return report(
+      outcome,
+      [&](const SweepPoint& point) { return point_command(outcome.record.header, point, outcome.record.header.file); },
+      arguments.json);
+}
+
+}  // namespace
+
+void add_sweep(CLI::App& cli, Invocation& invocation) {
+  const auto [command, sweep_arguments] = add_command<SweepArguments>(
+      cli, invocation, "sweep", "every seed with every value of a scenario's [sweep], on all cores", sweep);
+  SweepArguments& arguments = *sweep_arguments;
+  command->add_option("scenario", arguments.file, "a scenario file with a [sweep]")->required();
+  add_set(*command, arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
+  command->add_option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
+  command->add_option("--threads", arguments.threads, "points side by side; 0 = one per core (results do not depend on it)")
+      ->check(CLI::Range(0, 1024));
+  command->add_option("--stop-after", arguments.stop_after, "so many failures; instead of [sweep] stop_after")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
+  command->add_flag("--resume", arguments.resume, "go on where a sweep was interrupted, or start");
+  command->add_option("--out", arguments.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
+  command->add_flag("--json", arguments.json, "the summary as JSON instead of text");
+}
+
+void add_merge(CLI::App& cli, Invocation& invocation) {
+  const auto [command, arguments] = add_command<MergeArguments>(
+      cli, invocation, "merge", "the shards of a sweep as one file, with its summary and exit code", merge);
+  command->add_option("part", arguments->parts, "sweep-I-of-N.jsonl of all shards, in any order")->required();
+  command->add_option("--out", arguments->out, "the file to write: the same bytes as of one process")->required();
+  command->add_flag("--json", arguments->json, "the summary as JSON instead of text");
+}
+
+}  // namespace evenstep::app

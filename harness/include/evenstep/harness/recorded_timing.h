@@ -1,0 +1,15 @@
+#pragma once
+/// The schedule that a finished run really had, in the form in which it is written to timing.csv and replayed.
+
+#include <vector>
+
+#include "evenstep/reports/run_record.h"
+#include "evenstep/scheduler/step_timing.h"
+
+namespace evenstep {
+
+/// Segments from their begin to their end as recorded, with what was idle; a step that had not ended when the run did is
+/// not among them.
+std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record);
+
+}  // namespace evenstep

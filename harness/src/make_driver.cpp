@@ -1,0 +1,104 @@
+#include "make_driver.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "evenstep/device/hid/pid_driver.h"
+#include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/hid/reference_driver.h"
+#include "evenstep/device/hid/simulated_pid_device.h"
+#include "evenstep/device/hid/simulated_transport.h"
+#include "read_only_device.h"
+
+namespace evenstep::internal {
+namespace {
+
+/// `Device` under a hand that feels the force, or under a programmed motion.
+template <class Device, class Options>
+std::unique_ptr<SimulatedDevice> under_hand(const DeviceSpec& device, const Clock& clock, const Options& options) {
+  if (device.hand) return std::make_unique<Device>(clock, Hand(*device.hand, device.motion), options);
+  return std::make_unique<Device>(clock, device.motion, options);
+}
+
+DeviceError refusal(const HidTransport& transport, const std::string& why) {
+  const HidDeviceInfo& info = transport.info();
+  return DeviceError(fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
+}
+
+DeviceError not_registered(const Foreign& part) {
+  return DeviceError(fmt::format("the driver '{}' is not registered with this program", part.name));
+}
+
+SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
+  SimulatedDeviceOptions options{.rate = device.rate,
+                                 .first_tick = RealTime{device.phase.ns},
+                                 .queue = device.queue,
+                                 .force_delay = device.force_delay,
+                                 .name = device.name,
+                                 .faults = device.faults};
+  if (device.unplug)
+    options.unplug_at_tick = first_tick_at_or_after(device.rate, RealTime{device.unplug->ns}, options.first_tick);
+  return options;
+}
+
+// For each alternative of DriverSpec: its simulated device, and its driver.
+
+std::unique_ptr<SimulatedDevice> simulated(const ReferenceSpec&, const DeviceSpec& device, const Clock& clock) {
+  return under_hand<SimulatedTransport>(device, clock, simulated_options(device));
+}
+
+std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, HidTransport& transport) {
+  const HidDeviceInfo& info = transport.info();
+  if (info.vendor_id != reference_device::kVendorId || info.product_id != reference_device::kProductId) {
+    throw refusal(transport,
+                  "not a reference device; one that `evenstep devices` calls PID needs driver = \"pid\" and its travel and full "
+                  "scale in pid = { ... }");
+  }
+  return std::make_unique<ReferenceDriver>(transport);
+}
+
+std::unique_ptr<SimulatedDevice> simulated(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
+  SimulatedPidOptions pid;
+  pid.descriptor.flavour = spec.flavour;
+  pid.descriptor.axes = spec.options.travel_m.z > 0 ? 3 : 2;
+  pid.reports = simulated_options(device);
+  pid.travel_m = spec.options.travel_m;
+  pid.full_scale_N = spec.options.full_scale_N.value_or(pid.full_scale_N);
+  pid.full_slope_N_per_m = spec.options.full_slope_N_per_m;
+  pid.firmware_rate = spec.firmware_rate;
+  pid.events = spec.events;
+  pid.pool_effects = spec.pool_effects;
+  pid.block_load_error_at = spec.block_load_error_at;
+  return under_hand<SimulatedPidDevice>(device, clock, pid);
+}
+
+std::unique_ptr<HapticDevice> driver(const PidSpec& spec, HidTransport& transport) {
+  const auto parsed = parse_report_descriptor(transport.report_descriptor());
+  if (!parsed)
+    throw refusal(transport, fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message));
+  auto layout = pid_layout(*parsed);
+  if (!layout)
+    throw refusal(transport, fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(layout.error(), ", ")));
+  auto pid = std::make_unique<PidDriver>(transport, *std::move(layout), spec.options);
+  if (pid->is_read_only()) return std::make_unique<ReadOnlyDevice>(std::move(pid));
+  return pid;
+}
+
+std::unique_ptr<SimulatedDevice> simulated(const ForeignDriverSpec& spec, const DeviceSpec&, const Clock&) {
+  throw not_registered(spec.part);
+}
+
+std::unique_ptr<HapticDevice> driver(const ForeignDriverSpec& spec, HidTransport&) { throw not_registered(spec.part); }
+
+}  // namespace
+
+std::unique_ptr<SimulatedDevice> make_simulated(const DeviceSpec& device, const Clock& clock) {
+  return std::visit([&](const auto& spec) { return simulated(spec, device, clock); }, device.driver);
+}
+
+std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport) {
+  return std::visit([&](const auto& spec) { return driver(spec, transport); }, device.driver);
+}
+
+}  // namespace evenstep::internal

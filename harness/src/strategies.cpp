@@ -1,0 +1,184 @@
+#include "strategies.h"
+
+#include <algorithm>
+#include <span>
+
+#include "evenstep/remap/paper_map.h"
+#include "evenstep/remap/phase_locked_map.h"
+#include "evenstep/reports/run_failure.h"
+
+namespace evenstep {
+namespace {
+
+using internal::Strategy;
+
+/// Rings for a strategy that reads the newest sample and plays each force at once: the current and the one before.
+constexpr std::size_t kDirectCapacity = 4;
+
+Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
+  switch (budget.kind) {
+    case Budget::Kind::any_phase:
+      return any_phase;
+    case Budget::Kind::this_phase:
+      return this_phase;
+    case Budget::Kind::fixed:
+    case Budget::Kind::adaptive:  // the most it may become
+      break;
+  }
+  return budget.fixed;
+}
+
+/// Read times that a window of emission times spans at most: a latency that shrinks brings forces closer together.
+Duration force_window(const RemapSpec& remap, const StrategyPlan& plan) {
+  if (!plan.adapts) return kContinueLine.window;
+  return {floor_mul_div(kContinueLine.window.ns + 1, 1'000'000, 1'000'000 - remap.adapt.slew_ppm) + 1};
+}
+
+/// Rings are never smaller than what the newest sample and the force played at once need.
+void set_capacities(const LatencyBudget& rings, StrategyPlan& plan) {
+  plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
+  plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
+}
+
+/// What the judged part of the run will count.
+void predict_counts(const MapSetup& setup, RealTime judged_from, StrategyPlan& plan) {
+  const std::vector<MappedStep>& steps = plan.sizing.steps;
+  const auto first = std::find_if(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.begin >= judged_from; });
+  const std::span<const MappedStep> judged(first, steps.end());
+  for (const SamplingGrid& grid : setup.grids) {
+    plan.predicted_interaction_underruns =
+        std::max(plan.predicted_interaction_underruns, count_interaction_underruns(judged, grid, plan.lead));
+  }
+  const std::vector<bool> late = late_forces(steps, plan.lead, latency_of(setup, plan));
+  plan.predicted_late_forces = std::count(late.begin() + (first - steps.begin()), late.end(), true);
+}
+
+StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
+  StrategyPlan plan{kind};
+  const MapSetup setup = map_setup(scenario);
+  const RemapSpec& remap = scenario.remap;
+  plan.sizing = size_map(setup, scenario.timing, kind);
+  plan.lead = chosen(remap.lead, plan.sizing.any_phase.lead, plan.sizing.this_phase.lead);
+  const bool gated = remap.interaction_underrun == InteractionUnderrun::gate;
+  if (gated) plan.sizing = size_gated_map(setup, scenario.timing, kind, plan.lead);
+  const auto& [steps, any, here] = plan.sizing;
+  // The least L is max(E - slot) + c: with another lead it moves with that lead. A gate's is for its lead already.
+  const auto with_lead = [&](const LatencyBudget& least) {
+    return gated ? least.latency : least.latency - least.lead + plan.lead;
+  };
+  plan.latency = chosen(remap.latency, with_lead(any), with_lead(here));
+  plan.adapts = remap.latency.kind == Budget::Kind::adaptive;
+  const bool lines = remap.interaction_underrun == InteractionUnderrun::extrapolate;
+  const bool force_lines = remap.force_underrun == ForceUnderrun::extrapolate;
+  set_capacities(capacities_for(steps, setup.grids, plan.lead, plan.latency, lines ? kContinueLine.window : Duration{},
+                                force_lines ? force_window(remap, plan) : Duration{}),
+                 plan);
+  predict_counts(setup, RealTime{scenario.warmup.ns}, plan);
+  return plan;
+}
+
+/// No latency at all: each step is given the position that the hand will have when the step's force is due, and it is due
+/// as soon as it can be: R(n) = F(n) = slot(n) + D, D = max(E - slot), a lead of -D.
+StrategyPlan plan_predict(const Scenario& scenario, StrategyKind kind) {
+  StrategyPlan plan{kind};
+  const MapSetup setup = map_setup(scenario);
+  plan.sizing = size_map(setup, scenario.timing, kind);
+  const auto& [steps, any, here] = plan.sizing;
+  plan.lead = any.lead - any.latency;
+  set_capacities(capacities_for(steps, setup.grids, plan.lead, plan.latency, scenario.remap.predict_window), plan);
+  return plan;
+}
+
+/// No lead and no latency. Of `ideal` this is what it has where no strategy remaps; otherwise it becomes that one's twin.
+StrategyPlan plan_direct(const Scenario&, StrategyKind kind) {
+  StrategyPlan plan{kind};
+  set_capacities({}, plan);
+  return plan;
+}
+
+std::unique_ptr<SlotMap> direct_map(const MapSetup&, Duration, const AdaptiveLatency&) { return std::make_unique<DirectMap>(); }
+
+std::unique_ptr<SlotMap> paper_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
+  return std::make_unique<PaperMap>(lead, latency, setup.remap.estimate_weight);
+}
+
+std::unique_ptr<SlotMap> phase_locked_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
+  return std::make_unique<PhaseLockedMap>(lead, latency, setup.remap.bandwidth_Hz);
+}
+
+std::unique_ptr<SlotMap> even_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
+  return std::make_unique<EvenMap>(RealTime{0}, setup.step_rate, lead, latency.latency());
+}
+
+std::unique_ptr<SlotMap> foreign_map(const MapSetup& setup, Duration, const AdaptiveLatency&) {
+  throw RunFailure("solver", "the map '" + setup.remap.foreign->name + "' is not registered",
+                   "register it in the program that runs the scenario");
+}
+
+void link_remap(const RemapSpec& remap, LinkSpec& link) {
+  link.gate = remap.interaction_underrun == InteractionUnderrun::gate;
+  if (remap.interaction_underrun == InteractionUnderrun::extrapolate) link.interaction = kContinueLine;
+  if (remap.force_underrun == ForceUnderrun::extrapolate) link.force = kContinueLine;
+}
+
+void link_predict(const RemapSpec& remap, LinkSpec& link) {
+  link.interaction = {remap.predict_window, kPredictHand.furthest};
+}
+
+void link_filtered(const RemapSpec& remap, LinkSpec& link) {
+  if (remap.filter_force)
+    link.force_filter = filter_at(remap, link.ticks.rate);
+  else
+    link.interaction_filter = filter_at(remap, link.step_rate);
+}
+
+void link_direct(const RemapSpec&, LinkSpec&) {}
+
+// Colours that people who confuse red and green tell apart (Okabe and Ito); curves that lie on each other must all be seen:
+// broad and pale below, thin and dark on top.
+const Strategy kStrategies[] = {
+    {StrategyKind::ideal, plan_direct, even_map, link_direct, {"#c4c4c4", 7, ""}},
+    {StrategyKind::direct, plan_direct, direct_map, link_direct, {"#d55e00", 1.6, ""}},
+    {StrategyKind::paper, plan_remap, paper_map, link_remap, {"#56b4e9", 3.4, "14 6"}},
+    {StrategyKind::phase_locked, plan_remap, phase_locked_map, link_remap, {"#000000", 1.6, "2 4"}},
+    {StrategyKind::predict, plan_predict, phase_locked_map, link_predict, {"#cc79a7", 2, "12 4 2 4"}},
+    {StrategyKind::filtered, plan_direct, direct_map, link_filtered, {"#e69f00", 2, "6 3"}},
+    {StrategyKind::variable_step, plan_direct, direct_map, link_direct, {"#0072b2", 2, "1 3"}},
+    {StrategyKind::foreign, plan_remap, foreign_map, link_remap, {"#009e73", 2, "9 4"}},
+};
+
+}  // namespace
+
+namespace internal {
+
+const Strategy& strategy_of(StrategyKind kind) {
+  return *std::find_if(std::begin(kStrategies), std::end(kStrategies), [&](const Strategy& one) { return one.kind == kind; });
+}
+
+}  // namespace internal
+
+std::vector<StrategyPlan> plan(const Scenario& scenario) {
+  std::vector<StrategyPlan> plans;
+  for (const StrategyKind kind : scenario.strategies) plans.push_back(internal::strategy_of(kind).plan(scenario, kind));
+  const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
+  auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });
+  if (model == plans.end()) model = twin_of([](const StrategyPlan& p) { return is_remap(p.kind); });
+  for (StrategyPlan& p : plans) {
+    if (traits_of(p.kind).knows_motion && model != plans.end()) p = ideal_twin(scenario, *model);
+  }
+  return plans;
+}
+
+StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of) {
+  StrategyPlan twin{StrategyKind::ideal, of.lead, of.latency};
+  // Read by closed form: the interaction ring is only written. Forces wait from their step's end to emission: at most L
+  // of them, one per slot, and two to interpolate between.
+  twin.interaction_capacity = kDirectCapacity;
+  const Duration longest = of.latency - of.lead;
+  const std::int64_t waiting = floor_mul_div(std::max<std::int64_t>(longest.ns, 0), scenario.scene.step_rate.num,
+                                             scenario.scene.step_rate.den * 1'000'000'000);
+  twin.force_capacity = static_cast<std::size_t>(waiting) + kDirectCapacity;
+  return twin;
+}
+
+}  // namespace evenstep

@@ -1,0 +1,23 @@
+#pragma once
+/// One row per strategy: what is decided for it before the run, its map, what its rings hold, how it is drawn. What the rest of
+/// the program needs to know of it is in StrategyTraits (format/scenario.h).
+
+#include <memory>
+
+#include "evenstep/harness/sizing.h"
+#include "evenstep/loop/exchange.h"
+#include "evenstep/reports/run_record.h"
+
+namespace evenstep::internal {
+
+struct Strategy {
+  StrategyKind kind;
+  StrategyPlan (*plan)(const Scenario& scenario, StrategyKind kind);
+  std::unique_ptr<SlotMap> (*map)(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency);
+  /// What its reads and forces do where they find nothing, and its filters; the rest of `link` is set already.
+  void (*link)(const RemapSpec& remap, LinkSpec& link);
+  LineLook look;
+};
+const Strategy& strategy_of(StrategyKind kind);
+
+}  // namespace evenstep::internal

@@ -1,0 +1,55 @@
+#include "undelayed_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <span>
+#include <variant>
+
+#include "evenstep/loop/recorder.h"
+#include "evenstep/loop/solver_step.h"
+#include "evenstep/sim/solver.h"
+
+namespace evenstep::internal {
+namespace {
+
+/// The position of the device, interpolated between its ticks; before the first and after the last tick the position there.
+glm::dvec3 position_at(const std::vector<TickRow>& ticks, RealTime at) {
+  const auto to_glm = [](const TickRow& tick) {
+    const auto [x, y, z] = tick.position_m;
+    return glm::dvec3(x, y, z);
+  };
+  const auto after = std::lower_bound(ticks.begin(), ticks.end(), at, [](const TickRow& tick, RealTime t) { return tick.at < t; });
+  if (after == ticks.end()) return ticks.empty() ? glm::dvec3(0) : to_glm(ticks.back());
+  if (after == ticks.begin() || after->at == at) return to_glm(*after);
+  const TickRow& before = *(after - 1);
+  const double w = static_cast<double>((at - before.at).ns) / static_cast<double>((after->at - before.at).ns);
+  return to_glm(before) + (to_glm(*after) - to_glm(before)) * w;
+}
+
+}  // namespace
+
+void put_undelayed(const Scenario& scenario, std::vector<DeviceRecord>& devices) {
+  if (!costs_little(scenario.scene) && !scenario.needs_undelayed) return;
+  Scene scene = scenario.scene;
+  scene.local_model = LocalModel::none;
+  scene.variable_step = scene.needs_energy = scene.needs_state_digest = false;
+  SolverOptions options;
+  options.work_group_size = scenario.work_group_size;
+  for (std::size_t tool = 0; tool < devices.size(); ++tool) {
+    scene.step_rate = scenario.devices[tool].rate;
+    try {
+      const std::unique_ptr<Solver> solver = make_solver(scenario.solver, scene, options);
+      for (TickRow& tick : devices[tool].ticks) {
+        std::array<glm::dvec3, kMaxTools> positions_m;
+        for (std::size_t other = 0; other < devices.size(); ++other)
+          positions_m[other] = position_at(devices[other].ticks, tick.at);
+        tick.undelayed_N = to_vec3(solver->step(std::span(positions_m.data(), devices.size())).force_N[tool]);
+      }
+    } catch (const SolverError& error) {
+      throw run_failure(error);
+    }
+  }
+}
+
+}  // namespace evenstep::internal

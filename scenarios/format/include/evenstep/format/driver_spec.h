@@ -1,0 +1,64 @@
+#pragma once
+/// The drivers that a [[device]] can name. Each alternative of DriverSpec has
+///   kName           the word of [[device]] driver,
+///   fields()        the keys that exist for it only, as rows of the field table,
+///   read()          which reads them into itself; the keys are checked by then,
+///   knows_newtons() what it renders is in newtons, so that expectations may be about its force.
+/// What runs behind it is made in harness/src/make_driver.cpp.
+
+#include <optional>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "evenstep/device/hid/pid_driver.h"
+#include "evenstep/device/hid/simulated_pid_device.h"
+#include "evenstep/format/foreign.h"
+
+namespace evenstep {
+
+namespace internal {
+class Table;
+struct Field;
+struct ScenarioReading;
+}  // namespace internal
+
+/// driver = "reference": docs/reference-device.md. It has no keys of its own.
+struct ReferenceSpec {
+  static constexpr std::string_view kName = "reference";
+  static std::vector<internal::Field> fields();
+  static ReferenceSpec read(const internal::ScenarioReading& reading, const internal::Table& device);
+  bool knows_newtons() const { return true; }
+};
+
+/// driver = "pid": a force-feedback device of the PID class, and its simulated device.
+struct PidSpec {
+  static constexpr std::string_view kName = "pid";
+  static std::vector<internal::Field> fields();
+  static PidSpec read(const internal::ScenarioReading& reading, const internal::Table& device);
+  bool knows_newtons() const { return options.full_scale_N.has_value(); }
+
+  PidOptions options;
+  PidFlavour flavour = PidFlavour::mask;
+  int pool_effects = 40;
+  int block_load_error_at = -1;                 ///< counted from 0
+  Rate firmware_rate{4000, 1};                  ///< of springs that it renders by itself
+  std::vector<PidDeviceEvent> events;
+};
+
+/// driver = "foreign": registered by the program that runs the scenario.
+struct ForeignDriverSpec {
+  static constexpr std::string_view kName = "foreign";
+  static std::vector<internal::Field> fields();
+  static ForeignDriverSpec read(const internal::ScenarioReading& reading, const internal::Table& device);
+  bool knows_newtons() const { return true; }
+
+  Foreign part;
+};
+
+using DriverSpec = std::variant<ReferenceSpec, PidSpec, ForeignDriverSpec>;
+inline bool knows_newtons(const DriverSpec& driver) {
+  return std::visit([](const auto& spec) { return spec.knows_newtons(); }, driver);
+}
+
+}  // namespace evenstep

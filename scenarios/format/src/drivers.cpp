@@ -1,0 +1,64 @@
+#include "drivers.h"
+
+#include <utility>
+
+#include "field_rows.h"
+#include "sections.h"
+
+namespace evenstep {
+using namespace internal;
+
+std::vector<Field> ReferenceSpec::fields() { return {}; }
+ReferenceSpec ReferenceSpec::read(const ScenarioReading&, const Table&) { return {}; }
+
+std::vector<Field> ForeignDriverSpec::fields() {
+  std::vector<Field> rows{{.table = "device", .key = "foreign", .forms = kTable,
+                           .meaning = "Which of the drivers that this program has registered, and what it takes.",
+                           .kinds = "foreign", .required = true}};
+  for (Field& row : foreign_rows("device.foreign", "")) rows.push_back(std::move(row));
+  return rows;
+}
+ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading&, const Table& device) {
+  return {read_foreign(device.table("foreign"))};
+}
+
+namespace internal {
+namespace {
+
+template <class Spec>
+DriverFormat format_of() {
+  return {Spec::kName, Spec::fields,
+          [](const ScenarioReading& reading, const Table& device) -> DriverSpec { return Spec::read(reading, device); }};
+}
+
+template <std::size_t... i>
+std::vector<DriverFormat> formats_of(std::index_sequence<i...>) {
+  return {format_of<std::variant_alternative_t<i, DriverSpec>>()...};
+}
+
+}  // namespace
+
+const std::vector<DriverFormat>& driver_formats() {
+  static const std::vector<DriverFormat> formats = formats_of(std::make_index_sequence<std::variant_size_v<DriverSpec>>());
+  return formats;
+}
+
+std::string_view driver_words() {
+  static const std::string words = words_of(driver_formats(), [](const DriverFormat& driver) { return driver.name; });
+  return words;
+}
+
+const std::vector<Field>& driver_fields() {
+  static const std::vector<Field> rows = [] {
+    std::vector<Field> all;
+    for (const DriverFormat& driver : driver_formats()) {
+      const std::vector<Field> own = driver.fields();
+      all.insert(all.end(), own.begin(), own.end());
+    }
+    return all;
+  }();
+  return rows;
+}
+
+}  // namespace internal
+}  // namespace evenstep

@@ -1,0 +1,22 @@
+#pragma once
+/// The drivers of DriverSpec, one row each, in its order.
+
+#include <string_view>
+#include <vector>
+
+#include "check.h"
+
+namespace evenstep::internal {
+
+struct ScenarioReading;
+
+struct DriverFormat {
+  std::string_view name;
+  std::vector<Field> (*fields)();
+  DriverSpec (*read)(const ScenarioReading& reading, const Table& device);
+};
+const std::vector<DriverFormat>& driver_formats();
+/// "reference|pid|foreign"
+std::string_view driver_words();
+
+}  // namespace evenstep::internal

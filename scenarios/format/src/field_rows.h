@@ -1,0 +1,63 @@
+#pragma once
+/// What the rows of the field table (fields.h) are written with. Each section's rows stand in the file that reads it.
+
+#include <array>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "evenstep/format/fields.h"
+#include "evenstep/format/scenario.h"
+
+namespace evenstep::internal {
+
+constexpr double kAny = std::numeric_limits<double>::infinity();
+constexpr Range at_least(double least) { return {least, kAny, false}; }
+constexpr Range above(double least, double most = kAny) { return {least, most, true}; }
+constexpr Range between(double least, double most) { return {least, most, false}; }
+
+// Limits, with what they come from:
+constexpr double kLongestRun_s = 1e6;             // what int64 ns and every sum of a few of them hold with room to spare
+constexpr double kMostSteps = 1e6;                // per segment: 30 million steps per second, far beyond any device
+constexpr double kMostParticles = 1e8;            // 18 springs each: 1.8e9, the last that fits int32 indices
+constexpr double kMostIterations = kMaxIterations, kMostSubsteps = kMaxSubsteps;  // what a solver takes
+constexpr double kLongestSpike_s = 9;             // the longest segment
+
+using D = Dimension;
+
+// Values of [timing] order, which say what kind of table it is:
+constexpr std::string_view kAnyOrder = "visualization-first|steps-first|concurrent";
+constexpr std::string_view kInTurn = "visualization-first|steps-first";
+
+/// "a|b|c", the form of Field::words and Field::kinds, of the names that `name` gives for each element.
+template <class List, class Name>
+std::string words_of(const List& list, Name name) {
+  std::string words;
+  for (const auto& one : list) {
+    if (!words.empty()) words += '|';
+    words += name(one);
+  }
+  return words;
+}
+/// Of every strategy; a view of text that lives as long as the program.
+std::string_view strategy_words();
+std::string_view method_words();
+
+/// Rows of a table whose part the program registers. `kinds`: the kinds of the table that have them; empty: always.
+std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds);
+
+const std::vector<Field>& case_fields();
+const std::vector<Field>& run_fields();
+const std::vector<Field>& timing_fields();
+const std::vector<Field>& timing_model_fields();  // its end: what makes times irregular
+const std::vector<Field>& scene_fields();
+const std::vector<Field>& device_fields();
+const std::vector<Field>& motion_fields();
+const std::vector<Field>& driver_fields();
+const std::vector<Field>& remap_fields();
+const std::vector<Field>& study_fields();
+const std::vector<Field>& sweep_fields();
+const std::vector<Field>& expect_fields();
+
+}  // namespace evenstep::internal

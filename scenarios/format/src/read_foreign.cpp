@@ -1,0 +1,47 @@
+// Parts that are registered by the program: a name, and options that are passed on as JSON.
+#include <nlohmann/json.hpp>
+
+#include "field_rows.h"
+#include "sections.h"
+
+namespace evenstep::internal {
+namespace {
+
+nlohmann::ordered_json json_of(const Value& value) {
+  switch (value.kind) {
+    case Value::Kind::boolean:
+      return value.boolean;
+    case Value::Kind::integer:
+      return value.integer;
+    case Value::Kind::number:
+      return value.number;
+    case Value::Kind::text:
+    case Value::Kind::date:  // refused by the check
+      return value.text;
+    case Value::Kind::list: {
+      nlohmann::ordered_json list = nlohmann::ordered_json::array();
+      for (const Value& one : value.list) list.push_back(json_of(one));
+      return list;
+    }
+    case Value::Kind::table:
+      break;
+  }
+  nlohmann::ordered_json table = nlohmann::ordered_json::object();
+  for (const Entry& entry : value.table) table[entry.key] = json_of(entry.value);
+  return table;
+}
+
+}  // namespace
+
+std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds) {
+  return {{.table = table, .key = "name", .forms = kText, .meaning = "The name it was registered under.", .kinds = kinds,
+           .required = true, .example = "\"mine\""},
+          {.table = table, .key = "options", .forms = kOptions, .default_toml = "{}",
+           .meaning = "Passed on to it as JSON; evenstep reads nothing of it.", .kinds = kinds}};
+}
+
+Foreign read_foreign(const Table& table) {
+  return {table.text("name"), json_of(table.at("options")).dump(), table.place("name")};
+}
+
+}  // namespace evenstep::internal

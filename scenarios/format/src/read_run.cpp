@@ -1,0 +1,96 @@
+// [run]
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "field_rows.h"
+#include "sections.h"
+
+namespace evenstep::internal {
+
+void read_strategies(ScenarioReading& reading) {
+  if (!reading.sound("run")) return;
+  const Table run = reading.section("run");
+  Scenario& scenario = reading.scenario;
+  const auto kind_named = [](const std::string& name) {
+    return std::find_if(kAllStrategies.begin(), kAllStrategies.end(), [&](const StrategyTraits& traits) {
+             return name == traits.name;  // the field table knows no other name
+           })->kind;
+  };
+  for (const Value& name : run.at("strategies").list) {
+    const StrategyKind kind = kind_named(name.text);
+    for (const StrategyKind earlier : scenario.strategies) {
+      if (earlier == kind) reading.errors.add(name.place, fmt::format("'strategies' names \"{}\" twice", name.text));
+    }
+    scenario.strategies.push_back(kind);
+  }
+  if (scenario.strategies.empty()) reading.errors.add(run.place("strategies"), "'strategies' is empty; name at least one");
+  scenario.live = kind_named(run.text("live"));
+  scenario.seed = static_cast<std::uint64_t>(run.integer("seed"));
+  scenario.keep_rows = run.text("keep") == "all";
+}
+
+void read_run(ScenarioReading& reading) {
+  if (!reading.sound("run")) return;
+  const Table run = reading.section("run");
+  Scenario& scenario = reading.scenario;
+  const bool has_trace = !scenario.timing.trace.empty();
+  Duration trace_length;
+  for (const SegmentTiming& segment : scenario.timing.trace) trace_length = std::max(trace_length, Duration{segment.end.ns});
+
+  if (run.has("duration")) {
+    scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);
+    if (has_trace && scenario.run_duration > trace_length) {
+      reading.errors.add(run.place("duration"),
+                         fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out",
+                                     in_ms(trace_length)));
+    }
+  } else if (has_trace) {
+    scenario.run_duration = trace_length;
+  } else if (reading.document.find("timing") == nullptr || reading.document.find("timing")->find("trace") == nullptr) {
+    reading.errors.add(run.place("duration"), "[run] has no 'duration'; write duration = \"4 s\"");
+    return;
+  }
+  if (run.has("interrupt")) scenario.interrupt = run.span("interrupt", scenario.nominal, reading.errors);
+  if (scenario.nominal.known && scenario.interrupt && *scenario.interrupt >= scenario.run_duration) {
+    reading.errors.add(run.place("interrupt"),
+                       fmt::format("'interrupt': the run has ended by {}; interrupt it earlier, or run longer",
+                                   in_ms(scenario.run_duration)));
+  }
+  scenario.warmup = run.span("warmup", scenario.nominal, reading.errors);
+  if (scenario.nominal.known && scenario.warmup >= scenario.run_duration) {
+    reading.errors.add(run.place("warmup"), fmt::format("'warmup': {} of {} leave nothing to judge", in_ms(scenario.warmup),
+                                                        in_ms(scenario.run_duration)));
+  }
+}
+
+// clang-format off: a row reads as a row
+const std::vector<Field>& run_fields() {
+  static const std::vector<Field> rows{
+    {.table = "run", .key = "duration", .forms = kSpan,
+     .meaning = "Real time to run. Obligatory, except with a trace: then all of it.",
+     .range = above(0, kLongestRun_s), .example = "\"4 s\""},
+    {.table = "run", .key = "warmup", .forms = kSpan, .default_toml = "\"0 s\"",
+     .meaning = "Real time at the start that is not judged.",
+     .range = between(0, kLongestRun_s), .example = "\"8 segments\""},
+    {.table = "run", .key = "interrupt", .forms = kSpan,
+     .meaning = "A signal comes then (SIGINT, SIGTERM, a hang-up) and ends the run within 20 ms. Default: none. Virtual clock "
+                "only.",
+     .range = between(0, kLongestRun_s), .example = "\"1 s\""},
+    {.table = "run", .key = "seed", .forms = kInteger, .default_toml = "1", .meaning = "Of everything drawn at random.",
+     .range = at_least(0)},
+    {.table = "run", .key = "strategies", .forms = kWord, .shape = Shape::list,
+     .default_toml = "[\"ideal\", \"direct\", \"paper\", \"phase_locked\"]",
+     .meaning = "Run side by side over the same timing, each with a solver of its own.", .words = strategy_words()},
+    {.table = "run", .key = "live", .forms = kWord, .default_toml = "\"phase_locked\"",
+     .meaning = "The one that has the device on a wall clock. (`ideal` knows the motion beforehand; no hand grants that.)",
+     .words = "direct|paper|phase_locked"},
+    {.table = "run", .key = "keep", .forms = kWord, .default_toml = "\"all\"",
+     .meaning = "`summary`: series.csv has the 1 s bins only and there is no events.bin: for runs of many minutes.",
+     .words = "all|summary"},
+  };
+  return rows;
+}
+// clang-format on
+
+}  // namespace evenstep::internal

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# layout_test.sh SOURCE_DIR CASE : runs one case; exits 1 on failure, 77 when it cannot run here (its output says why).
+set -uo pipefail
+format=$1/scripts/format.sh
+work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-layout-XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cp "$1/.clang-format" "$work"
+
+fail() { printf 'FAILED: %s\n' "$1"; exit 1; }
+# in_copy MODE : the check of the files in $work
+in_copy() {
+  EVENSTEP_FORMAT_ROOT=$work "$format" "$1" >"$work/out" 2>&1
+  status=$?
+  ((status != 77)) || { cat "$work/out"; exit 77; }
+}
+line_of() { printf '%*s' "$1" '' | tr ' ' "$2"; }
+
+case_no_line_is_longer_than_125_columns() { "$format" columns; }
+case_the_sources_are_laid_out_by_clang_format() { "$format" layout; }
+case_a_line_of_126_columns_is_seen_in_every_kind_of_file() {
+  local name
+  for name in a.cpp a.h a.cl a.sh a.cmake CMakeLists.txt; do
+    line_of 125 x >"$work/$name"
+    in_copy columns
+    ((status == 0)) || fail "125 columns in $name are too many"
+    line_of 126 x >"$work/$name"
+    in_copy columns
+    ((status == 1)) && grep -qF "./$name:1: longer" "$work/out" || fail "126 columns in $name are not seen"
+    rm "$work/$name"
+  done
+}
+case_columns_are_characters_not_bytes() {
+  line_of 124 x >"$work/a.cpp"
+  printf '\303\251\n' >>"$work/a.cpp"
+  in_copy columns
+  ((status == 0)) || fail "a letter of two bytes counts twice"
+}
+case_another_layout_is_seen_and_mended() {
+  printf 'int  f( ){return 1;}\n' >"$work/a.cpp"
+  in_copy layout
+  ((status == 1)) && grep -qF './a.cpp:1' "$work/out" || fail "it is not seen"
+  in_copy fix
+  in_copy layout
+  ((status == 0)) || fail "it is not mended"
+}
+case_what_is_built_is_not_looked_at() {
+  mkdir "$work/build" "$work/build-dev"
+  line_of 126 x | tee "$work/build/a.cpp" >"$work/build-dev/a.cpp"
+  in_copy columns
+  ((status == 0)) || fail "files of a build are looked at"
+}
+
+declare -F "case_$2" >/dev/null || { echo "no case $2"; exit 2; }
+"case_$2"
