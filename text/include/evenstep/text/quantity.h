@@ -17,7 +17,8 @@ struct NominalUnits {
 };
 
 /// The error says what was expected: "a duration such as \"11.1 ms\"; 'msec' is not a unit of time".
-Result<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});   ///< finer than 1 ns is an error; |t| <= 1e6 s
+/// |t| <= 1e6 s; a value that is not a whole number of ns is an error.
+Result<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});
 Result<Rate> parse_rate(std::string_view text);                                             ///< Hz, kHz; > 0
 enum class Dimension { none, time, length, velocity, acceleration, force, stiffness, damping, mass, rate, ratio, energy, drift, slew };
 /// The value in SI base units: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J; "10 %" = 0.1, "10 %/s" = 0.1 (drift); a bare
