@@ -76,6 +76,7 @@ class Search {
     for (int i = 0; i < scenario.study.stiffness_limit->seeds; ++i) {
       seeds_.push_back(scenario);
       seeds_.back().seed += static_cast<std::uint64_t>(i);
+      seeds_.back().timing.programmed.seed = seeds_.back().seed;
       seeds_.back().strategies = {kind};
       plans_.push_back(plan(seeds_.back()).front());
     }

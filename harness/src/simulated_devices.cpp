@@ -142,6 +142,7 @@ std::map<std::string, double> counters_of(const DeviceLane& lane) {
   counters["malformed"] = static_cast<double>(driver.malformed);
   counters["stale"] = static_cast<double>(driver.stale);
   counters["write_failures"] = static_cast<double>(driver.write_failures);
+  for (const auto& [name, count] : lane.device->own_counters()) counters[name] = static_cast<double>(count);
   return counters;
 }
 

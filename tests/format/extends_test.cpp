@@ -112,6 +112,19 @@ TEST_CASE("The option --set changes one value, by index or by name, and needs no
   CHECK_THAT(with({"timing.visualization=22.2 ms"}).resolved_toml, Contains("22.2 ms"));
 }
 
+TEST_CASE("An element whose name begins with a digit is found by its name, and a number alone is an index") {
+  std::string named = kTissue;
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{"\"left\"", "\"1st\""}, {"\"right\"", "\"0\""}}) {
+    for (std::size_t at = 0; (at = named.find(from, at)) != std::string::npos; at += to.size()) named.replace(at, from.size(), to);
+  }
+  const ReadResult result = read_text(named, {{"device.1st.rate=500 Hz", "device.1.rate=250 Hz"}, {}});
+  INFO(errors_of(result));
+  REQUIRE(result.scenario);
+  CHECK(result.scenario->devices[0].rate == Rate{500, 1});  // "1st", not the device of index 1
+  CHECK(result.scenario->devices[1].rate == Rate{250, 1});
+  CHECK_THAT(errors_of(read_text(named, {{"device.2nd.rate=500 Hz"}, {}})), Contains("there is no element named '2nd'"));
+}
+
 TEST_CASE("A mistake in --set is reported as one, with the assignment") {
   struct {
     const char* set;

@@ -1,5 +1,7 @@
 // Expectations: what passes, what fails, and what is an error instead of a pass.
 
+#include <cstdio>
+
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -50,6 +52,68 @@ TEST_CASE("a star is judged by the worst of the signals it matches") {
   CHECK(outcome.results[0].signal == "left.interaction.direct");
 }
 
+TEST_CASE("under a lower limit the worst of a star's signals is the smallest: one that is too small fails it") {
+  const RunOutcome outcome =
+      outcome_of("{ signal = \"left.interaction.*\", metric = \"velocity_jump\", min = \"4 step\" }");
+  CHECK(outcome.exit == ExitCode::expectation_failed);  // direct jumps by 5.4 steps, phase_locked by none
+  CHECK(outcome.results[0].signal == "left.interaction.phase_locked");
+  // Between two limits it is the one that is nearer to its own.
+  const RunOutcome both =
+      outcome_of("{ signal = \"left.interaction.*\", metric = \"velocity_jump\", min = \"1e-9 step\", max = \"5.5 step\" }");
+  CHECK(both.exit == ExitCode::pass);
+  CHECK(both.results[0].signal == "left.interaction.direct");
+}
+
+namespace {
+
+/// 10 % jitter, and a lead and a latency under which nothing is late, or everything.
+ExpectationResult judged_rate(const std::string& expectation, const std::string& latency) {
+  const RunOutcome outcome = run_scenario(
+      read("paper/figure-1-spring-hold.toml",
+           {"run.duration=\"0.7 s\"", "run.strategies=[\"phase_locked\"]", "remap.lead=\"9 ms\"",
+            "remap.latency=\"" + latency + "\"",
+            "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }",
+            "expect=[{ signal = \"left.buffers.phase_locked\", metric = \"underrun_rate\", " + expectation + " }]"}),
+      {});
+  INFO(outcome.failure);
+  REQUIRE(outcome.results.size() == 1);
+  REQUIRE(outcome.results[0].value);
+  return outcome.results[0];
+}
+
+}  // namespace
+
+TEST_CASE("a rate of underruns is judged in the unit of its limit") {
+  using Verdict = ExpectationResult::Verdict;
+  for (const char* latency : {"60 ms", "9 ms"}) {
+    const ExpectationResult share = judged_rate("max = 0.02, confidence = \"95 %\", seeds = 30", latency);
+    const ExpectationResult percent = judged_rate("max = \"2 %\", confidence = \"95 %\", seeds = 30", latency);
+    INFO(latency << ": " << share.detail);
+    CHECK(*percent.value == Approx(100 * *share.value).epsilon(1e-12));
+    CHECK(*percent.max == 2);
+    CHECK(percent.verdict == share.verdict);
+    CHECK(share.verdict == (std::string(latency) == "60 ms" ? Verdict::pass : Verdict::fail));
+  }
+}
+
+TEST_CASE("as many seeds are run as a clean record needs to pass") {
+  std::int64_t uneven = 0;
+  for (const char* most : {"2 %", "1.7 %", "1.3 %", "1 %"}) {
+    const ExpectationResult result = judged_rate(std::string("max = \"") + most + "\", confidence = \"95 %\"", "60 ms");
+    INFO(most << ": " << result.detail);
+    CHECK(result.verdict == ExpectationResult::Verdict::pass);
+    CHECK(*result.value <= *result.max);
+    long long hit = 0, segments = 0, seeds = 0, needed = 0;
+    REQUIRE(std::sscanf(result.detail.c_str(), "%lld of %lld segments in %lld seeds; %lld clean ones", &hit, &segments, &seeds,
+                        &needed) == 4);
+    CHECK(hit == 0);
+    CHECK(segments >= needed);
+    CHECK(segments - segments / seeds < needed);  // and no seed more
+    uneven += segments > needed;
+  }
+  CHECK(uneven > 0);  // or rounding was not seen
+}
+
 TEST_CASE("an unknown metric, or the unit step without a speed, is a scenario error before anything runs") {
   const RunOutcome unknown =
       outcome_of("{ signal = \"left.interaction.direct\", metric = \"velocity_jmp\", max = \"1 step\" }");
@@ -73,4 +137,17 @@ TEST_CASE("an expectation that judged no sample is an error, never a pass") {
   const RunOutcome outcome = run_scenario(read("paper/figure-1-spring.toml", set), {});
   CHECK(outcome.exit == ExitCode::usage);
   CHECK(outcome.results.at(0).verdict == ExpectationResult::Verdict::error);
+}
+
+TEST_CASE("a rate of underruns over no segment is an error, never a pass") {
+  const RunOutcome outcome = run_scenario(
+      read("paper/figure-1-spring-hold.toml",
+           {"run.duration=\"0.7 s\"", "run.warmup=\"0.6999 s\"", "run.strategies=[\"phase_locked\"]", "remap.latency=\"60 ms\"",
+            "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }",
+            "expect=[{ signal = \"left.buffers.phase_locked\", metric = \"underrun_rate\", max = \"2 %\", confidence = \"95 %\" }]"}),
+      {});
+  REQUIRE(outcome.results.size() == 1);
+  CHECK(outcome.results[0].verdict == ExpectationResult::Verdict::error);
+  CHECK_THAT(outcome.results[0].detail, Catch::Contains("no segment is judged"));
+  CHECK(outcome.exit == ExitCode::usage);
 }

@@ -130,6 +130,25 @@ TEST_CASE("the least latency of a gated schedule lets no force be late at this p
   }
 }
 
+TEST_CASE("the any-phase latency of a gated schedule is what its worst phase needs, to the nanosecond") {
+  for (const int percent : {1, 10}) {
+    Scenario gated = read("paper/figure-1-spring-hold.toml",
+                          with(with(jitter(percent), kGate), {"run.strategies=[\"phase_locked\"]", "run.duration=\"0.5 s\""}));
+    const StrategyPlan any = plan(gated).front();
+    // The worst phase has a tick 1 ns before what some step reads, which then waits for the next. Each step's in turn.
+    const std::vector<MappedStep> steps = any.sizing.steps;
+    REQUIRE(steps.size() > 100);
+    Duration largest;
+    for (const MappedStep& step : steps) {
+      const std::int64_t period_ns = 1'000'000, before_read_ns = step.slot.ns - any.lead.ns - 1;
+      gated.devices[0].phase = {((before_read_ns % period_ns) + period_ns) % period_ns};
+      largest = std::max(largest, plan(gated).front().sizing.this_phase.latency);
+    }
+    INFO(percent << " %");
+    CHECK(any.latency == largest);
+  }
+}
+
 TEST_CASE("on the line that a hand moves on, extrapolation replaces every missing sample exactly") {
   // Lead 0: periodic timing at phase 0 misses samples in every segment. Clamped, the newest sample is used.
   const std::vector<std::string> base{"remap.lead=\"0 ms\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};
@@ -255,4 +274,53 @@ TEST_CASE("variable steps keep simulation time beside real time") {
   }
   // Against that time the hand moves evenly; what is left is the age of the newest sample, below 1 ms.
   CHECK(metric(outcome, "left.interaction.variable_step", "deviation_max") <= 0.1 * 1e-3);
+}
+
+TEST_CASE("a lead that is given moves the least latency with it, nanosecond by nanosecond") {
+  const std::vector<std::string> hold{"run.duration=\"1 s\"", "expect=[]", "run.strategies=[\"paper\", \"phase_locked\"]"};
+  const std::vector<StrategyPlan> least = plan(read("paper/figure-1-spring-hold.toml", with(hold, jitter(10))));
+  const std::vector<StrategyPlan> given =
+      plan(read("paper/figure-1-spring-hold.toml", with(with(hold, jitter(10)), {"remap.lead=\"3.000001 ms\""})));
+  for (std::size_t i = 0; i < 2; ++i) {
+    CHECK(given[i].lead == Duration{3'000'001});
+    CHECK(given[i].lead != least[i].lead);
+    CHECK(given[i].latency - given[i].lead == least[i].latency - least[i].lead);
+  }
+}
+
+TEST_CASE("the ideal twin plays its forces as long after their reads as the latency is, however many wait") {
+  const RunOutcome outcome = run_scenario(
+      read(kSpring, {"remap.latency=\"60 ms\"", "run.strategies=[\"ideal\", \"phase_locked\"]", "run.duration=\"2 s\"", "expect=[]"}), {});
+  // 27 forces wait. On a line the force is the undelayed one of 60 ms ago: 200 N/m, 0.1 m/s.
+  CHECK(metric(outcome, "left.force.ideal", "error_max") == Approx(200 * 0.1 * 0.06).epsilon(1e-6));
+  CHECK(metric(outcome, "left.force.ideal", "deviation_max") <= 1e-9);
+  CHECK(metric(outcome, "left.force.ideal", "velocity_jump") <= 1e-9);
+}
+
+TEST_CASE("one device that interpolates makes the latency of all of them that of interpolation") {
+  const auto latency = [](const std::string& left, const std::string& right) {
+    const auto device = [](const std::string& name, const std::string& emission) {
+      return "{ name = \"" + name + "\", rate = \"1 kHz\", motion = { kind = \"still\" }, render = { kind = \"force\", emission = \"" + emission + "\" } }";
+    };
+    return plan(read(kSpring, {"device=[" + device("left", left) + ", " + device("right", right) + "]", "expect=[]",
+                               "run.strategies=[\"phase_locked\"]"})).front().latency;
+  };
+  CHECK(latency("hold", "linear") == latency("linear", "linear"));
+  CHECK(latency("linear", "hold") == latency("linear", "linear"));
+  CHECK(latency("hold", "hold") < latency("linear", "linear"));  // by a slot
+}
+
+TEST_CASE("a segment that a gate pushed back ends as much later as it began, in the record too") {
+  const Scenario scenario = read(kSpring, with(with(jitter(10), {"run.duration=\"5 s\"", "run.strategies=[\"phase_locked\"]"}), kGate));
+  const RunRecord run = run_all(scenario);
+  const StrategyRecord& record = strategy(run, "phase_locked");
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  SegmentTiming programmed;
+  std::int64_t pushed = 0;
+  for (const SegmentRow& row : record.segments) {
+    REQUIRE(timing->next(programmed));
+    REQUIRE(row.end - row.begin == programmed.end - programmed.begin);
+    pushed += row.begin > programmed.begin;
+  }
+  CHECK(pushed > 50);  // or nobody was pushed back
 }

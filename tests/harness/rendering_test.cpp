@@ -81,6 +81,25 @@ TEST_CASE("a device's own springs and the force beside them are the local model'
   }
 }
 
+TEST_CASE("a device's gain weakens its own springs: half of it, half the stiffness it can render, in the laws as in the run") {
+  const auto scenario = [](const std::string& gain) {
+    return read("paper/figure-1-spring.toml",
+                short_run({"device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }", kPid,
+                           "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = " + gain +
+                               ", full_slope = \"160 N/m\" }",
+                           "device.left.render={ kind = \"device_spring\" }", "run.strategies=[\"phase_locked\"]"}));
+  };
+  for (const auto& [gain, own_N_per_m] : std::vector<std::pair<std::string, double>>{{"1.0", 160}, {"0.5", 80}, {"0.25", 40}}) {
+    INFO("gain " << gain);
+    const Scenario weak = scenario(gain);
+    const StrategyPlan remap = plan(weak).front();
+    CHECK(loop_delays(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
+    CHECK(loop_record(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
+    // Of the 200 N/m that are wanted the device renders what it can; its gain is a byte, cut off: 1/255 of the 160 N/m.
+    CHECK(measure(run_all(weak)).at("closed_loop.left.phase_locked").at("spring_share") == Approx(own_N_per_m / 200).margin(4e-3));
+  }
+}
+
 TEST_CASE("a contact that no springs along the axes can say is left to the loop") {
   std::vector<std::string> set = small_tissue("cpu");
   set.insert(set.end(), {"expect=[]", kPid, kPidSpec, "run.strategies=[\"phase_locked\"]", "device.left.render={ kind = \"device_spring\" }"});
@@ -151,6 +170,76 @@ TEST_CASE("the delays of a loop: the map's latency and what a tick holds; of bur
   for (const StrategyPlan& plan : plan(held)) {
     if (plan.kind != StrategyKind::paper) continue;
     CHECK(loop_delays(held, plan, held.devices[0]).scheduled_s == Approx(seconds(plan.latency) + 0.5e-3 + 1.0 / 900).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("a force that answers a clamped position says so: a model of the tissue takes it as that of the older hand") {
+  const auto force_at_ticks = [](const std::string& lead) {
+    const Scenario scenario = read(
+        "paper/figure-1-spring.toml",
+        short_run({"scene={ kind = \"mode\", stiffness = \"200 N/m\", frequency = \"0.5 Hz\", damping_ratio = 0.1, step_size = \"fill\" }",
+                   "device.left.render={ kind = \"smith\", factor = 1.0, emission = \"hold\" }", "run.strategies=[\"phase_locked\"]",
+                   "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"3 Hz\" }",
+                   "remap.latency=\"20 ms\"", "remap.lead=\"" + lead + "\""}));
+    const RunRecord run = run_all(scenario);
+    std::int64_t clamped = 0;
+    for (const StepSample& step : run.strategies[0].devices[0].steps) clamped += step.read == StepRead::underrun;
+    CHECK((clamped > 0) == (lead == "0 ms"));
+    return run.strategies[0].devices[0].ticks;
+  };
+  const std::vector<TickRow> clamped = force_at_ticks("0 ms"), in_time = force_at_ticks("2 ms");
+  REQUIRE(clamped.size() == in_time.size());
+  double differ_N = 0;
+  for (std::size_t k = 500; k < clamped.size(); ++k)
+    differ_N = std::max(differ_N, std::abs(clamped[k].force_N[0] - in_time[k].force_N[0]));
+  // A position 0.11 ms too old at 0.19 m/s, taken for one in time, is 21 um of 400 N/m: up to 8.4 mN. What is left is the way of the
+  // tissue's mass in those 0.11 ms, a tenth of the hand's at most: (0.5 Hz / 3 Hz)^2 and the first swing.
+  CHECK(differ_N < 2e-3);
+}
+
+TEST_CASE("a step that begins on a tick answers that tick's sample, and the mean age of a burst counts it so") {
+  // Segments of 20 ms: 2 ms of visualization and nine steps of 2 ms, all on whole milliseconds. Eight forces are played from
+  // 2 to 4 ms after their sample, the ninth from 2 to 6: (8 x 2 x 3 + 4 x 4) / 20 = 3.2 ms, and half a tick.
+  const std::vector<std::string> even{"timing.segment=\"20 ms\"", "timing.visualization=\"2 ms\"", "timing.steps=9",
+                                      "timing.step=\"2 ms\"", "run.duration=\"2 s\"", "expect=[]",
+                                      "run.strategies=[\"direct\"]"};
+  const Scenario scenario = read("paper/figure-1-spring.toml", even);
+  const LoopDelays loop = loop_delays(scenario, plan(scenario).front(), scenario.devices[0]);
+  CHECK(loop.scheduled_s == Approx(3.7e-3).epsilon(2e-3));  // the first and the last force of 100 segments
+  // As the run plays it: each tick's force answers the sample of the newest step that has ended.
+  const RunRecord run = run_all(scenario);
+  const StrategyRecord& direct = strategy(run, "direct");
+  double age_s = 0;
+  std::int64_t played = 0;
+  std::size_t ended = 0;
+  for (const TickRow& tick : direct.devices[0].ticks) {
+    while (ended < direct.steps.size() && direct.steps[ended].end <= tick.at) ++ended;
+    if (ended == 0) continue;
+    age_s += seconds(tick.at - direct.steps[ended - 1].begin);
+    ++played;
+  }
+  CHECK(loop.scheduled_s == Approx(age_s / static_cast<double>(played) + 0.5e-3 + 0.5e-3).epsilon(5e-3));  // ticks, not time
+}
+
+TEST_CASE("a device's own delay is in its loop, beside the schedule's") {
+  const Scenario late = read("paper/figure-1-spring.toml", {"device.left.delay=\"2.5 ms\""}), prompt = read("paper/figure-1-spring.toml");
+  const StrategyPlan remap = plan(late).back();
+  CHECK(loop_delays(late, remap, late.devices[0]).device_s == Approx(2.5e-3));
+  CHECK(loop_delays(prompt, remap, prompt.devices[0]).device_s == 0);
+  CHECK(loop_record(late, remap, late.devices[0]).delay_s == Approx(loop_record(prompt, remap, prompt.devices[0]).delay_s + 2.5e-3));
+}
+
+TEST_CASE("a model that is stiffer than its tissue swings faster with the tissue's mass: by the root of its factor") {
+  const Scenario scenario = read("closed-loop/slow-tissue-smith.toml");
+  const auto mode = [&](double factor) {
+    RenderSpec render = scenario.devices[0].render;
+    render.factor = factor;
+    return *smith_mode(scenario.scene, render);
+  };
+  for (const double factor : {0.8, 1.1, 2.0}) {
+    CHECK(mode(factor).mass_kg == Approx(mode(1).mass_kg).epsilon(1e-14));
+    CHECK(mode(factor).damping_N_s_per_m == Approx(mode(1).damping_N_s_per_m).epsilon(1e-14));
+    CHECK(mode(factor).contact_N_per_m == Approx(factor * mode(1).contact_N_per_m).epsilon(1e-14));
   }
 }
 

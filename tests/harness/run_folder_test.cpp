@@ -10,6 +10,7 @@
 
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/harness/sizing.h"
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -111,4 +112,28 @@ TEST_CASE("the timing of a run replays to the same steps") {
     REQUIRE(first[n].begin == second[n].begin);
     REQUIRE(first[n].end == second[n].end);
   }
+}
+
+TEST_CASE("a visualization beside the steps begins in the record when it began, not when a step let it be seen") {
+  const TemporaryFolder temporary;
+  const Scenario scenario =
+      read("paper/figure-1-spring.toml",
+           {"run.duration=\"1 s\"", "expect=[]", "run.strategies=[\"direct\"]", "run.live=\"direct\"",
+            "timing={ order = \"concurrent\", visualization = \"11.1 ms\", steps = 15, "
+            "jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" } }"});
+  const RunRecord run = run_all(scenario);
+  const StrategyRecord& direct = run.strategies[0];
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  REQUIRE(direct.segments.size() > 20);
+  std::int64_t within_a_step = 0;
+  SegmentTiming programmed;
+  for (const SegmentRow& row : direct.segments) {
+    REQUIRE(timing->next(programmed));
+    REQUIRE(row.visualization);
+    REQUIRE(row.begin == programmed.begin);
+    REQUIRE(row.visualization->front() == programmed.visualization->begin);
+    REQUIRE(row.end == programmed.end);
+    for (const StepRow& step : direct.steps) within_a_step += step.begin < row.begin && row.begin < step.end;
+  }
+  CHECK(within_a_step > 10);  // where the two differ
 }

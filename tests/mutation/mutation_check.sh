@@ -1,30 +1,27 @@
 #!/usr/bin/env bash
-# mutation_check.sh SOURCE_DIR CATCH_LIBRARY COMPILER... : applies each mutation of mutations.txt to a copy of remap/,
-# builds the one test file that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
-# one survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
-# MUTATION=NAME: that one only. JOBS=N: so many at a time (default: one per core).
+# mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a time,
+# builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if one
+# survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
+# mutation_check.sh SOURCE_DIR --texts : builds nothing; only whether each mutation still matches the source, in seconds.
+# MUTATION=PATTERN: only those whose names match (such as 'judge-*'). JOBS=N: so many at a time (default: one per core).
+#
+# Each job has a copy of the source tree under WORK_DIR with a build folder in it. Both are kept: what is built once is not
+# built again, and a later run writes only files that differ from the source's.
 set -uo pipefail
-source_dir=$1
-catch_library=$2
-compiler=("${@:3}")
+source_dir=$(readlink -f "$1")
 list=$source_dir/tests/mutation/mutations.txt
-work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-mutation-XXXXXX")
-trap 'rm -rf "$work"' EXIT
 
-# compile SOURCE OBJECT : one source of a copy; the copy is the working directory
-compile() {
-  "${compiler[@]}" -std=c++20 -O2 -ffp-contract=off -Iremap/include -Iclock/time/include -Itests/remap -c "$1" -o "$2"
+# copy_tree TREE : it becomes the source's again. What differs is written anew, and so is built anew.
+copy_tree() {
+  local file
+  find "$source_dir" -path "$work" -prune -o -path "$source_dir/build*" -prune -o -name .git -prune -o \
+    -type f -printf '%P\n' | sort >"$1/files.new"
+  if [[ -e $1/files ]]; then comm -23 "$1/files" "$1/files.new" | (cd "$1" && xargs -r -d '\n' rm -f --); fi
+  mv "$1/files.new" "$1/files"
+  while IFS= read -r file; do
+    cmp -s "$source_dir/$file" "$1/$file" || { mkdir -p "$1/$(dirname "$file")" && cp "$source_dir/$file" "$1/$file"; }
+  done <"$1/files"
 }
-# objects_of FOLDER : all sources of the remap room and of time
-objects_of() {
-  local source
-  for source in remap/src/*.cpp clock/time/src/*.cpp; do
-    compile "$source" "$1/$(basename "$source").o" || return 1
-  done
-}
-# link FOLDER TEST_FILE : the objects there and that test's
-link() { "${compiler[@]: -1}" "$1"/*.cpp.o "$2" "$catch_library" -pthread -o "$1/test"; }
-fresh_copy() { mkdir -p "$1" && cp -r "$work/unbroken/remap" "$work/unbroken/clock" "$work/unbroken/tests" "$1"; }
 
 # replace FILE FROM TO : a literal text that must occur exactly once
 replace() {
@@ -37,82 +34,109 @@ replace() {
   printf '%s%s%s' "${text%%"$2"*}" "$3" "$rest" >"$1"
 }
 
-# mutate NAME LINES... : one block of the list, in a copy of its own; writes its verdict to NAME.verdict
-mutate() {
-  local name=$1 key value file from test cases headers=no sources=()
-  shift
-  local copy=$work/$name verdict=$work/$name.verdict
-  fresh_copy "$copy"
-  cd "$copy" || return
-  for line in "$@"; do
-    key=${line%%: *}
-    value=${line#*: }
-    case $key in
-      file) file=$value; if [[ $file == *.h ]]; then headers=yes; else sources+=("$file"); fi ;;
-      from) from=$value ;;
-      to | to:)
-        [[ $key == to: ]] && value=
-        replace "$file" "$from" "$value" >why || { echo "ERROR $name: $(cat why)" >"$verdict"; return; } ;;
-      test) test=$value ;;
-      case) cases=$value ;;
-      *) echo "ERROR $name: unknown key '$key'" >"$verdict"; return ;;
+# value BLOCK KEY : the last one
+value() { sed -n "s/^$2: //p" <<<"$1" | tail -1; }
+
+build_test() { ninja -C build -j "$build_jobs" "test_$1" >build.log 2>&1; }
+run_test() {
+  POCL_CACHE_DIR=$PWD/build/pocl-cache timeout 300 "$(find build/tests -name "test_$1" -type f)" --abort "$2" >test.log 2>&1
+}
+
+# apply BLOCK : changes the copy; the files that it names are in `changed`
+apply() {
+  local line file='' from=''
+  while IFS= read -r line; do
+    case $line in
+      'file: '*) file=${line#*: }; changed+=("$file") ;;
+      'from: '*) from=${line#*: } ;;
+      'to: '* | to:) line=${line#to:}; replace "$file" "$from" "${line# }" || return 1 ;;
+      'test: '* | 'case: '* | '') ;;
+      *) echo "unknown line '$line'"; return 1 ;;
     esac
-  done
-  mkdir objects && cp "$work/unbroken/objects/"*.cpp.o objects
-  local test_object=$work/unbroken/$test.o
-  if [[ $headers == yes ]]; then
-    test_object=$copy/test.o
-    { objects_of objects && compile "tests/remap/$test" "$test_object"; } 2>why
+  done <<<"$1"
+}
+
+# mutate NAME BLOCK : in the copy that is the working directory; prints its verdict
+mutate() {
+  local name=$1 block=$2 test cases why code file changed=()
+  test=$(value "$block" test) cases=$(value "$block" case)
+  if ! apply "$block" >why.log; then echo "ERROR $name: $(cat why.log)"
+  elif ! build_test "$test"; then why=$(grep -m2 'error' build.log || tail -2 build.log); echo "ERROR $name is not built: $why"
   else
-    for file in "${sources[@]}"; do compile "$file" "objects/$(basename "$file").o" || break; done 2>why
-  fi || { echo "ERROR $name does not compile: $(head -3 why)" >"$verdict"; return; }
-  link objects "$test_object" 2>why || { echo "ERROR $name does not link: $(head -3 why)" >"$verdict"; return; }
-  timeout 120 objects/test --abort "$cases" >out 2>&1
-  local code=$?
-  if [[ $code == 0 ]]; then echo "SURVIVED $name: $test: $cases" >"$verdict"
-  else echo "killed $name: $test: $(grep -m1 FAILED: out | sed 's/.*remap\///')" >"$verdict"; fi
-  rm -rf "$copy"
+    run_test "$test" "$cases"
+    code=$?
+    case $code in
+      0) echo "SURVIVED $name: $test: $cases" ;;
+      124) echo "killed $name: $test: does not end" ;;
+      *) echo "killed $name: $test: $(grep -m1 'FAILED:' test.log | sed 's/.*tests\///' || true)" ;;
+    esac
+  fi
+  for file in "${changed[@]}"; do cp "$source_dir/$file" "$file"; done
+}
+
+# unbroken BLOCK... : the source itself must pass every case, and every case must exist
+unbroken() {
+  local block test cases
+  for block in "$@"; do printf '%s\t%s\n' "$(value "$block" test)" "$(value "$block" case)"; done | sort -u |
+    while IFS=$'\t' read -r test cases; do
+      build_test "$test" || { echo "ERROR test_$test is not built: $(tail -2 build.log)"; continue; }
+      run_test "$test" "$cases" || echo "ERROR the unbroken source fails $test: $cases: $(grep -m1 'FAILED:' test.log)"
+      if grep -q 'No test cases matched\|No tests ran' test.log; then echo "ERROR no such case in $test: $cases"; fi
+    done
+}
+
+# job NUMBER FIRST END : the mutations from FIRST to before END, one after the other
+job() {
+  local i tree=$work/job-$1
+  mkdir -p "$tree" && cd "$tree" && copy_tree "$tree" || return
+  [[ -e build/build.ninja ]] || cmake -S . -B build -G Ninja "${configure[@]}" >configure.log 2>&1 ||
+    { echo "ERROR cannot configure: $(tail -3 configure.log)"; return; }
+  unbroken "${blocks[@]:$2:$3-$2}"
+  for ((i = $2; i < $3; ++i)); do mutate "${names[i]}" "${blocks[i]}"; done
 }
 
 # Blocks are separated by blank lines; the first line of each is its name.
-names=() blocks=()
+names=() blocks=() in_block=no
 while IFS= read -r line || [[ -n $line ]]; do
   [[ $line == \#* ]] && continue
   if [[ -z $line ]]; then in_block=no
-  elif [[ ${in_block:-no} == no ]]; then names+=("$line"); blocks+=(""); in_block=yes
-  else blocks[-1]+=$line$'\n'; fi
+  elif [[ $in_block == no ]]; then
+    in_block=yes
+    # shellcheck disable=SC2053  # a pattern
+    if [[ $line == ${MUTATION:-*} ]]; then names+=("$line"); blocks+=(""); else in_block=skip; fi
+  elif [[ $in_block == yes ]]; then blocks[-1]+=$line$'\n'; fi
 done <"$list"
+total=${#names[@]}
+((total > 0)) || { echo "no mutation is called ${MUTATION:-anything}"; exit 2; }
 
-mkdir -p "$work/unbroken/objects" "$work/unbroken/clock" "$work/unbroken/tests"
-cp -r "$source_dir/remap" "$work/unbroken"
-cp -r "$source_dir/clock/time" "$work/unbroken/clock"
-cp -r "$source_dir/tests/remap" "$work/unbroken/tests"
-cd "$work/unbroken" || exit 1
+if [[ $2 == --texts ]]; then
+  status=0
+  cd "$source_dir" && copy=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-mutation-XXXXXX") || exit 2
+  trap 'rm -rf "$copy"' EXIT
+  for i in "${!names[@]}"; do
+    (
+      changed=()
+      mapfile -t files < <(sed -n 's/^file: //p' <<<"${blocks[i]}" | sort -u)
+      cp --parents -- "${files[@]}" "$copy" && cd "$copy" && apply "${blocks[i]}"
+    ) || { echo "ERROR ${names[i]}"; status=1; }
+  done
+  echo "$total mutations"
+  exit $status
+fi
+mkdir -p "$2" || exit 2
+work=$(readlink -f "$2")
+configure=("${@:3}")
+rm -rf "$work/verdicts" && mkdir "$work/verdicts" || exit 2
+
+# Neighbours in the list share a test program, so each job takes a run of the list.
 jobs=${JOBS:-$(nproc)}
-mapfile -t tests < <(sed -n 's/^test: //p' "$list" | sort -u)
-for test in "${tests[@]}"; do
-  while [[ $(jobs -rp | wc -l) -ge $jobs ]]; do wait -n; done
-  compile "tests/remap/$test" "$work/unbroken/$test.o" &
-done
-objects_of objects || exit 1
-wait
-status=0
-# The unbroken source must pass every case, and every case must exist.
-while IFS=$'\t' read -r test cases; do
-  link objects "$test.o" || exit 1
-  objects/test "$cases" >out 2>&1 || { echo "ERROR the unbroken source fails $test: $cases"; tail -20 out; status=1; }
-  grep -q "No test cases matched\|No tests ran" out && { echo "ERROR no such case in $test: $cases"; status=1; }
-done < <(sed -n 's/^test: //p; s/^case: /\t/p' "$list" | paste -d '' - - | sort -u)
-
-for i in "${!names[@]}"; do
-  [[ -n ${MUTATION:-} && ${names[i]} != "$MUTATION" ]] && continue
-  while [[ $(jobs -rp | wc -l) -ge $jobs ]]; do wait -n; done
-  mapfile -t lines < <(printf '%s' "${blocks[i]}")
-  mutate "${names[i]}" "${lines[@]}" &
+((jobs <= total)) || jobs=$total
+build_jobs=$((($(nproc) + jobs - 1) / jobs))
+for ((k = 0; k < jobs; ++k)); do
+  job "$k" $((total * k / jobs)) $((total * (k + 1) / jobs)) 2>&1 | tee "$work/verdicts/$k" &
 done
 wait
-cat "$work"/*.verdict
-killed=$(cat "$work"/*.verdict | grep -c '^killed')
-total=$(ls "$work"/*.verdict | wc -l)
+killed=$(cat "$work"/verdicts/* | grep -c '^killed')
+errors=$(cat "$work"/verdicts/* | grep -c '^ERROR')
 echo "$killed of $total mutations killed"
-[[ $killed == "$total" && $status == 0 ]]
+((killed == total && errors == 0))

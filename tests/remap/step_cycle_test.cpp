@@ -205,3 +205,28 @@ TEST_CASE("the cycle found does not change with the origin of time and scales wi
   CHECK(scaled.period.ns == 3 * cycle.period.ns);
   CHECK(scaled.regularity == cycle.regularity);
 }
+
+TEST_CASE("a pause stands out from the other gaps by a factor of 1.5, both measured with a quarter of a step besides") {
+  for (const std::int64_t run_time : {200 * us, 1 * ms, 7 * ms}) {
+    const auto found = [&](double factor, std::int64_t short_gap) {
+      const auto quarter = static_cast<double>(run_time) / 4;
+      const auto pause = static_cast<std::int64_t>(factor * (static_cast<double>(short_gap) + quarter) - quarter);
+      std::vector<StepTimes> steps;
+      RealTime now{};
+      for (int n = 0; n < 15 * 40; ++n) {
+        const RealTime begin = now + Duration{n % 15 == 0 ? pause : short_gap};
+        now = begin + Duration{run_time};
+        steps.push_back({begin, now});
+      }
+      const StepCycle cycle = find_cycle(steps);
+      CHECK((!cycle.found || cycle.steps_per_segment == 15));
+      return cycle.found;
+    };
+    for (const std::int64_t short_gap : {std::int64_t{0}, 30 * us, 3 * ms}) {
+      INFO("steps of " << run_time << " ns, gaps of " << short_gap << " ns");
+      CHECK(found(1.51, short_gap));
+      CHECK(found(1.65, short_gap));
+      CHECK_FALSE(found(1.49, short_gap));
+    }
+  }
+}

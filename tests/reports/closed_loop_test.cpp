@@ -178,6 +178,14 @@ TEST_CASE("an oscillation is judged by the last eighth against two before, decay
   const auto overshoot = measure(run_of(ticks, true)).at("closed_loop.left.direct");
   CHECK(overshoot.at("oscillation_ratio") == Approx(1 / 1.5));
   CHECK(overshoot.at("stable") == 0);
+  // Nor if it then decays more slowly than 2 percent over five eighths, which is 0.8 percent over the last two.
+  const auto bounded = [](double growth_per_s) {
+    auto swings = swing(growth_per_s);
+    for (std::size_t k = 2000; k < 3000; ++k) swings[k].position_m[0] *= 1.5;
+    return measure(run_of(swings, true)).at("closed_loop.left.direct").at("stable");
+  };
+  CHECK(bounded(edge + 1e-4) == 0);
+  CHECK(bounded(edge - 1e-4) == 1);
   CHECK(values(0, 2.4e-6).at("stable") == 1);  // 4.8 um
   CHECK(values(0, 2.6e-6).at("stable") == 0);
 }

@@ -78,6 +78,34 @@ TEST_CASE("Probes: velocity Verlet with any features has the same bits on cpu fl
   require_equal_combinations(Method::velocity_verlet, CouplingKind::probe);
 }
 
+TEST_CASE("The particles' state is equal on cpu float and OpenCL after every step, odd or even", "[features]") {
+  TissueScene block = featured_block({false, false, true, false, CouplingKind::spring});
+  block.substeps = 1;
+  const Scene scene = scene_of(block, 2e-4);
+  const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
+  for (int n = 0; n < 7; ++n) {
+    REQUIRE(same_bits(step(*cpu, 2, wandering_tools(3 * n)), step(*opencl, 2, wandering_tools(3 * n))));
+    const ParticleState a = cpu->particle_state(), b = opencl->particle_state();
+    INFO("step " << n);
+    REQUIRE(a.displacement_m == b.displacement_m);
+    REQUIRE(a.velocity_m_per_s == b.velocity_m_per_s);
+  }
+}
+
+TEST_CASE("A coupling beside a grab is equal on cpu float and OpenCL, whichever tool comes first", "[features]") {
+  TissueScene block = featured_block({false, false, false, false, CouplingKind::grab});  // a grab, then a spring
+  for (int order = 0; order < 2; ++order) {
+    const Scene scene = scene_of(block, 1e-3);
+    const auto cpu = make_solver(SolverKind::cpu_float, scene), opencl = make_solver(SolverKind::opencl, scene);
+    for (int n = 0; n < 20; ++n) {
+      const ToolResponse expected = step(*cpu, 2, wandering_tools(3 * n));
+      REQUIRE(same_bits(expected, step(*opencl, 2, wandering_tools(3 * n))));
+      if (n > 5) REQUIRE((norm(expected.force_N[0]) > 0 && norm(expected.force_N[1]) > 0));
+    }
+    std::swap(block.tools[0], block.tools[1]);
+  }
+}
+
 TEST_CASE("With every feature no work-group size, no changing step and no divergence makes OpenCL differ from cpu float",
           "[features][equality][sweep]") {
   for (const Method method : {Method::symplectic_euler, Method::velocity_verlet, Method::implicit_euler}) {

@@ -331,3 +331,43 @@ TEST_CASE("Velocity Verlet takes symplectic Euler's path with the velocity half 
     }
   }
 }
+
+TEST_CASE("The initial velocity of a fixed particle counts for nothing: a fixed face drags no damper", "[physics]") {
+  for (const SolverKind kind : kEverySolver) {
+    TissueScene block = featured_block({false, false, true, false, CouplingKind::spring});
+    const auto count = static_cast<std::size_t>(block.particle_count), fixed = std::size_t{6 * 4};  // the bottom layer
+    block.initial_velocity_m_per_s.assign(count, glm::dvec3(0.02, -0.01, 0.03));
+    const auto moving = make_solver(kind, scene_of(block, 1e-3));
+    std::fill_n(block.initial_velocity_m_per_s.begin(), fixed, glm::dvec3(0));
+    const auto still = make_solver(kind, scene_of(block, 1e-3));
+    for (int n = 0; n < 20; ++n) {
+      REQUIRE(same_bits(step(*moving, 2, wandering_tools(n)), step(*still, 2, wandering_tools(n))));
+      const ParticleState state = moving->particle_state();
+      for (std::size_t i = 0; i < fixed; ++i) {
+        REQUIRE(state.velocity_m_per_s[i] == glm::dvec3(0));
+        REQUIRE(state.displacement_m[i] == glm::dvec3(0));
+      }
+    }
+  }
+}
+
+TEST_CASE("A coupling holds the particle that lies exactly on its radius, and not the next", "[physics]") {
+  for (const CouplingKind kind : {CouplingKind::grab, CouplingKind::spring}) {
+    TissueScene row;
+    row.lattice = {4, 1, 1};
+    row.particle_count = 4;
+    row.spacing_m = 0.0078125;  // 2^-7: distances are exact
+    row.fixed = FixedFaces::none();
+    row.tools = {{glm::dvec3(row.spacing_m, 0, 0), row.spacing_m, kind, kind == CouplingKind::grab ? 0.0 : 30.0}};
+    const auto solver = make_solver(SolverKind::cpu_double, scene_of(row, 1e-4));
+    step(*solver, 1, {});
+    for (int n = 0; n < 2; ++n) step(*solver, 1, {glm::dvec3(1e-4, 0, 0)});  // a spring pulls from the second on
+    const ParticleState state = solver->particle_state();
+    // Particles 0, 1 and 2 are taken along alike, by the tool or by a third of its spring each; particle 3 is pulled later.
+    const auto moved_m = [&](std::size_t i) { return state.displacement_m[i].x; };
+    CHECK(moved_m(1) > 0);
+    CHECK(moved_m(0) == moved_m(1));
+    CHECK(moved_m(2) == moved_m(1));
+    CHECK(moved_m(3) < 0.1 * moved_m(1));
+  }
+}

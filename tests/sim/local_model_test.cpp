@@ -268,6 +268,24 @@ TEST_CASE("A settled probe foresees the tissue's own stiffness in series with it
   CHECK(far.stiffness_N_per_m[2][2] == Approx(1 / (1.0 / 25 + 4.0 / 40)));
 }
 
+TEST_CASE("A settled probe promises nothing to the side of a chain that gives way there, before the touch as after it",
+          "[local]") {
+  TissueScene chain;
+  chain.lattice = {1, 1, 5};
+  chain.particle_count = 5;
+  chain.stiffness_N_per_m = 40;
+  chain.tools = {{glm::dvec3(0, 0, 20e-3 + 4.5e-3), 4e-3, CouplingKind::probe, 25}};
+  const auto solver = make_solver(SolverKind::cpu_double, modelled(chain, LocalModel::settled, 1e-3));
+  for (int n = 0; n <= 10; ++n) {
+    step(*solver, 1, {glm::dvec3(0, 0, -n * 5e-5)});  // down to where the sphere meets the particle, which stays at rest
+    const ToolContact& contact = solver->contacts()[0];
+    INFO("gap " << contact.gap_m);
+    CHECK(std::abs(contact.stiffness_N_per_m[0][0]) < 1e-9);
+    CHECK(std::abs(contact.stiffness_N_per_m[1][1]) < 1e-9);
+    CHECK(contact.stiffness_N_per_m[2][2] == Approx(1 / (1.0 / 25 + 4.0 / 40)));
+  }
+}
+
 namespace {
 
 /// The force on a tool at `at` once everything has come to rest.

@@ -156,6 +156,87 @@ TEST_CASE("The tool moves in a straight line within a substep, and each method s
   }
 }
 
+TEST_CASE("A particle on a tool's spring and damper follows each method's recurrence while the tool moves", "[methods]") {
+  const Real m = 1e-3L, kc = 25, b = 0.05L;
+  for (const Method method : {Method::rk4, Method::implicit_euler, Method::implicit_midpoint}) {
+    for (const int substeps : {1, 3}) {
+      TissueScene ball;
+      ball.lattice = {1, 1, 1};
+      ball.particle_count = 1;
+      ball.fixed = FixedFaces::none();
+      ball.particle_mass_kg = 1e-3;
+      ball.method = method;
+      ball.substeps = substeps;
+      ball.tools = {{glm::dvec3(0), 1e-3, CouplingKind::spring, 25, 0.05}};
+      const auto solver = make_solver(SolverKind::cpu_double, scene_of(ball, 2e-3));
+      const Real h = 2e-3L / substeps;
+      Real u = 0, v = 0, tool = 0, worst_N = 0;
+      step(*solver, 1, {});
+      for (int n = 1; n <= 300; ++n) {
+        const double target_m = 1e-3 * (n % 100) / 50.0 - 5e-4 * (n / 200);
+        const Real from = tool, w = (target_m - from) / (h * substeps);
+        const auto a = [&](Real at, Real speed, Real held_at) { return (kc * (held_at - at) + b * (w - speed)) / m; };
+        for (int s = 1; s <= substeps; ++s) {
+          const Real to = from + (target_m - from) * s / substeps, middle = (tool + to) / 2;
+          if (method == Method::rk4) {
+            const Real u1 = v, v1 = a(u, v, tool), u2 = v + h / 2 * v1, v2 = a(u + h / 2 * u1, v + h / 2 * v1, middle);
+            const Real u3 = v + h / 2 * v2, v3 = a(u + h / 2 * u2, v + h / 2 * v2, middle);
+            const Real u4 = v + h * v3, v4 = a(u + h * u3, v + h * v3, to);
+            u += h / 6 * (u1 + 2 * u2 + 2 * u3 + u4);
+            v += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
+          } else if (method == Method::implicit_midpoint) {
+            // x is the velocity in the middle of the substep, where the force is taken.
+            const Real x = (v + h / 2 * a(u, 0, middle)) / (1 + h / 2 * b / m + h * h / 4 * kc / m);
+            u += h * x;
+            v = 2 * x - v;
+          } else {
+            v = (v + h * a(u, 0, to)) / (1 + h * b / m + h * h * kc / m);
+            u += h * v;
+          }
+          tool = to;
+        }
+        const double force_N = step(*solver, 1, {glm::dvec3(target_m, 0, 0)}).force_N[0].x;
+        worst_N = std::max(worst_N, std::abs(force_N + kc * (tool - u) + b * (w - v)));
+      }
+      INFO("method " << static_cast<int>(method) << ", substeps " << substeps);
+      CHECK(worst_N < 1e-12L);  // forces up to 0.1 N in double: 900 substeps of 1e-17 N each
+    }
+  }
+}
+
+TEST_CASE("A particle on a fixed one's spring and axial damper follows each implicit method's recurrence, at any step", "[methods]") {
+  const Real m = 1e-3L, k = 40, c = 0.05L;
+  for (const Method method : {Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {
+    for (const Real h : {1e-4L, 1e-3L, 2e-2L}) {
+      TissueScene pair;
+      pair.lattice = {2, 1, 1};
+      pair.particle_count = 2;
+      pair.spacing_m = 0.01;
+      pair.fixed = FixedFaces::none();
+      pair.fixed.x_min = true;
+      pair.particle_mass_kg = 1e-3;
+      pair.stiffness_N_per_m = 40;
+      pair.axial_damping_N_s_per_m = 0.05;
+      pair.method = method;
+      pair.substeps = 1;
+      pair.initial_displacement_m = {glm::dvec3(0), glm::dvec3(1e-3, 0, 0)};
+      pair.initial_velocity_m_per_s = {glm::dvec3(0), glm::dvec3(0.1, 0, 0)};
+      const auto solver = make_solver(SolverKind::cpu_double, scene_of(pair, static_cast<double>(h)));
+      Real u = 1e-3L, v = 0.1L, worst_m = 0;
+      const Real q = method == Method::implicit_midpoint ? h / 2 : h;  // where the force is taken
+      for (int n = 0; n < 100; ++n) {
+        const Real x = (v - q * k / m * u) / (1 + q * c / m + q * q * k / m);
+        u += h * x;
+        v = method == Method::implicit_midpoint ? 2 * x - v : x;
+        step(*solver, 0, {});
+        worst_m = std::max(worst_m, std::abs(solver->particle_state().displacement_m[1].x - u));
+      }
+      INFO("method " << static_cast<int>(method) << ", h " << h);
+      CHECK(worst_m < 1e-14L);  // 100 steps, each rounding the spring's vector to 1e-18 m; motions of 1 mm
+    }
+  }
+}
+
 TEST_CASE("The observed order on a chain is 4 for RK4, 2 for implicit midpoint, 1 for the implicit Euler methods",
           "[methods][sweep]") {
   struct Case {

@@ -218,3 +218,51 @@ TEST_CASE("The block of the paper has 20,270 particles and 171,443 springs", "[s
   CHECK(springs_of(block).size() == 171'443);
   CHECK(solver->info().limit->particle == 1 + 27 * (1 + 27 * 1));  // the first with all 18
 }
+
+TEST_CASE("Two probes that press on one particle count together: auto keeps it stable, and a step for one of them is refused",
+          "[stability]") {
+  TissueScene ball;
+  ball.lattice = {1, 1, 1};
+  ball.particle_count = 1;
+  ball.fixed = FixedFaces::none();
+  ball.particle_mass_kg = 1e-3;
+  // Pressed from both sides, the particle swings between the probes on 500 + 500 N/m: w = 1000 /s, a limit of 2 / w = 2 ms.
+  ball.tools = {{glm::dvec3(-5e-3, 0, 0), 20e-3, CouplingKind::probe, 500},
+                {glm::dvec3(5e-3, 0, 0), 20e-3, CouplingKind::probe, 500}};
+  ball.initial_displacement_m = {glm::dvec3(1e-6, 0, 0)};
+  CHECK(step_limit(ball).step_s == Approx(2e-3));
+  const auto largest_m = [](Solver& solver) {
+    double most = 0;
+    for (int n = 0; n < 200; ++n) {
+      step(solver, 2, {});
+      most = std::max(most, std::abs(solver.particle_state().displacement_m[0].x));
+    }
+    return most;
+  };
+  // One probe alone could be stepped by 2.8 ms.
+  Scene coarse = scene_of(ball, 2.4e-3);
+  std::get<TissueScene>(coarse.body).substeps = 1;
+  CHECK_THROWS_AS(make_solver(SolverKind::cpu_double, coarse), SolverError);
+  coarse.allow_unstable = true;
+  CHECK(largest_m(*make_solver(SolverKind::cpu_double, coarse)) > 1e-3);  // a thousandfold: the limit is the true one
+  for (const double step_s : {2.4e-3, 1e-2, 5e-2}) {
+    const auto solver = make_solver(SolverKind::cpu_double, scene_of(ball, step_s));
+    CHECK(largest_m(*solver) < 1e-5);  // within a few of the first deflection, which an energy kept up to 1 % allows
+  }
+}
+
+TEST_CASE("A coupling's damper is shared by the particles that it holds, and so is what it takes from the limit", "[stability]") {
+  // Held free particles far apart in stiffness: k so soft that only the coupling counts. n particles share k and c, so the limit
+  // of each is that of one particle with k / n and c / n.
+  for (const int n : {1, 2, 4}) {
+    TissueScene row;
+    row.lattice = {n, 1, 1};
+    row.particle_count = n;
+    row.fixed = FixedFaces::none();
+    row.particle_mass_kg = 1e-3;
+    row.stiffness_N_per_m = 1e-9;
+    row.tools = {{glm::dvec3(0), 1, CouplingKind::spring, 80, 2}};
+    CHECK(step_limit(row).step_s ==
+          Approx(largest_stable_step_s(Method::symplectic_euler, 80.0 / n / 1e-3, 2.0 / n / 1e-3)).epsilon(1e-6));
+  }
+}

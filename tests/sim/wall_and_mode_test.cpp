@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "evenstep/sim/felt.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;
@@ -54,6 +55,27 @@ TEST_CASE("A wall pushes with its law at every depth, along its normal, and neve
         REQUIRE(response.force_N[1] == glm::dvec3(0));
       }
     }
+  }
+}
+
+TEST_CASE("What a wall or a spring stores is the work against its force on the way there, hardening or not", "[wall]") {
+  const glm::dvec3 n(2.0 / 3, -1.0 / 3, 2.0 / 3);
+  std::vector<Scene> scenes{Scene{SpringScene{320}}};
+  for (const double hardening : {0.0, 5e-3, 1e-3}) scenes.push_back(Scene{WallScene{250, n * 7.0, 0.01, hardening}});
+  for (Scene& scene : scenes) {
+    scene.tool_count = 1;
+    const auto solver = make_solver(SolverKind::cpu_double, scene);
+    double work_J = 0;
+    const auto at = [&](int i) { return n * (0.012 - i * 1e-6); };  // from outside the wall into it, by 10 mm
+    const double before_J = *stored_energy_J(scene, at(0));
+    for (int i = 0; i < 12'000; ++i) {
+      const glm::dvec3 middle = (at(i) + at(i + 1)) * 0.5, way = at(i + 1) - at(i);
+      const glm::dvec3 force_N = step(*solver, 1, {middle}).force_N[0];
+      work_J -= force_N.x * way.x + force_N.y * way.y + force_N.z * way.z;
+    }
+    // The midpoint rule of a square over 1 um: some 1e-8 of it.
+    CHECK(*stored_energy_J(scene, at(12'000)) - before_J == Approx(work_J).epsilon(1e-6));
+    CHECK(std::abs(work_J) > 1e-3);
   }
 }
 

@@ -342,6 +342,12 @@ bool PidDriver::is_silent() const {
          state_.actuator_power == false;
 }
 
+std::map<std::string, std::int64_t> PidDriver::own_counters() const {
+  return {{"pid_refreshes", pid_counters_.refreshes},
+          {"pid_saturated", pid_counters_.saturated},
+          {"pid_unpowered", pid_counters_.unpowered}};
+}
+
 void PidDriver::write(const glm::dvec3& force_N) {
   require_writable();
   assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));

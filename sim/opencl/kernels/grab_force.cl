@@ -12,7 +12,7 @@ __kernel void grab_force(__global const uint* restrict cells, uint count, READ(u
   const uint n = get_global_id(0);
   if (n < count) GRAB_FORCE(n)
 }
-// Both in one launch of a single work-group: a grabbed particle may be the neighbour of another, so all of them are put first.
+// Both in one launch of a single work-group. A grabbed particle may be the neighbour of another: all are put first.
 __kernel void grab_and_force(GRABS, WRITE(u), WRITE(v), __global const float* restrict active STIFFNESSES, uint first,
                              __global float* restrict forces) {
   const uint n = get_local_id(0);

@@ -64,6 +64,28 @@ TEST_CASE("The advice is the cheapest cell that meets the error, and says whethe
   CHECK(advice_for(study, "0.25 % position").cell == &study.cells[1]);  // of the motion of 2 mm: 5 um
 }
 
+TEST_CASE("A cell keeps real time only if the slowest of its repeats does") {
+  StudyRecord study = record();
+  study.cells.resize(1);
+  study.cells[0].cpu = {0.7, 0.9, 1.25};
+  const StudyAdvice late = advice_for(study, "2 % force");
+  CHECK_FALSE(late.keeps_real_time);
+  CHECK_THAT(late.text, Contains("does not keep real time here, 1.25 times too slow"));
+  study.cells[0].cpu.max = 0.96;
+  const StudyAdvice on_time = advice_for(study, "2 % force");
+  CHECK(on_time.keeps_real_time);
+  CHECK_THAT(on_time.text, Contains("keeps real time here, 1.04 times over"));
+}
+
+TEST_CASE("The cheapest is so by the median of its repeats, not by a slow one") {
+  StudyRecord study = record();
+  study.cells.resize(2);
+  for (StudyCell& each : study.cells) each.error[StudyQuantity::force] = 0.005;
+  study.cells[0].cpu = {0.1, 0.2, 0.9};
+  study.cells[1].cpu = {0.25, 0.3, 0.4};
+  CHECK(advice_for(study, "1 % force").cell == &study.cells[0]);
+}
+
 TEST_CASE("Where nothing meets the error the advice names the least, and below the reference's floor it does not guess") {
   const StudyRecord study = record();
   const StudyAdvice none = advice_for(study, "2e-8 % force");

@@ -101,6 +101,34 @@ TEST_CASE("The errors are what their definitions say: metres for the position, s
   CHECK(std::isnan(error_of(a, r, nothing)[StudyQuantity::force]));  // nothing to be relative to
 }
 
+TEST_CASE("The reference states twice what the last two of its extrapolations differ by") {
+  const Scenario block = small_study();
+  const StudyPlan plan(block, {{1, 1}});
+  const StudyReferenceRun reference = solve_reference(block, plan, 1);
+  REQUIRE(reference.info.method == "rk4");
+  const auto coarsest = static_cast<int>(std::lround(period_s(block.scene.step_rate) / reference.info.coarsest_substep_s));
+  const auto run = [&](int substeps) {
+    const StudyStep step{substeps, 1};
+    return trace_of(*make_study_solver(block, {SolverKind::cpu_double, Method::rk4, 0, step}, true), block, plan, step);
+  };
+  StudyTrace first = run(coarsest);
+  const StudyTrace second = run(2 * coarsest);
+  // Order 4: what is left of half the step's error is a fifteenth of the difference. `first` becomes the extrapolation.
+  const auto extrapolate = [](auto& coarse, const auto& fine) { coarse = fine + (fine - coarse) / 15.0; };
+  for (std::size_t s = 0; s < first.energy_J.size(); ++s) {
+    for (std::size_t p = 0; p < first.displacement_m[s].size(); ++p)
+      extrapolate(first.displacement_m[s][p], second.displacement_m[s][p]);
+    extrapolate(first.force_N[s][0], second.force_N[s][0]);
+    extrapolate(first.energy_J[s], second.energy_J[s]);
+  }
+  const StudyValues differ = error_of(first, reference.trace, reference.info.scale);
+  for (const StudyQuantity q : kStudyQuantities) {
+    INFO(name_of(q));
+    CHECK(differ[q] > 1e-15);  // or there is nothing to compare
+    CHECK(reference.info.estimate[q] == Approx(2 * differ[q]).epsilon(1e-3));  // the same sums, in another order
+  }
+}
+
 TEST_CASE("A finer reference agrees with a coarser one to within what the coarser one states", "[sweep]") {
   const Scenario block = small_study();
   const StudyPlan plan(block, {{1, 1}});

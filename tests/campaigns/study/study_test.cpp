@@ -2,6 +2,7 @@
 #include <cmath>
 #include <set>
 
+#include "evenstep/clock/wall_clock.h"
 #include "evenstep/sim/stability.h"
 #include "study_scenes.h"
 
@@ -156,4 +157,24 @@ TEST_CASE("A spring is refused") {
   const ReadResult spring = read_scenario(std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring.toml");
   REQUIRE(spring);
   CHECK_THROWS_WITH(run_study(*spring), Contains("kind = \"tissue\""));
+}
+
+TEST_CASE("A cell's cost is no more than the processor time that it took, over the rest before the motion and the motion") {
+  // The longest step makes the rest as long as the motion. With many iterations a repeat of the other cell takes longer than
+  // the time for which short ones are gone through again: a cost over the motion alone would be twice what was taken.
+  const Scenario block = small_study({"scene.lattice=[7, 7, 7]", "device.left.grab.center=[\"15 mm\", \"15 mm\", \"30 mm\"]",
+                                      "study.duration=\"64 ms\"", "study.repeats=4", "study.solvers=[\"cpu-double\"]",
+                                      "study.methods=[\"implicit-euler\"]", "study.iterations=[300]",
+                                      "study.step_sizes=[\"64 ms\", \"1 ms\"]"});
+  std::vector<double> began_s;  // of each cell, and the end
+  const StudyRecord study = run_study(block, {nullptr, [&](double) { began_s.push_back(process_cpu_seconds()); }});
+  CHECK(study.rest_s == Approx(0.064));
+  CHECK(study.duration_s == Approx(0.064));
+  REQUIRE(study.cells.size() == 2);
+  REQUIRE(began_s.size() == 3);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const StudyCell& cell = study.cells[i];
+    REQUIRE(cell.state == State::measured);
+    CHECK(cell.cpu.min * cell.repeats * (study.rest_s + study.duration_s) <= began_s[i + 1] - began_s[i]);
+  }
 }

@@ -2,6 +2,7 @@
 /// A haptic device as the loop sees it: one read and one write per tick.
 
 #include <cstdint>
+#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -58,6 +59,8 @@ class HapticDevice {
   /// caller (device_spring.h). Never blocks.
   virtual DeviceSpring write_spring(const DeviceSpring& /*wanted*/) { return {}; }
   virtual const DeviceCounters& counters() const = 0;
+  /// What devices of this kind alone count, by the metric's name.
+  virtual std::map<std::string, std::int64_t> own_counters() const { return {}; }
 };
 
 }  // namespace evenstep

@@ -28,7 +28,7 @@ struct StepRow {
   RealTime emission;     ///< F(n)
   bool mapped = false;   ///< false: it read the newest sample (`direct`) or the map was acquiring
   bool acquiring = false;
-  SimTime simulated;       ///< simulation time of the step; used only if StrategyRecord::variable_step
+  SimTime simulated;       ///< simulation time of the step; counts where StrategyRecord::variable_step
 };
 
 /// One device's part of a step (same index as StepRow).

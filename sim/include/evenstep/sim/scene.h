@@ -173,7 +173,7 @@ enum class LocalModel {
 
 struct Scene {
   std::variant<SpringScene, WallScene, ModeScene, TissueScene, ForeignScene> body;
-  Rate step_rate{450, 1};  ///< 1 / step_size, steps per simulated second; constant (the paper's premise)
+  Rate step_rate{450, 1};  ///< 1 / step_size: simulated seconds per step, constant (the paper's premise)
   int tool_count = 1;
   bool needs_state_digest = true;  ///< Solver::state_digest will be called
   bool needs_energy = false;       ///< an expectation asks for the energy

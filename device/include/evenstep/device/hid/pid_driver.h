@@ -103,6 +103,7 @@ class PidDriver final : public HapticDevice {
   const DeviceCounters& counters() const override { return counters_; }
 
   const PidCounters& pid_counters() const { return pid_counters_; }
+  std::map<std::string, std::int64_t> own_counters() const override;
   const PidState& state() const { return state_; }
   /// After start(): gain * full_scale_N, with the gain as it was rounded for the device.
   double largest_force_N() const { return largest_force_N_; }
