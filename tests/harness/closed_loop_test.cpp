@@ -157,8 +157,8 @@ TEST_CASE("an interrupted study keeps the strategies that were finished and says
 }
 
 TEST_CASE("of a tissue the search makes springs, regions and tools stiffer together, and where asked keeps its frequencies") {
-  // A block of two materials, held by a spring coupling. Each of two searches must find what its own scaling finds: a scene in
-  // which everything is written in proportion.
+  // A block of two materials, held by a spring coupling. Each of two searches must find what its own scaling finds: a scene
+  // in which everything is written in proportion.
   const auto text = [&](double damping_mN_s_per_m, double factor, double mass_factor) {
     return std::vector<std::string>{
         fmt::format("scene={{ kind = \"tissue\", solver = \"cpu\", lattice = [4, 4, 4], spacing = \"5 mm\", mass = \"{:.17g} g\", "
