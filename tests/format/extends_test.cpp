@@ -119,9 +119,9 @@ TEST_CASE("An element whose name begins with a digit is found by its name, and a
   }
   const ReadResult result = read_text(named, {{"device.1st.rate=500 Hz", "device.1.rate=250 Hz"}, {}});
   INFO(errors_of(result));
-  REQUIRE(result.scenario);
-  CHECK(result.scenario->devices[0].rate == Rate{500, 1});  // "1st", not the device of index 1
-  CHECK(result.scenario->devices[1].rate == Rate{250, 1});
+  REQUIRE(result);
+  CHECK(result->devices[0].rate == Rate{500, 1});  // "1st", not the device of index 1
+  CHECK(result->devices[1].rate == Rate{250, 1});
   CHECK_THAT(errors_of(read_text(named, {{"device.2nd.rate=500 Hz"}, {}})), Contains("there is no element named '2nd'"));
 }
 

@@ -116,8 +116,7 @@ TEST_CASE("A tissue scenario with two devices holds what its file says") {
 TEST_CASE("A PID device has the pool and the faults that its file names and a run the signal and the stop") {
   const Scenario s = good(kPid);
   CHECK(s.interrupt->ns == 3'000'000'000);
-  REQUIRE(s.devices.at(0).pid);
-  const PidSpec& pid = *s.devices[0].pid;
+  const auto& pid = std::get<PidSpec>(s.devices.at(0).driver);
   CHECK(pid.pool_effects == 3);
   CHECK(pid.block_load_error_at == 1);  // the second request
   CHECK(pid.flavour == PidFlavour::array);
@@ -139,8 +138,8 @@ TEST_CASE("A PID device has the pool and the faults that its file names and a ru
   const std::string keys = "pool = 3\nblock_load_error = 2\n";
   text.replace(text.find(keys), keys.size(), "");
   const Scenario whole = good(text);
-  CHECK(whole.devices[0].pid->pool_effects == 40);
-  CHECK(whole.devices[0].pid->block_load_error_at == -1);  // never
+  CHECK(std::get<PidSpec>(whole.devices[0].driver).pool_effects == 40);
+  CHECK(std::get<PidSpec>(whole.devices[0].driver).block_load_error_at == -1);  // never
 }
 
 TEST_CASE("A tissue has the materials, faces, method and couplings that its file names") {
@@ -268,13 +267,16 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
     return good(kSpring, {{device, "device.left.pid={ " + travel + pid + " }", "device.left.render={ kind = \"" + kind + "\" }"}, {}})
         .devices[0];
   };
+  const auto sprung_pid = [&](const std::string& pid, const std::string& kind) {
+    return std::get<PidSpec>(sprung(pid, kind).driver);
+  };
   CHECK(sprung("", "device_spring").render.kind == RenderSpec::Kind::device_spring);
-  CHECK(sprung("", "device_spring").pid->options.springs);
-  CHECK_FALSE(sprung("", "local").pid->options.springs);
-  CHECK_FALSE(sprung("", "device_spring").pid->options.full_slope_N_per_m);
-  CHECK(sprung(", full_slope = \"750 N/m\"", "device_spring").pid->options.full_slope_N_per_m == glm::dvec3(750));
-  CHECK(period_s(sprung("", "device_spring").pid->firmware_rate) == 1 / 4000.0);
-  CHECK(period_s(sprung(", firmware_rate = \"8 kHz\"", "device_spring").pid->firmware_rate) == 1 / 8000.0);
+  CHECK(sprung_pid("", "device_spring").options.springs);
+  CHECK_FALSE(sprung_pid("", "local").options.springs);
+  CHECK_FALSE(sprung_pid("", "device_spring").options.full_slope_N_per_m);
+  CHECK(sprung_pid(", full_slope = \"750 N/m\"", "device_spring").options.full_slope_N_per_m == glm::dvec3(750));
+  CHECK(period_s(sprung_pid("", "device_spring").firmware_rate) == 1 / 4000.0);
+  CHECK(period_s(sprung_pid(", firmware_rate = \"8 kHz\"", "device_spring").firmware_rate) == 1 / 8000.0);
   const Scenario smith =
       rendered(kSpring, "kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.2, static_stiffness = \"300 N/m\"");
   CHECK(smith.devices[0].render.kind == RenderSpec::Kind::smith);
@@ -570,4 +572,50 @@ TEST_CASE("Filters, policies and long runs are read as they are written") {
   CHECK(gate.remap.interaction_underrun == InteractionUnderrun::gate);
   CHECK(gate.remap.force_underrun == ForceUnderrun::extrapolate);
   CHECK_FALSE(gate.keep_rows);
+}
+
+TEST_CASE("A part that the program registers is kept with its options as JSON, and its name is all that evenstep reads") {
+  const std::string text = R"(format = 1
+[run]
+duration = "1 s"
+strategies = ["direct", "foreign"]
+[timing]
+segment = "30 Hz"
+visualization = "11.1 ms"
+steps = 15
+[scene]
+kind = "foreign"
+name = "my-tissue"
+options = { mesh = "liver.obj", depth = [1, 2.5, true], inner = { text = "a \"b\" \u00fc" } }
+[[device]]
+name = "left"
+driver = "foreign"
+foreign = { name = "my-arm", options = { port = 3 } }
+[remap]
+foreign = { name = "my-pacer" }
+)";
+  const ReadResult read = read_text(text, {{}, std::nullopt, {"my-tissue", "my-arm", "my-pacer"}});
+  INFO(errors_of(read));
+  REQUIRE(read);
+  const auto& scene = std::get<ForeignScene>(read->scene.body);
+  CHECK(scene.name == "my-tissue");
+  CHECK(scene.options == R"({"depth":[1,2.5,true],"inner":{"text":"a \"b\" ü"},"mesh":"liver.obj"})");
+  const auto& driver = std::get<ForeignDriverSpec>(read->devices.at(0).driver);
+  CHECK(driver.part.name == "my-arm");
+  CHECK(driver.part.options == R"({"port":3})");
+  REQUIRE(read->remap.foreign);
+  CHECK(read->remap.foreign->name == "my-pacer");
+  CHECK(read->remap.foreign->options == "{}");
+  CHECK(std::count(read->strategies.begin(), read->strategies.end(), StrategyKind::foreign) == 1);
+  // Its resolved form is the same scenario.
+  const ReadResult again = read_text(read->resolved_toml, {{}, std::nullopt, {"my-tissue", "my-arm", "my-pacer"}});
+  INFO(errors_of(again));
+  REQUIRE(again);
+  CHECK(describe(*again) == describe(*read));
+
+  CHECK(errors_of(read_text(text)) ==
+        "scenario.toml:11:8: error: the solver 'my-tissue' is not registered; this needs a program that registers it\n"
+        "scenario.toml:16:20: error: the driver 'my-arm' is not registered; this needs a program that registers it\n"
+        "scenario.toml:18:20: error: the map 'my-pacer' is not registered; this needs a program that registers it\n");
+  CHECK(errors_of(read_text(text, {{}, std::nullopt, {"my-tissue", "my-pacer"}})).find("'my-arm'") != std::string::npos);
 }

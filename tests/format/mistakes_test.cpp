@@ -45,7 +45,7 @@ TEST_CASE("A key, a word or a form that does not exist is named where it stands,
           {"[timing]", "[tming]",
            "scenario.toml:8:2: error: unknown key 'tming' in the top of the file; did you mean 'timing'?"},
           {"kind = \"spring\"", "kind = \"sprang\"",
-           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\", \"wall\", \"mode\" or \"tissue\"; did "
+           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\", \"wall\", \"mode\", \"tissue\" or \"foreign\"; did "
            "you mean 'spring'?"},
           {"kind = \"spring\"", "", "[scene] has no 'kind'; write kind = \"spring\""},
           {"stiffness = \"200 N/m\"", "lattice = [1, 1, 1]",
@@ -572,4 +572,17 @@ TEST_CASE("A trace or a motion file that is wrong is reported with its own line,
              Contains("s.toml:17:") && Contains("nothere.csv' no such file"));
   CHECK_THAT(with(changed(motion, "hand.csv", "head.csv")), Contains("the first line must be t_s,x_m,y_m,z_m"));
   CHECK_THAT(with(changed(motion, "hand.csv", "none_at_all.csv")), Contains("no rows"));
+}
+
+TEST_CASE("A foreign part needs its name, options that are a table without dates, and a strategy that names a map") {
+  check_each(kSpring, {
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"", "[scene] has no 'name'; write name = \"mine\""},
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = 3",
+     "scenario.toml:15:11: error: 'options': must be a table, not 3"},
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = { at = [2020-01-01] }",
+     "scenario.toml:15:19: error: 'options': a date cannot be passed on as JSON; write it as text"},
+    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"spring\"\nname = \"a\"", "'name' means nothing with kind = \"spring\""},
+    {"name = \"left\"", "name = \"left\"\ndriver = \"foreign\"", "has no 'foreign'"},
+    {"[timing]", "strategies = [\"foreign\"]\n[timing]", "[remap] does not say which map that is"},
+  });
 }

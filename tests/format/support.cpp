@@ -75,6 +75,7 @@ struct SceneText {
     }
     return out;
   }
+  std::string operator()(const ForeignScene& s) const { return fmt::format("foreign {} {}", s.name, s.options); }
 };
 
 std::string timing_text(const TimingSpec& t) {
@@ -282,13 +283,16 @@ std::string describe(const Scenario& s) {
   for (const DeviceSpec& d : s.devices) {
     out += fmt::format("device {} unplug {} faults", d.name, d.unplug ? d.unplug->ns : -1);
     for (const ReportFault& f : d.faults) out += fmt::format(" {} {} {}", static_cast<int>(f.kind), f.tick, f.amount);
-    if (d.pid) out += pid_text(*d.pid);
+    if (const auto* pid = std::get_if<PidSpec>(&d.driver)) out += pid_text(*pid);
+    if (const auto* foreign = std::get_if<ForeignDriverSpec>(&d.driver))
+      out += fmt::format(" foreign {} {}", foreign->part.name, foreign->part.options);
     out += "\n";
   }
   out += fmt::format("remap {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz,
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
                      name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
                      s.remap.filter_window.ns, s.remap.filter_force);
+  if (s.remap.foreign) out += fmt::format(" foreign {} {}\n", s.remap.foreign->name, s.remap.foreign->options);
   const AdaptiveLatencyOptions& adapt = s.remap.adapt;
   out += fmt::format(" adapt {} {} {} {} {} {}\n", at(adapt.start), at(adapt.least), at(adapt.most), at(adapt.window),
                      at(adapt.margin), adapt.slew_ppm);

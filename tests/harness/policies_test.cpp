@@ -314,7 +314,7 @@ TEST_CASE("a segment that a gate pushed back ends as much later as it began, in 
   const Scenario scenario = read(kSpring, with(with(jitter(10), {"run.duration=\"5 s\"", "run.strategies=[\"phase_locked\"]"}), kGate));
   const RunRecord run = run_all(scenario);
   const StrategyRecord& record = strategy(run, "phase_locked");
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   SegmentTiming programmed;
   std::int64_t pushed = 0;
   for (const SegmentRow& row : record.segments) {

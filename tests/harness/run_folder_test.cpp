@@ -123,7 +123,7 @@ TEST_CASE("a visualization beside the steps begins in the record when it began, 
             "jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" } }"});
   const RunRecord run = run_all(scenario);
   const StrategyRecord& direct = run.strategies[0];
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario);
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   REQUIRE(direct.segments.size() > 20);
   std::int64_t within_a_step = 0;
   SegmentTiming programmed;

@@ -6,7 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include "evenstep/sim/felt.h"
+#include "evenstep/sim/scene.h"
 #include "tissue_scenes.h"
 
 using namespace evenstep;

@@ -7,7 +7,7 @@
 namespace evenstep::internal {
 namespace {
 
-nlohmann::ordered_json json_of(const Value& value) {
+nlohmann::json json_of(const Value& value) {
   switch (value.kind) {
     case Value::Kind::boolean:
       return value.boolean;
@@ -19,14 +19,14 @@ nlohmann::ordered_json json_of(const Value& value) {
     case Value::Kind::date:  // refused by the check
       return value.text;
     case Value::Kind::list: {
-      nlohmann::ordered_json list = nlohmann::ordered_json::array();
+      nlohmann::json list = nlohmann::json::array();
       for (const Value& one : value.list) list.push_back(json_of(one));
       return list;
     }
     case Value::Kind::table:
       break;
   }
-  nlohmann::ordered_json table = nlohmann::ordered_json::object();
+  nlohmann::json table = nlohmann::json::object();
   for (const Entry& entry : value.table) table[entry.key] = json_of(entry.value);
   return table;
 }

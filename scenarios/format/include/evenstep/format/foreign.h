@@ -10,7 +10,7 @@ namespace evenstep {
 
 struct Foreign {
   std::string name;            ///< "my-arm"
-  std::string options = "{}";  ///< a JSON object
+  std::string options = "{}";  ///< a JSON object, its keys in alphabetical order
   Place place;                 ///< of the name, for errors
 };
 
