@@ -1,6 +1,6 @@
 #pragma once
-/// What the commands share. A command is one file: it adds a subcommand with its options, and sets what runs when it is the one
-/// that was given. Results go to stdout, everything else to stderr (spdlog).
+/// What the commands have in common. Each command is one file, which adds a subcommand with its options and sets the
+/// function to run if this command was given. Results go to stdout, everything else to stderr (spdlog).
 
 #include <CLI/CLI.hpp>
 #include <atomic>
@@ -18,8 +18,8 @@ namespace evenstep::app {
 
 /// One call of the program.
 struct Invocation {
-  const std::atomic<bool>& interrupted;         ///< by a signal
-  std::function<ExitCode()> chosen = nullptr;   ///< what the command that was given does; set while arguments are parsed
+  const std::atomic<bool>& interrupted;         ///< set by a signal
+  std::function<ExitCode()> chosen = nullptr;   ///< runs the command that was given; set while arguments are parsed
 };
 
 /// A subcommand whose options are in `Arguments`, run by `run(arguments, interrupted)`.
@@ -39,17 +39,17 @@ inline CLI::Option* add_set(CLI::App& command, std::vector<std::string>& set, co
   return command.add_option("--set", set, meaning)->expected(1)->allow_extra_args(false)->take_all();
 }
 
-/// Files as given, folders as all *.toml below them in order of path. Prints an error and returns nullopt if one is not
-/// there.
+/// The scenario files: files as given, and for a folder all *.toml below it in order of path. If one does not exist, prints
+/// an error and returns nullopt.
 std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths);
 void print(const std::vector<Diagnostic>& errors);
-/// Of run folders without --out: runs/ here; where this folder cannot be written, one of the user's own among the temporary
-/// files.
+/// Where run folders go without --out: to runs/ in the working directory, or, if that cannot be written, to a folder of the
+/// user among the temporary files.
 std::filesystem::path default_place();
-/// Of a tissue: method and substeps; longest stable substep, largest stiffness and the particle that sets them. Empty for a
-/// spring. Throws SolverError for a scene that no solver takes.
+/// Lines about the stability of a tissue: method and substeps; longest stable substep, largest stiffness and the particle
+/// that sets them. Empty for a spring. Throws SolverError for a scene that no solver accepts.
 std::string stability_lines(const Scenario& scenario);
-/// alpha, alpha* and the laws of the devices that render locally, per strategy; empty without one.
+/// Lines with alpha, alpha* and the laws for the devices that render locally, per strategy; empty if there is none.
 std::string rendering_lines(const Scenario& scenario);
 
 }  // namespace evenstep::app

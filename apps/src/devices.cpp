@@ -90,7 +90,7 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
   if (arguments.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const HidListing& listing : found) list.push_back(json_of(listing));
-    // A device's strings are its own: what is no UTF-8 there must not stop the list.
+    // The strings of a device may be anything; if they are not UTF-8, the list must be printed nevertheless.
     fmt::print("{}\n", list.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
     return ExitCode::pass;
   }

@@ -15,7 +15,7 @@ std::optional<std::vector<std::string>> scenario_files(const std::vector<std::st
   for (const std::string& path : paths) {
     std::error_code error;
     if (!fs::is_directory(path, error)) {
-      files.push_back(path);  // the reader says what is wrong with it
+      files.push_back(path);  // if something is wrong with it, the reader will say so
       continue;
     }
     std::vector<std::string> found;

@@ -12,7 +12,7 @@ class Progress {
  public:
   explicit Progress(bool terminal) : terminal_(terminal) {}
   ~Progress();
-  void update(const std::string& strategy, double fraction);  ///< any thread
+  void update(const std::string& strategy, double fraction);  ///< callable from any thread
 
  private:
   std::mutex mutex_;
@@ -22,13 +22,14 @@ class Progress {
   bool terminal_;
 };
 
-/// Progress of work that is counted, with the time that is left: one rewritten line on a terminal, a plain line every ten seconds
-/// elsewhere.
+/// Progress of work that can be counted, with the time that is left: one rewritten line on a terminal, a plain line every
+/// ten seconds elsewhere.
 class CountProgress {
  public:
   explicit CountProgress(bool terminal) : terminal_(terminal) {}
   ~CountProgress();
-  /// One thread at a time. `of` 0: nobody knows how many there are. The first call is where this process began.
+  /// Call it from one thread at a time. `of` is 0 if the total is not known. The first call gives the count with which this
+  /// process began.
   void update(std::int64_t done, std::int64_t of, const std::string& more);
 
  private:

@@ -31,11 +31,11 @@ struct RunArguments {
   bool json = false;
   std::vector<std::string> devices;  ///< NAME=PATH or PATH
   bool forces = false;
-  bool include_long = false;  ///< also what carries the tag "long" and is only found in a folder
+  bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
 };
 
 
-/// The one command that runs this again.
+/// The command that runs this again.
 std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
   std::string command = "evenstep run " + shell_word(scenario.file) + fmt::format(" --seed {}", scenario.seed);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
@@ -47,7 +47,8 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   return command;
 }
 
-/// Where each scenario's run folder goes; the same stem in two folders gets its folder's name in front.
+/// Where the run folder of each scenario goes. If two scenarios have the same file name, the name of their folder is put in
+/// front.
 std::vector<std::string> run_folders(const std::vector<std::string>& files, const std::string& out) {
   if (files.size() == 1 && !out.empty()) return {out};
   std::map<std::string, int> stems;
@@ -112,7 +113,7 @@ std::string_view word(ExitCode code) {
   return "";
 }
 
-/// Found in a folder, not asked for by name, and longer than a check should take.
+/// Whether the scenario is left out, because it was only found in a folder, not named, and takes long.
 bool leave_out(const Scenario& scenario, const RunArguments& arguments) {
   const auto contains = [](const auto& list, const std::string& item) {
     return std::find(list.begin(), list.end(), item) != list.end();
@@ -124,12 +125,12 @@ void print_limits(const Scenario& scenario) {
   try {
     fmt::print("{}{}", stability_lines(scenario), rendering_lines(scenario));
   } catch (const SolverError&) {
-    return;  // the run stops for the same reason, and says it
+    return;  // the run itself will stop for the same reason and report it
   }
   std::fflush(stdout);
 }
 
-/// "left=/dev/hidraw0", or the path alone.
+/// Parses "left=/dev/hidraw0", or just the path.
 LiveDeviceOptions live_devices_of(const RunArguments& arguments) {
   LiveDeviceOptions options;
   options.forces = arguments.forces;
@@ -141,7 +142,7 @@ LiveDeviceOptions live_devices_of(const RunArguments& arguments) {
   return options;
 }
 
-/// What the person at the device should know before it moves.
+/// Prints what the person at the device should know before it moves.
 void warn_of_devices(const LiveDeviceOptions& options) {
   if (options.bindings.empty()) return;
   if (options.forces)
@@ -157,7 +158,7 @@ void warn_of_devices(const LiveDeviceOptions& options) {
   }
 }
 
-/// nullopt: left out.
+/// Runs one scenario; nullopt if it was left out.
 std::optional<ExitCode> run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
                                 const std::atomic<bool>& interrupted) {
   const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});

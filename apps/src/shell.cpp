@@ -9,11 +9,12 @@
 namespace evenstep {
 namespace {
 
-/// A value of a sweep's grid as --set takes it. A file's name counts from the scenario there and from the working directory here.
+/// A value of a sweep's grid as --set takes it. In a scenario a file name is relative to the scenario, in --set to the
+/// working directory.
 std::string value_argument(const std::string& toml, bool is_file, const std::string& scenario) {
   const std::string shown = shown_value(toml);
   if (is_file) return (std::filesystem::path(scenario).parent_path() / shown).lexically_normal().string();
-  // A text that reads as something else without its quotes keeps them.
+  // A text keeps its quotes if it would be read as something else without them.
   const internal::Value bare = internal::parse_toml_value(shown, {});
   return shown == toml || (bare.is(internal::Value::Kind::text) && bare.text == shown) ? shown : toml;
 }

@@ -37,7 +37,7 @@ StudyRecord measure(const Scenario& scenario, const std::atomic<bool>& interrupt
   return run_study(scenario, control);
 }
 
-/// Says what is studied. False, with an error, where the folder cannot take it.
+/// Prints what is studied. Returns false, with an error, if the folder cannot be written.
 bool begin(const StudyArguments& arguments, const Scenario& scenario, const std::string& folder) {
   if (const std::string objection = run_folder_objection(folder, kStudyFile); !objection.empty()) {
     spdlog::error("error: {}", objection);
@@ -71,7 +71,7 @@ ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenari
   return interrupted ? ExitCode::interrupted : code;
 }
 
-/// The other study: how stiff the scene may be.
+/// The other kind of study: how stiff the scene may be.
 ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scenario, const std::atomic<bool>& interrupted) {
   const std::string folder = folder_for(arguments);
   if (!begin(arguments, scenario, folder)) return ExitCode::run_failed;
@@ -87,7 +87,7 @@ ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scena
   return interrupted ? ExitCode::interrupted : ExitCode::pass;
 }
 
-/// Exit 1 where nothing meets what --advise asks for.
+/// Exits with 1 if nothing meets the goal of --advise.
 ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted) {
   std::optional<StudyGoal> goal;
   if (!arguments.advise.empty()) {

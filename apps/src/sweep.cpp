@@ -36,7 +36,7 @@ std::string folder_for(const SweepArguments& arguments) {
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-sweep")).string();
 }
 
-/// What both commands say at the end.
+/// The report that both commands give at the end.
 ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool json) {
   if (!outcome.errors.empty()) {
     print(outcome.errors);

@@ -14,7 +14,7 @@ double read(const std::string& text) {
   return value;
 }
 
-/// An estimate from a finite recording: more than six digits would only look exact.
+/// An estimate, rounded: from a finite recording, more than six digits would only look exact.
 Json rounded(double value) { return json_number(read(fmt::format("{:.6g}", value))); }
 /// A length in ns, to a tenth.
 Json tenths(double value) { return read(fmt::format("{:.1f}", value)); }

@@ -372,7 +372,7 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
   find_segments(input, record);
   input.setup.grids.push_back({options.sampling, RealTime{}});
   input.setup.emission = options.emission;
-  for (const SegmentTiming& segment : input.segments)   // a step may end behind the segment after its own
+  for (const SegmentTiming& segment : input.segments)   // a step may end after the segment that follows its own
     input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
   Sizer(input, options).size(record);
   shift_numbers(record);

@@ -23,7 +23,7 @@ constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 31;
 
 std::string digest(const std::string& bytes) { return fmt::format("{:016x}", XXH64(bytes.data(), bytes.size(), 0)); }
 
-/// Of the file's contents; of an unreadable one, of nothing: reading a point will say what is wrong.
+/// The digest of a file's contents. An unreadable file counts as empty; the error is reported when a point is read.
 std::string digest_of_file(const std::string& path) { return digest(read_text_file(path, kMostFileBytes).value_or("")); }
 
 /// The digest of the whole table, in which the files that it names are represented by their contents, not by their paths.

@@ -37,7 +37,7 @@ struct Bounds {
   std::optional<double> min, max;
 };
 
-/// Factor from the limit's unit to the metric's base unit, or an error text.
+/// The factor from the unit of a limit to the base unit of the metric, or an error text.
 Result<double> factor_of(const Limit& limit, const Expectation& expectation, const std::string& signal,
                          const Scenario& scenario, const Nominal& nominal) {
   const std::optional<double> step = step_unit(nominal, signal);
@@ -72,7 +72,7 @@ ExpectationResult judge_signal(const Expectation& expectation, const std::string
                                const Scenario& scenario, const Nominal& nominal) {
   ExpectationResult result = start(expectation);
   result.signal = signal;
-  // Both limits are shown in the unit of the first one written.
+  // Both limits are shown in the unit of the first one that is written.
   const Result<double> shown = factor_of(any_limit(expectation), expectation, signal, scenario, nominal);
   const auto fail = [&](const std::string& error) {
     result.verdict = Verdict::error;

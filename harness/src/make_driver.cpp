@@ -14,7 +14,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// `Device` under a hand that feels the force, or under a programmed motion.
+/// A `Device` that is held by a hand that feels the force, or that follows a programmed motion.
 template <class Device, class Options>
 std::unique_ptr<SimulatedDevice> under_hand(const DeviceSpec& device, const Clock& clock, const Options& options) {
   if (device.hand) return std::make_unique<Device>(clock, Hand(*device.hand, device.motion), options);
@@ -42,7 +42,7 @@ SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
   return options;
 }
 
-// For each alternative of DriverSpec: its simulated device, and its driver.
+// For each alternative of DriverSpec, its simulated device and its driver.
 
 std::unique_ptr<SimulatedDevice> simulated(const ReferenceSpec&, const DeviceSpec& device, const Clock& clock) {
   return under_hand<SimulatedTransport>(device, clock, simulated_options(device));

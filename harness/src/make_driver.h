@@ -1,5 +1,5 @@
 #pragma once
-/// From what a [[device]] says to the driver that runs and the simulated device below it.
+/// Makes the driver of a [[device]], and the simulated device below it.
 
 #include <memory>
 
@@ -9,9 +9,9 @@
 
 namespace evenstep::internal {
 
-/// The device in software. Throws DeviceError for a driver that is not registered.
+/// The simulated device. Throws DeviceError for a driver that is not registered.
 std::unique_ptr<SimulatedDevice> make_simulated(const DeviceSpec& device, const Clock& clock);
-/// The driver, above a transport of either kind. Throws DeviceError where it cannot drive what is there.
+/// The driver, above a real or a simulated transport. Throws DeviceError if it cannot drive the device there.
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
 
 }  // namespace evenstep::internal

@@ -35,7 +35,7 @@ double mean_age_s(const Scenario& scenario, const DeviceSpec& device) {
   return played_s > 0 ? age_times_s / played_s : 0;
 }
 
-/// The hand that feels the force, where there is one.
+/// The hand that feels the force, if there is one.
 std::optional<Plant> plant_of(const DeviceSpec& device) {
   if (!device.hand) return std::nullopt;
   return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};

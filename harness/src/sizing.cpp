@@ -26,8 +26,8 @@ class EvenTiming final : public StepTiming {
   std::int64_t n_ = 0;
 };
 
-/// How a gate delays steps: not at all, or until the tick that brings the sample of slot - lead. At any phase that tick
-/// comes at most a period less 1 ns after it.
+/// How long a gate delays a step: not at all, or until the tick that brings the sample for slot - lead. At any phase this
+/// tick comes at most a period minus 1 ns after that time.
 struct GateModel {
   Duration lead;
   bool any_phase = false;
@@ -59,7 +59,7 @@ void walk(const MapSetup& setup, StrategyKind kind, Next next, Visit visit) {
   }
 }
 
-/// The same with a gate, which pushes back what follows.
+/// The same with a gate, which pushes back everything after a wait.
 void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, const GateModel& gate,
                 std::vector<MappedStep>& steps) {
   const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});

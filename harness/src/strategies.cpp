@@ -12,7 +12,8 @@ namespace {
 
 using internal::Strategy;
 
-/// Rings for a strategy that reads the newest sample and plays each force at once: the current and the one before.
+/// Ring capacity for a strategy that reads the newest sample and plays each force at once: it needs only the current entry
+/// and the one before.
 constexpr std::size_t kDirectCapacity = 4;
 
 Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
@@ -28,19 +29,21 @@ Duration chosen(const Budget& budget, Duration any_phase, Duration this_phase) {
   return budget.fixed;
 }
 
-/// Read times that a window of emission times spans at most: a latency that shrinks brings forces closer together.
+/// The longest span of read times that corresponds to a window of emission times: a shrinking latency moves forces closer
+/// together.
 Duration force_window(const RemapSpec& remap, const StrategyPlan& plan) {
   if (!plan.adapts) return kContinueLine.window;
   return {floor_mul_div(kContinueLine.window.ns + 1, 1'000'000, 1'000'000 - remap.adapt.slew_ppm) + 1};
 }
 
-/// Rings are never smaller than what the newest sample and the force played at once need.
+/// Sets the capacities of the rings, which are never smaller than what reading the newest sample and playing forces at once
+/// need.
 void set_capacities(const LatencyBudget& rings, StrategyPlan& plan) {
   plan.interaction_capacity = std::max(rings.interaction_capacity, kDirectCapacity);
   plan.force_capacity = std::max(rings.force_capacity, kDirectCapacity);
 }
 
-/// What the judged part of the run will count.
+/// Predicts the counts of the judged part of the run.
 void predict_counts(const MapSetup& setup, RealTime judged_from, StrategyPlan& plan) {
   const std::vector<MappedStep>& steps = plan.sizing.steps;
   const auto first = std::find_if(steps.begin(), steps.end(), [&](const MappedStep& s) { return s.begin >= judged_from; });
@@ -62,7 +65,7 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   const bool gated = remap.interaction_underrun == InteractionUnderrun::gate;
   if (gated) plan.sizing = size_gated_map(setup, scenario.timing, kind, plan.lead);
   const auto& [steps, any, here] = plan.sizing;
-  // The least L is max(E - slot) + c: with another lead it moves with that lead. A gate's is for its lead already.
+  // The least L is max(E - slot) + c, so another lead changes it by the same amount. That of a gate is for its lead already.
   const auto with_lead = [&](const LatencyBudget& least) {
     return gated ? least.latency : least.latency - least.lead + plan.lead;
   };
@@ -77,8 +80,8 @@ StrategyPlan plan_remap(const Scenario& scenario, StrategyKind kind) {
   return plan;
 }
 
-/// No latency at all: each step is given the position that the hand will have when the step's force is due, and it is due
-/// as soon as it can be: R(n) = F(n) = slot(n) + D, D = max(E - slot), a lead of -D.
+/// Predicting needs no latency: each step gets the position that the hand will have when the step's force is due, and the
+/// force is due as early as possible: R(n) = F(n) = slot(n) + D with D = max(E - slot), which is a lead of -D.
 StrategyPlan plan_predict(const Scenario& scenario, StrategyKind kind) {
   StrategyPlan plan{kind};
   const MapSetup setup = map_setup(scenario);
@@ -89,7 +92,7 @@ StrategyPlan plan_predict(const Scenario& scenario, StrategyKind kind) {
   return plan;
 }
 
-/// No lead and no latency. Of `ideal` this is what it has where no strategy remaps; otherwise it becomes that one's twin.
+/// No lead and no latency. `ideal` has this plan if no strategy remaps; otherwise it becomes the twin of the one that does.
 StrategyPlan plan_direct(const Scenario&, StrategyKind kind) {
   StrategyPlan plan{kind};
   set_capacities({}, plan);
@@ -134,8 +137,8 @@ void link_filtered(const RemapSpec& remap, LinkSpec& link) {
 
 void link_direct(const RemapSpec&, LinkSpec&) {}
 
-// Colours that people who confuse red and green tell apart (Okabe and Ito); curves that lie on each other must all be seen:
-// broad and pale below, thin and dark on top.
+// The colours are those of Okabe and Ito, which colour-blind people can tell apart. Curves that coincide must all be
+// visible, so they are broad and pale below, thin and dark on top.
 const Strategy kStrategies[] = {
     {StrategyKind::ideal, plan_direct, even_map, link_direct, {"#c4c4c4", 7, ""}},
     {StrategyKind::direct, plan_direct, direct_map, link_direct, {"#d55e00", 1.6, ""}},
@@ -171,8 +174,8 @@ std::vector<StrategyPlan> plan(const Scenario& scenario) {
 
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of) {
   StrategyPlan twin{StrategyKind::ideal, of.lead, of.latency};
-  // Read by closed form: the interaction ring is only written. Forces wait from their step's end to emission: at most L
-  // of them, one per slot, and two to interpolate between.
+  // The twin reads the motion in closed form, so its interaction ring is only written. Forces wait from the end of their
+  // step until their emission, at most for L: one per slot, plus two to interpolate between.
   twin.interaction_capacity = kDirectCapacity;
   const Duration longest = of.latency - of.lead;
   const std::int64_t waiting = floor_mul_div(std::max<std::int64_t>(longest.ns, 0), scenario.scene.step_rate.num,

@@ -1,6 +1,6 @@
 #pragma once
-/// One row per strategy: what is decided for it before the run, its map, what its rings hold, how it is drawn. What the rest of
-/// the program needs to know of it is in StrategyTraits (format/scenario.h).
+/// One row per strategy: its plan before the run, its map, its links and how it is drawn. What the rest of the program needs
+/// to know about it is in StrategyTraits (format/scenario.h).
 
 #include <memory>
 
@@ -14,7 +14,7 @@ struct Strategy {
   StrategyKind kind;
   StrategyPlan (*plan)(const Scenario& scenario, StrategyKind kind);
   std::unique_ptr<SlotMap> (*map)(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency);
-  /// What its reads and forces do where they find nothing, and its filters; the rest of `link` is set already.
+  /// Sets what its reads and forces do if nothing is there for them, and its filters; the rest of `link` is set already.
   void (*link)(const RemapSpec& remap, LinkSpec& link);
   LineLook look;
 };

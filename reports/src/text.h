@@ -15,7 +15,8 @@ namespace evenstep::internal {
 char32_t take_code_point(std::string_view& text);
 void append_utf8(std::string& out, char32_t c);
 
-/// For text and attributes of XML 1.0: characters that it does not allow are left out, line breaks in attributes kept.
+/// Text for XML 1.0, also in attributes: characters that XML does not allow are left out, line breaks in attributes are
+/// kept.
 std::string xml_escape(std::string_view text);
 /// A CSV field as in RFC 4180, quoted if necessary.
 std::string csv_field(const std::string& text);

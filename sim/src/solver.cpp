@@ -56,8 +56,8 @@ const char* name_of(SolverFault fault) {
 
 namespace {
 
-// For each alternative of Scene::body. A spring, a wall and a mode are a few operations in double: they have no device, and every
-// solver kind gives them the same bits.
+// For each alternative of Scene::body. A spring, a wall and a mode are a few operations in double: they have no device, and
+// every solver kind gives them the same bits.
 
 std::unique_ptr<Solver> solver_of(const SpringScene&, SolverKind, const Scene& scene, const SolverOptions&) {
   return internal::make_spring_solver(scene);

@@ -1,5 +1,5 @@
-// Hands that no hand can have: not a number in a recorded motion, the ends of a report's range, and what never gets through a
-// report at all.
+// Hands that no hand can have: not a number in a recorded motion, the ends of a report's range, and what never gets through
+// a report at all.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>

@@ -218,8 +218,8 @@ TEMPLATE_TEST_CASE("a signal handler can end the wait of the thread it interrupt
     std::atomic<bool> woken{false};
     std::thread sender([&] {
       pthread_kill(owner, SIGUSR1);
-      // ThreadSanitizer keeps a signal back until the thread next enters a function that it intercepts. One that comes between
-      // the last of these and the futex call is heard of only when another ends the sleep.
+      // ThreadSanitizer keeps a signal back until the thread next enters a function that it intercepts. One that comes
+      // between the last of these and the futex call is heard of only when another ends the sleep.
       while (kSignalsAreHeldBack && !woken.load()) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
         pthread_kill(owner, SIGUSR1);

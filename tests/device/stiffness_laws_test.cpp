@@ -96,8 +96,8 @@ TEST_CASE("without a latency there is no alpha* and nothing to round up") {
 }
 
 TEST_CASE("an automatic alpha is 1 above 3 N s/m, where the damping carries 1.6 times what the overshoot does") {
-  // The damping where both are equal: 1.6 K_overshoot h / 2 at the reference timing and 0.2 kg. From what was measured at 2 and
-  // 5 N s/m (above), on straight lines, the better of the two alphas changes at 3.2 N s/m.
+  // The damping where both are equal: 1.6 K_overshoot h / 2 at the reference timing and 0.2 kg. From what was measured at 2
+  // and 5 N s/m (above), on straight lines, the better of the two alphas changes at 3.2 N s/m.
   const double alpha = automatic_alpha(reference(), std::nullopt);
   const double edge_N_s_per_m = 1.6 * overshoot_limit_N_per_m(alpha, reference(), 0.2) * 1e-3 / 2;
   CHECK(edge_N_s_per_m == Approx(2.97).margin(0.01));

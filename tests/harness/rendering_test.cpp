@@ -192,8 +192,8 @@ TEST_CASE("a force that answers a clamped position says so: a model of the tissu
   double differ_N = 0;
   for (std::size_t k = 500; k < clamped.size(); ++k)
     differ_N = std::max(differ_N, std::abs(clamped[k].force_N[0] - in_time[k].force_N[0]));
-  // A position 0.11 ms too old at 0.19 m/s, taken for one in time, is 21 um of 400 N/m: up to 8.4 mN. What is left is the way of the
-  // tissue's mass in those 0.11 ms, a tenth of the hand's at most: (0.5 Hz / 3 Hz)^2 and the first swing.
+  // A position 0.11 ms too old at 0.19 m/s, taken for one in time, is 21 um of 400 N/m: up to 8.4 mN. What is left is the
+  // way of the tissue's mass in those 0.11 ms, a tenth of the hand's at most: (0.5 Hz / 3 Hz)^2 and the first swing.
   CHECK(differ_N < 2e-3);
 }
 

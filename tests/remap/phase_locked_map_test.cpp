@@ -289,9 +289,8 @@ TEST_CASE("a simulator that hung for 1 s is even again after 60 segments") {
 }
 
 TEST_CASE("a preemption of up to 8 segments is caught up without a step: velocity jump at most 2") {
-  // The period may grow by 1.5 and the slope by 1.5 on top: from 1 to 2.25 slots per step is 1.25. Measured, over all of them
-  // and the way back: 1.25 to 1.82.
-  // Stepping forward would be 13 and up (28 ms, the lock range, in slots).
+  // The period may grow by 1.5 and the slope by 1.5 on top: from 1 to 2.25 slots per step is 1.25. Measured, over all of
+  // them and the way back: 1.25 to 1.82. Stepping forward would be 13 and up (28 ms, the lock range, in slots).
   for (std::int64_t extra_ms = 1; extra_ms <= 260; ++extra_ms) {
     Schedule schedule = Periodic{}.schedule(100);
     for (std::size_t k = 20; k < schedule.size(); ++k) schedule[k].begin.ns += extra_ms * 1'000'000;

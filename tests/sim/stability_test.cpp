@@ -252,8 +252,8 @@ TEST_CASE("Two probes that press on one particle count together: auto keeps it s
 }
 
 TEST_CASE("A coupling's damper is shared by the particles that it holds, and so is what it takes from the limit", "[stability]") {
-  // Held free particles far apart in stiffness: k so soft that only the coupling counts. n particles share k and c, so the limit
-  // of each is that of one particle with k / n and c / n.
+  // Held free particles far apart in stiffness: k so soft that only the coupling counts. n particles share k and c, so the
+  // limit of each is that of one particle with k / n and c / n.
   for (const int n : {1, 2, 4}) {
     TissueScene row;
     row.lattice = {n, 1, 1};

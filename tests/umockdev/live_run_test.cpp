@@ -1,4 +1,5 @@
-/// The live run through unmodified libhidapi, on a device that this process makes up: a hand in slow motion, reported by a thread.
+/// The live run through unmodified libhidapi, on a device that this process makes up: a hand in slow motion, reported by a
+/// thread.
 
 #include <algorithm>
 #include <atomic>

@@ -224,8 +224,8 @@ void MockedHidraw::unplug() {
     umockdev_testbed_remove_device(state_->testbed, ("/sys" + path).c_str());
 }
 
-/// umockdev stops the program when it meets the name of a pty for the second time, and the kernel gives the lowest free number
-/// away again. So whoever had a number before keeps it busy.
+/// umockdev stops the program when it meets the name of a pty for the second time, and the kernel gives the lowest free
+/// number away again. So whoever had a number before keeps it busy.
 void MockedHidraw::State::never_reuse_a_pty() {
   umockdev_testbed_disable(testbed);
   for (;;) {

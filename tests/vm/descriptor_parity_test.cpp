@@ -24,8 +24,8 @@ void append(Bytes& bytes, unsigned prefix, std::int64_t value, int size) {
   for (int i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(value >> (8 * i)));
 }
 
-/// Items in an order that makes sense more often than not. Usages are of vendor pages, whose names the kernel does not know and
-/// prints as numbers.
+/// Items in an order that makes sense more often than not. Usages are of vendor pages, whose names the kernel does not know
+/// and prints as numbers.
 Bytes random_descriptor(std::mt19937_64& random) {
   const auto up_to = [&](std::uint64_t most) { return static_cast<std::int64_t>(random() % (most + 1)); };
   Bytes bytes;

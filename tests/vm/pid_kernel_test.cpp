@@ -1,4 +1,5 @@
-/// The driver of force feedback devices on the kernel's own HID core and hidraw, before the firmware of the simulated device.
+/// The driver of force feedback devices on the kernel's own HID core and hidraw, before the firmware of the simulated
+/// device.
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -1,6 +1,6 @@
-/// uhid_pid_player SECONDS VELOCITY_UM_PER_S TRAVEL_MM FULL_SCALE_N: the force feedback device (mask flavour, 1 kHz) on the kernel's
-/// own HID core, its hand in constant motion along x from the middle of its travel. Prints the node, runs so long, then says what
-/// its motors did and what is left of it. Its clock is the machine's.
+/// uhid_pid_player SECONDS VELOCITY_UM_PER_S TRAVEL_MM FULL_SCALE_N: the force feedback device (mask flavour, 1 kHz) on the
+/// kernel's own HID core, its hand in constant motion along x from the middle of its travel. Prints the node, runs so long,
+/// then says what its motors did and what is left of it. Its clock is the machine's.
 
 #include <sched.h>
 #include <time.h>

@@ -1,5 +1,5 @@
-/// uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S: the reference device on the kernel's own HID core, its hand in constant motion
-/// along x. Prints the node, reports at its rate for so long, then says what came back. Its clock is the machine's.
+/// uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S: the reference device on the kernel's own HID core, its hand in constant
+/// motion along x. Prints the node, reports at its rate for so long, then says what came back. Its clock is the machine's.
 
 #include <sched.h>
 #include <time.h>

@@ -92,7 +92,7 @@ Result<Duration> parse_duration(std::string_view text, const NominalUnits& nomin
   if (const Duration* length = nominal_length(nominal, (*unit)->kind)) {
     if (!nominal.known)
       return Failure(fmt::format("'{}' is not known here: [timing] itself defines it; write the time in ms", split.unit));
-    value = whole_ns(split.number, length->ns);  // nominal times are floors themselves: a floor, not an error
+    value = whole_ns(split.number, length->ns);  // nominal times are rounded down themselves, so this is no error
   } else {
     Decimal number = split.number;
     number.exponent += (*unit)->exponent;

@@ -200,7 +200,7 @@ const Value* date_in(const Value& value) {
   return nullptr;
 }
 
-/// The key in messages; of a key that may have any name, its table.
+/// The key as shown in messages; for a key that may have any name, its table.
 std::string shown_key(const Field& field) {
   return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key);
 }

@@ -59,10 +59,10 @@ class Table {
   double si(std::string_view key) const;
   glm::dvec3 vector(std::string_view key) const;
   Rate rate(std::string_view key) const { return *parse_rate(text(key)); }
-  /// Of kDuration.
+  /// For a field of the form kDuration.
   Duration duration(std::string_view key) const { return *parse_duration(text(key)); }
-  /// Of kSpan; adds an error where the nominal unit makes it too long. Nominal times unknown: [timing] has its error
-  /// already.
+  /// For a field of the form kSpan. Adds an error if the nominal unit makes it too long. If the nominal times are not known,
+  /// [timing] has an error already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
   double lognormal(std::string_view key) const;
   Duration smooth(std::string_view key) const;

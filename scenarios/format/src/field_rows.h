@@ -1,5 +1,6 @@
 #pragma once
-/// What the rows of the field table (fields.h) are written with. Each section's rows stand in the file that reads it.
+/// The pieces from which the rows of the field table (fields.h) are made. The rows of each section are in the file that
+/// reads it.
 
 #include <array>
 #include <limits>
@@ -17,11 +18,11 @@ constexpr Range at_least(double least) { return {least, kAny, false}; }
 constexpr Range above(double least, double most = kAny) { return {least, most, true}; }
 constexpr Range between(double least, double most) { return {least, most, false}; }
 
-// Limits, with what they come from:
-constexpr double kLongestRun_s = 1e6;             // what int64 ns and every sum of a few of them hold with room to spare
+// Limits, with their reasons:
+constexpr double kLongestRun_s = 1e6;             // so that int64 ns, and sums of a few of them, are far from overflowing
 constexpr double kMostSteps = 1e6;                // per segment: 30 million steps per second, far beyond any device
-constexpr double kMostParticles = 1e8;            // 18 springs each: 1.8e9, the last that fits int32 indices
-constexpr double kMostIterations = kMaxIterations, kMostSubsteps = kMaxSubsteps;  // what a solver takes
+constexpr double kMostParticles = 1e8;            // with 18 springs each: 1.8e9, the most that int32 indices can count
+constexpr double kMostIterations = kMaxIterations, kMostSubsteps = kMaxSubsteps;  // the limits of the solvers
 constexpr double kLongestSpike_s = 9;             // the longest segment
 
 using D = Dimension;
@@ -40,17 +41,17 @@ std::string words_of(const List& list, Name name) {
   }
   return words;
 }
-/// Of every strategy; a view of text that lives as long as the program.
+/// The names of all strategies; the text lives as long as the program.
 std::string_view strategy_words();
 std::string_view method_words();
 
-/// Rows of a table whose part the program registers. `kinds`: the kinds of the table that have them; empty: always.
+/// The rows of a table for a part that the program registers. `kinds` are the kinds of the table that have them; empty: all.
 std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds);
 
 const std::vector<Field>& case_fields();
 const std::vector<Field>& run_fields();
 const std::vector<Field>& timing_fields();
-const std::vector<Field>& timing_model_fields();  // its end: what makes times irregular
+const std::vector<Field>& timing_model_fields();  // the last rows of [timing]: what makes times irregular
 const std::vector<Field>& scene_fields();
 const std::vector<Field>& device_fields();
 const std::vector<Field>& motion_fields();

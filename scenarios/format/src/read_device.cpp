@@ -57,7 +57,7 @@ RenderSpec read_render(const Table& render) {
   return spec;
 }
 
-/// The reference twin reads the programmed motion, which a hand does not have.
+/// Refuses the reference twin for a hand: it reads the programmed motion, which a hand does not have.
 void check_strategies(const ScenarioReading& reading) {
   const auto& strategies = reading.scenario.strategies;
   if (!has_hand(reading.scenario) || !reading.sound("run")) return;

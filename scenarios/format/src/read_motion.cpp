@@ -70,7 +70,7 @@ ProgrammedMotion read_programmed(const ScenarioReading& reading, const Table& mo
   return programmed;
 }
 
-/// What the integration of a hand can follow (device/hand.h).
+/// Checks that the integration of the hand can follow its motion (device/hand.h).
 void check_hand(const HandSpec& hand, const Table& motion, Errors& errors) {
   const double frequency_per_s = std::sqrt(hand.total_stiffness_N_per_m() / hand.total_mass_kg());
   const double decay_per_s = hand.total_damping_N_s_per_m() / hand.total_mass_kg();
@@ -188,7 +188,7 @@ const std::vector<Field>& own_fields() {
 }
 // clang-format on
 
-/// The path that a hand means to follow is any motion but a hand's.
+/// The intended path of a hand can be any motion except a hand.
 std::vector<Field> path_fields() {
   std::vector<Field> rows;
   for (Field field : own_fields()) {

@@ -14,7 +14,7 @@ void read_strategies(ScenarioReading& reading) {
   Scenario& scenario = reading.scenario;
   const auto kind_named = [](const std::string& name) {
     return std::find_if(kAllStrategies.begin(), kAllStrategies.end(), [&](const StrategyTraits& traits) {
-             return name == traits.name;  // the field table knows no other name
+             return name == traits.name;  // the field table allows no other names
            })->kind;
   };
   for (const Value& name : run.at("strategies").list) {

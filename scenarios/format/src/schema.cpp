@@ -13,7 +13,7 @@ namespace evenstep {
 namespace internal {
 namespace {
 
-/// A pattern for "11.1 ms" and its like; the blank is optional and words take a plural.
+/// A pattern for texts such as "11.1 ms"; the blank is optional, and units that are words may have a plural.
 std::string unit_pattern(const Field& field) {
   std::vector<std::string> names;
   for (const Unit& unit : units()) {
@@ -85,7 +85,7 @@ Json shaped(const Field& field) {
   return one;
 }
 
-/// All rows of one key (a row per kind) as one property: hover text first, then what it may be.
+/// All rows of a key (one per kind) as one property: first the hover text, then the allowed values.
 Json property(std::string_view table, std::string_view key) {
   Json schemas = Json::array();
   std::vector<std::string> meanings;
@@ -100,7 +100,7 @@ Json property(std::string_view table, std::string_view key) {
           {"allOf", Json::array({any_of(std::move(schemas))})}};
 }
 
-/// Keys of other kinds stay allowed here; `evenstep check` names them.
+/// The schema allows keys of other kinds; `evenstep check` reports them.
 Json table_schema(std::string_view table) {
   Json properties = Json::object(), required = Json::array(), others = false;
   std::string_view last;
@@ -112,7 +112,7 @@ Json table_schema(std::string_view table) {
     }
     if (field.key != last) properties[std::string(field.key)] = property(table, field.key);
     last = field.key;
-    // A base file need not be complete, so only what every file must have is required at the top.
+    // A base file need not be complete, so at the top only those keys are required that every file must have.
     if (field.required && field.kinds.empty() && (!table.empty() || field.key == "format")) required.push_back(field.key);
   }
   Json out = {{"type", "object"}, {"additionalProperties", std::move(others)}};

@@ -1,4 +1,4 @@
-// Force of the springs on each grabbed particle, newtons: what the hand feels, before the host's sum in fixed order.
+// The force of the springs on each grabbed particle, newtons. The host adds them up in fixed order to what the hand feels.
 #define GRAB_FORCE(N)                             \
   {                                               \
     const size_t i = cells[N];                    \

@@ -1,11 +1,11 @@
 #pragma once
-/// The program `evenstep` as a function: parses the arguments, runs the command they name and returns its exit code.
+/// The program `evenstep` as a function: it parses the arguments, runs the command that they name and returns its exit code.
 
 namespace evenstep {
 
 /// Exit codes: 0 all expectations hold, 1 an expectation failed, 2 usage or scenario error, 3 the run failed, 4 not
-/// reproducible, 130 interrupted. Takes over SIGINT, SIGTERM, SIGHUP and SIGPIPE of the process, and the default logger of
-/// spdlog. Once per process.
+/// reproducible, 130 interrupted. It takes over SIGINT, SIGTERM, SIGHUP and SIGPIPE of the process, and the default logger
+/// of spdlog, so call it only once per process.
 int command_line(int argc, char** argv);
 
 }  // namespace evenstep

@@ -1,5 +1,5 @@
 #pragma once
-/// Commands as text that a POSIX shell takes: for people to paste.
+/// Commands as text for a POSIX shell, for people to paste.
 
 #include <string>
 #include <vector>
@@ -8,10 +8,10 @@
 
 namespace evenstep {
 
-/// `word` as one word of a shell: quoted where it has to be.
+/// `word` as a single word for the shell, quoted if necessary.
 std::string shell_word(const std::string& word);
-/// The command that runs one point of a sweep again. `file`: the scenario as the caller reaches it; `set`: the --set arguments of
-/// the sweep.
+/// The command that runs one point of a sweep again. `file` is the path of the scenario from here, `set` are the --set
+/// arguments of the sweep.
 std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
                           const std::vector<std::string>& set = {});
 

@@ -30,9 +30,9 @@ struct SizeResult {
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 
-/// A recording: timing.csv (recordings/timing_csv.h), or a list of steps with the header begin_ns,end_ns. Segments are those of
-/// the file; where it has no visualizations and one segment only, those of the cycle found in it; where there is no cycle
-/// either, every step is a segment, which leaves the loop of `phase_locked` and no use for `paper`.
+/// For a recording: timing.csv (recordings/timing_csv.h), or a list of steps with the header begin_ns,end_ns. The segments
+/// are those of the file. If it has no visualizations and only one segment, they are those of the cycle found in it; if
+/// there is no cycle either, every step is a segment, and then only the loop of `phase_locked` makes sense, not `paper`.
 SizeResult size_recording(const std::string& path, const SizeOptions& options);
 /// The same for segments in memory, which must contain a step.
 SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options);

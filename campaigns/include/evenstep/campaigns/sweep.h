@@ -19,8 +19,8 @@ namespace evenstep {
 struct SweepShard {
   int index = 1, of = 1;
 };
-/// "2/5"; or "auto": what a batch system says of itself (Slurm arrays and tasks, Open MPI, PMI, GitLab's parallel jobs,
-/// Google Test's variables), which is an error where nobody says anything. `variable`: reads the environment.
+/// Parses "2/5", or "auto" for the shard that a batch system gives in the environment (Slurm arrays and tasks, Open MPI,
+/// PMI, GitLab's parallel jobs, Google Test's variables); it is an error if none does. `variable` reads the environment.
 Result<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
 
 struct SweepOptions {

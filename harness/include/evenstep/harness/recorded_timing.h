@@ -8,8 +8,7 @@
 
 namespace evenstep {
 
-/// Segments from their begin to their end as recorded, with what was idle; a step that had not ended when the run did is
-/// not among them.
+/// The segments from begin to end as recorded, with their idle time. A step that had not ended when the run did is left out.
 std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record);
 
 }  // namespace evenstep

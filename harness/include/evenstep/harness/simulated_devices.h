@@ -14,8 +14,8 @@
 
 namespace evenstep {
 
-/// Stops the driver of a simulated device. However a run ends, its motors are then off, its effects freed: throws RunFailure
-/// ("still-driving", which no scenario can expect) if they are not.
+/// Stops the driver of a simulated device. Whatever way a run ends, the motors must then be off and the effects freed; if
+/// they are not, this throws RunFailure ("still-driving", which no scenario can expect).
 void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device);
 /// What the motors of a device did, for DeviceRecord::counters.
 std::map<std::string, double> motor_counters(SimulatedDevice& device);

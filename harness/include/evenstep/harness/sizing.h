@@ -15,15 +15,16 @@
 namespace evenstep {
 
 std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing);
-/// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate, and runs for `run_time`, at most a slot.
+/// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate, and runs for `run_time`, at most a
+/// slot.
 std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time);
 
-/// All that a map needs to run alone: no scene, no device, nothing else of a scenario.
+/// Everything that a map needs to run alone; no scene, no device and nothing else of a scenario.
 struct MapSetup {
   RemapSpec remap;
   Rate step_rate{450, 1};
   std::vector<SamplingGrid> grids;           ///< when each device samples the hand
-  Emission emission = Emission::linear;      ///< linear if any device interpolates: the stricter need
+  Emission emission = Emission::linear;      ///< linear if any device interpolates, because that needs more latency
   RealTime end;                              ///< steps that end later do not count
 };
 MapSetup map_setup(const Scenario& scenario);
@@ -36,13 +37,13 @@ struct Sizing {
   LatencyBudget this_phase;
 };
 Sizing size_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind);
-/// The mapped steps of a run with this lead: a gate's waits are in them, and there only does the lead matter.
+/// The mapped steps of a run with this lead. They include the waits of a gate; without a gate the lead does not matter.
 std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);
-/// The mapped steps without a gate, over these segments: in order, some at a time, and nobody keeps them.
+/// Visits the mapped steps without a gate, over these segments: in order, a few at a time, without keeping them.
 void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit);
-/// size_map for a gate with this lead: steps begin when their sample is there, and what follows is pushed back. `lead` of
-/// the budgets is what would spare all waiting, `latency` the least with the lead given.
+/// size_map for a gate with this lead: steps begin when their sample is there, and everything after them is pushed back. In
+/// the budgets, `lead` is the one with which no step would wait, and `latency` the least for the given lead.
 Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);
 
 /// The lead, latency and rings of a strategy, and what the sizing pass predicts for it.
@@ -55,9 +56,9 @@ struct StrategyPlan {
   std::int64_t predicted_interaction_underruns = 0;  ///< worst device; steps that begin in the judged span
   std::int64_t predicted_late_forces = 0;
 };
-/// What a map of this plan starts with: the fixed latency, or the one that adapts.
+/// The latency with which a map of this plan starts, fixed or adaptive.
 AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan);
-/// What a latency that adapts will do in this run, by the sizing pass: over the steps that begin in the judged span.
+/// What the sizing pass predicts for an adaptive latency in this run, over the steps that begin in the judged span.
 struct AdaptationForecast {
   double mean_s = 0;
   Duration largest;

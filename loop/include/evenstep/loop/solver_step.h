@@ -48,7 +48,7 @@ class SolverStep final : public Work {
   bool variable_;
   std::array<RealTime, kMaxTools> read_at_{};
   Rate step_rate_;
-  double step_s_;  // of the step about to run
+  double step_s_;  // length of the next step
   SimTime simulated_;
   std::optional<RealTime> first_began_, began_;
   std::int64_t step_ = 0;

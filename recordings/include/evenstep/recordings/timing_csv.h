@@ -21,7 +21,8 @@ TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
 /// Pieces of a segment in order of their begin, its idle rest last. Reading it gives the segments again, from 0 on.
 std::string format_timing_csv(const std::vector<SegmentTiming>& segments);
 
-/// The same, or a bare list of steps with the header `begin_ns,end_ns`, which are one segment. Steps do not overlap.
+/// The same format, or a plain list of steps with the header `begin_ns,end_ns`, which becomes one segment. Steps must not
+/// overlap.
 TimingCsv read_timing_or_steps(const std::string& path);
 TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name);
 

@@ -1,6 +1,6 @@
 #pragma once
-/// What all our JSON has in common, on top of nlohmann/json: members stay in the order in which they were put in, numbers are
-/// the shortest text that reads back to the same double, and nothing that a name or a message holds can break the file.
+/// What all our JSON has in common, on top of nlohmann/json: members stay in the order in which they were added, numbers are
+/// the shortest text that reads back to the same double, and no name or message can break the file, whatever it contains.
 
 #include <cmath>
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace evenstep {
 
 using Json = nlohmann::ordered_json;
 
-/// null where JSON has no number for it (NaN, infinite); a whole number without ".0".
+/// A number; null for NaN and infinities, for which JSON has none; a whole number is written without ".0".
 inline Json json_number(double value) {
   if (!std::isfinite(value)) return nullptr;
   constexpr double kMostDigits = 1e16;  // above it the shortest text has an exponent
@@ -23,10 +23,11 @@ inline Json json_number(double value) {
 }
 inline Json json_number(const std::optional<double>& value) { return value ? json_number(*value) : Json(nullptr); }
 
-/// On one line. Text that is not UTF-8 (the message of a driver or a solver) has U+FFFD where it is broken.
+/// The text on one line. Bytes that are not UTF-8 (in a message of a driver or a solver) are replaced by U+FFFD.
 inline std::string json_text(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-/// The same with each element of the array `rows` on a line of its own: a comparison of texts then shows which one changed.
+/// The same with each element of the array `rows` on a line of its own, so that a comparison of texts shows which one
+/// changed.
 inline std::string json_text(const Json& object, std::string_view rows) {
   std::string out;
   for (const auto& [key, value] : object.items()) {

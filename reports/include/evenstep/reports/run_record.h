@@ -157,8 +157,9 @@ struct StrategyRecord {
   std::vector<UnderrunRow> underruns;       ///< by step, over the whole run
   std::map<std::string, std::int64_t> event_counts;   ///< "<lane>.<name>" -> count
   std::uint64_t trace_hash = 0;
-  std::vector<Vec3> twin_force_N;           ///< per step and device (step-major), of the ideal twin with this lead; may be empty
-  bool variable_step = false;               ///< the interaction runs over StepRow::simulated instead of n * slot
+  /// Force of the ideal twin with this lead, per step and device (step-major); may be empty.
+  std::vector<Vec3> twin_force_N;
+  bool variable_step = false;               ///< simulation time is StepRow::simulated instead of n * slot
   bool interrupted = false;                 ///< ended before its end, by a signal
   bool shadow = false;                      ///< replayed from a live run: its forces never reached the hand
 };

@@ -1,6 +1,6 @@
 #pragma once
-/// What `evenstep size` found: how much latency a trace needs, what needs it, and what it costs. The campaign fills the record
-/// (evenstep/campaigns/size.h), the writers here turn it into text and JSON. Definitions: docs/sizing.md.
+/// What `evenstep size` found: how much latency a trace needs, which step needs it, and what it costs. The record is filled
+/// in by evenstep/campaigns/size.h; the writers here turn it into text and JSON. Definitions: docs/sizing.md.
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
 #pragma once
-/// Error against run time (work-precision): what every solver, method and step of a study costs, and how wrong it is. The
-/// campaign fills the record (evenstep/campaigns/study.h), the writers here turn it into text. Definitions: docs/study.md.
+/// Error against run time (work-precision): what every solver, method and step of a study costs, and how large its error is.
+/// The record is filled in by evenstep/campaigns/study.h; the writers here turn it into text. Definitions: docs/study.md.
 
 #include <array>
 #include <cmath>

@@ -26,11 +26,11 @@ std::string verdict_table(const std::vector<ExpectationResult>& results, bool co
 std::vector<std::byte> events_bin(const RunRecord& run);
 /// Of each record: name, event_names, events and trace_hash only.
 using EventFile = std::vector<StrategyRecord>;
-/// Throws std::runtime_error naming the byte offset of what is wrong (untrusted input: sizes are checked first).
+/// Throws std::runtime_error with the byte offset of the fault. The input is not trusted: sizes are checked before use.
 EventFile read_events_bin(const std::vector<std::byte>& bytes);
 struct Difference { std::string strategy; std::int64_t index = -1; std::string text; };
-/// The first differing event (binary search over the chained hash), or nullopt when equal. Strategies are matched by name. Of
-/// runs, or of what has been read of their files.
+/// The first event that differs (by binary search over the chained hashes); empty if all are equal. Strategies are matched
+/// by name. Of runs, or of what has been read of their files.
 std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b);
 
 }  // namespace evenstep

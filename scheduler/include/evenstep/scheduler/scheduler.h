@@ -114,7 +114,7 @@ class Scheduler {
  private:
   struct State;
   void wake_at(RealTime at, Lane lane, Suspended& await) noexcept;
-  RealTime now_;  ///< of the event being run, or of the last one; here, so that a lane reads it without a call
+  RealTime now_;  ///< time of the event being run, or of the last one; kept here so that now() is inline
   std::unique_ptr<State> state_;
 };
 

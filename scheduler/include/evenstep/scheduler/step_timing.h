@@ -153,7 +153,7 @@ struct MeanTiming {
 };
 MeanTiming mean_timing(const ProgrammedTiming& timing);
 
-/// Plays a recording. `segments` as read from timing.csv (recordings/timing_csv.h), already validated.
+/// Plays a recording. `segments` are those read from timing.csv (recordings/timing_csv.h), already validated.
 std::unique_ptr<StepTiming> make_replayed_timing(std::vector<SegmentTiming> segments);
 
 }  // namespace evenstep

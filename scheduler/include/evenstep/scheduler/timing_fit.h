@@ -1,8 +1,8 @@
 #pragma once
-/// From a recording to a programmed timing: each part of ProgrammedTiming estimated by itself, with what it rests on.
-/// The estimates are robust (medians, trimmed means), because a recording holds a cold start and an unfinished last segment;
-/// that last one is left out. What a model cannot say is lost: whether that matters is for the caller to compare
-/// (campaigns/fit_report.h does, by the latency both need).
+/// Derives a programmed timing from a recording: each part of ProgrammedTiming is estimated by itself and given together
+/// with the evidence for it. The estimates are robust (medians, trimmed means), because a recording contains a cold start;
+/// its last segment is left out, because it may be unfinished. Whatever the models cannot express is lost. Whether that
+/// matters is for the caller to find out (campaigns/fit_report.h compares the latencies that recording and fit need).
 
 #include <span>
 #include <string>

@@ -25,8 +25,8 @@ inline constexpr int kMaxRegions = 60;
 //   stored_energy_J    energy that it holds while a tool rests at `tool_m`; none where the position alone does not determine it
 //   text               in one line, for people
 
-/// F = -k x on every tool: memoryless, so constant velocity must give a linear force. The force reported is what the
-/// hand feels: -k x.
+/// F = -k x on every tool, as the hand feels it. It is memoryless, so a constant velocity must give a force that is linear
+/// in time.
 struct SpringScene {
   double stiffness_N_per_m = 200;
 

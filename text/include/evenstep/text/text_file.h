@@ -10,7 +10,8 @@
 
 namespace evenstep::internal {
 
-/// Errors: not there (with the folder that is missing, if that is why), a directory, larger than `most_bytes`, unreadable.
+/// Errors: the file does not exist (naming the folder if that is missing), is a directory, is larger than `most_bytes`, or
+/// cannot be read.
 Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes);
 
 /// Reads a file in pieces of whole lines, one at a time, so that a recording of ten million rows need not be in memory.

@@ -1,6 +1,7 @@
 #pragma once
-/// A value, or why there is none: what a user's text, file or device can make go wrong is returned, and the caller looks before
-/// it takes. To take the one that is not there is an error of ours: an assertion. Read it as std::expected of C++23.
+/// A value, or an error that says why there is none. Errors that a user's text, file or device can cause are returned in
+/// this way, and the caller checks before it takes the value. Taking the one that is not there is a programming error
+/// (asserted). It is used like std::expected of C++23.
 ///
 ///   Result<Duration> parse_duration(std::string_view text);
 ///   ...
@@ -15,7 +16,7 @@
 
 namespace evenstep {
 
-/// The error of a Result, of a type from which that Result's error can be made.
+/// The error of a Result. Its type must be convertible to the error type of that Result.
 template <class E>
 struct Failure {
   E error;
@@ -41,13 +42,13 @@ class [[nodiscard]] Result {
   T operator*() && { return std::move(*this).value(); }
   const T* operator->() const { return &value(); }
   T* operator->() { return &value(); }
-  /// The value, or `other` where there is none.
+  /// The value, or `other` if there is none.
   T value_or(T other) const& { return ok() ? *std::get_if<0>(&content_) : std::move(other); }
   T value_or(T other) && { return ok() ? std::move(*std::get_if<0>(&content_)) : std::move(other); }
 
   const E& error() const& { return assert(!ok()), *std::get_if<1>(&content_); }
   E error() && { return assert(!ok()), std::move(*std::get_if<1>(&content_)); }
-  /// The error, or `none` where there is a value.
+  /// The error, or `none` if there is a value.
   E error_or(E none) const { return ok() ? std::move(none) : *std::get_if<1>(&content_); }
 
  private:

@@ -33,8 +33,8 @@ struct RealTime {
   friend constexpr Duration operator-(RealTime a, RealTime b) { return {a.ns - b.ns}; }
 };
 
-/// An instant of simulation time, ns since step 0: what the physics lives in. Made from a step index (`sim_time`),
-/// or from lengths of steps that are as long as real time passed.
+/// An instant of simulation time, ns since step 0: the time of the physics. It is made from a step index (`sim_time`), or
+/// from the lengths of the steps if these follow real time.
 struct SimTime {
   std::int64_t ns = 0;
   friend constexpr auto operator<=>(SimTime, SimTime) = default;

@@ -1,10 +1,10 @@
 #pragma once
 /// The drivers that a [[device]] can name. Each alternative of DriverSpec has
-///   kName           the word of [[device]] driver,
-///   fields()        the keys that exist for it only, as rows of the field table,
-///   read()          which reads them into itself; the keys are checked by then,
-///   knows_newtons() what it renders is in newtons, so that expectations may be about its force.
-/// What runs behind it is made in harness/src/make_driver.cpp.
+///   kName           the value of [[device]] driver,
+///   fields()        the keys that exist only for this driver, as rows of the field table,
+///   read()          reads these keys into the alternative; they have been checked before,
+///   knows_newtons() whether its force is known in newtons, so that expectations may be about it.
+/// The driver itself is made in harness/src/make_driver.cpp.
 
 #include <optional>
 #include <string_view>
@@ -42,7 +42,7 @@ struct PidSpec {
   PidFlavour flavour = PidFlavour::mask;
   int pool_effects = 40;
   int block_load_error_at = -1;                 ///< counted from 0
-  Rate firmware_rate{4000, 1};                  ///< of springs that it renders by itself
+  Rate firmware_rate{4000, 1};                  ///< at which it renders springs by itself
   std::vector<PidDeviceEvent> events;
 };
 

@@ -30,7 +30,7 @@ enum Form : std::uint32_t {
   kTable = 1 << 13,      ///< the fields of "<table>.<key>"
   kPareto = 1 << 14,     ///< "pareto 3 ms cap 40 ms"
   kSegments = 1 << 15,   ///< "8 segments", where their length does not matter
-  kAnything = 1 << 16,   ///< whatever the key that it stands for takes; checked there
+  kAnything = 1 << 16,   ///< a value for another key (of a grid); checked as a value of that key
   kOptions = 1 << 17,    ///< a table that is passed on unread; no dates, for it becomes JSON
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// A part of a scenario that is not one of ours: named in the file, made by the program that registered this name. Its options
-/// are passed on unread.
+/// A part of a scenario that evenstep does not provide: it is named in the file, and made by the program that has registered
+/// this name. Its options are passed on without being read.
 
 #include <string>
 

@@ -104,9 +104,9 @@ struct DeviceSpec {
   Duration force_delay;                         ///< from the writing of a force until the hand feels it
   Emission emission = Emission::linear;
   RenderSpec render;
-  bool is_real = false;                         ///< run with --device: nobody knows where it was
+  bool is_real = false;                         ///< run with --device, so its true motion is not known
   DriverSpec driver;
-  std::optional<Duration> unplug;               ///< of the simulated device
+  std::optional<Duration> unplug;               ///< when the simulated device is unplugged
   std::vector<ReportFault> faults;
   GuardSpec guard;
   ForceLimits limits;                           ///< the limits that follow from `guard`
@@ -130,11 +130,11 @@ struct RemapSpec {
   Budget lead;
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
-  Duration predict_window;                      ///< `predict` takes the hand's velocity from so much of the past
-  FilterSpec filter;                            ///< of strategy `filtered`; filter_at has the samples of an average
-  Duration filter_window;                       ///< of a moving average
+  Duration predict_window;                      ///< how far back `predict` looks to find the hand's velocity
+  FilterSpec filter;                            ///< for strategy `filtered`; filter_at adds the samples of an average
+  Duration filter_window;                       ///< for a moving average
   std::optional<Foreign> foreign;               ///< the map of strategy `foreign`
-  bool filter_force = true;                     ///< on the force at the ticks; false: on the interaction at the steps
+  bool filter_force = true;                     ///< filters the force at the ticks; false: the interaction at the steps
 };
 
 /// The filter of `filtered` for a signal that comes at `rate`.
