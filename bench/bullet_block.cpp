@@ -55,7 +55,7 @@ BulletBlock::BulletBlock(const TissueScene& scene, double step_s, int iterations
   };
   for (int from = 0; from < count; ++from) {
     const int x = from % nx, y = from / nx % ny, z = from / nx / ny;
-    constexpr int kForward[9][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1}, {1, 1, 0}, {-1, 1, 0},
+    constexpr int kForward[9][3] = {{1, 0, 0}, {0, 1, 0},  {0, 0, 1}, {1, 1, 0}, {-1, 1, 0},
                                     {1, 0, 1}, {-1, 0, 1}, {0, 1, 1}, {0, -1, 1}};
     for (const auto& [dx, dy, dz] : kForward) link(from, x + dx, y + dy, z + dz);
   }

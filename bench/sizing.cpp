@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/clock/wall_clock.h"
 #include "evenstep/campaigns/size.h"
+#include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"

@@ -35,11 +35,10 @@ struct Block {
   std::array<int, 3> lattice;
   std::int64_t particles;
 };
-constexpr Block kBlocks[] = {
-    {"1000", {10, 10, 10}, 1'000},
-    {"20270", {27, 27, 28}, 20'270},
-    {"99452", {46, 46, 47}, 99'452},
-    {"499280", {79, 79, 80}, 499'280}};
+constexpr Block kBlocks[] = {{"1000", {10, 10, 10}, 1'000},
+                             {"20270", {27, 27, 28}, 20'270},
+                             {"99452", {46, 46, 47}, 99'452},
+                             {"499280", {79, 79, 80}, 499'280}};
 
 TissueScene tissue_of(const Block& block) {
   TissueScene tissue;

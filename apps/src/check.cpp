@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "commands.h"
-#include "evenstep/harness/rendering.h"
 #include "evenstep/campaigns/size.h"
+#include "evenstep/campaigns/sweep.h"
+#include "evenstep/harness/rendering.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
-#include "evenstep/campaigns/sweep.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 
@@ -46,10 +46,11 @@ void explain_sweep(const SweepSpec& sweep) {
 void explain_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
   const AdaptiveLatencyOptions& adapt = scenario.remap.adapt;
   const AdaptationForecast forecast = forecast_adaptation(scenario, plan);
-  fmt::print("               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, {:.6g} ms above all needs of {:.6g} s, slew "
-             "{:.6g} %\n",
-             ms(adapt.start), ms(adapt.least), ms(adapt.most), ms(adapt.margin), seconds(adapt.window),
-             static_cast<double>(adapt.slew_ppm) * 1e-4);
+  fmt::print(
+      "               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, {:.6g} ms above all needs of {:.6g} s, slew "
+      "{:.6g} %\n",
+      ms(adapt.start), ms(adapt.least), ms(adapt.most), ms(adapt.margin), seconds(adapt.window),
+      static_cast<double>(adapt.slew_ppm) * 1e-4);
   fmt::print("               mean {:.6f} ms, largest {:.6f} ms, grows {} times on this timing\n", 1e3 * forecast.mean_s,
              ms(forecast.largest), forecast.growths);
 }
@@ -128,7 +129,8 @@ std::string rendering_lines(const Scenario& scenario) {
   if (std::none_of(scenario.devices.begin(), scenario.devices.end(), local)) return lines;
   for (const StrategyPlan& plan : plan(scenario)) {
     for (const DeviceSpec& device : scenario.devices) {
-      if (local(device)) lines += fmt::format("  {:<12} {}: {}\n", name_of(plan.kind), device.name, rendering_line(scenario, plan, device));
+      if (local(device))
+        lines += fmt::format("  {:<12} {}: {}\n", name_of(plan.kind), device.name, rendering_line(scenario, plan, device));
     }
   }
   return lines;

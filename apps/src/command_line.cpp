@@ -14,8 +14,8 @@ namespace app {
 
 // Each command is defined in a file of its own.
 using AddCommand = void(CLI::App&, Invocation&);
-AddCommand add_run, add_check, add_devices, add_list, add_study, add_fit, add_size, add_sweep, add_merge, add_shrink, add_diff,
-    add_schema;
+AddCommand add_run, add_check, add_devices, add_list, add_study, add_fit, add_size, add_sweep, add_merge, add_shrink,
+    add_diff, add_schema;
 /// In the order of --help.
 constexpr AddCommand* kCommands[] = {add_run,  add_check, add_devices, add_list,   add_study, add_fit,
                                      add_size, add_sweep, add_merge,   add_shrink, add_diff,  add_schema};

@@ -18,8 +18,8 @@ namespace evenstep::app {
 
 /// One call of the program.
 struct Invocation {
-  const std::atomic<bool>& interrupted;         ///< set by a signal
-  std::function<ExitCode()> chosen = nullptr;   ///< runs the command that was given; set while arguments are parsed
+  const std::atomic<bool>& interrupted;        ///< set by a signal
+  std::function<ExitCode()> chosen = nullptr;  ///< runs the command that was given; set while arguments are parsed
 };
 
 /// A subcommand whose options are in `Arguments`, run by `run(arguments, interrupted)`.

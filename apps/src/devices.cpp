@@ -19,7 +19,6 @@ struct DevicesArguments {
   bool json = false;
 };
 
-
 /// What evenstep can do with a device.
 struct Ability {
   std::string kind;  ///< "reference", "pid" or "none"
@@ -31,7 +30,8 @@ std::string pid_ability(const PidLayout& layout) {
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
     if (layout.position[axis]) axes += "XYZ"[axis];
   }
-  std::string text = fmt::format("force feedback of the PID class: reads {}, renders constant forces", axes.empty() ? "no axis" : axes);
+  std::string text =
+      fmt::format("force feedback of the PID class: reads {}, renders constant forces", axes.empty() ? "no axis" : axes);
   if (layout.set_condition && layout.set_effect.spring) text += " and springs";
   text += "; driver = \"pid\" with its travel and its full scale in newtons";
   if (!layout.state) text += "; it does not say whether its motors are on";
@@ -43,10 +43,13 @@ Ability ability_of(const HidListing& listing) {
   if (info.vendor_id == reference_device::kVendorId && info.product_id == reference_device::kProductId)
     return {"reference", "reads 3 positions, renders 3 forces (reference device)"};
   const auto parsed = parse_report_descriptor(listing.report_descriptor);
-  if (!parsed) return {"none", fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message)};
+  if (!parsed)
+    return {"none", fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message)};
   const auto layout = pid_layout(*parsed);
   if (layout) return {"pid", pid_ability(*layout)};
-  const auto is_of_pid = [&](const HidField& field) { return parsed->enclosing(field, 1) >> 16 == 0x0F || field.usages[0] >> 16 == 0x0F; };
+  const auto is_of_pid = [&](const HidField& field) {
+    return parsed->enclosing(field, 1) >> 16 == 0x0F || field.usages[0] >> 16 == 0x0F;
+  };
   if (std::none_of(parsed->fields.begin(), parsed->fields.end(), is_of_pid)) return {"none", "not a force-feedback device"};
   return {"none", fmt::format("force feedback of the PID class, but without {}", fmt::join(layout.error(), ", "))};
 }
@@ -59,9 +62,10 @@ void print_listing(const HidListing& listing) {
   if (!listing.force_feedback_node.empty())
     fmt::print("    the kernel's force-feedback driver holds it, too: {}\n", listing.force_feedback_node);
   if (listing.refusal.empty()) return;
-  fmt::print("    cannot be opened: {}. Paste this line into /etc/udev/rules.d/70-evenstep.rules, then plug it in again:\n"
-             "      {}\n",
-             listing.refusal, udev_rule(info));
+  fmt::print(
+      "    cannot be opened: {}. Paste this line into /etc/udev/rules.d/70-evenstep.rules, then plug it in again:\n"
+      "      {}\n",
+      listing.refusal, udev_rule(info));
 }
 
 nlohmann::ordered_json json_of(const HidListing& listing) {

@@ -15,7 +15,6 @@ struct DiffArguments {
   std::string a, b;
 };
 
-
 std::optional<EventFile> events_of(const std::string& given) {
   namespace fs = std::filesystem;
   const fs::path path = fs::is_directory(given) ? fs::path(given) / "events.bin" : fs::path(given);

@@ -35,7 +35,8 @@ ExitCode fit(const FitArguments& arguments, const std::atomic<bool>&) {
 
 void add_fit(CLI::App& cli, Invocation& invocation) {
   const auto [command, arguments] = add_command<FitArguments>(
-      cli, invocation, "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording", fit);
+      cli, invocation, "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording",
+      fit);
   command->add_option("timing.csv", arguments->file, "segment,kind,index,begin_ns,end_ns")->required();
   command->add_flag("--json", arguments->json, "the numbers instead of the table");
 }

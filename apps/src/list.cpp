@@ -38,8 +38,9 @@ ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
   for (const Method method : kAllMethods) fmt::print(" {}", name_of(method));
   fmt::print("\n");
   fmt::print("motions     still constant-velocity sine ramp-stop stick-slip recorded minimum-jerk hand\n");
-  for (const char* signal : {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY",
-                             "closed_loop.DEVICE.STRATEGY", "solver.STRATEGY", "events.device.tick", "run", "case.METHOD.SOLVER"}) {
+  for (const char* signal :
+       {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY", "closed_loop.DEVICE.STRATEGY",
+        "solver.STRATEGY", "events.device.tick", "run", "case.METHOD.SOLVER"}) {
     const auto metrics = metrics_of_signal(signal);
     if (metrics) fmt::print("{:<28} {}\n", signal, fmt::join(*metrics, " "));
   }

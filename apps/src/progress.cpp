@@ -10,7 +10,7 @@ namespace evenstep::app {
 namespace {
 constexpr double kRedrawSeconds = 0.1;
 constexpr double kLineSeconds = 10;
-}
+}  // namespace
 
 void Progress::update(const std::string& strategy, double fraction) {
   const std::lock_guard lock(mutex_);

@@ -9,8 +9,8 @@
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
-#include "evenstep/harness/run_folder.h"
 #include "evenstep/campaigns/sweep.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/writers.h"
 #include "progress.h"
@@ -33,7 +33,6 @@ struct RunArguments {
   bool forces = false;
   bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
 };
-
 
 /// The command that runs this again.
 std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
@@ -137,7 +136,8 @@ LiveDeviceOptions live_devices_of(const RunArguments& arguments) {
   for (const std::string& device : arguments.devices) {
     const std::size_t equals = device.find('=');
     const bool named = equals < device.find('/');
-    options.bindings.push_back(named ? DeviceBinding{device.substr(0, equals), device.substr(equals + 1)} : DeviceBinding{"", device});
+    options.bindings.push_back(named ? DeviceBinding{device.substr(0, equals), device.substr(equals + 1)}
+                                     : DeviceBinding{"", device});
   }
   return options;
 }
@@ -146,15 +146,18 @@ LiveDeviceOptions live_devices_of(const RunArguments& arguments) {
 void warn_of_devices(const LiveDeviceOptions& options) {
   if (options.bindings.empty()) return;
   if (options.forces)
-    spdlog::warn("forces are on: keep a hand on the device and the other one on its switch. evenstep is not a safety device");
+    spdlog::warn(
+        "forces are on: keep a hand on the device and the other one on its switch. evenstep is not a safety device");
   else
     spdlog::info("forces are off, the device is only read; --forces lets them through");
   for (const HidListing& listing : hid_devices()) {
     const auto is_it = [&](const DeviceBinding& binding) { return binding.path == listing.info.path; };
-    if (listing.force_feedback_node.empty() || std::none_of(options.bindings.begin(), options.bindings.end(), is_it)) continue;
-    spdlog::warn("{}: the kernel's own force-feedback driver holds this device, too ({}); a program that plays effects there will "
-                 "disturb the forces",
-                 listing.info.path, listing.force_feedback_node);
+    if (listing.force_feedback_node.empty() || std::none_of(options.bindings.begin(), options.bindings.end(), is_it))
+      continue;
+    spdlog::warn(
+        "{}: the kernel's own force-feedback driver holds this device, too ({}); a program that plays effects there will "
+        "disturb the forces",
+        listing.info.path, listing.force_feedback_node);
   }
 }
 

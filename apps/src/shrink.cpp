@@ -21,7 +21,6 @@ struct ShrinkArguments {
   std::string out;
 };
 
-
 constexpr std::size_t kMostShown = 20;
 
 std::string number(const ExpectationResult& result) {

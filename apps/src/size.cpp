@@ -15,14 +15,14 @@ struct SizeArguments {
   bool json = false;
 };
 
-
 /// A period or a rate; empty on an error, which is then printed.
 std::optional<Rate> sampling_rate(const std::string& text) {
   const Result<Rate> rate = parse_rate(text);
   if (rate) return *rate;
   const Result<Duration> period = parse_duration(text);
   if (period && period->ns > 0 && period->ns <= 1'000'000'000) return Rate{1'000'000'000, period->ns};
-  print({{"--sampling", 0, 0, fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text)}});
+  print({{"--sampling", 0, 0,
+          fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text)}});
   return std::nullopt;
 }
 
@@ -74,7 +74,8 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options) {
     return {{}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
   }
   if (!arguments.sampling.empty() || !arguments.emission.empty())
-    return {{}, {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
+    return {{},
+            {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
   if (!read) return {{}, read.error()};
   return size_scenario(*read, options);
@@ -96,8 +97,8 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {
 
 void add_size(CLI::App& cli, Invocation& invocation) {
   const auto [command, size_arguments] = add_command<SizeArguments>(
-      cli, invocation, "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost",
-      size);
+      cli, invocation, "size",
+      "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
   SizeArguments& arguments = *size_arguments;
   command->add_option("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns")
       ->required();

@@ -7,10 +7,10 @@
 #include <filesystem>
 
 #include "commands.h"
-#include "evenstep/reports/run_failure.h"
-#include "evenstep/harness/run_folder.h"
 #include "evenstep/campaigns/stiffness_limit.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/reports/run_failure.h"
 #include "progress.h"
 
 namespace evenstep::app {
@@ -22,7 +22,6 @@ struct StudyArguments {
   std::string out, advise;
   bool json = false;
 };
-
 
 std::string folder_for(const StudyArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
@@ -102,10 +101,12 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
   std::vector<Diagnostic> errors = read.error_or({});
   const bool limits = read && read->study.stiffness_limit;
   if (limits && goal) {
-    errors.push_back({arguments.file, 0, 0, "--advise picks among steps, and [study] stiffness_limit compares none; leave one out"});
+    errors.push_back(
+        {arguments.file, 0, 0, "--advise picks among steps, and [study] stiffness_limit compares none; leave one out"});
   } else if (read && !limits && !std::holds_alternative<TissueScene>(read->scene.body)) {
-    errors.push_back({arguments.file, 0, 0, "only a tissue has steps to compare; a study needs kind = \"tissue\" or, with a hand "
-                                            "that feels the force, [study] stiffness_limit = { from = \"20 N/m\", to = \"30000 N/m\" }"});
+    errors.push_back({arguments.file, 0, 0,
+                      "only a tissue has steps to compare; a study needs kind = \"tissue\" or, with a hand "
+                      "that feels the force, [study] stiffness_limit = { from = \"20 N/m\", to = \"30000 N/m\" }"});
   }
   if (!errors.empty()) {
     print(errors);
@@ -123,12 +124,10 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
 }  // namespace
 
 void add_study(CLI::App& cli, Invocation& invocation) {
-  const auto [command, study_arguments] =
-      add_command<StudyArguments>(cli, invocation, "study",
-                                  "error against run time of a tissue, or the largest stable stiffness in a hand", study);
+  const auto [command, study_arguments] = add_command<StudyArguments>(
+      cli, invocation, "study", "error against run time of a tissue, or the largest stable stiffness in a hand", study);
   StudyArguments& arguments = *study_arguments;
-  command
-      ->add_option("scenario", arguments.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit")
+  command->add_option("scenario", arguments.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit")
       ->required();
   add_set(*command, arguments.set, "path=value, overrides the file: --set study.repeats=9");
   command->add_option("--advise", arguments.advise,

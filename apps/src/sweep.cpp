@@ -30,7 +30,6 @@ struct MergeArguments {
   bool json = false;
 };
 
-
 std::string folder_for(const SweepArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-sweep")).string();

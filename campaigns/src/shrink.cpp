@@ -8,15 +8,15 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "evenstep/harness/sizing.h"
-#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/format/load.h"
 #include "evenstep/format/reader.h"
+#include "evenstep/harness/sizing.h"
+#include "evenstep/harness/underrun_rate.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "evenstep/text/text_file.h"
 #include "shrink_document.h"
 #include "shrink_search.h"
 #include "shrink_timing.h"
-#include "evenstep/text/text_file.h"
-#include "evenstep/harness/underrun_rate.h"
 
 namespace evenstep {
 namespace fs = std::filesystem;
@@ -228,8 +228,7 @@ void Shrink::write(const ExpectationResult& before) {
   outcome_.file = (fs::path(options_.folder) / (stem + ".toml")).string();
 
   const ReadResult read = read_scenario(outcome_.file);
-  if (!read)
-    throw std::runtime_error(fmt::format("the written scenario does not read: {}", text(read.error().front())));
+  if (!read) throw std::runtime_error(fmt::format("the written scenario does not read: {}", text(read.error().front())));
   RunOptions options;
   options.control.interrupted = options_.interrupted;
   const RunOutcome again = run_scenario(*read, options);
@@ -268,8 +267,7 @@ std::optional<std::string> why_not_this_seed(const Scenario& scenario, const Exp
   const std::vector<internal::RateSignal> signals = internal::rate_signals(scenario);
   const auto signal = std::find_if(signals.begin(), signals.end(), [&](const auto& one) { return one.name == signal_name; });
   const std::vector<StrategyPlan> plans = plan(scenario);
-  const auto with =
-      std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == signal->kind; });
+  const auto with = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == signal->kind; });
   const std::int64_t seeds = internal::seeds_judged(scenario, expectation, signal->kind);
   const double most = expectation.max->number * *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
   const auto rate = [](const internal::RateCount& count) {
@@ -289,12 +287,14 @@ std::optional<std::string> why_not_this_seed(const Scenario& scenario, const Exp
   if (rate(own) > most) return std::nullopt;
   if (rate(worst) <= most) {
     return fmt::format(
-        "of {} seeds none underruns more often than {:.6g} allows: they are too few to be sure, and no timing is at fault; let "
+        "of {} seeds none underruns more often than {:.6g} allows: they are too few to be sure, and no timing is at fault; "
+        "let "
         "more be run with 'seeds'",
         seeds, most);
   }
   return fmt::format(
-      "it fails over {} seeds, of which a recording has one, and seed {} alone keeps the limit ({} of {} segments underrun); "
+      "it fails over {} seeds, of which a recording has one, and seed {} alone keeps the limit ({} of {} segments "
+      "underrun); "
       "seed {} has most ({} of {}): add --seed {}",
       seeds, scenario.timing.programmed.seed, own.hit, own.segments, worst_seed, worst.hit, worst.segments, worst_seed);
 }

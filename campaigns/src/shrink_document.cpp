@@ -93,7 +93,7 @@ Value fixed_document(Value document, const Scenario& scenario, const std::vector
   fix_filter_window(document, scenario);
   Value& expect = *document.find("expect");
   Value kept = std::move(expect.list[expectation]);
-  for (const std::string_view key : {"confidence", "seeds"}) drop(kept, key);   // a recording has no further seeds
+  for (const std::string_view key : {"confidence", "seeds"}) drop(kept, key);  // a recording has no further seeds
   expect.list.assign(1, std::move(kept));
   drop(table_at(document, "run"), "interrupt");
   put(table_at(document, "run"), "strategies", strategy_names(strategies));

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/format/scenario.h"
 #include "evenstep/campaigns/shrink.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/scheduler/step_timing.h"
 
 namespace evenstep::internal {
@@ -45,6 +45,5 @@ class TimingShape {
   Nominal nominal_;
   std::vector<Perturbation> perturbations_;
 };
-
 
 }  // namespace evenstep::internal

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/underrun_rate.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/step_cycle.h"
@@ -12,7 +13,6 @@
 #include "evenstep/reports/rate_bound.h"
 #include "size_mend.h"
 #include "size_rate.h"
-#include "evenstep/harness/underrun_rate.h"
 
 namespace evenstep {
 namespace {
@@ -46,10 +46,8 @@ SizeWindows windows_of(std::vector<Duration> latencies) {
     const double n = static_cast<double>(latencies.size());
     return latencies[static_cast<std::size_t>(std::max(std::ceil(share * n) - 1, 0.0))];
   };
-  return {.p50 = rank(0.5),
-          .p99 = rank(0.99),
-          .most = latencies.back(),
-          .count = static_cast<std::int64_t>(latencies.size())};
+  return {
+      .p50 = rank(0.5), .p99 = rank(0.99), .most = latencies.back(), .count = static_cast<std::int64_t>(latencies.size())};
 }
 
 /// A least latency without the sampling term, and its culprit.
@@ -67,10 +65,7 @@ Least least_of(const RunningPath& path) { return {path.least().latency, path.lea
 class Sizer {
  public:
   Sizer(Input& input, const SizeOptions& options)
-      : input_(input),
-        options_(options),
-        devices_(input.setup.grids),
-        mending_(input.segments) {
+      : input_(input), options_(options), devices_(input.setup.grids), mending_(input.segments) {
     each_step([&](RealTime begin, RealTime end) {
       if (steps_ == 0) first_begin_ = begin;
       last_begin_ = begin;
@@ -245,7 +240,7 @@ class Sizer {
     out.segments = segments;
     const auto share = [&](std::int64_t count) { return static_cast<double>(count) / static_cast<double>(segments); };
     out.allowed = static_cast<std::int64_t>(*options_.rate * static_cast<double>(segments));
-    if (share(out.allowed + 1) <= *options_.rate) ++out.allowed;   // the product may have been rounded down
+    if (share(out.allowed + 1) <= *options_.rate) ++out.allowed;  // the product may have been rounded down
     if (share(out.allowed) > *options_.rate) --out.allowed;
     out.any_phase = least(any_phase, out.allowed);
     out.this_phase = least(this_phase, out.allowed);
@@ -266,7 +261,7 @@ class Sizer {
   Mending mending_;
   std::int64_t steps_ = 0;
   RealTime first_begin_, last_begin_, last_end_;
-  Duration slot_;                       // mean time from the begin of a step to that of the next
+  Duration slot_;  // mean time from the begin of a step to that of the next
 };
 
 SizeCycle in_record(const StepCycle& cycle) {
@@ -372,7 +367,7 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
   find_segments(input, record);
   input.setup.grids.push_back({options.sampling, RealTime{}});
   input.setup.emission = options.emission;
-  for (const SegmentTiming& segment : input.segments)   // a step may end after the segment that follows its own
+  for (const SegmentTiming& segment : input.segments)  // a step may end after the segment that follows its own
     input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
   Sizer(input, options).size(record);
   shift_numbers(record);

@@ -5,8 +5,8 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::int64_t kLatePart = 100;    // an excess below this fraction of a usual step (1 / 100) is not late
-constexpr std::size_t kBlamedBefore = 2;   // segments before: at 30 Hz a loop of 2 Hz has mostly forgotten the third one
+constexpr std::int64_t kLatePart = 100;   // an excess below this fraction of a usual step (1 / 100) is not late
+constexpr std::size_t kBlamedBefore = 2;  // segments before: at 30 Hz a loop of 2 Hz has mostly forgotten the third one
 
 Duration median(std::vector<std::int64_t>& values) {
   if (values.empty()) return {};
@@ -40,7 +40,7 @@ void Mending::find_pace() {
 }
 
 void Mending::find_usual() {
-  std::vector<std::int64_t> lengths;   // the same storage four times
+  std::vector<std::int64_t> lengths;  // the same storage four times
   lengths.reserve(static_cast<std::size_t>(first_step_.back()));
   const auto usual = [&](bool first, auto length) {
     lengths.clear();

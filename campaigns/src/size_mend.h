@@ -35,8 +35,12 @@ class Mending {
   }
 
  private:
-  struct At { std::size_t segment = 0, index = 0; };
-  struct Usual { Duration pause, run; };
+  struct At {
+    std::size_t segment = 0, index = 0;
+  };
+  struct Usual {
+    Duration pause, run;
+  };
 
   At at(std::int64_t step) const;
   const Interval& step(At at) const { return segments_[at.segment].steps[at.index]; }
@@ -52,12 +56,12 @@ class Mending {
   void restore();
 
   std::vector<SegmentTiming>& segments_;
-  std::vector<std::int64_t> first_step_;    // number of each segment's first step; the last entry is the number of all steps
+  std::vector<std::int64_t> first_step_;  // number of each segment's first step; the last entry is the number of all steps
   Usual first_, other_;
   Duration idle_from_, late_from_;
   bool sees_visualizations_ = false, concurrent_ = false, keeps_time_ = false;
-  SegmentTiming kept_;                      // the original segment of the late step
-  std::size_t moved_from_ = 0, moved_to_ = 0;   // the later segments that have moved, and by how much
+  SegmentTiming kept_;                         // the original segment of the late step
+  std::size_t moved_from_ = 0, moved_to_ = 0;  // the later segments that have moved, and by how much
   Duration moved_by_;
 };
 

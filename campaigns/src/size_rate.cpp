@@ -42,7 +42,7 @@ RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std
   for (std::size_t r = 0; r < by_delay.size(); ++r) rank[by_delay[r]] = r;
 
   std::vector<bool> given_up(needs.size());
-  auto deciding = static_cast<std::size_t>(allowed);   // position in by_delay of the force that must not be late
+  auto deciding = static_cast<std::size_t>(allowed);  // position in by_delay of the force that must not be late
   RateLatency least;
   for (std::size_t i = 0; i <= static_cast<std::size_t>(allowed); ++i) {
     const Duration lead = needs[by_lead[i]].lead, delay = needs[by_delay[deciding]].delay;
@@ -51,7 +51,8 @@ RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std
     // among those before the deciding one, the next larger of the others decides.
     given_up[by_lead[i]] = true;
     if (rank[by_lead[i]] < deciding || i == static_cast<std::size_t>(allowed)) continue;
-    do --deciding; while (given_up[by_delay[deciding]]);
+    do --deciding;
+    while (given_up[by_delay[deciding]]);
   }
   for (const SegmentNeed& need : needs)
     least.underruns += need.lead > least.lead || need.delay > least.latency - least.lead ? 1 : 0;
@@ -59,7 +60,7 @@ RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std
 }
 
 std::int64_t most_underruns_for(double rate, double confidence, std::int64_t segments) {
-  std::int64_t fine = -1, too_many = segments;   // the bound grows with the underruns, and is 1 where all have one
+  std::int64_t fine = -1, too_many = segments;  // the bound grows with the underruns, and is 1 where all have one
   while (too_many - fine > 1) {
     const std::int64_t middle = fine + (too_many - fine) / 2;
     (rate_at_most(middle, segments, confidence) <= rate ? fine : too_many) = middle;

@@ -16,8 +16,8 @@
 namespace evenstep::internal {
 
 struct SegmentNeed {
-  Duration lead;    ///< a_k
-  Duration delay;   ///< b_k
+  Duration lead;   ///< a_k
+  Duration delay;  ///< b_k
 };
 
 /// Collects the needs of the segments from mapped steps in order.
@@ -39,7 +39,7 @@ class SegmentNeeds {
 
 struct RateLatency {
   Duration lead, latency;
-  std::int64_t underruns = 0;   ///< number of segments with an underrun
+  std::int64_t underruns = 0;  ///< number of segments with an underrun
 };
 /// 0 <= allowed < needs.size(). Among equal latencies it is the one with the largest lead.
 RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std::int64_t allowed);

@@ -6,18 +6,18 @@
 #include <variant>
 
 #include "evenstep/harness/run.h"
-#include "evenstep/reports/run_failure.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_run.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/measures.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/scheduler/parallel_for.h"
 
 namespace evenstep {
 namespace {
 
-constexpr double kRung = 1.15;       // the limits of closed loops differ by large factors; these steps need few runs
+constexpr double kRung = 1.15;  // the limits of closed loops differ by large factors; these steps need few runs
 constexpr double kCloseEnough = 1.01;
 
 bool interrupted(const StudyControl& control) { return control.interrupted && *control.interrupted; }
@@ -40,7 +40,8 @@ Scenario with_stiffness(const Scenario& scenario, double stiffness_N_per_m) {
     make_stiffer(*tissue, stiffness_N_per_m / tissue->stiffness_N_per_m, scenario.study.stiffness_limit->scales_mass);
   std::visit(
       [&](auto& body) {
-        if constexpr (requires { body.stiffness_N_per_m; }) body.stiffness_N_per_m = stiffness_N_per_m;  // the reader asks for it
+        if constexpr (requires { body.stiffness_N_per_m; })
+          body.stiffness_N_per_m = stiffness_N_per_m;  // the reader asks for it
       },
       changed.scene.body);
   changed.scene.needs_state_digest = false;
@@ -128,7 +129,8 @@ StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyContro
                         .seeds = search.seeds};
   std::vector<std::optional<StiffnessLimit>> limits(scenario.strategies.size());
   parallel_for(limits.size(), 0, [&](std::size_t i) {
-    const StiffnessLimit limit = Search(scenario, control, scenario.strategies[i]).run(search.from_N_per_m, search.to_N_per_m);
+    const StiffnessLimit limit =
+        Search(scenario, control, scenario.strategies[i]).run(search.from_N_per_m, search.to_N_per_m);
     if (!interrupted(control)) limits[i] = limit;
   });
   for (const std::optional<StiffnessLimit>& limit : limits) {
@@ -139,9 +141,9 @@ StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyContro
 }
 
 std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study) {
-  return write_folder(folder, {{kStudyFile, stiffness_json(study)},
-                               {"study.csv", stiffness_csv(study)},
-                               {"resolved.toml", scenario.resolved_toml}});
+  return write_folder(
+      folder,
+      {{kStudyFile, stiffness_json(study)}, {"study.csv", stiffness_csv(study)}, {"resolved.toml", scenario.resolved_toml}});
 }
 
 }  // namespace evenstep

@@ -10,8 +10,8 @@
 #include <stdexcept>
 
 #include "evenstep/clock/wall_clock.h"
-#include "evenstep/loop/solver_step.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/loop/solver_step.h"
 #include "evenstep/sim/stability.h"
 #include "study_trace.h"
 

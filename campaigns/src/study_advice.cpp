@@ -1,8 +1,8 @@
 // The advice what to use for a given error, and the folder of a study.
 #include <fmt/format.h>
 
-#include "evenstep/harness/run_folder.h"
 #include "evenstep/campaigns/study.h"
+#include "evenstep/harness/run_folder.h"
 
 namespace evenstep {
 namespace {

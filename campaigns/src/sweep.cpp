@@ -7,10 +7,10 @@
 #include <stdexcept>
 
 #include "evenstep/format/reader.h"
+#include "evenstep/scheduler/parallel_for.h"
 #include "sweep_file.h"
 #include "sweep_lines.h"
 #include "sweep_points.h"
-#include "evenstep/scheduler/parallel_for.h"
 
 namespace evenstep {
 namespace {

@@ -82,7 +82,7 @@ std::string without_checksum(const std::string& line) {
   const std::string rest = line.substr(0, begin) + "}";
   if (line.compare(begin, std::string::npos, checksum_member(rest)) == 0) return rest;
   refuse(line.find("\"check\":") == std::string::npos ? "has no checksum: it is not a line that `evenstep sweep` writes"
-                                                       : "does not agree with its checksum: it is damaged");
+                                                      : "does not agree with its checksum: it is damaged");
 }
 
 SweepHeader read_header(const Json& json) {

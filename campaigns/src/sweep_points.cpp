@@ -9,12 +9,12 @@
 #include <set>
 #include <stdexcept>
 
-#include "evenstep/harness/run.h"
-#include "evenstep/harness/version.h"
 #include "evenstep/format/load.h"
 #include "evenstep/format/reader.h"
-#include "sweep_lines.h"
+#include "evenstep/harness/run.h"
+#include "evenstep/harness/version.h"
 #include "evenstep/text/text_file.h"
+#include "sweep_lines.h"
 
 namespace evenstep::internal {
 namespace {

@@ -70,7 +70,8 @@ class EdgeTrial final : public Trial {
     scene.step_rate = {5000, 1};
     // lambda is proportional to k, and the step limit to 1 / sqrt(lambda). This is the k whose limit is this step, times the
     // value.
-    const double limit_s = largest_stable_step_s(cell.method, rest_lambda_per_s2(tissue), 0), h_s = period_s(scene.step_rate);
+    const double limit_s = largest_stable_step_s(cell.method, rest_lambda_per_s2(tissue), 0),
+                 h_s = period_s(scene.step_rate);
     tissue.stiffness_N_per_m *= cell.value * (limit_s / h_s) * (limit_s / h_s);
     amplitude_m_ = 1e-6 * tissue.spacing_m;  // so small that the block is linear even at a thousand times this
     tissue.initial_displacement_m = shaken(tissue, amplitude_m_);
@@ -97,8 +98,7 @@ class StiffInSoftTrial final : public Trial {
     TissueScene tissue = block(cell, 6);
     soft_limit_s_ = step_limit(tissue).step_s;
     const double low = 1.5 * tissue.spacing_m, high = 3.5 * tissue.spacing_m;
-    tissue.regions = {
-        {{low, low, low}, {high, high, high}, tissue.stiffness_N_per_m * ratio_, tissue.particle_mass_kg}};
+    tissue.regions = {{{low, low, low}, {high, high, high}, tissue.stiffness_N_per_m * ratio_, tissue.particle_mass_kg}};
     tissue.initial_displacement_m = shaken(tissue, 1e-3 * tissue.spacing_m);
     tissue.substeps = 0;
     amplitude_m_ = tissue.spacing_m;
@@ -193,7 +193,9 @@ class CrushedTrial final : public Trial {
     if (n == 1) first_J_ = energy_J_;
     return energy_J_ <= kLost * first_J_ && largest(solver.particle_state().displacement_m) < INFINITY;
   }
-  void judge(Solver&, CaseCell& cell) override { cell.metrics["energy_left"] = cell.metrics["energy_left_min"] = energy_J_ / first_J_; }
+  void judge(Solver&, CaseCell& cell) override {
+    cell.metrics["energy_left"] = cell.metrics["energy_left_min"] = energy_J_ / first_J_;
+  }
 
  private:
   double amplitude_m_ = 0, energy_J_ = 0, first_J_ = 0;
@@ -219,7 +221,8 @@ class StandingTrial final : public Trial {
     const double w_per_s = std::sqrt(cell.value / tissue.particle_mass_kg);
     const double slowest = std::sin(std::numbers::pi / (4 * edge - 2)) * w_per_s;
     tissue.damping_per_s = 2 * slowest;
-    scene.step_rate = {std::min<std::int64_t>(static_cast<std::int64_t>(std::ceil(std::sqrt(24.0) * w_per_s)), kFastest_Hz), 1};
+    scene.step_rate = {std::min<std::int64_t>(static_cast<std::int64_t>(std::ceil(std::sqrt(24.0) * w_per_s)), kFastest_Hz),
+                       1};
     scene.tool_count = 1;
     steps = std::max<std::int64_t>(1000, static_cast<std::int64_t>(40 / slowest / period_s(scene.step_rate)));
     observe_every = steps;

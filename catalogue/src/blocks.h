@@ -10,7 +10,7 @@ std::unique_ptr<Trial> make_stiff_in_soft(const CellSpec& cell);   ///< S9; valu
 std::unique_ptr<Trial> make_standing_block(const CellSpec& cell);  ///< S12; value: stiffness, N/m
 std::unique_ptr<Trial> make_energy(const CellSpec& cell);          ///< S14; value: step over the limit at rest
 void compare_energies(std::span<CaseCell> cells);
-std::unique_ptr<Trial> make_crushed(const CellSpec& cell);         ///< S17; value: amplitude in spacings
+std::unique_ptr<Trial> make_crushed(const CellSpec& cell);  ///< S17; value: amplitude in spacings
 
 /// Random displacements, one per particle, within a cube of this half edge around zero; zero in a fixed bottom layer.
 std::vector<glm::dvec3> shaken(const TissueScene& scene, double amplitude_m);

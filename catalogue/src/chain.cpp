@@ -123,7 +123,8 @@ class WaveTrial final : public Trial {
     for (std::size_t i = 1; i <= static_cast<std::size_t>(n_); ++i) amplitude += state.displacement_m[i].x * shape(i);
     amplitude *= 2 / ((n_ + 1) * kWave_m);
     if (!(std::abs(amplitude) <= 1e3)) return false;
-    error_ = std::max(error_, std::abs(amplitude - static_cast<double>(map_.power(static_cast<LinearMap::Real>(n), {1, 0}).x)));
+    error_ =
+        std::max(error_, std::abs(amplitude - static_cast<double>(map_.power(static_cast<LinearMap::Real>(n), {1, 0}).x)));
     // a[n+1] + a[n-1] = 2 cos(theta) a[n], by least squares.
     if (n > 2) {
       cross_ += before_ * (amplitude + before_that_);
@@ -172,8 +173,7 @@ void compare_chain_orders(std::span<CaseCell> cells) {
   for (std::size_t c = 1; c < cells.size(); ++c) {
     const std::map<std::string, double>&coarse = cells[c - 1].metrics, &fine = cells[c].metrics;
     if (!coarse.contains("error") || !fine.contains("error") || fine.at("error") < kFloor) continue;
-    const double order =
-        std::log(coarse.at("error") / fine.at("error")) / std::log(coarse.at("step_s") / fine.at("step_s"));
+    const double order = std::log(coarse.at("error") / fine.at("error")) / std::log(coarse.at("step_s") / fine.at("step_s"));
     cells[c].metrics["order"] = cells[c].metrics["order_min"] = order;
   }
 }

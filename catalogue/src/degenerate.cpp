@@ -5,11 +5,23 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-
 namespace evenstep::internal {
 namespace {
 
-enum What { alone = 1, all_fixed, coincident, collapsed, unattached, denormal, jump, no_mass, no_particle, no_stiffness, nan_hand, infinite_hand };
+enum What {
+  alone = 1,
+  all_fixed,
+  coincident,
+  collapsed,
+  unattached,
+  denormal,
+  jump,
+  no_mass,
+  no_particle,
+  no_stiffness,
+  nan_hand,
+  infinite_hand
+};
 
 /// It is only required that the run stays finite and bounded.
 class DegenerateTrial final : public Trial {

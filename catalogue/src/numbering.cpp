@@ -33,7 +33,8 @@ glm::dvec3 position(const Numbering& numbering, const TissueScene& old, const gl
   return new_m;
 }
 
-std::vector<glm::dvec3> renumbered(const Numbering& numbering, const TissueScene& old, const std::vector<glm::dvec3>& vectors) {
+std::vector<glm::dvec3> renumbered(const Numbering& numbering, const TissueScene& old,
+                                   const std::vector<glm::dvec3>& vectors) {
   std::vector<glm::dvec3> out(vectors.size());
   for (std::size_t site = 0; site < vectors.size(); ++site) out[numbering.site(old, site)] = numbering.vector(vectors[site]);
   return out;
@@ -62,8 +63,8 @@ class NumberingTrial final : public Trial {
     tissue.damping_per_s = 100;
     tissue.axial_damping_N_s_per_m = 1e-3;
     tissue.gravity_m_per_s2 = {1, -2, -9.81};
-    tissue.regions = {{glm::dvec3(0), glm::dvec3(1.5, 2.5, 2.5) * kSpacing_m, 2 * tissue.stiffness_N_per_m,
-                       2 * tissue.particle_mass_kg}};
+    tissue.regions = {
+        {glm::dvec3(0), glm::dvec3(1.5, 2.5, 2.5) * kSpacing_m, 2 * tissue.stiffness_N_per_m, 2 * tissue.particle_mass_kg}};
     tissue.tools = {{glm::dvec3(1, 1, 5) * kSpacing_m, 0.75 * kSpacing_m},
                     {glm::dvec3(3, 4, 7) * kSpacing_m, 1.75 * kSpacing_m, CouplingKind::probe, 100, 0}};
     tissue.method = cell.method;

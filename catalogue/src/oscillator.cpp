@@ -8,7 +8,8 @@ namespace evenstep::internal {
 namespace {
 
 constexpr double kSpacing_m = 1.0 / 128;
-constexpr double kLost = 1e3;  // diverged at so many times its reach. (A spring inside out is softer: 2.0001 ends at 25,000.)
+constexpr double kLost =
+    1e3;  // diverged at so many times its reach. (A spring inside out is softer: 2.0001 ends at 25,000.)
 constexpr double kReach_m = kSpacing_m / 2;  // of the motion, so that the spring keeps its direction and is linear
 
 /// Compares the particle with the n-th power of the matrix of its method.

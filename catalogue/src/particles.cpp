@@ -47,7 +47,8 @@ class MassRatioTrial final : public Trial {
     const double half = 0.5 * kSpacing_m;
     tissue.regions = {{{half, -half, -half}, {3 * half, half, half}, tissue.stiffness_N_per_m, heavy_kg_}};
     tissue.initial_displacement_m = {glm::dvec3(-0.25 * kSpacing_m, 0, 0), glm::dvec3(0)};
-    const auto w2 = static_cast<Real>(tissue.stiffness_N_per_m) * (1 + 1 / static_cast<Real>(ratio_)) / static_cast<Real>(light_kg_);
+    const auto w2 =
+        static_cast<Real>(tissue.stiffness_N_per_m) * (1 + 1 / static_cast<Real>(ratio_)) / static_cast<Real>(light_kg_);
     map_ = linear_map(cell.method, w2, 0, h_s);
     start_ = {0.25L * kSpacing_m, 0};
     stiffness_ = tissue.stiffness_N_per_m;
@@ -117,7 +118,8 @@ class WallTrial final : public Trial {
     const ParticleState state = solver.particle_state();
     const double v = state.velocity_m_per_s[0].x;
     if (!(std::abs(v) <= kLost * kSpeed_m_per_s)) return false;
-    const bool touches = response.force_N[0].x != 0 || response.force_N[1].x != 0 || std::abs(state.displacement_m[0].x) > kGap_m;
+    const bool touches =
+        response.force_N[0].x != 0 || response.force_N[1].x != 0 || std::abs(state.displacement_m[0].x) > kGap_m;
     if (!touches && was_touching_) {
       const double restitution = std::abs(v) / before_;
       most_ = std::max(most_, restitution);

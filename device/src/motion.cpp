@@ -51,8 +51,8 @@ glm::dvec3 at_time(const StickSlip& motion, RealTime at) {
   const std::int64_t into_ns = at.ns % period_ns;
   const __int128 slipped = static_cast<__int128>(std::max<std::int64_t>(0, into_ns - motion.stick.ns)) * period_ns;
   const auto whole_ns = static_cast<std::int64_t>(slipped / motion.slip.ns);
-  const double rest_ns = static_cast<double>(static_cast<std::int64_t>(slipped % motion.slip.ns)) /
-                         static_cast<double>(motion.slip.ns);
+  const double rest_ns =
+      static_cast<double>(static_cast<std::int64_t>(slipped % motion.slip.ns)) / static_cast<double>(motion.slip.ns);
   return motion.velocity_m_per_s * ((static_cast<double>(at.ns - into_ns + whole_ns) + rest_ns) / 1e9);
 }
 

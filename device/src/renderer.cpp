@@ -104,8 +104,8 @@ void SmithRenderer::advance(Duration by, const glm::dvec3& hand_m) {
   const double inverse_mass = 1 / mode_.mass_kg;
   for (int i = 0; i < steps; ++i) {
     const glm::dvec3 x = mixed(hand_m_, hand_m, static_cast<double>(i) / steps);
-    const glm::dvec3 pull_N = (x - mass_m_) * mode_.contact_N_per_m - mass_m_ * mode_.ground_N_per_m -
-                              velocity_m_per_s_ * mode_.damping_N_s_per_m;
+    const glm::dvec3 pull_N =
+        (x - mass_m_) * mode_.contact_N_per_m - mass_m_ * mode_.ground_N_per_m - velocity_m_per_s_ * mode_.damping_N_s_per_m;
     velocity_m_per_s_ += pull_N * (inverse_mass * step_s);
     mass_m_ += velocity_m_per_s_ * step_s;
   }

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "evenstep/harness/run.h"
-#include "evenstep/reports/rate_bound.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/reports/rate_bound.h"
 
 namespace evenstep {
 namespace {
@@ -135,8 +135,8 @@ ExpectationResult judge_rate(const Expectation& expectation, const Scenario& sce
   if (seeds == 0 || seeds > internal::kMostSeeds) {
     result.verdict = Verdict::error;
     result.detail = seeds == 0 ? "no segment is judged"
-                                : fmt::format("{} clean segments are needed: more than {} seeds of this run", needed,
-                                              internal::kMostSeeds);
+                               : fmt::format("{} clean segments are needed: more than {} seeds of this run", needed,
+                                             internal::kMostSeeds);
     return result;
   }
   const internal::RateCount count =

@@ -50,8 +50,8 @@ std::string binding_objection(const Scenario& scenario, const std::vector<Device
       const std::string other = tool_of(bindings[j]);
       if (name == other) return fmt::format("--device is given twice for \"{}\"", name);
       if (node_of(bindings[i].path) == node_of(bindings[j].path))
-        return fmt::format("--device {}={} is the device of {} ({}): each needs one of its own", name, bindings[i].path, other,
-                           bindings[j].path);
+        return fmt::format("--device {}={} is the device of {} ({}): each needs one of its own", name, bindings[i].path,
+                           other, bindings[j].path);
     }
   }
   return {};

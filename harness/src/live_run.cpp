@@ -4,10 +4,10 @@
 #include <string_view>
 
 #include "evenstep/clock/virtual_clock.h"
-#include "evenstep/loop/haptic_loop.h"
-#include "evenstep/loop/recorder.h"
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "evenstep/loop/haptic_loop.h"
+#include "evenstep/loop/recorder.h"
 #include "evenstep/scheduler/live_lanes.h"
 
 namespace evenstep {
@@ -96,7 +96,8 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
 }
 
 /// A device that is not there, or may not be opened, makes the run fail, just like one that is unplugged later.
-std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallClock& clock, const LiveDeviceOptions& options) {
+std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallClock& clock,
+                                          const LiveDeviceOptions& options) {
   try {
     return std::make_unique<LiveDevices>(scenario, clock, options);
   } catch (const DeviceError& error) {
@@ -107,7 +108,8 @@ std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallCl
 }  // namespace
 
 std::string wall_clock_objection(const Scenario& scenario) {
-  if (scenario.case_spec) return "a [case] drives the solver itself, as fast as it can: there is no clock; leave --clock out";
+  if (scenario.case_spec)
+    return "a [case] drives the solver itself, as fast as it can: there is no clock; leave --clock out";
   const auto minimal = [](const Budget& budget) {
     return budget.kind == Budget::Kind::any_phase || budget.kind == Budget::Kind::this_phase;
   };

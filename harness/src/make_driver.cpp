@@ -23,7 +23,8 @@ std::unique_ptr<SimulatedDevice> under_hand(const DeviceSpec& device, const Cloc
 
 DeviceError refusal(const HidTransport& transport, const std::string& why) {
   const HidDeviceInfo& info = transport.info();
-  return DeviceError(fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
+  return DeviceError(
+      fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
 }
 
 DeviceError not_registered(const Foreign& part) {
@@ -51,9 +52,10 @@ std::unique_ptr<SimulatedDevice> simulated(const ReferenceSpec&, const DeviceSpe
 std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, HidTransport& transport) {
   const HidDeviceInfo& info = transport.info();
   if (info.vendor_id != reference_device::kVendorId || info.product_id != reference_device::kProductId) {
-    throw refusal(transport,
-                  "not a reference device; one that `evenstep devices` calls PID needs driver = \"pid\" and its travel and full "
-                  "scale in pid = { ... }");
+    throw refusal(
+        transport,
+        "not a reference device; one that `evenstep devices` calls PID needs driver = \"pid\" and its travel and full "
+        "scale in pid = { ... }");
   }
   return std::make_unique<ReferenceDriver>(transport);
 }
@@ -76,7 +78,8 @@ std::unique_ptr<SimulatedDevice> simulated(const PidSpec& spec, const DeviceSpec
 std::unique_ptr<HapticDevice> driver(const PidSpec& spec, HidTransport& transport) {
   const auto parsed = parse_report_descriptor(transport.report_descriptor());
   if (!parsed)
-    throw refusal(transport, fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message));
+    throw refusal(transport,
+                  fmt::format("byte {} of its report descriptor: {}", parsed.error().offset, parsed.error().message));
   auto layout = pid_layout(*parsed);
   if (!layout)
     throw refusal(transport, fmt::format("driver = \"pid\", but its reports lack {}", fmt::join(layout.error(), ", ")));

@@ -52,7 +52,8 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   LoopDelays loop;
   loop.period_s = period_s(device.rate);
   const double hold_s = device.emission == Emission::hold ? period_s(scenario.scene.step_rate) / 2 : 0;
-  const double latency_s = traits_of(plan.kind).plays_as_it_comes ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
+  const double latency_s =
+      traits_of(plan.kind).plays_as_it_comes ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   if (device.render.kind != RenderSpec::Kind::device_spring) return loop;

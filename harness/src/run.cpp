@@ -7,15 +7,15 @@
 #include <map>
 #include <optional>
 
-#include "run_case.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
+#include "evenstep/harness/sizing.h"
 #include "evenstep/loop/recorder.h"
 #include "evenstep/reports/run_failure.h"
-#include "evenstep/harness/sizing.h"
 #include "evenstep/reports/writers.h"
-#include "judge.h"
 #include "evenstep/scheduler/parallel_for.h"
+#include "judge.h"
+#include "run_case.h"
 
 namespace evenstep {
 namespace {
@@ -226,7 +226,8 @@ std::string objection_to(const Scenario& scenario, const RunOptions& options) {
     const std::string objection = wall_clock_objection(scenario);
     return objection.empty() ? binding_objection(scenario, options.devices.bindings) : objection;
   }
-  return options.devices.bindings.empty() ? "" : "a real device cannot wait for a virtual clock; --device needs --clock wall";
+  return options.devices.bindings.empty() ? ""
+                                          : "a real device cannot wait for a virtual clock; --device needs --clock wall";
 }
 
 }  // namespace
@@ -278,7 +279,8 @@ RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {
 
   const auto count_seconds = [&, cpu_before = process_cpu_seconds()] {
     outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
-    for (const StrategyRecord& strategy : outcome.record.strategies) outcome.solver_seconds += strategy.solver.solver_seconds;
+    for (const StrategyRecord& strategy : outcome.record.strategies)
+      outcome.solver_seconds += strategy.solver.solver_seconds;
   };
   try {
     const auto interrupted = [&] { return options.control.is_interrupted(); };

@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "evenstep/catalogue/run_trial.h"
+#include "evenstep/scheduler/parallel_for.h"
 #include "evenstep/time/digest.h"
 #include "judge.h"
-#include "evenstep/scheduler/parallel_for.h"
 
 namespace evenstep::internal {
 namespace {
@@ -49,7 +49,8 @@ std::uint64_t hash_of(const CaseRecord& record) {
 }
 
 bool ran(const CaseCell& cell) {
-  return cell.status != CellStatus::unavailable && cell.status != CellStatus::refused && cell.status != CellStatus::interrupted;
+  return cell.status != CellStatus::unavailable && cell.status != CellStatus::refused &&
+         cell.status != CellStatus::interrupted;
 }
 
 }  // namespace
@@ -62,7 +63,8 @@ void compare_devices(CaseRecord& record) {
     });
     if (cpu == record.rows.end()) continue;
     for (std::size_t c = 0; c < row.cells.size(); ++c) {
-      if (ran(row.cells[c]) && ran(cpu->cells[c])) row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
+      if (ran(row.cells[c]) && ran(cpu->cells[c]))
+        row.cells[c].metrics["device_difference"] = row.cells[c].digest != cpu->cells[c].digest;
     }
   }
 }

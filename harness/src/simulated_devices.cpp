@@ -26,7 +26,8 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
       // A record was read at most the latency before it is played, or at most a segment before if it is played as it comes;
       // the next record is at most two slots later; and a record is held until it has faded.
       const Duration slots{2 * scenario.nominal.slot.ns};
-      return RenderSmith{*smith_mode(scenario.scene, device.render), plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
+      return RenderSmith{*smith_mode(scenario.scene, device.render),
+                         plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
   }
   return RenderForce{};
 }

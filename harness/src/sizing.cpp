@@ -87,15 +87,17 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, co
   }
 }
 
-std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spec, StrategyKind kind, const GateModel* gate) {
+std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spec, StrategyKind kind,
+                             const GateModel* gate) {
   std::vector<MappedStep> steps;
   const std::unique_ptr<StepTiming> timing = make_timing(timing_spec);
   if (gate) {
     walk_gated(setup, *timing, kind, *gate, steps);
   } else {
     SegmentTiming segment;
-    walk(setup, kind, [&] { return timing->next(segment) ? &segment : nullptr; },
-         [&](const MappedStep& step) { steps.push_back(step); });
+    walk(
+        setup, kind, [&] { return timing->next(segment) ? &segment : nullptr; },
+        [&](const MappedStep& step) { steps.push_back(step); });
   }
   return steps;
 }
@@ -145,16 +147,17 @@ std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timin
 
 void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit) {
-  constexpr std::size_t kAtATime = 256;   // so few that they stay in the first-level cache
+  constexpr std::size_t kAtATime = 256;  // so few that they stay in the first-level cache
   std::array<MappedStep, kAtATime> steps;
   std::size_t next = 0, count = 0;
-  walk(setup, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
-       [&](const MappedStep& step) {
-         steps[count++] = step;
-         if (count < kAtATime) return;
-         visit(steps);
-         count = 0;
-       });
+  walk(
+      setup, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
+      [&](const MappedStep& step) {
+        steps[count++] = step;
+        if (count < kAtATime) return;
+        visit(steps);
+        count = 0;
+      });
   visit(std::span(steps).first(count));
 }
 

@@ -99,7 +99,9 @@ StrategyPlan plan_direct(const Scenario&, StrategyKind kind) {
   return plan;
 }
 
-std::unique_ptr<SlotMap> direct_map(const MapSetup&, Duration, const AdaptiveLatency&) { return std::make_unique<DirectMap>(); }
+std::unique_ptr<SlotMap> direct_map(const MapSetup&, Duration, const AdaptiveLatency&) {
+  return std::make_unique<DirectMap>();
+}
 
 std::unique_ptr<SlotMap> paper_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
   return std::make_unique<PaperMap>(lead, latency, setup.remap.estimate_weight);
@@ -155,7 +157,8 @@ const Strategy kStrategies[] = {
 namespace internal {
 
 const Strategy& strategy_of(StrategyKind kind) {
-  return *std::find_if(std::begin(kStrategies), std::end(kStrategies), [&](const Strategy& one) { return one.kind == kind; });
+  return *std::find_if(std::begin(kStrategies), std::end(kStrategies),
+                       [&](const Strategy& one) { return one.kind == kind; });
 }
 
 }  // namespace internal

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "evenstep/harness/rendering.h"
-#include "evenstep/reports/run_failure.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "evenstep/reports/run_failure.h"
 #include "strategies.h"
 #include "undelayed_solver.h"
 
@@ -98,7 +98,8 @@ void put_contacts(const std::optional<RenderedContactsSummary>& contacts, Device
 /// Records the energy that the scene stores when judging begins.
 void put_stored(const Scenario& scenario, DeviceRecord& record) {
   const RealTime from{scenario.warmup.ns};
-  const auto first = std::find_if(record.ticks.begin(), record.ticks.end(), [&](const TickRow& tick) { return tick.at >= from; });
+  const auto first =
+      std::find_if(record.ticks.begin(), record.ticks.end(), [&](const TickRow& tick) { return tick.at >= from; });
   if (first == record.ticks.end()) return;
   const auto [x, y, z] = first->position_m;
   record.stored_J = stored_energy_J(scenario.scene, glm::dvec3(x, y, z));

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "evenstep/clock/virtual_clock.h"
-#include "evenstep/loop/exchange.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "evenstep/loop/exchange.h"
 #include "evenstep/scheduler/live_lanes.h"
 
 namespace evenstep {
@@ -109,7 +109,10 @@ StrategyRecord run_on(SimulatedDevices& devices, const Scenario& scenario, const
   const std::vector<LinkSpec> links = links_of(scenario, plan);
   if (traits_of(plan.kind).knows_motion) {
     IdealExchange exchange(links, devices.drivers(), motions_of(scenario));
-    return run_lanes(scenario, plan, {clock, exchange, make_even_timing(scenario.scene.step_rate, scenario.nominal.step_run_time), devices.drivers()}, control);
+    return run_lanes(
+        scenario, plan,
+        {clock, exchange, make_even_timing(scenario.scene.step_rate, scenario.nominal.step_run_time), devices.drivers()},
+        control);
   }
   DeviceExchange exchange(links, devices.drivers());
   return run_lanes(scenario, plan, {clock, exchange, make_timing(scenario.timing), devices.drivers()}, control);

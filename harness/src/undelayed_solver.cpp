@@ -19,7 +19,8 @@ glm::dvec3 position_at(const std::vector<TickRow>& ticks, RealTime at) {
     const auto [x, y, z] = tick.position_m;
     return glm::dvec3(x, y, z);
   };
-  const auto after = std::lower_bound(ticks.begin(), ticks.end(), at, [](const TickRow& tick, RealTime t) { return tick.at < t; });
+  const auto after =
+      std::lower_bound(ticks.begin(), ticks.end(), at, [](const TickRow& tick, RealTime t) { return tick.at < t; });
   if (after == ticks.end()) return ticks.empty() ? glm::dvec3(0) : to_glm(ticks.back());
   if (after == ticks.begin() || after->at == at) return to_glm(*after);
   const TickRow& before = *(after - 1);

@@ -33,8 +33,8 @@ RateCount count_one(const Scenario& scenario, const std::vector<MappedStep>& ste
   SegmentCount count;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (steps[i].begin < RealTime{scenario.warmup.ns}) continue;
-    const bool hit = (signal.side != UnderrunSide::force && missing[i]) ||
-                     (signal.side != UnderrunSide::interaction && late[i]);
+    const bool hit =
+        (signal.side != UnderrunSide::force && missing[i]) || (signal.side != UnderrunSide::interaction && late[i]);
     count.add(steps[i].segment, hit);
   }
   return count.count();
@@ -81,7 +81,7 @@ std::int64_t judged_segments(const Scenario& scenario, StrategyKind kind) {
 std::int64_t clean_segments(double rate, double confidence) {
   auto segments = static_cast<std::int64_t>(std::ceil(std::log1p(-confidence) / std::log1p(-rate)));
   segments = std::max<std::int64_t>(segments, 1);
-  while (rate_at_most(0, segments, confidence) > rate) ++segments;   // the quotient may have been rounded down
+  while (rate_at_most(0, segments, confidence) > rate) ++segments;  // the quotient may have been rounded down
   return segments;
 }
 
@@ -116,13 +116,13 @@ std::vector<std::string> explain_rates(const Scenario& scenario) {
     const double most = expectation.max->number * *unit_factor(expectation.max->unit, "1", 0, scenario.nominal);
     const std::int64_t segments = internal::clean_segments(most, *expectation.confidence);
     const std::int64_t seeds = internal::seeds_with(scenario, *remap, segments);
-    lines.push_back(fmt::format(
-        "line {}: {} underrun_rate <= {:.6g} at {:.6g} % needs {} segments without an underrun: {}", expectation.place.line,
-        expectation.signal, most, 100 * *expectation.confidence, segments,
-        !internal::seeds_differ(scenario) ? "every seed of this timing is the same, and has " +
-                                                fmt::format("{}", internal::judged_segments(scenario, *remap))
-        : expectation.seeds > 0 ? fmt::format("{} clean seeds; {} are run", seeds, expectation.seeds)
-                                : fmt::format("{} clean seeds", seeds)));
+    lines.push_back(fmt::format("line {}: {} underrun_rate <= {:.6g} at {:.6g} % needs {} segments without an underrun: {}",
+                                expectation.place.line, expectation.signal, most, 100 * *expectation.confidence, segments,
+                                !internal::seeds_differ(scenario)
+                                    ? "every seed of this timing is the same, and has " +
+                                          fmt::format("{}", internal::judged_segments(scenario, *remap))
+                                : expectation.seeds > 0 ? fmt::format("{} clean seeds; {} are run", seeds, expectation.seeds)
+                                                        : fmt::format("{} clean seeds", seeds)));
   }
   return lines;
 }

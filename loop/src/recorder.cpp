@@ -61,8 +61,8 @@ void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Readin
   reads_[static_cast<std::size_t>(tool)] = read;
   if (read != StepRead::underrun && read != StepRead::gated) return;
   const Duration lateness = read == StepRead::gated ? waited : slot.read - hand.newest;
-  record_.underruns.push_back({n, static_cast<std::uint32_t>(tool), UnderrunRow::Side::interaction, lateness,
-                               words_.interaction});
+  record_.underruns.push_back(
+      {n, static_cast<std::uint32_t>(tool), UnderrunRow::Side::interaction, lateness, words_.interaction});
 }
 
 void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
@@ -85,8 +85,7 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
     record_.devices[device].steps.push_back(
         {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), reads_[device]});
     if (slot.kind != SlotKind::mapped || scheduler.now() <= emission) continue;
-    record_.underruns.push_back(
-        {n, device, UnderrunRow::Side::force, scheduler.now() - emission, words_.force});
+    record_.underruns.push_back({n, device, UnderrunRow::Side::force, scheduler.now() - emission, words_.force});
   }
 }
 

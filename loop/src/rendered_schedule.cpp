@@ -46,7 +46,8 @@ class ContactsByLaw final : public RenderedSchedule {
   /// A contact that springs along the axes cannot express is left to the loop; the device must then be told that it has no
   /// springs.
   DeviceSpring faded_spring(const AffineContact& contact, Duration age) const {
-    DeviceSpring spring = device_spring(contact, local_.alpha, std::numeric_limits<double>::infinity()).value_or(DeviceSpring{});
+    DeviceSpring spring =
+        device_spring(contact, local_.alpha, std::numeric_limits<double>::infinity()).value_or(DeviceSpring{});
     spring.below_N_per_m *= fade(age);
     spring.above_N_per_m *= fade(age);
     return spring;
@@ -62,8 +63,11 @@ class ContactsByLaw final : public RenderedSchedule {
 class ContactsByMode final : public RenderedSchedule {
  public:
   ContactsByMode(const LinkSpec& link, const RenderSmith& smith)
-      : contacts_(link.forces, link.emission, kHoldNewest, link.spare), renderer_(smith.mode, smith.memory, period_ceil(link.ticks.rate)) {}
-  void push(RealTime emission, const ContactRecord& record) override { contacts_.push(emission, affine_contact(record, true)); }
+      : contacts_(link.forces, link.emission, kHoldNewest, link.spare),
+        renderer_(smith.mode, smith.memory, period_ceil(link.ticks.rate)) {}
+  void push(RealTime emission, const ContactRecord& record) override {
+    contacts_.push(emission, affine_contact(record, true));
+  }
   std::uint64_t head() const override { return contacts_.head(); }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
     const Reading<AffineContact> contact = contacts_.at(at, head);

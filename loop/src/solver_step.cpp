@@ -40,8 +40,7 @@ ContactRecord SolverStep::contact(int tool) const {
   if (contacts.empty()) return record;
   const ToolContact& contact = contacts[index];
   const glm::dmat3& k = contact.stiffness_N_per_m;  // [column][row]
-  record.stiffness_N_per_m = {
-      .xx = k[0][0], .yy = k[1][1], .zz = k[2][2], .xy = k[1][0], .xz = k[2][0], .yz = k[2][1]};
+  record.stiffness_N_per_m = {.xx = k[0][0], .yy = k[1][1], .zz = k[2][2], .xy = k[1][0], .xz = k[2][0], .yz = k[2][1]};
   record.normal = contact.normal;
   record.gap_m = contact.gap_m;
   record.unilateral = contact.unilateral;

@@ -84,8 +84,8 @@ bool increasing(CsvRows& rows, std::int64_t index, std::int64_t& last) {
 
 bool not_before(CsvRows& rows, std::size_t cell, Interval interval, RealTime& last_end, std::string_view what) {
   if (interval.begin < last_end) {
-    rows.error(cell, fmt::format("begins at {} ns, before the {} before it ended at {} ns", interval.begin.ns, what,
-                                 last_end.ns));
+    rows.error(cell,
+               fmt::format("begins at {} ns, before the {} before it ended at {} ns", interval.begin.ns, what, last_end.ns));
     return false;
   }
   last_end = interval.end;
@@ -121,8 +121,7 @@ void add_row(CsvRows& rows, const Row& row, State& state) {
     rows.error(kBegin,
                fmt::format("segment {} begins at {} ns, not after the segment before it", row.segment, segment.begin.ns));
   }
-  if (segment.end - state.segments.front().begin > Duration{kLongest_ns})
-    rows.error(kBegin, std::string(kTooLong));
+  if (segment.end - state.segments.front().begin > Duration{kLongest_ns}) rows.error(kBegin, std::string(kTooLong));
 }
 
 void shift(Interval& interval, Duration by) {

@@ -48,7 +48,7 @@ void AdaptiveLatency::move(Duration elapsed) {
   constexpr std::int64_t kMillion = 1'000'000;
   const __int128 allowed = static_cast<__int128>(elapsed.ns) * options_.slew_ppm + carry_;
   carry_ = static_cast<std::int64_t>(allowed % kMillion);
-  const Duration most{std::min(static_cast<std::int64_t>(allowed / kMillion), elapsed.ns - 1)};   // F(n) > F(n-1)
+  const Duration most{std::min(static_cast<std::int64_t>(allowed / kMillion), elapsed.ns - 1)};  // F(n) > F(n-1)
   latency_ += std::clamp(target_ - latency_, -most, most);
   if (latency_ == target_) carry_ = 0;
 }

@@ -26,10 +26,8 @@ class Funnel {
 
  private:
   /// How far b lies above the line of slope tau* through a, rounded down.
-  std::int64_t rise_above(Point a, Point b) const {
-    return b.ns - a.ns + floor_mul_div(a.n - b.n, slot_.rise, slot_.run);
-  }
-  bool above(Point a, Point b) const {   // b strictly above the line through a
+  std::int64_t rise_above(Point a, Point b) const { return b.ns - a.ns + floor_mul_div(a.n - b.n, slot_.rise, slot_.run); }
+  bool above(Point a, Point b) const {  // b strictly above the line through a
     return static_cast<__int128>(b.ns - a.ns) * slot_.run > static_cast<__int128>(b.n - a.n) * slot_.rise;
   }
   bool free_start();
@@ -40,10 +38,10 @@ class Funnel {
   Duration latency_;
   Duration sampling_term_;
   Slope slot_;
-  Point bottom_{};             // for lines of slope tau*: the highest lower bound and the lowest upper bound so far
+  Point bottom_{};  // for lines of slope tau*: the highest lower bound and the lowest upper bound so far
   Point top_{};
-  std::deque<Point> lower_;    // the chain from the apex that is concave over the lower bounds
-  std::deque<Point> upper_;    // the chain from the apex that is convex under the upper bounds
+  std::deque<Point> lower_;  // the chain from the apex that is concave over the lower bounds
+  std::deque<Point> upper_;  // the chain from the apex that is convex under the upper bounds
   std::vector<Point> bends_;
 };
 
@@ -53,8 +51,14 @@ bool Funnel::free_start() {
   bottom_ = low(0);
   top_ = high(0);
   for (std::size_t n = 1; n < steps_.size(); ++n) {
-    if (above(top_, low(n))) { bends_.push_back(top_); return true; }
-    if (above(high(n), bottom_)) { bends_.push_back(bottom_); return true; }
+    if (above(top_, low(n))) {
+      bends_.push_back(top_);
+      return true;
+    }
+    if (above(high(n), bottom_)) {
+      bends_.push_back(bottom_);
+      return true;
+    }
     if (!above(low(n), bottom_)) bottom_ = low(n);
     if (!above(top_, high(n))) top_ = high(n);
   }
@@ -107,7 +111,10 @@ internal::Bracket RunningLine::bracket() const {
     const bool end_moves = begin + 1 == begins_.size() ||
                            (end > 0 && Slope(ends_[end - 1], ends_[end]) <= Slope(begins_[begin], begins_[begin + 1]));
     tau = end_moves ? Slope(ends_[end - 1], ends_[end]) : Slope(begins_[begin], begins_[begin + 1]);
-    if (end_moves) --end; else ++begin;
+    if (end_moves)
+      --end;
+    else
+      ++begin;
   }
   // ceil((E - S) - (n_E - n_S) tau), exactly.
   const std::int64_t slots_ns = floor_mul_div(ends_[end].n - begins_[begin].n, tau.rise, tau.run);
@@ -156,7 +163,7 @@ TautString taut_string(std::span<const StepTimes> steps, Duration latency, Durat
   const std::vector<Point> bends = funnel.bends();
   for (const Point& bend : bends) string.bends.push_back(static_cast<std::size_t>(bend.n));
   const std::vector<Point> through = bends.empty() ? std::vector<Point>{funnel.middle()} : bends;
-  std::size_t next = 0;   // first bend at or after n
+  std::size_t next = 0;  // first bend at or after n
   for (std::size_t i = 0; i < steps.size(); ++i) {
     const auto n = static_cast<std::int64_t>(i);
     while (next < through.size() && through[next].n < n) ++next;

@@ -10,9 +10,7 @@ constexpr double kPi = 3.14159265358979323846;
 bool positive(double value) { return value > 0 && std::isfinite(value); }
 
 bool within(const MovingAverageSpec& spec, double) { return spec.samples >= 1 && spec.samples <= kMaxAveragedSamples; }
-bool within(const ButterworthSpec& spec, double rate_Hz) {
-  return positive(spec.cutoff_Hz) && spec.cutoff_Hz < rate_Hz / 2;
-}
+bool within(const ButterworthSpec& spec, double rate_Hz) { return positive(spec.cutoff_Hz) && spec.cutoff_Hz < rate_Hz / 2; }
 bool within(const OneEuroSpec& spec, double) {
   const bool has_slope = spec.beta >= 0 && std::isfinite(spec.beta);
   return positive(spec.min_cutoff_Hz) && has_slope && positive(spec.derivative_cutoff_Hz);

@@ -30,8 +30,8 @@ class NewestThisPhase {
     // The usual case, without an integer division: below 2^50 ns (13 days) the quotient is off by 1 at most.
     const std::int64_t since = (begin - origin).ns;
     const bool near = since > -(std::int64_t{1} << 50) && since < (std::int64_t{1} << 50);
-    std::int64_t into = near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns
-                             : since % period_.ns;
+    std::int64_t into =
+        near ? since - static_cast<std::int64_t>(static_cast<double>(since) * per_ns_) * period_.ns : since % period_.ns;
     if (into < 0) into += period_.ns;
     if (into >= period_.ns) into -= period_.ns;
     return begin - Duration{into};
@@ -40,7 +40,7 @@ class NewestThisPhase {
  private:
   SamplingGrid device_;
   Duration period_;
-  bool whole_ = false;                                            // the period is a whole number of ns
+  bool whole_ = false;  // the period is a whole number of ns
   double per_ns_ = 0;
 };
 
@@ -68,7 +68,7 @@ std::size_t most_ticks(Rate rate, Duration span) {
 std::size_t most_forces_within(std::span<const MappedStep> steps, Duration window) {
   if (window.ns <= 0) return 0;
   std::size_t most = 0;
-  std::size_t oldest = 0;                                // first m with F(m) > F(n) - window
+  std::size_t oldest = 0;  // first m with F(m) > F(n) - window
   EmissionSlots newest_slots;
   EmissionSlots oldest_slots;
   RealTime oldest_slot = steps.empty() ? RealTime{} : oldest_slots.next(steps[0].slot);
@@ -165,7 +165,7 @@ LatencyBudget least_needs_any_phase(std::span<const MappedStep> steps, std::span
 
 LatencyBudget capacities_for(std::span<const MappedStep> steps, std::span<const SamplingGrid> devices, Duration lead,
                              Duration latency, Duration sample_window, Duration force_window) {
-  Duration longest;   // the longest time from a read to the begin of its step; it contains the most ticks
+  Duration longest;  // the longest time from a read to the begin of its step; it contains the most ticks
   for (const MappedStep& step : steps) longest = std::max(longest, step.begin - (step.slot - lead));
   std::size_t most_samples = 0;
   for (const SamplingGrid& device : devices) {

@@ -9,9 +9,9 @@
 namespace evenstep {
 namespace {
 
-constexpr double kMaxGain = 0.7;          // w; the loop is stable below 1.035 (docs/numerics.md)
-constexpr double kMaxSlopeChange = 0.5;   // rho < 1: the map is strictly monotone
-constexpr double kHang_segments = 8;      // a lag that would take 16 segments to catch up at 1.5 times the pace
+constexpr double kMaxGain = 0.7;         // w; the loop is stable below 1.035 (docs/numerics.md)
+constexpr double kMaxSlopeChange = 0.5;  // rho < 1: the map is strictly monotone
+constexpr double kHang_segments = 8;     // a lag that would take 16 segments to catch up at 1.5 times the pace
 constexpr double kLeastPeriod_ns = 1.0;
 // How far T/N must be off P to count as another pace. For two segments in a row: 10 % jitter (3.7 % of T, and P itself
 // moves by 2.5 %) never reached this limit in 10^6 segments; V halved or N doubled (16.7 %) does reach it. One segment
@@ -33,8 +33,10 @@ void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
   if (steps == 0 && !acquiring) return;
   if (steps > 0) {
     const double length_ns = static_cast<double>((begin - boundary_).ns);
-    if (acquiring) acquire(begin, length_ns, static_cast<double>(steps));
-    else track(begin, length_ns, static_cast<double>(steps));
+    if (acquiring)
+      acquire(begin, length_ns, static_cast<double>(steps));
+    else
+      track(begin, length_ns, static_cast<double>(steps));
   }
   started_ = true;
   first_step_ = n;

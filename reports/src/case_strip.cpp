@@ -65,8 +65,7 @@ std::string case_table(const CaseRecord& record) {
   std::size_t names = value_label(record).size(), width = 7;
   for (const CaseRow& row : record.rows) {
     names = std::max(names, row.method.size() + 1 + row.solver.size());
-    for (const CaseCell& cell : row.cells)
-      width = std::max({width, cell_text(cell).size(), value_text(cell.value).size()});
+    for (const CaseCell& cell : row.cells) width = std::max({width, cell_text(cell).size(), value_text(cell.value).size()});
   }
   std::string table;
   const auto line = [&](const std::string& name, const auto& text_of, const std::vector<CaseCell>& cells) {
@@ -75,7 +74,8 @@ std::string case_table(const CaseRecord& record) {
     table += '\n';
   };
   if (record.rows.empty()) return table;
-  line(value_label(record), [](const CaseCell& cell) { return value_text(cell.value); }, record.rows.front().cells);
+  line(
+      value_label(record), [](const CaseCell& cell) { return value_text(cell.value); }, record.rows.front().cells);
   for (const CaseRow& row : record.rows) line(row.method + " " + row.solver, cell_text, row.cells);
   return table + "x: damped, energy left; ~: drifting, error; @: diverged, first bad step; -: not there\n";
 }

@@ -12,9 +12,9 @@ namespace evenstep {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kDecay = 0.98;            // over five eighths of the run; a ratio above this is no decay
-constexpr double kDecayFromMiddle = 0.992; // the same decay over two eighths: 0.98^(2/5) = 0.99195
-constexpr double kAtRest_m = 5e-6;         // peak to peak; anything less does not count as an oscillation
+constexpr double kDecay = 0.98;             // over five eighths of the run; a ratio above this is no decay
+constexpr double kDecayFromMiddle = 0.992;  // the same decay over two eighths: 0.98^(2/5) = 0.99195
+constexpr double kAtRest_m = 5e-6;          // peak to peak; anything less does not count as an oscillation
 
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -27,7 +27,9 @@ double energy_at(std::span<const double> t, std::span<const double> energy_J, do
   return energy_J[i - 1] + (energy_J[i] - energy_J[i - 1]) * ((at_s - t[i - 1]) / (t[i] - t[i - 1]));
 }
 
-struct Pull { double force_N, stored_J; };
+struct Pull {
+  double force_N, stored_J;
+};
 
 /// The pull of the spring along one axis: proportional up to its limit, and then constant.
 Pull pull_of(const SpringRow& spring, std::size_t axis, double x_m) {
@@ -76,8 +78,8 @@ std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3>
   return energy_J;
 }
 
-std::optional<RenderedDamping> rendered_damping(std::span<const double> t, std::span<const double> energy_J,
-                                                double travel_m, double frequency_Hz) {
+std::optional<RenderedDamping> rendered_damping(std::span<const double> t, std::span<const double> energy_J, double travel_m,
+                                                double frequency_Hz) {
   if (t.empty()) return std::nullopt;
   // The billionth makes a cycle that ends with the last tick count as whole.
   const double cycles = std::floor((t.back() - t.front()) * frequency_Hz * (1 + 1e-9));

@@ -112,7 +112,8 @@ Range count_range(const std::vector<Curve>& curves) {
   return {-kMargin * most, most * 1.08};
 }
 
-void draw_signal(internal::Svg& svg, const RunRecord& run, const Signal& signal, const Range& time_s, const Column& column, double top) {
+void draw_signal(internal::Svg& svg, const RunRecord& run, const Signal& signal, const Range& time_s, const Column& column,
+                 double top) {
   svg.text({column.left, top + 12}, signal.name, internal::Svg::Anchor::start, 13, true);
   std::vector<Curve> deviation = error_curves(signal, &BinRow::deviation_max, time_s.high);
   std::vector<Curve> jump = error_curves(signal, &BinRow::velocity_jump, time_s.high);

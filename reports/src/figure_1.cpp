@@ -126,8 +126,9 @@ std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
     }
     curves.push_back(std::move(curve));
   }
-  return draw(run, std::move(curves), {"Motion of the interaction in simulation time: " + device, "simulation time", "position",
-                                  "m", step_unit(run.nominal, device + ".interaction.any")});
+  return draw(run, std::move(curves),
+              {"Motion of the interaction in simulation time: " + device, "simulation time", "position", "m",
+               step_unit(run.nominal, device + ".interaction.any")});
 }
 
 std::string figure_1b_svg(const RunRecord& run, const std::string& device) {
@@ -145,8 +146,9 @@ std::string figure_1b_svg(const RunRecord& run, const std::string& device) {
     }
     curves.push_back(std::move(curve));
   }
-  return draw(run, std::move(curves), {"Force in real time at the device's ticks: " + device, "real time", "force", "N",
-                                  step_unit(run.nominal, device + ".force.any")});
+  return draw(run, std::move(curves),
+              {"Force in real time at the device's ticks: " + device, "real time", "force", "N",
+               step_unit(run.nominal, device + ".force.any")});
 }
 
 }  // namespace evenstep

@@ -32,8 +32,9 @@ Series interaction_series(const StrategyRecord& strategy, const DeviceRecord& de
                           double slot_s) {
   Series series;
   for (const std::size_t n : steps) {
-    series.t_s.push_back(strategy.variable_step ? seconds(strategy.steps[n].simulated) - seconds(strategy.steps[steps.front()].simulated)
-                                                : static_cast<double>(n - steps.front()) * slot_s);
+    series.t_s.push_back(strategy.variable_step
+                             ? seconds(strategy.steps[n].simulated) - seconds(strategy.steps[steps.front()].simulated)
+                             : static_cast<double>(n - steps.front()) * slot_s);
     series.value.push_back(device.steps.at(n).position_m);
   }
   return series;

@@ -369,8 +369,7 @@ Metrics measure(const RunRecord& run) {
       metrics[device.name + ".interaction." + strategy.name] = interaction_values(run, strategy, device, steps);
       metrics[device.name + ".force." + strategy.name] = force_values(run, strategy, d, steps);
       metrics[device.name + ".buffers." + strategy.name] = buffer_values(strategy, d, steps);
-      metrics["closed_loop." + device.name + "." + strategy.name] =
-          internal::closed_loop_values(run, device);
+      metrics["closed_loop." + device.name + "." + strategy.name] = internal::closed_loop_values(run, device);
     }
     metrics["solver." + strategy.name] = solver_values(strategy, steps, run.nominal.slot_s);
     for (const auto& [event, count] : strategy.event_counts)

@@ -136,8 +136,11 @@ constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"}
                                                           {"steps_over_limit", "count"},
                                                           {"step_over_limit_max", "1"},
                                                           {"segment_mean", "s"}});
-constexpr std::array kEvents =
-    std::to_array<MetricUnit>({{"sometimes", "count"}, {"lateness_p50", "s"}, {"lateness_p99", "s"}, {"lateness_max", "s"}, {"deadline_misses", "count"}});
+constexpr std::array kEvents = std::to_array<MetricUnit>({{"sometimes", "count"},
+                                                          {"lateness_p50", "s"},
+                                                          {"lateness_p99", "s"},
+                                                          {"lateness_max", "s"},
+                                                          {"deadline_misses", "count"}});
 constexpr std::array kRun = std::to_array<MetricUnit>(
     {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
 

@@ -69,8 +69,7 @@ Json json_of(const SizeStrategy& strategy) {
 }
 
 Json json_of(const SizeCycle& cycle) {
-  if (!cycle.found)
-    return {{"found", false}, {"reason", cycle.reason}, {"regularity", json_number(cycle.regularity)}};
+  if (!cycle.found) return {{"found", false}, {"reason", cycle.reason}, {"regularity", json_number(cycle.regularity)}};
   return {{"found", true},
           {"period_ns", cycle.period.ns},
           {"period_variation", json_number(cycle.period_variation)},

@@ -13,8 +13,8 @@ std::string heading(const SizeRecord& record) {
   if (from == "step") from = "of one step each: there is no cycle in it";
   if (from == "recording") from = "as recorded";
   if (from == "programmed") from = "as programmed";
-  std::string out = fmt::format("{}\n  {} steps in {} segments {}, {:.6g} s", record.input, record.steps, record.segments, from,
-                                seconds(record.length));
+  std::string out = fmt::format("{}\n  {} steps in {} segments {}, {:.6g} s", record.input, record.steps, record.segments,
+                                from, seconds(record.length));
   if (record.left_out > 0) out += fmt::format("; {} steps before the first long pause are left out", record.left_out);
   return out + fmt::format("\n  device period {:.6g} ms at any phase, forces {}, damping {:.6g} N s/m\n",
                            ms(record.sampling_period), record.interpolated ? "interpolated" : "held",
@@ -28,10 +28,10 @@ std::string row(const std::string& name, const SizeNeed& need) {
 }
 
 std::string table(const SizeRecord& record) {
-  std::string out = fmt::format("\n  {:<13} {:>13} {:>32} {:>12} {:>10}\n", "", "latency", "windows of 250 ms", "total delay",
-                                "stiffness");
-  out += fmt::format("  {:<13} {:>13} {:>10} {:>10} {:>10} {:>12} {:>10} {:>13} {:>20}\n", "", "ms", "p50", "p99", "max", "ms",
-                     "N/m", "lead, ms", "samples, forces");
+  std::string out = fmt::format("\n  {:<13} {:>13} {:>32} {:>12} {:>10}\n", "", "latency", "windows of 250 ms",
+                                "total delay", "stiffness");
+  out += fmt::format("  {:<13} {:>13} {:>10} {:>10} {:>10} {:>12} {:>10} {:>13} {:>20}\n", "", "ms", "p50", "p99", "max",
+                     "ms", "N/m", "lead, ms", "samples, forces");
   const SizeBounds& bounds = record.linear ? *record.linear : record.held;
   out += row("taut string", bounds.taut_string) + "\n" + row("best line", bounds.best_line) + "\n";
   for (const SizeStrategy& strategy : record.strategies) {
@@ -42,8 +42,10 @@ std::string table(const SizeRecord& record) {
                        ms(strategy.lead_this_phase));
   }
   return out +
-         "  Every ms of latency costs stiffness: the loop carries damping / (period / 2 + total delay). No scheme of constant "
-         "latency\n  does with less than the taut string; a straight line is perfectly even; 1 ns less than these underruns.\n";
+         "  Every ms of latency costs stiffness: the loop carries damping / (period / 2 + total delay). No scheme of "
+         "constant "
+         "latency\n  does with less than the taut string; a straight line is perfectly even; 1 ns less than these "
+         "underruns.\n";
 }
 
 std::string late(const SizeCulprit& culprit) {
@@ -63,8 +65,9 @@ std::string culprit(const std::string& name, const SizeNeed& need) {
   if (culprit.late_step != culprit.step) out += fmt::format(", by step {}", culprit.late_step);
   out += fmt::format(": {};", late(culprit));
   const Duration saved = need.latency - culprit.mended_latency;
-  return out + (saved.ns > 0 ? fmt::format(" mended, {:.6f} ms will do ({:.6f} ms less)\n", ms(culprit.mended_latency), ms(saved))
-                             : " mended alone it saves nothing\n");
+  return out + (saved.ns > 0
+                    ? fmt::format(" mended, {:.6f} ms will do ({:.6f} ms less)\n", ms(culprit.mended_latency), ms(saved))
+                    : " mended alone it saves nothing\n");
 }
 
 std::string culprits(const SizeRecord& record) {
@@ -81,7 +84,8 @@ std::string cycle_text(const SizeRecord& record) {
     return fmt::format("\n  Cycle, from the step times alone: none: {}.{}\n", cycle.reason,
                        record.segments_from == "step" ? " `paper` has no meaning here." : "");
   std::string out = fmt::format(
-      "\n  Cycle, from the step times alone: {} steps every {:.6f} ms (half of them within {:.2g} %), after a pause of {:.3f} "
+      "\n  Cycle, from the step times alone: {} steps every {:.6f} ms (half of them within {:.2g} %), after a pause of "
+      "{:.3f} "
       "ms;\n  {} of {} segments have so many ({:.4g} %)",
       cycle.steps_per_segment, ms(cycle.period), 100 * cycle.period_variation, ms(cycle.pause),
       static_cast<std::int64_t>(cycle.confidence * static_cast<double>(cycle.segments) + 0.5), cycle.segments,
@@ -105,11 +109,13 @@ std::string rates(const SizeRecord& record) {
     const SizeRate& rate = *strategy.rate;
     out += rate_row(strategy.name, rate.any_phase) + rate_row("  this phase", rate.this_phase);
     out += rate.sure ? rate_row(fmt::format("  {:.6g} % sure", sure), *rate.sure)
-                     : fmt::format("    too short to be {:.6g} % sure of that: {} segments; {} without any underrun are "
-                                   "needed\n",
-                                   sure, rate.segments, record.clean_segments);
+                     : fmt::format(
+                           "    too short to be {:.6g} % sure of that: {} segments; {} without any underrun are "
+                           "needed\n",
+                           sure, rate.segments, record.clean_segments);
   }
-  return out + "  The last column is the upper bound of Clopper and Pearson on the true rate; segments count as independent.\n";
+  return out +
+         "  The last column is the upper bound of Clopper and Pearson on the true rate; segments count as independent.\n";
 }
 
 }  // namespace

@@ -39,9 +39,10 @@ const char* name_of(StiffnessLimit::State state) {
 }
 
 std::string stiffness_table(const StiffnessLimits& study) {
-  std::string out = fmt::format("  largest stable stiffness, from {:.5g} to {:.5g} N/m, seed{} {}{}\n", study.from_N_per_m,
-                                study.to_N_per_m, study.seeds > 1 ? "s" : "", study.seed,
-                                study.seeds > 1 ? fmt::format(" to {}", study.seed + static_cast<std::uint64_t>(study.seeds) - 1) : "");
+  std::string out =
+      fmt::format("  largest stable stiffness, from {:.5g} to {:.5g} N/m, seed{} {}{}\n", study.from_N_per_m,
+                  study.to_N_per_m, study.seeds > 1 ? "s" : "", study.seed,
+                  study.seeds > 1 ? fmt::format(" to {}", study.seed + static_cast<std::uint64_t>(study.seeds) - 1) : "");
   fmt::format_to(std::back_inserter(out), "  {:<14} {:>12} {:>6}  {}\n", "strategy", "latency", "runs", "limit");
   for (const StiffnessLimit& limit : study.limits) {
     fmt::format_to(std::back_inserter(out), "  {:<14} {:>9.3f} ms {:>6}  {}\n", limit.strategy, 1e3 * limit.latency_s,

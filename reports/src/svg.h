@@ -63,8 +63,8 @@ std::vector<double> round_ticks(Range range, int wanted);
 /// An axis. Values are divided by 10^(3 * power), and the unit gets the prefix for it, e.g. 0.012 m is 12 mm.
 struct Axis {
   Range range;
-  std::string name;  ///< "position"
-  std::string unit;  ///< "m"; prefixes only for m, s and N
+  std::string name;      ///< "position"
+  std::string unit;      ///< "m"; prefixes only for m, s and N
   bool decades = false;  ///< values and range are log10 of the numbers that are shown; no prefix
   double factor() const;
   std::string label() const;  ///< "position [mm]"

@@ -57,7 +57,8 @@ std::map<std::string, double> undelayed_values(const DeviceRecord& device, const
   if (near_stop) values["error_at_stop"] = at_stop.value;
   if (touched) values["ghost_force"] = ghost.value;
   const Touch touch = first_touch(device, ticks);
-  if (touch.sent && touch.due) values["onset_delay"] = static_cast<double>((sent_at(*touch.sent) - sent_at(*touch.due)).ns) / 1e9;
+  if (touch.sent && touch.due)
+    values["onset_delay"] = static_cast<double>((sent_at(*touch.sent) - sent_at(*touch.due)).ns) / 1e9;
   return values;
 }
 

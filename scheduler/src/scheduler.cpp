@@ -25,12 +25,12 @@ struct Scheduler::State {
   internal::EventQueue queue;
   internal::TieOrder ties;
   internal::CompletionPool pool;
-  internal::Inbox inbox;             // written by executors' threads
+  internal::Inbox inbox;  // written by executors' threads
   // By a stop, which any thread may ask for, or by what ends a run for good: one question per event instead of four.
   std::atomic<bool> interrupted{false};
-  std::int64_t in_flight = 0;        // wall clock: started work whose completion is not in the queue yet
+  std::int64_t in_flight = 0;  // wall clock: started work whose completion is not in the queue yet
 
-  RealTime& now;                     // the scheduler's
+  RealTime& now;  // the scheduler's
   EventKey last{{}, Lane::completion, 0};
   bool running_event = false;
   std::uint64_t payload = 0;
@@ -41,13 +41,16 @@ struct Scheduler::State {
   RunStatus status;
 
   State(Scheduler& s, Clock& c, Executor& e, SchedulerOptions o)
-      : scheduler(s), clock(c), executor(e), options(std::move(o)), is_virtual(c.is_virtual()), ties(options.permute_ties),
+      : scheduler(s),
+        clock(c),
+        executor(e),
+        options(std::move(o)),
+        is_virtual(c.is_virtual()),
+        ties(options.permute_ties),
         now(s.now_) {}
 
   RealTime live_now() const { return is_virtual ? now : clock.now(); }
-  bool over() const {
-    return status.end == RunEnd::stopped || status.end == RunEnd::limit || status.end == RunEnd::failed;
-  }
+  bool over() const { return status.end == RunEnd::stopped || status.end == RunEnd::limit || status.end == RunEnd::failed; }
 
   bool within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
     if (count > limit) exceeded(limit, limit_name, event, at);
@@ -73,8 +76,10 @@ struct Scheduler::State {
 void Scheduler::State::exceeded(std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
   if (over()) return;
   interrupted.store(true, std::memory_order_relaxed);
-  status = {RunEnd::limit, std::string("limit ") + limit_name + " = " + std::to_string(limit) + " exceeded by event '" +
-                               event.text + "' at " + std::to_string(at.ns) + " ns", nullptr};
+  status = {RunEnd::limit,
+            std::string("limit ") + limit_name + " = " + std::to_string(limit) + " exceeded by event '" + event.text +
+                "' at " + std::to_string(at.ns) + " ns",
+            nullptr};
 }
 
 bool Scheduler::State::room_for(EventName event) {

@@ -47,8 +47,6 @@ class SpringSolver final : public Solver {
 
 }  // namespace
 
-std::unique_ptr<Solver> make_spring_solver(const Scene& scene) {
-  return std::make_unique<SpringSolver>(scene);
-}
+std::unique_ptr<Solver> make_spring_solver(const Scene& scene) { return std::make_unique<SpringSolver>(scene); }
 
 }  // namespace evenstep::internal

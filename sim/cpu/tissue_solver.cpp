@@ -228,13 +228,13 @@ class CpuTissue final : public TissueSolver {
 
   bool is_verlet_;
   TissueConstants<Real> constants_;
-  Field now_, next_, velocity_;        // displacement from rest, m; m/s
-  Field before_;                       // the velocity that forces see: before the substep, or half of one before its end
-  Field acceleration_;                 // Verlet, m/s2
+  Field now_, next_, velocity_;  // displacement from rest, m; m/s
+  Field before_;                 // the velocity that forces see: before the substep, or half of one before its end
+  Field acceleration_;           // Verlet, m/s2
   HostCells<Real> host_cells_;
   const CellArrays<Real>& cells_;
   MethodCells<Real> all_;
-  std::unique_ptr<CellMethod<Real>> method_;  // null for the explicit methods of one loop
+  std::unique_ptr<CellMethod<Real>> method_;       // null for the explicit methods of one loop
   std::vector<Real> energies_, gravity_energies_;  // span, J
   std::vector<Real> probe_sums_;
   ChunkForces<Real> forces_;

@@ -20,8 +20,8 @@ std::string tissue_options(const TissueConstants<float>& constants, const Lattic
     const ToolConstants<float>& tool = constants.tools[t];
     const auto& [x, y, z] = tool.center_m;
     if (features.spring[t])
-      couplings += fmt::format("C({},{},{},{})", t, hex(tool.stiffness), hex(tool.damping_s),
-                               hex(tool.half_stiffness_N_per_m));
+      couplings +=
+          fmt::format("C({},{},{},{})", t, hex(tool.stiffness), hex(tool.damping_s), hex(tool.half_stiffness_N_per_m));
     if (features.probe[t])
       probes += fmt::format("P({},{},{},{},{},{},{})", t, hex(tool.stiffness), hex(tool.half_stiffness_N_per_m),
                             hex(tool.radius_m), hex(x), hex(y), hex(z));
@@ -39,10 +39,10 @@ std::string tissue_options(const TissueConstants<float>& constants, const Lattic
 std::string build_options(const TissueConstants<float>& constants, const Lattice& lattice, const SceneFeatures& features,
                           cl_device_id device) {
   std::string options = tissue_options(constants, lattice, features);
-  options += fmt::format(
-      " -DSTIFFNESS={} -DSTIFFNESS_PER_KG={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}",
-      hex(constants.stiffness_N_per_m), hex(constants.stiffness_per_kg), hex(constants.half_mass_kg),
-      hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
+  options +=
+      fmt::format(" -DSTIFFNESS={} -DSTIFFNESS_PER_KG={} -DHALF_MASS={} -DQUARTER_STIFFNESS={} -DFIRST={}UL -DCHUNK={}",
+                  hex(constants.stiffness_N_per_m), hex(constants.stiffness_per_kg), hex(constants.half_mass_kg),
+                  hex(constants.quarter_stiffness_N_per_m), lattice.first, kChunk);
   const auto vector = [](const char* name, const std::array<float, 3>& v) {
     return fmt::format(" -D{0}_x={1} -D{0}_y={2} -D{0}_z={3}", name, hex(v[0]), hex(v[1]), hex(v[2]));
   };

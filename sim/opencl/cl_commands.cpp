@@ -82,8 +82,7 @@ void ClCommands::zero(const ClBuffer& buffer, std::size_t bytes) const {
 }
 
 void ClCommands::copy(const ClBuffer& from, const ClBuffer& to, std::size_t bytes) const {
-  check_cl(clEnqueueCopyBuffer(queue_.get(), from.get(), to.get(), 0, 0, bytes, 0, nullptr, nullptr),
-           "clEnqueueCopyBuffer");
+  check_cl(clEnqueueCopyBuffer(queue_.get(), from.get(), to.get(), 0, 0, bytes, 0, nullptr, nullptr), "clEnqueueCopyBuffer");
 }
 
 }  // namespace evenstep::internal

@@ -30,8 +30,8 @@ void check_memory(const Scene& scene, const SceneFeatures& features, const ClDev
   const double digest_bytes = features.digest ? sizeof(cl_ulong) : 0;
   const double probe_bytes = features.probes() ? static_cast<double>(sizeof(float) * features.probe_values()) : 0;
   const double one = cells_of(tissue) * std::max({double{sizeof(float)}, digest_bytes, probe_bytes});
-  const double needed = cells_of(tissue) * (double{sizeof(float)} * scalar_arrays(features, tissue.method) + digest_bytes +
-                                            probe_bytes);
+  const double needed =
+      cells_of(tissue) * (double{sizeof(float)} * scalar_arrays(features, tissue.method) + digest_bytes + probe_bytes);
   if (needed <= static_cast<double>(there) && one <= static_cast<double>(largest)) return;
   throw SolverError(
       SolverFault::out_of_memory,

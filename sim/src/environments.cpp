@@ -13,7 +13,8 @@ void check_stiffness(double stiffness_N_per_m, const char* of) {
 glm::dvec3 unit_normal(const glm::dvec3& normal) {
   const double length = std::sqrt(normal.x * normal.x + normal.y * normal.y + normal.z * normal.z);
   if (!std::isfinite(length) || !(length > 0))
-    throw SolverError(SolverFault::bad_scene, "the surface has no normal", "a direction out of the surface, such as (1, 0, 0)");
+    throw SolverError(SolverFault::bad_scene, "the surface has no normal",
+                      "a direction out of the surface, such as (1, 0, 0)");
   return normal / length;
 }
 

@@ -13,20 +13,13 @@ struct FeatureCost {
 };
 
 inline constexpr std::array kFeatureCosts{
-    FeatureCost{"regions", 12, 14},
-    FeatureCost{"damping", 0, 0},
-    FeatureCost{"axial damping", 54, 53},
-    FeatureCost{"gravity", 1, 0},
-    FeatureCost{"fixed particles", 0, 0},
-    FeatureCost{"tools", 1, 2},
-    FeatureCost{"second tool", 1, 0},
-    FeatureCost{"grab", 2, 0},
-    FeatureCost{"spring coupling", 5, 3},
-    FeatureCost{"probe", 14, 81},
-    FeatureCost{"local model", 1, 2},
-    FeatureCost{"variable step", 0, 1},
-    FeatureCost{"energy", 68, 64},
-    FeatureCost{"state digest", 36, 37},
+    FeatureCost{"regions", 12, 14},       FeatureCost{"damping", 0, 0},
+    FeatureCost{"axial damping", 54, 53}, FeatureCost{"gravity", 1, 0},
+    FeatureCost{"fixed particles", 0, 0}, FeatureCost{"tools", 1, 2},
+    FeatureCost{"second tool", 1, 0},     FeatureCost{"grab", 2, 0},
+    FeatureCost{"spring coupling", 5, 3}, FeatureCost{"probe", 14, 81},
+    FeatureCost{"local model", 1, 2},     FeatureCost{"variable step", 0, 1},
+    FeatureCost{"energy", 68, 64},        FeatureCost{"state digest", 36, 37},
 };
 
 }  // namespace evenstep::internal

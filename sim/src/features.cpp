@@ -46,11 +46,10 @@ std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl) {
        {std::pair{!features.regions, "regions"}, std::pair{!features.damping, "damping"},
         std::pair{!features.axial_damping, "axial damping"}, std::pair{!features.gravity, "gravity"},
         std::pair{!features.fixed, "fixed particles"}, std::pair{!tool(0), "tools"},
-        std::pair{tool(0) && !tool(1), "second tool"},
-        std::pair{none(features.grab), "grab"}, std::pair{none(features.spring), "spring coupling"},
-        std::pair{none(features.probe), "probe"}, std::pair{!features.local_model, "local model"},
-        std::pair{!features.variable_step, "variable step"}, std::pair{!features.energy, "energy"},
-        std::pair{!features.digest, "state digest"}}) {
+        std::pair{tool(0) && !tool(1), "second tool"}, std::pair{none(features.grab), "grab"},
+        std::pair{none(features.spring), "spring coupling"}, std::pair{none(features.probe), "probe"},
+        std::pair{!features.local_model, "local model"}, std::pair{!features.variable_step, "variable step"},
+        std::pair{!features.energy, "energy"}, std::pair{!features.digest, "state digest"}}) {
     if (!absent) continue;
     const auto cost = std::find_if(kFeatureCosts.begin(), kFeatureCosts.end(),
                                    [&, name = name](const FeatureCost& c) { return std::string_view(c.feature) == name; });
@@ -61,16 +60,15 @@ std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl) {
 
 void check_method(Method method, const std::string& solver) {
   if (method == Method::symplectic_euler || method == Method::velocity_verlet || method == Method::implicit_euler) return;
-  const char* const names[] = {"symplectic Euler",  "velocity Verlet",   "the classical Runge-Kutta method",
-                               "implicit Euler",    "implicit midpoint", "vertex block descent"};
+  const char* const names[] = {"symplectic Euler", "velocity Verlet",   "the classical Runge-Kutta method",
+                               "implicit Euler",   "implicit midpoint", "vertex block descent"};
   throw SolverError(SolverFault::unavailable,
                     fmt::format("the solver '{}' does not have {}", solver, names[static_cast<std::size_t>(method)]),
                     "symplectic Euler, velocity Verlet, implicit Euler, or the solver 'cpu'");
 }
 
 bool needs_mass(const SceneFeatures& features, Method method) {
-  const bool is_explicit =
-      method == Method::symplectic_euler || method == Method::velocity_verlet || method == Method::rk4;
+  const bool is_explicit = method == Method::symplectic_euler || method == Method::velocity_verlet || method == Method::rk4;
   return features.regions && (features.energy || !is_explicit);
 }
 
@@ -79,10 +77,10 @@ int scalar_arrays(const SceneFeatures& features, Method method) {
   if (method == Method::velocity_verlet || features.axial_damping) arrays += 3;  // the velocity twice
   if (features.regions) arrays += 2;                                             // stiffness and inverse mass
   if (needs_mass(features, method)) arrays += 1;
-  if (method == Method::rk4) arrays += 5 * 3;                                               // two stages, a slope, two sums
+  if (method == Method::rk4) arrays += 5 * 3;  // two stages, a slope, two sums
   if (method == Method::implicit_euler || method == Method::implicit_midpoint)
-    arrays += 5 * 3 + 2;  // cpu/methods/implicit.cpp
-  if (method == Method::vertex_block_descent) arrays += 2 * 3 + 1;                          // start, guess; moves and lists
+    arrays += 5 * 3 + 2;                                            // cpu/methods/implicit.cpp
+  if (method == Method::vertex_block_descent) arrays += 2 * 3 + 1;  // start, guess; moves and lists
   arrays += features.spring[0] + features.spring[1];
   if (features.probes()) arrays += 3;  // rest positions
   if (features.energy) arrays += features.gravity ? 2 : 1;

@@ -36,9 +36,9 @@ bool is_fixed(const TissueScene& scene, int x, int y, int z) {
 
 std::string fixed_faces(const FixedFaces& fixed) {
   std::string names;
-  for (const auto& [is_fixed, name] : {std::pair{fixed.x_min, "left"}, std::pair{fixed.x_max, "right"},
-                                       std::pair{fixed.y_min, "front"}, std::pair{fixed.y_max, "back"},
-                                       std::pair{fixed.z_min, "bottom"}, std::pair{fixed.z_max, "top"}}) {
+  for (const auto& [is_fixed, name] :
+       {std::pair{fixed.x_min, "left"}, std::pair{fixed.x_max, "right"}, std::pair{fixed.y_min, "front"},
+        std::pair{fixed.y_max, "back"}, std::pair{fixed.z_min, "bottom"}, std::pair{fixed.z_max, "top"}}) {
     if (is_fixed) names += (names.empty() ? "" : ", ") + std::string(name);
   }
   return names;

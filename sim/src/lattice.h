@@ -40,9 +40,9 @@ struct Lattice {
   std::size_t span = 0;   ///< cells from `first` that a solver runs over; a multiple of kChunk
   std::size_t cells = 0;  ///< size of every array
   std::array<std::ptrdiff_t, kNeighbours> offset{};
-  std::vector<std::uint8_t> active;                 ///< per cell: 1 if it is a particle
-  std::vector<std::uint8_t> mobile;                 ///< per cell: 1 if it moves by its forces (neither fixed nor grabbed)
-  std::vector<std::vector<std::uint32_t>> held;     ///< per tool: cells it holds, increasing; a probe holds none
+  std::vector<std::uint8_t> active;              ///< per cell: 1 if it is a particle
+  std::vector<std::uint8_t> mobile;              ///< per cell: 1 if it moves by its forces (neither fixed nor grabbed)
+  std::vector<std::vector<std::uint32_t>> held;  ///< per tool: cells it holds, increasing; a probe holds none
   std::int64_t springs = 0;
   std::int64_t most_springs_of_a_particle = 0;
   std::int64_t particle_with_most_springs = -1;  ///< site index x + nx (y + ny z)

@@ -41,8 +41,8 @@ void for_couplings(const TissueScene& scene, const Lattice& lattice, const RestH
 /// Whether the sums of a probe with this reach contain a particle. Decided with the same bits as in probe_sums
 /// (cpu/cell_loops.h, probe.cl).
 template <class Real>
-bool counts(const glm::dvec3& displacement_m, const glm::dvec3& offset_m, const glm::dvec3& rest_m, const glm::dvec3& center_m,
-            double reach_m) {
+bool counts(const glm::dvec3& displacement_m, const glm::dvec3& offset_m, const glm::dvec3& rest_m,
+            const glm::dvec3& center_m, double reach_m) {
   Real square = 0;
   for (int axis = 0; axis < 3; ++axis) {
     const Real d = (static_cast<Real>(displacement_m[axis]) - static_cast<Real>(offset_m[axis])) +
@@ -62,8 +62,10 @@ glm::dmat3 nodal_compliance(const RestHessian& hessian, std::size_t cell, std::s
     RestHessian::Cells load(cells, glm::dvec3(0));
     load[cell][axis] = 1;
     const auto [u, found] = hessian.solve(load);
-    if (found) compliance[axis] = u[cell];
-    else compliance[axis][axis] = kFree_m_per_N;
+    if (found)
+      compliance[axis] = u[cell];
+    else
+      compliance[axis][axis] = kFree_m_per_N;
   }
   return (compliance + glm::transpose(compliance)) * 0.5;
 }

@@ -55,8 +55,7 @@ class ProbeCompliance {
   /// Turns the instantaneous stiffness of a probe of radius `reach_m`, displaced by `offset_m`, into the settled one;
   /// `displacement_m` has one entry per entry of cells().
   glm::dmat3 settled(std::size_t tool, const glm::dvec3& offset_m, double reach_m,
-                     std::span<const std::array<double, 3>> displacement_m,
-                     const glm::dmat3& instantaneous_N_per_m) const;
+                     std::span<const std::array<double, 3>> displacement_m, const glm::dmat3& instantaneous_N_per_m) const;
 
  private:
   struct Node {

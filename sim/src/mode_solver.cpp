@@ -96,7 +96,8 @@ class ModeSolver final : public Solver {
     const double period_s = 1 / (mode_.frequency_Hz * std::max(1.0, mode_.damping_ratio));
     const double count = std::ceil(length_s / std::min(kLongestSubstep_s, period_s / kSubstepsPerPeriod));
     if (!(count <= kMaxSubsteps))
-      throw SolverError(SolverFault::bad_scene, "the mode needs more than " + std::to_string(kMaxSubsteps) + " substeps per step",
+      throw SolverError(SolverFault::bad_scene,
+                        "the mode needs more than " + std::to_string(kMaxSubsteps) + " substeps per step",
                         "a lower frequency or a smaller step size");
     return std::max(1, static_cast<int>(count));
   }

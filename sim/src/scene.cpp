@@ -33,8 +33,9 @@ std::string ModeScene::text() const {
 
 std::optional<double> TissueScene::stored_energy_J(const glm::dvec3&) const { return std::nullopt; }
 std::string TissueScene::text() const {
-  return fmt::format("tissue, {} particles on {} x {} x {}, {:.6g} N/m{}", particle_count, lattice[0], lattice[1], lattice[2],
-                     stiffness_N_per_m, regions.empty() ? "" : fmt::format(", and {} more materials", regions.size()));
+  return fmt::format("tissue, {} particles on {} x {} x {}, {:.6g} N/m{}", particle_count, lattice[0], lattice[1],
+                     lattice[2], stiffness_N_per_m,
+                     regions.empty() ? "" : fmt::format(", and {} more materials", regions.size()));
 }
 
 std::optional<double> ForeignScene::stored_energy_J(const glm::dvec3&) const { return std::nullopt; }
@@ -47,7 +48,11 @@ bool costs_little(const Scene& scene) {
   return std::visit([](const auto& body) { return body.kCostsLittle; }, scene.body);
 }
 bool has_stiffness(const Scene& scene) {
-  return std::visit([](const auto& body) { return requires { body.stiffness_N_per_m; }; }, scene.body);
+  return std::visit(
+      [](const auto& body) {
+        return requires { body.stiffness_N_per_m; };
+      },
+      scene.body);
 }
 std::optional<double> felt_stiffness_N_per_m(const Scene& scene) {
   return std::visit([](const auto& body) { return body.felt_stiffness_N_per_m(); }, scene.body);

@@ -36,10 +36,10 @@ struct TissueConstants {
   std::array<Real, kNeighbours> length_m{};               ///< its length sqrt(x x + y y + z z), computed in Real
   std::array<Real, kNeighbours> axial_s_per_m2{};         ///< c / (k L^2): axial damping over the stiffness
   Real step_s{}, half_step_s{};
-  Real acceleration{};               ///< k step / m: velocity change per metre of (1 - L/len) d
-  Real decay{};                      ///< 1 - damping step
-  std::array<Real, 3> gravity{};     ///< step g; -0 where g is 0, because x + -0 is x for every x but -0 + 0 is 0
-  Real stiffness_per_kg{};           ///< k / m: acceleration per metre of (1 - L/len) d
+  Real acceleration{};            ///< k step / m: velocity change per metre of (1 - L/len) d
+  Real decay{};                   ///< 1 - damping step
+  std::array<Real, 3> gravity{};  ///< step g; -0 where g is 0, because x + -0 is x for every x but -0 + 0 is 0
+  Real stiffness_per_kg{};        ///< k / m: acceleration per metre of (1 - L/len) d
   Real damping_per_s{};
   std::array<Real, 3> gravity_m_per_s2{};  ///< -0 instead of 0, as above
   Real stiffness_N_per_m{};

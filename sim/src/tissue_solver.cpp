@@ -56,9 +56,12 @@ void TissueSolver::prepare_local_model() {
     if (coupling.kind == CouplingKind::probe) {
       if (local_model_ == LocalModel::settled && !probe_compliance_)
         probe_compliance_.emplace(scene_, lattice_, info_.name == "cpu-double");
-    } else if (local_model_ == LocalModel::settled) settled_[tool] = settled_stiffness(scene_, lattice_, tool);
-    else if (coupling.kind == CouplingKind::spring) settled_[tool] = glm::dmat3(coupling.stiffness_N_per_m);
-    else if (!grab_stiffness_) grab_stiffness_.emplace(scene_, lattice_);
+    } else if (local_model_ == LocalModel::settled)
+      settled_[tool] = settled_stiffness(scene_, lattice_, tool);
+    else if (coupling.kind == CouplingKind::spring)
+      settled_[tool] = glm::dmat3(coupling.stiffness_N_per_m);
+    else if (!grab_stiffness_)
+      grab_stiffness_.emplace(scene_, lattice_);
   }
   if (grab_stiffness_) watched_ = grab_stiffness_->cells();
   if (probe_compliance_) watched_ = probe_compliance_->cells();
@@ -126,8 +129,7 @@ void TissueSolver::check_length(double step_s) const {
                       "Scene::variable_step");
   }
   if (step_s >= 1e-15 && step_s <= 1e15) return;  // so that its square and reciprocal are finite in float too
-  throw SolverError(SolverFault::bad_input, fmt::format("step {}: a length of {:g} s", steps_, step_s),
-                    "a positive length");
+  throw SolverError(SolverFault::bad_input, fmt::format("step {}: a length of {:g} s", steps_, step_s), "a positive length");
 }
 
 void TissueSolver::take_length(double substep_s) {
@@ -197,8 +199,8 @@ void TissueSolver::put_probe(std::size_t tool, ToolContact& contact) const {
   contact.stiffness_N_per_m = glm::dmat3(xx, xy, xz, xy, yy, yz, xz, yz, zz) * scene_.stiffness_N_per_m;
   if (!probe_compliance_) return;
   const auto& [x, y, z] = tools_[tool].offset_m;
-  contact.stiffness_N_per_m = probe_compliance_->settled(tool, {x, y, z}, probe_reach_m(tool), readings_.displacement_m,
-                                                         contact.stiffness_N_per_m);
+  contact.stiffness_N_per_m =
+      probe_compliance_->settled(tool, {x, y, z}, probe_reach_m(tool), readings_.displacement_m, contact.stiffness_N_per_m);
 }
 
 void TissueSolver::note_finite(bool is_finite) {

@@ -79,7 +79,7 @@ class TissueSolver : public Solver {
   virtual void read_tools(const ToolStates& now, ToolReadings& readings) = 0;
   /// From the same state, the sums of a probe as if its radius were `radius_m`.
   virtual ProbeSums read_probe(std::size_t tool, const ToolStates& now, double radius_m) = 0;
-  virtual std::uint64_t digest() = 0;  ///< called only if the scene needs it
+  virtual std::uint64_t digest() = 0;                ///< called only if the scene needs it
   virtual Energy energy(const ToolStates& now) = 0;  ///< called only if the scene needs it
   virtual void to_rest() = 0;
   /// Called after to_rest() and before any step.
@@ -120,7 +120,7 @@ class TissueSolver : public Solver {
   LocalModel local_model_;
   std::optional<GrabStiffness> grab_stiffness_;      // for the instantaneous model of grabs
   std::optional<ProbeCompliance> probe_compliance_;  // for the settled model of probes
-  std::array<glm::dmat3, kMaxTools> settled_{};  // stiffnesses that stay the same for the whole run, settled or not
+  std::array<glm::dmat3, kMaxTools> settled_{};      // stiffnesses that stay the same for the whole run, settled or not
   std::vector<std::uint32_t> watched_;
   SolverInfo info_;
   double nominal_substep_s_ = 0, substep_s_ = 0;

@@ -56,7 +56,8 @@ Scenario infinite_hand(const std::string& strategy, const std::string& more) {
 }  // namespace
 
 TEST_CASE("A recorded motion with a number that is none is refused at its row and column, whatever it is called") {
-  for (const char* number : {"nan", "-nan", "NaN", "inf", "-inf", "infinity", "1e999", "-1e999", "nan(1)", "1e4", "0x1p3", ""}) {
+  for (const char* number :
+       {"nan", "-nan", "NaN", "inf", "-inf", "infinity", "1e999", "-1e999", "nan(1)", "1e4", "0x1p3", ""}) {
     for (int column = 0; column < 4; ++column) {
       const test::Folder folder;
       std::string row;
@@ -65,8 +66,8 @@ TEST_CASE("A recorded motion with a number that is none is refused at its row an
       const ReadResult read = read_with(folder, "0,0,0,0\n" + row + "\n");
       INFO(row);
       REQUIRE_FALSE(read);
-      CHECK_THAT(test::errors_of(read), Contains("hand.csv:3:" + std::to_string(1 + 2 * column) + ": error: '" + number +
-                                                 "' is not a number"));
+      CHECK_THAT(test::errors_of(read),
+                 Contains("hand.csv:3:" + std::to_string(1 + 2 * column) + ": error: '" + number + "' is not a number"));
     }
   }
 }
@@ -86,11 +87,13 @@ TEST_CASE("A position that is not finite stops the run with its reason and its s
     return run_scenario(infinite_hand("ideal", "[expect_stop]\n" + stop), {}).exit;
   };
   CHECK(expecting("reason = \"bad-input\"\nat_most_step = " + std::to_string(step) + "\n") == ExitCode::pass);
-  CHECK(expecting("reason = \"bad-input\"\nat_most_step = " + std::to_string(step - 1) + "\n") == ExitCode::expectation_failed);
+  CHECK(expecting("reason = \"bad-input\"\nat_most_step = " + std::to_string(step - 1) + "\n") ==
+        ExitCode::expectation_failed);
   CHECK(expecting("reason = \"diverged\"\n") == ExitCode::run_failed);
 }
 
-TEST_CASE("A device's report holds nothing but numbers: a hand beyond its range is at its end, and the tissue stays finite") {
+TEST_CASE(
+    "A device's report holds nothing but numbers: a hand beyond its range is at its end, and the tissue stays finite") {
   const std::string expectation = "[[expect]]\nsignal = \"solver.*\"\nmetric = \"non_finite\"\nequals = 0\n";
   const RunOutcome outcome = run_scenario(infinite_hand("direct", expectation), {});
   INFO(outcome.failure);

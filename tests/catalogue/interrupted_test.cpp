@@ -1,10 +1,10 @@
 // A case that is stopped: what was not run says so, in every form of the result.
 #include <catch2/catch.hpp>
 
-#include "oscillator.h"
 #include "evenstep/catalogue/run_trial.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/run_folder.h"
+#include "oscillator.h"
 #include "support.h"
 
 using namespace evenstep;

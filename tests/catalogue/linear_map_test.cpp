@@ -66,7 +66,8 @@ TEST_CASE("The power of a method's matrix is its recurrence, over seven decades 
           exact = step(method, w * w, d, h, exact);
           largest = std::max({largest, std::abs(exact.x), std::abs(exact.v) / w});
           const LinearMap::State power = map.power(n, {1, 0.3L * w});
-          INFO(static_cast<int>(method) << " z " << static_cast<double>(z) << " ratio " << static_cast<double>(ratio) << " n " << n);
+          INFO(static_cast<int>(method) << " z " << static_cast<double>(z) << " ratio " << static_cast<double>(ratio)
+                                        << " n " << n);
           REQUIRE(std::abs(power.x - exact.x) <= 1e-13L * largest);
           REQUIRE(std::abs(power.v - exact.v) <= 1e-13L * largest * w);
         }
@@ -82,7 +83,8 @@ TEST_CASE("Where float holds every constant, the problem that float solves is th
     const LinearMap given = linear_map(method, std::pow(2.0L, 18), 0, std::pow(2.0L, -10));
     const LinearMap rounded = float_linear_map(method, 256, std::pow(2.0, -10), std::pow(2.0, -10));
     INFO(name_of(method));
-    for (const auto& [a, b] : {std::pair{given.a, rounded.a}, {given.b, rounded.b}, {given.c, rounded.c}, {given.d, rounded.d}})
+    for (const auto& [a, b] :
+         {std::pair{given.a, rounded.a}, {given.b, rounded.b}, {given.c, rounded.c}, {given.d, rounded.d}})
       CHECK(std::abs(a - b) <= 1e-18L * std::abs(a));
     CHECK(std::abs(given.determinant - rounded.determinant) <= 1e-18L);
   }

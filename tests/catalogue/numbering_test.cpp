@@ -62,7 +62,8 @@ TEST_CASE("An exchange and a mirror move every part of a scene to the same place
   CHECK(now.tools[0].center_m == glm::dvec3(0, 0, 0.25));
   CHECK(now.regions[0].min_m == glm::dvec3(0.25, 0, 0));
   CHECK(now.regions[0].max_m == glm::dvec3(0.75, 0.25, 0.25));
-  CHECK((now.fixed.x_min && !now.fixed.x_max && now.fixed.y_min && !now.fixed.y_max && !now.fixed.z_min && !now.fixed.z_max));
+  CHECK(
+      (now.fixed.x_min && !now.fixed.x_max && now.fixed.y_min && !now.fixed.y_max && !now.fixed.z_min && !now.fixed.z_max));
   // Old site (1, 2, 0) = 5 is new site (3, 1, 2) = 3 + 4 (1 + 2 * 2).
   CHECK(numbering.site(old, 5) == 23);
   CHECK(now.initial_displacement_m[23] == glm::dvec3(-15, 5, 10));
@@ -75,7 +76,8 @@ TEST_CASE("The step limit of a scene is that of all of its numberings") {
     CHECK(step_limit(numbering.scene(old)).step_s == Approx(step_limit(old).step_s).epsilon(1e-9));
 }
 
-TEST_CASE("Every method but the one with colours gives one answer in all numberings, to the rounding of its springs' lengths") {
+TEST_CASE(
+    "Every method but the one with colours gives one answer in all numberings, to the rounding of its springs' lengths") {
   for (const Method method : kAllMethods) {
     INFO(name_of(method));
     const CaseCell in_double = cell_of(method, SolverKind::cpu_double, 20);

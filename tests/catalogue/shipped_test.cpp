@@ -4,9 +4,9 @@
 #include <set>
 
 #include "evenstep/catalogue/trial.h"
+#include "evenstep/format/fields.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/reports/measures.h"
-#include "evenstep/format/fields.h"
 #include "support.h"
 
 using namespace evenstep;

@@ -4,10 +4,10 @@
 
 #include "blocks.h"
 #include "degenerate.h"
-#include "oscillator.h"
-#include "run_case.h"
 #include "evenstep/catalogue/run_trial.h"
 #include "evenstep/harness/run.h"
+#include "oscillator.h"
+#include "run_case.h"
 #include "support.h"
 
 using namespace evenstep;
@@ -74,7 +74,8 @@ CaseCell cell_of(const CaseSpec& spec, double value, Method method = Method::sym
 
 TEST_CASE("A stable oscillator is ok in double and float, with errors at their rounding") {
   const CaseSpec spec = oscillator();
-  const CaseCell in_double = cell_of(spec, 0.3), in_float = cell_of(spec, 0.3, Method::symplectic_euler, SolverKind::cpu_float);
+  const CaseCell in_double = cell_of(spec, 0.3),
+                 in_float = cell_of(spec, 0.3, Method::symplectic_euler, SolverKind::cpu_float);
   CHECK(in_double.status == CellStatus::ok);
   CHECK(in_double.steps == 500);
   CHECK(in_double.metrics.at("closed_form_error") < 1e-12);
@@ -85,8 +86,7 @@ TEST_CASE("A stable oscillator is ok in double and float, with errors at their r
 }
 
 TEST_CASE("A closed form that is wrong by a ten-thousandth of the stiffness is found out") {
-  const CaseKind kind{"oscillator", "w h", "",
-                      [](const CellSpec& cell) -> std::unique_ptr<Trial> {
+  const CaseKind kind{"oscillator", "w h", "", [](const CellSpec& cell) -> std::unique_ptr<Trial> {
                         return std::make_unique<WrongTrial>(make_oscillator(cell));
                       }};
   const CaseSpec spec = oscillator();
@@ -120,7 +120,8 @@ TEST_CASE("Let go above the limit it diverges, at a step that is named and comes
 }
 
 TEST_CASE("Inputs that depend on who launches the steps are a schedule difference") {
-  const CaseKind kind{"fickle", "", "", [](const CellSpec&) -> std::unique_ptr<Trial> { return std::make_unique<FickleTrial>(); }};
+  const CaseKind kind{"fickle", "", "",
+                      [](const CellSpec&) -> std::unique_ptr<Trial> { return std::make_unique<FickleTrial>(); }};
   const CaseSpec spec;
   CHECK(run_cell(kind, {spec, 1, Method::symplectic_euler, SolverKind::cpu_double}, 1, nullptr).schedule_differs);
 }
@@ -128,8 +129,11 @@ TEST_CASE("Inputs that depend on who launches the steps are a schedule differenc
 TEST_CASE("A degenerate scene is refused by the name of what it lacks, and a hand that is not a number by its step") {
   const CaseKind kind{"degenerate", "", "", make_degenerate};
   const CaseSpec spec;
-  const std::pair<double, const char*> expected[] = {
-      {8, "particle mass"}, {9, "0 particles"}, {10, "stiffness"}, {11, "step 100: the position of tool 0 is not finite"}, {12, "step 100"}};
+  const std::pair<double, const char*> expected[] = {{8, "particle mass"},
+                                                     {9, "0 particles"},
+                                                     {10, "stiffness"},
+                                                     {11, "step 100: the position of tool 0 is not finite"},
+                                                     {12, "step 100"}};
   for (const auto& [value, words] : expected) {
     const CaseCell cell = run_cell(kind, {spec, value, Method::symplectic_euler, SolverKind::cpu_double}, 1, nullptr);
     INFO(value);

@@ -47,7 +47,8 @@ TEST_CASE("The table shows the value and the fate of every cell, with the number
 TEST_CASE("The picture has a cell of its own colour and words for every status, and a legend that explains them") {
   const std::string svg = case_strip_svg(every_status(), "a <case>");
   CHECK_THAT(svg, Contains("a &lt;case&gt;"));
-  for (const char* text : {">ok<", ">x0.25<", ">~0.03<", ">refused<", ">@17<", ">-<", ">not run<", ">interrupted<", "refused by the solver", "energy left"})
+  for (const char* text : {">ok<", ">x0.25<", ">~0.03<", ">refused<", ">@17<", ">-<", ">not run<", ">interrupted<",
+                           "refused by the solver", "energy left"})
     CHECK_THAT(svg, Contains(text));
   for (const char* colour : {"#009e73", "#e69f00", "#d55e00"}) CHECK(count_of(svg, colour) >= 2);  // cell and legend
   CHECK(count_of(svg, "<rect") == 1 + 7 + 7);
@@ -62,7 +63,8 @@ TEST_CASE("Counts add up, largest and least are taken over the cells in range, a
   CaseRecord record = every_status();
   auto all = measure(record).at("case.rk4.cpu");
   CHECK(all.at("cells") == 7);
-  for (const char* status : {"ok", "damped", "drifting", "refused", "diverged", "unavailable", "interrupted", "schedule_difference"})
+  for (const char* status :
+       {"ok", "damped", "drifting", "refused", "diverged", "unavailable", "interrupted", "schedule_difference"})
     CHECK(all.at(status) == 1);
   CHECK(all.at("order") == 2.5);
   CHECK(all.at("order_min") == 1.5);

@@ -181,7 +181,8 @@ ForceLimits with_ramps() {
 
 TEST_CASE("the authority rises in a straight line and then passes the force bit for bit") {
   ForceGuard guard(with_ramps());
-  for (int ms = 0; ms <= 100; ++ms) CHECK(guard.pass(RealTime{ms * kMs}, {0, 2, 0}, calm(ms)).y == Approx(2.0 * ms / 100).margin(1e-12));
+  for (int ms = 0; ms <= 100; ++ms)
+    CHECK(guard.pass(RealTime{ms * kMs}, {0, 2, 0}, calm(ms)).y == Approx(2.0 * ms / 100).margin(1e-12));
   for (int ms = 101; ms < 110; ++ms) CHECK(guard.pass(RealTime{ms * kMs}, {0, 2, 0}, calm(ms)) == glm::dvec3(0, 2, 0));
 }
 

@@ -74,7 +74,8 @@ TEST_CASE("a free mass flies its parabola exactly, however the force changes wit
   }
 }
 
-TEST_CASE("an oscillator stays within its phase error of the exact solution, and the error falls with the square of the grid") {
+TEST_CASE(
+    "an oscillator stays within its phase error of the exact solution, and the error falls with the square of the grid") {
   for (const double omega : {5.0, 40.0, 400.0, 2000.0}) {
     for (const double ratio : {0.0, 0.02, 0.3}) {
       CAPTURE(omega, ratio);

@@ -122,8 +122,8 @@ TEST_CASE("a ramp stop is its ramp until the stop and stands from then on") {
 TEST_CASE("a stick-slip motion holds, slips evenly to the mean line, and is on it at every period") {
   struct {
     Duration stick, slip;
-  } const rows[] = {{{90 * kMs}, {10 * kMs}},   {{1}, {1}},        {{0}, {7}},          {{66'666'666}, {12'500'000}},
-                    {{kSecond}, {333'333'333}}, {{3 * kMs}, {1}},  {{1}, {3 * kMs + 1}}};
+  } const rows[] = {{{90 * kMs}, {10 * kMs}},   {{1}, {1}},       {{0}, {7}},          {{66'666'666}, {12'500'000}},
+                    {{kSecond}, {333'333'333}}, {{3 * kMs}, {1}}, {{1}, {3 * kMs + 1}}};
   for (const auto& [stick, slip] : rows) {
     const StickSlip motion{kVelocity, stick, slip};
     const std::int64_t period = stick.ns + slip.ns;
@@ -192,8 +192,11 @@ TEST_CASE("a recorded motion goes through its rows, straight between them, and h
 
 TEST_CASE("before t = 0 every motion holds its position at 0") {
   const ConstantVelocity ramp{kVelocity, Duration{100 * kMs}, {0.1, 0.2, 0.3}};
-  const std::array<Motion, 7> motions{Still{{1, 2, 3}}, ramp, ConstantVelocity{kVelocity, Duration{0}, {1, 1, 1}},
-                                      Sine{{1, 1, 1}, Rate{30, 1}}, RampStop{ramp, RealTime{kSecond}},
+  const std::array<Motion, 7> motions{Still{{1, 2, 3}},
+                                      ramp,
+                                      ConstantVelocity{kVelocity, Duration{0}, {1, 1, 1}},
+                                      Sine{{1, 1, 1}, Rate{30, 1}},
+                                      RampStop{ramp, RealTime{kSecond}},
                                       StickSlip{kVelocity, Duration{kMs}, Duration{kMs}},
                                       StickSlip{kVelocity, Duration{0}, Duration{1}}};
   for (const Motion& motion : motions) {

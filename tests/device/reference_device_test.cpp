@@ -37,17 +37,40 @@ std::vector<Field> fields_of(std::span<const std::byte> bytes) {
     const std::int64_t signed_data = negative ? data - (std::int64_t{1} << (8 * size)) : data;
     at += 1 + size;
     switch (prefix & 0xFC) {
-      case 0x04: CHECK(data == 0xFF00); break;
-      case 0x08: ++now.usages; break;
-      case 0x14: now.minimum = signed_data; break;
-      case 0x24: now.maximum = now.minimum < 0 ? signed_data : data; break;  // as Linux reads it: unsigned from 0 up
-      case 0x54: now.exponent = data < 8 ? data : data - 16; break;
-      case 0x64: now.unit = data; break;
-      case 0x74: now.bits = data; break;
-      case 0x84: now.id = data; break;
-      case 0x94: now.count = data; break;
-      case 0xA0: ++open_collections; now.usages = 0; break;
-      case 0xC0: --open_collections; break;
+      case 0x04:
+        CHECK(data == 0xFF00);
+        break;
+      case 0x08:
+        ++now.usages;
+        break;
+      case 0x14:
+        now.minimum = signed_data;
+        break;
+      case 0x24:
+        now.maximum = now.minimum < 0 ? signed_data : data;
+        break;  // as Linux reads it: unsigned from 0 up
+      case 0x54:
+        now.exponent = data < 8 ? data : data - 16;
+        break;
+      case 0x64:
+        now.unit = data;
+        break;
+      case 0x74:
+        now.bits = data;
+        break;
+      case 0x84:
+        now.id = data;
+        break;
+      case 0x94:
+        now.count = data;
+        break;
+      case 0xA0:
+        ++open_collections;
+        now.usages = 0;
+        break;
+      case 0xC0:
+        --open_collections;
+        break;
       case 0x80:
       case 0x90:
         REQUIRE(open_collections == 1);
@@ -56,7 +79,8 @@ std::vector<Field> fields_of(std::span<const std::byte> bytes) {
         fields.push_back(now);
         now.usages = 0;
         break;
-      default: FAIL("an item the reference device does not need: " << prefix);
+      default:
+        FAIL("an item the reference device does not need: " << prefix);
     }
   }
   CHECK(open_collections == 0);
@@ -84,8 +108,8 @@ TEST_CASE("the report descriptor declares range, unit and a usage of its own for
 }
 
 TEST_CASE("reports lie in memory byte for byte as documented") {
-  const std::array<int, kInputSize> input{1, 0x04, 0x03, 0x02, 0x01, 0xFF, 0xFF, 0xFF, 0xFF, 0x01, 0, 0, 0,
-                                          0xFE, 0xFF, 0xFF, 0xFF, 0x00, 0x00, 0x00, 0x80};
+  const std::array<int, kInputSize> input{1, 0x04, 0x03, 0x02, 0x01, 0xFF, 0xFF, 0xFF, 0xFF, 0x01, 0,
+                                          0, 0,    0xFE, 0xFF, 0xFF, 0xFF, 0x00, 0x00, 0x00, 0x80};
   const auto encoded = encode(InputReport{0x01020304, 0xFFFFFFFF, {1, -2, INT32_MIN}});
   for (std::size_t i = 0; i < kInputSize; ++i) CHECK(std::to_integer<int>(encoded[i]) == input[i]);
   const std::array<int, kOutputSize> output{2, 0xF0, 0xDE, 0xBC, 0x9A, 0xFF, 0xFF, 0xFF, 0x7F,

@@ -118,8 +118,13 @@ TEST_CASE("local: a contact that only pushes never pulls, and its push is that o
   int played = 0;
   for (int i = 0; i < 100'000; ++i) {
     const double alpha = random.uniform(0.1, 4);
-    ContactRecord record{random.vector(5), random.vector(0.01), random.stiffness(2000), random.direction(),
-                         random.uniform(-1e-3, 1e-3), random.uniform(0, 1) < 0.8, {}};
+    ContactRecord record{random.vector(5),
+                         random.vector(0.01),
+                         random.stiffness(2000),
+                         random.direction(),
+                         random.uniform(-1e-3, 1e-3),
+                         random.uniform(0, 1) < 0.8,
+                         {}};
     const AffineContact contact = affine_contact(record, random.uniform(0, 1) < 0.5);
     const glm::dvec3 hand = random.vector(0.01);
     const glm::dvec3 law = contact.force_N + (contact.stiffness_N_per_m * (contact.tool_m - hand)) * alpha;
@@ -191,7 +196,8 @@ TEST_CASE("the damping that a delayed spring renders follows b_eq within the nex
           const double measured = work / (kPi * amplitude * amplitude * w * period);
           const double scheduled = loop.scheduled_s + device, direct = h / 2 + device;
           const double next_order =
-              stiffness * w * w / 6 * (std::abs(1 - alpha) * std::pow(scheduled, 3) + alpha * std::pow(direct, 3) + h * h * scheduled);
+              stiffness * w * w / 6 *
+              (std::abs(1 - alpha) * std::pow(scheduled, 3) + alpha * std::pow(direct, 3) + h * h * scheduled);
           // An incomplete turn leaves up to 0.1 % of K A^2 / 2 behind.
           const double incomplete = period == 1 ? 0 : 1e-3 * stiffness / w;
           INFO(frequency << " Hz, L " << latency << ", d " << device << ", alpha " << alpha);
@@ -210,7 +216,8 @@ TEST_CASE("local plays a ramp and its dead stop exactly, where the scheduled for
   for (int k = 0; k < 400; ++k) {
     const double t = k * 1e-3;
     const ContactRecord record = spring_record({stiffness, stiffness, stiffness, 0, 0, 0}, {x(t - latency), 0, 0});
-    local_error = std::max(local_error, std::abs(local.force_N(affine_contact(record, true), kFresh, {x(t), 0, 0}).x + stiffness * x(t)));
+    local_error = std::max(local_error,
+                           std::abs(local.force_N(affine_contact(record, true), kFresh, {x(t), 0, 0}).x + stiffness * x(t)));
     force_error = std::max(force_error, std::abs(record.force_N.x + stiffness * x(t)));
   }
   CHECK(local_error <= 16 * kEpsilon * stiffness * speed * stop);
@@ -231,7 +238,8 @@ std::vector<double> reference(const SpringMode& mode, const std::function<double
   long double q = x(0) * mode.contact_N_per_m / (mode.contact_N_per_m + mode.ground_N_per_m), v = 0;
   std::vector<double> forces;
   const auto acceleration = [&](double t, long double q_now, long double v_now) {
-    return (mode.contact_N_per_m * (x(t) - q_now) - mode.ground_N_per_m * q_now - mode.damping_N_s_per_m * v_now) / mode.mass_kg;
+    return (mode.contact_N_per_m * (x(t) - q_now) - mode.ground_N_per_m * q_now - mode.damping_N_s_per_m * v_now) /
+           mode.mass_kg;
   };
   for (std::int64_t n = 0; static_cast<double>(n) * h <= until; ++n) {
     const double t = static_cast<double>(n) * h;

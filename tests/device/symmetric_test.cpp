@@ -60,11 +60,16 @@ Symmetric matrix_of(const std::array<glm::dvec3, 3>& axes, const std::array<doub
 std::array<double, 3> some_values(Random& random, int i) {
   const double size = std::pow(10, random.uniform(-8, 8));
   switch (i % 5) {
-    case 0: return {size, random.uniform(0, size), random.uniform(0, size)};
-    case 1: return {size, size * (1 + 1e-12), random.uniform(0, size)};
-    case 2: return {size, size, size};
-    case 3: return {size, 0, 0};
-    default: return {size, -random.uniform(0, size), random.uniform(-size, size) * 1e-9};
+    case 0:
+      return {size, random.uniform(0, size), random.uniform(0, size)};
+    case 1:
+      return {size, size * (1 + 1e-12), random.uniform(0, size)};
+    case 2:
+      return {size, size, size};
+    case 3:
+      return {size, 0, 0};
+    default:
+      return {size, -random.uniform(0, size), random.uniform(-size, size) * 1e-9};
   }
 }
 
@@ -101,7 +106,8 @@ TEST_CASE("a diagonal matrix is its own answer, and what is not finite has no va
   }
 }
 
-TEST_CASE("a softened contact keeps its axes and what is below the cap; what is above becomes the cap, force in proportion") {
+TEST_CASE(
+    "a softened contact keeps its axes and what is below the cap; what is above becomes the cap, force in proportion") {
   Random random(2);
   int softer = 0;
   for (int i = 0; i < 50'000; ++i) {
@@ -109,7 +115,8 @@ TEST_CASE("a softened contact keeps its axes and what is below the cap; what is 
     const double size = std::pow(10, random.uniform(0, 5));
     const std::array<double, 3> values{random.uniform(0, size), random.uniform(0, size), random.uniform(0, size)};
     const double cap = random.uniform(0.05, 1.2) * size;
-    ContactRecord record{random.vector(10), random.vector(0.1), matrix_of(axes, values), axes[0], random.uniform(-1, 1), true, {}};
+    ContactRecord record{
+        random.vector(10), random.vector(0.1), matrix_of(axes, values), axes[0], random.uniform(-1, 1), true, {}};
     const Softened soft = softened(record, cap);
     const double stiffest = *std::max_element(values.begin(), values.end());
     REQUIRE(soft.stiffest_N_per_m == Approx(stiffest).epsilon(1e-12));
@@ -133,7 +140,8 @@ TEST_CASE("a softened contact keeps its axes and what is below the cap; what is 
 TEST_CASE("a contact that is soft enough passes bit for bit, and so does one that is not a number") {
   Random random(3);
   for (int i = 0; i < 10'000; ++i) {
-    const Symmetric k = matrix_of(random.basis(), {random.uniform(0, 900), random.uniform(0, 900), random.uniform(-900, 900)});
+    const Symmetric k =
+        matrix_of(random.basis(), {random.uniform(0, 900), random.uniform(0, 900), random.uniform(-900, 900)});
     const ContactRecord record{random.vector(10), random.vector(0.1), k, {}, 0, false, {}};
     for (const double cap : {901.0, kInfinity}) {
       const Softened soft = softened(record, cap);
@@ -153,8 +161,13 @@ TEST_CASE("a wall under a cap is a softer wall at the same place, before and in 
   for (int i = 0; i < 20'000; ++i) {
     const std::array<glm::dvec3, 3> axes = random.basis();
     const double stiffness = random.uniform(1000, 5000), cap = random.uniform(100, 900), gap_m = random.uniform(-0.01, 0.01);
-    const ContactRecord wall{axes[0] * (stiffness * std::max(0.0, -gap_m)), axes[0] * gap_m, matrix_of(axes, {stiffness, 0, 0}),
-                             axes[0], gap_m, true, {}};
+    const ContactRecord wall{axes[0] * (stiffness * std::max(0.0, -gap_m)),
+                             axes[0] * gap_m,
+                             matrix_of(axes, {stiffness, 0, 0}),
+                             axes[0],
+                             gap_m,
+                             true,
+                             {}};
     const AffineContact contact = affine_contact(softened(wall, cap).record, true);
     const double depth_m = random.uniform(-0.01, 0.01);
     const glm::dvec3 force_N = LocalRenderer(1).force_N(contact, Duration{0}, axes[0] * -depth_m);

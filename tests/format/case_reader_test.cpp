@@ -80,7 +80,8 @@ TEST_CASE("Mistakes in a case are named where they stand, with the remedy") {
            {"[[expect]]", "[expect_stop]\nreason = \"diverged\"\n[[expect]]", "'expect_stop' does not go with [case]"},
            {"case.rk4.*", "case.rk5.*", "there is no method 'rk5'; this scenario has: symplectic-euler, rk4"},
            {"case.rk4.*", "case.rk4.opencl", "there is no solver 'opencl'; this scenario has: cpu-double"},
-           {"case.rk4.*", "left.force.direct", "'left.force.direct' is not a signal of a case; write case.<method>.<solver>"},
+           {"case.rk4.*", "left.force.direct",
+            "'left.force.direct' is not a signal of a case; write case.<method>.<solver>"},
            {"[0.1, 2]", "[2, 0.1]", "'at' must be the least and the greatest value"},
            {"[0.1, 2]", "[2]", "'at' must be the least and the greatest value"},
        }) {

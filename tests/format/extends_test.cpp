@@ -115,7 +115,8 @@ TEST_CASE("The option --set changes one value, by index or by name, and needs no
 TEST_CASE("An element whose name begins with a digit is found by its name, and a number alone is an index") {
   std::string named = kTissue;
   for (const auto& [from, to] : {std::pair<std::string, std::string>{"\"left\"", "\"1st\""}, {"\"right\"", "\"0\""}}) {
-    for (std::size_t at = 0; (at = named.find(from, at)) != std::string::npos; at += to.size()) named.replace(at, from.size(), to);
+    for (std::size_t at = 0; (at = named.find(from, at)) != std::string::npos; at += to.size())
+      named.replace(at, from.size(), to);
   }
   const ReadResult result = read_text(named, {{"device.1st.rate=500 Hz", "device.1.rate=250 Hz"}, {}});
   INFO(errors_of(result));

@@ -12,8 +12,8 @@
 #include "check.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/reports/json.h"
-#include "support.h"
 #include "evenstep/text/units.h"
+#include "support.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;
@@ -53,9 +53,9 @@ std::string key_tables() {
 
 std::string unit_table() {
   std::string out = "\n| of | units |\n|---|---|\n";
-  for (const Dimension d :
-       {Dimension::time, Dimension::length, Dimension::velocity, Dimension::acceleration, Dimension::force, Dimension::slew,
-        Dimension::stiffness, Dimension::damping, Dimension::energy, Dimension::mass, Dimension::rate, Dimension::ratio, Dimension::drift}) {
+  for (const Dimension d : {Dimension::time, Dimension::length, Dimension::velocity, Dimension::acceleration,
+                            Dimension::force, Dimension::slew, Dimension::stiffness, Dimension::damping, Dimension::energy,
+                            Dimension::mass, Dimension::rate, Dimension::ratio, Dimension::drift}) {
     std::string names;
     for (const Unit& unit : units()) {
       if (unit.dimension == d) names += fmt::format("{}`{}`", names.empty() ? "" : ", ", unit.name);
@@ -104,7 +104,8 @@ void check_alone(const Field& field, std::string_view toml) {
       return !path.empty() && outer.table == path && outer.key == key && !outer.kinds.empty();
     };
     if (const auto outer = std::find_if(fields().begin(), fields().end(), needs_kind); outer != fields().end())
-      document.table.push_back({std::string(kind_key(path)), kHere, text_value(std::string(split_words(outer->kinds).front()), kHere)});
+      document.table.push_back(
+          {std::string(kind_key(path)), kHere, text_value(std::string(split_words(outer->kinds).front()), kHere)});
   }
   Errors errors;
   const Check check(document, errors);
@@ -143,9 +144,8 @@ TEST_CASE("A scenario with every key of its kind spelled out at its default is t
   text.replace(text.find("stiffness"), 0, spelled("scene", "spring", "stiffness"));
   text.replace(text.find("motion"), 0, spelled("device", "", ""));
   text += "[remap]\n" + spelled("remap", "", "") + "[remap.adapt]\n" + spelled("remap.adapt", "", "") +
-          "[remap.estimate]\n" + spelled("remap.estimate", "", "") +
-          "[remap.underrun]\n" + spelled("remap.underrun", "", "") + "[remap.filter]\n" +
-          spelled("remap.filter", "butterworth", "");
+          "[remap.estimate]\n" + spelled("remap.estimate", "", "") + "[remap.underrun]\n" +
+          spelled("remap.underrun", "", "") + "[remap.filter]\n" + spelled("remap.filter", "butterworth", "");
   const ReadResult full = test::read_text(text);
   INFO(text << test::errors_of(full));
   REQUIRE(full);
@@ -156,8 +156,7 @@ TEST_CASE("The document holds exactly the keys and units of the tables") {
   const std::string text = document();
   for (const auto& [marker, expected] :
        {std::pair<std::string, std::string>{"keys", key_tables()}, {"units", unit_table()}}) {
-    const std::string begin =
-        fmt::format("<!-- {}: begin (test_format \"[.print-{}]\" prints this) -->\n", marker, marker);
+    const std::string begin = fmt::format("<!-- {}: begin (test_format \"[.print-{}]\" prints this) -->\n", marker, marker);
     const std::string end = fmt::format("<!-- {}: end -->", marker);
     const std::size_t from = text.find(begin), to = text.find(end);
     REQUIRE(from != std::string::npos);

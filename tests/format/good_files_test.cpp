@@ -262,9 +262,11 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
   const RenderSpec::Cap fixed = rendered(kSpring, "kind = \"local\", cap = \"1.5 kN/m\"").devices[0].render.cap;
   CHECK(fixed.kind == Cap::fixed);
   CHECK(fixed.fixed_N_per_m == 1500);
-  const std::string device = "device.left.driver=\"pid\"", travel = "travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\"";
+  const std::string device = "device.left.driver=\"pid\"",
+                    travel = "travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\"";
   const auto sprung = [&](const std::string& pid, const std::string& kind) {
-    return good(kSpring, {{device, "device.left.pid={ " + travel + pid + " }", "device.left.render={ kind = \"" + kind + "\" }"}, {}})
+    return good(kSpring,
+                {{device, "device.left.pid={ " + travel + pid + " }", "device.left.render={ kind = \"" + kind + "\" }"}, {}})
         .devices[0];
   };
   const auto sprung_pid = [&](const std::string& pid, const std::string& kind) {
@@ -428,13 +430,15 @@ TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
 TEST_CASE("A hand reads its plant, its arm, its path and what it starts with") {
   std::string text = kSpring;
   text.replace(text.find("warmup"), 21, "strategies = [\"direct\"]");
-  text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
-               "delay = \"1 ms\"\n[device.motion]\nkind = \"hand\"\nmass = \"200 g\"\ndamping = \"1 N s/m\"\nstiffness = \"2 N/m\"\n"
-               "arm = { mass = \"0.554 kg\", damping = \"6.45 N s/m\", stiffness = \"135 N/m\" }\npush = [\"-1 N\", \"0 N\", \"2 mN\"]\n"
-               "offset = [\"5 mm\", \"0 mm\", \"0 mm\"]\nvelocity = [\"0 m/s\", \"1 cm/s\", \"0 m/s\"]\n"
-               "path = { kind = \"minimum-jerk\", delay = \"1 segment\", moves = [\n"
-               "  { to = [\"10 mm\", \"0 mm\", \"0 mm\"], duration = \"0.4 s\", rest = \"1 s\" },\n"
-               "  { to = [\"0 mm\", \"0 mm\", \"3 mm\"], duration = \"12 ms\" }] }\n");
+  text.replace(
+      text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
+      "delay = \"1 ms\"\n[device.motion]\nkind = \"hand\"\nmass = \"200 g\"\ndamping = \"1 N s/m\"\nstiffness = \"2 N/m\"\n"
+      "arm = { mass = \"0.554 kg\", damping = \"6.45 N s/m\", stiffness = \"135 N/m\" }\npush = [\"-1 N\", \"0 N\", \"2 "
+      "mN\"]\n"
+      "offset = [\"5 mm\", \"0 mm\", \"0 mm\"]\nvelocity = [\"0 m/s\", \"1 cm/s\", \"0 m/s\"]\n"
+      "path = { kind = \"minimum-jerk\", delay = \"1 segment\", moves = [\n"
+      "  { to = [\"10 mm\", \"0 mm\", \"0 mm\"], duration = \"0.4 s\", rest = \"1 s\" },\n"
+      "  { to = [\"0 mm\", \"0 mm\", \"3 mm\"], duration = \"12 ms\" }] }\n");
   text.replace(text.find("left.interaction.direct"), 23, "closed_loop.left.direct");
   text.replace(text.find("velocity_jump"), 13, "energy_min");
   text.replace(text.find("min = \"4 step\""), 14, "min = \"-1 mJ\"");
@@ -475,7 +479,8 @@ TEST_CASE("A wall and a mode read what they are") {
   const auto plain = std::get<WallScene>(with("kind = \"wall\""));
   CHECK(plain.stiffness_N_per_m == 200);
   CHECK(plain.hardening_m == 0);
-  const auto mode = std::get<ModeScene>(with("kind = \"mode\"\nfrequency = \"30 Hz\"\none_sided = true\nsurface = \"1 mm\""));
+  const auto mode =
+      std::get<ModeScene>(with("kind = \"mode\"\nfrequency = \"30 Hz\"\none_sided = true\nsurface = \"1 mm\""));
   CHECK(mode.frequency_Hz == 30);
   CHECK(mode.damping_ratio == 0.1);
   CHECK(mode.one_sided);
@@ -568,7 +573,8 @@ TEST_CASE("Filters, policies and long runs are read as they are written") {
   CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {1000, 1})).samples == 33);
   CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {450, 1})).samples == 15);
   CHECK(std::get<MovingAverageSpec>(filter_at(average.remap, {1, 1})).samples == 1);
-  const Scenario gate = read("[remap]\nunderrun = { interaction = \"gate\", force = \"extrapolate\" }", "keep = \"summary\"\n");
+  const Scenario gate =
+      read("[remap]\nunderrun = { interaction = \"gate\", force = \"extrapolate\" }", "keep = \"summary\"\n");
   CHECK(gate.remap.interaction_underrun == InteractionUnderrun::gate);
   CHECK(gate.remap.force_underrun == ForceUnderrun::extrapolate);
   CHECK_FALSE(gate.keep_rows);

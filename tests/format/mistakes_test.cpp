@@ -45,7 +45,8 @@ TEST_CASE("A key, a word or a form that does not exist is named where it stands,
           {"[timing]", "[tming]",
            "scenario.toml:8:2: error: unknown key 'tming' in the top of the file; did you mean 'timing'?"},
           {"kind = \"spring\"", "kind = \"sprang\"",
-           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\", \"wall\", \"mode\", \"tissue\" or \"foreign\"; did "
+           "scenario.toml:13:8: error: 'kind': \"sprang\" must be \"spring\", \"wall\", \"mode\", \"tissue\" or "
+           "\"foreign\"; did "
            "you mean 'spring'?"},
           {"kind = \"spring\"", "", "[scene] has no 'kind'; write kind = \"spring\""},
           {"stiffness = \"200 N/m\"", "lattice = [1, 1, 1]",
@@ -149,10 +150,10 @@ TEST_CASE("An adaptive latency that cannot be, or that nobody has, is refused wi
 }
 
 TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave something of its signal") {
-  check_each(kSpring,
-             {{"name = \"left\"", "name = \"left\"\nrender = { kind = \"force\", emission = \"hold\" }\n[remap]\nunderrun = { force = "
-                                  "\"extrapolate\" }\n[[device]]\nname = \"right\"",
-               "'force': \"extrapolate\" continues a line, and device 'left' has emission = \"hold\""}});
+  check_each(kSpring, {{"name = \"left\"",
+                        "name = \"left\"\nrender = { kind = \"force\", emission = \"hold\" }\n[remap]\nunderrun = { force = "
+                        "\"extrapolate\" }\n[[device]]\nname = \"right\"",
+                        "'force': \"extrapolate\" continues a line, and device 'left' has emission = \"hold\""}});
   const std::string filtered = "[run]\nstrategies = [\"filtered\"]";
   const auto with = [&](const std::string& filter) {
     return changed(changed(kSpring, "[run]", filtered), "[[expect]]", "[remap.filter]\n" + filter + "\n[[expect]]");
@@ -178,45 +179,58 @@ TEST_CASE("A force that is held cannot be extrapolated, and a filter must leave 
 TEST_CASE("What a device renders must go together, and with its scene") {
   const auto render = [](const std::string& keys) { return "name = \"left\"\nrender = { " + keys + " }"; };
   for (const auto& [keys, error] : std::vector<std::pair<std::string, std::string>>{
-           {"alpha = 1.1", "scenario.toml:17:12: error: 'alpha' means nothing with kind = \"force\"; remove it, or write kind = \"local\""},
+           {"alpha = 1.1",
+            "scenario.toml:17:12: error: 'alpha' means nothing with kind = \"force\"; remove it, or write kind = \"local\""},
            {"kind = \"damped\"", "'kind': \"damped\" must be \"force\", \"local\", \"device_spring\" or \"smith\""},
            {"kind = \"local\", alpha = 0", "'alpha': 0 is out of range; it must be above 0 and at most 4"},
            {"kind = \"local\", alpha = 4.01", "'alpha': 4.01 is out of range"},
            {"kind = \"local\", alpha = \"most\"", "'alpha': \"most\" must be \"auto\" or a number"},
            {"kind = \"local\", stiffness = \"none\"", "'stiffness': \"none\" must be \"instantaneous\" or \"settled\""},
            {"kind = \"local\", gap = \"no\"", "'gap'"},
-           {"kind = \"local\", frequency = \"7 Hz\"", "'frequency' means nothing with kind = \"local\"; remove it, or write kind = \"smith\""},
+           {"kind = \"local\", frequency = \"7 Hz\"",
+            "'frequency' means nothing with kind = \"local\"; remove it, or write kind = \"smith\""},
            {"kind = \"local\", cap = \"laws\"", "'cap': \"laws\" must be \"law\" or a stiffness"},
            {"kind = \"local\", cap = \"0 N/m\"", "'cap': \"0 N/m\" is out of range"},
            {"kind = \"local\", cap = \"law\"", "'cap': \"law\" follows from the mass and damping of a hand"},
-           {"kind = \"device_spring\"", "scenario.toml:17:19: error: 'kind': \"device_spring\" is for devices that render springs by "
-                                         "themselves; write driver = \"pid\", or kind = \"local\""},
-           {"kind = \"device_spring\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"]", "write full_scale in its 'pid'"},
-           {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_slope = \"0 N/m\"", "'full_slope': \"0 N/m\" is out of range"},
-           {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], firmware_rate = \"99 Hz\"", "'firmware_rate': \"99 Hz\" is out of range"},
-           {"kind = \"smith\", gap = false", "'gap' means nothing with kind = \"smith\"; remove it, or write kind = \"local\""},
+           {"kind = \"device_spring\"",
+            "scenario.toml:17:19: error: 'kind': \"device_spring\" is for devices that render springs by "
+            "themselves; write driver = \"pid\", or kind = \"local\""},
+           {"kind = \"device_spring\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"]",
+            "write full_scale in its 'pid'"},
+           {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_slope = \"0 "
+            "N/m\"",
+            "'full_slope': \"0 N/m\" is out of range"},
+           {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], firmware_rate = "
+            "\"99 Hz\"",
+            "'firmware_rate': \"99 Hz\" is out of range"},
+           {"kind = \"smith\", gap = false",
+            "'gap' means nothing with kind = \"smith\"; remove it, or write kind = \"local\""},
            {"kind = \"smith\", frequency = \"1001 Hz\"", "'frequency': \"1001 Hz\" is out of range"},
            {"kind = \"smith\", factor = 0", "'factor': 0 is out of range"},
            {"kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1",
-            "device 'left' renders \"smith\", a model of one mode, and a scene of this kind does not say which; write frequency"}}) {
+            "device 'left' renders \"smith\", a model of one mode, and a scene of this kind does not say which; write "
+            "frequency"}}) {
     INFO(keys);
     const ReadResult result = read_text(changed(kSpring, "name = \"left\"", render(keys)));
     CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(error));
   }
-  check_each(kSpring,
-             {{"name = \"left\"",
-               "name = \"left\"\nrender = { kind = \"local\" }\n[[device]]\nname = \"right\"\nrender = { kind = \"local\", "
-               "stiffness = \"settled\" }",
-               "device 'right' renders with stiffness = \"settled\" and one before it with \"instantaneous\""},
-              {"name = \"left\"",
-               "name = \"left\"\nrender = { kind = \"local\" }\n[remap]\nunderrun = { force = \"extrapolate\" }\n[[device]]\nname "
-               "= \"right\"",
-               "'force': \"extrapolate\" continues a line of forces, and device 'left' makes its forces of records"}});
-  const ReadResult clash = read_text(changed(changed(kTissue, "particles = 800", "particles = 800\nlocal_model = \"settled\""),
-                                             "radius = \"6 mm\" }", "radius = \"6 mm\" }\nrender = { kind = \"local\" }"));
+  check_each(
+      kSpring,
+      {{"name = \"left\"",
+        "name = \"left\"\nrender = { kind = \"local\" }\n[[device]]\nname = \"right\"\nrender = { kind = \"local\", "
+        "stiffness = \"settled\" }",
+        "device 'right' renders with stiffness = \"settled\" and one before it with \"instantaneous\""},
+       {"name = \"left\"",
+        "name = \"left\"\nrender = { kind = \"local\" }\n[remap]\nunderrun = { force = \"extrapolate\" }\n[[device]]\nname "
+        "= \"right\"",
+        "'force': \"extrapolate\" continues a line of forces, and device 'left' makes its forces of records"}});
+  const ReadResult clash =
+      read_text(changed(changed(kTissue, "particles = 800", "particles = 800\nlocal_model = \"settled\""),
+                        "radius = \"6 mm\" }", "radius = \"6 mm\" }\nrender = { kind = \"local\" }"));
   CHECK_FALSE(clash);
-  CHECK_THAT(errors_of(clash), Contains("'local_model': \"settled\", but a device renders with stiffness = \"instantaneous\"; remove"));
+  CHECK_THAT(errors_of(clash),
+             Contains("'local_model': \"settled\", but a device renders with stiffness = \"instantaneous\"; remove"));
 }
 
 TEST_CASE("Timings that cannot be are named with the numbers that clash") {
@@ -254,48 +268,49 @@ TEST_CASE("Timings that cannot be are named with the numbers that clash") {
 }
 
 TEST_CASE("Strategies, devices and expectations must fit each other") {
-  check_each(kSpring,
-             {
-                 {"warmup = \"8 segments\"", "strategies = [\"direct\", \"direct\"]",
-                  "scenario.toml:7:25: error: 'strategies' names \"direct\" twice"},
-                 {"warmup = \"8 segments\"", "strategies = []", "'strategies' is empty; name at least one"},
-                 {"warmup = \"8 segments\"", "strategies = [\"phaselocked\"]", "did you mean 'phase_locked'?"},
-                 {"warmup = \"8 segments\"", "live = \"ideal\"",
-                  "'live': \"ideal\" must be \"direct\", \"paper\" or \"phase_locked\""},
-                 {"warmup = \"8 segments\"", "strategies = [\"ideal\"]",
-                  "scenario.toml:19:10: error: 'signal': there is no strategy 'direct'; this scenario has: ideal"},
-                 {"name = \"left\"", "name = \"le ft\"", "'name': \"le ft\" must be letters, digits, _ and -"},
-                 {"name = \"left\"", "name = \"\"", "'name': \"\" must be letters, digits, _ and -"},
-                 {"name = \"left\"", "name = \"solver\"", "is a signal of its own"},
-                 {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"left\"",
-                  "scenario.toml:18:8: error: 'name': there is a device \"left\" already"},
-                 {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"b\"\n[[device]]\nname = \"c\"",
-                  "scenario.toml:19:1: error: more than 2 devices"},
-                 {"name = \"left\"", "name = \"left\"\ngrab = { center = [\"0 m\", \"0 m\", \"0 m\"], radius = \"1 mm\" }",
-                  "'grab' means nothing without a tissue"},
-                 {"left.interaction.direct", "right.interaction.direct",
-                  "scenario.toml:19:10: error: 'signal': there is no device 'right'; this scenario has: left"},
-                 {"left.interaction.direct", "left.interactoin.direct",
-                  "'interactoin' is not a signal of a device; did you mean 'interaction'?"},
-                 {"left.interaction.direct", "left.interaction",
-                  "'left.interaction' is not a signal; write <device>.interaction.<strategy>"},
-                 {"left.interaction.direct", "left..direct", "is not a signal"},
-                 {"left.interaction.direct", "", "'' is not a signal"},
-                 {"left.interaction.direct", "solver.warp", "there is no strategy 'warp'"},
-                 {"min = \"4 step\"", "", "scenario.toml:18:1: error: [[expect]] has no limit; write min, max or equals"},
-                 {"min = \"4 step\"", "min = \"4 stip\"", "'min': 'stip' is not a unit; did you mean 'step'?"},
-                 {"min = \"4 step\"", "min = \"4 step\"\nmax = \"3 step\"",
-                  "scenario.toml:21:7: error: 'min': 4 step is above max, 3 step; nothing can hold"},
-                 {"min = \"4 step\"", "min = \"1 ms\"\nmax = \"999 us\"", "nothing can hold"},
-                 {"min = \"4 step\"", "min = \"2 segments\"\nmax = \"60 ms\"", "nothing can hold"},
-                 {"min = \"4 step\"", "min = 1\nequals = 1", "'equals' is min and max in one; remove the other"},
-                 {"min = \"4 step\"", "min = nan", "'min': nan is not a number"},
-                 {"min = \"4 step\"", "min = true", "'min': must be a limit, not true"},
-                 {"metric = \"velocity_jump\"", "", "[[expect]] has no 'metric'"},
-                 {"metric = \"velocity_jump\"", "metric = \"\"", "'metric' is empty"},
-                 {"[[expect]]", "[expect_stop]\nreason = \"tired\"\n[[expect]]",
-                  "'reason': \"tired\" must be \"unstable-step\", \"diverged\", \"bad-input\", \"device\" or \"interrupted\""},
-             });
+  check_each(
+      kSpring,
+      {
+          {"warmup = \"8 segments\"", "strategies = [\"direct\", \"direct\"]",
+           "scenario.toml:7:25: error: 'strategies' names \"direct\" twice"},
+          {"warmup = \"8 segments\"", "strategies = []", "'strategies' is empty; name at least one"},
+          {"warmup = \"8 segments\"", "strategies = [\"phaselocked\"]", "did you mean 'phase_locked'?"},
+          {"warmup = \"8 segments\"", "live = \"ideal\"",
+           "'live': \"ideal\" must be \"direct\", \"paper\" or \"phase_locked\""},
+          {"warmup = \"8 segments\"", "strategies = [\"ideal\"]",
+           "scenario.toml:19:10: error: 'signal': there is no strategy 'direct'; this scenario has: ideal"},
+          {"name = \"left\"", "name = \"le ft\"", "'name': \"le ft\" must be letters, digits, _ and -"},
+          {"name = \"left\"", "name = \"\"", "'name': \"\" must be letters, digits, _ and -"},
+          {"name = \"left\"", "name = \"solver\"", "is a signal of its own"},
+          {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"left\"",
+           "scenario.toml:18:8: error: 'name': there is a device \"left\" already"},
+          {"name = \"left\"", "name = \"left\"\n[[device]]\nname = \"b\"\n[[device]]\nname = \"c\"",
+           "scenario.toml:19:1: error: more than 2 devices"},
+          {"name = \"left\"", "name = \"left\"\ngrab = { center = [\"0 m\", \"0 m\", \"0 m\"], radius = \"1 mm\" }",
+           "'grab' means nothing without a tissue"},
+          {"left.interaction.direct", "right.interaction.direct",
+           "scenario.toml:19:10: error: 'signal': there is no device 'right'; this scenario has: left"},
+          {"left.interaction.direct", "left.interactoin.direct",
+           "'interactoin' is not a signal of a device; did you mean 'interaction'?"},
+          {"left.interaction.direct", "left.interaction",
+           "'left.interaction' is not a signal; write <device>.interaction.<strategy>"},
+          {"left.interaction.direct", "left..direct", "is not a signal"},
+          {"left.interaction.direct", "", "'' is not a signal"},
+          {"left.interaction.direct", "solver.warp", "there is no strategy 'warp'"},
+          {"min = \"4 step\"", "", "scenario.toml:18:1: error: [[expect]] has no limit; write min, max or equals"},
+          {"min = \"4 step\"", "min = \"4 stip\"", "'min': 'stip' is not a unit; did you mean 'step'?"},
+          {"min = \"4 step\"", "min = \"4 step\"\nmax = \"3 step\"",
+           "scenario.toml:21:7: error: 'min': 4 step is above max, 3 step; nothing can hold"},
+          {"min = \"4 step\"", "min = \"1 ms\"\nmax = \"999 us\"", "nothing can hold"},
+          {"min = \"4 step\"", "min = \"2 segments\"\nmax = \"60 ms\"", "nothing can hold"},
+          {"min = \"4 step\"", "min = 1\nequals = 1", "'equals' is min and max in one; remove the other"},
+          {"min = \"4 step\"", "min = nan", "'min': nan is not a number"},
+          {"min = \"4 step\"", "min = true", "'min': must be a limit, not true"},
+          {"metric = \"velocity_jump\"", "", "[[expect]] has no 'metric'"},
+          {"metric = \"velocity_jump\"", "metric = \"\"", "'metric' is empty"},
+          {"[[expect]]", "[expect_stop]\nreason = \"tired\"\n[[expect]]",
+           "'reason': \"tired\" must be \"unstable-step\", \"diverged\", \"bad-input\", \"device\" or \"interrupted\""},
+      });
   for (const char* signal : {"run", "solver.*", "*.*", "events.device.tick", "*.interaction.direct", "left.*.*",
                              "left.buffers.paper", "events.*.*"}) {
     INFO(signal);
@@ -304,21 +319,22 @@ TEST_CASE("Strategies, devices and expectations must fit each other") {
 }
 
 TEST_CASE("A fault, a pool or a stop that cannot be is named where it stands") {
-  check_each(kPid,
-             {
-                 {"interrupt = \"3 s\"", "interrupt = \"4 s\"",
-                  "scenario.toml:4:13: error: 'interrupt': the run has ended by 4000 ms; interrupt it earlier, or run longer"},
-                 {"interrupt = \"3 s\"", "interrupt = \"-1 s\"", "'interrupt': \"-1 s\" is out of range"},
-                 {"pool = 3", "pool = 41", "'pool': 41 is out of range; it must be at least 0 and at most 40"},
-                 {"pool = 3", "pool = -1", "'pool': -1 is out of range"},
-                 {"block_load_error = 2", "block_load_error = 0",
-                  "'block_load_error': 0 is out of range; it must be at least 1 and at most 40"},
-                 {"\"unread\"", "\"unreed\"", "did you mean 'unread'?"},
-                 {"driver = \"pid\"", "driver = \"reference\"", "'pid' means nothing with driver = \"reference\""},
-                 {"at_least_step = 1300", "at_least_step = 1401",
-                  "scenario.toml:32:17: error: 'at_least_step': 1401 is above at_most_step, 1400; nothing can hold"},
-                 {"message = \"at 3 s\"", "message = 3", "'message': must be a string, not 3"},
-             });
+  check_each(
+      kPid,
+      {
+          {"interrupt = \"3 s\"", "interrupt = \"4 s\"",
+           "scenario.toml:4:13: error: 'interrupt': the run has ended by 4000 ms; interrupt it earlier, or run longer"},
+          {"interrupt = \"3 s\"", "interrupt = \"-1 s\"", "'interrupt': \"-1 s\" is out of range"},
+          {"pool = 3", "pool = 41", "'pool': 41 is out of range; it must be at least 0 and at most 40"},
+          {"pool = 3", "pool = -1", "'pool': -1 is out of range"},
+          {"block_load_error = 2", "block_load_error = 0",
+           "'block_load_error': 0 is out of range; it must be at least 1 and at most 40"},
+          {"\"unread\"", "\"unreed\"", "did you mean 'unread'?"},
+          {"driver = \"pid\"", "driver = \"reference\"", "'pid' means nothing with driver = \"reference\""},
+          {"at_least_step = 1300", "at_least_step = 1401",
+           "scenario.toml:32:17: error: 'at_least_step': 1401 is above at_most_step, 1400; nothing can hold"},
+          {"message = \"at 3 s\"", "message = 3", "'message': must be a string, not 3"},
+      });
   CHECK(errors_of(read_text(changed(kPid, "at_least_step = 1300", "at_least_step = 1400"))) == "");
   CHECK(errors_of(read_text(changed(kPid, "interrupt = \"3 s\"", "interrupt = \"3.999999999 s\""))) == "");
 }
@@ -438,30 +454,33 @@ TEST_CASE("A study must name steps that meet, and a scene that has steps") {
 TEST_CASE("A hand that cannot be integrated, or that no strategy or study can use, is refused with the remedy") {
   const char* const hand = "kind = \"hand\", mass = \"0.2 kg\"";
   std::string base = changed(kSpring, "warmup = \"8 segments\"", "strategies = [\"direct\"]");
-  base = changed(base, "kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.2 s\"", hand);
+  base = changed(
+      base, "kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.2 s\"", hand);
   base = changed(base, "4 step", "1 mm");
   REQUIRE(errors_of(read_text(base)).empty());
-  check_each(base.c_str(),
-             {
-                 {", mass = \"0.2 kg\"", "", "device.motion has no 'mass'; write mass = \"0.2 kg\""},
-                 {"0.2 kg", "0 kg", "'mass': \"0 kg\" is out of range; it must be above 0 kg"},
-                 {"0.2 kg\"", "0.2 kg\", damping = \"-1 N s/m\"", "'damping': \"-1 N s/m\" is out of range"},
-                 {"0.2 kg\"", "1 g\", stiffness = \"20 N/mm\"",
-                  "'mass': on its springs the hand swings with 4472 /s, and 4000 /s is the most; write more mass or less stiffness"},
-                 {"0.2 kg\"", "1 g\", damping = \"5 N s/m\"", "'mass': the damping stops the hand with 5000 /s"},
-                 {"0.2 kg\"", "0.2 kg\", arm = { damping = \"1 N s/m\" }", "device.motion.arm has no 'mass'"},
-                 {"0.2 kg\"", "0.2 kg\", offset = [\"3 m\", \"0 m\", \"0 m\"]", "'offset': \"3 m\" is out of range"},
-                 {"0.2 kg\"", "0.2 kg\", path = { kind = \"hand\", mass = \"1 kg\" }", "'kind': \"hand\" must be \"still\""},
-                 {"0.2 kg\"", "0.2 kg\", path = { kind = \"minimum-jerk\", moves = [] }", "'moves' is empty; write [{ to = "},
-                 {"0.2 kg\"", "0.2 kg\", path = { kind = \"minimum-jerk\", moves = [{ duration = \"1 s\" }] }",
-                  "device.motion.path.moves has no 'to'"},
-                 {"0.2 kg\"", "0.2 kg\", amplitude = [\"1 mm\", \"0 m\", \"0 m\"]",
-                  "'amplitude' means nothing with kind = \"hand\"; remove it, or write kind = \"sine\""},
-                 {"[\"direct\"]", "[\"direct\", \"ideal\"]",
-                  "scenario.toml:7:14: error: 'strategies': \"ideal\" reads the programmed motion, and a hand that feels the force "
-                  "has none"},
-                 {"name = \"left\"", "name = \"left\"\ndelay = \"2 s\"", "'delay': \"2 s\" is out of range"},
-             });
+  check_each(
+      base.c_str(),
+      {
+          {", mass = \"0.2 kg\"", "", "device.motion has no 'mass'; write mass = \"0.2 kg\""},
+          {"0.2 kg", "0 kg", "'mass': \"0 kg\" is out of range; it must be above 0 kg"},
+          {"0.2 kg\"", "0.2 kg\", damping = \"-1 N s/m\"", "'damping': \"-1 N s/m\" is out of range"},
+          {"0.2 kg\"", "1 g\", stiffness = \"20 N/mm\"",
+           "'mass': on its springs the hand swings with 4472 /s, and 4000 /s is the most; write more mass or less "
+           "stiffness"},
+          {"0.2 kg\"", "1 g\", damping = \"5 N s/m\"", "'mass': the damping stops the hand with 5000 /s"},
+          {"0.2 kg\"", "0.2 kg\", arm = { damping = \"1 N s/m\" }", "device.motion.arm has no 'mass'"},
+          {"0.2 kg\"", "0.2 kg\", offset = [\"3 m\", \"0 m\", \"0 m\"]", "'offset': \"3 m\" is out of range"},
+          {"0.2 kg\"", "0.2 kg\", path = { kind = \"hand\", mass = \"1 kg\" }", "'kind': \"hand\" must be \"still\""},
+          {"0.2 kg\"", "0.2 kg\", path = { kind = \"minimum-jerk\", moves = [] }", "'moves' is empty; write [{ to = "},
+          {"0.2 kg\"", "0.2 kg\", path = { kind = \"minimum-jerk\", moves = [{ duration = \"1 s\" }] }",
+           "device.motion.path.moves has no 'to'"},
+          {"0.2 kg\"", "0.2 kg\", amplitude = [\"1 mm\", \"0 m\", \"0 m\"]",
+           "'amplitude' means nothing with kind = \"hand\"; remove it, or write kind = \"sine\""},
+          {"[\"direct\"]", "[\"direct\", \"ideal\"]",
+           "scenario.toml:7:14: error: 'strategies': \"ideal\" reads the programmed motion, and a hand that feels the force "
+           "has none"},
+          {"name = \"left\"", "name = \"left\"\ndelay = \"2 s\"", "'delay': \"2 s\" is out of range"},
+      });
   const auto study = [&](const std::string& text, const std::string& keys) {
     return errors_of(read_text(text + "[study]\n" + keys + "\n"));
   };
@@ -472,7 +491,8 @@ TEST_CASE("A hand that cannot be integrated, or that no strategy or study can us
              Contains("'mass' is that of a tissue's particles"));
   CHECK_THAT(study(base, "repeats = 3\nstiffness_limit = { from = \"20 N/m\", to = \"30 N/m\" }"),
              Contains("'repeats' does not go with 'stiffness_limit'"));
-  CHECK_THAT(study(kSpring, "stiffness_limit = { from = \"20 N/m\", to = \"30 N/m\" }"), Contains("needs a hand that feels the force"));
+  CHECK_THAT(study(kSpring, "stiffness_limit = { from = \"20 N/m\", to = \"30 N/m\" }"),
+             Contains("needs a hand that feels the force"));
 }
 
 TEST_CASE("A surface without a direction, and a mode that pulls as it pushes and yet has a surface, are refused") {
@@ -576,13 +596,16 @@ TEST_CASE("A trace or a motion file that is wrong is reported with its own line,
 
 TEST_CASE("A foreign part needs its name, options that are a table without dates, and a strategy that names a map") {
   check_each(kSpring, {
-    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"", "[scene] has no 'name'; write name = \"mine\""},
-    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = 3",
-     "scenario.toml:15:11: error: 'options': must be a table, not 3"},
-    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = { at = [2020-01-01] }",
-     "scenario.toml:15:19: error: 'options': a date cannot be passed on as JSON; write it as text"},
-    {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"spring\"\nname = \"a\"", "'name' means nothing with kind = \"spring\""},
-    {"name = \"left\"", "name = \"left\"\ndriver = \"foreign\"", "has no 'foreign'"},
-    {"[timing]", "strategies = [\"foreign\"]\n[timing]", "[remap] does not say which map that is"},
-  });
+                          {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"",
+                           "[scene] has no 'name'; write name = \"mine\""},
+                          {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = 3",
+                           "scenario.toml:15:11: error: 'options': must be a table, not 3"},
+                          {"kind = \"spring\"\nstiffness = \"200 N/m\"",
+                           "kind = \"foreign\"\nname = \"a\"\noptions = { at = [2020-01-01] }",
+                           "scenario.toml:15:19: error: 'options': a date cannot be passed on as JSON; write it as text"},
+                          {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"spring\"\nname = \"a\"",
+                           "'name' means nothing with kind = \"spring\""},
+                          {"name = \"left\"", "name = \"left\"\ndriver = \"foreign\"", "has no 'foreign'"},
+                          {"[timing]", "strategies = [\"foreign\"]\n[timing]", "[remap] does not say which map that is"},
+                      });
 }

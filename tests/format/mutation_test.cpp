@@ -69,8 +69,7 @@ TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place,
       ++read;
       if (read % 10 != 0) continue;
       const ReadResult again = read_scenario(folder.write("r.toml", result->resolved_toml));
-      if (!again || describe(*again) != describe(*result))
-        FAIL("does not read back:\n" << text << errors_of(again));
+      if (!again || describe(*again) != describe(*result)) FAIL("does not read back:\n" << text << errors_of(again));
     }
   }
   // Both ways out are taken; most damage is found.

@@ -33,7 +33,8 @@ struct MotionText {
   }
   std::string operator()(const MinimumJerk& m) const {
     std::string out = "minimum-jerk";
-    for (const MinimumJerk::Move& move : m.moves) out += fmt::format(" {} {} {}", at(move.to_m), at(move.duration), at(move.rest));
+    for (const MinimumJerk::Move& move : m.moves)
+      out += fmt::format(" {} {} {}", at(move.to_m), at(move.duration), at(move.rest));
     return out;
   }
 };
@@ -55,8 +56,8 @@ struct SceneText {
     return fmt::format("wall {} {} {} {}", s.stiffness_N_per_m, at(s.normal), s.surface_m, s.hardening_m);
   }
   std::string operator()(const ModeScene& s) const {
-    return fmt::format("mode {} {} {} {} {} {}", s.stiffness_N_per_m, s.frequency_Hz, s.damping_ratio, s.one_sided, at(s.normal),
-                       s.surface_m);
+    return fmt::format("mode {} {} {} {} {} {}", s.stiffness_N_per_m, s.frequency_Hz, s.damping_ratio, s.one_sided,
+                       at(s.normal), s.surface_m);
   }
   std::string operator()(const TissueScene& s) const {
     std::string out =
@@ -81,8 +82,8 @@ struct SceneText {
 std::string timing_text(const TimingSpec& t) {
   const ProgrammedTiming& p = t.programmed;
   std::string out =
-      fmt::format("segment {} V {} N {} s {} order {} cv {} {} seed {} paced {} real {}", at(p.segment),
-                  at(p.visualization), fmt::join(p.steps, ","), p.step ? at(*p.step) : "fill", static_cast<int>(p.order),
+      fmt::format("segment {} V {} N {} s {} order {} cv {} {} seed {} paced {} real {}", at(p.segment), at(p.visualization),
+                  fmt::join(p.steps, ","), p.step ? at(*p.step) : "fill", static_cast<int>(p.order),
                   p.visualization_variation, p.step_variation, p.seed, p.paced, t.real_steps);
   out += fmt::format(" first {} slowdown {} drift {} dropped {} merged {}", p.first_step, p.slowdown, p.drift_per_s,
                      p.dropped_visualization, p.merged_visualization);
@@ -110,15 +111,17 @@ std::string pid_text(const PidSpec& p) {
   const PidOptions& o = p.options;
   std::string out = fmt::format(" pid {} {} {} scale {} gain {} duration {}", o.travel_m.x, o.travel_m.y, o.travel_m.z,
                                 o.full_scale_N.value_or(-1), o.gain, o.effect_duration ? o.effect_duration->ns : -1);
-  out += fmt::format(" flavour {} pool {} error {} events", static_cast<int>(p.flavour), p.pool_effects, p.block_load_error_at);
+  out +=
+      fmt::format(" flavour {} pool {} error {} events", static_cast<int>(p.flavour), p.pool_effects, p.block_load_error_at);
   for (const PidDeviceEvent& e : p.events) out += fmt::format(" {} {} {}", static_cast<int>(e.kind), e.at.ns, e.on);
   return out;
 }
 
 std::string case_text(const CaseSpec& c) {
-  std::string out = fmt::format("case {} values {} periods {} most {} duration {} step {} particles {} iterations {} unstable {}",
-                                c.kind, fmt::join(c.values, ","), c.periods, c.most_steps, c.duration_s, at(c.step_size), c.particles,
-                                c.iterations, c.allow_unstable);
+  std::string out =
+      fmt::format("case {} values {} periods {} most {} duration {} step {} particles {} iterations {} unstable {}", c.kind,
+                  fmt::join(c.values, ","), c.periods, c.most_steps, c.duration_s, at(c.step_size), c.particles,
+                  c.iterations, c.allow_unstable);
   for (const Method method : c.methods) out += fmt::format(" {}", name_of(method));
   for (const SolverKind solver : c.solvers) out += fmt::format(" {}", name_of(solver));
   return out + "\n";
@@ -270,13 +273,13 @@ std::string describe(const Scenario& s) {
                   std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
                   s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.work_group_size);
   for (const DeviceSpec& d : s.devices) {
-    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {} delay {}{}\n", d.name, at(d.rate),
-                       at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape), d.motion.begin.ns,
-                       static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s,
+    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {} delay {}{}\n", d.name,
+                       at(d.rate), at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape),
+                       d.motion.begin.ns, static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s,
                        at(d.force_delay), d.hand ? hand_text(*d.hand) : "");
-    out += fmt::format(" render {} alpha {} stiffness {} gap {} cap {} {} mode {} {} {} factor {}\n", static_cast<int>(d.render.kind),
-                       d.render.alpha.value_or(0), static_cast<int>(d.render.stiffness), d.render.knows_gap,
-                       static_cast<int>(d.render.cap.kind), d.render.cap.fixed_N_per_m,
+    out += fmt::format(" render {} alpha {} stiffness {} gap {} cap {} {} mode {} {} {} factor {}\n",
+                       static_cast<int>(d.render.kind), d.render.alpha.value_or(0), static_cast<int>(d.render.stiffness),
+                       d.render.knows_gap, static_cast<int>(d.render.cap.kind), d.render.cap.fixed_N_per_m,
                        d.render.mode.frequency_Hz.value_or(0), d.render.mode.damping_ratio.value_or(0),
                        d.render.mode.static_N_per_m.value_or(0), d.render.factor);
   }

@@ -1,8 +1,8 @@
 // Any bytes as a recorded motion.
 #include <cmath>
 
-#include "property.h"
 #include "evenstep/recordings/motion_csv.h"
+#include "property.h"
 
 using namespace evenstep;
 using namespace evenstep::test;

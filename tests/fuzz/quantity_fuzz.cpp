@@ -29,7 +29,8 @@ void check_rate(std::string_view text) {
   require(rate.num > 0 && rate.den > 0, "a rate is not above 0");
   require(instant_ns(rate, 1) >= 1, "a period is shorter than 1 ns");
   const Result<Rate> again = parse_rate(std::to_string(rate.num) + "/" + std::to_string(rate.den) + " Hz");
-  require(again.ok() && again->num == rate.num && again->den == rate.den, "a rate does not read back: " + again.error_or(""));
+  require(again.ok() && again->num == rate.num && again->den == rate.den,
+          "a rate does not read back: " + again.error_or(""));
 }
 
 }  // namespace

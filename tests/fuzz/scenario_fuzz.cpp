@@ -18,8 +18,9 @@ const Folder& folder() {
     for (const fs::directory_entry& entry : fs::directory_iterator(EVENSTEP_SOURCE_DIR "/scenarios/paper")) {
       fs::copy_file(entry.path(), made.path(entry.path().filename()));
     }
-    made.write("t.csv", "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n"
-                        "0,idle,0,18200,30100\n1,visualization,0,30100,42100\n1,step,0,42100,46100\n");
+    made.write("t.csv",
+               "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n"
+               "0,idle,0,18200,30100\n1,visualization,0,30100,42100\n1,step,0,42100,46100\n");
     made.write("m.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n0.5,1e-3,-2e-3,0.5\n");
     return true;
   }();

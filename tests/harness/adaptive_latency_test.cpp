@@ -97,7 +97,7 @@ TEST_CASE("a growth is one hold in what the device plays, and the line goes on b
   };
   const double d_N = 20 * seconds(after - before);
   const double more_N = behind_N(steps[grew + 20].emission) - behind_N(steps[grew - 20].emission);
-  CHECK(std::abs(more_N - d_N) <= 20 * (1e-3 + 1.5 / 450));   // a tick, and the staircase of slots that vary by a half
+  CHECK(std::abs(more_N - d_N) <= 20 * (1e-3 + 1.5 / 450));  // a tick, and the staircase of slots that vary by a half
   CHECK(d_N > 0.5);
   CHECK(latency_over_time_svg(run).has_value());
 }

@@ -23,12 +23,12 @@ std::string stiffness(double N_per_m) { return fmt::format("scene.stiffness=\"{}
 
 /// Gripped by an arm on both devices' clocks, one of them at an odd rate, phase and delay, with unread reports dropped.
 const std::vector<std::string> kTwoHands{
-    "run.duration=\"2 s\"",
-    "expect=[]",
-    "scene.stiffness=\"40 N/m\"",
-    "device=[{ name = \"left\", rate = \"1 kHz\", queue = \"libusb\", motion = { kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", "
+    "run.duration=\"2 s\"", "expect=[]", "scene.stiffness=\"40 N/m\"",
+    "device=[{ name = \"left\", rate = \"1 kHz\", queue = \"libusb\", motion = { kind = \"hand\", mass = \"0.2 kg\", "
+    "damping = \"1 N s/m\", "
     "offset = [\"5 mm\", \"0 mm\", \"-3 mm\"] } }, "
-    "{ name = \"right\", rate = \"1000/3 Hz\", phase = \"0.7 ms\", delay = \"1.3 ms\", motion = { kind = \"hand\", mass = \"0.2 kg\", "
+    "{ name = \"right\", rate = \"1000/3 Hz\", phase = \"0.7 ms\", delay = \"1.3 ms\", motion = { kind = \"hand\", mass = "
+    "\"0.2 kg\", "
     "damping = \"1 N s/m\", arm = { mass = \"0.554 kg\", damping = \"6.45 N s/m\", stiffness = \"135 N/m\" }, "
     "path = { kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"2 Hz\" } } }]"};
 
@@ -123,9 +123,10 @@ TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and
     CHECK(limit.state == StiffnessLimit::State::found);
     CHECK(limit.unstable_N_per_m <= 1.01 * limit.stable_N_per_m);
     for (const double N_per_m : {limit.stable_N_per_m, limit.unstable_N_per_m}) {
-      const RunOutcome outcome = run_scenario(read("closed-loop/price-remap.toml", {fmt::format("scene.stiffness=\"{:.17g} N/m\"", N_per_m),
-                                                                                    "expect=[]",
-                                                                                    "run.strategies=[\"" + limit.strategy + "\"]"}), {});
+      const RunOutcome outcome =
+          run_scenario(read("closed-loop/price-remap.toml", {fmt::format("scene.stiffness=\"{:.17g} N/m\"", N_per_m),
+                                                             "expect=[]", "run.strategies=[\"" + limit.strategy + "\"]"}),
+                       {});
       CHECK(metric(outcome, "closed_loop.left." + limit.strategy, "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
     }
   }
@@ -143,7 +144,9 @@ TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and
   CHECK(ends.limits[1].state == StiffnessLimit::State::below);
   CHECK(ends.limits[1].unstable_N_per_m == 100);
   CHECK_THAT(stiffness_csv(ends), Catch::Contains("direct,above,110,,0,4\n") && Catch::Contains("phase_locked,below,,100,"));
-  CHECK_THAT(stiffness_json(ends), Catch::Contains("\"strategy\":\"direct\",\"state\":\"above\",\"stable_N_per_m\":110,\"latency_s\":0,\"runs\":4"));
+  CHECK_THAT(
+      stiffness_json(ends),
+      Catch::Contains("\"strategy\":\"direct\",\"state\":\"above\",\"stable_N_per_m\":110,\"latency_s\":0,\"runs\":4"));
   CHECK_THAT(stiffness_table(ends), Catch::Contains("above 110 N/m") && Catch::Contains("below 100 N/m"));
 }
 
@@ -156,17 +159,21 @@ TEST_CASE("an interrupted study keeps the strategies that were finished and says
   CHECK(study.limits.empty());
 }
 
-TEST_CASE("of a tissue the search makes springs, regions and tools stiffer together, and where asked keeps its frequencies") {
-  // A block of two materials, held by a spring coupling. Each of two searches must find what its own scaling finds: a scene in
-  // which everything is written in proportion.
+TEST_CASE(
+    "of a tissue the search makes springs, regions and tools stiffer together, and where asked keeps its frequencies") {
+  // A block of two materials, held by a spring coupling. Each of two searches must find what its own scaling finds: a scene
+  // in which everything is written in proportion.
   const auto text = [&](double factor, double mass_factor) {
     return std::vector<std::string>{
-        fmt::format("scene={{ kind = \"tissue\", solver = \"cpu\", lattice = [4, 4, 4], spacing = \"5 mm\", mass = \"{:.17g} g\", "
-                    "damping = \"{:.17g} mN s/m\", stiffness = \"{:.17g} N/m\", regions = [{{ min = [\"0 mm\", \"0 mm\", \"9 mm\"], "
-                    "max = [\"15 mm\", \"15 mm\", \"15 mm\"], stiffness = \"{:.17g} N/m\", mass = \"{:.17g} g\" }}] }}",
-                    0.125 * mass_factor, 2.5 * mass_factor, 10 * factor, 20 * factor, 0.25 * mass_factor),
-        fmt::format("device=[{{ name = \"left\", rate = \"1 kHz\", grab = {{ center = [\"7.5 mm\", \"7.5 mm\", \"15 mm\"], radius = \"6 mm\", "
-                    "coupling = \"spring\", stiffness = \"{:.17g} N/m\", damping = \"{:.17g} N s/m\" }}, motion = {{ kind = \"hand\", "
+        fmt::format(
+            "scene={{ kind = \"tissue\", solver = \"cpu\", lattice = [4, 4, 4], spacing = \"5 mm\", mass = \"{:.17g} g\", "
+            "damping = \"{:.17g} mN s/m\", stiffness = \"{:.17g} N/m\", regions = [{{ min = [\"0 mm\", \"0 mm\", \"9 mm\"], "
+            "max = [\"15 mm\", \"15 mm\", \"15 mm\"], stiffness = \"{:.17g} N/m\", mass = \"{:.17g} g\" }}] }}",
+            0.125 * mass_factor, 2.5 * mass_factor, 10 * factor, 20 * factor, 0.25 * mass_factor),
+        fmt::format("device=[{{ name = \"left\", rate = \"1 kHz\", grab = {{ center = [\"7.5 mm\", \"7.5 mm\", \"15 mm\"], "
+                    "radius = \"6 mm\", "
+                    "coupling = \"spring\", stiffness = \"{:.17g} N/m\", damping = \"{:.17g} N s/m\" }}, motion = {{ kind = "
+                    "\"hand\", "
                     "mass = \"0.2 kg\", damping = \"1 N s/m\", velocity = [\"0 mm/s\", \"0 mm/s\", \"-20 mm/s\"] }} }}]",
                     200 * factor, 0.02 * mass_factor),
         "run.strategies=[\"direct\"]", "run.duration=\"2 s\"", "expect=[]"};
@@ -178,7 +185,8 @@ TEST_CASE("of a tissue the search makes springs, regions and tools stiffer toget
     REQUIRE(limit.state == StiffnessLimit::State::found);
     for (const double N_per_m : {limit.stable_N_per_m, limit.unstable_N_per_m}) {
       const double factor = N_per_m / 10;
-      const RunOutcome outcome = run_scenario(read("closed-loop/price-remap.toml", text(factor, masses_too ? factor : 1)), {});
+      const RunOutcome outcome =
+          run_scenario(read("closed-loop/price-remap.toml", text(factor, masses_too ? factor : 1)), {});
       CAPTURE(masses_too, N_per_m, outcome.failure);
       CHECK(metric(outcome, "closed_loop.left.direct", "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
     }
@@ -189,10 +197,13 @@ TEST_CASE("of two hands the search must find the limit of the one that shakes fi
   const auto limit = [](const std::vector<double>& dampings) {
     std::string devices;
     for (std::size_t i = 0; i < dampings.size(); ++i)
-      devices += fmt::format("{}{{ name = \"d{}\", rate = \"1 kHz\", motion = {{ kind = \"hand\", mass = \"0.2 kg\", damping = \"{} N s/m\", "
-                             "offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }} }}", i == 0 ? "" : ", ", i, dampings[i]);
-    Scenario scenario = read("closed-loop/price-remap.toml",
-                             {"device=[" + devices + "]", "run.strategies=[\"phase_locked\"]", "run.duration=\"4 s\"", "expect=[]"});
+      devices += fmt::format(
+          "{}{{ name = \"d{}\", rate = \"1 kHz\", motion = {{ kind = \"hand\", mass = \"0.2 kg\", damping = \"{} N s/m\", "
+          "offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }} }}",
+          i == 0 ? "" : ", ", i, dampings[i]);
+    Scenario scenario =
+        read("closed-loop/price-remap.toml",
+             {"device=[" + devices + "]", "run.strategies=[\"phase_locked\"]", "run.duration=\"4 s\"", "expect=[]"});
     scenario.study.stiffness_limit = StiffnessSearch{20, 1000, 1};
     return run_stiffness_limits(scenario).limits.at(0).stable_N_per_m;
   };
@@ -204,9 +215,10 @@ TEST_CASE("of two hands the search must find the limit of the one that shakes fi
 
 TEST_CASE("with several seeds the largest stable stiffness is that of the worst timing among them") {
   const auto search = [](std::uint64_t seed, int seeds) {
-    Scenario scenario = read("closed-loop/price-remap.toml",
-                             {fmt::format("run.seed={}", seed), "run.strategies=[\"direct\"]", "run.duration=\"4 s\"", "expect=[]",
-                              "timing.jitter={ visualization = \"lognormal 20 %\", step = \"lognormal 20 %\" }"});
+    Scenario scenario =
+        read("closed-loop/price-remap.toml",
+             {fmt::format("run.seed={}", seed), "run.strategies=[\"direct\"]", "run.duration=\"4 s\"", "expect=[]",
+              "timing.jitter={ visualization = \"lognormal 20 %\", step = \"lognormal 20 %\" }"});
     scenario.study.stiffness_limit = StiffnessSearch{20, 1000, seeds};
     return run_stiffness_limits(scenario).limits.at(0).stable_N_per_m;
   };

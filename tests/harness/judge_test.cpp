@@ -53,8 +53,7 @@ TEST_CASE("a star is judged by the worst of the signals it matches") {
 }
 
 TEST_CASE("under a lower limit the worst of a star's signals is the smallest: one that is too small fails it") {
-  const RunOutcome outcome =
-      outcome_of("{ signal = \"left.interaction.*\", metric = \"velocity_jump\", min = \"4 step\" }");
+  const RunOutcome outcome = outcome_of("{ signal = \"left.interaction.*\", metric = \"velocity_jump\", min = \"4 step\" }");
   CHECK(outcome.exit == ExitCode::expectation_failed);  // direct jumps by 5.4 steps, phase_locked by none
   CHECK(outcome.results[0].signal == "left.interaction.phase_locked");
   // Between two limits it is the one that is nearer to its own.
@@ -104,8 +103,8 @@ TEST_CASE("as many seeds are run as a clean record needs to pass") {
     CHECK(result.verdict == ExpectationResult::Verdict::pass);
     CHECK(*result.value <= *result.max);
     long long hit = 0, segments = 0, seeds = 0, needed = 0;
-    REQUIRE(std::sscanf(result.detail.c_str(), "%lld of %lld segments in %lld seeds; %lld clean ones", &hit, &segments, &seeds,
-                        &needed) == 4);
+    REQUIRE(std::sscanf(result.detail.c_str(), "%lld of %lld segments in %lld seeds; %lld clean ones", &hit, &segments,
+                        &seeds, &needed) == 4);
     CHECK(hit == 0);
     CHECK(segments >= needed);
     CHECK(segments - segments / seeds < needed);  // and no seed more
@@ -142,9 +141,10 @@ TEST_CASE("an expectation that judged no sample is an error, never a pass") {
 TEST_CASE("a rate of underruns over no segment is an error, never a pass") {
   const RunOutcome outcome = run_scenario(
       read("paper/figure-1-spring-hold.toml",
-           {"run.duration=\"0.7 s\"", "run.warmup=\"0.6999 s\"", "run.strategies=[\"phase_locked\"]", "remap.latency=\"60 ms\"",
-            "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }",
-            "expect=[{ signal = \"left.buffers.phase_locked\", metric = \"underrun_rate\", max = \"2 %\", confidence = \"95 %\" }]"}),
+           {"run.duration=\"0.7 s\"", "run.warmup=\"0.6999 s\"", "run.strategies=[\"phase_locked\"]",
+            "remap.latency=\"60 ms\"", "timing.jitter={ visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" }",
+            "expect=[{ signal = \"left.buffers.phase_locked\", metric = \"underrun_rate\", max = \"2 %\", confidence = \"95 "
+            "%\" }]"}),
       {});
   REQUIRE(outcome.results.size() == 1);
   CHECK(outcome.results[0].verdict == ExpectationResult::Verdict::error);

@@ -2,9 +2,9 @@
 // machine is that the recorded inputs give the same run again, and that every step got its sample in order.
 
 #include "evenstep/clock/virtual_clock.h"
-#include "evenstep/loop/exchange.h"
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/live_run.h"
+#include "evenstep/loop/exchange.h"
 
 #include <filesystem>
 
@@ -93,11 +93,12 @@ TEST_CASE("a latency that adapts needs no knowledge of the timing, and replays t
   CHECK(outcome.repeat_difference.empty());
   const StrategyRecord& live = strategy(outcome.record, "phase_locked");
   CHECK_FALSE(live.shadow);
-  CHECK(live.latency_growths > 0);   // it starts from 0: the first step of a segment alone takes longer
+  CHECK(live.latency_growths > 0);  // it starts from 0: the first step of a segment alone takes longer
 }
 
 TEST_CASE("a device that is bound to a path is guarded unless the scenario says otherwise, and no other") {
-  const std::vector<std::string> set{"device.left.guard={ gain = 0.5, ramp_up = \"10 ms\" }", "device.left.slew_limit=\"2 kN/s\""};
+  const std::vector<std::string> set{"device.left.guard={ gain = 0.5, ramp_up = \"10 ms\" }",
+                                     "device.left.slew_limit=\"2 kN/s\""};
   const Scenario scenario = read("paper/figure-1.toml", set);
   const Scenario live = with_live_guards(scenario, {{"left", "/dev/hidraw0"}});
   const ForceLimits &bound = live.devices[0].limits, &simulated = live.devices[1].limits;
@@ -113,7 +114,9 @@ TEST_CASE("a device that is bound to a path is guarded unless the scenario says 
   CHECK(simulated.max_slew_N_per_s == 1e6);
   CHECK(simulated.cut.gain == 1);
   CHECK(simulated.cut.stale_hand == kNeverStale);
-  CHECK(with_live_guards(read("paper/figure-1.toml", {"device.left.force_limit=\"7 N\""}), {{"", "/dev/hidraw0"}}).devices[0].limits.max_N == 7);
+  CHECK(with_live_guards(read("paper/figure-1.toml", {"device.left.force_limit=\"7 N\""}), {{"", "/dev/hidraw0"}})
+            .devices[0]
+            .limits.max_N == 7);
   CHECK(with_live_guards(read("paper/figure-1.toml"), {{"", "/dev/hidraw0"}}).devices[0].limits.max_slew_N_per_s == 1000);
 }
 

@@ -108,8 +108,8 @@ TEST_CASE("idle time takes up what a gate has waited: paced segments begin on th
 
 TEST_CASE("the least latency of a gated schedule lets no force be late at this phase, and one nanosecond less does") {
   for (const int percent : {0, 10}) {
-    const std::vector<std::string> base =
-        with(with(percent == 0 ? std::vector<std::string>{} : jitter(percent), kGate), {"run.strategies=[\"phase_locked\"]"});
+    const std::vector<std::string> base = with(with(percent == 0 ? std::vector<std::string>{} : jitter(percent), kGate),
+                                               {"run.strategies=[\"phase_locked\"]"});
     const StrategyPlan least = plan(read(kSpring, with(base, {"remap.latency=\"minimal-this-phase\""}))).front();
     for (const int less : {0, 1}) {
       const std::string latency = "remap.latency=\"" + std::to_string(least.latency.ns - less) + " ns\"";
@@ -132,8 +132,9 @@ TEST_CASE("the least latency of a gated schedule lets no force be late at this p
 
 TEST_CASE("the any-phase latency of a gated schedule is what its worst phase needs, to the nanosecond") {
   for (const int percent : {1, 10}) {
-    Scenario gated = read("paper/figure-1-spring-hold.toml",
-                          with(with(jitter(percent), kGate), {"run.strategies=[\"phase_locked\"]", "run.duration=\"0.5 s\""}));
+    Scenario gated =
+        read("paper/figure-1-spring-hold.toml",
+             with(with(jitter(percent), kGate), {"run.strategies=[\"phase_locked\"]", "run.duration=\"0.5 s\""}));
     const StrategyPlan any = plan(gated).front();
     // The worst phase has a tick 1 ns before what some step reads, which then waits for the next. Each step's in turn.
     const std::vector<MappedStep> steps = any.sizing.steps;
@@ -156,7 +157,7 @@ TEST_CASE("on the line that a hand moves on, extrapolation replaces every missin
   const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ interaction = \"extrapolate\" }"})), {});
   const std::string signal = "left.interaction.phase_locked";
   CHECK(metric(clamped, signal, "underruns") == metric(line, signal, "underruns"));
-  CHECK(metric(line, signal, "underruns") > 30);  // one in every third segment
+  CHECK(metric(line, signal, "underruns") > 30);                     // one in every third segment
   CHECK(metric(clamped, signal, "velocity_jump") > 0.02 * kStep_m);  // a sample is up to 1/9 ms too old
   CHECK(metric(line, signal, "velocity_jump") <= 1e-6 * kStep_m);
   const StrategyRecord& record = strategy(line.record, "phase_locked");
@@ -183,15 +184,14 @@ TEST_CASE("late forces of a spring on a line, extrapolated, are the line; held, 
 }
 
 TEST_CASE("every underrun that is counted is a row of the log, with its lateness") {
-  const std::vector<std::string> set = with(jitter(10), {"remap.latency=\"14 ms\"", "remap.lead=\"0.5 ms\"",
-                                                         "run.warmup=\"0 s\"", "expect=[]"});
+  const std::vector<std::string> set =
+      with(jitter(10), {"remap.latency=\"14 ms\"", "remap.lead=\"0.5 ms\"", "run.warmup=\"0 s\"", "expect=[]"});
   const RunOutcome outcome = run_scenario(read(kSpring, set), {});
   for (const char* name : {"paper", "phase_locked"}) {
     const StrategyRecord& record = strategy(outcome.record, name);
     const auto interaction = rows(record, UnderrunRow::Side::interaction), force = rows(record, UnderrunRow::Side::force);
     INFO(name);
-    CHECK(static_cast<double>(interaction.size()) ==
-          metric(outcome, std::string("left.interaction.") + name, "underruns"));
+    CHECK(static_cast<double>(interaction.size()) == metric(outcome, std::string("left.interaction.") + name, "underruns"));
     CHECK(static_cast<double>(force.size()) == metric(outcome, std::string("left.force.") + name, "underruns"));
     CHECK(!interaction.empty());
     CHECK(!force.empty());
@@ -290,7 +290,9 @@ TEST_CASE("a lead that is given moves the least latency with it, nanosecond by n
 
 TEST_CASE("the ideal twin plays its forces as long after their reads as the latency is, however many wait") {
   const RunOutcome outcome = run_scenario(
-      read(kSpring, {"remap.latency=\"60 ms\"", "run.strategies=[\"ideal\", \"phase_locked\"]", "run.duration=\"2 s\"", "expect=[]"}), {});
+      read(kSpring,
+           {"remap.latency=\"60 ms\"", "run.strategies=[\"ideal\", \"phase_locked\"]", "run.duration=\"2 s\"", "expect=[]"}),
+      {});
   // 27 forces wait. On a line the force is the undelayed one of 60 ms ago: 200 N/m, 0.1 m/s.
   CHECK(metric(outcome, "left.force.ideal", "error_max") == Approx(200 * 0.1 * 0.06).epsilon(1e-6));
   CHECK(metric(outcome, "left.force.ideal", "deviation_max") <= 1e-9);
@@ -300,10 +302,14 @@ TEST_CASE("the ideal twin plays its forces as long after their reads as the late
 TEST_CASE("one device that interpolates makes the latency of all of them that of interpolation") {
   const auto latency = [](const std::string& left, const std::string& right) {
     const auto device = [](const std::string& name, const std::string& emission) {
-      return "{ name = \"" + name + "\", rate = \"1 kHz\", motion = { kind = \"still\" }, render = { kind = \"force\", emission = \"" + emission + "\" } }";
+      return "{ name = \"" + name +
+             "\", rate = \"1 kHz\", motion = { kind = \"still\" }, render = { kind = \"force\", emission = \"" + emission +
+             "\" } }";
     };
     return plan(read(kSpring, {"device=[" + device("left", left) + ", " + device("right", right) + "]", "expect=[]",
-                               "run.strategies=[\"phase_locked\"]"})).front().latency;
+                               "run.strategies=[\"phase_locked\"]"}))
+        .front()
+        .latency;
   };
   CHECK(latency("hold", "linear") == latency("linear", "linear"));
   CHECK(latency("linear", "hold") == latency("linear", "linear"));
@@ -311,7 +317,8 @@ TEST_CASE("one device that interpolates makes the latency of all of them that of
 }
 
 TEST_CASE("a segment that a gate pushed back ends as much later as it began, in the record too") {
-  const Scenario scenario = read(kSpring, with(with(jitter(10), {"run.duration=\"5 s\"", "run.strategies=[\"phase_locked\"]"}), kGate));
+  const Scenario scenario =
+      read(kSpring, with(with(jitter(10), {"run.duration=\"5 s\"", "run.strategies=[\"phase_locked\"]"}), kGate));
   const RunRecord run = run_all(scenario);
   const StrategyRecord& record = strategy(run, "phase_locked");
   const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);

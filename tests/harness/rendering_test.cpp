@@ -52,14 +52,18 @@ TEST_CASE("on a spring every strategy that renders locally sends the force of no
   }
 }
 
-TEST_CASE("a device's own springs and the force beside them are the local model's force at every tick, however steep it can be") {
+TEST_CASE(
+    "a device's own springs and the force beside them are the local model's force at every tick, however steep it can be") {
   for (const char* flavour : {"mask", "array"}) {
     const auto run = [&](const std::string& render, const std::string& slope) {
-      const std::string pid = "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0, flavour = \"" +
-                              std::string(flavour) + "\", full_slope = \"" + slope + "\" }";
-      const std::string motion = "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }";
-      return run_all(read("paper/figure-1-spring.toml", short_run({motion, kPid, pid, "device.left.render={ kind = \"" + render + "\" }",
-                                                                   "run.strategies=[\"direct\", \"phase_locked\"]"})));
+      const std::string pid =
+          "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0, flavour = \"" +
+          std::string(flavour) + "\", full_slope = \"" + slope + "\" }";
+      const std::string motion =
+          "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }";
+      return run_all(read("paper/figure-1-spring.toml",
+                          short_run({motion, kPid, pid, "device.left.render={ kind = \"" + render + "\" }",
+                                     "run.strategies=[\"direct\", \"phase_locked\"]"})));
     };
     const RunRecord local = run("local", "500 N/m");
     for (const auto& [slope, share] : std::vector<std::pair<std::string, double>>{{"500 N/m", 1}, {"50 N/m", 0.25}}) {
@@ -81,28 +85,35 @@ TEST_CASE("a device's own springs and the force beside them are the local model'
   }
 }
 
-TEST_CASE("a device's gain weakens its own springs: half of it, half the stiffness it can render, in the laws as in the run") {
+TEST_CASE(
+    "a device's gain weakens its own springs: half of it, half the stiffness it can render, in the laws as in the run") {
   const auto scenario = [](const std::string& gain) {
-    return read("paper/figure-1-spring.toml",
-                short_run({"device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }", kPid,
-                           "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = " + gain +
-                               ", full_slope = \"160 N/m\" }",
-                           "device.left.render={ kind = \"device_spring\" }", "run.strategies=[\"phase_locked\"]"}));
+    return read(
+        "paper/figure-1-spring.toml",
+        short_run(
+            {"device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }",
+             kPid,
+             "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = " + gain +
+                 ", full_slope = \"160 N/m\" }",
+             "device.left.render={ kind = \"device_spring\" }", "run.strategies=[\"phase_locked\"]"}));
   };
-  for (const auto& [gain, own_N_per_m] : std::vector<std::pair<std::string, double>>{{"1.0", 160}, {"0.5", 80}, {"0.25", 40}}) {
+  for (const auto& [gain, own_N_per_m] :
+       std::vector<std::pair<std::string, double>>{{"1.0", 160}, {"0.5", 80}, {"0.25", 40}}) {
     INFO("gain " << gain);
     const Scenario weak = scenario(gain);
     const StrategyPlan remap = plan(weak).front();
     CHECK(loop_delays(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
     CHECK(loop_record(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
     // Of the 200 N/m that are wanted the device renders what it can; its gain is a byte, cut off: 1/255 of the 160 N/m.
-    CHECK(measure(run_all(weak)).at("closed_loop.left.phase_locked").at("spring_share") == Approx(own_N_per_m / 200).margin(4e-3));
+    CHECK(measure(run_all(weak)).at("closed_loop.left.phase_locked").at("spring_share") ==
+          Approx(own_N_per_m / 200).margin(4e-3));
   }
 }
 
 TEST_CASE("a contact that no springs along the axes can say is left to the loop") {
   std::vector<std::string> set = small_tissue("cpu");
-  set.insert(set.end(), {"expect=[]", kPid, kPidSpec, "run.strategies=[\"phase_locked\"]", "device.left.render={ kind = \"device_spring\" }"});
+  set.insert(set.end(), {"expect=[]", kPid, kPidSpec, "run.strategies=[\"phase_locked\"]",
+                         "device.left.render={ kind = \"device_spring\" }"});
   const RunRecord sprung = run_all(read("paper/figure-1.toml", set));
   set.back() = "device.left.render={ kind = \"local\" }";
   const RunRecord local = run_all(read("paper/figure-1.toml", set));
@@ -114,8 +125,8 @@ TEST_CASE("a contact that no springs along the axes can say is left to the loop"
 
 TEST_CASE("alpha under a local spring: too soft leaves its share of the latency's error, too stiff makes up for more") {
   const auto error = [](const std::string& alpha) {
-    const Scenario scenario = read("paper/figure-1-spring.toml",
-                                   short_run({"device.left.render={ kind = \"local\", alpha = " + alpha + " }"}));
+    const Scenario scenario =
+        read("paper/figure-1-spring.toml", short_run({"device.left.render={ kind = \"local\", alpha = " + alpha + " }"}));
     return largest_error(run_all(scenario), "phase_locked");
   };
   const double late_N = 200 * 0.1 * 0.015064446;  // k v L
@@ -136,12 +147,13 @@ TEST_CASE("the tissue's local model has the bits of the host on the device, and 
 }
 
 TEST_CASE("a live run whose devices render by themselves replays to the same hash") {
-  for (const char* render : {"{ kind = \"local\", alpha = 1.1 }",
-                             "{ kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1, static_stiffness = \"200 N/m\" }",
-                             "{ kind = \"device_spring\" }"}) {
-    const Scenario scenario = read("paper/figure-1-spring.toml",
-                                   {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"", "expect=[]", kPid, kPidSpec,
-                                    std::string("device.left.render=") + render});
+  for (const char* render :
+       {"{ kind = \"local\", alpha = 1.1 }",
+        "{ kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.1, static_stiffness = \"200 N/m\" }",
+        "{ kind = \"device_spring\" }"}) {
+    const Scenario scenario =
+        read("paper/figure-1-spring.toml", {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.7 s\"",
+                                            "expect=[]", kPid, kPidSpec, std::string("device.left.render=") + render});
     RunOptions options;
     options.clock = ClockKind::wall;
     const RunOutcome outcome = run_scenario(scenario, options);
@@ -169,7 +181,8 @@ TEST_CASE("the delays of a loop: the map's latency and what a tick holds; of bur
   const Scenario held = read("paper/figure-1-spring.toml", {"device.left.render.emission=\"hold\""});
   for (const StrategyPlan& plan : plan(held)) {
     if (plan.kind != StrategyKind::paper) continue;
-    CHECK(loop_delays(held, plan, held.devices[0]).scheduled_s == Approx(seconds(plan.latency) + 0.5e-3 + 1.0 / 900).epsilon(1e-12));
+    CHECK(loop_delays(held, plan, held.devices[0]).scheduled_s ==
+          Approx(seconds(plan.latency) + 0.5e-3 + 1.0 / 900).epsilon(1e-12));
   }
 }
 
@@ -177,10 +190,13 @@ TEST_CASE("a force that answers a clamped position says so: a model of the tissu
   const auto force_at_ticks = [](const std::string& lead) {
     const Scenario scenario = read(
         "paper/figure-1-spring.toml",
-        short_run({"scene={ kind = \"mode\", stiffness = \"200 N/m\", frequency = \"0.5 Hz\", damping_ratio = 0.1, step_size = \"fill\" }",
-                   "device.left.render={ kind = \"smith\", factor = 1.0, emission = \"hold\" }", "run.strategies=[\"phase_locked\"]",
-                   "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"3 Hz\" }",
-                   "remap.latency=\"20 ms\"", "remap.lead=\"" + lead + "\""}));
+        short_run(
+            {"scene={ kind = \"mode\", stiffness = \"200 N/m\", frequency = \"0.5 Hz\", damping_ratio = 0.1, step_size = "
+             "\"fill\" }",
+             "device.left.render={ kind = \"smith\", factor = 1.0, emission = \"hold\" }",
+             "run.strategies=[\"phase_locked\"]",
+             "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"0 mm\", \"0 mm\"], frequency = \"3 Hz\" }",
+             "remap.latency=\"20 ms\"", "remap.lead=\"" + lead + "\""}));
     const RunRecord run = run_all(scenario);
     std::int64_t clamped = 0;
     for (const StepSample& step : run.strategies[0].devices[0].steps) clamped += step.read == StepRead::underrun;
@@ -200,8 +216,8 @@ TEST_CASE("a force that answers a clamped position says so: a model of the tissu
 TEST_CASE("a step that begins on a tick answers that tick's sample, and the mean age of a burst counts it so") {
   // Segments of 20 ms: 2 ms of visualization and nine steps of 2 ms, all on whole milliseconds. Eight forces are played from
   // 2 to 4 ms after their sample, the ninth from 2 to 6: (8 x 2 x 3 + 4 x 4) / 20 = 3.2 ms, and half a tick.
-  const std::vector<std::string> even{"timing.segment=\"20 ms\"", "timing.visualization=\"2 ms\"", "timing.steps=9",
-                                      "timing.step=\"2 ms\"", "run.duration=\"2 s\"", "expect=[]",
+  const std::vector<std::string> even{"timing.segment=\"20 ms\"",   "timing.visualization=\"2 ms\"", "timing.steps=9",
+                                      "timing.step=\"2 ms\"",       "run.duration=\"2 s\"",          "expect=[]",
                                       "run.strategies=[\"direct\"]"};
   const Scenario scenario = read("paper/figure-1-spring.toml", even);
   const LoopDelays loop = loop_delays(scenario, plan(scenario).front(), scenario.devices[0]);
@@ -222,11 +238,13 @@ TEST_CASE("a step that begins on a tick answers that tick's sample, and the mean
 }
 
 TEST_CASE("a device's own delay is in its loop, beside the schedule's") {
-  const Scenario late = read("paper/figure-1-spring.toml", {"device.left.delay=\"2.5 ms\""}), prompt = read("paper/figure-1-spring.toml");
+  const Scenario late = read("paper/figure-1-spring.toml", {"device.left.delay=\"2.5 ms\""}),
+                 prompt = read("paper/figure-1-spring.toml");
   const StrategyPlan remap = plan(late).back();
   CHECK(loop_delays(late, remap, late.devices[0]).device_s == Approx(2.5e-3));
   CHECK(loop_delays(prompt, remap, prompt.devices[0]).device_s == 0);
-  CHECK(loop_record(late, remap, late.devices[0]).delay_s == Approx(loop_record(prompt, remap, prompt.devices[0]).delay_s + 2.5e-3));
+  CHECK(loop_record(late, remap, late.devices[0]).delay_s ==
+        Approx(loop_record(prompt, remap, prompt.devices[0]).delay_s + 2.5e-3));
 }
 
 TEST_CASE("a model that is stiffer than its tissue swings faster with the tissue's mass: by the root of its factor") {
@@ -244,7 +262,8 @@ TEST_CASE("a model that is stiffer than its tissue swings faster with the tissue
 }
 
 TEST_CASE("an automatic alpha is what makes up for the strategy's own latency, rounded up") {
-  const Scenario scenario = read("paper/figure-1-spring.toml", {"device.left.render={ kind = \"local\", alpha = \"auto\" }"});
+  const Scenario scenario =
+      read("paper/figure-1-spring.toml", {"device.left.render={ kind = \"local\", alpha = \"auto\" }"});
   for (const StrategyPlan& plan : plan(scenario)) {
     const double alpha = alpha_of(scenario, plan, scenario.devices[0]);
     CHECK(alpha == Approx(*alpha_star(loop_delays(scenario, plan, scenario.devices[0])) + 0.07).epsilon(1e-12));
@@ -259,9 +278,11 @@ TEST_CASE("under a cap a spring that shakes comes to rest: as stiff as the cap, 
   const auto outcome = [](const std::string& cap, const std::string& stiffness) {
     return run_scenario(read("closed-loop/price-local-unstable.toml",
                              {"scene.stiffness=\"" + stiffness + "\"", "run.strategies=[\"phase_locked\"]", "expect=[]",
-                              "device.left.render={ kind = \"local\", cap = " + cap + " }"}), {});
+                              "device.left.render={ kind = \"local\", cap = " + cap + " }"}),
+                        {});
   };
-  for (const auto& [stiffness, N_per_m] : {std::pair{"2300 N/m", 2300.0}, std::pair{"5 kN/m", 5000.0}, std::pair{"20 kN/m", 20000.0}}) {
+  for (const auto& [stiffness, N_per_m] :
+       {std::pair{"2300 N/m", 2300.0}, std::pair{"5 kN/m", 5000.0}, std::pair{"20 kN/m", 20000.0}}) {
     const RunOutcome fixed = outcome("\"1800 N/m\"", stiffness), law = outcome("\"law\"", stiffness);
     const auto& loop = law.metrics.at("closed_loop.left.phase_locked");
     CAPTURE(stiffness, fixed.failure, law.failure);
@@ -278,20 +299,23 @@ TEST_CASE("under a cap a spring that shakes comes to rest: as stiff as the cap, 
 
 TEST_CASE("a cap that a contact stays under changes no bit of a run") {
   const auto hash = [](const std::string& cap) {
-    return run_all(read("closed-loop/wall-push.toml", {"expect=[]", "device.left.render={ kind = \"local\"" + cap + " }"})).trace_hash;
+    return run_all(read("closed-loop/wall-push.toml", {"expect=[]", "device.left.render={ kind = \"local\"" + cap + " }"}))
+        .trace_hash;
   };
   CHECK(hash("") == hash(", cap = \"301 N/m\""));
   CHECK(hash("") != hash(", cap = \"299 N/m\""));
 }
 
-TEST_CASE("a tissue says what it would have answered without delay where an expectation asks, and its own path is the same") {
+TEST_CASE(
+    "a tissue says what it would have answered without delay where an expectation asks, and its own path is the same") {
   const auto run = [](const std::string& expect) {
     std::vector<std::string> set = small_tissue("cpu");
     set.push_back("expect=[" + expect + "]");
     set.push_back("run.duration=\"0.6 s\"");
     return run_all(read("paper/figure-1.toml", set));
   };
-  const RunRecord plain = run(""), asked = run("{ signal = \"left.force.phase_locked\", metric = \"error_share\", max = \"50 %\" }");
+  const RunRecord plain = run(""),
+                  asked = run("{ signal = \"left.force.phase_locked\", metric = \"error_share\", max = \"50 %\" }");
   CHECK(measure(plain).at("left.force.phase_locked").count("error_share") == 0);
   const auto values = measure(asked);
   CHECK(plain.trace_hash == asked.trace_hash);

@@ -9,8 +9,8 @@
 #include <set>
 
 #include "evenstep/harness/recorded_timing.h"
-#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "scenarios.h"
 
 using namespace evenstep;
@@ -116,11 +116,10 @@ TEST_CASE("the timing of a run replays to the same steps") {
 
 TEST_CASE("a visualization beside the steps begins in the record when it began, not when a step let it be seen") {
   const TemporaryFolder temporary;
-  const Scenario scenario =
-      read("paper/figure-1-spring.toml",
-           {"run.duration=\"1 s\"", "expect=[]", "run.strategies=[\"direct\"]", "run.live=\"direct\"",
-            "timing={ order = \"concurrent\", visualization = \"11.1 ms\", steps = 15, "
-            "jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" } }"});
+  const Scenario scenario = read("paper/figure-1-spring.toml",
+                                 {"run.duration=\"1 s\"", "expect=[]", "run.strategies=[\"direct\"]", "run.live=\"direct\"",
+                                  "timing={ order = \"concurrent\", visualization = \"11.1 ms\", steps = 15, "
+                                  "jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 10 %\" } }"});
   const RunRecord run = run_all(scenario);
   const StrategyRecord& direct = run.strategies[0];
   const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);

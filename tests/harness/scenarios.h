@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/harness/run.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/run.h"
 
 namespace evenstep::test {
 

@@ -144,7 +144,8 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
        {"", "0,step,0,0,1\n", "segment,kind,index,begin_ns\n", "\xef\xbb\xbfsegment,kind,index,begin_ns,end_ns\n"}) {
     const TimingCsv csv = parse_timing_csv(header, "x.csv");
     REQUIRE(csv.error_or({}).size() == 1);
-    CHECK_THAT(text(csv.error()[0]), Contains("x.csv:1:1: error: the first line must be segment,kind,index,begin_ns,end_ns"));
+    CHECK_THAT(text(csv.error()[0]),
+               Contains("x.csv:1:1: error: the first line must be segment,kind,index,begin_ns,end_ns"));
   }
 }
 

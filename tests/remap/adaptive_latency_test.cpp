@@ -180,7 +180,7 @@ const char* no_underrun_comes_twice(const Schedule& schedule, Draw draw) {
   std::int64_t growths = 0;
   const std::vector<Step> steps = adapted(schedule, options, growths);
   for (std::size_t n = delay; n < steps.size(); ++n) {
-    const Duration had = steps[n + 1 - delay].latency;   // L when step n's force was promised
+    const Duration had = steps[n + 1 - delay].latency;  // L when step n's force was promised
     Duration seen{0};
     for (std::size_t m = n - delay + 1; m-- > 0 && steps[n].read - steps[m == 0 ? 0 : m - 1].read < options.window;) {
       seen = std::max(seen, steps[m].need);
@@ -214,8 +214,8 @@ const char* fixed_is_a_special_case(const Schedule& schedule, Draw draw) {
   const bool of_paper = draw.between(0, 1) == 0;
   const auto emissions = [&](const AdaptiveLatency& latency) {
     std::vector<RealTime> out;
-    const std::vector<Placed> placed = of_paper ? place(PaperMap(kLead, latency, 0.3), schedule)
-                                                : place(PhaseLockedMap(kLead, latency), schedule);
+    const std::vector<Placed> placed =
+        of_paper ? place(PaperMap(kLead, latency, 0.3), schedule) : place(PhaseLockedMap(kLead, latency), schedule);
     for (const Placed& p : placed) out.push_back(p.emission);
     return out;
   };
@@ -276,7 +276,7 @@ TEST_CASE("One long pause is one hold and the latency comes back after the windo
   const Duration start = usual + margin, top = once + margin;
   AdaptiveLatency latency({start, {}, {100'000'000}, window, margin, ppm, Emission::hold});
   const std::int64_t block = window.ns / 64;
-  std::int64_t forgotten = paused;   // the first step in a block more than 64 after that of the pause
+  std::int64_t forgotten = paused;  // the first step in a block more than 64 after that of the pause
   while (forgotten * tau / block <= paused * tau / block + 64) ++forgotten;
   CHECK(forgotten * tau - paused * tau >= window.ns);
   CHECK(forgotten * tau - paused * tau <= window.ns + window.ns / 64 + tau);
@@ -291,7 +291,7 @@ TEST_CASE("One long pause is one hold and the latency comes back after the windo
     if (n > paused) expected = top;
     if (n > forgotten) expected = std::max(start, top - Duration{floor_mul_div((n - forgotten) * tau, ppm, kMillion)});
     REQUIRE(emission - read == expected);
-    if (n == paused + 1) CHECK(emission - *before == Duration{tau} + (once - usual));   // one slot, and the hold
+    if (n == paused + 1) CHECK(emission - *before == Duration{tau} + (once - usual));  // one slot, and the hold
     before = emission;
   }
   CHECK(late == 1);
@@ -299,7 +299,7 @@ TEST_CASE("One long pause is one hold and the latency comes back after the windo
 }
 
 TEST_CASE("A need that creeps by less than the slew is followed without any underrun") {
-  const std::int64_t tau = 2'000'000, creep = GENERATE(-9'999, -1, 0, 1, 9'999);   // 0.5 % of a slot is 10,000 ns
+  const std::int64_t tau = 2'000'000, creep = GENERATE(-9'999, -1, 0, 1, 9'999);  // 0.5 % of a slot is 10,000 ns
   const std::int64_t need = 40'000'000;
   const Duration margin{10'000};
   AdaptiveLatency latency({Duration{need} + margin, {}, {10'000'000'000}, {20'000'000}, margin, 5'000, Emission::hold});

@@ -16,7 +16,7 @@ std::vector<Placed> place_any(Draw& draw, const Schedule& schedule, Duration lea
   return place(PhaseLockedMap(lead, latency), schedule);
 }
 SamplingGrid any_grid(Draw& draw) {
-  const Rate rates[]{{4000, 1}, {1000, 1}, {500, 1}, {10'000, 37}, {900, 1}};   // h = 0.25, 1, 2, 3.7 and 1.1 ms
+  const Rate rates[]{{4000, 1}, {1000, 1}, {500, 1}, {10'000, 37}, {900, 1}};  // h = 0.25, 1, 2, 3.7 and 1.1 ms
   const Rate rate = rates[draw.between(0, 4)];
   return {rate, RealTime{draw.between(0, period_ceil(rate).ns - 1)}};
 }
@@ -80,7 +80,8 @@ const char* p6_best_line(const Schedule& schedule, Draw draw) {
   std::vector<StepTimes> steps = flat(schedule);
   if (steps.size() < 2) return nullptr;
   const std::int64_t whole = best_line(steps).latency.ns;
-  for (const StepTimes& step : steps) if (whole < (step.end - step.begin).ns) return "L* is below a run time";
+  for (const StepTimes& step : steps)
+    if (whole < (step.end - step.begin).ns) return "L* is below a run time";
   const auto last = static_cast<std::int64_t>(steps.size());
   const std::int64_t from = draw.between(0, last - 2);
   const std::int64_t count = draw.between(2, std::min<std::int64_t>(last - from, 8));
@@ -100,7 +101,8 @@ const char* p6_best_line(const Schedule& schedule, Draw draw) {
 
 /// Only paper does.
 bool steps_back(const std::vector<MappedStep>& steps) {
-  for (std::size_t n = 1; n < steps.size(); ++n) if (steps[n].slot <= steps[n - 1].slot) return true;
+  for (std::size_t n = 1; n < steps.size(); ++n)
+    if (steps[n].slot <= steps[n - 1].slot) return true;
   return false;
 }
 
@@ -128,7 +130,7 @@ const char* p8_conjugate(const Schedule& schedule, Draw draw) {
     }
     const Reading<double> force = hand.at(step.slot.read);
     if (force.status != ReadStatus::inside) return "a read underruns or overruns within the budget";
-    const bool pushed_on = step.emission != step.slot.read + budget.latency;   // by acquiring steps that end late
+    const bool pushed_on = step.emission != step.slot.read + budget.latency;  // by acquiring steps that end late
     if (emissions.empty() && pushed_on) return nullptr;
     forces.push(step.emission, force.value);
     emissions.push_back(step.emission);
@@ -174,7 +176,7 @@ const char* p13_taut(const Schedule& schedule, Draw draw) {
   const SamplingGrid grid = any_grid(draw);
   const Duration sampling = period_ceil(grid.rate) - Duration{1};
   const LatencyBudget budget = least_latency_any_phase(mapped, std::span(&grid, 1), Emission::hold);
-  if (steps_back(mapped)) return nullptr;   // F is not R + L
+  if (steps_back(mapped)) return nullptr;  // F is not R + L
   std::vector<StepTimes> steps;
   for (const MappedStep& step : mapped) steps.push_back({step.begin, step.end});
   const TautString string = taut_string(steps, budget.latency, sampling);
@@ -191,7 +193,7 @@ const char* p13_taut(const Schedule& schedule, Draw draw) {
     of_map += map_off * map_off;
     of_string_abs += std::abs(off);
     of_map_abs += std::abs(map_off);
-    rounding += 2 * std::abs(off) + 1;                        // each difference of floors is off by less than 1 ns
+    rounding += 2 * std::abs(off) + 1;  // each difference of floors is off by less than 1 ns
     rounding_abs += 1;
   }
   if (of_string > of_map + rounding) return "a map has less variance than the taut string";
@@ -201,18 +203,14 @@ const char* p13_taut(const Schedule& schedule, Draw draw) {
 
 }  // namespace
 
-TEST_CASE("P5 nothing underruns at c* and L*, something does 1 ns below: 100,000 schedules") {
-  for_all(kMany, p5_tight);
-}
+TEST_CASE("P5 nothing underruns at c* and L*, something does 1 ns below: 100,000 schedules") { for_all(kMany, p5_tight); }
 TEST_CASE("P6 L* is the least bracket, above each run time, and above that of each part, 100,000 schedules") {
   for_all(kMany, p6_best_line);
 }
 TEST_CASE("P8 without underrun a memoryless force is k x(t - L), whatever the map, 100,000 schedules") {
   for_all(kMany, p8_conjugate);
 }
-TEST_CASE("P10 periodic timing needs s + Z(1 - 1/N) + h - 1 ns: 100,000 timings") {
-  for_all_draws(kMany, p10_periodic);
-}
+TEST_CASE("P10 periodic timing needs s + Z(1 - 1/N) + h - 1 ns: 100,000 timings") { for_all_draws(kMany, p10_periodic); }
 TEST_CASE("P13 the taut string stays in the tube and is more even than any map: 100,000 schedules") {
   for_all(kMany, p13_taut);
 }

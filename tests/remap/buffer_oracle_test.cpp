@@ -51,7 +51,10 @@ std::int64_t ternary_search(const std::vector<StepTimes>& steps) {
       }
       return most - least;
     };
-    if (value(a) <= value(b)) high = b; else low = a;
+    if (value(a) <= value(b))
+      high = b;
+    else
+      low = a;
   }
   return bracket(steps, (low + high) / 2, kUnit);
 }
@@ -85,7 +88,7 @@ TEST_CASE("the best line agrees with a ternary search over the slot: 60 traces o
     if (steps.size() < 2) continue;
     const std::int64_t found = ternary_search(steps);
     REQUIRE(found >= best_line(steps).latency.ns);
-    REQUIRE(found <= best_line(steps).latency.ns + 1);   // 2^-20 ns of slot times the number of steps
+    REQUIRE(found <= best_line(steps).latency.ns + 1);  // 2^-20 ns of slot times the number of steps
   }
 }
 
@@ -102,12 +105,12 @@ TEST_CASE("the best line of a part is no worse than that of the whole") {
 TEST_CASE("on periodic timing the best line is s + Z(1 - 1/N) with the slot of the segment, and the maps reach it") {
   const std::vector<StepTimes> steps = flat(Periodic{}.schedule(120));
   const BestLine line = best_line(steps);
-  CHECK(std::abs(line.latency.ns - 11'842'222) <= 2);              // floors of begins and ends: 1 ns each
+  CHECK(std::abs(line.latency.ns - 11'842'222) <= 2);  // floors of begins and ends: 1 ns each
   CHECK(line.slot_ns == Approx(1e9 / 450).epsilon(1e-9));
   const SamplingGrid grid{{1000, 1}, {}};
   const auto sized = mapped_steps(place(PhaseLockedMap({}, {}), Periodic{}.schedule(120)));
   const Duration reached = least_latency_any_phase(sized, std::span(&grid, 1), Emission::hold).latency;
-  CHECK(reached.ns >= line.latency.ns + 999'999 - 1);              // the floor of a slot can win 1 ns over a real line
+  CHECK(reached.ns >= line.latency.ns + 999'999 - 1);  // the floor of a slot can win 1 ns over a real line
   CHECK(reached.ns <= line.latency.ns + 999'999 + 3);
 }
 

@@ -46,12 +46,16 @@ std::int64_t force_overruns(const std::vector<Placed>& placed, Emission emission
   std::sort(ticks.begin(), ticks.end());
   std::size_t pushed = 0;
   std::int64_t overruns = 0;
-  const auto push = [&] { if (pushed < placed.size()) ring.push(placed[pushed].emission, 0), ++pushed; };
+  const auto push = [&] {
+    if (pushed < placed.size()) ring.push(placed[pushed].emission, 0), ++pushed;
+  };
   std::uint64_t head = 0;
   for (const RealTime tick : ticks) {
-    for (; head < placed.size() && placed[head].real.end <= tick; ++head) if (pushed <= head) push();
+    for (; head < placed.size() && placed[head].real.end <= tick; ++head)
+      if (pushed <= head) push();
     if (head == 0) continue;
-    for (int i = 0; i < arriving; ++i) if (pushed < head + static_cast<std::uint64_t>(arriving)) push();
+    for (int i = 0; i < arriving; ++i)
+      if (pushed < head + static_cast<std::uint64_t>(arriving)) push();
     overruns += ring.at(tick, head).status == ReadStatus::overrun;
   }
   return overruns;
@@ -69,8 +73,10 @@ Case make_case(std::uint64_t seed, SamplingGrid grid, Emission emission) {
   const bool paper = draw.between(0, 1) == 0;
   made.sized = mapped_steps(paper ? place(PaperMap({}, {}, 0.3), schedule) : place(PhaseLockedMap({}, {}), schedule));
   made.budget = least_latency_any_phase(made.sized, std::span(&grid, 1), emission);
-  if (paper) made.placed = place(PaperMap(made.budget.lead, made.budget.latency, 0.3), schedule);
-  else made.placed = place(PhaseLockedMap(made.budget.lead, made.budget.latency), schedule);
+  if (paper)
+    made.placed = place(PaperMap(made.budget.lead, made.budget.latency, 0.3), schedule);
+  else
+    made.placed = place(PhaseLockedMap(made.budget.lead, made.budget.latency), schedule);
   std::erase_if(made.placed, [](const Placed& step) { return step.slot.kind != SlotKind::mapped; });
   return made;
 }
@@ -121,15 +127,15 @@ TEST_CASE("the windows of underrun policies find their base at the capacities gi
     const Case made = make_case(seed, {kRate, {}}, Emission::linear);
     if (made.placed.size() < 2) continue;
     const Duration window{draw.between(1, 40'000'000)};
-    const LatencyBudget budget = capacities_for(made.sized, std::span(&kGrid, 1), made.budget.lead, made.budget.latency,
-                                                window, window);
+    const LatencyBudget budget =
+        capacities_for(made.sized, std::span(&kGrid, 1), made.budget.lead, made.budget.latency, window, window);
     REQUIRE(budget.interaction_capacity >= made.budget.interaction_capacity);
     REQUIRE(budget.force_capacity >= made.budget.force_capacity);
     const auto lost_in = [&](auto&& ring, const std::vector<RealTime>& times) {
       std::int64_t lost = 0;
       for (std::size_t n = 0; n < times.size(); ++n) {
         ring.push(times[n], static_cast<double>((times[n] - times[0]).ns));
-        if (n == 0 || times[n - 1] - window < times[0]) continue;    // no base was ever there
+        if (n == 0 || times[n - 1] - window < times[0]) continue;  // no base was ever there
         // One has arrived since the head was taken.
         const Reading<double> reading = ring.at(times[n - 1] + window, n);
         const double line = static_cast<double>((times[n - 1] + window - times[0]).ns);
@@ -146,8 +152,8 @@ TEST_CASE("the windows of underrun policies find their base at the capacities gi
     REQUIRE(lost_in(ForceSchedule<double>(budget.force_capacity, Emission::linear, policy), emissions) == 0);
     const std::size_t fewer_samples = budget.interaction_capacity - 1, fewer_forces = budget.force_capacity - 1;
     samples_tight += fewer_samples >= 2 && lost_in(SampleBuffer<double>(fewer_samples, policy), ticks) > 0;
-    forces_tight += fewer_forces >= 2 &&
-                    lost_in(ForceSchedule<double>(fewer_forces, Emission::linear, policy), emissions) > 0;
+    forces_tight +=
+        fewer_forces >= 2 && lost_in(ForceSchedule<double>(fewer_forces, Emission::linear, policy), emissions) > 0;
   }
   CHECK(samples_tight > 100);
   CHECK(forces_tight > 100);

@@ -51,7 +51,7 @@ TEST_CASE("past the newest sample a line goes on as a line and is held from `fur
           const RealTime at{100 + 4 * spacing + beyond};
           const double goes_on = known ? static_cast<double>(std::min(beyond, furthest)) : 0;
           const double expected = 3 * (4 * static_cast<double>(spacing) + goes_on);
-          REQUIRE(samples.at(at).value == Approx(expected).epsilon(1e-14));   // two roundings
+          REQUIRE(samples.at(at).value == Approx(expected).epsilon(1e-14));  // two roundings
           REQUIRE(samples.at(at).status == ReadStatus::underrun);
           REQUIRE(forces.at(at).value == Approx(expected).epsilon(1e-14));
           REQUIRE(forces.at(at).status == ReadStatus::underrun);
@@ -75,7 +75,7 @@ TEST_CASE("without window or distance, with one entry, or with the window out of
   CHECK(one.at(RealTime{20}).value == 7);
   SampleBuffer<double> full(2, {{20}, {100}});
   for (int i = 0; i < 3; ++i) full.push(RealTime{10 * i}, i);
-  CHECK(full.at(RealTime{30}).value == 2);              // 0 has left a ring of 2: held, not a line of something else
+  CHECK(full.at(RealTime{30}).value == 2);  // 0 has left a ring of 2: held, not a line of something else
   SampleBuffer<double> fits(3, {{20}, {100}});
   for (int i = 0; i < 3; ++i) fits.push(RealTime{10 * i}, i);
   CHECK(fits.at(RealTime{30}).value == 3);
@@ -85,7 +85,7 @@ TEST_CASE("the line starts at the interpolated value one window back, and a cons
   SampleBuffer<double> buffer(8, {{15}, {100}});
   buffer.push(RealTime{0}, 5);
   buffer.push(RealTime{10}, 1);
-  buffer.push(RealTime{20}, 4);                         // at 5: 3; slope 1/15
+  buffer.push(RealTime{20}, 4);  // at 5: 3; slope 1/15
   CHECK(buffer.at(RealTime{35}).value == 5);
   CHECK(buffer.at(RealTime{65}).value == 7);
   SampleBuffer<double> constant(8, {{15}, {100}});
@@ -96,7 +96,10 @@ TEST_CASE("the line starts at the interpolated value one window back, and a cons
 TEST_CASE("a read past the newest entry of a head does not see what came later") {
   SampleBuffer<double> buffer(8, {{10}, {100}});
   ForceSchedule<double> forces(8, Emission::linear, {{10}, {100}});
-  for (int i = 0; i < 3; ++i) { buffer.push(RealTime{10 * i}, i); forces.push(RealTime{10 * i}, i); }
+  for (int i = 0; i < 3; ++i) {
+    buffer.push(RealTime{10 * i}, i);
+    forces.push(RealTime{10 * i}, i);
+  }
   for (int i = 3; i < 7; ++i) {
     buffer.push(RealTime{10 * i}, -50);
     forces.push(RealTime{10 * i}, -50);
@@ -110,7 +113,7 @@ TEST_CASE("forces repaired to 1 ns apart do not throw the line, it bends by thei
   forces.push(RealTime{0}, 1.0);
   forces.push(RealTime{2'000'000}, 1.2);
   forces.push(RealTime{4'000'000}, 1.4);
-  forces.push(RealTime{4'000'001}, 1.5);               // slope through the last two: 1e8 N/s
+  forces.push(RealTime{4'000'001}, 1.5);  // slope through the last two: 1e8 N/s
   const double slope_N_per_ms = (1.5 - 1.0) / 4;
   CHECK(forces.at(RealTime{5'000'001}).value == Approx(1.5 + slope_N_per_ms).epsilon(1e-6));
   CHECK(forces.at(RealTime{14'000'001}).value == Approx(1.5 + 10 * slope_N_per_ms).epsilon(1e-6));
@@ -123,7 +126,7 @@ TEST_CASE("`extrapolate` errs by at most 28 % of a 10 Hz sine after 10 ms, and n
     const double b_s = static_cast<double>(ms) * 1e-3, w = 20 * std::numbers::pi;
     const double error = sine_error(kContinueLine, {ms * 1'000'000});
     REQUIRE(error <= w * w * b_s * (b_s + 4e-3) / 2);
-    REQUIRE(error >= 0.9 * w * w * b_s * (b_s + 4e-3) / 2 * (1 - w * w * b_s * b_s / 6));   // and it is not far below
+    REQUIRE(error >= 0.9 * w * w * b_s * (b_s + 4e-3) / 2 * (1 - w * w * b_s * b_s / 6));  // and it is not far below
     REQUIRE(error < 0.6 * sine_error(kHoldNewest, {ms * 1'000'000}));
   }
   CHECK(sine_error(kContinueLine, {10'000'000}) <= 0.28);

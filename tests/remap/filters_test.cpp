@@ -50,10 +50,10 @@ long double delay_samples(const FilterSpec& spec) {
 }
 
 /// beta = 0: OneEuro is linear.
-const std::vector<FilterSpec> kLinear{
-    MovingAverageSpec{1},   MovingAverageSpec{2},  MovingAverageSpec{15}, MovingAverageSpec{333},
-    ButterworthSpec{0.5},   ButterworthSpec{5},    ButterworthSpec{30},   ButterworthSpec{250},   ButterworthSpec{499},
-    OneEuroSpec{0.5, 0, 1}, OneEuroSpec{20, 0, 1}, OneEuroSpec{600, 0, 10}};
+const std::vector<FilterSpec> kLinear{MovingAverageSpec{1},   MovingAverageSpec{2},  MovingAverageSpec{15},
+                                      MovingAverageSpec{333}, ButterworthSpec{0.5},  ButterworthSpec{5},
+                                      ButterworthSpec{30},    ButterworthSpec{250},  ButterworthSpec{499},
+                                      OneEuroSpec{0.5, 0, 1}, OneEuroSpec{20, 0, 1}, OneEuroSpec{600, 0, 10}};
 
 /// Samples after which what came before is gone: exp(-60) of it.
 int settling_samples(const FilterSpec& spec) {
@@ -347,9 +347,9 @@ TEST_CASE("the domain of every parameter ends where the header says") {
 }
 
 TEST_CASE("at the edges of the domain the filters stay finite: what they let through is bounded by what came in") {
-  for (const FilterSpec& spec : std::vector<FilterSpec>{
-           ButterworthSpec{1e-12}, ButterworthSpec{std::nextafter(500.0, 0)}, OneEuroSpec{1e-12, 0, 1e-12},
-           OneEuroSpec{1e300, 0, 1e300}, OneEuroSpec{1, 1e300, 1}, MovingAverageSpec{kMaxAveragedSamples}}) {
+  for (const FilterSpec& spec : std::vector<FilterSpec>{ButterworthSpec{1e-12}, ButterworthSpec{std::nextafter(500.0, 0)},
+                                                        OneEuroSpec{1e-12, 0, 1e-12}, OneEuroSpec{1e300, 0, 1e300},
+                                                        OneEuroSpec{1, 1e300, 1}, MovingAverageSpec{kMaxAveragedSamples}}) {
     Filter<double> filter = make_filter<double>(spec, kRate);
     for (int n = 0; n < 300; ++n) REQUIRE(std::abs(filter.next(noise(n))) < 2);  // a butterworth overshoots by 4.3 %
   }

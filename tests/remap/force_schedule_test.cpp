@@ -23,8 +23,10 @@ TEST_CASE("a force schedule plays held and interpolated forces: every time aroun
           } else {
             REQUIRE(reading.status == ReadStatus::inside);
             const double held = 100.0 * static_cast<double>(at / 10), line = 10.0 * static_cast<double>(at);
-            if (emission == Emission::hold || at % 10 == 0) REQUIRE(reading.value == held);
-            else REQUIRE(reading.value == Approx(line).epsilon(1e-15));
+            if (emission == Emission::hold || at % 10 == 0)
+              REQUIRE(reading.value == held);
+            else
+              REQUIRE(reading.value == Approx(line).epsilon(1e-15));
           }
           if (entries > 0) REQUIRE(reading.newest.ns == 10 * entries);
         }
@@ -50,5 +52,5 @@ TEST_CASE("a force read at a head does not see what came later") {
   forces.push(RealTime{70}, 7);
   CHECK(forces.at(RealTime{15}, 2).status == ReadStatus::overrun);
   forces.push(RealTime{80}, 8);
-  CHECK(forces.at(RealTime{25}, 2).status == ReadStatus::overrun);   // even that head's newest entry has left
+  CHECK(forces.at(RealTime{25}, 2).status == ReadStatus::overrun);  // even that head's newest entry has left
 }

@@ -11,13 +11,13 @@ namespace {
 
 /// What the loop tells the map as the begin of a segment.
 enum class Told : std::uint8_t {
-  work_time,   ///< real begin - shift: what the simulator would do if it never waited
-  real_time,   ///< naive: the waits are learned as if they were work
+  work_time,  ///< real begin - shift: what the simulator would do if it never waited
+  real_time,  ///< naive: the waits are learned as if they were work
 };
 
 struct Gated {
   std::int64_t underruns = 0;
-  Duration waited;         ///< sum of all waits
+  Duration waited;  ///< sum of all waits
   Duration most_shift;
   Duration last_shift;
   double mean_length_ms = 0;
@@ -49,7 +49,7 @@ Gated run_gated(SlotMap&& map, const Schedule& schedule, Told told) {
         }
       }
       for (; tick_time(kDevice, ticks) <= begin; ++ticks) samples.push(tick_time(kDevice, ticks), 0);
-      const ReadStatus status = samples.at(slot.read).status;   // overrun: older than the run, or than 200 ms
+      const ReadStatus status = samples.at(slot.read).status;  // overrun: older than the run, or than 200 ms
       if (slot.kind == SlotKind::mapped) run.underruns += status != ReadStatus::inside && status != ReadStatus::overrun;
       ended = step.end + shift;
       map.emission(n++, ended);
@@ -70,7 +70,7 @@ Duration least_lead(const Map& map, const Schedule& schedule) {
   return least_latency_any_phase(steps, std::span(&grid, 1), Emission::hold).lead;
 }
 
-constexpr std::int64_t kSegments = 3600;   // 120 s
+constexpr std::int64_t kSegments = 3600;  // 120 s
 double ungated_ms(const Schedule& schedule) {
   return static_cast<double>((schedule.back().begin - schedule[0].begin).ns) * 1e-6 / (kSegments - 1.0);
 }
@@ -104,7 +104,7 @@ TEST_CASE("P14 a gated run never underruns and is never later than the missing l
 TEST_CASE("P14 on a million schedules", "[million]") { for_all(kVeryMany, p14_gated); }
 
 TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at most, T stays, periodic") {
-  const Schedule schedule = Periodic{}.schedule(kSegments);   // back to back: no idle time
+  const Schedule schedule = Periodic{}.schedule(kSegments);  // back to back: no idle time
   check_work_time(PaperMap({}, {}, 0.1), schedule);
   check_work_time(PhaseLockedMap({}, {}), schedule);
   // No idle time: all waits are still there at the end, and there were few of them.
@@ -130,7 +130,7 @@ TEST_CASE("idle time absorbs the shift of a gated run: paced, 10 % jitter") {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Draw draw(seed);
     Schedule schedule = jittered(draw, 0.1, kSegments);
-    for (Segment& segment : schedule) {   // the same work, begun every 40 ms (20 % idle)
+    for (Segment& segment : schedule) {  // the same work, begun every 40 ms (20 % idle)
       const RealTime paced{40'000'000 * (&segment - schedule.data())};
       for (StepTimes& step : segment.steps) {
         step.begin = paced + (step.begin - segment.begin);
@@ -141,7 +141,7 @@ TEST_CASE("idle time absorbs the shift of a gated run: paced, 10 % jitter") {
     const Gated gated = run_gated(PhaseLockedMap({}, {}), schedule, Told::work_time);
     CHECK(gated.underruns == 0);
     CHECK(gated.most_shift <= least_lead(PhaseLockedMap({}, {}), schedule));
-    CHECK(gated.waited > gated.most_shift * 10);                 // it waits again in every segment
+    CHECK(gated.waited > gated.most_shift * 10);  // it waits again in every segment
     CHECK(gated.mean_length_ms == Approx(40).epsilon(1e-9));
   }
 }
@@ -166,7 +166,7 @@ TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jit
 
 TEST_CASE("told the gated boundaries a periodic simulator of 29.95 Hz is dragged to the device's grid, T = 33.5 ms") {
   Periodic timing;
-  timing.segments = {2995, 100};   // 33.389 ms; 33.5 ms is the next length that meets a 1 kHz tick every other time
+  timing.segments = {2995, 100};  // 33.389 ms; 33.5 ms is the next length that meets a 1 kHz tick every other time
   const Schedule schedule = timing.schedule(kSegments);
   for (const Gated& naive : {run_gated(PaperMap({}, {}, 0.1), schedule, Told::real_time),
                              run_gated(PhaseLockedMap({}, {}), schedule, Told::real_time)}) {

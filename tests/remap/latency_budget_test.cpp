@@ -112,7 +112,7 @@ TEST_CASE("steps-first needs a lead of V(1 - 1/N) + h - 1 ns, and the same laten
 TEST_CASE("the worst of all 250 000 phases of a 4 kHz device needs exactly the any-phase lead") {
   Periodic timing;
   const auto all = mapped(Kind::paper, timing);
-  const std::span<const MappedStep> steps(all.data(), 45);   // three segments: 100 ms, a whole number of device periods
+  const std::span<const MappedStep> steps(all.data(), 45);  // three segments: 100 ms, a whole number of device periods
   const Rate rate{4000, 1};
   const SamplingGrid any{rate, {}};
   const Duration lead = least_latency_any_phase(steps, std::span(&any, 1), Emission::hold).lead;
@@ -132,14 +132,14 @@ TEST_CASE("the culprits are the steps that set lead and latency") {
   };
   const std::vector<MappedStep> steps{at(7, 100, 110, 50), at(8, 110, 180, 100), at(9, 180, 190, 175),
                                       at(10, 200, 210, 190)};
-  const SamplingGrid grid{{100'000'000, 1}, {}};                             // h = 10 ns
+  const SamplingGrid grid{{100'000'000, 1}, {}};  // h = 10 ns
   const LatencyBudget hold = any_phase(steps, grid);
   CHECK(hold.lead.ns == 175 + 9 - 180);
   CHECK(hold.lead_culprit == 9);
   CHECK(hold.latency.ns == 180 - 100 + 4);
   CHECK(hold.latency_culprit == 8);
   const LatencyBudget linear = any_phase(steps, grid, Emission::linear);
-  CHECK(linear.latency.ns == 180 - 50 + 4);                                  // the interval after step 7 waits for step 8
+  CHECK(linear.latency.ns == 180 - 50 + 4);  // the interval after step 7 waits for step 8
   CHECK(linear.latency_culprit == 8);
 }
 

@@ -77,9 +77,14 @@ TEST_CASE("c and L are tight at any phase and at this phase, by replay: 2500 tra
     const Emission emission = draw.between(0, 1) == 0 ? Emission::hold : Emission::linear;
     std::vector<Placed> placed;
     switch (draw.between(0, 2)) {
-      case 0: placed = place(PaperMap({}, {}, 0.3), schedule); break;
-      case 1: placed = place(PhaseLockedMap({}, {}), schedule); break;
-      default: placed = place(EvenMap(schedule[0].begin, {draw.between(100, 2000), 1}, {}, {}), schedule);
+      case 0:
+        placed = place(PaperMap({}, {}, 0.3), schedule);
+        break;
+      case 1:
+        placed = place(PhaseLockedMap({}, {}), schedule);
+        break;
+      default:
+        placed = place(EvenMap(schedule[0].begin, {draw.between(100, 2000), 1}, {}, {}), schedule);
     }
     const std::vector<MappedStep> steps = mapped_steps(placed);
     if (steps.empty()) continue;
@@ -114,5 +119,5 @@ TEST_CASE("c and L are tight at any phase and at this phase, by replay: 2500 tra
     REQUIRE(count_late_forces(steps, lead, latency) == replay_forces(steps, lead, latency, Emission::hold));
   }
   CHECK(judged >= 2000);
-  CHECK(stepped_back > 100);   // the repair of emission times was exercised
+  CHECK(stepped_back > 100);  // the repair of emission times was exercised
 }

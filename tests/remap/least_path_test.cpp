@@ -23,7 +23,8 @@ bool path_exists(const std::vector<StepTimes>& steps, Duration latency, Duration
 }
 
 /// Does the line a + n rise/run fit, exactly? By its tightest offset, in units of 1/run.
-bool line_exists(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run, Duration latency, Duration sampling) {
+bool line_exists(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run, Duration latency,
+                 Duration sampling) {
   __int128 least = 0, most = 0;
   for (std::size_t n = 0; n < steps.size(); ++n) {
     const __int128 slots = static_cast<__int128>(n) * rise;
@@ -146,7 +147,9 @@ TEST_CASE("windows hold every step up to the last whole one and each lasts its l
       if (to < steps.size()) REQUIRE(steps[to].begin >= steps[from].begin + length);
       expected = to;
     }
-    if (expected < steps.size()) REQUIRE(steps.back().begin < steps[expected].begin + length);
-    else REQUIRE(windows.size() == 1);
+    if (expected < steps.size())
+      REQUIRE(steps.back().begin < steps[expected].begin + length);
+    else
+      REQUIRE(windows.size() == 1);
   }
 }

@@ -80,7 +80,10 @@ const char* p3_continuous(const Schedule& schedule, Draw) {
       // 1 ns: two floors of one number.
       if (std::abs(step.ns) > 1 && !hang) return "the old line and the new one do not meet";
     }
-    for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
+    for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) {
+      map.read(n, {});
+      map.emission(n, {});
+    }
   }
   return nullptr;
 }
@@ -90,7 +93,7 @@ const char* p3_jump_of_paper(const Schedule& schedule, Draw draw) {
   PaperMap map({}, {}, weight);
   std::int64_t n = 0, last_count = 0;
   RealTime anchor;
-  double estimate_ns = -1;                     // T^ of the running segment; -1: none yet
+  double estimate_ns = -1;  // T^ of the running segment; -1: none yet
   for (const Segment& segment : schedule) {
     const auto count = static_cast<std::int64_t>(segment.steps.size());
     PaperMap untold = map;
@@ -104,7 +107,10 @@ const char* p3_jump_of_paper(const Schedule& schedule, Draw draw) {
       const double expected_ns = length_ns - std::floor(estimate_ns);
       if (std::abs(jump_ns - expected_ns) > 1) return "the jump is not T_k - T^_k";
     }
-    for (std::int64_t i = 0; i < count; ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
+    for (std::int64_t i = 0; i < count; ++i, ++n) {
+      map.read(n, {});
+      map.emission(n, {});
+    }
     if (&segment != schedule.data() && last_count > 0) {
       estimate_ns = estimate_ns < 0 ? length_ns : estimate_ns + weight * (length_ns - estimate_ns);
     }
@@ -170,7 +176,10 @@ struct Timing {
     Schedule schedule = periodic.schedule(5);
     for (Segment& segment : schedule) {
       segment.begin.ns += origin.ns;
-      for (StepTimes& step : segment.steps) { step.begin.ns += origin.ns; step.end.ns += origin.ns; }
+      for (StepTimes& step : segment.steps) {
+        step.begin.ns += origin.ns;
+        step.end.ns += origin.ns;
+      }
     }
     return schedule;
   }
@@ -231,7 +240,7 @@ const char* p9_equivariant(const Schedule& schedule, Draw draw) {
     if (off < -1 || off > 2) return "phase_locked does not scale with time";
   }
   const std::int64_t least = best_line(flat(schedule)).latency.ns, least_doubled = best_line(flat(doubled)).latency.ns;
-  if (least_doubled > 2 * least || least_doubled < 2 * least - 1) return "L* does not scale with time";   // ceil
+  if (least_doubled > 2 * least || least_doubled < 2 * least - 1) return "L* does not scale with time";  // ceil
   return nullptr;
 }
 
@@ -244,9 +253,9 @@ const char* p11_drift(Draw draw) {
   PaperMap paper({}, {}, weight);
   PhaseLockedMap locked({}, {}, bandwidth_Hz);
   RealTime begin;
-  Duration length{40'000'000};                       // w >= 0.37; it changes by 0.2 % in 80 segments
+  Duration length{40'000'000};  // w >= 0.37; it changes by 0.2 % in 80 segments
   std::int64_t jump = 0, lag = 0;
-  for (std::int64_t n = 0; n <= 80; ++n) {           // the start decays as 0.8^80, or exp(-0.37 * 80 / 1.42)
+  for (std::int64_t n = 0; n <= 80; ++n) {  // the start decays as 0.8^80, or exp(-0.37 * 80 / 1.42)
     PaperMap untold = paper;
     paper.boundary(n, begin);
     locked.boundary(n, begin);
@@ -261,7 +270,7 @@ const char* p11_drift(Draw draw) {
   }
   const double r = static_cast<double>(drift);
   const double w = std::min(2 * std::numbers::pi * bandwidth_Hz * static_cast<double>(length.ns) * 1e-9, 0.7);
-  if (std::abs(static_cast<double>(jump) - r / weight) > 2) return "the jump of paper is not r / weight";   // 2 floors
+  if (std::abs(static_cast<double>(jump) - r / weight) > 2) return "the jump of paper is not r / weight";  // 2 floors
   if (std::abs(static_cast<double>(lag) - r / (w * w)) > 2 + 0.01 * std::abs(r) / (w * w)) {
     return "the lag of phase_locked is not r / w^2";
   }
@@ -279,7 +288,8 @@ double after_16384_segments(double w, double steps) {
   std::array<double, 4> m{a[0], b[0], a[1], b[1]};
   for (int i = 0; i < 14; ++i) {
     m = {m[0] * m[0] + m[1] * m[2], m[0] * m[1] + m[1] * m[3], m[2] * m[0] + m[3] * m[2], m[2] * m[1] + m[3] * m[3]};
-    for (const double entry : m) if (std::abs(entry) > 1e100) return 1e100;
+    for (const double entry : m)
+      if (std::abs(entry) > 1e100) return 1e100;
   }
   return std::max({std::abs(m[0]), std::abs(m[1]), std::abs(m[2]), std::abs(m[3])});
 }
@@ -345,7 +355,10 @@ const char* causal(const Schedule& schedule, Draw draw) {
   for (std::size_t k = from; k < changed.size(); ++k) {
     const Duration later{draw.between(1, 20'000'000)};
     if (k > from) changed[k].begin = std::max(changed[k].begin, changed[k - 1].begin) + later;
-    for (StepTimes& step : changed[k].steps) { step.begin = step.begin + later; step.end = step.end + later; }
+    for (StepTimes& step : changed[k].steps) {
+      step.begin = step.begin + later;
+      step.end = step.end + later;
+    }
   }
   std::size_t unchanged = 0;
   for (std::size_t k = 0; k <= from; ++k) unchanged += schedule[k].steps.size();
@@ -367,9 +380,7 @@ TEST_CASE("P2 the force schedule is the inverse of the map: 100,000 schedules") 
 TEST_CASE("P3 phase_locked is continuous at every boundary but after a hang: 100,000 schedules") {
   for_all(kMany, p3_continuous);
 }
-TEST_CASE("P3 paper jumps by T_k - T^_k at every boundary, to the ns: 100,000 timings") {
-  for_all_draws(kMany, p3_paper);
-}
+TEST_CASE("P3 paper jumps by T_k - T^_k at every boundary, to the ns: 100,000 timings") { for_all_draws(kMany, p3_paper); }
 TEST_CASE("P4 every step is read once and emitted once, in order: 100,000 schedules") { for_all(kMany, p4_conserved); }
 TEST_CASE("P7 on periodic timing a hand of constant velocity stays on its line: 100,000 timings") {
   for_all_draws(kMany, p7_exact);
@@ -378,15 +389,9 @@ TEST_CASE("P9 maps move with time and scale with it: 100,000 schedules") { for_a
 TEST_CASE("P11 under drift paper jumps by r / weight and phase_locked lags by r / w^2, 100,000 draws") {
   for_all_draws(kMany, p11_drift);
 }
-TEST_CASE("P12 the loop decays for w < 1.03 and diverges for w > 1.04: 100,000 draws") {
-  for_all_draws(kMany, p12_stable);
-}
-TEST_CASE("P15 maps repeat bit for bit, in one run or in pieces: 100,000 schedules") {
-  for_all(kMany, p15_deterministic);
-}
-TEST_CASE("P16 maps know nothing but boundaries and step counts: 100,000 schedules") {
-  for_all(kMany, p16_only_boundaries);
-}
+TEST_CASE("P12 the loop decays for w < 1.03 and diverges for w > 1.04: 100,000 draws") { for_all_draws(kMany, p12_stable); }
+TEST_CASE("P15 maps repeat bit for bit, in one run or in pieces: 100,000 schedules") { for_all(kMany, p15_deterministic); }
+TEST_CASE("P16 maps know nothing but boundaries and step counts: 100,000 schedules") { for_all(kMany, p16_only_boundaries); }
 TEST_CASE("what happens later changes no slot: 100,000 schedules") { for_all(kMany, causal); }
 
 TEST_CASE("P1 on a million schedules", "[million]") { for_all(kVeryMany, p1_monotone); }
@@ -412,7 +417,7 @@ TEST_CASE("a failing schedule is shrunk to its first failing segment, and writte
   REQUIRE(least.size() == 1);
   CHECK(least[0].begin == schedule[6].begin);
   CHECK(written(least).find(std::to_string(schedule[6].steps[2].end.ns) + ")") != std::string::npos);
-  const Schedule four = shrunk(schedule, [](const Schedule& s) { return s.size() >= 4; });   // what needs four keeps four
+  const Schedule four = shrunk(schedule, [](const Schedule& s) { return s.size() >= 4; });  // what needs four keeps four
   CHECK(four.size() == 4);
   CHECK(four[0].begin == schedule[0].begin);
 }
@@ -425,7 +430,10 @@ TEST_CASE("periodic timing is exact to 1e-6 step in deviation and velocity jump,
     Schedule schedule = Periodic{}.schedule(120);
     for (Segment& segment : schedule) {
       segment.begin = segment.begin + (origin - RealTime{});
-      for (StepTimes& step : segment.steps) { step.begin.ns += origin.ns; step.end.ns += origin.ns; }
+      for (StepTimes& step : segment.steps) {
+        step.begin.ns += origin.ns;
+        step.end.ns += origin.ns;
+      }
     }
     for (const auto& placed : {place(paper_map(), schedule), place(locked_map(), schedule)}) {
       CHECK(velocity_jump(placed, 30, slot_ns) <= 1e-6);

@@ -37,8 +37,8 @@ Schedule changed(const Pace& from, const Pace& to, std::int64_t before, std::int
 
 struct Outcome {
   double latency_ms;
-  double jump;                // in slots of the shorter pace
-  std::int64_t recovery;      // segments of the new pace until no velocity jump is above 1e-6 slot + 1 ns any more
+  double jump;            // in slots of the shorter pace
+  std::int64_t recovery;  // segments of the new pace until no velocity jump is above 1e-6 slot + 1 ns any more
   std::int64_t pace_changes;
   bool steps_back;
 };
@@ -73,21 +73,26 @@ double period_after(const Schedule& schedule) {
 
 TEST_CASE("a step of V, of N or of all run times: latency, jump and recovery as in the table of docs/numerics.md") {
   // Latency to the digits of the table; jump rounded up; recovery exactly.
-  struct Row { const char* change; Pace to; double latency_ms; double jump; std::int64_t recovery; };
+  struct Row {
+    const char* change;
+    Pace to;
+    double latency_ms;
+    double jump;
+    std::int64_t recovery;
+  };
   const auto all = [](double factor) { return Pace{11'100'000 * factor, 15, kStep_ns * factor}; };
-  const Row rows[]{
-      {"V x 2", {22'200'000}, 35.042, 0.34, 11},
-      {"V x 1/2", {5'550'000}, 19.965, 0.17, 19},
-      {"V x 3", {33'300'000}, 57.242, 0.67, 7},
-      {"V gone", {0}, 24.682, 0.50, 26},
-      {"N 15 to 30", {11'100'000, 30}, 23.942, 0.30, 6},
-      {"N 15 to 8", {11'100'000, 8}, 18.022, 0.30, 24},
-      {"T x 0.5", all(0.5), 29.879, 1.01, 34},
-      {"T x 0.75", all(0.75), 21.361, 0.34, 21},
-      {"T x 1.25", all(1.25), 24.321, 0.26, 12},
-      {"T x 1.5", all(1.5), 35.800, 0.51, 9},
-      {"T x 2", all(2), 58.758, 1.26, 6},
-      {"T x 3", all(3), 129.673, 2.26, 7}};
+  const Row rows[]{{"V x 2", {22'200'000}, 35.042, 0.34, 11},
+                   {"V x 1/2", {5'550'000}, 19.965, 0.17, 19},
+                   {"V x 3", {33'300'000}, 57.242, 0.67, 7},
+                   {"V gone", {0}, 24.682, 0.50, 26},
+                   {"N 15 to 30", {11'100'000, 30}, 23.942, 0.30, 6},
+                   {"N 15 to 8", {11'100'000, 8}, 18.022, 0.30, 24},
+                   {"T x 0.5", all(0.5), 29.879, 1.01, 34},
+                   {"T x 0.75", all(0.75), 21.361, 0.34, 21},
+                   {"T x 1.25", all(1.25), 24.321, 0.26, 12},
+                   {"T x 1.5", all(1.5), 35.800, 0.51, 9},
+                   {"T x 2", all(2), 58.758, 1.26, 6},
+                   {"T x 3", all(3), 129.673, 2.26, 7}};
   for (const Row& row : rows) {
     const Outcome result = outcome(row.to);
     INFO(row.change);
@@ -110,7 +115,7 @@ TEST_CASE("a longer V needs exactly V' + s + (T' - T) + c, the least of all cont
 
 TEST_CASE("one odd segment of more than 20 % is made good in the next; a lesser one is left to the loop") {
   for (int percent = -45; percent <= 45; ++percent) {
-    if (std::abs(percent) == 20) continue;   // on the threshold: either, by a ns
+    if (std::abs(percent) == 20) continue;  // on the threshold: either, by a ns
     Schedule schedule = Periodic{}.schedule(40);
     const Duration odd{std::llround(percent / 100.0 * 1e9 / 30)};
     for (std::size_t k = 21; k < schedule.size(); ++k) schedule[k].begin = schedule[k].begin + odd;
@@ -140,7 +145,7 @@ TEST_CASE("two equal segments of another pace make it P at once, one does not: 1
 
 TEST_CASE("two unlike segments, or two of opposite sign, are no new pace") {
   const auto with = [](double first, double second) {
-    Schedule schedule = Periodic{}.schedule(33);   // segments 30 and 31 are the odd ones
+    Schedule schedule = Periodic{}.schedule(33);  // segments 30 and 31 are the odd ones
     const Duration one{std::llround(first * 1e9 / 30)}, two{std::llround(second * 1e9 / 30)};
     for (std::size_t k = 31; k < schedule.size(); ++k) schedule[k].begin = schedule[k].begin + one;
     for (std::size_t k = 32; k < schedule.size(); ++k) schedule[k].begin = schedule[k].begin + two;
@@ -164,7 +169,7 @@ TEST_CASE("two unlike segments, or two of opposite sign, are no new pace") {
 TEST_CASE("a new pace is that of both segments together, weighted by their steps") {
   for (std::int32_t percent = 20; percent <= 24; ++percent) {
     for (std::int32_t steps = 10; steps <= 20; ++steps) {
-      Schedule schedule = Periodic{}.schedule(31);                     // 0 to 29 complete
+      Schedule schedule = Periodic{}.schedule(31);  // 0 to 29 complete
       const double slot_ns = 1e9 / 450 * (1 + percent / 100.0);
       const RealTime begin = schedule[30].begin;
       const Duration first{std::llround(15 * 1e9 / 450 * 1.22)}, second{std::llround(steps * slot_ns)};
@@ -233,7 +238,10 @@ TEST_CASE("under 10 % jitter a pace of 150 % is found within 6 segments, and the
     const auto stretched = [&](RealTime t) { return t < turn ? t : turn + Duration{(t - turn).ns * 3 / 2}; };
     for (Segment& segment : schedule) {
       segment.begin = stretched(segment.begin);
-      for (StepTimes& step : segment.steps) { step.begin = stretched(step.begin); step.end = stretched(step.end); }
+      for (StepTimes& step : segment.steps) {
+        step.begin = stretched(step.begin);
+        step.end = stretched(step.end);
+      }
     }
     schedule.resize(37);
     PhaseLockedMap map({}, {});
@@ -244,7 +252,10 @@ TEST_CASE("under 10 % jitter a pace of 150 % is found within 6 segments, and the
       PhaseLockedMap told = map;
       const Slot before = untold.read(n, {});
       if (before.kind == SlotKind::mapped) REQUIRE(std::abs((told.read(n, {}).read - before.read).ns) <= 1);
-      for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
+      for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) {
+        map.read(n, {});
+        map.emission(n, {});
+      }
     }
     found += map.pace_changes() > 0;
     if (map.pace_changes() > 0) CHECK(map.period_ns() == Approx(1.5 * 1e9 / 450).epsilon(0.3));

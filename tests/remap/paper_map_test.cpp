@@ -18,7 +18,7 @@ TEST_CASE("the segment estimate starts at the first length and then moves by wei
     for (const std::int64_t length : {40'000'000, 20'000'000, 33'333'333, 0}) {
       estimator.segment({length});
       expected = (1 - weight) * expected + weight * static_cast<double>(length);
-      CHECK(*estimator.length_ns() == Approx(expected).epsilon(1e-14).margin(1e-6));   // another order of the same sum
+      CHECK(*estimator.length_ns() == Approx(expected).epsilon(1e-14).margin(1e-6));  // another order of the same sum
     }
   }
 }
@@ -36,12 +36,12 @@ TEST_CASE("paper splits the estimate into as many slots as the segment before ha
     CHECK(map.read(n, {}).kind == SlotKind::acquiring);
     map.emission(n, {});
   }
-  map.boundary(4, RealTime{1400});                    // T^ = 400, N^ = 4
-  for (std::int64_t n = 4; n < 10; ++n) {             // six steps: slots past N^ continue at the same pace
+  map.boundary(4, RealTime{1400});         // T^ = 400, N^ = 4
+  for (std::int64_t n = 4; n < 10; ++n) {  // six steps: slots past N^ continue at the same pace
     CHECK(map.read(n, {}).read.ns == 1400 + 100 * (n - 4));
     map.emission(n, {});
   }
-  map.boundary(10, RealTime{2000});                   // T = 600: T^ = 500, N^ = 6
+  map.boundary(10, RealTime{2000});  // T = 600: T^ = 500, N^ = 6
   for (std::int64_t n = 10; n < 16; ++n) {
     CHECK(map.read(n, {}).read.ns == 2000 + 500 * (n - 10) / 6);
     map.emission(n, {});
@@ -51,10 +51,10 @@ TEST_CASE("paper splits the estimate into as many slots as the segment before ha
 TEST_CASE("a segment without steps re-anchors paper and keeps its estimate") {
   PaperMap map({}, {}, 0.5);
   map.boundary(0, RealTime{0});
-  map.boundary(0, RealTime{50});                      // none yet: still acquiring
+  map.boundary(0, RealTime{50});  // none yet: still acquiring
   CHECK(map.read(0, {}).kind == SlotKind::acquiring);
   map.emission(0, {});
-  map.boundary(1, RealTime{150});                     // T^ = 100, N^ = 1
+  map.boundary(1, RealTime{150});  // T^ = 100, N^ = 1
   map.boundary(1, RealTime{5000});
   CHECK(map.read(1, {}).read.ns == 5000);
   map.emission(1, {});
@@ -73,7 +73,10 @@ TEST_CASE("the jump of paper at every boundary is T_k - T^_k, to the nanosecond,
     RealTime begin{draw.between(0, 1'000'000'000)};
     map.boundary(0, begin);
     for (int k = 0; k < 20; ++k) {
-      for (std::int64_t i = 0; i < steps; ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
+      for (std::int64_t i = 0; i < steps; ++i, ++n) {
+        map.read(n, {});
+        map.emission(n, {});
+      }
       const Duration length{draw.between(1'000'000, 60'000'000)};
       begin = begin + length;
       PaperMap untold = map;
@@ -97,7 +100,7 @@ TEST_CASE("under a drift of r per segment the jump of paper settles at r / weigh
       RealTime begin{};
       Duration length{100'000'000};
       std::int64_t jump = 0;
-      for (std::int64_t n = 0; n < 300; ++n) {        // one step per segment: 0.9^300 of the start is below 1 ns
+      for (std::int64_t n = 0; n < 300; ++n) {  // one step per segment: 0.9^300 of the start is below 1 ns
         map.boundary(n, begin);
         PaperMap untold = map;
         map.read(n, {});
@@ -111,7 +114,7 @@ TEST_CASE("under a drift of r per segment the jump of paper settles at r / weigh
           jump = (begin - old).ns;
         }
       }
-      CHECK(std::abs(static_cast<double>(jump) - static_cast<double>(drift) / weight) <= 2);   // two floors
+      CHECK(std::abs(static_cast<double>(jump) - static_cast<double>(drift) / weight) <= 2);  // two floors
     }
   }
 }

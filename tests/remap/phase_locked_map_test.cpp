@@ -43,7 +43,7 @@ class PeriodicRun {
 TEST_CASE("phase_locked takes period and phase from the first complete segment with steps") {
   PhaseLockedMap map({}, {});
   map.boundary(0, RealTime{100});
-  map.boundary(0, RealTime{1000});                     // a segment without steps is not one to learn from
+  map.boundary(0, RealTime{1000});  // a segment without steps is not one to learn from
   for (std::int64_t n = 0; n < 3; ++n) {
     CHECK(map.read(n, {}).kind == SlotKind::acquiring);
     map.emission(n, {});
@@ -62,7 +62,10 @@ TEST_CASE("phase_locked floors its slots: thirds and sevenths of a ns, at any re
     for (std::int64_t length = 1'000'000; length < 1'000'000 + steps; ++length) {
       PhaseLockedMap map({}, {});
       map.boundary(0, RealTime{-length});
-      for (std::int64_t n = 0; n < steps; ++n) { map.read(n, {}); map.emission(n, {}); }
+      for (std::int64_t n = 0; n < steps; ++n) {
+        map.read(n, {});
+        map.emission(n, {});
+      }
       map.boundary(steps, RealTime{});
       for (std::int64_t i = 0; i < steps; ++i) {
         CHECK(map.read(steps + i, {}).read.ns == i * length / steps);
@@ -129,14 +132,17 @@ TEST_CASE("in lock the old line of phase_locked and the new one meet at every bo
       const Slot before = untold.read(n, {});
       if (before.kind == SlotKind::mapped) {
         const RealTime after = told.read(n, {}).read;
-        const bool meets = std::abs((after - before.read).ns) <= 1;   // the floor of the same real number, added up twice
+        const bool meets = std::abs((after - before.read).ns) <= 1;  // the floor of the same real number, added up twice
         ++(meets ? met : stepped);
-        if (!meets) {                                                 // after a hang: forward, to the boundary itself
+        if (!meets) {  // after a hang: forward, to the boundary itself
           REQUIRE(after > before.read);
           REQUIRE(after == segment.begin);
         }
       }
-      for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
+      for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) {
+        map.read(n, {});
+        map.emission(n, {});
+      }
     }
   }
   CHECK(met > 100 * stepped);
@@ -153,7 +159,10 @@ TEST_CASE("with 20 % jitter phase_locked never leaves lock: 200 seeds of 200 seg
       PhaseLockedMap told = map;
       const Slot before = untold.read(n, {});
       if (before.kind == SlotKind::mapped) REQUIRE(std::abs((told.read(n, {}).read - before.read).ns) <= 1);
-      for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) { map.read(n, {}); map.emission(n, {}); }
+      for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) {
+        map.read(n, {});
+        map.emission(n, {});
+      }
     }
   }
 }
@@ -198,7 +207,7 @@ TEST_CASE("from a first segment 1 % wrong phase_locked is back within 2 ns after
         map.emission(n, {});
         paper.emission(n, {});
       }
-      if (k == 1) CHECK(locked_off > 100'000);          // the wrong start is really wrong
+      if (k == 1) CHECK(locked_off > 100'000);  // the wrong start is really wrong
       if (k >= 60) REQUIRE(locked_off <= 2);
       if (k == 60) CHECK(paper_off > 100);
       if (k >= 150) REQUIRE(paper_off <= 2);
@@ -213,7 +222,10 @@ TEST_CASE("under a drift of r per segment the phase error of phase_locked settle
       PeriodicRun run(map);
       run.start({});
       Duration length{33'333'333};
-      for (int k = 0; k < 300; ++k) { run.segment(length, 15); length += Duration{drift}; }
+      for (int k = 0; k < 300; ++k) {
+        run.segment(length, 15);
+        length += Duration{drift};
+      }
       PhaseLockedMap probe = map;
       const std::int64_t lag = -(probe.read(300 * 15, {}).read.ns - (300 * 33'333'333LL + drift * 299 * 300 / 2));
       const double w = 2 * std::numbers::pi * bandwidth_Hz * static_cast<double>(length.ns) * 1e-9;
@@ -230,7 +242,7 @@ TEST_CASE("the loop is stable at every bandwidth: from 5 % wrong it settles, 0.0
     run.start({});
     run.segment({35'000'000}, 15);
     const double w = std::min(2 * std::numbers::pi * bandwidth_Hz / 30, 0.7);
-    const int settle = static_cast<int>(20 * std::numbers::sqrt2 / w);   // 1.7 ms exp(-20) is far below 1 ns
+    const int settle = static_cast<int>(20 * std::numbers::sqrt2 / w);  // 1.7 ms exp(-20) is far below 1 ns
     for (int k = 0; k < settle; ++k) run.segment({33'333'330}, 15);
     CHECK(run.segment({33'333'330}, 15) <= 2);
   }
@@ -240,7 +252,10 @@ TEST_CASE("the linear loop is stable for w = 1.03 and unstable for w = 1.04") {
   // e and P as in track(), in units of one segment, without clamp: 4 - 2 sqrt(2) w - w^2 = 0 at w = 1.0353.
   const auto after = [](double w) {
     double e = 1, p = 0;
-    for (int k = 0; k < 4000; ++k) { p += w * w * e; e -= p + std::numbers::sqrt2 * w * e; }
+    for (int k = 0; k < 4000; ++k) {
+      p += w * w * e;
+      e -= p + std::numbers::sqrt2 * w * e;
+    }
     return std::abs(e);
   };
   CHECK(after(1.03) < 1e-6);
@@ -259,7 +274,7 @@ TEST_CASE("phase_locked locks again after any hang, burst or change of pace: 200
     run.start({});
     std::int64_t steps = draw.between(1, 40);
     for (int k = 0; k < 10; ++k) run.segment({33'333'330}, steps);
-    for (std::int64_t k = draw.between(1, 5); k > 0; --k) {   // up to 3 s in one segment, or a burst in no time
+    for (std::int64_t k = draw.between(1, 5); k > 0; --k) {  // up to 3 s in one segment, or a burst in no time
       const bool hang = draw.between(0, 1) == 0;
       run.segment({draw.between(0, hang ? 3'000'000'000 : 1'000'000)}, draw.between(1, 60));
     }
@@ -283,7 +298,7 @@ TEST_CASE("a simulator that hung for 1 s is even again after 60 segments") {
   run.start({});
   for (int k = 0; k < 10; ++k) run.segment({33'333'330}, 15);
   run.segment({1'000'000'000}, 15);
-  CHECK(run.lead_of_slots().ns == 0);                  // it steps forward to the boundary
+  CHECK(run.lead_of_slots().ns == 0);  // it steps forward to the boundary
   for (int k = 0; k < 60; ++k) run.segment({33'333'330}, 15);
   CHECK(run.segment({33'333'330}, 15) <= 2);
 }
@@ -309,8 +324,8 @@ TEST_CASE("steps in zero time are held at 1 ns per step, and the map recovers") 
   for (int k = 0; k < 300; ++k) run.segment({33'333'330}, 15);
   CHECK(run.segment({33'333'330}, 15) <= 2);
 
-  run.segment({0}, 60);                                                  // far ahead, and then nothing but bursts:
-  for (int k = 0; k < 2000; ++k) run.segment({0}, 1);                    // halved each time, P would underflow to 0
+  run.segment({0}, 60);                                // far ahead, and then nothing but bursts:
+  for (int k = 0; k < 2000; ++k) run.segment({0}, 1);  // halved each time, P would underflow to 0
   CHECK(map.period_ns() == 1);
   for (int k = 0; k < 300; ++k) run.segment({33'333'330}, 15);
   CHECK(run.segment({33'333'330}, 15) <= 2);

@@ -17,7 +17,7 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-void* operator new(std::size_t size, const std::nothrow_t&) noexcept {   // the test framework's sort asks this way
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept {  // the test framework's sort asks this way
   ++allocations;
   return std::malloc(size);
 }
@@ -67,29 +67,30 @@ TEST_CASE("constant velocity in, straight line out, both directions, 12.842 ms h
   std::vector<std::pair<RealTime, Vector>> out;
   Vector hand{};
   bool inside = true;
-  play(Periodic{}.schedule(90),
-       [&](RealTime now) {
-         remap.sample(now, position_m(now));
-         const Reading<Vector> force = remap.force(now);
-         if (now.ns > 150'000'000) {
-           inside = inside && force.status == ReadStatus::inside;
-           out.emplace_back(now, force.value);
-         }
-       },
-       [&](RealTime now) {
-         const Reading<Vector> reading = remap.interaction(now);
-         hand = reading.value;
-         in.push_back(hand);
-         if (in.size() > 30) inside = inside && reading.status == ReadStatus::inside;
-       },
-       [&](RealTime now) { remap.response(now, hand); },   // a spring of 1 N/m
-       [&](RealTime now) { remap.segment(now); });
+  play(
+      Periodic{}.schedule(90),
+      [&](RealTime now) {
+        remap.sample(now, position_m(now));
+        const Reading<Vector> force = remap.force(now);
+        if (now.ns > 150'000'000) {
+          inside = inside && force.status == ReadStatus::inside;
+          out.emplace_back(now, force.value);
+        }
+      },
+      [&](RealTime now) {
+        const Reading<Vector> reading = remap.interaction(now);
+        hand = reading.value;
+        in.push_back(hand);
+        if (in.size() > 30) inside = inside && reading.status == ReadStatus::inside;
+      },
+      [&](RealTime now) { remap.response(now, hand); },  // a spring of 1 N/m
+      [&](RealTime now) { remap.segment(now); });
   CHECK(inside);
   REQUIRE(in.size() == 90 * 15);
   REQUIRE(out.size() > 2000);
   for (std::size_t n = 30; n < in.size(); ++n) {
     const RealTime slot{tick_time({450, 1}, static_cast<std::int64_t>(n)).ns - 260'002};
-    REQUIRE(norm(minus(in[n], position_m(slot))) <= 1e-6 * step_m);                       // 1 ns is 4.5e-7 step
+    REQUIRE(norm(minus(in[n], position_m(slot))) <= 1e-6 * step_m);  // 1 ns is 4.5e-7 step
     if (n > 30) REQUIRE(norm(minus(minus(in[n], in[n - 1]), minus(in[n - 1], in[n - 2]))) <= 1e-6 * step_m);
   }
   for (const auto& [now, force] : out) REQUIRE(norm(minus(force, position_m(now - Duration{15'064'450}))) <= 1e-6 * step_m);
@@ -98,8 +99,9 @@ TEST_CASE("constant velocity in, straight line out, both directions, 12.842 ms h
 TEST_CASE("without the remap the same timing jumps by more than four steps") {
   std::vector<double> in;
   double newest = 0;
-  play(Periodic{}.schedule(30), [&](RealTime now) { newest = 0.1 * seconds(now); }, [&](RealTime) { in.push_back(newest); },
-       [](RealTime) {}, [](RealTime) {});
+  play(
+      Periodic{}.schedule(30), [&](RealTime now) { newest = 0.1 * seconds(now); }, [&](RealTime) { in.push_back(newest); },
+      [](RealTime) {}, [](RealTime) {});
   double jump = 0;
   for (std::size_t n = 32; n < in.size(); ++n) jump = std::max(jump, std::abs(in[n] - 2 * in[n - 1] + in[n - 2]));
   CHECK(jump / (0.1 / 450) > 4);
@@ -107,21 +109,22 @@ TEST_CASE("without the remap the same timing jumps by more than four steps") {
 
 TEST_CASE("a remapper that adapts finds the least latency by itself, held and interpolated, in one segment") {
   const bool held = GENERATE(true, false);
-  const double latency_s = held ? 12.842e-3 + 0.5 / 450 : 15.064e-3;   // a held force is half a slot older on average
+  const double latency_s = held ? 12.842e-3 + 0.5 / 450 : 15.064e-3;  // a held force is half a slot older on average
   Remapper<double> remap({.lead = {260'002},
                           .adapt = AdaptiveLatencyOptions{.start = {}, .least = {}, .most = {50'000'000}, .margin = {}},
                           .emission = held ? Emission::hold : Emission::linear});
   double hand = 0, off = 0;
-  play(Periodic{}.schedule(30),
-       [&](RealTime now) {
-         remap.sample(now, seconds(now));
-         if (now < RealTime{150'000'000}) return;
-         const double age = seconds(now) - remap.force(now).value;
-         off = std::max(off, std::abs(age - latency_s));
-       },
-       [&](RealTime now) { hand = remap.interaction(now).value; }, [&](RealTime now) { remap.response(now, hand); },
-       [&](RealTime now) { remap.segment(now); });
-  CHECK(off <= (held ? 0.5 / 450 : 0) + 1e-6);   // held for a slot: the age is the latency, and up to one slot more
+  play(
+      Periodic{}.schedule(30),
+      [&](RealTime now) {
+        remap.sample(now, seconds(now));
+        if (now < RealTime{150'000'000}) return;
+        const double age = seconds(now) - remap.force(now).value;
+        off = std::max(off, std::abs(age - latency_s));
+      },
+      [&](RealTime now) { hand = remap.interaction(now).value; }, [&](RealTime now) { remap.response(now, hand); },
+      [&](RealTime now) { remap.segment(now); });
+  CHECK(off <= (held ? 0.5 / 450 : 0) + 1e-6);  // held for a slot: the age is the latency, and up to one slot more
 }
 
 TEST_CASE("a remapper allocates nothing after construction") {
@@ -132,11 +135,16 @@ TEST_CASE("a remapper allocates nothing after construction") {
   const Schedule schedule = Periodic{}.schedule(30);
   double sum = 0;
   const std::size_t before = allocations;
-  play(schedule, [&](RealTime now) { remap.sample(now, position_m(now)); sum += remap.force(now).value[0]; },
-       [&](RealTime now) { sum += remap.interaction(now).value[0]; }, [&](RealTime now) { remap.response(now, {}); },
-       [&](RealTime now) { remap.segment(now); });
+  play(
+      schedule,
+      [&](RealTime now) {
+        remap.sample(now, position_m(now));
+        sum += remap.force(now).value[0];
+      },
+      [&](RealTime now) { sum += remap.interaction(now).value[0]; }, [&](RealTime now) { remap.response(now, {}); },
+      [&](RealTime now) { remap.segment(now); });
   const std::size_t after = allocations;
   CHECK(after == before);
-  CHECK(before > 0);      // the count does count
+  CHECK(before > 0);  // the count does count
   CHECK(sum > 0);
 }

@@ -26,7 +26,7 @@ TEST_CASE("a sample buffer answers inside, underrun, overrun or empty: every tim
         } else {
           REQUIRE(reading.status == ReadStatus::inside);
           REQUIRE(reading.value == Approx(10.0 * static_cast<double>(at)).epsilon(1e-15));
-          if (at % 10 == 0) REQUIRE(reading.value == 10.0 * static_cast<double>(at));   // on an entry: its very bits
+          if (at % 10 == 0) REQUIRE(reading.value == 10.0 * static_cast<double>(at));  // on an entry: its very bits
         }
       }
     }
@@ -47,10 +47,10 @@ TEST_CASE("a read at a head does not see what came later, for as long as the rin
     CHECK(buffer.at(RealTime{45}, 4).value == past.value);
     CHECK(buffer.newest(4).value == 400);
   }
-  buffer.push(RealTime{110}, 0);                                      // 30 leaves the ring: entries 4..11 are left
+  buffer.push(RealTime{110}, 0);  // 30 leaves the ring: entries 4..11 are left
   CHECK(buffer.at(RealTime{33}, 4).status == ReadStatus::overrun);
   CHECK(buffer.newest(4).status == ReadStatus::inside);
-  buffer.push(RealTime{120}, 0);                                      // the newest of that head has left too
+  buffer.push(RealTime{120}, 0);  // the newest of that head has left too
   CHECK(buffer.at(RealTime{45}, 4).status == ReadStatus::overrun);
   CHECK(buffer.newest(4).status == ReadStatus::overrun);
   CHECK(buffer.newest(0).status == ReadStatus::empty);
@@ -65,7 +65,7 @@ TEST_CASE("lerp is exact at both entries of binary fractions, constant where the
     CHECK(r[1] == -1 + 2 * w);
     CHECK(r[2] == 0.1);
   }
-  for (int i = 0; i <= 97; ++i) CHECK(lerp(0.1, 0.1, i / 97.0) == 0.1);   // weights that round
+  for (int i = 0; i <= 97; ++i) CHECK(lerp(0.1, 0.1, i / 97.0) == 0.1);  // weights that round
   static_assert(lerp(3.0, 7.0, 0.0) == 3.0);
   static_assert(lerp(3.0f, 7.0f, 0.5) == 5.0f);
 }

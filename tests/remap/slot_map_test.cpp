@@ -76,13 +76,35 @@ TEST_CASE("emission times increase by at least 1 ns, and every repair is counted
 
 TEST_CASE("read and emission out of order stop on an assertion") {
   const auto fresh = [] { return ListedMap({0}, {0}, {RealTime{1}, RealTime{2}, RealTime{3}}); };
-  CHECK(asserts([&] { fresh().read(1, {}); }));                                        // a step is skipped
-  CHECK(asserts([&] { fresh().emission(0, {}); }));                                    // emission without a read
-  CHECK(asserts([&] { auto map = fresh(); map.read(0, {}); map.read(0, {}); }));        // read twice
-  CHECK(asserts([&] { auto map = fresh(); map.read(0, {}); map.read(1, {}); }));        // emission missed
-  CHECK(asserts([&] { auto map = fresh(); map.read(0, {}); map.emission(1, {}); }));    // of another step
-  CHECK(asserts([&] { auto map = fresh(); map.read(0, {}); map.emission(0, {}); map.emission(0, {}); }));
-  CHECK_FALSE(asserts([&] { auto map = fresh(); map.read(0, {}); map.emission(0, {}); map.read(1, {}); }));
+  CHECK(asserts([&] { fresh().read(1, {}); }));      // a step is skipped
+  CHECK(asserts([&] { fresh().emission(0, {}); }));  // emission without a read
+  CHECK(asserts([&] {
+    auto map = fresh();
+    map.read(0, {});
+    map.read(0, {});
+  }));  // read twice
+  CHECK(asserts([&] {
+    auto map = fresh();
+    map.read(0, {});
+    map.read(1, {});
+  }));  // emission missed
+  CHECK(asserts([&] {
+    auto map = fresh();
+    map.read(0, {});
+    map.emission(1, {});
+  }));  // of another step
+  CHECK(asserts([&] {
+    auto map = fresh();
+    map.read(0, {});
+    map.emission(0, {});
+    map.emission(0, {});
+  }));
+  CHECK_FALSE(asserts([&] {
+    auto map = fresh();
+    map.read(0, {});
+    map.emission(0, {});
+    map.read(1, {});
+  }));
 }
 
 TEST_CASE("boundaries that run backwards stop on an assertion") {

@@ -51,7 +51,7 @@ TEST_CASE("a periodic cycle of 2 to 200 steps and pauses of half a step to 100 s
       CHECK(cycle.steps_per_segment == steps);
       CHECK(cycle.least_steps == steps);
       CHECK(cycle.most_steps == steps);
-      CHECK(cycle.segments == 38);                               // the first and the last one are open on one side
+      CHECK(cycle.segments == 38);  // the first and the last one are open on one side
       CHECK(std::abs(cycle.period.ns - 33'333'333) <= 1);
       CHECK(cycle.period_variation < 1e-7);
       CHECK(std::abs((cycle.pause - periodic.visualization).ns) <= 1);

@@ -40,19 +40,19 @@ void check_optimal(const std::vector<StepTimes>& steps, Duration latency, Durati
   std::vector<At> bends;
   for (const std::size_t n : string.bends) bends.push_back({static_cast<std::int64_t>(n), string.reads[n].ns});
   for (std::size_t i = 1; i < bends.size(); ++i) {
-    for (std::int64_t n = bends[i - 1].n; n < bends[i].n; ++n) {        // straight in between, to the floor
-      const std::int64_t line = bends[i - 1].ns + floor_mul_div(n - bends[i - 1].n, bends[i].ns - bends[i - 1].ns,
-                                                                bends[i].n - bends[i - 1].n);
+    for (std::int64_t n = bends[i - 1].n; n < bends[i].n; ++n) {  // straight in between, to the floor
+      const std::int64_t line =
+          bends[i - 1].ns + floor_mul_div(n - bends[i - 1].n, bends[i].ns - bends[i - 1].ns, bends[i].n - bends[i - 1].n);
       REQUIRE(string.reads[static_cast<std::size_t>(n)].ns == line);
     }
   }
   const BestLine best = best_line(steps);
   for (std::size_t i = 0; i < bends.size(); ++i) {
     const auto n = static_cast<std::size_t>(bends[i].n);
-    double turn = 0;                                                   // slope after - slope before
+    double turn = 0;  // slope after - slope before
     if (i > 0 && i + 1 < bends.size()) {
       turn = compare(bends[i], bends[i + 1], bends[i - 1], bends[i]);
-    } else {                                                           // one side is tau*, of which we have a double
+    } else {  // one side is tau*, of which we have a double
       const auto slope = [&](std::size_t a) {
         return static_cast<double>(bends[a + 1].ns - bends[a].ns) / static_cast<double>(bends[a + 1].n - bends[a].n);
       };
@@ -62,7 +62,7 @@ void check_optimal(const std::vector<StepTimes>& steps, Duration latency, Durati
     REQUIRE(bends[i].ns == (turn < 0 ? low(n) : high(n)));
   }
   if (bends.empty()) return;
-  for (const std::size_t n : {std::size_t{0}, steps.size() - 1}) {     // the free ends
+  for (const std::size_t n : {std::size_t{0}, steps.size() - 1}) {  // the free ends
     const At bend = n == 0 ? bends.front() : bends.back();
     const auto steps_on = static_cast<double>(static_cast<std::int64_t>(n) - bend.n);
     const double line = static_cast<double>(bend.ns) + best.slot_ns * steps_on;
@@ -78,12 +78,12 @@ TEST_CASE("the taut string of none, of one and of two steps") {
   const std::vector<StepTimes> one{{RealTime{5}, RealTime{12}}};
   CHECK(taut_string(one, {6}, {0}).infeasible_step == 0U);
   CHECK(taut_string(one, {7}, {0}).reads[0].ns == 5);
-  CHECK(taut_string(one, {11}, {0}).reads[0].ns == 3);        // the middle of [1, 5]
+  CHECK(taut_string(one, {11}, {0}).reads[0].ns == 3);  // the middle of [1, 5]
   CHECK(taut_string(one, {11}, {4}).reads[0].ns == 1);
   CHECK(taut_string(one, {11}, {5}).infeasible_step == 0U);
   const std::vector<StepTimes> two{{RealTime{0}, RealTime{10}}, {RealTime{20}, RealTime{35}}};
   CHECK(taut_string(two, {14}, {0}).infeasible_step == 1U);
-  CHECK(taut_string(two, {15}, {0}).reads[1].ns == 20);       // [20, 20]
+  CHECK(taut_string(two, {15}, {0}).reads[1].ns == 20);  // [20, 20]
   CHECK(taut_string(two, {15}, {0}).bends.empty());
 }
 

@@ -32,7 +32,9 @@ TEST_CASE("a ring gives the last `capacity` entries and no other: every capacity
   }
 }
 
-TEST_CASE("what is read at a head stays the same until more than the spare entries were pushed since, every capacity and spare up to 6") {
+TEST_CASE(
+    "what is read at a head stays the same until more than the spare entries were pushed since, every capacity and spare up "
+    "to 6") {
   const auto time = [](std::uint64_t index) { return RealTime{static_cast<std::int64_t>(index) * 10}; };
   for (std::size_t capacity = 2; capacity <= 6; ++capacity) {
     for (std::size_t spare = 0; spare <= 6; ++spare) {
@@ -75,7 +77,8 @@ TEST_CASE("a buffer and a schedule say at a head what they said then, overruns i
   for (std::uint64_t head = 1; head <= 30; ++head) {
     const std::vector<Reading<double>> now = read(head);
     for (std::size_t i = 0; i < now.size(); ++i) {
-      REQUIRE((now[i].value == then[head][i].value && now[i].status == then[head][i].status && now[i].newest == then[head][i].newest));
+      REQUIRE((now[i].value == then[head][i].value && now[i].status == then[head][i].status &&
+               now[i].newest == then[head][i].newest));
       overruns = overruns || now[i].status == ReadStatus::overrun;
     }
   }
@@ -112,7 +115,10 @@ TEST_CASE("one writer and one reader: an entry that was read is whole and the ri
   for (std::uint64_t head = 0; head < kPushes; head = ring.head()) {
     for (std::uint64_t back = 1; back <= std::min<std::uint64_t>(head, 6); ++back) {
       TimedRing<Sealed>::Entry entry;
-      if (!ring.get(head - back, head, entry)) { ++refused; continue; }
+      if (!ring.get(head - back, head, entry)) {
+        ++refused;
+        continue;
+      }
       ++read;
       wrong += entry.time.ns != static_cast<std::int64_t>(head - back) || entry.value != Sealed::of(head - back);
     }
@@ -142,10 +148,12 @@ TEST_CASE("one writer and one reader: interpolation at a head gives the line, or
   std::int64_t wrong = 0;
   for (std::uint64_t head = 0; head < kPushes; head = forces.head()) {
     if (head < 4) continue;
-    const RealTime at{2 * static_cast<std::int64_t>(head) - 5};   // between the entries before the newest
+    const RealTime at{2 * static_cast<std::int64_t>(head) - 5};  // between the entries before the newest
     for (const Reading<double>& reading : {hand.at(at, head), forces.at(at, head)}) {
-      if (reading.status == ReadStatus::inside) wrong += reading.value != static_cast<double>(at.ns);
-      else wrong += reading.status != ReadStatus::overrun;
+      if (reading.status == ReadStatus::inside)
+        wrong += reading.value != static_cast<double>(at.ns);
+      else
+        wrong += reading.status != ReadStatus::overrun;
     }
   }
   writer.join();

@@ -141,7 +141,8 @@ TEST_CASE("a damper renders its own damping, a held spring minus k h / 2, a dela
       CHECK(rendered(spring(delay), 0.0024) == Approx(late).epsilon(0.005));
       CHECK(rendered(spring(delay), 0.002) == Approx(rendered(spring(delay + 0.002), 0)).epsilon(0.002));
     }
-    CHECK(rendered([=](double t) { return -b * A * w * std::cos(w * (t - h / 2)); }, 0) == Approx(b * std::cos(w * h)).epsilon(0.002));
+    CHECK(rendered([=](double t) { return -b * A * w * std::cos(w * (t - h / 2)); }, 0) ==
+          Approx(b * std::cos(w * h)).epsilon(0.002));
   }
 }
 
@@ -151,10 +152,11 @@ TEST_CASE("rendered damping uses whole cycles only, ends between two ticks, and 
     const Port port = sine_port(5e-3, 3, 1000, ticks, law);
     return rendered_damping(port.t, port_energy(port.t, port.x, port.force_N, 0), 0.01, 3);
   };
-  CHECK_FALSE(rendered(334));           // 333 ms of 333.3
+  CHECK_FALSE(rendered(334));  // 333 ms of 333.3
   REQUIRE(rendered(335));
   const double whole = rendered(3001)->damping_N_s_per_m;
-  for (const int ticks : {335, 500, 668, 1234, 2777}) CHECK(rendered(ticks)->damping_N_s_per_m == Approx(whole).epsilon(0.01));
+  for (const int ticks : {335, 500, 668, 1234, 2777})
+    CHECK(rendered(ticks)->damping_N_s_per_m == Approx(whole).epsilon(0.01));
   CHECK_FALSE(rendered_damping({}, {}, 0.01, 3));
   const Port still = sine_port(0, 3, 1000, 1000, law);
   CHECK_FALSE(rendered_damping(still.t, port_energy(still.t, still.x, still.force_N, 0), 0, 3));

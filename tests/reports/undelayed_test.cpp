@@ -56,7 +56,7 @@ TEST_CASE("the onset is how much later a touch is sent, and a ghost is what is s
   CHECK(late.at("ghost_force") == 0.5);
   const auto early = values(run_of(touch(99, 300), touch(100, 300)));
   CHECK(early.at("onset_delay") == Approx(-0.001).epsilon(1e-12));
-  CHECK(early.at("ghost_force") == 0);  // what comes before the touch is none
+  CHECK(early.at("ghost_force") == 0);                                            // what comes before the touch is none
   CHECK(values(run_of(touch(0, 300), touch(0, 300))).count("onset_delay") == 0);  // touched from the start
   const auto never = values(run_of(touch(0, 0), touch(0, 0)));
   CHECK(never.count("onset_delay") == 0);

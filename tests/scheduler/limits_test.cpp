@@ -19,8 +19,9 @@ TEST_CASE("The limit of events per instant itself is allowed, one more ends the 
         const RunStatus status = rig.scheduler.run(kNever);
         CAPTURE(at, limit, over);
         CHECK(status.end == (over == 0 ? RunEnd::idle : RunEnd::limit));
-        CHECK(status.message == (over == 0 ? "" : "limit events_per_instant = " + std::to_string(limit) +
-                                                      " exceeded by event 'spin' at " + std::to_string(at) + " ns"));
+        CHECK(status.message == (over == 0 ? ""
+                                           : "limit events_per_instant = " + std::to_string(limit) +
+                                                 " exceeded by event 'spin' at " + std::to_string(at) + " ns"));
         CHECK(rig.scheduler.event_count() == limit);
         CHECK(rig.scheduler.run(kNever).end == status.end);
       }
@@ -52,8 +53,9 @@ TEST_CASE("The limit of all events itself is allowed, one more ends the run and 
       const RunStatus status = rig.scheduler.run(kNever);
       CAPTURE(limit, over);
       CHECK(status.end == (over == 0 ? RunEnd::idle : RunEnd::limit));
-      CHECK(status.message == (over == 0 ? "" : "limit total_events = " + std::to_string(limit) +
-                                                    " exceeded by event 'tick' at " + std::to_string(limit * 10) + " ns"));
+      CHECK(status.message == (over == 0 ? ""
+                                         : "limit total_events = " + std::to_string(limit) +
+                                               " exceeded by event 'tick' at " + std::to_string(limit * 10) + " ns"));
       CHECK(rig.scheduler.event_count() == limit);
     }
   }

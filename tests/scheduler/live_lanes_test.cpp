@@ -137,7 +137,8 @@ std::uint64_t hash_of(Clock& clock, Executor& executor, std::uint64_t seed) {
   return scheduler.trace_hash();
 }
 
-TEST_CASE("Under a virtual clock a worker's thread gives the same hash as inline work, 1000 random schedules, seeds 0 to 999") {
+TEST_CASE(
+    "Under a virtual clock a worker's thread gives the same hash as inline work, 1000 random schedules, seeds 0 to 999") {
   std::uint64_t different = 0;
   std::uint64_t last = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {

@@ -65,7 +65,9 @@ void run_in_lock_step(Scheduler& a, Scheduler& b) {
   }
 }
 
-TEST_CASE("Two lanes on two schedulers in lock step give the merged events and the chain of one scheduler, 1000 random schedules") {
+TEST_CASE(
+    "Two lanes on two schedulers in lock step give the merged events and the chain of one scheduler, 1000 random "
+    "schedules") {
   int ties = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     Loop one{.seed = seed};

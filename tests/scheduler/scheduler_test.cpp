@@ -39,7 +39,9 @@ Task one_external(Scheduler& scheduler, RealTime start, RealTime programmed_end,
   arrival = done;
 }
 
-TEST_CASE("Work under a virtual clock ends at the later of its programmed end and now(), in the completion lane, with and without work") {
+TEST_CASE(
+    "Work under a virtual clock ends at the later of its programmed end and now(), in the completion lane, with and without "
+    "work") {
   CountingWork work;
   for (const bool with_work : {true, false}) {
     for (const std::int64_t end_ns : {-5, 0, 99, 100, 101, 1'000'000}) {
@@ -244,7 +246,8 @@ void spawn_mixed_lanes(VirtualRig& rig, std::vector<int>& log, std::vector<int>&
   rig.scheduler.spawn(read_results(rig.scheduler, work, 4, results));
 }
 
-TEST_CASE("run(end) runs what lies before end, and a later end goes on; split at any nanosecond it is the run in one piece") {
+TEST_CASE(
+    "run(end) runs what lies before end, and a later end goes on; split at any nanosecond it is the run in one piece") {
   std::vector<int> log, results;
   CountingWork work;
   VirtualRig whole;

@@ -22,7 +22,9 @@ std::vector<int> order_at_one_instant(const std::vector<Lane>& lanes, std::optio
   return log;
 }
 
-TEST_CASE("At one instant completions run before device events before launches, each in the order of asking, for all 3^6 insertions") {
+TEST_CASE(
+    "At one instant completions run before device events before launches, each in the order of asking, for all 3^6 "
+    "insertions") {
   for (int code = 0; code < 729; ++code) {
     std::vector<Lane> lanes;
     for (int i = 0, rest = code; i < 6; ++i, rest /= 3) lanes.push_back(kLanes[rest % 3]);
@@ -132,7 +134,9 @@ Task steps(Scheduler& scheduler, std::int64_t step_ns, int count, bool with_turn
   }
 }
 
-TEST_CASE("A step launched on a tick sees that tick's sample with a turn and the sample before without, whoever is spawned first") {
+TEST_CASE(
+    "A step launched on a tick sees that tick's sample with a turn and the sample before without, whoever is spawned "
+    "first") {
   // Steps of 3 ms against ticks of 1 ms: every launch falls on a tick.
   for (const bool with_turn : {true, false}) {
     for (const bool ticks_first : {true, false}) {
@@ -158,7 +162,8 @@ TEST_CASE("With permuted ties every order of n tied events occurs over the seeds
   for (int n = 1; n <= 5; ++n) {
     factorial *= n;
     std::map<std::vector<int>, int> orders;
-    const int seeds = 60 * factorial;  // each order 60 times on average: a fair shuffle misses one with chance 120 * exp(-60)
+    const int seeds =
+        60 * factorial;  // each order 60 times on average: a fair shuffle misses one with chance 120 * exp(-60)
     for (int seed = 0; seed < seeds; ++seed) {
       std::vector<int> order = order_at_one_instant(std::vector<Lane>(static_cast<std::size_t>(n), Lane::device), seed);
       ++orders[order];
@@ -190,7 +195,8 @@ TEST_CASE("Permuted ties never reorder events of different time or lane, 3^6 ins
 
 TEST_CASE("The same permutation seed gives the same order") {
   const std::vector<Lane> lanes(40, Lane::launch);
-  for (std::uint64_t seed = 0; seed < 50; ++seed) CHECK(order_at_one_instant(lanes, seed) == order_at_one_instant(lanes, seed));
+  for (std::uint64_t seed = 0; seed < 50; ++seed)
+    CHECK(order_at_one_instant(lanes, seed) == order_at_one_instant(lanes, seed));
 }
 
 }  // namespace

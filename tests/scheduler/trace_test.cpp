@@ -51,11 +51,21 @@ TEST_CASE("Every field of every event changes the chain, and so does the order")
     for (int field = 0; field < 5; ++field) {
       std::vector<Event> changed = events;
       switch (field) {
-        case 0: changed[i].time = changed[i].time + Duration{1}; break;
-        case 1: changed[i].lane = Lane::completion; break;
-        case 2: changed[i].name = EventName("other"); break;
-        case 3: changed[i].payload ^= 1; break;
-        case 4: std::swap(changed[i], changed[(i + 1) % changed.size()]); break;
+        case 0:
+          changed[i].time = changed[i].time + Duration{1};
+          break;
+        case 1:
+          changed[i].lane = Lane::completion;
+          break;
+        case 2:
+          changed[i].name = EventName("other");
+          break;
+        case 3:
+          changed[i].payload ^= 1;
+          break;
+        case 4:
+          std::swap(changed[i], changed[(i + 1) % changed.size()]);
+          break;
       }
       CAPTURE(i, field);
       CHECK(chain(changed) != whole);

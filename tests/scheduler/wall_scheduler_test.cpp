@@ -56,7 +56,8 @@ void check_lanes(Clock& clock, Executor& executor) {
 
   CHECK(work.runs == 30);
   REQUIRE(arrivals.of_timers.size() == 50);
-  for (std::int64_t k = 0; k < 50; ++k) CHECK(arrivals.of_timers[static_cast<std::size_t>(k)].scheduled == RealTime{k * 200'000});
+  for (std::int64_t k = 0; k < 50; ++k)
+    CHECK(arrivals.of_timers[static_cast<std::size_t>(k)].scheduled == RealTime{k * 200'000});
   for (const Arrival& arrival : arrivals.of_timers) CHECK(arrival.lateness() >= Duration{0});
   REQUIRE(arrivals.of_work.size() == 60);
   for (std::size_t n = 0; n < 60; ++n) {
@@ -69,12 +70,14 @@ void check_lanes(Clock& clock, Executor& executor) {
   CHECK(chain(events) == scheduler.trace_hash());
 }
 
-TEST_CASE("Timers keep their grid, nothing runs early, work ends at or after its programmed end, virtual and wall, inline and worker") {
+TEST_CASE(
+    "Timers keep their grid, nothing runs early, work ends at or after its programmed end, virtual and wall, inline and "
+    "worker") {
   for (const bool is_virtual : {true, false}) {
     for (const bool inlined : {true, false}) {
       std::unique_ptr<Clock> clock = is_virtual ? std::make_unique<VirtualClock>() : make_wall_clock();
-      std::unique_ptr<Executor> executor = inlined ? std::unique_ptr<Executor>(std::make_unique<InlineExecutor>())
-                                                   : std::make_unique<WorkerExecutor>(*clock);
+      std::unique_ptr<Executor> executor =
+          inlined ? std::unique_ptr<Executor>(std::make_unique<InlineExecutor>()) : std::make_unique<WorkerExecutor>(*clock);
       CAPTURE(is_virtual, inlined);
       check_lanes(*clock, *executor);
     }
@@ -153,8 +156,8 @@ struct FailingWork final : Work {
 TEST_CASE("What work throws on the worker's thread fails the run on a wall clock, inline and worker") {
   for (const bool inlined : {true, false}) {
     const auto clock = make_wall_clock();
-    std::unique_ptr<Executor> executor = inlined ? std::unique_ptr<Executor>(std::make_unique<InlineExecutor>())
-                                                 : std::make_unique<WorkerExecutor>(*clock);
+    std::unique_ptr<Executor> executor =
+        inlined ? std::unique_ptr<Executor>(std::make_unique<InlineExecutor>()) : std::make_unique<WorkerExecutor>(*clock);
     Scheduler scheduler(*clock, *executor);
     FailingWork work;
     scheduler.spawn(work_then_stop(scheduler, work));
@@ -192,22 +195,24 @@ Task finishes_work_at(Scheduler& scheduler, ManualRig& rig, RealTime at, Lane la
   rig.executor.finish(*rig.executor.started.at(0), stamp);
 }
 
-TEST_CASE("A completion's time is the later of stamp and programmed end; one that would sort before the event run last is 1 ns after it") {
+TEST_CASE(
+    "A completion's time is the later of stamp and programmed end; one that would sort before the event run last is 1 ns "
+    "after it") {
   struct Row {
     std::int64_t programmed_end, stamp, expected;
     Lane lane_of_last;  // of the event at 1000 ns during which the work is heard of
   };
   const Row rows[] = {
-      {0, 1500, 1500, Lane::device},         // a stamp after the programmed end
-      {2000, 1500, 2000, Lane::device},      // not before the programmed end
-      {2000, 900, 2000, Lane::device},       // an old stamp hides behind the programmed end
-      {0, 900, 1001, Lane::device},          // heard of too late
-      {0, 1000, 1001, Lane::device},         // completions of that instant would have come before the device event
-      {0, 1000, 1001, Lane::launch},         //
-      {0, 999, 1001, Lane::completion},      //
-      {0, 1000, 1001, Lane::completion},     // launched before the event run last: it would sort before that
-      {0, 1001, 1001, Lane::device},         //
-      {1000, 10, 1001, Lane::device},        // the programmed end itself is heard of too late
+      {0, 1500, 1500, Lane::device},      // a stamp after the programmed end
+      {2000, 1500, 2000, Lane::device},   // not before the programmed end
+      {2000, 900, 2000, Lane::device},    // an old stamp hides behind the programmed end
+      {0, 900, 1001, Lane::device},       // heard of too late
+      {0, 1000, 1001, Lane::device},      // completions of that instant would have come before the device event
+      {0, 1000, 1001, Lane::launch},      //
+      {0, 999, 1001, Lane::completion},   //
+      {0, 1000, 1001, Lane::completion},  // launched before the event run last: it would sort before that
+      {0, 1001, 1001, Lane::device},      //
+      {1000, 10, 1001, Lane::device},     // the programmed end itself is heard of too late
   };
   for (const Row& row : rows) {
     ManualRig rig;

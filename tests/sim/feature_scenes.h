@@ -47,13 +47,12 @@ inline TissueScene featured_block(const Has& has) {
   if (has.damping) tissue.damping_per_s = 20;
   if (has.axial_damping) tissue.axial_damping_N_s_per_m = 2e-3;
   if (has.gravity) tissue.gravity_m_per_s2 = {0.5, 0, -9.81};
-  if (has.regions)
-    tissue.regions = {{{-1, -1, 6e-3}, {12e-3, 1, 1}, 55, 3e-4}, {{8e-3, 4e-3, 0}, {1, 1, 16e-3}, 7, 0.4e-4}};
+  if (has.regions) tissue.regions = {{{-1, -1, 6e-3}, {12e-3, 1, 1}, 55, 3e-4}, {{8e-3, 4e-3, 0}, {1, 1, 16e-3}, 7, 0.4e-4}};
   return tissue;
 }
 
-inline std::vector<Has> every_combination(
-    std::initializer_list<Method> methods = {Method::symplectic_euler, Method::velocity_verlet}) {
+inline std::vector<Has> every_combination(std::initializer_list<Method> methods = {Method::symplectic_euler,
+                                                                                   Method::velocity_verlet}) {
   std::vector<Has> all;
   for (const Method method : methods)
     for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring, CouplingKind::probe})

@@ -230,7 +230,8 @@ TEST_CASE("A probe foresees its touch: the law it reports from outside is the fo
   }
 }
 
-TEST_CASE("A probe that will touch four particles at once foresees all four; of one far behind the first it does not", "[local]") {
+TEST_CASE("A probe that will touch four particles at once foresees all four; of one far behind the first it does not",
+          "[local]") {
   TissueScene plate;
   plate.lattice = {2, 2, 2};
   plate.particle_count = 8;
@@ -318,8 +319,7 @@ TEST_CASE("A probe that touches one particle lightly is in series with the tissu
     const ToolContact contact = solver->contacts()[0];
     const double twice_N = settled_force(*solver, {0, 0, -2 * q_m}).z;
     const double exact_N_per_m = (2 * once_N - twice_N / 2) / q_m;
-    const double model_N_per_m =
-        2 * contact.stiffness_N_per_m[2][2] - solver->contacts()[0].stiffness_N_per_m[2][2];
+    const double model_N_per_m = 2 * contact.stiffness_N_per_m[2][2] - solver->contacts()[0].stiffness_N_per_m[2][2];
     CHECK(contact.touching);
     CHECK(model_N_per_m == Approx(exact_N_per_m).epsilon(1e-6));
     CHECK(contact.stiffness_N_per_m[2][2] < 0.99 * stiffness_N_per_m);
@@ -360,7 +360,8 @@ TEST_CASE("A probe that reaches particles that are fixed takes the stiffness of 
   CHECK(largest(solver->contacts()[0].stiffness_N_per_m) < 1e-6);
 }
 
-TEST_CASE("A particle at the very surface of a probe is never counted as stiffer than it is, whichever way it rounds", "[local]") {
+TEST_CASE("A particle at the very surface of a probe is never counted as stiffer than it is, whichever way it rounds",
+          "[local]") {
   for (const SolverKind kind : kEverySolver) {
     for (const double radius_m : {2.9e-3, 3.3e-3, 3.7e-3, 4e-3, 4.1e-3, 4.3e-3, 4.6e-3}) {
       TissueScene chain;

@@ -204,7 +204,8 @@ TEST_CASE("A particle on a tool's spring and damper follows each method's recurr
   }
 }
 
-TEST_CASE("A particle on a fixed one's spring and axial damper follows each implicit method's recurrence, at any step", "[methods]") {
+TEST_CASE("A particle on a fixed one's spring and axial damper follows each implicit method's recurrence, at any step",
+          "[methods]") {
   const Real m = 1e-3L, k = 40, c = 0.05L;
   for (const Method method : {Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {
     for (const Real h : {1e-4L, 1e-3L, 2e-2L}) {

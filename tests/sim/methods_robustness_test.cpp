@@ -44,7 +44,7 @@ TEST_CASE("Lifting held particles stays finite and bounded in implicit methods f
           INFO("method " << static_cast<int>(method) << ", k = " << stiffness << ", " << iterations << " iterations: " << u_m
                          << " m, " << v_m_per_s << " m/s, growth " << solver->verdict().energy_growth);
           REQUIRE_FALSE(solver->verdict().non_finite);
-          CHECK(u_m < 0.06);  // three times what the tool moved by
+          CHECK(u_m < 0.06);                                                     // three times what the tool moved by
           if (method == Method::implicit_midpoint && iterations == 1) continue;  // not promised (cpu/methods/implicit.cpp)
           CHECK(solver->verdict().energy_growth < 0.01);
         }
@@ -139,8 +139,8 @@ TEST_CASE("RK4 is stable up to its limit and grows 1 % above it on an undamped o
     for (int n = 0; n < 300; ++n) step(*solver, 1, {});
     return largest(*solver).first;
   };
-  CHECK(amplitude(0.99 * limit_s) < 1e-6);   // |R| = 1 - 0.08: dissipates
-  CHECK(amplitude(1.01 * limit_s) > 1e-3);   // |R| = 1 + 0.08
+  CHECK(amplitude(0.99 * limit_s) < 1e-6);  // |R| = 1 - 0.08: dissipates
+  CHECK(amplitude(1.01 * limit_s) > 1e-3);  // |R| = 1 + 0.08
 }
 
 // R(z) of the companion matrix, z the two roots of z^2 + h g z + h^2 w^2 = 0.

@@ -54,11 +54,16 @@ const std::vector<BadScene>& bad_scenes() {
         {"an axial damping of -1", [](Scene&, TissueScene& t) { t.axial_damping_N_s_per_m = -1; }},
         {"an axial damping of inf", [](Scene&, TissueScene& t) { t.axial_damping_N_s_per_m = inf; }},
         {"a gravity that is not finite", [](Scene&, TissueScene& t) { t.gravity_m_per_s2.y = nan; }},
-        {"a region that is not finite", [](Scene&, TissueScene& t) { t.regions = {{{inf, 0, 0}, {1, 1, 1}, 1, 1}}; }},
-        {"61 regions", [](Scene&, TissueScene& t) { t.regions.assign(61, {{0, 0, 0}, {1, 1, 1}, 1, 1}); }},
-        {"an initial state of 3 particles", [](Scene&, TissueScene& t) { t.initial_displacement_m.resize(3); }},
-        {"an initial state that is not finite",
+        {"a region that is not finite",
          [](Scene&, TissueScene& t) {
+           t.regions = {{{inf, 0, 0}, {1, 1, 1}, 1, 1}};
+         }},
+        {"61 regions",
+         [](Scene&, TissueScene& t) {
+           t.regions.assign(61, {{0, 0, 0}, {1, 1, 1}, 1, 1});
+         }},
+        {"an initial state of 3 particles", [](Scene&, TissueScene& t) { t.initial_displacement_m.resize(3); }},
+        {"an initial state that is not finite", [](Scene&, TissueScene& t) {
            t.initial_velocity_m_per_s.resize(static_cast<std::size_t>(t.particle_count));
            t.initial_velocity_m_per_s[7].z = nan;
          }}};
@@ -66,10 +71,12 @@ const std::vector<BadScene>& bad_scenes() {
       all.push_back({"a particle mass of", [bad](Scene&, TissueScene& t) { t.particle_mass_kg = bad; }});
       all.push_back({"a spacing of", [bad](Scene&, TissueScene& t) { t.spacing_m = bad; }});
       all.push_back({"a coupling stiffness of", [bad](Scene&, TissueScene& t) { t.tools[0] = spring(t.tools[0], bad, 0); }});
-      all.push_back({"a particle mass of a region of",
-                     [bad](Scene&, TissueScene& t) { t.regions = {{{0, 0, 0}, {1, 1, 1}, 1, bad}}; }});
-      all.push_back({"a stiffness of a region of",
-                     [bad](Scene&, TissueScene& t) { t.regions = {{{0, 0, 0}, {1, 1, 1}, bad, 1}}; }});
+      all.push_back({"a particle mass of a region of", [bad](Scene&, TissueScene& t) {
+                       t.regions = {{{0, 0, 0}, {1, 1, 1}, 1, bad}};
+                     }});
+      all.push_back({"a stiffness of a region of", [bad](Scene&, TissueScene& t) {
+                       t.regions = {{{0, 0, 0}, {1, 1, 1}, bad, 1}};
+                     }});
       all.push_back({"a stiffness of", [bad](Scene&, TissueScene& t) { t.stiffness_N_per_m = bad; }});
     }
     return all;

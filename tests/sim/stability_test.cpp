@@ -219,8 +219,9 @@ TEST_CASE("The block of the paper has 20,270 particles and 171,443 springs", "[s
   CHECK(solver->info().limit->particle == 1 + 27 * (1 + 27 * 1));  // the first with all 18
 }
 
-TEST_CASE("Two probes that press on one particle count together: auto keeps it stable, and a step for one of them is refused",
-          "[stability]") {
+TEST_CASE(
+    "Two probes that press on one particle count together: auto keeps it stable, and a step for one of them is refused",
+    "[stability]") {
   TissueScene ball;
   ball.lattice = {1, 1, 1};
   ball.particle_count = 1;
@@ -251,7 +252,8 @@ TEST_CASE("Two probes that press on one particle count together: auto keeps it s
   }
 }
 
-TEST_CASE("A coupling's damper is shared by the particles that it holds, and so is what it takes from the limit", "[stability]") {
+TEST_CASE("A coupling's damper is shared by the particles that it holds, and so is what it takes from the limit",
+          "[stability]") {
   // Held free particles far apart in stiffness: k so soft that only the coupling counts. n particles share k and c, so the
   // limit of each is that of one particle with k / n and c / n.
   for (const int n : {1, 2, 4}) {

@@ -92,8 +92,7 @@ TEST_CASE("Steps without a length of their own are nominal again after others", 
   }
 }
 
-TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through overflow to NaN",
-          "[variable][equality]") {
+TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through overflow to NaN", "[variable][equality]") {
   for (const int work_group_size : {8, 64, 256}) {
     for (const double damping_per_s : {0.0, 20.0}) {
       if (damping_per_s > 0 && work_group_size != 64) continue;
@@ -120,8 +119,7 @@ TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through 
 TEST_CASE("Alternating lengths on an oscillator follow the product of their two maps exactly", "[variable]") {
   const TissueScene pair = spring_pair();
   const double w_per_s = std::sqrt(pair.stiffness_N_per_m / pair.particle_mass_kg), jump_m = 1e-5;
-  for (const auto& [a, b] :
-       {std::pair{0.1, 0.3}, {0.7, 0.7}, {0.05, 1.3}, {1.0, 1.2}, {1.9, 0.1}, {1.2, 1.5}, {0.5, 2.4}}) {
+  for (const auto& [a, b] : {std::pair{0.1, 0.3}, {0.7, 0.7}, {0.05, 1.3}, {1.0, 1.2}, {1.9, 0.1}, {1.2, 1.5}, {0.5, 2.4}}) {
     const auto solver = make_solver(SolverKind::cpu_double, variable(pair, 1e-4));
     step(*solver, 1, {}, 1e-4);
     long double u = 0, v = 0;
@@ -202,8 +200,7 @@ TEST_CASE("Steps over the limit are counted with their largest ratio, and run", 
   }
 }
 
-TEST_CASE("The nominal step is held to the limit as ever, and counted where it is allowed to be unstable",
-          "[variable]") {
+TEST_CASE("The nominal step is held to the limit as ever, and counted where it is allowed to be unstable", "[variable]") {
   TissueScene block = small_block();
   block.substeps = 1;
   Scene scene = variable(block, 1.5 * step_limit(block).step_s);
@@ -225,8 +222,7 @@ TEST_CASE("Steps as long as the time since the last, in the paper's timing, dive
   const Scene scene = variable(small_block(), kNominal_s, true);
   const auto even = make_solver(SolverKind::cpu_float, scene), uneven = make_solver(SolverKind::cpu_float, scene);
   int n = 0;
-  for (; n < 150 && !uneven->verdict().non_finite; ++n)
-    step(*uneven, 2, wandering_tools(n), kNominal_s * paper_length(n));
+  for (; n < 150 && !uneven->verdict().non_finite; ++n) step(*uneven, 2, wandering_tools(n), kNominal_s * paper_length(n));
   CHECK(uneven->verdict().first_bad_step == n - 1);
   CHECK(uneven->verdict().steps_over_limit == (n + 14) / 15);
   CHECK(uneven->verdict().step_over_limit_max > 4);  // "auto" leaves the nominal step at 0.8 of the limit
@@ -255,8 +251,7 @@ TEST_CASE("A pattern of lengths can diverge though no step is over the limit", "
   CHECK(even->verdict().energy_growth < 0.71);
 }
 
-TEST_CASE("A length that is none, or that the scene has no use for, is refused and leaves the run as it was",
-          "[variable]") {
+TEST_CASE("A length that is none, or that the scene has no use for, is refused and leaves the run as it was", "[variable]") {
   const double inf = std::numeric_limits<double>::infinity();
   for (const SolverKind kind : kEverySolver) {
     const auto solver = make_solver(kind, variable(small_block(), kNominal_s));

@@ -30,7 +30,8 @@ Scene mode_scene(double frequency_Hz, double ratio, Rate step_rate, bool one_sid
 /// The tool appears at x at t = 0 and stays: the mass swings to x / 2.
 double exact_force_N(double x, double k, double frequency_Hz, double ratio, double t) {
   const double w = 2 * std::numbers::pi * frequency_Hz, damped = w * std::sqrt(1 - ratio * ratio);
-  const double q = x / 2 * (1 - std::exp(-ratio * w * t) * (std::cos(damped * t) + ratio * w / damped * std::sin(damped * t)));
+  const double q =
+      x / 2 * (1 - std::exp(-ratio * w * t) * (std::cos(damped * t) + ratio * w / damped * std::sin(damped * t)));
   return 2 * k * (q - x);
 }
 
@@ -129,7 +130,8 @@ TEST_CASE("A mode answers twice its stiffness at once and its stiffness in the e
   }
 }
 
-TEST_CASE("A mode's tool moves in a straight line within a step, so that many short steps and few long ones agree", "[mode]") {
+TEST_CASE("A mode's tool moves in a straight line within a step, so that many short steps and few long ones agree",
+          "[mode]") {
   const auto coarse = make_solver(SolverKind::cpu_double, mode_scene(30, 0.1, {100, 1}));
   const auto fine = make_solver(SolverKind::cpu_double, mode_scene(30, 0.1, {10'000, 1}));
   glm::dvec3 before(0);
@@ -144,7 +146,8 @@ TEST_CASE("A mode's tool moves in a straight line within a step, so that many sh
   }
 }
 
-TEST_CASE("A one-sided mode is the same along its normal while touched, and rings on its ground spring when left", "[mode]") {
+TEST_CASE("A one-sided mode is the same along its normal while touched, and rings on its ground spring when left",
+          "[mode]") {
   Scene one = mode_scene(30, 0.1, {450, 1}, true);
   one.local_model = LocalModel::instantaneous;
   const auto bilateral = make_solver(SolverKind::cpu_double, mode_scene(30, 0.1, {450, 1}));
@@ -259,7 +262,8 @@ TEST_CASE("A mode takes steps of any length where the scene asks for it, and ref
   }
 }
 
-TEST_CASE("Walls and modes without stiffness, normal, frequency or damping, and positions that are no numbers, are refused") {
+TEST_CASE(
+    "Walls and modes without stiffness, normal, frequency or damping, and positions that are no numbers, are refused") {
   const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
   const auto refused = [](const Scene& scene, const std::string& word) {
     CHECK_THROWS_WITH(make_solver(SolverKind::cpu_double, scene), Catch::Contains(word));

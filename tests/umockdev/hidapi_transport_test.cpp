@@ -176,7 +176,9 @@ TEST_CASE("of forces that wait only the newest of each block is sent and never a
   MockedHidraw device(with_features());
   device.take_time_to_write(Duration{200'000'000});
   HidapiTransport transport("/dev/hidraw0", a_clock());
-  const auto force = [](unsigned char block, unsigned char value) { return Bytes{std::byte{5}, std::byte{block}, std::byte{value}}; };
+  const auto force = [](unsigned char block, unsigned char value) {
+    return Bytes{std::byte{5}, std::byte{block}, std::byte{value}};
+  };
   const Bytes stop{std::byte{12}, std::byte{3}};
   REQUIRE(transport.write(stop) == HidWrite::ok);
   REQUIRE(eventually([&] { return !device.outputs().empty() || transport.write(stop) == HidWrite::ok; }));
@@ -247,7 +249,8 @@ TEST_CASE("a feature report never overtakes an output report that was written be
 TEST_CASE("a report that the descriptor does not declare never reaches the device") {
   MockedHidraw device(with_features());
   HidapiTransport transport("/dev/hidraw0", a_clock());
-  for (const std::size_t size : {0, 1, 2, 4, 40, 20'000}) CHECK(transport.write(Bytes(size, std::byte{5})) == HidWrite::rejected);
+  for (const std::size_t size : {0, 1, 2, 4, 40, 20'000})
+    CHECK(transport.write(Bytes(size, std::byte{5})) == HidWrite::rejected);
   CHECK(transport.write(Bytes(3, std::byte{6})) == HidWrite::rejected);
   CHECK(transport.set_feature(Bytes(3, std::byte{5})) == HidWrite::rejected);
   CHECK(transport.set_feature(Bytes(4, std::byte{0x11})) == HidWrite::rejected);

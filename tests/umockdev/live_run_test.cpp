@@ -9,8 +9,8 @@
 
 #include "evenstep/device/hid/pid_descriptors.h"
 #include "evenstep/device/hid/reference_device.h"
-#include "evenstep/harness/run.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/run.h"
 #include "mocked_hidraw.h"
 
 using namespace evenstep;
@@ -56,9 +56,10 @@ class Reporter {
 };
 
 RunOutcome live_run(bool forces, const std::atomic<bool>* interrupted = nullptr, std::vector<std::string> more = {}) {
-  ReadOptions set{{"run.duration=\"1 s\"", "run.warmup=\"0.3 s\"", "device.0.rate=\"250 Hz\"", "device.0.guard={ramp_up=\"0.1 s\"}",
-                   "remap.lead=\"60 ms\"", "remap.latency=\"200 ms\"", "expect=[]", "run.strategies=[\"direct\", \"phase_locked\"]"},
-                  std::nullopt};
+  ReadOptions set{
+      {"run.duration=\"1 s\"", "run.warmup=\"0.3 s\"", "device.0.rate=\"250 Hz\"", "device.0.guard={ramp_up=\"0.1 s\"}",
+       "remap.lead=\"60 ms\"", "remap.latency=\"200 ms\"", "expect=[]", "run.strategies=[\"direct\", \"phase_locked\"]"},
+      std::nullopt};
   set.set.insert(set.set.end(), more.begin(), more.end());
   const ReadResult read = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml", set);
   for (const Diagnostic& error : read.error_or({})) FAIL(text(error));
@@ -95,7 +96,8 @@ TEST_CASE("a run that is interrupted ends with no force") {
   const Reporter hand(device);
   std::atomic<bool> interrupted{false};
   std::thread person([&] {
-    for (int i = 0; i < 60'000 && device.outputs().size() < 20; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    for (int i = 0; i < 60'000 && device.outputs().size() < 20; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     interrupted = true;
   });
   const RunOutcome outcome = live_run(true, &interrupted);
@@ -111,8 +113,10 @@ TEST_CASE("a live run drives a PID device from its descriptor and leaves its act
   spec.vendor_product = "00001209:0000F1D0";
   spec.report_descriptor = pid_descriptor({});
   MockedHidraw device(spec);
-  device.answer_feature({std::byte{0x21}, std::byte{1}, std::byte{1}, std::byte{0xFF}, std::byte{0}});   // Block Load: block 1, success
-  device.answer_feature({std::byte{0x22}, std::byte{0xFF}, std::byte{0}, std::byte{40}, std::byte{1}});  // Pool: device-managed
+  device.answer_feature(
+      {std::byte{0x21}, std::byte{1}, std::byte{1}, std::byte{0xFF}, std::byte{0}});  // Block Load: block 1, success
+  device.answer_feature(
+      {std::byte{0x22}, std::byte{0xFF}, std::byte{0}, std::byte{40}, std::byte{1}});  // Pool: device-managed
   const Reporter hand(device, pid_report);
   const RunOutcome outcome =
       live_run(true, nullptr,

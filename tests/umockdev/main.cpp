@@ -8,7 +8,8 @@ int main(int argc, char** argv) {
   Catch::Session session;
   if (const int refused = session.applyCommandLine(argc, argv)) return refused;
   if (!session.configData().listTests && !session.configData().listTestNamesOnly && !MockedHidraw::possible()) {
-    std::puts("skipped: libumockdev-preload.so.0 is not preloaded (package umockdev); run it through ctest or umockdev-wrapper");
+    std::puts(
+        "skipped: libumockdev-preload.so.0 is not preloaded (package umockdev); run it through ctest or umockdev-wrapper");
     return 0;
   }
   return session.run();

@@ -22,7 +22,8 @@ constexpr const char* kUsb = "/devices/pci0000:00/usb1/1-1";
 constexpr const char* kInterface = "/devices/pci0000:00/usb1/1-1/1-1:1.0";
 
 std::string hid_folder(const MockedHidraw::Spec& spec) {
-  return std::string(kInterface) + "/0003:" + spec.vendor_product.substr(4, 4) + ":" + spec.vendor_product.substr(13, 4) + ".0001";
+  return std::string(kInterface) + "/0003:" + spec.vendor_product.substr(4, 4) + ":" + spec.vendor_product.substr(13, 4) +
+         ".0001";
 }
 
 std::string hex(const Bytes& bytes) {
@@ -40,18 +41,20 @@ std::string devices_text(const MockedHidraw::Spec& spec, int number) {
   const std::string hid = hid_folder(spec), node = "hidraw" + std::to_string(number), minor = std::to_string(number);
   std::string text;
   text += std::string("P: ") + kUsb + "\nE: DEVTYPE=usb_device\nE: SUBSYSTEM=usb\n" +
-          "A: manufacturer=evenstep\\n\nA: product=" + spec.name + "\\n\nA: serial=" + spec.serial + "\\n\n" + "A: idVendor=" +
-          spec.vendor_product.substr(4, 4) + "\\n\nA: idProduct=" + spec.vendor_product.substr(13, 4) + "\\n\nA: bcdDevice=0100\\n\n\n";
+          "A: manufacturer=evenstep\\n\nA: product=" + spec.name + "\\n\nA: serial=" + spec.serial + "\\n\n" +
+          "A: idVendor=" + spec.vendor_product.substr(4, 4) + "\\n\nA: idProduct=" + spec.vendor_product.substr(13, 4) +
+          "\\n\nA: bcdDevice=0100\\n\n\n";
   text += std::string("P: ") + kInterface + "\nE: DEVTYPE=usb_interface\nE: SUBSYSTEM=usb\nA: bInterfaceNumber=00\\n\n\n";
   text += "P: " + hid + "\nE: DRIVER=hid-generic\nE: HID_ID=0003:" + spec.vendor_product + "\nE: HID_NAME=" + spec.name +
-          "\nE: HID_PHYS=usb-1/input0\nE: HID_UNIQ=" + spec.serial + "\nE: SUBSYSTEM=hid\nH: report_descriptor=" +
-          hex(spec.report_descriptor) + "\n\n";
+          "\nE: HID_PHYS=usb-1/input0\nE: HID_UNIQ=" + spec.serial +
+          "\nE: SUBSYSTEM=hid\nH: report_descriptor=" + hex(spec.report_descriptor) + "\n\n";
   if (spec.force_feedback != "0") {
     text += "P: " + hid + "/input/input5\nE: SUBSYSTEM=input\nA: capabilities/ff=" + spec.force_feedback + "\\n\n\n";
     text += "P: " + hid + "/input/input5/event7\nN: input/event7\nE: DEVNAME=/dev/input/event7\nE: SUBSYSTEM=input\n\n";
   }
-  text += "P: " + hid + "/hidraw/" + node + "\nN: " + node + "\nE: DEVNAME=/dev/" + node + "\nE: MAJOR=240\nE: MINOR=" + minor + "\nE: SUBSYSTEM=hidraw\n" +
-          "A: dev=240:" + minor + "\\n\nL: device=../../../" + hid.substr(hid.rfind('/') + 1) + "\n\n";
+  text += "P: " + hid + "/hidraw/" + node + "\nN: " + node + "\nE: DEVNAME=/dev/" + node +
+          "\nE: MAJOR=240\nE: MINOR=" + minor + "\nE: SUBSYSTEM=hidraw\n" + "A: dev=240:" + minor +
+          "\\n\nL: device=../../../" + hid.substr(hid.rfind('/') + 1) + "\n\n";
   return text;
 }
 

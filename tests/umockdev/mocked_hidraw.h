@@ -2,7 +2,8 @@
 /// A hidraw device that exists only in this process: unmodified libhidapi and libudev see it through umockdev. There can be
 /// only one per process, and only under umockdev's preloaded library.
 ///
-///   Node::fifo   packet by packet like the kernel's hidraw: 64 reports can wait, one per read, and the newest is dropped when it
+///   Node::fifo   packet by packet like the kernel's hidraw: 64 reports can wait, one per read, and the newest is dropped
+///   when it
 ///                is full. poll does not notice when it is unplugged.
 ///   Node::pty    a byte stream, so at most one report can wait; it is unplugged like a real device.
 
@@ -44,7 +45,7 @@ class MockedHidraw {
   /// The reports that reached the device, in order.
   std::vector<Bytes> outputs() const;
   std::vector<Bytes> features_set() const;
-  void answer_feature(Bytes report);          ///< sets the feature report of id report[0]; others are refused (EIO)
+  void answer_feature(Bytes report);  ///< sets the feature report of id report[0]; others are refused (EIO)
   void take_time_to_write(evenstep::Duration each);
 
   struct State;

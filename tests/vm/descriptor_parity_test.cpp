@@ -10,8 +10,8 @@
 #include <sstream>
 #include <thread>
 
-#include "evenstep/device/hid/report_descriptor.h"
 #include "evenstep/device/hid/reference_device.h"
+#include "evenstep/device/hid/report_descriptor.h"
 #include "uhid_device.h"
 
 using namespace evenstep;
@@ -32,33 +32,65 @@ Bytes random_descriptor(std::mt19937_64& random) {
   int open = 0, pushed = 0;
   append(bytes, 0x04, 0xFF01 + up_to(3), 2);  // usage page
   append(bytes, 0x08, 1, 1);
-  append(bytes, 0xA0, 1, 1);                  // an application, or the kernel has no device
+  append(bytes, 0xA0, 1, 1);  // an application, or the kernel has no device
   ++open;
   const bool numbered = up_to(1);
   if (numbered) append(bytes, 0x84, 1 + up_to(5), 1);
   for (std::int64_t items = 5 + up_to(50); items > 0; --items) {
     switch (up_to(17)) {
-      case 0: append(bytes, 0x04, 0xFF01 + up_to(3), 2); break;
+      case 0:
+        append(bytes, 0x04, 0xFF01 + up_to(3), 2);
+        break;
       case 1: {
         const bool is_signed = up_to(1);
         append(bytes, 0x14, is_signed ? -up_to(30'000) : up_to(100), 2);
         append(bytes, 0x24, 100 + up_to(30'000), 2);
         break;
       }
-      case 2: append(bytes, 0x24, 0xFFFFFFFF, 4); break;
-      case 3: append(bytes, 0x34, -up_to(100), 1); append(bytes, 0x44, up_to(1000), 2); break;
-      case 4: append(bytes, 0x54, up_to(15), 1); break;
-      case 5: append(bytes, 0x64, up_to(1) ? 0x11 : 0xE111, 2); break;
-      case 6: append(bytes, 0x74, 1 + up_to(up_to(9) == 0 ? 300 : 31), up_to(1) ? 1 : 2); break;
-      case 7: append(bytes, 0x94, up_to(up_to(9) == 0 ? 300 : 12), 2); break;
-      case 8: if (numbered) append(bytes, 0x84, up_to(40) == 0 ? 0 : 1 + up_to(5), 1); break;
-      case 9: if (up_to(1)) append(bytes, 0xA4, 0, 0), ++pushed; break;
-      case 10: if (pushed > 0 || up_to(20) == 0) append(bytes, 0xB4, 0, 0), --pushed; break;
-      case 11: append(bytes, 0xA0, up_to(6), 1); ++open; break;
-      case 12: if (open > 1 || up_to(20) == 0) append(bytes, 0xC0, 0, 0), --open; break;
-      case 13: for (std::int64_t i = up_to(4); i >= 0; --i) append(bytes, 0x08, up_to(300), 2); break;
-      case 14: append(bytes, 0x18, 10, 1), append(bytes, 0x28, 10 + up_to(30), 1); break;
-      case 15: append(bytes, 0x08, 0xFF020000 + up_to(9), 4); break;
+      case 2:
+        append(bytes, 0x24, 0xFFFFFFFF, 4);
+        break;
+      case 3:
+        append(bytes, 0x34, -up_to(100), 1);
+        append(bytes, 0x44, up_to(1000), 2);
+        break;
+      case 4:
+        append(bytes, 0x54, up_to(15), 1);
+        break;
+      case 5:
+        append(bytes, 0x64, up_to(1) ? 0x11 : 0xE111, 2);
+        break;
+      case 6:
+        append(bytes, 0x74, 1 + up_to(up_to(9) == 0 ? 300 : 31), up_to(1) ? 1 : 2);
+        break;
+      case 7:
+        append(bytes, 0x94, up_to(up_to(9) == 0 ? 300 : 12), 2);
+        break;
+      case 8:
+        if (numbered) append(bytes, 0x84, up_to(40) == 0 ? 0 : 1 + up_to(5), 1);
+        break;
+      case 9:
+        if (up_to(1)) append(bytes, 0xA4, 0, 0), ++pushed;
+        break;
+      case 10:
+        if (pushed > 0 || up_to(20) == 0) append(bytes, 0xB4, 0, 0), --pushed;
+        break;
+      case 11:
+        append(bytes, 0xA0, up_to(6), 1);
+        ++open;
+        break;
+      case 12:
+        if (open > 1 || up_to(20) == 0) append(bytes, 0xC0, 0, 0), --open;
+        break;
+      case 13:
+        for (std::int64_t i = up_to(4); i >= 0; --i) append(bytes, 0x08, up_to(300), 2);
+        break;
+      case 14:
+        append(bytes, 0x18, 10, 1), append(bytes, 0x28, 10 + up_to(30), 1);
+        break;
+      case 15:
+        append(bytes, 0x08, 0xFF020000 + up_to(9), 4);
+        break;
       default: {
         const unsigned kind[] = {0x80, 0x90, 0xB0};
         append(bytes, 0x08, 1 + up_to(20), 1);
@@ -94,7 +126,8 @@ std::string dump(const ReportDescriptor& descriptor) {
         out << "Field(" << number++ << ")\n";
         const std::pair<const char*, std::uint8_t> around[] = {{"Physical", 0}, {"Logical", 2}, {"Application", 1}};
         for (const auto& [word, kind] : around) {
-          if (const std::uint32_t usage = descriptor.enclosing(field, kind)) out << word << '(' << usage_text(usage) << ")\n";
+          if (const std::uint32_t usage = descriptor.enclosing(field, kind))
+            out << word << '(' << usage_text(usage) << ")\n";
         }
         const std::uint32_t usages = std::max(field.usages.size(), field.count);
         out << "Usage(" << usages << ")\n";
@@ -108,7 +141,8 @@ std::string dump(const ReportDescriptor& descriptor) {
           out << "Physical Maximum(" << static_cast<std::int32_t>(field.physical_maximum) << ")\n";
         }
         if (field.unit_exponent != 0) out << "Unit Exponent(" << field.unit_exponent << ")\n";
-        out << "Report Size(" << field.bits << ")\nReport Count(" << field.count << ")\nReport Offset(" << field.bit_offset << ")\n";
+        out << "Report Size(" << field.bits << ")\nReport Count(" << field.count << ")\nReport Offset(" << field.bit_offset
+            << ")\n";
         out << "Flags( " << (field.flags & 1 ? "Constant " : "") << (field.flags & 2 ? "Variable " : "Array ")
             << (field.flags & 4 ? "Relative " : "Absolute ") << (field.flags & 8 ? "Wrap " : "")
             << (field.flags & 0x10 ? "NonLinear " : "") << (field.flags & 0x20 ? "NoPreferredState " : "")
@@ -132,7 +166,7 @@ std::string kernel_dump(const std::string& hid_name) {
     line.erase(0, line.find_first_not_of(" \t"));
     const auto starts = [&](const char* word) { return line.compare(0, std::string(word).size(), word) == 0; };
     if (text.empty() && !starts("INPUT") && !starts("OUTPUT") && !starts("FEATURE")) continue;
-    if (line.empty()) break;       // what follows is how it maps to input events
+    if (line.empty()) break;  // what follows is how it maps to input events
     if (starts("Unit(")) continue;
     text += line + '\n';
   }
@@ -171,7 +205,9 @@ TEST_CASE("300 generated descriptors are accepted or refused as the kernel does 
   while (all.size() < 300) all.push_back(random_descriptor(random));
   for (std::size_t i = 0; i < all.size(); ++i) {
     std::string hex;
-    for (const std::byte b : all[i]) hex += "0123456789ABCDEF"[std::to_integer<unsigned>(b) >> 4], hex += "0123456789ABCDEF"[std::to_integer<unsigned>(b) & 15];
+    for (const std::byte b : all[i])
+      hex += "0123456789ABCDEF"[std::to_integer<unsigned>(b) >> 4],
+          hex += "0123456789ABCDEF"[std::to_integer<unsigned>(b) & 15];
     INFO("descriptor " << i << ": " << hex);
     const auto ours = parse_report_descriptor(all[i]);
     const KernelsParse theirs = kernels_parse(all[i]);

@@ -22,8 +22,12 @@ UhidDevice::Spec reference() {
   return spec;
 }
 
-Bytes input(std::uint32_t sequence) { return bytes(reference_device::encode(reference_device::InputReport{sequence, sequence, {1, 2, 3}})); }
-Bytes output(std::uint32_t sequence) { return bytes(reference_device::encode(reference_device::OutputReport{sequence, {4, 5, 6}})); }
+Bytes input(std::uint32_t sequence) {
+  return bytes(reference_device::encode(reference_device::InputReport{sequence, sequence, {1, 2, 3}}));
+}
+Bytes output(std::uint32_t sequence) {
+  return bytes(reference_device::encode(reference_device::OutputReport{sequence, {4, 5, 6}}));
+}
 
 }  // namespace
 
@@ -79,13 +83,13 @@ TEST_CASE("of reports that are wrong the kernel passes on only the long one and 
   ReferenceDriver driver(transport);
   Bytes report = input(1);
   report.pop_back();
-  device.send(report);                             // short
+  device.send(report);  // short
   report = input(2);
   report[0] = std::byte{9};
-  device.send(report);                             // of an id that is not declared
+  device.send(report);  // of an id that is not declared
   report = input(3);
   report.resize(40, std::byte{0xEE});
-  device.send(report);                             // long
+  device.send(report);  // long
   settle();
   const DeviceSample sample = driver.read(RealTime{0});
   CHECK(sample.sequence == 3);
@@ -117,7 +121,8 @@ TEST_CASE("an unplugged device is gone, or away and found again") {
   }
   HidapiTransport patient(device.node(), a_clock(), Duration{30'000'000'000});
   device.unplug();
-  REQUIRE(eventually([&] { return patient.read(buffer).status == HidRead::Status::nothing && patient.times_unplugged() == 1; }));
+  REQUIRE(
+      eventually([&] { return patient.read(buffer).status == HidRead::Status::nothing && patient.times_unplugged() == 1; }));
   device.plug_in();
   REQUIRE(eventually([&] { return patient.read(buffer).status == HidRead::Status::returned; }));
   REQUIRE(patient.write(output(2)) == HidWrite::ok);

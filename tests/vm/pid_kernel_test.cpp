@@ -150,7 +150,8 @@ TEST_CASE("a PID device that another program pauses says so and is driven again 
     };
     bench.driver.start();
     REQUIRE(eventually([&] { return bench.tick({1, 0, 0}), bench.renders({1, 0, 0}); }));
-    for (const auto& [off, on] : {std::pair(control.pause, control.resume), {control.disable_actuators, control.enable_actuators}}) {
+    for (const auto& [off, on] :
+         {std::pair(control.pause, control.resume), {control.disable_actuators, control.enable_actuators}}) {
       command(off);
       REQUIRE(eventually([&] { return !bench.tick({1, 0, 0}).drivable; }));
       CHECK(bench.renders({0, 0, 0}));

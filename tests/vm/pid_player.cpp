@@ -38,14 +38,17 @@ int main(int argc, char** argv) {
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) != 0) {
     }
     device.report();
-    const auto [force_N, playing] = device.look([](auto& firmware) { return std::pair(firmware.force_N(), firmware.playing()); });
+    const auto [force_N, playing] =
+        device.look([](auto& firmware) { return std::pair(firmware.force_N(), firmware.playing()); });
     most_N = glm::max(most_N, force_N);
     least_N = glm::min(least_N, force_N);
     played = std::max(played, playing);
   }
   device.look([&](auto& firmware) {
-    std::printf("played %d effects, x from %.3f to %.3f N, y from %.3f to %.3f N; left: %d playing, %d allocated, actuators %s, %.3f N\n",
-                played, least_N.x, most_N.x, least_N.y, most_N.y, firmware.playing(), firmware.allocated(),
-                firmware.actuators_enabled() ? "on" : "off", glm::length(firmware.force_N()));
+    std::printf(
+        "played %d effects, x from %.3f to %.3f N, y from %.3f to %.3f N; left: %d playing, %d allocated, actuators %s, "
+        "%.3f N\n",
+        played, least_N.x, most_N.x, least_N.y, most_N.y, firmware.playing(), firmware.allocated(),
+        firmware.actuators_enabled() ? "on" : "off", glm::length(firmware.force_N()));
   });
 }

@@ -32,8 +32,9 @@ int main(int argc, char** argv) {
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) != 0) {
     }
     const long long x_nm = static_cast<long long>(k) * velocity * 1000 / rate;
-    device.send(reference_device::encode(reference_device::InputReport{
-        static_cast<std::uint32_t>(k + 1), static_cast<std::uint32_t>(k * (period_ns / 1000)), {static_cast<std::int32_t>(x_nm), 0, 0}}));
+    device.send(reference_device::encode(reference_device::InputReport{static_cast<std::uint32_t>(k + 1),
+                                                                       static_cast<std::uint32_t>(k * (period_ns / 1000)),
+                                                                       {static_cast<std::int32_t>(x_nm), 0, 0}}));
   }
   long forces = 0, lost = 0, back = 0;
   std::uint32_t last_sequence = 0;
@@ -48,6 +49,7 @@ int main(int argc, char** argv) {
     most_uN = std::max(most_uN, std::abs(last_uN));
     back += output->force_uN[0] > 0;  // a spring that is pulled along +x pulls back
   }
-  std::printf("%ld reports out, %ld forces in, %ld of them lost on the way, %ld in the wrong direction; largest %d uN, last %d uN\n",
-              rate * seconds, forces, lost, back, most_uN, last_uN);
+  std::printf(
+      "%ld reports out, %ld forces in, %ld of them lost on the way, %ld in the wrong direction; largest %d uN, last %d uN\n",
+      rate * seconds, forces, lost, back, most_uN, last_uN);
 }

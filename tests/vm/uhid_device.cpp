@@ -90,7 +90,8 @@ void UhidDevice::create() {
   request.bus = BUS_USB;
   request.vendor = spec_.vendor;
   request.product = spec_.product;
-  std::memcpy(request.rd_data, spec_.report_descriptor.data(), std::min(sizeof request.rd_data, spec_.report_descriptor.size()));
+  std::memcpy(request.rd_data, spec_.report_descriptor.data(),
+              std::min(sizeof request.rd_data, spec_.report_descriptor.size()));
   put(fd_, event);
   closing_ = false;
   thread_ = std::thread([this] { serve(); });

@@ -37,7 +37,7 @@ class UhidDevice {
 
   void send(std::span<const std::byte> report);
   void unplug();
-  void plug_in();  ///< plugs it in again after unplug()
+  void plug_in();                     ///< plugs it in again after unplug()
   void answer_feature(Bytes report);  ///< sets the feature report of id report[0]; others are refused
 
   /// Calls `use` while nothing can reach the firmware.

@@ -13,7 +13,8 @@ using internal::Unit;
 using internal::UnitKind;
 
 constexpr __int128 kNsPerSecond = 1'000'000'000;
-constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, so that sums of a few times are far from the int64 limit
+constexpr std::int64_t kLongest_ns =
+    1'000'000'000'000'000;  // 1e6 s, so that sums of a few times are far from the int64 limit
 
 __int128 power_of_ten(int exponent) {
   __int128 power = 1;

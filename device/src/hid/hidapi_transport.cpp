@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <chrono>
 #include <cerrno>
+#include <chrono>
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
@@ -53,7 +53,9 @@ std::string or_else(std::string text, const std::string& name, const char* key) 
   return text.empty() ? internal::hidraw_property(name, key) : text;
 }
 
-std::string refusal_of(const std::string& path) { return access(path.c_str(), R_OK | W_OK) == 0 ? "" : std::strerror(errno); }
+std::string refusal_of(const std::string& path) {
+  return access(path.c_str(), R_OK | W_OK) == 0 ? "" : std::strerror(errno);
+}
 
 HidListing listing_of(const hid_device_info& entry) {
   HidListing listing;
@@ -81,9 +83,10 @@ Handles open_handles(const HidDeviceInfo& info) {
   Handles handles{HidHandle(hid_open_path(info.path.c_str())), nullptr};
   if (handles.reader) handles.writer.reset(hid_open_path(info.path.c_str()));
   if (handles.writer) return handles;
-  throw DeviceError(fmt::format("{}: cannot be opened: {}; if permission is missing, paste this line into "
-                                "/etc/udev/rules.d/70-evenstep.rules and plug the device in again: {}",
-                                info.path, text_of(hid_error(nullptr)), udev_rule(info)));
+  throw DeviceError(
+      fmt::format("{}: cannot be opened: {}; if permission is missing, paste this line into "
+                  "/etc/udev/rules.d/70-evenstep.rules and plug the device in again: {}",
+                  info.path, text_of(hid_error(nullptr)), udev_rule(info)));
 }
 
 bool is_same_device(const HidDeviceInfo& a, const HidDeviceInfo& b) {
@@ -126,11 +129,12 @@ struct HidapiTransport::State {
     for (HidListing& device : hid_devices()) {
       if (internal::hidraw_name(device.info.path) == name) listing = std::move(device);
     }
-    if (listing.info.path.empty()) throw DeviceError(path + ": the system does not list it; `evenstep devices` lists what is there");
+    if (listing.info.path.empty())
+      throw DeviceError(path + ": the system does not list it; `evenstep devices` lists what is there");
     auto parsed = parse_report_descriptor(listing.report_descriptor);
     if (!parsed) {
-      throw DeviceError(fmt::format("{}: byte {} of its report descriptor: {}; without it no report can be sent safely", path,
-                                    parsed.error().offset, parsed.error().message));
+      throw DeviceError(fmt::format("{}: byte {} of its report descriptor: {}; without it no report can be sent safely",
+                                    path, parsed.error().offset, parsed.error().message));
     }
     descriptor = *std::move(parsed);
     Handles handles = open_handles(listing.info);
@@ -187,7 +191,8 @@ void HidapiTransport::State::wait_until_sent() {
 
 /// Whether the descriptor declares such a report. The kernel would send a report of any id and length, and report success.
 bool HidapiTransport::State::is_declared(ReportType type, std::span<const std::byte> report) const {
-  const HidReport* const declared = report.empty() ? nullptr : descriptor.report(type, std::to_integer<std::uint8_t>(report[0]));
+  const HidReport* const declared =
+      report.empty() ? nullptr : descriptor.report(type, std::to_integer<std::uint8_t>(report[0]));
   return declared && declared->size() == report.size() && report.size() <= kLargestReport;
 }
 

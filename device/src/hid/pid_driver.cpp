@@ -520,7 +520,8 @@ double steepest_spring_N_per_m(const PidOptions& options) {
   double least_N_per_m = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
     if (options.travel_m[axis] <= 0) continue;
-    const double full = options.full_slope_N_per_m ? (*options.full_slope_N_per_m)[axis] : *options.full_scale_N / (options.travel_m[axis] / 2);
+    const double full = options.full_slope_N_per_m ? (*options.full_slope_N_per_m)[axis]
+                                                   : *options.full_scale_N / (options.travel_m[axis] / 2);
     least_N_per_m = std::min(least_N_per_m, full * options.gain);
   }
   return least_N_per_m;

@@ -325,7 +325,9 @@ Parser::Refusal Parser::add_usages(std::uint32_t first, std::uint32_t count, uns
 
 }  // namespace
 
-Result<ReportDescriptor, DescriptorError> parse_report_descriptor(std::span<const std::byte> bytes) { return Parser(bytes).parse(); }
+Result<ReportDescriptor, DescriptorError> parse_report_descriptor(std::span<const std::byte> bytes) {
+  return Parser(bytes).parse();
+}
 
 void UsageList::add(std::uint32_t first, std::uint32_t count) {
   if (count == 0) return;

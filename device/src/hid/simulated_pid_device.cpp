@@ -161,8 +161,9 @@ double SimulatedPidDevice::spring_force(const Effect& effect, std::size_t axis, 
   const double deflection =
       position_m[static_cast<int>(axis)] / (options_.travel_m[static_cast<int>(axis)] / 2) - condition.center;
   const auto along = static_cast<int>(axis);
-  const double steepness =
-      options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[along] * (options_.travel_m[along] / 2) / options_.full_scale_N : 1;
+  const double steepness = options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[along] *
+                                                             (options_.travel_m[along] / 2) / options_.full_scale_N
+                                                       : 1;
   const double past = (std::abs(deflection) - condition.dead_band) * steepness;
   if (past <= 0) return 0;
   const double pull = deflection > 0 ? std::min(condition.above * past, condition.saturation_above)

@@ -112,8 +112,7 @@ std::string pareto_error(const Field& field, std::string_view text) {
   if (!least) return least.error();
   if (!most) return most.error();
   const std::string range = out_of_range(field, in_s(*least), fmt::format("\"{}\"", text));
-  if (!range.empty() || *least <= *most)
-    return range.empty() ? out_of_range(field, in_s(*most), text) : range;
+  if (!range.empty() || *least <= *most) return range.empty() ? out_of_range(field, in_s(*most), text) : range;
   return fmt::format("\"{}\": the cap is below the least cost; write the smaller time first", text);
 }
 
@@ -201,9 +200,7 @@ const Value* date_in(const Value& value) {
 }
 
 /// The key as shown in messages; for a key that may have any name, its table.
-std::string shown_key(const Field& field) {
-  return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key);
-}
+std::string shown_key(const Field& field) { return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key); }
 
 }  // namespace
 
@@ -229,13 +226,14 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
                                                              : suggestion(entry.key, known)));
   } else if (!exists_for(*field, kind)) {
     const std::string_view of = kind_key(name);
-    errors_.add(entry.place,
-                kind == "case" ? fmt::format("'{}' does not go with [case], which drives the solver itself; remove one of them",
-                                             entry.key)
-                : kind == "trace"
-                    ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
-                    : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of,
-                                  kind, of, fmt::join(split_words(field->kinds), "\" or \"")));
+    errors_.add(
+        entry.place,
+        kind == "case"
+            ? fmt::format("'{}' does not go with [case], which drives the solver itself; remove one of them", entry.key)
+        : kind == "trace"
+            ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
+            : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of, kind, of,
+                          fmt::join(split_words(field->kinds), "\" or \"")));
   } else {
     value(*field, entry.value);
   }

@@ -12,9 +12,12 @@ std::vector<Field> ReferenceSpec::fields() { return {}; }
 ReferenceSpec ReferenceSpec::read(const ScenarioReading&, const Table&) { return {}; }
 
 std::vector<Field> ForeignDriverSpec::fields() {
-  std::vector<Field> rows{{.table = "device", .key = "foreign", .forms = kTable,
+  std::vector<Field> rows{{.table = "device",
+                           .key = "foreign",
+                           .forms = kTable,
                            .meaning = "Which of the drivers that this program has registered, and what it takes.",
-                           .kinds = "foreign", .required = true}};
+                           .kinds = "foreign",
+                           .required = true}};
   for (Field& row : foreign_rows("device.foreign", "")) rows.push_back(std::move(row));
   return rows;
 }

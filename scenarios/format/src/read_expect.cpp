@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "field_rows.h"
-#include "sections.h"
 #include "evenstep/text/suggest.h"
 #include "evenstep/text/units.h"
+#include "field_rows.h"
+#include "sections.h"
 
 namespace evenstep::internal {
 namespace {
@@ -149,8 +149,9 @@ void read_confidence(ScenarioReading& reading, const Table& expect, Expectation&
   if (!expectation.max || expectation.min)
     return errors.add(place, "'confidence' needs a max, and no min or equals: it bounds the rate from above");
   if (reading.scenario.remap.latency.kind == Budget::Kind::adaptive)
-    return errors.add(place, "'confidence' judges a latency that stays as it is, and [remap] latency is \"adaptive\"; judge "
-                             "the underruns of this run without it, or give a duration");
+    return errors.add(place,
+                      "'confidence' judges a latency that stays as it is, and [remap] latency is \"adaptive\"; judge "
+                      "the underruns of this run without it, or give a duration");
   const Result<double> unit = unit_factor(expectation.max->unit, "1", 0, reading.scenario.nominal);
   if (!unit) return errors.add(expect.place("max"), fmt::format("'max': {}", unit.error()));
   const double most = expectation.max->number * *unit;
@@ -167,7 +168,7 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   expectation.because = expect.text("because");
   expectation.expect_fail = expect.boolean("expect_fail");
   const bool of_case = reading.document.find("case") != nullptr;
-  const std::string error = !of_case                      ? signal_error(expectation.signal, names)
+  const std::string error = !of_case                     ? signal_error(expectation.signal, names)
                             : reading.scenario.case_spec ? case_signal_error(expectation.signal, names)
                                                          : "";
   if (!error.empty()) reading.errors.add(expect.place("signal"), fmt::format("'signal': {}", error));
@@ -177,10 +178,12 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
   read_confidence(reading, expect, expectation);
   // Energy costs a pass over all springs per step, so the scene computes it only if it is asked for.
-  if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop.")) reading.scenario.scene.needs_energy = true;
+  if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop."))
+    reading.scenario.scene.needs_energy = true;
   // These metrics need a second solver that makes a step of the tissue at every tick.
   for (const char* metric : {"error_max", "error_rms", "error_share", "error_at_stop", "onset_delay", "ghost_force"})
-    reading.scenario.needs_undelayed |= expectation.metric == metric && expectation.signal.find(".interaction.") == std::string::npos;
+    reading.scenario.needs_undelayed |=
+        expectation.metric == metric && expectation.signal.find(".interaction.") == std::string::npos;
   reading.scenario.expectations.push_back(std::move(expectation));
 }
 
@@ -201,8 +204,8 @@ void read_expectations(ScenarioReading& reading) {
   if (table.has("at_most_step")) expected.at_most_step = table.integer("at_most_step");
   if (expected.at_least_step && expected.at_most_step && *expected.at_least_step > *expected.at_most_step) {
     reading.errors.add(table.place("at_least_step"),
-                       fmt::format("'at_least_step': {} is above at_most_step, {}; nothing can hold", *expected.at_least_step,
-                                   *expected.at_most_step));
+                       fmt::format("'at_least_step': {} is above at_most_step, {}; nothing can hold",
+                                   *expected.at_least_step, *expected.at_most_step));
   }
   reading.scenario.expect_stop = std::move(expected);
 }
@@ -210,41 +213,80 @@ void read_expectations(ScenarioReading& reading) {
 // clang-format off: a row reads as a row
 const std::vector<Field>& expect_fields() {
   static const std::vector<Field> rows{
-    {.table = "expect", .key = "signal", .forms = kText,
-     .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
-                "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, "
-                "`events.<lane>.<name>` or `run`; `*` for any one part. Of a case: `case.<method>.<solver>`.",
-     .required = true, .example = "\"left.interaction.phase_locked\""},
-    {.table = "expect", .key = "metric", .forms = kText, .meaning = "A number of that signal: docs/metrics.md.",
-     .required = true,
-     .example = "\"velocity_jump\""},
-    {.table = "expect", .key = "min", .forms = kLimit, .meaning = "The value must not be below.", .example = "\"4 step\""},
-    {.table = "expect", .key = "max", .forms = kLimit, .meaning = "The value must not be above.",
-     .example = "\"1e-6 step\""},
-    {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
-    {.table = "expect", .key = "at", .forms = kNumber, .shape = Shape::list,
-     .meaning = "Of a case: only its cells with values between these two.", .example = "[0.1, 1]"},
-    {.table = "expect", .key = "confidence", .forms = kQuantity,
-     .meaning = "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
-                "share of segments with an underrun; the maps alone run over the seeds that takes.",
-     .dimension = D::ratio, .range = above(0, 0.999999), .example = "\"95 %\""},
-    {.table = "expect", .key = "seeds", .forms = kInteger,
-     .meaning = "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
-                "underruns.",
-     .range = between(1, 1e6), .example = "100"},
-    {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
-    {.table = "expect", .key = "expect_fail", .forms = kBoolean, .default_toml = "false",
-     .meaning = "A known fault: passing then fails."},
-    {.table = "expect_stop", .key = "reason", .forms = kWord, .meaning = "Why the run stops.",
-     .words = "unstable-step|diverged|bad-input|device|interrupted",
-     .required = true, .example = "\"diverged\""},
-    {.table = "expect_stop", .key = "message", .forms = kText, .default_toml = "\"\"",
-     .meaning = "What the run says when it stops contains this."},
-    {.table = "expect_stop", .key = "at_least_step", .forms = kInteger, .meaning = "It has made so many steps by then.",
-     .range = between(0, 1e12), .example = "90"},
-    {.table = "expect_stop", .key = "at_most_step", .forms = kInteger, .meaning = "It stops at this step or before.",
-     .range = between(0, 1e12),
-     .example = "100"},
+      {.table = "expect",
+       .key = "signal",
+       .forms = kText,
+       .meaning = "`<device>.interaction.<strategy>`, `<device>.force.<strategy>`, "
+                  "`<device>.buffers.<strategy>`, `closed_loop.<device>.<strategy>`, `solver.<strategy>`, "
+                  "`events.<lane>.<name>` or `run`; `*` for any one part. Of a case: `case.<method>.<solver>`.",
+       .required = true,
+       .example = "\"left.interaction.phase_locked\""},
+      {.table = "expect",
+       .key = "metric",
+       .forms = kText,
+       .meaning = "A number of that signal: docs/metrics.md.",
+       .required = true,
+       .example = "\"velocity_jump\""},
+      {.table = "expect", .key = "min", .forms = kLimit, .meaning = "The value must not be below.", .example = "\"4 step\""},
+      {.table = "expect",
+       .key = "max",
+       .forms = kLimit,
+       .meaning = "The value must not be above.",
+       .example = "\"1e-6 step\""},
+      {.table = "expect", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
+      {.table = "expect",
+       .key = "at",
+       .forms = kNumber,
+       .shape = Shape::list,
+       .meaning = "Of a case: only its cells with values between these two.",
+       .example = "[0.1, 1]"},
+      {.table = "expect",
+       .key = "confidence",
+       .forms = kQuantity,
+       .meaning =
+           "Of an `underrun_rate`: how sure the `max` must be. Judged is the upper bound of Clopper and Pearson on the "
+           "share of segments with an underrun; the maps alone run over the seeds that takes.",
+       .dimension = D::ratio,
+       .range = above(0, 0.999999),
+       .example = "\"95 %\""},
+      {.table = "expect",
+       .key = "seeds",
+       .forms = kInteger,
+       .meaning =
+           "With `confidence`: the seeds to run, this run's and the ones after it. Default: the fewest that suffice if none "
+           "underruns.",
+       .range = between(1, 1e6),
+       .example = "100"},
+      {.table = "expect", .key = "because", .forms = kText, .default_toml = "\"\"", .meaning = "Why it must hold."},
+      {.table = "expect",
+       .key = "expect_fail",
+       .forms = kBoolean,
+       .default_toml = "false",
+       .meaning = "A known fault: passing then fails."},
+      {.table = "expect_stop",
+       .key = "reason",
+       .forms = kWord,
+       .meaning = "Why the run stops.",
+       .words = "unstable-step|diverged|bad-input|device|interrupted",
+       .required = true,
+       .example = "\"diverged\""},
+      {.table = "expect_stop",
+       .key = "message",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "What the run says when it stops contains this."},
+      {.table = "expect_stop",
+       .key = "at_least_step",
+       .forms = kInteger,
+       .meaning = "It has made so many steps by then.",
+       .range = between(0, 1e12),
+       .example = "90"},
+      {.table = "expect_stop",
+       .key = "at_most_step",
+       .forms = kInteger,
+       .meaning = "It stops at this step or before.",
+       .range = between(0, 1e12),
+       .example = "100"},
   };
   return rows;
 }

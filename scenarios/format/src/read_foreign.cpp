@@ -34,10 +34,19 @@ nlohmann::json json_of(const Value& value) {
 }  // namespace
 
 std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds) {
-  return {{.table = table, .key = "name", .forms = kText, .meaning = "The name it was registered under.", .kinds = kinds,
-           .required = true, .example = "\"mine\""},
-          {.table = table, .key = "options", .forms = kOptions, .default_toml = "{}",
-           .meaning = "Passed on to it as JSON; evenstep reads nothing of it.", .kinds = kinds}};
+  return {{.table = table,
+           .key = "name",
+           .forms = kText,
+           .meaning = "The name it was registered under.",
+           .kinds = kinds,
+           .required = true,
+           .example = "\"mine\""},
+          {.table = table,
+           .key = "options",
+           .forms = kOptions,
+           .default_toml = "{}",
+           .meaning = "Passed on to it as JSON; evenstep reads nothing of it.",
+           .kinds = kinds}};
 }
 
 Foreign read_foreign(const Table& table) {

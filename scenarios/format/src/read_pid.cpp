@@ -12,7 +12,8 @@ PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
   const Table pid = device.table("pid");
   spec.options.travel_m = pid.vector("travel");
   if (spec.options.travel_m == glm::dvec3(0))
-    reading.errors.add(pid.place("travel"), "'travel': no axis is used; write the travel of one, [\"200 mm\", \"0 mm\", \"0 mm\"]");
+    reading.errors.add(pid.place("travel"),
+                       "'travel': no axis is used; write the travel of one, [\"200 mm\", \"0 mm\", \"0 mm\"]");
   if (pid.has("full_scale")) spec.options.full_scale_N = pid.si("full_scale");
   if (pid.has("full_slope")) spec.options.full_slope_N_per_m = glm::dvec3(pid.si("full_slope"));
   spec.options.springs = device.table("render").text("kind") == "device_spring";
@@ -23,7 +24,8 @@ PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
   spec.pool_effects = static_cast<int>(pid.integer("pool"));
   if (pid.has("block_load_error")) spec.block_load_error_at = static_cast<int>(pid.integer("block_load_error")) - 1;
   for (const Table& event : device.tables("events")) {
-    const auto kind = event.text("kind") == "safety-switch" ? PidDeviceEvent::Kind::safety_switch : PidDeviceEvent::Kind::actuator_power;
+    const auto kind =
+        event.text("kind") == "safety-switch" ? PidDeviceEvent::Kind::safety_switch : PidDeviceEvent::Kind::actuator_power;
     const RealTime at{event.span("at", reading.scenario.nominal, reading.errors).ns};
     if (!spec.events.empty() && at < spec.events.back().at)
       reading.errors.add(event.place("at"), "'at': earlier than the event before; write them in order of time");
@@ -35,41 +37,102 @@ PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
 // clang-format off: a row reads as a row
 std::vector<Field> PidSpec::fields() {
   return {
-    {.table = "device", .key = "pid", .forms = kTable,
-     .meaning = "What the device does not say of itself.", .kinds = "pid", .required = true},
-    {.table = "device", .key = "events", .forms = kTable, .shape = Shape::list,
-     .meaning = "What somebody does to the simulated device.", .kinds = "pid"},
-    {.table = "device.pid", .key = "travel", .forms = kQuantity, .shape = Shape::three,
-     .meaning = "From one end of each axis to the other, its middle at 0; 0: the axis is not used.", .required = true,
-     .dimension = D::length, .range = between(0, 2), .example = "[\"200 mm\", \"200 mm\", \"0 mm\"]"},
-    {.table = "device.pid", .key = "full_scale", .forms = kQuantity,
-     .meaning = "Its force at the largest magnitude, measured or from its data sheet: PID knows no newtons. Without it the device "
-                "is only read, and no expectation may be about its force.",
-     .dimension = D::force, .range = above(0), .example = "\"5 N\""},
-    {.table = "device.pid", .key = "full_slope", .forms = kQuantity,
-     .meaning = "What a spring with its largest coefficient is at full gain. Default: the full scale over half the travel, which is what "
-                "most firmware makes of it; measure it.",
-     .dimension = D::stiffness, .range = above(0), .example = "\"500 N/m\""},
-    {.table = "device.pid", .key = "firmware_rate", .forms = kRate, .default_toml = "\"4 kHz\"",
-     .meaning = "How often the device renders its own springs: the simulated one does, of a real one the laws of stiffness believe it.",
-     .range = between(100, 100'000)},
-    {.table = "device.pid", .key = "gain", .forms = kNumber, .default_toml = "0.25",
-     .meaning = "What the device is told to make of its full scale: its largest force.", .range = above(0, 1)},
-    {.table = "device.pid", .key = "effect_duration", .forms = kDuration, .default_toml = "\"0.5 s\"",
-     .meaning = "Each effect ends so long after it was last started; it is started again at half of that.", .range = between(0.01, 60)},
-    {.table = "device.pid", .key = "flavour", .forms = kWord, .default_toml = "\"mask\"",
-     .meaning = "Of the simulated device: its report descriptor (docs/hid.md).", .words = "mask|array"},
-    {.table = "device.pid", .key = "pool", .forms = kInteger, .default_toml = "40",
-     .meaning = "Effects that the simulated device has room for; each used axis takes one.", .range = between(0, 40)},
-    {.table = "device.pid", .key = "block_load_error", .forms = kInteger,
-     .meaning = "The simulated device answers the so-many-th request for an effect with an error. Default: none.",
-     .range = between(1, 40), .example = "2"},
-    {.table = "device.events", .key = "kind", .forms = kWord, .meaning = "The switch that is turned.",
-     .words = "safety-switch|actuator-power", .required = true, .example = "\"safety-switch\""},
-    {.table = "device.events", .key = "at", .forms = kSpan, .meaning = "In order of time.", .required = true,
-     .range = between(0, kLongestRun_s), .example = "\"1 s\""},
-    {.table = "device.events", .key = "on", .forms = kBoolean, .meaning = "false: no force any more.", .required = true,
-     .example = "false"},
+      {.table = "device",
+       .key = "pid",
+       .forms = kTable,
+       .meaning = "What the device does not say of itself.",
+       .kinds = "pid",
+       .required = true},
+      {.table = "device",
+       .key = "events",
+       .forms = kTable,
+       .shape = Shape::list,
+       .meaning = "What somebody does to the simulated device.",
+       .kinds = "pid"},
+      {.table = "device.pid",
+       .key = "travel",
+       .forms = kQuantity,
+       .shape = Shape::three,
+       .meaning = "From one end of each axis to the other, its middle at 0; 0: the axis is not used.",
+       .required = true,
+       .dimension = D::length,
+       .range = between(0, 2),
+       .example = "[\"200 mm\", \"200 mm\", \"0 mm\"]"},
+      {.table = "device.pid",
+       .key = "full_scale",
+       .forms = kQuantity,
+       .meaning = "Its force at the largest magnitude, measured or from its data sheet: PID knows no newtons. Without it "
+                  "the device "
+                  "is only read, and no expectation may be about its force.",
+       .dimension = D::force,
+       .range = above(0),
+       .example = "\"5 N\""},
+      {.table = "device.pid",
+       .key = "full_slope",
+       .forms = kQuantity,
+       .meaning = "What a spring with its largest coefficient is at full gain. Default: the full scale over half the "
+                  "travel, which is what "
+                  "most firmware makes of it; measure it.",
+       .dimension = D::stiffness,
+       .range = above(0),
+       .example = "\"500 N/m\""},
+      {.table = "device.pid",
+       .key = "firmware_rate",
+       .forms = kRate,
+       .default_toml = "\"4 kHz\"",
+       .meaning = "How often the device renders its own springs: the simulated one does, of a real one the laws of "
+                  "stiffness believe it.",
+       .range = between(100, 100'000)},
+      {.table = "device.pid",
+       .key = "gain",
+       .forms = kNumber,
+       .default_toml = "0.25",
+       .meaning = "What the device is told to make of its full scale: its largest force.",
+       .range = above(0, 1)},
+      {.table = "device.pid",
+       .key = "effect_duration",
+       .forms = kDuration,
+       .default_toml = "\"0.5 s\"",
+       .meaning = "Each effect ends so long after it was last started; it is started again at half of that.",
+       .range = between(0.01, 60)},
+      {.table = "device.pid",
+       .key = "flavour",
+       .forms = kWord,
+       .default_toml = "\"mask\"",
+       .meaning = "Of the simulated device: its report descriptor (docs/hid.md).",
+       .words = "mask|array"},
+      {.table = "device.pid",
+       .key = "pool",
+       .forms = kInteger,
+       .default_toml = "40",
+       .meaning = "Effects that the simulated device has room for; each used axis takes one.",
+       .range = between(0, 40)},
+      {.table = "device.pid",
+       .key = "block_load_error",
+       .forms = kInteger,
+       .meaning = "The simulated device answers the so-many-th request for an effect with an error. Default: none.",
+       .range = between(1, 40),
+       .example = "2"},
+      {.table = "device.events",
+       .key = "kind",
+       .forms = kWord,
+       .meaning = "The switch that is turned.",
+       .words = "safety-switch|actuator-power",
+       .required = true,
+       .example = "\"safety-switch\""},
+      {.table = "device.events",
+       .key = "at",
+       .forms = kSpan,
+       .meaning = "In order of time.",
+       .required = true,
+       .range = between(0, kLongestRun_s),
+       .example = "\"1 s\""},
+      {.table = "device.events",
+       .key = "on",
+       .forms = kBoolean,
+       .meaning = "false: no force any more.",
+       .required = true,
+       .example = "false"},
   };
 }
 // clang-format on

@@ -20,10 +20,11 @@ void read_underrun(ScenarioReading& reading, const Table& underrun) {
   spec.force_underrun = ForceUnderrun::extrapolate;
   for (const DeviceSpec& device : reading.scenario.devices) {
     if (device.render.kind != RenderSpec::Kind::force) {
-      reading.errors.add(underrun.place("force"),
-                         fmt::format("'force': \"extrapolate\" continues a line of forces, and device '{}' makes its forces of "
-                                     "records that answer the hand by themselves; write \"hold\"",
-                                     device.name));
+      reading.errors.add(
+          underrun.place("force"),
+          fmt::format("'force': \"extrapolate\" continues a line of forces, and device '{}' makes its forces of "
+                      "records that answer the hand by themselves; write \"hold\"",
+                      device.name));
     }
     if (device.emission == Emission::linear) continue;
     reading.errors.add(underrun.place("force"),
@@ -50,8 +51,8 @@ void read_filter(ScenarioReading& reading, const Table& filter) {
     spec.filter = ButterworthSpec{in_Hz(filter.rate("cutoff"))};
   } else if (kind == "one-euro") {
     limited = "min_cutoff";
-    spec.filter = OneEuroSpec{in_Hz(filter.rate("min_cutoff")), filter.number("beta"),
-                              in_Hz(filter.rate("derivative_cutoff"))};
+    spec.filter =
+        OneEuroSpec{in_Hz(filter.rate("min_cutoff")), filter.number("beta"), in_Hz(filter.rate("derivative_cutoff"))};
   } else {
     limited = "window";
     spec.filter = MovingAverageSpec{};
@@ -62,12 +63,13 @@ void read_filter(ScenarioReading& reading, const Table& filter) {
       std::any_of(strategies.begin(), strategies.end(), [](StrategyKind one) { return traits_of(one).filters; });
   for (const Rate rate : used ? filtered_rates(reading.scenario) : std::vector<Rate>{}) {
     if (in_domain(filter_at(spec, rate), rate)) continue;
-    reading.errors.add(filter.place(limited),
-                       limited == "window"
-                           ? fmt::format("'window': more than {} samples of {} Hz", kMaxAveragedSamples, in_Hz(rate))
-                           : fmt::format("'{}': \"{}\" cannot be filtered out of a signal of {} Hz; it must be below half of "
-                                         "that",
-                                         limited, filter.text(limited), in_Hz(rate)));
+    reading.errors.add(
+        filter.place(limited),
+        limited == "window"
+            ? fmt::format("'window': more than {} samples of {} Hz", kMaxAveragedSamples, in_Hz(rate))
+            : fmt::format("'{}': \"{}\" cannot be filtered out of a signal of {} Hz; it must be below half of "
+                          "that",
+                          limited, filter.text(limited), in_Hz(rate)));
   }
 }
 
@@ -92,8 +94,9 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
   }
   const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
   if (std::none_of(strategies.begin(), strategies.end(), is_remap)) {
-    reading.errors.add(remap.place("latency"), "'latency': only paper and phase_locked have one that can adapt, and [run] "
-                                               "strategies names neither; add one, or give a duration");
+    reading.errors.add(remap.place("latency"),
+                       "'latency': only paper and phase_locked have one that can adapt, and [run] "
+                       "strategies names neither; add one, or give a duration");
   }
   for (const DeviceSpec& device : reading.scenario.devices) {
     if (!device.render.is_local() || device.render.alpha) continue;
@@ -110,9 +113,10 @@ void read_foreign_map(ScenarioReading& reading, const Table& remap) {
   if (remap.has("foreign")) {
     reading.scenario.remap.foreign = read_foreign(remap.table("foreign"));
   } else if (std::find(strategies.begin(), strategies.end(), StrategyKind::foreign) != strategies.end()) {
-    reading.errors.add(remap.place("foreign"),
-                       "[run] strategies names \"foreign\", and [remap] does not say which map that is; write foreign = { name = "
-                       "\"mine\" } in [remap]");
+    reading.errors.add(
+        remap.place("foreign"),
+        "[run] strategies names \"foreign\", and [remap] does not say which map that is; write foreign = { name = "
+        "\"mine\" } in [remap]");
   }
 }
 
@@ -144,69 +148,154 @@ void read_remap(ScenarioReading& reading) {
 // clang-format off: a row reads as a row
 const std::vector<Field>& remap_fields() {
   static const std::vector<Field> rows{
-    {.table = "remap", .key = "estimate", .forms = kTable, .meaning = "Of the segment length (strategy `paper`)."},
-    {.table = "remap", .key = "bandwidth", .forms = kRate, .default_toml = "\"2 Hz\"",
-     .meaning = "Of the loop of strategy `phase_locked`.",
-     .range = above(0, 1000)},
-    {.table = "remap", .key = "latency", .forms = kWord | kSpan, .default_toml = "\"minimal\"",
-     .meaning = "From reading the hand to emitting the force. `minimal`: the least without underrun for any device phase; "
-                "`minimal-this-phase`: for the phase of this run; `adaptive`: as `adapt` says, step by step.",
-     .words = "minimal|minimal-this-phase|adaptive", .range = between(0, kLongestRun_s)},
-    {.table = "remap", .key = "adapt", .forms = kTable,
-     .meaning = "Of an adaptive latency: it grows at once when a force is late, and shrinks slowly (docs/sizing.md)."},
-    {.table = "remap", .key = "lead", .forms = kWord | kSpan, .default_toml = "\"minimal\"",
-     .meaning = "How far before its slot a step reads the hand; `minimal` as for `latency`.",
-     .words = "minimal|minimal-this-phase",
-     .range = between(0, kLongestRun_s)},
-    {.table = "remap", .key = "underrun", .forms = kTable, .meaning = "What is used when data is missing."},
-    {.table = "remap", .key = "predict_window", .forms = kSpan, .default_toml = "\"8 ms\"",
-     .meaning = "Strategy `predict` takes the hand's velocity from so much of the past.", .range = above(0, 1)},
-    {.table = "remap", .key = "filter", .forms = kTable, .meaning = "Of strategy `filtered`: `direct`, smoothed."},
-    {.table = "remap.adapt", .key = "start", .forms = kSpan, .meaning = "What it starts with. Default: `min`.",
-     .range = between(0, kLongestRun_s), .example = "\"20 ms\""},
-    {.table = "remap.adapt", .key = "min", .forms = kSpan, .default_toml = "\"0 ms\"", .meaning = "It is never below.",
-     .range = between(0, kLongestRun_s)},
-    {.table = "remap.adapt", .key = "max", .forms = kSpan, .default_toml = "\"100 ms\"",
-     .meaning = "It is never above: what needs more underruns. The rings are made for it.",
-     .range = between(0, kLongestRun_s)},
-    {.table = "remap.adapt", .key = "window", .forms = kSpan, .default_toml = "\"10 s\"",
-     .meaning = "It covers all that was needed so far back, to one part in 64.", .range = above(0, kLongestRun_s)},
-    {.table = "remap.adapt", .key = "slew", .forms = kQuantity, .default_toml = "\"0.5 %\"",
-     .meaning = "So much of the passing time it moves at most, but for growing at once; in whole millionths.",
-     .dimension = D::ratio, .range = between(0, 0.5)},
-    {.table = "remap.adapt", .key = "margin", .forms = kSpan, .default_toml = "\"1 ms\"",
-     .meaning = "What it keeps above the largest need.", .range = between(0, 10)},
-    {.table = "remap.estimate", .key = "kind", .forms = kWord, .default_toml = "\"ewma\"",
-     .meaning = "Exponentially weighted moving average.",
-     .words = "ewma"},
-    {.table = "remap.estimate", .key = "weight", .forms = kNumber, .default_toml = "0.1",
-     .meaning = "Of the newest segment.", .range = above(0, 1)},
-    {.table = "remap.underrun", .key = "interaction", .forms = kWord, .default_toml = "\"clamp\"",
-     .meaning = "`clamp`: the newest sample. `gate`: the step waits for its sample. `extrapolate`: the line through the "
-                "last 4 ms of samples, at most 10 ms on.",
-     .words = "clamp|gate|extrapolate"},
-    {.table = "remap.underrun", .key = "force", .forms = kWord, .default_toml = "\"hold\"",
-     .meaning = "`hold`: the last force. `extrapolate`: the line through the last two, at most 10 ms on; needs `linear` "
-                "emission.",
-     .words = "hold|extrapolate"},
-    {.table = "remap.filter", .key = "kind", .forms = kWord, .default_toml = "\"butterworth\"",
-     .meaning = "`butterworth`: second order low-pass. `one-euro`: a first order low-pass whose cutoff rises with speed.",
-     .words = "moving-average|butterworth|one-euro"},
-    {.table = "remap.filter", .key = "on", .forms = kWord, .default_toml = "\"force\"",
-     .meaning = "`interaction`: of what the steps read. `force`: of what the device's ticks play.",
-     .words = "interaction|force"},
-    {.table = "remap.filter", .key = "window", .forms = kSpan, .default_toml = "\"1 segment\"",
-     .meaning = "What is averaged.", .kinds = "moving-average", .range = above(0, kLongestRun_s)},
-    {.table = "remap.filter", .key = "cutoff", .forms = kRate, .default_toml = "\"10 Hz\"",
-     .meaning = "Where it is down by 3 dB.", .kinds = "butterworth", .range = above(0, 100'000)},
-    {.table = "remap.filter", .key = "min_cutoff", .forms = kRate, .default_toml = "\"1 Hz\"",
-     .meaning = "Cutoff at rest.", .kinds = "one-euro", .range = above(0, 100'000)},
-    {.table = "remap.filter", .key = "beta", .forms = kNumber, .default_toml = "1.0",
-     .meaning = "Hz more of cutoff per m/s (interaction) or N/s (force).", .kinds = "one-euro", .range = at_least(0)},
-    {.table = "remap.filter", .key = "derivative_cutoff", .forms = kRate, .default_toml = "\"1 Hz\"",
-     .meaning = "Of the low-pass on the speed.", .kinds = "one-euro", .range = above(0, 100'000)},
-    {.table = "remap", .key = "foreign", .forms = kTable,
-     .meaning = "The map of strategy `foreign`: one that the program has registered."},
+      {.table = "remap", .key = "estimate", .forms = kTable, .meaning = "Of the segment length (strategy `paper`)."},
+      {.table = "remap",
+       .key = "bandwidth",
+       .forms = kRate,
+       .default_toml = "\"2 Hz\"",
+       .meaning = "Of the loop of strategy `phase_locked`.",
+       .range = above(0, 1000)},
+      {.table = "remap",
+       .key = "latency",
+       .forms = kWord | kSpan,
+       .default_toml = "\"minimal\"",
+       .meaning = "From reading the hand to emitting the force. `minimal`: the least without underrun for any device phase; "
+                  "`minimal-this-phase`: for the phase of this run; `adaptive`: as `adapt` says, step by step.",
+       .words = "minimal|minimal-this-phase|adaptive",
+       .range = between(0, kLongestRun_s)},
+      {.table = "remap",
+       .key = "adapt",
+       .forms = kTable,
+       .meaning = "Of an adaptive latency: it grows at once when a force is late, and shrinks slowly (docs/sizing.md)."},
+      {.table = "remap",
+       .key = "lead",
+       .forms = kWord | kSpan,
+       .default_toml = "\"minimal\"",
+       .meaning = "How far before its slot a step reads the hand; `minimal` as for `latency`.",
+       .words = "minimal|minimal-this-phase",
+       .range = between(0, kLongestRun_s)},
+      {.table = "remap", .key = "underrun", .forms = kTable, .meaning = "What is used when data is missing."},
+      {.table = "remap",
+       .key = "predict_window",
+       .forms = kSpan,
+       .default_toml = "\"8 ms\"",
+       .meaning = "Strategy `predict` takes the hand's velocity from so much of the past.",
+       .range = above(0, 1)},
+      {.table = "remap", .key = "filter", .forms = kTable, .meaning = "Of strategy `filtered`: `direct`, smoothed."},
+      {.table = "remap.adapt",
+       .key = "start",
+       .forms = kSpan,
+       .meaning = "What it starts with. Default: `min`.",
+       .range = between(0, kLongestRun_s),
+       .example = "\"20 ms\""},
+      {.table = "remap.adapt",
+       .key = "min",
+       .forms = kSpan,
+       .default_toml = "\"0 ms\"",
+       .meaning = "It is never below.",
+       .range = between(0, kLongestRun_s)},
+      {.table = "remap.adapt",
+       .key = "max",
+       .forms = kSpan,
+       .default_toml = "\"100 ms\"",
+       .meaning = "It is never above: what needs more underruns. The rings are made for it.",
+       .range = between(0, kLongestRun_s)},
+      {.table = "remap.adapt",
+       .key = "window",
+       .forms = kSpan,
+       .default_toml = "\"10 s\"",
+       .meaning = "It covers all that was needed so far back, to one part in 64.",
+       .range = above(0, kLongestRun_s)},
+      {.table = "remap.adapt",
+       .key = "slew",
+       .forms = kQuantity,
+       .default_toml = "\"0.5 %\"",
+       .meaning = "So much of the passing time it moves at most, but for growing at once; in whole millionths.",
+       .dimension = D::ratio,
+       .range = between(0, 0.5)},
+      {.table = "remap.adapt",
+       .key = "margin",
+       .forms = kSpan,
+       .default_toml = "\"1 ms\"",
+       .meaning = "What it keeps above the largest need.",
+       .range = between(0, 10)},
+      {.table = "remap.estimate",
+       .key = "kind",
+       .forms = kWord,
+       .default_toml = "\"ewma\"",
+       .meaning = "Exponentially weighted moving average.",
+       .words = "ewma"},
+      {.table = "remap.estimate",
+       .key = "weight",
+       .forms = kNumber,
+       .default_toml = "0.1",
+       .meaning = "Of the newest segment.",
+       .range = above(0, 1)},
+      {.table = "remap.underrun",
+       .key = "interaction",
+       .forms = kWord,
+       .default_toml = "\"clamp\"",
+       .meaning = "`clamp`: the newest sample. `gate`: the step waits for its sample. `extrapolate`: the line through the "
+                  "last 4 ms of samples, at most 10 ms on.",
+       .words = "clamp|gate|extrapolate"},
+      {.table = "remap.underrun",
+       .key = "force",
+       .forms = kWord,
+       .default_toml = "\"hold\"",
+       .meaning = "`hold`: the last force. `extrapolate`: the line through the last two, at most 10 ms on; needs `linear` "
+                  "emission.",
+       .words = "hold|extrapolate"},
+      {.table = "remap.filter",
+       .key = "kind",
+       .forms = kWord,
+       .default_toml = "\"butterworth\"",
+       .meaning = "`butterworth`: second order low-pass. `one-euro`: a first order low-pass whose cutoff rises with speed.",
+       .words = "moving-average|butterworth|one-euro"},
+      {.table = "remap.filter",
+       .key = "on",
+       .forms = kWord,
+       .default_toml = "\"force\"",
+       .meaning = "`interaction`: of what the steps read. `force`: of what the device's ticks play.",
+       .words = "interaction|force"},
+      {.table = "remap.filter",
+       .key = "window",
+       .forms = kSpan,
+       .default_toml = "\"1 segment\"",
+       .meaning = "What is averaged.",
+       .kinds = "moving-average",
+       .range = above(0, kLongestRun_s)},
+      {.table = "remap.filter",
+       .key = "cutoff",
+       .forms = kRate,
+       .default_toml = "\"10 Hz\"",
+       .meaning = "Where it is down by 3 dB.",
+       .kinds = "butterworth",
+       .range = above(0, 100'000)},
+      {.table = "remap.filter",
+       .key = "min_cutoff",
+       .forms = kRate,
+       .default_toml = "\"1 Hz\"",
+       .meaning = "Cutoff at rest.",
+       .kinds = "one-euro",
+       .range = above(0, 100'000)},
+      {.table = "remap.filter",
+       .key = "beta",
+       .forms = kNumber,
+       .default_toml = "1.0",
+       .meaning = "Hz more of cutoff per m/s (interaction) or N/s (force).",
+       .kinds = "one-euro",
+       .range = at_least(0)},
+      {.table = "remap.filter",
+       .key = "derivative_cutoff",
+       .forms = kRate,
+       .default_toml = "\"1 Hz\"",
+       .meaning = "Of the low-pass on the speed.",
+       .kinds = "one-euro",
+       .range = above(0, 100'000)},
+      {.table = "remap",
+       .key = "foreign",
+       .forms = kTable,
+       .meaning = "The map of strategy `foreign`: one that the program has registered."},
   };
   static const std::vector<Field> all = [] {
     std::vector<Field> with_foreign = rows;

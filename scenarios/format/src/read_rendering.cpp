@@ -19,18 +19,20 @@ void read_local_model(ScenarioReading& reading) {
     const LocalModel wanted = device.render.stiffness;
     if (wanted == LocalModel::none) continue;
     if (rendered != LocalModel::none && wanted != rendered) {
-      reading.errors.add(table.place("kind"),
-                         fmt::format("device '{}' renders with stiffness = \"{}\" and one before it with \"{}\"; a solver reports "
-                                     "one of them, write the same for both",
-                                     device.name, name_of(wanted), name_of(rendered)));
+      reading.errors.add(
+          table.place("kind"),
+          fmt::format("device '{}' renders with stiffness = \"{}\" and one before it with \"{}\"; a solver reports "
+                      "one of them, write the same for both",
+                      device.name, name_of(wanted), name_of(rendered)));
     }
     rendered = wanted;
   }
   if (rendered == LocalModel::none) return;
   if (table.has("local_model") && table.text("local_model") != name_of(rendered)) {
-    reading.errors.add(table.place("local_model"),
-                       fmt::format("'local_model': \"{}\", but a device renders with stiffness = \"{}\"; remove 'local_model'",
-                                   table.text("local_model"), name_of(rendered)));
+    reading.errors.add(
+        table.place("local_model"),
+        fmt::format("'local_model': \"{}\", but a device renders with stiffness = \"{}\"; remove 'local_model'",
+                    table.text("local_model"), name_of(rendered)));
   }
   reading.scenario.scene.local_model = rendered;
 }
@@ -39,10 +41,11 @@ void read_local_model(ScenarioReading& reading) {
 void check_modes(ScenarioReading& reading) {
   for (const DeviceSpec& device : reading.scenario.devices) {
     if (device.render.kind != RenderSpec::Kind::smith || smith_mode(reading.scenario.scene, device.render)) continue;
-    reading.errors.add(reading.section("scene").place("kind"),
-                       fmt::format("device '{}' renders \"smith\", a model of one mode, and a scene of this kind does not say which; "
-                                   "write frequency, damping_ratio and static_stiffness in its 'render'",
-                                   device.name));
+    reading.errors.add(
+        reading.section("scene").place("kind"),
+        fmt::format("device '{}' renders \"smith\", a model of one mode, and a scene of this kind does not say which; "
+                    "write frequency, damping_ratio and static_stiffness in its 'render'",
+                    device.name));
   }
 }
 

@@ -13,9 +13,11 @@ void read_strategies(ScenarioReading& reading) {
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
   const auto kind_named = [](const std::string& name) {
-    return std::find_if(kAllStrategies.begin(), kAllStrategies.end(), [&](const StrategyTraits& traits) {
-             return name == traits.name;  // the field table allows no other names
-           })->kind;
+    return std::find_if(kAllStrategies.begin(), kAllStrategies.end(),
+                        [&](const StrategyTraits& traits) {
+                          return name == traits.name;  // the field table allows no other names
+                        })
+        ->kind;
   };
   for (const Value& name : run.at("strategies").list) {
     const StrategyKind kind = kind_named(name.text);
@@ -67,27 +69,52 @@ void read_run(ScenarioReading& reading) {
 // clang-format off: a row reads as a row
 const std::vector<Field>& run_fields() {
   static const std::vector<Field> rows{
-    {.table = "run", .key = "duration", .forms = kSpan,
-     .meaning = "Real time to run. Obligatory, except with a trace: then all of it.",
-     .range = above(0, kLongestRun_s), .example = "\"4 s\""},
-    {.table = "run", .key = "warmup", .forms = kSpan, .default_toml = "\"0 s\"",
-     .meaning = "Real time at the start that is not judged.",
-     .range = between(0, kLongestRun_s), .example = "\"8 segments\""},
-    {.table = "run", .key = "interrupt", .forms = kSpan,
-     .meaning = "A signal comes then (SIGINT, SIGTERM, a hang-up) and ends the run within 20 ms. Default: none. Virtual clock "
-                "only.",
-     .range = between(0, kLongestRun_s), .example = "\"1 s\""},
-    {.table = "run", .key = "seed", .forms = kInteger, .default_toml = "1", .meaning = "Of everything drawn at random.",
-     .range = at_least(0)},
-    {.table = "run", .key = "strategies", .forms = kWord, .shape = Shape::list,
-     .default_toml = "[\"ideal\", \"direct\", \"paper\", \"phase_locked\"]",
-     .meaning = "Run side by side over the same timing, each with a solver of its own.", .words = strategy_words()},
-    {.table = "run", .key = "live", .forms = kWord, .default_toml = "\"phase_locked\"",
-     .meaning = "The one that has the device on a wall clock. (`ideal` knows the motion beforehand; no hand grants that.)",
-     .words = "direct|paper|phase_locked"},
-    {.table = "run", .key = "keep", .forms = kWord, .default_toml = "\"all\"",
-     .meaning = "`summary`: series.csv has the 1 s bins only and there is no events.bin: for runs of many minutes.",
-     .words = "all|summary"},
+      {.table = "run",
+       .key = "duration",
+       .forms = kSpan,
+       .meaning = "Real time to run. Obligatory, except with a trace: then all of it.",
+       .range = above(0, kLongestRun_s),
+       .example = "\"4 s\""},
+      {.table = "run",
+       .key = "warmup",
+       .forms = kSpan,
+       .default_toml = "\"0 s\"",
+       .meaning = "Real time at the start that is not judged.",
+       .range = between(0, kLongestRun_s),
+       .example = "\"8 segments\""},
+      {.table = "run",
+       .key = "interrupt",
+       .forms = kSpan,
+       .meaning =
+           "A signal comes then (SIGINT, SIGTERM, a hang-up) and ends the run within 20 ms. Default: none. Virtual clock "
+           "only.",
+       .range = between(0, kLongestRun_s),
+       .example = "\"1 s\""},
+      {.table = "run",
+       .key = "seed",
+       .forms = kInteger,
+       .default_toml = "1",
+       .meaning = "Of everything drawn at random.",
+       .range = at_least(0)},
+      {.table = "run",
+       .key = "strategies",
+       .forms = kWord,
+       .shape = Shape::list,
+       .default_toml = "[\"ideal\", \"direct\", \"paper\", \"phase_locked\"]",
+       .meaning = "Run side by side over the same timing, each with a solver of its own.",
+       .words = strategy_words()},
+      {.table = "run",
+       .key = "live",
+       .forms = kWord,
+       .default_toml = "\"phase_locked\"",
+       .meaning = "The one that has the device on a wall clock. (`ideal` knows the motion beforehand; no hand grants that.)",
+       .words = "direct|paper|phase_locked"},
+      {.table = "run",
+       .key = "keep",
+       .forms = kWord,
+       .default_toml = "\"all\"",
+       .meaning = "`summary`: series.csv has the 1 s bins only and there is no events.bin: for runs of many minutes.",
+       .words = "all|summary"},
   };
   return rows;
 }

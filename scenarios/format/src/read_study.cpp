@@ -89,22 +89,26 @@ void read_stiffness_limit(const Table& study, Scenario& scenario, Errors& errors
   if (scenario.study.stiffness_limit->from_N_per_m >= scenario.study.stiffness_limit->to_N_per_m)
     errors.add(search.place("to"), "'stiffness_limit': 'to' is not above 'from'; exchange them, or look further");
   if (!has_stiffness(scenario.scene))
-    errors.add(study.place("stiffness_limit"), "'stiffness_limit' changes [scene] stiffness, and a scene of this kind has none");
-  if (!has_hand(scenario))
     errors.add(study.place("stiffness_limit"),
-               "'stiffness_limit' needs a hand that feels the force: a programmed motion is stable at any stiffness; write "
-               "motion = { kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }");
+               "'stiffness_limit' changes [scene] stiffness, and a scene of this kind has none");
+  if (!has_hand(scenario))
+    errors.add(
+        study.place("stiffness_limit"),
+        "'stiffness_limit' needs a hand that feels the force: a programmed motion is stable at any stiffness; write "
+        "motion = { kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }");
   for (const char* key : {"methods", "solvers", "step_sizes", "iterations", "repeats", "duration"}) {
     if (study.has(key))
       errors.add(study.place(key), fmt::format("'{}' does not go with 'stiffness_limit', which runs the scenario as it is; "
-                                               "remove one of them", key));
+                                               "remove one of them",
+                                               key));
   }
 }
 
 }  // namespace
 
 void read_study(ScenarioReading& reading) {
-  if (!reading.sound("study") || !reading.sound("scene") || !reading.sound("device") || !reading.scenario.nominal.known) return;
+  if (!reading.sound("study") || !reading.sound("scene") || !reading.sound("device") || !reading.scenario.nominal.known)
+    return;
   const Table study = reading.section("study");
   Scenario& scenario = reading.scenario;
   StudySpec& spec = scenario.study;
@@ -123,8 +127,9 @@ void read_study(ScenarioReading& reading) {
   if (written == nullptr) return;
   if (study.has("stiffness_limit")) return read_stiffness_limit(study, scenario, reading.errors);
   if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
-    reading.errors.add(written->place, "[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a "
-                                       "'stiffness_limit'");
+    reading.errors.add(written->place,
+                       "[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a "
+                       "'stiffness_limit'");
   } else if (steps_within(spec.duration, scenario.scene.step_rate) < 1) {
     reading.errors.add(study.place("duration"), fmt::format("'duration': {} is less than one step of the scene, {:.6g} ms",
                                                             in_ms(spec.duration), 1e3 * period_s(scenario.scene.step_rate)));
@@ -136,35 +141,84 @@ void read_study(ScenarioReading& reading) {
 // clang-format off: a row reads as a row
 const std::vector<Field>& study_fields() {
   static const std::vector<Field> rows{
-    {.table = "study", .key = "duration", .forms = kSpan, .default_toml = "\"64 ms\"",
-     .meaning = "Simulated time that is judged, from the begin of the first motion on.", .range = above(0, kLongestRun_s)},
-    {.table = "study", .key = "methods", .forms = kWord, .shape = Shape::list,
-     .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
-                     "\"vertex-block-descent\"]",
-     .meaning = "Of [scene] `method`, instead of the scene's own.", .words = method_words()},
-    {.table = "study", .key = "solvers", .forms = kWord, .shape = Shape::list, .default_toml = "[\"cpu\"]",
-     .meaning = "Of [scene] `solver`, instead of the scene's own.", .words = "opencl|cpu|cpu-double"},
-    {.table = "study", .key = "step_sizes", .forms = kDuration | kRate, .shape = Shape::list,
-     .meaning = "Of the methods: whole parts of the scene's step, or multiples of it. Default: halvings of it; for explicit "
-                "methods from the first one above the limit to the fourth below it, for implicit ones down to an eighth.",
-     .range = above(0), .example = "[\"1 ms\", \"0.5 ms\"]"},
-    {.table = "study", .key = "iterations", .forms = kInteger, .shape = Shape::list,
-     .meaning = "Of the methods that iterate, each with all of them. Default: each method's own.",
-     .range = between(1, kMostIterations), .example = "[5, 20]"},
-    {.table = "study", .key = "repeats", .forms = kInteger, .default_toml = "5",
-     .meaning = "Times that each cost is measured: least, median and greatest are reported.", .range = between(1, 1000)},
-    {.table = "study", .key = "stiffness_limit", .forms = kTable,
-     .meaning = "Look for the largest [scene] `stiffness` at which every strategy is stable in a `hand`, and for nothing else."},
-    {.table = "study.stiffness_limit", .key = "from", .forms = kQuantity, .meaning = "Where the search begins; stable, it should be.",
-     .required = true, .dimension = D::stiffness, .range = above(0), .example = "\"20 N/m\""},
-    {.table = "study.stiffness_limit", .key = "to", .forms = kQuantity, .meaning = "Where it gives up.", .required = true,
-     .dimension = D::stiffness, .range = above(0), .example = "\"30000 N/m\""},
-    {.table = "study.stiffness_limit", .key = "seeds", .forms = kInteger, .default_toml = "1",
-     .meaning = "Stable is what is so with each of so many seeds, from [run] `seed` on.", .range = between(1, 1000)},
-    {.table = "study.stiffness_limit", .key = "mass", .forms = kWord, .default_toml = "\"kept\"",
-     .meaning = "Of a tissue, whose regions and tools become stiffer in proportion. `kept`: what is stiffer swings faster. "
-                "`in-proportion`: masses and axial damping too, so that its frequencies stay, as those of a `mode` do.",
-     .words = "kept|in-proportion"},
+      {.table = "study",
+       .key = "duration",
+       .forms = kSpan,
+       .default_toml = "\"64 ms\"",
+       .meaning = "Simulated time that is judged, from the begin of the first motion on.",
+       .range = above(0, kLongestRun_s)},
+      {.table = "study",
+       .key = "methods",
+       .forms = kWord,
+       .shape = Shape::list,
+       .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
+                       "\"vertex-block-descent\"]",
+       .meaning = "Of [scene] `method`, instead of the scene's own.",
+       .words = method_words()},
+      {.table = "study",
+       .key = "solvers",
+       .forms = kWord,
+       .shape = Shape::list,
+       .default_toml = "[\"cpu\"]",
+       .meaning = "Of [scene] `solver`, instead of the scene's own.",
+       .words = "opencl|cpu|cpu-double"},
+      {.table = "study",
+       .key = "step_sizes",
+       .forms = kDuration | kRate,
+       .shape = Shape::list,
+       .meaning =
+           "Of the methods: whole parts of the scene's step, or multiples of it. Default: halvings of it; for explicit "
+           "methods from the first one above the limit to the fourth below it, for implicit ones down to an eighth.",
+       .range = above(0),
+       .example = "[\"1 ms\", \"0.5 ms\"]"},
+      {.table = "study",
+       .key = "iterations",
+       .forms = kInteger,
+       .shape = Shape::list,
+       .meaning = "Of the methods that iterate, each with all of them. Default: each method's own.",
+       .range = between(1, kMostIterations),
+       .example = "[5, 20]"},
+      {.table = "study",
+       .key = "repeats",
+       .forms = kInteger,
+       .default_toml = "5",
+       .meaning = "Times that each cost is measured: least, median and greatest are reported.",
+       .range = between(1, 1000)},
+      {.table = "study",
+       .key = "stiffness_limit",
+       .forms = kTable,
+       .meaning =
+           "Look for the largest [scene] `stiffness` at which every strategy is stable in a `hand`, and for nothing else."},
+      {.table = "study.stiffness_limit",
+       .key = "from",
+       .forms = kQuantity,
+       .meaning = "Where the search begins; stable, it should be.",
+       .required = true,
+       .dimension = D::stiffness,
+       .range = above(0),
+       .example = "\"20 N/m\""},
+      {.table = "study.stiffness_limit",
+       .key = "to",
+       .forms = kQuantity,
+       .meaning = "Where it gives up.",
+       .required = true,
+       .dimension = D::stiffness,
+       .range = above(0),
+       .example = "\"30000 N/m\""},
+      {.table = "study.stiffness_limit",
+       .key = "seeds",
+       .forms = kInteger,
+       .default_toml = "1",
+       .meaning = "Stable is what is so with each of so many seeds, from [run] `seed` on.",
+       .range = between(1, 1000)},
+      {.table = "study.stiffness_limit",
+       .key = "mass",
+       .forms = kWord,
+       .default_toml = "\"kept\"",
+       .meaning =
+           "Of a tissue, whose regions and tools become stiffer in proportion. `kept`: what is stiffer swings faster. "
+           "`in-proportion`: masses and axial damping too, so that its frequencies stay, as those of a `mode` do.",
+       .words = "kept|in-proportion"},
   };
   return rows;
 }

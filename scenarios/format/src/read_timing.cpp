@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/format/load.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/text/rational.h"
-#include "read_timing_models.h"
 #include "field_rows.h"
+#include "read_timing_models.h"
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -55,8 +55,7 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
     }
   }
   if (!csv) return;
-  const bool any_step =
-      std::any_of(csv->begin(), csv->end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
+  const bool any_step = std::any_of(csv->begin(), csv->end(), [](const SegmentTiming& s) { return !s.steps.empty(); });
   if (!any_step || csv->back().end.ns <= 0) {
     reading.errors.add(path.place, fmt::format("'trace': '{}' holds no step, so there is nothing to run", spec.trace_file));
     return;
@@ -311,37 +310,77 @@ void read_timing(ScenarioReading& reading) {
 // clang-format off: a row reads as a row
 const std::vector<Field>& timing_fields() {
   static const std::vector<Field> rows{
-    {.table = "timing", .key = "segment", .forms = kRate | kDuration,
-     .meaning = "Rate or length T of the time segment (one visualization and its steps). Obligatory unless `step` is a "
-                "duration: then segments follow each other without a gap. 10 us to 9 s.",
-     .kinds = kAnyOrder, .range = above(0), .example = "\"30 Hz\""},
-    {.table = "timing", .key = "visualization", .forms = kDuration,
-     .meaning = "Run time V of the visualization, the mean where it varies.",
-     .kinds = kAnyOrder, .required = true, .range = between(0, kLongestRun_s), .example = "\"11.1 ms\""},
-    {.table = "timing", .key = "steps", .forms = kInteger, .shape = Shape::one_or_list,
-     .meaning = "Steps N per segment; of several values one is drawn per segment.", .kinds = kInTurn,
-     .required = true, .range = between(1, kMostSteps), .example = "15"},
-    {.table = "timing", .key = "steps", .forms = kInteger,
-     .meaning = "Mean steps per segment, which gives the `step`. Write one of the two.", .kinds = "concurrent",
-     .range = between(1, kMostSteps), .example = "15"},
-    {.table = "timing", .key = "step", .forms = kWord | kDuration, .default_toml = "\"fill\"",
-     .meaning = "Run time s of a step, the mean where it varies. `fill`: (T - V) / N. `real`: on a wall clock what the "
-                "solver really takes; `fill` under the virtual clock.",
-     .words = "fill|real", .kinds = kInTurn, .range = above(0, kLongestRun_s)},
-    {.table = "timing", .key = "step", .forms = kWord | kDuration, .default_toml = "\"fill\"",
-     .meaning = "Run time s of a step, the mean where it varies. `fill`: as `steps` asks for.",
-     .words = "fill", .kinds = "concurrent", .range = above(0, kLongestRun_s)},
-    {.table = "timing", .key = "order", .forms = kWord, .default_toml = "\"visualization-first\"",
-     .meaning = "What opens a segment. `steps-first` needs a lead of V. `concurrent`: the visualization has a lane of its own "
-                "and stops no step; a segment lasts from one visualization's begin to the next's.",
-     .words = kAnyOrder, .kinds = kAnyOrder},
-    {.table = "timing", .key = "paced", .forms = kBoolean, .default_toml = "false",
-     .meaning = "Where anything varies: segments still wait for the grid of `segment`, and idle until then. (`concurrent`: "
-                "visualizations do.)",
-     .kinds = kAnyOrder},
-    {.table = "timing", .key = "trace", .forms = kFile,
-     .meaning = "A recording to replay (segment,kind,index,begin_ns,end_ns); then [timing] holds nothing else.",
-     .example = "\"recorded/x.csv\""},
+      {.table = "timing",
+       .key = "segment",
+       .forms = kRate | kDuration,
+       .meaning = "Rate or length T of the time segment (one visualization and its steps). Obligatory unless `step` is a "
+                  "duration: then segments follow each other without a gap. 10 us to 9 s.",
+       .kinds = kAnyOrder,
+       .range = above(0),
+       .example = "\"30 Hz\""},
+      {.table = "timing",
+       .key = "visualization",
+       .forms = kDuration,
+       .meaning = "Run time V of the visualization, the mean where it varies.",
+       .kinds = kAnyOrder,
+       .required = true,
+       .range = between(0, kLongestRun_s),
+       .example = "\"11.1 ms\""},
+      {.table = "timing",
+       .key = "steps",
+       .forms = kInteger,
+       .shape = Shape::one_or_list,
+       .meaning = "Steps N per segment; of several values one is drawn per segment.",
+       .kinds = kInTurn,
+       .required = true,
+       .range = between(1, kMostSteps),
+       .example = "15"},
+      {.table = "timing",
+       .key = "steps",
+       .forms = kInteger,
+       .meaning = "Mean steps per segment, which gives the `step`. Write one of the two.",
+       .kinds = "concurrent",
+       .range = between(1, kMostSteps),
+       .example = "15"},
+      {.table = "timing",
+       .key = "step",
+       .forms = kWord | kDuration,
+       .default_toml = "\"fill\"",
+       .meaning = "Run time s of a step, the mean where it varies. `fill`: (T - V) / N. `real`: on a wall clock what the "
+                  "solver really takes; `fill` under the virtual clock.",
+       .words = "fill|real",
+       .kinds = kInTurn,
+       .range = above(0, kLongestRun_s)},
+      {.table = "timing",
+       .key = "step",
+       .forms = kWord | kDuration,
+       .default_toml = "\"fill\"",
+       .meaning = "Run time s of a step, the mean where it varies. `fill`: as `steps` asks for.",
+       .words = "fill",
+       .kinds = "concurrent",
+       .range = above(0, kLongestRun_s)},
+      {.table = "timing",
+       .key = "order",
+       .forms = kWord,
+       .default_toml = "\"visualization-first\"",
+       .meaning =
+           "What opens a segment. `steps-first` needs a lead of V. `concurrent`: the visualization has a lane of its own "
+           "and stops no step; a segment lasts from one visualization's begin to the next's.",
+       .words = kAnyOrder,
+       .kinds = kAnyOrder},
+      {.table = "timing",
+       .key = "paced",
+       .forms = kBoolean,
+       .default_toml = "false",
+       .meaning =
+           "Where anything varies: segments still wait for the grid of `segment`, and idle until then. (`concurrent`: "
+           "visualizations do.)",
+       .kinds = kAnyOrder},
+      {.table = "timing",
+       .key = "trace",
+       .forms = kFile,
+       .meaning = "A recording to replay (segment,kind,index,begin_ns,end_ns); then [timing] holds nothing else.",
+       .example = "\"recorded/x.csv\""},
   };
   static const std::vector<Field> all = [] {
     std::vector<Field> with_models = rows;

@@ -64,7 +64,8 @@ void refuse_unregistered(const Scenario& scenario, const std::vector<std::string
     if (std::find(registered.begin(), registered.end(), name) != registered.end()) return;
     errors.add(place, fmt::format("the {} '{}' is not registered; this needs a program that registers it", what, name));
   };
-  if (const auto* scene = std::get_if<ForeignScene>(&scenario.scene.body)) check("solver", scene->name, scenario.scene_place);
+  if (const auto* scene = std::get_if<ForeignScene>(&scenario.scene.body))
+    check("solver", scene->name, scenario.scene_place);
   for (const DeviceSpec& device : scenario.devices) {
     if (const auto* driver = std::get_if<ForeignDriverSpec>(&device.driver))
       check("driver", driver->part.name, driver->part.place);
@@ -81,7 +82,8 @@ void append_files(Value* value, std::vector<Value*>& files) {
 }  // namespace
 
 bool names_file(std::string_view path) {
-  return path == "timing.trace" || (path.starts_with("device.") && (path.ends_with(".motion.file") || path.ends_with(".motion.path.file")));
+  return path == "timing.trace" ||
+         (path.starts_with("device.") && (path.ends_with(".motion.file") || path.ends_with(".motion.path.file")));
 }
 
 std::vector<Value*> named_files(Value& document) {

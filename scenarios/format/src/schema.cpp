@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "evenstep/format/scenario.h"
 #include "evenstep/format/fields.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/reports/json.h"
 #include "evenstep/text/units.h"
 

@@ -21,15 +21,15 @@ struct ScenarioReading {
 Foreign read_foreign(const Table& table);
 
 void read_strategies(ScenarioReading& reading);
-void read_timing(ScenarioReading& reading);        ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
-void read_run(ScenarioReading& reading);           ///< after read_timing
+void read_timing(ScenarioReading& reading);  ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate
+void read_run(ScenarioReading& reading);     ///< after read_timing
 void read_motion(const ScenarioReading& reading, const Table& device, DeviceSpec& spec);
-void read_devices(ScenarioReading& reading);       ///< after read_timing
-void read_scene(ScenarioReading& reading);         ///< after read_timing and read_devices
-void read_rendering(ScenarioReading& reading);     ///< after read_scene
-void read_remap(ScenarioReading& reading);         ///< after read_timing
+void read_devices(ScenarioReading& reading);    ///< after read_timing
+void read_scene(ScenarioReading& reading);      ///< after read_timing and read_devices
+void read_rendering(ScenarioReading& reading);  ///< after read_scene
+void read_remap(ScenarioReading& reading);      ///< after read_timing
 void read_case(ScenarioReading& reading);
-void read_study(ScenarioReading& reading);         ///< after read_scene
+void read_study(ScenarioReading& reading);  ///< after read_scene
 void read_sweep(ScenarioReading& reading);
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
 

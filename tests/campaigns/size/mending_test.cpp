@@ -50,7 +50,7 @@ std::vector<SegmentTiming> mended(std::vector<SegmentTiming> segments, std::int6
   const std::vector<SegmentTiming> before = segments;
   std::vector<SegmentTiming> seen;
   REQUIRE(mending.mended(mending.blame(step), [&] { seen = segments; }));
-  CHECK(same_steps(segments, before));   // and put back
+  CHECK(same_steps(segments, before));  // and put back
   return seen;
 }
 
@@ -106,13 +106,13 @@ TEST_CASE("a step that ran long is mended by its own length and a pause between 
   }
   CHECK(same_steps(mended(late, 205), with_idle(40)));
   auto paused = with_idle(40);
-  push_back(paused[20], 3, {200'000});   // below 1 % of the segment: not idle time
+  push_back(paused[20], 3, {200'000});  // below 1 % of the segment: not idle time
   CHECK(same_steps(mended(paused, 205), with_idle(40)));
 }
 
 TEST_CASE("without visualizations the pause is the gap and only free running segments move up") {
   auto free = back_to_back(40);
-  for (std::size_t k = 0; k < 40; ++k)   // lengths that differ by 10 % keep no time
+  for (std::size_t k = 0; k < 40; ++k)  // lengths that differ by 10 % keep no time
     lengthen_visualization(free, k, {static_cast<std::int64_t>(k % 3) * 3 * ms}, true);
   auto late = free;
   lengthen_visualization(late, 20, {7 * ms}, true);

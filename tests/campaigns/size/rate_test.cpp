@@ -1,10 +1,10 @@
 // The least latency for a rate of underruns: against every lead, and against the count that a run is judged by.
 #include <algorithm>
 
+#include "evenstep/harness/underrun_rate.h"
 #include "evenstep/reports/rate_bound.h"
 #include "size_rate.h"
 #include "traces.h"
-#include "evenstep/harness/underrun_rate.h"
 
 using namespace evenstep;
 using namespace evenstep::internal;
@@ -44,7 +44,7 @@ TEST_CASE("of up to eight segments no lead and latency is better than the least 
   std::uint64_t draw = 0;
   for (int round = 0; round < 4000; ++round) {
     std::vector<SegmentNeed> needs(1 + stream.bits(draw++) % 8);
-    for (SegmentNeed& need : needs) {   // few values, so that many are equal
+    for (SegmentNeed& need : needs) {  // few values, so that many are equal
       need.lead = {static_cast<std::int64_t>(stream.bits(draw++) % 12) - 4};
       need.delay = {static_cast<std::int64_t>(stream.bits(draw++) % 12) - 4};
     }
@@ -116,10 +116,10 @@ TEST_CASE("the most underruns that bound a rate are those of a search through al
 }
 
 TEST_CASE("a recording is sure of a rate only with as many clean segments as that takes and says so") {
-  const auto segments = play({.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5}, 60);   // one acquires
+  const auto segments = play({.visualization_variation = 0.1, .step_variation = 0.1, .seed = 5}, 60);  // one acquires
   SizeOptions options{.rate = 0.05, .confidence = 0.95};
   const SizeRecord enough = size_segments(segments, "", options);
-  CHECK(enough.clean_segments == 59);   // 1 - 0.05^(1/59) = 4.95 %
+  CHECK(enough.clean_segments == 59);  // 1 - 0.05^(1/59) = 4.95 %
   REQUIRE(enough.strategies[1].rate);
   const SizeRate& rate = *enough.strategies[1].rate;
   CHECK(rate.segments == 59);

@@ -11,7 +11,7 @@ namespace {
 
 struct Recorded {
   std::vector<StepTimes> steps;
-  std::vector<std::size_t> boundaries;   ///< steps that begin a segment of the file, but the first
+  std::vector<std::size_t> boundaries;  ///< steps that begin a segment of the file, but the first
 };
 
 Recorded recorded(const std::string& name) {

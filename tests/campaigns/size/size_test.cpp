@@ -53,8 +53,8 @@ const SizeStrategy& strategy(const SizeRecord& record, const std::string& name) 
 std::string written(const std::vector<SegmentTiming>& segments, bool visualizations) {
   std::string text = "segment,kind,index,begin_ns,end_ns\n";
   const auto row = [&](std::int64_t segment, const char* kind, std::size_t index, Interval interval) {
-    text += std::to_string(segment) + "," + kind + "," + std::to_string(index) + "," + std::to_string(interval.begin.ns) + "," +
-            std::to_string(interval.end.ns) + "\n";
+    text += std::to_string(segment) + "," + kind + "," + std::to_string(index) + "," + std::to_string(interval.begin.ns) +
+            "," + std::to_string(interval.end.ns) + "\n";
   };
   std::size_t index = 0;
   for (const SegmentTiming& segment : segments) {
@@ -71,7 +71,7 @@ TEST_CASE("the reference case needs 12.842 ms and any path 2.482 ms in every win
   const SizeRecord record = size_segments(play(kReference, 300), "reference", {});
   CHECK(record.steps == 4500);
   CHECK(record.segments == 300);
-  CHECK(record.held.best_line.latency.ns == 12'842'223);       // s + Z (1 - 1/N) + h - 1 ns, ceil of floors
+  CHECK(record.held.best_line.latency.ns == 12'842'223);  // s + Z (1 - 1/N) + h - 1 ns, ceil of floors
   CHECK(record.held.taut_string.latency.ns == 1'482'223 + 999'999);
   CHECK(record.held.best_line.windows.p50.ns == 12'842'223);
   CHECK(record.held.best_line.windows.most.ns == 12'842'223);
@@ -79,7 +79,7 @@ TEST_CASE("the reference case needs 12.842 ms and any path 2.482 ms in every win
   for (const char* name : {"paper", "phase_locked"}) {
     const SizeStrategy& one = strategy(record, name);
     CHECK(std::abs(one.any_phase.latency.ns - 12'842'222) <= 1);
-    CHECK(std::abs(one.latency_this_phase.ns - 12'693'333) <= 1);   // a tick at the begin of segment 0
+    CHECK(std::abs(one.latency_this_phase.ns - 12'693'333) <= 1);  // a tick at the begin of segment 0
     CHECK(one.lead.ns == 260'000);
     CHECK(one.interaction_capacity == 14);
     CHECK(one.force_capacity == 7);
@@ -156,7 +156,9 @@ TEST_CASE("the windows of every row are those of its steps taken alone and their
   const auto ranks = [](std::vector<Duration> latencies) {
     std::sort(latencies.begin(), latencies.end());
     const auto n = static_cast<std::int64_t>(latencies.size());
-    const auto rank = [&](std::int64_t percent) { return latencies[static_cast<std::size_t>((percent * n + 99) / 100 - 1)]; };
+    const auto rank = [&](std::int64_t percent) {
+      return latencies[static_cast<std::size_t>((percent * n + 99) / 100 - 1)];
+    };
     return std::vector<std::int64_t>{rank(50).ns, rank(99).ns, latencies.back().ns, n};
   };
   const auto found = [](const SizeWindows& windows) {
@@ -174,7 +176,7 @@ TEST_CASE("the windows of every row are those of its steps taken alone and their
       lines.push_back(best_line(part).latency + term);
       paths.push_back(least_path(part).latency + term);
     }
-    REQUIRE(lines.size() > 100);   // so that p99 is not the largest
+    REQUIRE(lines.size() > 100);  // so that p99 is not the largest
     const SizeBounds& bounds = record.linear ? *record.linear : record.held;
     CHECK(found(bounds.best_line.windows) == ranks(lines));
     CHECK(found(bounds.taut_string.windows) == ranks(paths));
@@ -186,16 +188,18 @@ TEST_CASE("the windows of every row are those of its steps taken alone and their
     const SamplingGrid grid{{1000, 1}, {}};
     std::vector<Duration> maps;
     for (const auto& [from, to] : step_windows(std::span<const MappedStep>(locked)))
-      maps.push_back(least_needs_any_phase(std::span(locked).subspan(from, to - from), std::span(&grid, 1), emission).latency);
+      maps.push_back(
+          least_needs_any_phase(std::span(locked).subspan(from, to - from), std::span(&grid, 1), emission).latency);
     CHECK(found(strategy(record, "phase_locked").any_phase.windows) == ranks(maps));
   }
 }
 
 TEST_CASE("a step that ends with the run or after it is not judged and one that ends 1 ns before is") {
   Scenario scenario;
-  scenario.timing.programmed = {.segment = {1000, 32}, .visualization = {8 * ms}, .steps = {16}, .step = Duration{1'500'000}};
+  scenario.timing.programmed = {
+      .segment = {1000, 32}, .visualization = {8 * ms}, .steps = {16}, .step = Duration{1'500'000}};
   scenario.devices.emplace_back();
-  const std::int64_t end = 10 * 32 * ms;   // of the last step of segment 9
+  const std::int64_t end = 10 * 32 * ms;  // of the last step of segment 9
   for (const std::int64_t more : {-1, 0, 1}) {
     scenario.run_duration = {end + more};
     CHECK(size_scenario(scenario, {}).record.steps == (more > 0 ? 160 : 159));
@@ -203,7 +207,10 @@ TEST_CASE("a step that ends with the run or after it is not judged and one that 
 }
 
 TEST_CASE("a bare list has the bounds of its recording and the segments of the cycle found in it") {
-  const auto segments = play({.visualization = {9 * ms}, .steps = {8}, .step = Duration{2 * ms}, .visualization_variation = 0.1,
+  const auto segments = play({.visualization = {9 * ms},
+                              .steps = {8},
+                              .step = Duration{2 * ms},
+                              .visualization_variation = 0.1,
                               .step_variation = 0.05},
                              100);
   const TimingCsv bare = parse_timing_or_steps(written(segments, false), "bare");
@@ -211,7 +218,7 @@ TEST_CASE("a bare list has the bounds of its recording and the segments of the c
   REQUIRE(bare->size() == 1);
   const SizeRecord with = size_segments(segments, "", {}), without = size_segments(*bare, "", {});
   CHECK(without.segments_from == "cycle");
-  CHECK(without.segments == 100);                                // it begins with the first of 8 steps
+  CHECK(without.segments == 100);  // it begins with the first of 8 steps
   CHECK(without.left_out == 0);
   CHECK(without.held.best_line.latency == with.held.best_line.latency);
   CHECK(without.held.taut_string.latency == with.held.taut_string.latency);
@@ -221,7 +228,7 @@ TEST_CASE("a bare list has the bounds of its recording and the segments of the c
 TEST_CASE("a list that begins in the middle of a cycle is sized from the first pause on and counts steps from its begin") {
   auto segments = play(kReference, 60);
   segments.front().steps.erase(segments.front().steps.begin(), segments.front().steps.begin() + 10);
-  Interval& late = segments[30].steps[4];                        // step 5 + 29 * 15 + 4 of the list
+  Interval& late = segments[30].steps[4];  // step 5 + 29 * 15 + 4 of the list
   late.end = segments[30].steps[5].begin = late.end + Duration{1 * ms};
   const SizeRecord record = size_segments(*parse_timing_or_steps(written(segments, false), "bare"), "", {});
   CHECK(record.left_out == 5);
@@ -236,8 +243,8 @@ TEST_CASE("a list that begins in the middle of a cycle is sized from the first p
 }
 
 TEST_CASE("without a cycle every step is a segment and that is said") {
-  const SizeRecord record = size_segments(
-      play({.visualization = {}, .steps = {500}, .step = Duration{1 * ms}, .step_variation = 0.1}, 1), "", {});
+  const SizeRecord record =
+      size_segments(play({.visualization = {}, .steps = {500}, .step = Duration{1 * ms}, .step_variation = 0.1}, 1), "", {});
   CHECK(record.segments_from == "step");
   CHECK(record.segments == 500);
   REQUIRE(record.cycle);
@@ -253,7 +260,8 @@ TEST_CASE("a list of begins and ends is read like timing.csv and its mistakes ar
   CHECK(parse_timing_or_steps("begin_ns,end_ns\n100,150\n160,200\r\n", "list.csv")->front().steps[1].begin.ns == 60);
   CHECK_THAT(error("begin_ns,end_ns\n"), Contains("no rows"));
   CHECK_THAT(error("begin_ns,end_ns\n5,4\n"), Contains("list.csv:2:3: error: ends at 4 ns, before it begins at 5 ns"));
-  CHECK_THAT(error("begin_ns,end_ns\n5,9\n8,10\n"), Contains("list.csv:3:1: error: begins at 8 ns, before the step before it"));
+  CHECK_THAT(error("begin_ns,end_ns\n5,9\n8,10\n"),
+             Contains("list.csv:3:1: error: begins at 8 ns, before the step before it"));
   CHECK_THAT(error("begin_ns,end_ns\n5,9,1\n"), Contains("3 cells, where a row has 2"));
   CHECK_THAT(error("begin_ns,end_ns\n5,x\n"), Contains("'x' is not a whole number"));
   CHECK_THAT(error("begin_ns,end_ns\n0,1000000000000001\n"), Contains("longer than 1e6 s"));

@@ -53,7 +53,7 @@ TEST_CASE("a run under jitter has underruns in as many segments as the map alone
                              std::string("remap={ lead = \"") + lead + "\", " + latency + " }"}));
     }
   }
-  CHECK(hit > 100);   // or nothing was compared
+  CHECK(hit > 100);  // or nothing was compared
 }
 
 TEST_CASE("a replayed recording has underruns in as many segments as the map alone counts") {

@@ -124,7 +124,7 @@ TEST_CASE("The reference states twice what the last two of its extrapolations di
   const StudyValues differ = error_of(first, reference.trace, reference.info.scale);
   for (const StudyQuantity q : kStudyQuantities) {
     INFO(name_of(q));
-    CHECK(differ[q] > 1e-15);  // or there is nothing to compare
+    CHECK(differ[q] > 1e-15);                                                  // or there is nothing to compare
     CHECK(reference.info.estimate[q] == Approx(2 * differ[q]).epsilon(1e-3));  // the same sums, in another order
   }
 }

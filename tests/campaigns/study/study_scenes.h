@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/format/scenario.h"
 #include "evenstep/campaigns/study.h"
+#include "evenstep/format/scenario.h"
 
 namespace evenstep::test {
 

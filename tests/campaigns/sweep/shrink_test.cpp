@@ -7,11 +7,11 @@
 #include <set>
 
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/underrun_rate.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "files.h"
 #include "shrink_search.h"
 #include "shrink_timing.h"
-#include "evenstep/harness/underrun_rate.h"
 
 using namespace evenstep;
 using Catch::Contains;

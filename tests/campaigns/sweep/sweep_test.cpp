@@ -1,6 +1,6 @@
 // One process, threads, shards and a sweep that goes on after a cut: the same bytes. And what merge refuses.
-#include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/sweep.h"
+#include "evenstep/apps/shell.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
+#include "evenstep/scheduler/parallel_for.h"
 #include "files.h"
 #include "sweep_lines.h"
-#include "evenstep/scheduler/parallel_for.h"
 
 using namespace evenstep;
 using Catch::Contains;
@@ -205,7 +205,8 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
              Contains("torn:6:1: error: the line has no end"));
   CHECK_THAT(with(small.folder.write("empty", "")), Contains("empty:1:1: error: the line has no end"));
   CHECK_THAT(with(small.folder / "absent"), Contains("absent"));
-  CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")), Contains("header:1:1: error: the line has no checksum"));
+  CHECK_THAT(with(small.folder.write("header", "{\"format\":1}\n")),
+             Contains("header:1:1: error: the line has no checksum"));
   const auto changed = [&](const std::string& name, const std::string& at, const std::string& to) {
     std::string text = good;
     text.replace(text.find(at) + at.size(), to.size(), to);

@@ -6,24 +6,24 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/text/diagnostic.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/reports/size_record.h"
+#include "evenstep/text/diagnostic.h"
 
 namespace evenstep {
 
 struct SizeOptions {
   /// The rate of the device, which a recording does not contain; it has a tick where the first step begins.
   Rate sampling{1000, 1};
-  Emission emission = Emission::hold;       ///< a recording does not contain this either
-  std::optional<double> rate;               ///< share of segments that may underrun, in (0, 1); its latency is found as well
-  double confidence = 0.95;                 ///< confidence of the bound on the rate, in (0, 1)
-  double damping_N_s_per_m = 1;             ///< of hand and device, for the stiffness that the closed loop allows
+  Emission emission = Emission::hold;  ///< a recording does not contain this either
+  std::optional<double> rate;          ///< share of segments that may underrun, in (0, 1); its latency is found as well
+  double confidence = 0.95;            ///< confidence of the bound on the rate, in (0, 1)
+  double damping_N_s_per_m = 1;        ///< of hand and device, for the stiffness that the closed loop allows
 };
 
 struct SizeResult {
   SizeRecord record;
-  std::vector<Diagnostic> errors;           ///< empty: the record is complete
+  std::vector<Diagnostic> errors;  ///< empty: the record is complete
 };
 
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are
@@ -36,6 +36,5 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 SizeResult size_recording(const std::string& path, const SizeOptions& options);
 /// The same for segments in memory, which must contain a step.
 SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options);
-
 
 }  // namespace evenstep

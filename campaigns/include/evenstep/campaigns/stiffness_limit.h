@@ -10,8 +10,8 @@
 
 #include <string>
 
-#include "evenstep/format/scenario.h"
 #include "evenstep/campaigns/study.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/reports/stiffness_limits.h"
 
 namespace evenstep {

@@ -9,9 +9,9 @@
 #include <string>
 #include <string_view>
 
-#include "evenstep/text/quantity.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/reports/study_record.h"
+#include "evenstep/text/quantity.h"
 
 namespace evenstep {
 

@@ -16,13 +16,13 @@ struct CaseSpec {
   std::string kind;
   std::vector<Method> methods;
   std::vector<SolverKind> solvers;
-  std::vector<double> values;                   ///< strictly rising; their meaning depends on the kind
+  std::vector<double> values;  ///< strictly rising; their meaning depends on the kind
   double periods = 0;
   std::int64_t most_steps = 0;
-  double duration_s = 0;                        ///< of simulation time
+  double duration_s = 0;  ///< of simulation time
   std::int64_t particles = 0;
   Duration step_size;
-  int iterations = 0;                           ///< for methods that iterate; 0: their default
+  int iterations = 0;  ///< for methods that iterate; 0: their default
   bool allow_unstable = false;
 };
 

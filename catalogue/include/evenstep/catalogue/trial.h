@@ -38,7 +38,7 @@ struct CellSpec {
 };
 
 struct CaseKind {
-  std::string_view name;        ///< as in [case] kind
+  std::string_view name;  ///< as in [case] kind
   std::string_view value_name, value_unit;
   std::unique_ptr<Trial> (*make)(const CellSpec& cell);
   /// Computes what needs neighbouring cells, such as the order of convergence. May be nullptr.

@@ -29,25 +29,25 @@ inline constexpr Duration kNeverStale{std::numeric_limits<std::int64_t>::max()};
 
 /// What cuts a force off. With the defaults nothing does, and the full force is rendered at once.
 struct CutLimits {
-  double gain = 1;                       ///< (0, 1]
-  Duration ramp_up, ramp_down;           ///< time in which the authority goes from 0 to 1, and back; 0: at once
+  double gain = 1;              ///< (0, 1]
+  Duration ramp_up, ramp_down;  ///< time in which the authority goes from 0 to 1, and back; 0: at once
   double max_speed_m_per_s = std::numeric_limits<double>::infinity();  ///< > 0; the cut ends below half of it
-  Duration stale_force = kNeverStale;    ///< cut this long after the newest force of the schedule was due
-  Duration stale_hand = kNeverStale;     ///< cut this long after the last fresh sample
+  Duration stale_force = kNeverStale;  ///< cut this long after the newest force of the schedule was due
+  Duration stale_hand = kNeverStale;   ///< cut this long after the last fresh sample
 };
 
 struct ForceLimits {
-  double max_N = 100;                    ///< limit on the length of the force; > 0, at most 1e12
-  double max_slew_N_per_s = 1e6;         ///< limit on the length of its change; > 0, finite
+  double max_N = 100;             ///< limit on the length of the force; > 0, at most 1e12
+  double max_slew_N_per_s = 1e6;  ///< limit on the length of its change; > 0, finite
   CutLimits cut;
 };
 
-struct ForceGuardCounters {               // the first three count calls
+struct ForceGuardCounters {  // the first three count calls
   std::int64_t clamped = 0;
   std::int64_t slewed = 0;
   std::int64_t non_finite = 0;
   // Cuts that began while the device was driven. Each is counted once, for the first of its reasons in this order:
-  std::int64_t cuts_device = 0;          ///< DeviceSample::drivable was false
+  std::int64_t cuts_device = 0;  ///< DeviceSample::drivable was false
   std::int64_t cuts_stale_hand = 0;
   std::int64_t cuts_stale_force = 0;
   std::int64_t cuts_speed = 0;
@@ -56,7 +56,7 @@ struct ForceGuardCounters {               // the first three count calls
 /// What the guard is told in a tick besides the wanted force.
 struct GuardedTick {
   DeviceSample sample;
-  std::optional<RealTime> force_due;     ///< when the newest force of the schedule was due; empty before the first
+  std::optional<RealTime> force_due;  ///< when the newest force of the schedule was due; empty before the first
 };
 
 class ForceGuard {
@@ -93,7 +93,7 @@ class ForceGuard {
   bool started_ = false;
   double authority_ = 0;
   bool cut_ = false, too_fast_ = false;
-  std::array<Position, 16> hand_{};      // the last fresh samples, a ring
+  std::array<Position, 16> hand_{};  // the last fresh samples, a ring
   std::size_t fresh_samples_ = 0;
 };
 

@@ -31,18 +31,18 @@
 namespace evenstep {
 
 struct HandSpec {
-  double mass_kg = 0.2;                  ///< of the moving part of the device; > 0
-  double damping_N_s_per_m = 1;          ///< of the device; >= 0
-  double stiffness_N_per_m = 0;          ///< towards the path; >= 0
+  double mass_kg = 0.2;          ///< of the moving part of the device; > 0
+  double damping_N_s_per_m = 1;  ///< of the device; >= 0
+  double stiffness_N_per_m = 0;  ///< towards the path; >= 0
   struct Arm {
     double mass_kg = 0;
-    double damping_N_s_per_m = 0;        ///< acts on the velocity relative to that of the path
-    double stiffness_N_per_m = 0;        ///< towards the path
+    double damping_N_s_per_m = 0;  ///< acts on the velocity relative to that of the path
+    double stiffness_N_per_m = 0;  ///< towards the path
   };
   std::optional<Arm> arm;
-  glm::dvec3 push_N{0};                  ///< a constant force in addition to all springs
-  glm::dvec3 offset_m{0};                ///< from the path at t = 0
-  glm::dvec3 velocity_m_per_s{0};        ///< at t = 0
+  glm::dvec3 push_N{0};            ///< a constant force in addition to all springs
+  glm::dvec3 offset_m{0};          ///< from the path at t = 0
+  glm::dvec3 velocity_m_per_s{0};  ///< at t = 0
 
   double total_mass_kg() const { return mass_kg + (arm ? arm->mass_kg : 0); }
   double total_damping_N_s_per_m() const { return damping_N_s_per_m + (arm ? arm->damping_N_s_per_m : 0); }
@@ -73,7 +73,7 @@ class Hand {
  private:
   struct Phase {
     glm::dvec3 position_m, velocity_m_per_s;
-    glm::dvec3 path_m;         // p(t), kept so that the next step need not compute it again
+    glm::dvec3 path_m;  // p(t), kept so that the next step need not compute it again
   };
   /// The phase after one step from at_ to `end`, which is at most a grid step later.
   Phase after(RealTime end) const;
@@ -82,7 +82,7 @@ class Hand {
   HandSpec spec_;
   ProgrammedMotion path_;
   Duration grid_;
-  RealTime at_;                // the time of phase_
+  RealTime at_;  // the time of phase_
   Phase phase_;
   glm::dvec3 force_N_{0};
   struct Change {

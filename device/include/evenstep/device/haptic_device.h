@@ -13,19 +13,19 @@
 namespace evenstep {
 
 struct DeviceSample {
-  RealTime read_at;                    ///< when the driver read it, by the clock
+  RealTime read_at;  ///< when the driver read it, by the clock
   glm::dvec3 position_m{0};
-  std::uint32_t sequence = 0;          ///< that of the newest report
-  bool fresh = false;                  ///< false: no new report since the last read, so the position is unchanged
-  bool drivable = true;                ///< false: the device says that its motors are off (safety switch, actuator power)
+  std::uint32_t sequence = 0;  ///< that of the newest report
+  bool fresh = false;          ///< false: no new report since the last read, so the position is unchanged
+  bool drivable = true;        ///< false: the device says that its motors are off (safety switch, actuator power)
 };
 
 /// Reports received and what went wrong since the start. An expectation can check each counter as a metric.
 struct DeviceCounters {
   std::int64_t reports = 0;
-  std::int64_t lost = 0;               ///< gaps in the sequence
-  std::int64_t malformed = 0;          ///< wrong length, unknown id
-  std::int64_t stale = 0;              ///< reads without a fresh report
+  std::int64_t lost = 0;       ///< gaps in the sequence
+  std::int64_t malformed = 0;  ///< wrong length, unknown id
+  std::int64_t stale = 0;      ///< reads without a fresh report
   std::int64_t write_failures = 0;
 };
 
@@ -38,9 +38,9 @@ class DeviceError : public std::runtime_error {
 /// with k (center - x), limited to limit_N, where k = below for x < center and k = above for x > center.
 struct DeviceSpring {
   glm::dvec3 center_m{0};
-  glm::dvec3 below_N_per_m{0};         ///< >= 0
-  glm::dvec3 above_N_per_m{0};         ///< >= 0
-  glm::dvec3 limit_N{0};               ///< >= 0
+  glm::dvec3 below_N_per_m{0};  ///< >= 0
+  glm::dvec3 above_N_per_m{0};  ///< >= 0
+  glm::dvec3 limit_N{0};        ///< >= 0
 };
 
 class HapticDevice {

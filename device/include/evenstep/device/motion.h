@@ -14,30 +14,52 @@
 
 namespace evenstep {
 
-struct Still { glm::dvec3 position_m{0}; };
+struct Still {
+  glm::dvec3 position_m{0};
+};
 /// x = v (t - t_s / 2) for t >= t_s; between 0 and t_s the velocity rises as the smoothstep v (3 u^2 - 2 u^3), u = t / t_s
 /// (C1), so that x is C2. t_s >= 0. If v t is a whole number of nanometres (0.1 m/s at 1 kHz), x is that number to within
 /// 1e-6 nm over +-2.1 m, so a report in whole nanometres loses nothing.
-struct ConstantVelocity { glm::dvec3 velocity_m_per_s{0}; Duration smooth_start{0}; glm::dvec3 origin_m{0}; };
+struct ConstantVelocity {
+  glm::dvec3 velocity_m_per_s{0};
+  Duration smooth_start{0};
+  glm::dvec3 origin_m{0};
+};
 /// x = amplitude (1 - cos(2 pi f t)) / 2, which starts from rest. The frequency is rational and whole turns are removed in
 /// integer arithmetic, so every period repeats bit for bit, however long the run.
-struct Sine { glm::dvec3 amplitude_m{0}; Rate frequency{1, 1}; };
+struct Sine {
+  glm::dvec3 amplitude_m{0};
+  Rate frequency{1, 1};
+};
 /// Constant velocity with a smooth start, then a sudden stop at `stop`.
-struct RampStop { ConstantVelocity ramp; RealTime stop; };
+struct RampStop {
+  ConstantVelocity ramp;
+  RealTime stop;
+};
 /// A hand that sticks and slips below the line x = v t. In the period that begins at j P, P = stick + slip, it holds
 /// v j P for `stick` and then moves evenly, P / slip times as fast as v, to v (j + 1) P:
 ///   x = v (j P + P max(0, t - j P - stick) / slip)
 /// stick >= 0 (0 gives the line itself, without a smooth start), slip > 0. The time in brackets is computed in integers; its
 /// fraction of a nanosecond adds one rounding to those of ConstantVelocity, so whole nanometres are kept as there.
-struct StickSlip { glm::dvec3 velocity_m_per_s{0}; Duration stick{0}; Duration slip{1}; };
+struct StickSlip {
+  glm::dvec3 velocity_m_per_s{0};
+  Duration stick{0};
+  Duration slip{1};
+};
 /// Linear between the rows, whose times must strictly increase (at least one row); before the first and after the last row
 /// the hand stays there.
-struct RecordedMotion { std::vector<std::pair<RealTime, glm::dvec3>> rows; };
+struct RecordedMotion {
+  std::vector<std::pair<RealTime, glm::dvec3>> rows;
+};
 /// Moves from point to point, starting at the origin, and is at rest at each point. A move over the distance D follows
 /// D (10 u^3 - 15 u^4 + 6 u^5), u = time / duration, which has the least mean square jerk (Flash and Hogan 1985); then the
 /// hand rests for `rest`. The highest speed is 1.875 D / duration.
 struct MinimumJerk {
-  struct Move { glm::dvec3 to_m{0}; Duration duration{1}; Duration rest{0}; };   ///< duration > 0, rest >= 0
+  struct Move {
+    glm::dvec3 to_m{0};
+    Duration duration{1};
+    Duration rest{0};
+  };  ///< duration > 0, rest >= 0
   std::vector<Move> moves;
 };
 

@@ -25,13 +25,13 @@ namespace evenstep {
 
 /// What a step leaves for the device lane.
 struct ContactRecord {
-  glm::dvec3 force_N{0};           ///< F_c, on the hand
-  glm::dvec3 tool_m{0};            ///< x_c, the position that the step was given
-  Symmetric stiffness_N_per_m;     ///< K in f(x + d) = f(x) - K d; out of contact that of the next contact
-  glm::dvec3 normal{0};            ///< n, unit, out of the surface towards the tool; zero if there is no surface
-  double gap_m = 0;                ///< from the tool to the surface, < 0 inside it
-  bool unilateral = false;         ///< it pushes and never pulls
-  RealTime read_at;                ///< when the hand was at tool_m
+  glm::dvec3 force_N{0};        ///< F_c, on the hand
+  glm::dvec3 tool_m{0};         ///< x_c, the position that the step was given
+  Symmetric stiffness_N_per_m;  ///< K in f(x + d) = f(x) - K d; out of contact that of the next contact
+  glm::dvec3 normal{0};         ///< n, unit, out of the surface towards the tool; zero if there is no surface
+  double gap_m = 0;             ///< from the tool to the surface, < 0 inside it
+  bool unilateral = false;      ///< it pushes and never pulls
+  RealTime read_at;             ///< when the hand was at tool_m
 };
 
 /// The same contact made softer: with K = sum of k_i v_i v_i', every k_i above `most_N_per_m` is reduced to that value, and
@@ -42,17 +42,17 @@ struct ContactRecord {
 /// bit.
 struct Softened {
   ContactRecord record;
-  double stiffest_N_per_m = 0;     ///< the largest k_i of the original record
+  double stiffest_N_per_m = 0;  ///< the largest k_i of the original record
 };
 Softened softened(const ContactRecord& record, double most_N_per_m);
 
 /// The record as the affine law F(x) = force_N + K (tool_m - x), which can be interpolated, even between contact and no
 /// contact.
 struct AffineContact {
-  glm::dvec3 force_N{0};           ///< F_a
+  glm::dvec3 force_N{0};  ///< F_a
   glm::dvec3 tool_m{0};
   Symmetric stiffness_N_per_m;
-  glm::dvec3 outward{0};           ///< n of a contact that only pushes, otherwise zero; interpolated, not quite unit
+  glm::dvec3 outward{0};  ///< n of a contact that only pushes, otherwise zero; interpolated, not quite unit
   RealTime read_at;
 };
 /// In contact F_a = F_c. Out of contact the force is 0, but the law is continued to the tool's side of the surface:
@@ -87,10 +87,10 @@ class LocalRenderer {
 ///   M q'' = K_c (x - q) - K_t q - c q',   G[x] = -K_c (x - q)
 /// Statically G[x] = -K_c K_t / (K_c + K_t) x.
 struct SpringMode {
-  double contact_N_per_m = 0;      ///< K_c > 0
-  double ground_N_per_m = 0;       ///< K_t > 0
-  double mass_kg = 0;              ///< M > 0
-  double damping_N_s_per_m = 0;    ///< c >= 0
+  double contact_N_per_m = 0;    ///< K_c > 0
+  double ground_N_per_m = 0;     ///< K_t > 0
+  double mass_kg = 0;            ///< M > 0
+  double damping_N_s_per_m = 0;  ///< c >= 0
 };
 
 /// Computes G from the samples as they come, and remembers its past values. Between two samples x moves in a straight line.

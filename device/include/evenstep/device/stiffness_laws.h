@@ -17,9 +17,9 @@ namespace evenstep {
 
 /// The delays of one loop, s. All at least 0, L_e at least h/2.
 struct LoopDelays {
-  double scheduled_s = 0;          ///< L_e
-  double period_s = 1e-3;          ///< h
-  double device_s = 0;             ///< d
+  double scheduled_s = 0;  ///< L_e
+  double period_s = 1e-3;  ///< h
+  double device_s = 0;     ///< d
   /// A device that renders springs of up to own_N_per_m by itself (device_spring.h) holds their force for h_own =
   /// own_period_s instead of h.
   double own_N_per_m = 0, own_period_s = 0;
@@ -27,8 +27,8 @@ struct LoopDelays {
 
 /// The hand and the device's handle, without the spring.
 struct Plant {
-  double mass_kg = 0;              ///< > 0
-  double damping_N_s_per_m = 0;    ///< >= 0
+  double mass_kg = 0;            ///< > 0
+  double damping_N_s_per_m = 0;  ///< >= 0
 };
 
 /// b_eq = K [(alpha - 1) L_e - alpha h/2 - d] + min(alpha K, own) (h - h_own)/2, N s/m. alpha = 0: no local model. Valid at

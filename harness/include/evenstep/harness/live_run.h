@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "evenstep/clock/wall_clock.h"
-#include "evenstep/harness/live_devices.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_run.h"
 

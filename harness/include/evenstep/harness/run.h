@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "evenstep/harness/live_devices.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/strategy_run.h"
 #include "evenstep/reports/case_record.h"
 #include "evenstep/reports/measures.h"
@@ -21,9 +21,9 @@ enum class ClockKind { virtual_clock, wall };
 
 struct RunOptions {
   ClockKind clock = ClockKind::virtual_clock;
-  int threads = 0;      ///< how many strategies run at the same time; 0 = one per core
+  int threads = 0;            ///< how many strategies run at the same time; 0 = one per core
   LiveDeviceOptions devices;  ///< wall clock only
-  bool repeat = false;  ///< run twice and compare the traces
+  bool repeat = false;        ///< run twice and compare the traces
   RunControl control;
 };
 

@@ -8,9 +8,9 @@
 
 #include "evenstep/clock/clock.h"
 #include "evenstep/device/hid/simulated_motors.h"
-#include "evenstep/loop/haptic_loop.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/loop/haptic_loop.h"
 
 namespace evenstep {
 

@@ -23,9 +23,9 @@ std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time);
 struct MapSetup {
   RemapSpec remap;
   Rate step_rate{450, 1};
-  std::vector<SamplingGrid> grids;           ///< when each device samples the hand
-  Emission emission = Emission::linear;      ///< linear if any device interpolates, because that needs more latency
-  RealTime end;                              ///< steps that end later do not count
+  std::vector<SamplingGrid> grids;       ///< when each device samples the hand
+  Emission emission = Emission::linear;  ///< linear if any device interpolates, because that needs more latency
+  RealTime end;                          ///< steps that end later do not count
 };
 MapSetup map_setup(const Scenario& scenario);
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
@@ -49,7 +49,7 @@ Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyK
 /// The lead, latency and rings of a strategy, and what the sizing pass predicts for it.
 struct StrategyPlan {
   StrategyKind kind = StrategyKind::direct;
-  Duration lead, latency;                            ///< for an adaptive latency the most that it may become
+  Duration lead, latency;  ///< for an adaptive latency the most that it may become
   bool adapts = false;
   std::size_t interaction_capacity = 0, force_capacity = 0;
   Sizing sizing;                                     ///< empty for direct and ideal
@@ -62,7 +62,7 @@ AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan);
 struct AdaptationForecast {
   double mean_s = 0;
   Duration largest;
-  std::int64_t growths = 0;                          ///< over the whole run
+  std::int64_t growths = 0;  ///< over the whole run
 };
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan);
 /// The plans of all strategies of the scenario, in its order. `ideal` gets the lead and latency of the `live` strategy, or

@@ -5,11 +5,11 @@
 #include <memory>
 #include <vector>
 
+#include "evenstep/format/scenario.h"
+#include "evenstep/harness/sizing.h"
 #include "evenstep/loop/exchange.h"
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/loop/recorder.h"
-#include "evenstep/format/scenario.h"
-#include "evenstep/harness/sizing.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/scheduler/scheduler.h"
 

@@ -8,11 +8,11 @@
 #include <optional>
 #include <string>
 
-#include "evenstep/loop/exchange.h"
-#include "evenstep/reports/run_failure.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_lanes.h"
+#include "evenstep/loop/exchange.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/scheduler/scheduler.h"
 
@@ -21,9 +21,9 @@ namespace evenstep {
 struct RunControl {
   std::optional<std::uint64_t> permute_ties;
   SchedulerLimits limits;
-  bool worker_thread = false;  ///< run the solver on a worker even in virtual time (same bits)
-  const std::atomic<bool>* interrupted = nullptr;               ///< set by a signal
-  const std::atomic<bool>* interrupted_by_scenario = nullptr;   ///< set by [run] interrupt, for each strategy on its own
+  bool worker_thread = false;                      ///< run the solver on a worker even in virtual time (same bits)
+  const std::atomic<bool>* interrupted = nullptr;  ///< set by a signal
+  const std::atomic<bool>* interrupted_by_scenario = nullptr;  ///< set by [run] interrupt, for each strategy on its own
   bool is_interrupted() const {
     return (interrupted && interrupted->load()) || (interrupted_by_scenario && interrupted_by_scenario->load());
   }

@@ -28,8 +28,8 @@ struct RateSignal {
 std::vector<RateSignal> rate_signals(const Scenario& scenario);
 
 struct RateCount {
-  std::int64_t segments = 0;   ///< segments with a judged step
-  std::int64_t hit = 0;        ///< those of them with an underrun
+  std::int64_t segments = 0;  ///< segments with a judged step
+  std::int64_t hit = 0;       ///< those of them with an underrun
 };
 
 /// Counts over `seeds` seeds: the scenario's own and those after it.

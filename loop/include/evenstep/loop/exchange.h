@@ -44,13 +44,11 @@ struct DeviceInputs {
 /// The force of one tick as it was rendered from the schedule, before the guard.
 struct Played {
   RealTime at;
-  Reading<glm::dvec3> force_N;           ///< the whole force
-  std::optional<DeviceSpring> spring;    ///< the part that the device may render as springs; empty: it is not asked to
+  Reading<glm::dvec3> force_N;         ///< the whole force
+  std::optional<DeviceSpring> spring;  ///< the part that the device may render as springs; empty: it is not asked to
 
   /// The force of these springs on a hand at `hand_m`.
-  glm::dvec3 sprung_N(const glm::dvec3& hand_m) const {
-    return spring ? evenstep::force_N(*spring, hand_m) : glm::dvec3(0);
-  }
+  glm::dvec3 sprung_N(const glm::dvec3& hand_m) const { return spring ? evenstep::force_N(*spring, hand_m) : glm::dvec3(0); }
   /// When the newest force of the schedule was due; empty before the first.
   std::optional<RealTime> due() const {
     return force_N.status == ReadStatus::empty ? std::nullopt : std::optional(force_N.newest);
@@ -59,8 +57,8 @@ struct Played {
 
 /// A summary of the contacts that a local model was given in a run.
 struct RenderedContactsSummary {
-  double stiffest_N_per_m = 0;            ///< in the stiffest direction, before any cap
-  std::int64_t softened = 0;              ///< records that the cap made softer
+  double stiffest_N_per_m = 0;  ///< in the stiffest direction, before any cap
+  std::int64_t softened = 0;    ///< records that the cap made softer
 };
 
 namespace internal {
@@ -72,25 +70,25 @@ struct RenderForce {};
 struct RenderLocal {
   double alpha = 1;
   bool knows_gap = true;
-  bool by_device = false;                 ///< rendered as springs by the device itself as far as it can
+  bool by_device = false;  ///< rendered as springs by the device itself as far as it can
   double most_N_per_m = std::numeric_limits<double>::infinity();  ///< stiffer contacts are played as stiff as this
 };
 struct RenderSmith {
   SpringMode mode;
-  Duration memory;                        ///< how long a record's read time stays within reach
+  Duration memory;  ///< how long a record's read time stays within reach
 };
 
 /// The two rings of a device, and what happens to their contents on the way.
 struct LinkSpec {
-  std::size_t samples = 0;                ///< capacity of the ring of samples
-  std::size_t forces = 0;                 ///< capacity of the ring of forces
-  std::size_t spare = 0;                  ///< for both: how far a lane may run ahead while the other reads at an older head
+  std::size_t samples = 0;  ///< capacity of the ring of samples
+  std::size_t forces = 0;   ///< capacity of the ring of forces
+  std::size_t spare = 0;    ///< for both: how far a lane may run ahead while the other reads at an older head
   Emission emission = Emission::linear;
   std::variant<RenderForce, RenderLocal, RenderSmith> render;
-  SamplingGrid ticks;                     ///< when its samples are due
-  Extrapolation interaction;              ///< for reads newer than the newest sample; default: clamp
-  Extrapolation force;                    ///< for ticks past the last emission time; default: hold. RenderForce only
-  bool gate = false;                      ///< a step waits for its sample
+  SamplingGrid ticks;         ///< when its samples are due
+  Extrapolation interaction;  ///< for reads newer than the newest sample; default: clamp
+  Extrapolation force;        ///< for ticks past the last emission time; default: hold. RenderForce only
+  bool gate = false;          ///< a step waits for its sample
   /// For strategy `filtered`: a filter on what the steps read (at the step rate), or on what the ticks play (at the rate of
   /// the device).
   std::optional<FilterSpec> interaction_filter, force_filter;

@@ -27,9 +27,9 @@ class DeviceRecorder {
 
 /// The words for late reads and late forces in underruns.csv.
 struct UnderrunWords {
-  bool predicts = false;           ///< the strategy reads past the newest sample by design, which is no underrun
-  const char* interaction = "";    ///< what a step does if its sample is not there yet: "clamp"
-  const char* force = "";          ///< what a tick does if its force is not there yet: "hold"
+  bool predicts = false;         ///< the strategy reads past the newest sample by design, which is no underrun
+  const char* interaction = "";  ///< what a step does if its sample is not there yet: "clamp"
+  const char* force = "";        ///< what a tick does if its force is not there yet: "hold"
 };
 
 class StepRecorder {

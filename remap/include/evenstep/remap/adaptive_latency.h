@@ -37,12 +37,12 @@
 namespace evenstep {
 
 struct AdaptiveLatencyOptions {
-  Duration start;                        ///< L of the first step
-  Duration least, most;                  ///< L stays between them
-  Duration window{10'000'000'000};       ///< how long a need is remembered
-  Duration margin{1'000'000};            ///< how far L is kept above the largest need
-  std::int64_t slew_ppm = 5'000;         ///< |dL/dR|, millionths
-  Emission emission = Emission::hold;    ///< how the forces are played, which determines what a step needs
+  Duration start;                      ///< L of the first step
+  Duration least, most;                ///< L stays between them
+  Duration window{10'000'000'000};     ///< how long a need is remembered
+  Duration margin{1'000'000};          ///< how far L is kept above the largest need
+  std::int64_t slew_ppm = 5'000;       ///< |dL/dR|, millionths
+  Emission emission = Emission::hold;  ///< how the forces are played, which determines what a step needs
 };
 inline constexpr std::int64_t kMostSlew_ppm = 500'000;
 
@@ -64,7 +64,7 @@ class TrailingMaximum {
   Duration block_length_;
   std::optional<RealTime> origin_;
   std::int64_t newest_block_ = 0;
-  std::array<Kept, kBlocks + 1> kept_;   // values strictly decrease from the oldest to the newest
+  std::array<Kept, kBlocks + 1> kept_;  // values strictly decrease from the oldest to the newest
   std::size_t first_ = 0, count_ = 0;
 };
 
@@ -79,9 +79,9 @@ class AdaptiveLatency {
   /// F of a step without a slot: the time it ended, or 1 ns after the emission before if that is later.
   RealTime emission(RealTime ended);
 
-  Duration latency() const { return latency_; }            ///< L of the next step, before the slew moves it
+  Duration latency() const { return latency_; }  ///< L of the next step, before the slew moves it
   std::int64_t growths() const { return growths_; }
-  std::int64_t repairs() const { return repairs_; }        ///< forces moved to F(n-1) + 1 ns
+  std::int64_t repairs() const { return repairs_; }  ///< forces moved to F(n-1) + 1 ns
 
  private:
   bool moves() const { return options_.least < options_.most; }
@@ -93,9 +93,9 @@ class AdaptiveLatency {
   Duration latency_;
   Duration target_;
   TrailingMaximum needs_;
-  std::int64_t carry_ = 0;                  // the part of the slew below 1 ns, in millionths of 1 ns
+  std::int64_t carry_ = 0;  // the part of the slew below 1 ns, in millionths of 1 ns
   std::optional<RealTime> last_emission_;
-  std::optional<RealTime> last_read_;       // F(n-1) - L(n-1), of the last mapped step
+  std::optional<RealTime> last_read_;  // F(n-1) - L(n-1), of the last mapped step
   std::int64_t growths_ = 0;
   std::int64_t repairs_ = 0;
 };

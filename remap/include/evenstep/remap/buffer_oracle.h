@@ -37,10 +37,10 @@
 namespace evenstep {
 
 struct BestLine {
-  Duration latency;          ///< L* rounded up to 1 ns, without the sampling term
-  double slot_ns = 0;        ///< the tau at which the minimum lies
-  std::int64_t latency_culprit = -1;   ///< position of a step whose end limits the line: its force comes just in time
-  std::int64_t lead_culprit = -1;      ///< position of a step whose begin limits the line: its sample comes just in time
+  Duration latency;                   ///< L* rounded up to 1 ns, without the sampling term
+  double slot_ns = 0;                 ///< the tau at which the minimum lies
+  std::int64_t latency_culprit = -1;  ///< position of a step whose end limits the line: its force comes just in time
+  std::int64_t lead_culprit = -1;     ///< position of a step whose begin limits the line: its sample comes just in time
 };
 /// Steps in order (n is the position). For one step the latency is its run time, for none 0; the slot is then 0.
 BestLine best_line(std::span<const StepTimes> steps);
@@ -79,7 +79,7 @@ void extend_lower(Hull& hull, Point p) {
 struct Bracket {
   Duration latency;
   Slope slot;
-  std::int64_t end = -1, begin = -1;   // the steps whose end and whose begin the line touches
+  std::int64_t end = -1, begin = -1;  // the steps whose end and whose begin the line touches
 };
 
 }  // namespace internal
@@ -110,8 +110,8 @@ class RunningLine {
 };
 
 struct LeastPath {
-  Duration latency;                    ///< L_path without the sampling term
-  std::int64_t latency_culprit = -1;   ///< position of the step whose end determines it; -1: no steps
+  Duration latency;                   ///< L_path without the sampling term
+  std::int64_t latency_culprit = -1;  ///< position of the step whose end determines it; -1: no steps
 };
 /// Steps in order; they may overlap.
 LeastPath least_path(std::span<const StepTimes> steps);
@@ -133,7 +133,7 @@ class RunningPath {
 
  private:
   LeastPath least_;
-  std::int64_t latest_ = -1;   // of the steps so far, the one that ends last
+  std::int64_t latest_ = -1;  // of the steps so far, the one that ends last
   RealTime latest_end_;
 };
 

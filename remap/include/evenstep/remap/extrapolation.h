@@ -22,8 +22,8 @@
 namespace evenstep {
 
 struct Extrapolation {
-  Duration window;     ///< how far back the line starts; <= 0: no line
-  Duration furthest;   ///< how far past the newest entry the line goes on before its value is held; <= 0: not at all
+  Duration window;    ///< how far back the line starts; <= 0: no line
+  Duration furthest;  ///< how far past the newest entry the line goes on before its value is held; <= 0: not at all
   constexpr bool none() const { return window.ns <= 0 || furthest.ns <= 0; }
 };
 

@@ -47,14 +47,14 @@ struct SamplingGrid {
 };
 
 struct LatencyBudget {
-  Duration lead;                        ///< c; negative if samples are always there early; 0 without a device
-  Duration latency;                     ///< L
-  std::int64_t lead_culprit = -1;       ///< step that sets c
-  std::int64_t latency_culprit = -1;    ///< step whose end sets L
+  Duration lead;                      ///< c; negative if samples are always there early; 0 without a device
+  Duration latency;                   ///< L
+  std::int64_t lead_culprit = -1;     ///< step that sets c
+  std::int64_t latency_culprit = -1;  ///< step whose end sets L
   // Both capacities are 2 more than the count: the entry at or before the time asked for, and one that may arrive while a
   // read is under way.
-  std::size_t interaction_capacity = 0; ///< samples: max over n of samples in (R(n), S(n)] at any phase, + 2
-  std::size_t force_capacity = 0;       ///< entries: max over n of #{m <= n: F(m) >= E(n)}, + 2
+  std::size_t interaction_capacity = 0;  ///< samples: max over n of samples in (R(n), S(n)] at any phase, + 2
+  std::size_t force_capacity = 0;        ///< entries: max over n of #{m <= n: F(m) >= E(n)}, + 2
 };
 
 /// Without steps the durations are 0 and the capacities 2. With several devices the most demanding one decides.
@@ -104,7 +104,7 @@ class RunningNeeds {
   /// The largest of some durations, and the first step that has it.
   struct Need {
     Duration least;
-    std::int64_t culprit = -1;          // -1: nothing is needed
+    std::int64_t culprit = -1;  // -1: nothing is needed
     void require(Duration duration, std::int64_t step) {
       if (culprit >= 0 && duration <= least) return;
       least = duration;
@@ -115,9 +115,9 @@ class RunningNeeds {
   std::vector<SamplingGrid> devices_;
   Emission emission_;
   Phase phase_;
-  std::vector<Need> leads_;             // c that each device needs
-  Need delay_;                          // L - c: how long after its slot a force may be due at the earliest
-  Need wait_;                           // longest time from the slot to the begin of a step
+  std::vector<Need> leads_;  // c that each device needs
+  Need delay_;               // L - c: how long after its slot a force may be due at the earliest
+  Need wait_;                // longest time from the slot to the begin of a step
   internal::EmissionSlots slots_;
 };
 
@@ -133,7 +133,7 @@ class WaitingForces {
  private:
   Duration delay_;
   internal::EmissionSlots slots_;
-  std::deque<RealTime> emissions_;      // of the forces that wait
+  std::deque<RealTime> emissions_;  // of the forces that wait
   std::size_t most_ = 0;
 };
 

@@ -20,12 +20,12 @@ class PaperMap final : public SlotMap {
   std::optional<RealTime> slot(std::int64_t n) override;
 
  private:
-  RealTime slot_of(std::int64_t n) const;   // only once there are slots
+  RealTime slot_of(std::int64_t n) const;  // only once there are slots
   SegmentEstimator estimator_;
   bool started_ = false;
-  std::int64_t first_step_ = 0;     // n_k
-  RealTime begin_;                  // B_k
-  std::int64_t step_count_ = 0;     // N^; 0 = none yet
+  std::int64_t first_step_ = 0;  // n_k
+  RealTime begin_;               // B_k
+  std::int64_t step_count_ = 0;  // N^; 0 = none yet
 };
 
 }  // namespace evenstep

@@ -47,18 +47,18 @@ class PhaseLockedMap final : public SlotMap {
       : SlotMap(lead, latency), bandwidth_Hz_(bandwidth_Hz) {}
   void boundary(std::int64_t n, RealTime begin) override;
   bool slots(std::int64_t n, std::span<RealTime> out) override;
-  double period_ns() const { return period_ns_; }   ///< P, ns per step; 0 while acquiring
-  std::int64_t pace_changes() const { return pace_changes_; }   ///< how often two segments of a new pace replaced P
+  double period_ns() const { return period_ns_; }              ///< P, ns per step; 0 while acquiring
+  std::int64_t pace_changes() const { return pace_changes_; }  ///< how often two segments of a new pace replaced P
 
  protected:
   std::optional<RealTime> slot(std::int64_t n) override;
 
  private:
-  RealTime slot_of(std::int64_t n) const;   // only once there are slots
+  RealTime slot_of(std::int64_t n) const;  // only once there are slots
   /// A complete segment, and the P that held when it ended.
   struct Segment {
     double length_ns = 0;
-    double steps = 0;   // 0 = none yet
+    double steps = 0;  // 0 = none yet
     double period_ns = 0;
   };
   void acquire(RealTime begin, double length_ns, double steps);
@@ -70,15 +70,15 @@ class PhaseLockedMap final : public SlotMap {
 
   double bandwidth_Hz_;
   bool started_ = false;
-  std::int64_t first_step_ = 0;      // n0
-  RealTime boundary_;                // B of the current segment
-  RealTime origin_;                  // integer part of phi
-  double remainder_ns_ = 0;          // phi - origin_, in [0, 1)
-  double period_ns_ = 0;             // P
+  std::int64_t first_step_ = 0;  // n0
+  RealTime boundary_;            // B of the current segment
+  RealTime origin_;              // integer part of phi
+  double remainder_ns_ = 0;      // phi - origin_, in [0, 1)
+  double period_ns_ = 0;         // P
   double slope_ns_ = 0;
   Segment last_;
   std::int64_t pace_changes_ = 0;
-  double closing_ns_ = 0;            // while only the phase is corrected: e of the boundary before; 0 = loop as usual
+  double closing_ns_ = 0;  // while only the phase is corrected: e of the boundary before; 0 = loop as usual
 };
 
 }  // namespace evenstep

@@ -40,7 +40,7 @@ template <class Value>
 struct Reading {
   Value value{};
   ReadStatus status = ReadStatus::empty;
-  RealTime newest;     ///< time of the newest entry that was visible
+  RealTime newest;  ///< time of the newest entry that was visible
 };
 
 }  // namespace evenstep

@@ -25,7 +25,7 @@ enum class SlotKind : std::uint8_t {
   acquiring,  ///< like `newest`, because the map has not seen a complete segment yet
 };
 struct Slot {
-  RealTime read;   ///< R(n); the step's begin where kind is not `mapped`
+  RealTime read;  ///< R(n); the step's begin where kind is not `mapped`
   SlotKind kind = SlotKind::newest;
 };
 
@@ -69,7 +69,7 @@ class SlotMap {
   Duration lead_;
   AdaptiveLatency latency_;
   std::int64_t next_step_ = 0;
-  bool step_open_ = false;   // between read(n) and emission(n)
+  bool step_open_ = false;  // between read(n) and emission(n)
   Slot current_;
 };
 

@@ -27,19 +27,19 @@ namespace evenstep {
 
 struct StepCycle {
   bool found = false;
-  std::string reason;                     ///< why there is none; empty if found
+  std::string reason;  ///< why there is none; empty if found
 
-  std::vector<std::size_t> boundaries;    ///< positions of the first step after each long pause: each begins a segment
-  std::int64_t segments = 0;              ///< complete ones, from one long pause to the next
-  Duration period;                        ///< median T: from the begin of a segment's first step to that of the next segment
-  double period_variation = 0;            ///< median |T - period| / period
-  std::int64_t steps_per_segment = 0;     ///< the commonest N
+  std::vector<std::size_t> boundaries;  ///< positions of the first step after each long pause: each begins a segment
+  std::int64_t segments = 0;            ///< complete ones, from one long pause to the next
+  Duration period;                      ///< median T: from the begin of a segment's first step to that of the next segment
+  double period_variation = 0;          ///< median |T - period| / period
+  std::int64_t steps_per_segment = 0;   ///< the commonest N
   std::int64_t least_steps = 0, most_steps = 0;
-  Duration pause;                         ///< median long pause; pauses lie before the first step of a segment
-  Duration longest_gap;                   ///< the longest of the gaps that are not long pauses
-  double confidence = 0;                  ///< share of the segments that have the commonest N
-  double regularity = 0;                  ///< as defined above
-  int shuffles_as_regular = 0;            ///< how many of kCycleShuffles shuffles are at least as regular
+  Duration pause;               ///< median long pause; pauses lie before the first step of a segment
+  Duration longest_gap;         ///< the longest of the gaps that are not long pauses
+  double confidence = 0;        ///< share of the segments that have the commonest N
+  double regularity = 0;        ///< as defined above
+  int shuffles_as_regular = 0;  ///< how many of kCycleShuffles shuffles are at least as regular
 };
 
 inline constexpr int kCycleShuffles = 99;
@@ -60,7 +60,7 @@ class CycleFinder {
 
  private:
   std::vector<RealTime> begins_;
-  std::vector<std::int64_t> gaps_ns_;        // before step n + 1
+  std::vector<std::int64_t> gaps_ns_;  // before step n + 1
   std::vector<std::int64_t> run_times_ns_;
   RealTime last_end_;
 };

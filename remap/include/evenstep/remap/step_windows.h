@@ -27,7 +27,7 @@ class WindowBorder {
 
  private:
   Duration length_;
-  RealTime end_{INT64_MIN};   // of the current window
+  RealTime end_{INT64_MIN};  // of the current window
 };
 
 /// The positions [from, to) of the steps that begin in each window. The first window begins with the first step, each

@@ -13,18 +13,18 @@
 namespace evenstep {
 
 enum class CellStatus {
-  ok,          ///< ran to its end, within the tolerances of its kind
-  damped,      ///< lost energy that physics would keep; CaseCell::shown is the share that is left
-  drifting,    ///< differs from the exact answer by more than its kind tolerates; CaseCell::shown is by how much
-  refused,     ///< the solver refused to run it; CaseCell::detail says why
-  diverged,    ///< not finite, or grown beyond all bounds; CaseCell::steps is the first bad step
-  unavailable, ///< this solver does not have this method, or its device is not there
-  interrupted  ///< not run, or not to its end, because the case was stopped; the rest of the cell has no meaning
+  ok,           ///< ran to its end, within the tolerances of its kind
+  damped,       ///< lost energy that physics would keep; CaseCell::shown is the share that is left
+  drifting,     ///< differs from the exact answer by more than its kind tolerates; CaseCell::shown is by how much
+  refused,      ///< the solver refused to run it; CaseCell::detail says why
+  diverged,     ///< not finite, or grown beyond all bounds; CaseCell::steps is the first bad step
+  unavailable,  ///< this solver does not have this method, or its device is not there
+  interrupted   ///< not run, or not to its end, because the case was stopped; the rest of the cell has no meaning
 };
 const char* name_of(CellStatus status);
 
 struct CaseCell {
-  double value = 0;                       ///< the value of the sweep
+  double value = 0;  ///< the value of the sweep
   CellStatus status = CellStatus::interrupted;
   std::optional<double> shown;
   std::string detail;                     ///< refused, unavailable: the message of the solver
@@ -41,7 +41,7 @@ struct CaseRow {
 
 struct CaseRecord {
   std::string kind;
-  std::string value_name, value_unit;     ///< "stiffness", "N/m"; the unit may be empty
+  std::string value_name, value_unit;  ///< "stiffness", "N/m"; the unit may be empty
   std::vector<CaseRow> rows;
 };
 

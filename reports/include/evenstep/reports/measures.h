@@ -33,7 +33,10 @@ std::string base_unit(const std::string& signal, const std::string& metric);
 
 /// max |x(n+1) - 2 x(n) + x(n-1)|
 double velocity_jump(std::span<const Vec3> x);
-struct Deviation { double max = 0; double rms = 0; };
+struct Deviation {
+  double max = 0;
+  double rms = 0;
+};
 /// Residual of the least-squares line through the vector in each of the non-overlapping windows of `window_s`. A last window
 /// shorter than half is joined with the one before. `t` in s, increasing.
 Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s);
@@ -54,7 +57,9 @@ Vec3 spring_force_N(const SpringRow& spring, const Vec3& x_m);
 /// The damping that a sine motion with the peak-to-peak travel `travel_m` meets: the energy E per cycle, over the whole
 /// cycles from the first tick on, and the damper that would take as much, b = E / (pi (travel / 2)^2 2 pi f). If it is
 /// negative, the loop drives the hand. Empty for less than a cycle.
-struct RenderedDamping { double energy_per_cycle_J = 0, damping_N_s_per_m = 0; };
+struct RenderedDamping {
+  double energy_per_cycle_J = 0, damping_N_s_per_m = 0;
+};
 std::optional<RenderedDamping> rendered_damping(std::span<const double> t, std::span<const double> energy_J, double travel_m,
                                                 double frequency_Hz);
 /// The diagonal of the smallest box that contains all positions.
@@ -73,7 +78,11 @@ std::optional<Oscillation> oscillation(std::span<const double> t, std::span<cons
 std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal);
 
 /// Error over the time of the run: one row per bin (1 s) and signal.
-struct BinRow { double from_s = 0; double deviation_max = 0, velocity_jump = 0; std::int64_t underruns_so_far = 0; };
+struct BinRow {
+  double from_s = 0;
+  double deviation_max = 0, velocity_jump = 0;
+  std::int64_t underruns_so_far = 0;
+};
 std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, double bin_s = 1.0);
 
 }  // namespace evenstep

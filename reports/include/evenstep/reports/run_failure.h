@@ -20,10 +20,11 @@ class RunFailure : public std::runtime_error {
  public:
   RunFailure(std::string why, const std::string& what, std::string cure, std::int64_t at_step = -1)
       : std::runtime_error(what), reason(std::move(why)), remedy(std::move(cure)), step(at_step) {}
-  std::string reason;  ///< "unstable-step", "diverged", "bad-input", "device", "interrupted"; "solver", "limit", kStillDriving
+  std::string
+      reason;  ///< "unstable-step", "diverged", "bad-input", "device", "interrupted"; "solver", "limit", kStillDriving
   std::string remedy;
-  std::int64_t step;   ///< the step in which the run stopped, counted from 0; -1: before the first one
-  std::shared_ptr<StrategyRecord> so_far = nullptr;   ///< what was recorded until then, if anything
+  std::int64_t step;  ///< the step in which the run stopped, counted from 0; -1: before the first one
+  std::shared_ptr<StrategyRecord> so_far = nullptr;  ///< what was recorded until then, if anything
 };
 
 }  // namespace evenstep

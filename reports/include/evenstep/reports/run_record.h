@@ -22,21 +22,21 @@ enum class StepRead : std::uint8_t { inside, underrun, overrun, newest, acquirin
 /// One step of one strategy.
 struct StepRow {
   std::int64_t segment = 0;
-  RealTime begin;        ///< S_n
-  RealTime end;          ///< E_n
-  RealTime read;         ///< R(n)
-  RealTime emission;     ///< F(n)
-  bool mapped = false;   ///< false: it read the newest sample (`direct`) or the map was acquiring
+  RealTime begin;       ///< S_n
+  RealTime end;         ///< E_n
+  RealTime read;        ///< R(n)
+  RealTime emission;    ///< F(n)
+  bool mapped = false;  ///< false: it read the newest sample (`direct`) or the map was acquiring
   bool acquiring = false;
-  SimTime simulated;       ///< simulation time of the step; counts where StrategyRecord::variable_step
+  SimTime simulated;  ///< simulation time of the step; counts where StrategyRecord::variable_step
 };
 
 /// One device's part of a step (same index as StepRow).
 struct StepSample {
-  Vec3 position_m{};     ///< x_n, passed to the solver
-  Vec3 force_N{};        ///< f_n
+  Vec3 position_m{};  ///< x_n, passed to the solver
+  Vec3 force_N{};     ///< f_n
   StepRead read = StepRead::inside;
-  std::optional<Vec3> true_position_m;   ///< the programmed motion at R(n), if the motion is known
+  std::optional<Vec3> true_position_m;  ///< the programmed motion at R(n), if the motion is known
 };
 
 /// One device tick.
@@ -58,35 +58,35 @@ struct SpringRow {
 /// The loop over a device in the terms of the stability laws (docs/stiffness.md). Values that have no meaning for this loop
 /// are empty.
 struct LoopRecord {
-  double delay_s = 0;                              ///< L_e + d of the scheduled force
-  std::optional<double> stiffness_N_per_m = {};    ///< what the hand feels at rest, if the scene has a value for it
+  double delay_s = 0;                            ///< L_e + d of the scheduled force
+  std::optional<double> stiffness_N_per_m = {};  ///< what the hand feels at rest, if the scene has a value for it
   /// b_eq / K of every spring, without the part of springs that the device renders by itself; that part adds
   /// min(alpha K, own_N_per_m) * own_gain_s to b_eq.
   std::optional<double> damping_per_stiffness_s = {};
   double own_N_per_m = 0, own_gain_s = 0;
   std::optional<double> stiffness_limit_N_per_m = {};  ///< K_max, for a hand that feels the force
   std::optional<double> alpha = {}, alpha_star = {};   ///< for a local model
-  std::optional<double> cap_N_per_m = {};          ///< for a local model; infinite: no cap
+  std::optional<double> cap_N_per_m = {};              ///< for a local model; infinite: no cap
 };
 
 struct DeviceRecord {
   std::string name;
   LoopRecord loop;
-  std::optional<double> stored_J;          ///< energy stored in the scene when judging begins, if the scene knows it
+  std::optional<double> stored_J;  ///< energy stored in the scene when judging begins, if the scene knows it
   std::vector<StepSample> steps;
   std::vector<TickRow> ticks;
   std::vector<SpringRow> springs;          ///< one per tick if the device renders springs by itself; otherwise empty
-  std::map<std::string, double> counters;   ///< those of driver and guard: "lost", "clamped", ...
+  std::map<std::string, double> counters;  ///< those of driver and guard: "lost", "clamped", ...
 };
 
 struct LatencyRecord {
   Duration lead;
-  Duration latency;                                    ///< for an adaptive latency the most that it may become
-  Duration least_any_phase_lead, least_any_phase;      ///< for the map and the emission (hold or linear) of this run
+  Duration latency;                                ///< for an adaptive latency the most that it may become
+  Duration least_any_phase_lead, least_any_phase;  ///< for the map and the emission (hold or linear) of this run
   Duration least_this_phase_lead, least_this_phase;
   std::int64_t lead_culprit = -1, latency_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
-  std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;   ///< by the sizing pass
+  std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;  ///< by the sizing pass
   bool adapts = false;
 };
 
@@ -100,16 +100,16 @@ struct SegmentRow {
 struct UnderrunRow {
   enum class Side : std::uint8_t { interaction, force };
   std::int64_t step = 0;
-  std::uint32_t device = 0;   ///< index into StrategyRecord::devices
+  std::uint32_t device = 0;  ///< index into StrategyRecord::devices
   Side side = Side::interaction;
-  Duration lateness;          ///< interaction: R(n) - newest visible sample (gate: time waited); force: E(n) - F(n)
-  std::string policy;         ///< "clamp", "gate", "extrapolate" or "hold"
+  Duration lateness;   ///< interaction: R(n) - newest visible sample (gate: time waited); force: E(n) - F(n)
+  std::string policy;  ///< "clamp", "gate", "extrapolate" or "hold"
 };
 
 struct EventRow {
   RealTime time;
-  std::uint8_t lane = 0;       ///< 0 completion, 1 device, 2 launch
-  std::uint16_t name = 0;      ///< index into StrategyRecord::event_names
+  std::uint8_t lane = 0;   ///< 0 completion, 1 device, 2 launch
+  std::uint16_t name = 0;  ///< index into StrategyRecord::event_names
   std::uint64_t chained_hash = 0;
 };
 
@@ -118,91 +118,91 @@ struct SolverRecord {
   std::string device;
   std::int64_t particles = 0;
   int substeps = 1;
-  std::string method = "none";   ///< "symplectic-euler"; "none" for the spring, which has no motion to integrate
-  int iterations = 0;            ///< per substep, for methods that iterate
-  double step_limit_s = 0, rest_state_step_limit_s = 0;   ///< of a substep; 0: none
-  double stiffness_limit_N_per_m = 0;   ///< largest stable [scene] stiffness for this step, others in proportion; 0: none
-  std::int64_t limit_particle = -1;     ///< lattice site that sets the limits; -1: none
+  std::string method = "none";  ///< "symplectic-euler"; "none" for the spring, which has no motion to integrate
+  int iterations = 0;           ///< per substep, for methods that iterate
+  double step_limit_s = 0, rest_state_step_limit_s = 0;  ///< of a substep; 0: none
+  double stiffness_limit_N_per_m = 0;  ///< largest stable [scene] stiffness for this step, others in proportion; 0: none
+  std::int64_t limit_particle = -1;    ///< lattice site that sets the limits; -1: none
   bool non_finite = false;
   std::int64_t first_bad_step = -1;
   double energy_growth = 0;
   bool has_energy = false;
-  std::vector<std::string> left_out;   ///< features that the scene does not need and the solver leaves out
-  double solver_seconds = 0;   ///< launch + wait; reported, never hashed
-  bool variable_step = false;            ///< the strategy chose the length of the steps; only then the next two are used
-  std::int64_t steps_over_limit = 0;     ///< steps longer than substeps * step limit
-  double step_over_limit_max = 0;        ///< largest (step / substeps) / step limit
+  std::vector<std::string> left_out;  ///< features that the scene does not need and the solver leaves out
+  double solver_seconds = 0;          ///< launch + wait; reported, never hashed
+  bool variable_step = false;         ///< the strategy chose the length of the steps; only then the next two are used
+  std::int64_t steps_over_limit = 0;  ///< steps longer than substeps * step limit
+  double step_over_limit_max = 0;     ///< largest (step / substeps) / step limit
 };
 
 /// How a strategy's line is drawn in every figure that shows several.
 struct LineLook {
-  std::string colour;                       ///< "#d55e00"; empty: one that no other has
+  std::string colour;  ///< "#d55e00"; empty: one that no other has
   double width = 2;
-  std::string dash;                         ///< of SVG: "14 6"; empty: a whole line
+  std::string dash;  ///< of SVG: "14 6"; empty: a whole line
 };
 
 struct StrategyRecord {
-  std::string name;                         ///< "phase_locked"
+  std::string name;  ///< "phase_locked"
   LineLook look;
-  bool reference = false;                   ///< it knows the motion: what the others are compared with, drawn below them
+  bool reference = false;  ///< it knows the motion: what the others are compared with, drawn below them
   std::vector<StepRow> steps;
   std::vector<SegmentRow> segments;
   std::vector<DeviceRecord> devices;
   LatencyRecord latency;
   SolverRecord solver;
   std::int64_t emission_repairs = 0;
-  std::int64_t latency_growths = 0;         ///< for an adaptive latency; over the whole run
+  std::int64_t latency_growths = 0;  ///< for an adaptive latency; over the whole run
   std::vector<std::string> event_names;
-  std::vector<EventRow> events;             ///< empty if RunRecord::keep_rows is false
-  std::vector<UnderrunRow> underruns;       ///< by step, over the whole run
-  std::map<std::string, std::int64_t> event_counts;   ///< "<lane>.<name>" -> count
+  std::vector<EventRow> events;                      ///< empty if RunRecord::keep_rows is false
+  std::vector<UnderrunRow> underruns;                ///< by step, over the whole run
+  std::map<std::string, std::int64_t> event_counts;  ///< "<lane>.<name>" -> count
   std::uint64_t trace_hash = 0;
   /// Force of the ideal twin with this lead, per step and device (step-major); may be empty.
   std::vector<Vec3> twin_force_N;
-  bool variable_step = false;               ///< simulation time is StepRow::simulated instead of n * slot
-  bool interrupted = false;                 ///< ended before its end, by a signal
-  bool shadow = false;                      ///< replayed from a live run: its forces never reached the hand
+  bool variable_step = false;  ///< simulation time is StepRow::simulated instead of n * slot
+  bool interrupted = false;    ///< ended before its end, by a signal
+  bool shadow = false;         ///< replayed from a live run: its forces never reached the hand
 };
 
 /// Nominal figures of the scenario, for units and windows.
 struct Nominal {
   Duration segment, visualization, step_run_time;
-  double slot_s = 0;                        ///< step_size: simulated seconds per step
-  RealTime judged_from;                     ///< end of warm-up
-  RealTime end;                             ///< duration
+  double slot_s = 0;     ///< step_size: simulated seconds per step
+  RealTime judged_from;  ///< end of warm-up
+  RealTime end;          ///< duration
   /// x = A (1 - cos(2 pi f (t - begin))) / 2 from `begin` on, plus the position where it starts. A is its peak-to-peak
   /// travel.
   struct Sine {
-    Vec3 amplitude_m{};                     ///< A
-    double frequency_Hz = 0;                ///< f
+    Vec3 amplitude_m{};       ///< A
+    double frequency_Hz = 0;  ///< f
     double begin_s = 0;
   };
   struct Device {
     std::string name;
     std::optional<double> speed_m_per_s;
-    std::optional<double> stiffness_N_per_m;   ///< only a spring has one
+    std::optional<double> stiffness_N_per_m;  ///< only a spring has one
     bool hold_emission = false;
     Rate rate;
     RealTime first_tick;
     std::optional<RealTime> stop_at;
-    std::optional<Sine> sine = std::nullopt;   ///< only a sine motion has one
-    bool feels_force = false;                  ///< it is held by a hand whose motion is not known beforehand
-    Duration force_delay = {};                 ///< from the tick that sends a force to when it is felt
+    std::optional<Sine> sine = std::nullopt;  ///< only a sine motion has one
+    bool feels_force = false;                 ///< it is held by a hand whose motion is not known beforehand
+    Duration force_delay = {};                ///< from the tick that sends a force to when it is felt
   };
   std::vector<Device> devices;
 };
 
 struct RunRecord {
-  std::string scenario;                     ///< its name
+  std::string scenario;  ///< its name
   std::string file;
   std::uint64_t seed = 1;
-  std::string clock;                        ///< "virtual" | "wall"
+  std::string clock;  ///< "virtual" | "wall"
   bool real_time_granted = true;
   Nominal nominal;
   std::vector<StrategyRecord> strategies;
-  std::uint64_t trace_hash = 0;             ///< hash over the pairs (strategy name, chained hash)
+  std::uint64_t trace_hash = 0;  ///< hash over the pairs (strategy name, chained hash)
   std::vector<std::string> left_out;
-  bool keep_rows = true;                    ///< false (long runs): no events, and series.csv holds the bins only
+  bool keep_rows = true;  ///< false (long runs): no events, and series.csv holds the bins only
 };
 
 }  // namespace evenstep

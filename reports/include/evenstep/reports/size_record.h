@@ -19,13 +19,13 @@ struct SizeWindows {
 
 /// The step whose end sets the latency, and the step in its segment or the two before it that caused the most delay.
 struct SizeCulprit {
-  std::int64_t step = -1;         ///< the step that sets the latency, counted from 0 over the whole input; -1: no steps
+  std::int64_t step = -1;  ///< the step that sets the latency, counted from 0 over the whole input; -1: no steps
   std::int64_t segment = -1, index = -1;
   RealTime begin;
   /// The step that exceeded the usual pause before it and the usual run time by most; -1: none exceeded them.
   std::int64_t late_step = -1;
-  Duration pause_excess, run_excess;   ///< by how much that step exceeded the medians; 0 if it did not
-  Duration mended_latency;        ///< the latency if its pause and run time had been the medians
+  Duration pause_excess, run_excess;  ///< by how much that step exceeded the medians; 0 if it did not
+  Duration mended_latency;            ///< the latency if its pause and run time had been the medians
 };
 
 /// A least latency, at any phase of the device, with the forces held or interpolated.
@@ -33,21 +33,21 @@ struct SizeNeed {
   Duration latency;
   SizeWindows windows;
   SizeCulprit culprit;
-  Duration total_delay;           ///< the latency; half a slot more if forces are held, the mean age of a held force
-  double stiffness_limit_N_per_m = 0;   ///< damping / (h / 2 + total_delay)
+  Duration total_delay;                ///< the latency; half a slot more if forces are held, the mean age of a held force
+  double stiffness_limit_N_per_m = 0;  ///< damping / (h / 2 + total_delay)
 };
 
 /// The least latency at which no more than some segments underrun.
 struct SizeRateNeed {
   Duration latency, lead;
-  std::int64_t underruns = 0;     ///< segments with an underrun at this latency and lead: as many as allowed, or fewer
-  double rate_at_most = 1;        ///< upper bound of Clopper and Pearson on the true rate, at the confidence asked for
+  std::int64_t underruns = 0;  ///< segments with an underrun at this latency and lead: as many as allowed, or fewer
+  double rate_at_most = 1;     ///< upper bound of Clopper and Pearson on the true rate, at the confidence asked for
 };
 
 /// The latency that is needed if a given rate of segments may have an underrun.
 struct SizeRate {
-  std::int64_t segments = 0;      ///< with a mapped step
-  std::int64_t allowed = 0;       ///< floor(rate * segments)
+  std::int64_t segments = 0;  ///< with a mapped step
+  std::int64_t allowed = 0;   ///< floor(rate * segments)
   SizeRateNeed any_phase, this_phase;
   /// At any phase, the least latency at which so few segments underrun that the upper bound is not above the rate; empty if
   /// there are too few segments for that, even without underruns.
@@ -57,7 +57,7 @@ struct SizeRate {
 struct SizeStrategy {
   std::string name;
   SizeNeed any_phase;
-  Duration lead;                  ///< c that belongs to any_phase
+  Duration lead;  ///< c that belongs to any_phase
   Duration latency_this_phase, lead_this_phase;
   std::int64_t lead_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
@@ -72,30 +72,30 @@ struct SizeBounds {
 /// The repeating cycle as found in the step times alone (remap/step_cycle.h).
 struct SizeCycle {
   bool found = false;
-  std::string reason;             ///< why not
+  std::string reason;  ///< why not
   std::int64_t segments = 0, steps_per_segment = 0, least_steps = 0, most_steps = 0;
-  std::int64_t first_boundary = 0;   ///< the first step after a long pause
+  std::int64_t first_boundary = 0;  ///< the first step after a long pause
   Duration period, pause, longest_gap;
   double period_variation = 0, confidence = 0, regularity = 0;
 };
 
 struct SizeRecord {
-  std::string input;              ///< file
-  std::int64_t steps = 0;         ///< steps judged
-  std::int64_t left_out = 0;      ///< in a list without segments: the steps before the first long pause
+  std::string input;          ///< file
+  std::int64_t steps = 0;     ///< steps judged
+  std::int64_t left_out = 0;  ///< in a list without segments: the steps before the first long pause
   std::int64_t segments = 0;
-  std::string segments_from;      ///< "programmed", "recording", "cycle" (found) or "step" (each step is a segment)
-  Duration length;                ///< first begin to last end
-  Duration sampling_period;       ///< h, the longest of all devices
-  bool interpolated = false;      ///< emission of the strategies
+  std::string segments_from;  ///< "programmed", "recording", "cycle" (found) or "step" (each step is a segment)
+  Duration length;            ///< first begin to last end
+  Duration sampling_period;   ///< h, the longest of all devices
+  bool interpolated = false;  ///< emission of the strategies
   double damping_N_s_per_m = 1;
-  std::optional<double> rate;     ///< share of segments that may underrun; the next two are for it
+  std::optional<double> rate;  ///< share of segments that may underrun; the next two are for it
   double confidence = 0.95;
-  std::int64_t clean_segments = 0;   ///< how many segments, all without an underrun, would prove the rate
+  std::int64_t clean_segments = 0;  ///< how many segments, all without an underrun, would prove the rate
   SizeBounds held;
-  std::optional<SizeBounds> linear;    ///< if interpolated
+  std::optional<SizeBounds> linear;  ///< if interpolated
   std::vector<SizeStrategy> strategies;
-  std::optional<SizeCycle> cycle; ///< for a list of steps without segments
+  std::optional<SizeCycle> cycle;  ///< for a list of steps without segments
 };
 
 /// Text for people. Times are in ms with six decimals, that is to the ns.

@@ -21,17 +21,27 @@ const char* name_of(SweepVerdict verdict);
 
 /// The first line of the file, which is the same for every shard of a sweep.
 struct SweepHeader {
-  std::string name, file;           ///< the scenario's name, and its file as given (two shards may have different paths)
-  std::string scenario, build;      ///< digests: two files belong together only if these are equal
+  std::string name, file;       ///< the scenario's name, and its file as given (two shards may have different paths)
+  std::string scenario, build;  ///< digests: two files belong together only if these are equal
   std::vector<std::uint64_t> seeds;
-  struct Axis { std::string path; std::vector<std::string> values; };  ///< values as TOML
-  std::vector<Axis> grid;           ///< the first varies slowest
-  struct Expect { std::string signal, metric, unit; };
+  struct Axis {
+    std::string path;
+    std::vector<std::string> values;
+  };                       ///< values as TOML
+  std::vector<Axis> grid;  ///< the first varies slowest
+  struct Expect {
+    std::string signal, metric, unit;
+  };
   std::vector<Expect> expectations;
   std::optional<std::int64_t> stop_after;
   int keep_worst = 5;
-  struct Find { std::size_t axis = 0; bool smallest = true; std::string gate; std::size_t allowed = 0; };
-  std::optional<Find> find;         ///< the scenario's SweepFind
+  struct Find {
+    std::size_t axis = 0;
+    bool smallest = true;
+    std::string gate;
+    std::size_t allowed = 0;
+  };
+  std::optional<Find> find;  ///< the scenario's SweepFind
 
   /// Points have the numbers combination * number of seeds + position of the seed.
   std::int64_t combinations() const;
@@ -49,14 +59,14 @@ struct SweepPoint {
     std::optional<double> value, min, max;  ///< in the unit of the header
     SweepVerdict verdict = SweepVerdict::pass;
   };
-  std::vector<Value> expect;                ///< in the order of the header; empty if the run stopped
+  std::vector<Value> expect;  ///< in the order of the header; empty if the run stopped
   std::uint64_t trace_hash = 0;
-  std::string failure;                      ///< why it stopped or could not be judged
+  std::string failure;  ///< why it stopped or could not be judged
 };
 
 struct SweepRecord {
   SweepHeader header;
-  std::vector<SweepPoint> points;           ///< by index; from 0 on without a gap, unless it is a shard
+  std::vector<SweepPoint> points;  ///< by index; from 0 on without a gap, unless it is a shard
 };
 
 struct SweepTally {
@@ -71,16 +81,16 @@ struct SweepSummary {
   std::vector<std::vector<SweepTally>> values;  ///< per axis and value
   bool stopped = false;                         ///< stopped by stop_after: later points were not run, or are left out
   struct Worst {
-    std::size_t point = 0;                      ///< position in SweepRecord::points
-    double excess = 0;                          ///< by how much the limit is exceeded, as a share of it; below 0: within it
-    std::optional<std::size_t> expectation;     ///< empty: the run stopped
+    std::size_t point = 0;                   ///< position in SweepRecord::points
+    double excess = 0;                       ///< by how much the limit is exceeded, as a share of it; below 0: within it
+    std::optional<std::size_t> expectation;  ///< empty: the run stopped
   };
   /// Largest excess first, then by index. With `find`: only the points of the value next to the one found, which failed.
   std::vector<Worst> worst;
   struct Find {
-    std::optional<std::size_t> value;           ///< position on the axis; empty: not even the safe end passes
+    std::optional<std::size_t> value;  ///< position on the axis; empty: not even the safe end passes
     bool within_gate = false;
-    std::int64_t beyond = 0;                    ///< number of values on the failing side that pass nevertheless
+    std::int64_t beyond = 0;  ///< number of values on the failing side that pass nevertheless
   };
   std::optional<Find> find;
 };

@@ -12,12 +12,12 @@ struct ExpectationResult {
   std::string file;
   std::int64_t line = 0, column = 0;
   std::string signal, metric;
-  std::optional<double> value;       ///< in `unit`; empty: no sample was judged (the verdict is error)
-  std::string unit;                  ///< as written in the scenario ("step", "ms", "")
-  std::optional<double> min, max;    ///< in `unit`
+  std::optional<double> value;     ///< in `unit`; empty: no sample was judged (the verdict is error)
+  std::string unit;                ///< as written in the scenario ("step", "ms", "")
+  std::optional<double> min, max;  ///< in `unit`
   bool expect_fail = false;
   std::string because;
-  std::string detail;                ///< for errors
+  std::string detail;  ///< for errors
   enum class Verdict { pass, fail, error } verdict = Verdict::pass;
 };
 

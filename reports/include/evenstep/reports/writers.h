@@ -14,7 +14,8 @@ namespace evenstep {
 
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
                          const std::string& version, const std::string& verdict);
-std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error, const std::string& reproduce);
+std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error,
+                      const std::string& reproduce);
 /// First column t[s]; then one block per strategy and device (docs/metrics.md). Without RunRecord::keep_rows only the bins.
 std::string series_csv(const RunRecord& run);
 /// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, including the warm-up.
@@ -28,7 +29,11 @@ std::vector<std::byte> events_bin(const RunRecord& run);
 using EventFile = std::vector<StrategyRecord>;
 /// Throws std::runtime_error with the byte offset of the fault. The input is not trusted: sizes are checked before use.
 EventFile read_events_bin(const std::vector<std::byte>& bytes);
-struct Difference { std::string strategy; std::int64_t index = -1; std::string text; };
+struct Difference {
+  std::string strategy;
+  std::int64_t index = -1;
+  std::string text;
+};
 /// The first event that differs (by binary search over the chained hashes); empty if all are equal. Strategies are matched
 /// by name. Of runs, or of what has been read of their files.
 std::optional<Difference> first_difference(const std::vector<StrategyRecord>& a, const std::vector<StrategyRecord>& b);

@@ -21,16 +21,17 @@ struct EventName {
 };
 
 struct Event {
-  RealTime time;               ///< the key time: for a timer its scheduled time, for a completion its stamp
+  RealTime time;  ///< the key time: for a timer its scheduled time, for a completion its stamp
   Lane lane = Lane::completion;
   EventName name;
-  std::uint64_t payload = 0;   ///< digest of what the event read and produced (Scheduler::note)
+  std::uint64_t payload = 0;  ///< digest of what the event read and produced (Scheduler::note)
 };
 
 /// h(i) = mix over (time, lane, name, payload) of event i, chained from h(i-1); h(-1) = 0.
 constexpr std::uint64_t chain(std::uint64_t previous, const Event& event) {
   return mix(mix(mix(mix(previous, static_cast<std::uint64_t>(event.time.ns)), static_cast<std::uint64_t>(event.lane)),
-                 event.name.digest), event.payload);
+                 event.name.digest),
+             event.payload);
 }
 std::uint64_t chain(const std::vector<Event>& events);
 

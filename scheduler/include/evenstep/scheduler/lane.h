@@ -14,9 +14,12 @@ enum class Lane : std::uint8_t { completion = 0, device = 1, launch = 2 };
 
 constexpr const char* lane_name(Lane lane) {
   switch (lane) {
-    case Lane::completion: return "completion";
-    case Lane::device: return "device";
-    case Lane::launch: return "launch";
+    case Lane::completion:
+      return "completion";
+    case Lane::device:
+      return "device";
+    case Lane::launch:
+      return "launch";
   }
   return "unknown";
 }

@@ -17,11 +17,11 @@ namespace evenstep {
 class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::string_view component);
-  std::uint64_t bits(std::uint64_t n) const;               ///< 64 uniform bits of draw n
-  double uniform(std::uint64_t n) const;                   ///< in (0, 1): an odd multiple of 2^-53, so never 0 or 1
+  std::uint64_t bits(std::uint64_t n) const;  ///< 64 uniform bits of draw n
+  double uniform(std::uint64_t n) const;      ///< in (0, 1): an odd multiple of 2^-53, so never 0 or 1
   /// Uniform in [0, bound), bound > 0; its bias is at most 2^-64 * bound.
   std::uint64_t below(std::uint64_t n, std::uint64_t bound) const;
-  double standard_normal(std::uint64_t n) const;           ///< Box-Muller; |z| < 8.6
+  double standard_normal(std::uint64_t n) const;  ///< Box-Muller; |z| < 8.6
 
  private:
   std::uint64_t key_;

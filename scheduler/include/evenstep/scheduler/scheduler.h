@@ -35,15 +35,15 @@ struct Arrival {
 
 /// Exceeding a limit ends the run with RunEnd::limit and a message that names the limit, so a run cannot hang.
 struct SchedulerLimits {
-  std::int64_t events_per_instant = 100'000;      ///< more on one nanosecond is a livelock (a lane keeps awaiting now())
-  std::int64_t total_events = 2'000'000'000;      ///< a day at 20 kHz
-  std::int64_t pending_events = 1'000'000;        ///< the queue; evenstep's own lanes need fewer than 20
+  std::int64_t events_per_instant = 100'000;  ///< more on one nanosecond is a livelock (a lane keeps awaiting now())
+  std::int64_t total_events = 2'000'000'000;  ///< a day at 20 kHz
+  std::int64_t pending_events = 1'000'000;    ///< the queue; evenstep's own lanes need fewer than 20
 };
 
 struct SchedulerOptions {
   SchedulerLimits limits;
-  std::optional<std::uint64_t> permute_ties;      ///< seed: permutes the sequence numbers among equal (time, lane)
-  bool keep_events = true;                        ///< whether to fill events(); the chained hash is kept in any case
+  std::optional<std::uint64_t> permute_ties;  ///< seed: permutes the sequence numbers among equal (time, lane)
+  bool keep_events = true;                    ///< whether to fill events(); the chained hash is kept in any case
 };
 
 enum class RunEnd {
@@ -55,8 +55,8 @@ enum class RunEnd {
 };
 struct RunStatus {
   RunEnd end = RunEnd::idle;
-  std::string message;             ///< which limit, or what() of the exception; otherwise empty
-  std::exception_ptr failure;      ///< set for RunEnd::failed
+  std::string message;         ///< which limit, or what() of the exception; otherwise empty
+  std::exception_ptr failure;  ///< set for RunEnd::failed
 };
 
 class Scheduler {
@@ -97,19 +97,22 @@ class Scheduler {
   /// can still happen before `end`.
   RunStatus run(RealTime end);
   /// The key of the event that run_one() would run next on a virtual clock (a completion is at its programmed end).
-  struct Key { RealTime time; Lane lane; };
+  struct Key {
+    RealTime time;
+    Lane lane;
+  };
   std::optional<Key> next() const;
   /// Runs exactly one event (for lock-step tests and replays). False when none is left or the run has failed.
   bool run_one();
   RunStatus status() const;
 
-  std::uint64_t trace_hash() const noexcept;            ///< chained over every event run so far
+  std::uint64_t trace_hash() const noexcept;  ///< chained over every event run so far
   const std::vector<Event>& events() const noexcept;
   std::int64_t event_count() const noexcept;
 
   /// Tells a scheduler on a wall clock that work is done; called from the executor's thread.
   void completed(Completion& completion) noexcept;
-  void request_stop() noexcept;                         ///< callable from any thread and from a signal handler
+  void request_stop() noexcept;  ///< callable from any thread and from a signal handler
 
  private:
   struct State;
@@ -149,7 +152,9 @@ struct Scheduler::External : Suspended {
 };
 
 // Inline, so that an awaitable is constructed in place in the frame of its lane.
-inline Scheduler::Until Scheduler::until(RealTime at, Lane lane, EventName name) noexcept { return {{this, name}, at, lane}; }
+inline Scheduler::Until Scheduler::until(RealTime at, Lane lane, EventName name) noexcept {
+  return {{this, name}, at, lane};
+}
 inline Scheduler::Until Scheduler::turn(Lane lane, EventName name) noexcept { return until(now_, lane, name); }
 inline Scheduler::External Scheduler::external(RealTime programmed_end, Work* work, EventName name) noexcept {
   return {{this, name}, programmed_end, work};

@@ -22,11 +22,11 @@ struct Interval {
 /// each other in order of begin; if the visualization has a lane of its own, a step may end in the next segment.
 struct SegmentTiming {
   std::int64_t index = 0;
-  RealTime begin;                          ///< B_k: the boundary
-  std::optional<Interval> visualization;   ///< empty if it was dropped or there is none
-  std::vector<Interval> steps;             ///< N_k of them; N_k may be 0
-  RealTime end;                            ///< end of the last thing in it (visualization, step or idle)
-  bool concurrent = false;                 ///< programmed as concurrent: overlaps() even if no step here meets it
+  RealTime begin;                         ///< B_k: the boundary
+  std::optional<Interval> visualization;  ///< empty if it was dropped or there is none
+  std::vector<Interval> steps;            ///< N_k of them; N_k may be 0
+  RealTime end;                           ///< end of the last thing in it (visualization, step or idle)
+  bool concurrent = false;                ///< programmed as concurrent: overlaps() even if no step here meets it
 
   /// Whether the visualization runs beside the steps, in a lane of its own, and not before or after them: it has more than
   /// an instant in common with a step, or `concurrent` is set.
@@ -69,28 +69,28 @@ struct TimingChange {
   RealTime at;
   std::optional<Duration> visualization;
   std::optional<Duration> step;
-  std::vector<int> steps;                  ///< empty: unchanged
+  std::vector<int> steps;  ///< empty: unchanged
 };
 
 /// The table [timing] of a scenario without a trace. The schedule depends on nothing but the fields below.
 struct ProgrammedTiming {
-  Rate segment{30, 1};                     ///< 1 / T; in a free-running schedule it sets only the mean step of "fill"
-  Duration visualization{11'100'000};      ///< V, mean; 0: there is none
-  std::vector<int> steps{15};              ///< N; from several values one is drawn per segment, all equally likely
-  std::optional<Duration> step;            ///< s, mean; empty means "fill", see make_programmed_timing
+  Rate segment{30, 1};                 ///< 1 / T; in a free-running schedule it sets only the mean step of "fill"
+  Duration visualization{11'100'000};  ///< V, mean; 0: there is none
+  std::vector<int> steps{15};          ///< N; from several values one is drawn per segment, all equally likely
+  std::optional<Duration> step;        ///< s, mean; empty means "fill", see make_programmed_timing
   SegmentOrder order = SegmentOrder::visualization_first;
-  double visualization_variation = 0;      ///< log-normal coefficient of variation
+  double visualization_variation = 0;  ///< log-normal coefficient of variation
   double step_variation = 0;
-  double first_step = 0;                   ///< the first step after a visualization takes 1 + first_step times as long
+  double first_step = 0;  ///< the first step after a visualization takes 1 + first_step times as long
   std::optional<Spikes> spikes;
   std::optional<Preemption> preemption;
   std::optional<Regimes> regimes;
-  double drift_per_s = 0;                  ///< r
-  double dropped_visualization = 0;        ///< probability per segment; with `merged` at most 1
+  double drift_per_s = 0;            ///< r
+  double dropped_visualization = 0;  ///< probability per segment; with `merged` at most 1
   double merged_visualization = 0;
-  std::vector<TimingChange> changes;       ///< `at` strictly increasing
+  std::vector<TimingChange> changes;  ///< `at` strictly increasing
   bool paced = false;
-  double slowdown = 1;                     ///< concurrent: factor on a step that begins while a visualization runs
+  double slowdown = 1;  ///< concurrent: factor on a step that begins while a visualization runs
   std::uint64_t seed = 1;
 };
 
@@ -146,10 +146,10 @@ Duration starting_step(const ProgrammedTiming& timing);
 /// Expected lengths at the start of a run, that is without drift and changes. Exact, with two exceptions: the probability of
 /// a hit is computed for work of mean length, and `concurrent` neglects the steps that straddle an end of V (see above).
 struct MeanTiming {
-  double segment_ns = 0;                   ///< the work, V and the steps (concurrent: V alone); pacing adds idle time
-  double visualization_ns = 0;             ///< per segment
+  double segment_ns = 0;        ///< the work, V and the steps (concurrent: V alone); pacing adds idle time
+  double visualization_ns = 0;  ///< per segment
   double step_ns = 0;
-  double steps = 0;                        ///< per segment if T is not longer than segment_ns; concurrent: per T
+  double steps = 0;  ///< per segment if T is not longer than segment_ns; concurrent: per T
 };
 MeanTiming mean_timing(const ProgrammedTiming& timing);
 

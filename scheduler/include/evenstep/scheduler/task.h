@@ -26,8 +26,13 @@ class [[nodiscard]] Task {
   };
 
   Task(Task&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
-  Task& operator=(Task&& other) noexcept { std::swap(handle_, other.handle_); return *this; }
-  ~Task() { if (handle_) handle_.destroy(); }
+  Task& operator=(Task&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+  ~Task() {
+    if (handle_) handle_.destroy();
+  }
 
  private:
   friend class Scheduler;

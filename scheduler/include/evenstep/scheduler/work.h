@@ -23,10 +23,10 @@ class Work {
 /// A piece of work that was started; lives in the scheduler's pool.
 struct Completion {
   Work* work = nullptr;
-  Scheduler* home = nullptr;         ///< wall clock: gets home->completed() once stamp and failure are set; else null
-  std::atomic<bool> done{false};     ///< set last: after this the executor touches neither the completion nor its home
-  RealTime stamp;                    ///< wall clock: the time at which run() returned
-  std::exception_ptr failure;        ///< what run() threw
+  Scheduler* home = nullptr;      ///< wall clock: gets home->completed() once stamp and failure are set; else null
+  std::atomic<bool> done{false};  ///< set last: after this the executor touches neither the completion nor its home
+  RealTime stamp;                 ///< wall clock: the time at which run() returned
+  std::exception_ptr failure;     ///< what run() threw
 };
 
 /// Runs Work. start() never throws: a failure to start is a failure of the work. For a wall clock start() should not block

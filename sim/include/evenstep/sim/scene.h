@@ -22,8 +22,8 @@ inline constexpr int kMaxRegions = 60;
 //   kAccountsEnergy    its solver keeps an account of energy, so that its growth can be judged
 //   kCostsLittle       a step is a few operations: a second solver beside a run costs nothing to speak of
 //   felt_stiffness..   stiffness that a tool at rest feels; none where nobody knows it without running
-//   stored_energy_J    energy that it holds while a tool rests at `tool_m`; none where the position alone does not determine it
-//   text               in one line, for people
+//   stored_energy_J    energy that it holds while a tool rests at `tool_m`; none where the position alone does not determine
+//   it text               in one line, for people
 
 /// F = -k x on every tool, as the hand feels it. It is memoryless, so a constant velocity must give a force that is linear
 /// in time.
@@ -41,9 +41,9 @@ struct SpringScene {
 /// x, and 0 where p < 0. Memoryless.
 struct WallScene {
   double stiffness_N_per_m = 200;
-  glm::dvec3 normal{1, 0, 0};    ///< out of the surface, towards the tool; of any length
-  double surface_m = 0;          ///< distance of the surface from the origin, along the normal
-  double hardening_m = 0;        ///< l; 0: none, F = n k p
+  glm::dvec3 normal{1, 0, 0};  ///< out of the surface, towards the tool; of any length
+  double surface_m = 0;        ///< distance of the surface from the origin, along the normal
+  double hardening_m = 0;      ///< l; 0: none, F = n k p
 
   static constexpr bool kAccountsEnergy = false;
   static constexpr bool kCostsLittle = true;
@@ -135,7 +135,7 @@ struct TissueScene {
   /// Most iterations of conjugate gradients, or sweeps, per substep; 0: 20 (implicit Euler), 40 (implicit midpoint) or 10
   /// (vertex block descent).
   int iterations = 0;
-  int substeps = 0;    ///< per step; 0 = "auto": the fewest that meet the configuration-free bound, 1 without a bound
+  int substeps = 0;  ///< per step; 0 = "auto": the fewest that meet the configuration-free bound, 1 without a bound
   std::vector<ToolCoupling> tools;  ///< one per tool
   /// State at step 0, by site (x-fastest, particle_count entries); empty: at rest.
   std::vector<glm::dvec3> initial_displacement_m, initial_velocity_m_per_s;
@@ -175,10 +175,10 @@ struct Scene {
   std::variant<SpringScene, WallScene, ModeScene, TissueScene, ForeignScene> body;
   Rate step_rate{450, 1};  ///< 1 / step_size: simulated seconds per step, constant (the paper's premise)
   int tool_count = 1;
-  bool needs_state_digest = true;  ///< Solver::state_digest will be called
-  bool needs_energy = false;       ///< an expectation asks for the energy
-  bool allow_unstable = false;     ///< [scene] allow_unstable
-  bool variable_step = false;      ///< Solver::step will be given lengths
+  bool needs_state_digest = true;             ///< Solver::state_digest will be called
+  bool needs_energy = false;                  ///< an expectation asks for the energy
+  bool allow_unstable = false;                ///< [scene] allow_unstable
+  bool variable_step = false;                 ///< Solver::step will be given lengths
   LocalModel local_model = LocalModel::none;  ///< other than `none`: Solver::contacts will be read
 };
 

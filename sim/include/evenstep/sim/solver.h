@@ -85,8 +85,8 @@ struct SolverInfo {
   std::int64_t springs = 0;
   int substeps = 1;
   Method method = Method::symplectic_euler;
-  int iterations = 0;                 ///< for methods that iterate; otherwise 0
-  std::optional<StepLimit> limit;     ///< empty for the spring; StepLimit::step_s is infinite for implicit methods
+  int iterations = 0;              ///< for methods that iterate; otherwise 0
+  std::optional<StepLimit> limit;  ///< empty for the spring; StepLimit::step_s is infinite for implicit methods
   std::vector<LeftOut> left_out;
 };
 

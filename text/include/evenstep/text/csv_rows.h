@@ -34,7 +34,7 @@ class CsvRows {
   bool take_whole(std::int64_t& value) {
     if (row_done()) return false;
     const char* const first = rest_;
-    std::uint64_t number = 0;   // 18 digits fit; a longer number wraps around and is refused
+    std::uint64_t number = 0;  // 18 digits fit; a longer number wraps around and is refused
     for (; rest_ != line_end() && *rest_ >= '0' && *rest_ <= '9'; ++rest_)
       number = 10 * number + static_cast<std::uint64_t>(*rest_ - '0');
     value = static_cast<std::int64_t>(number);
@@ -73,7 +73,7 @@ class CsvRows {
 
   std::function<std::string_view()> pieces_;
   std::string_view text_, line_;
-  const char* rest_ = nullptr;   // the part of the row that take_... has not read yet
+  const char* rest_ = nullptr;  // the part of the row that take_... has not read yet
   std::string name_;
   std::vector<Diagnostic>& errors_;
   std::vector<std::string_view> cells_;

@@ -8,12 +8,15 @@
 namespace evenstep {
 
 /// Where something is written. Line and column count from 1; 0 means the whole file.
-struct Place { std::string file; std::int64_t line = 0, column = 0; };
+struct Place {
+  std::string file;
+  std::int64_t line = 0, column = 0;
+};
 
 struct Diagnostic {
   std::string file;
-  std::int64_t line = 0, column = 0;    ///< 0: the whole file
-  std::string message;                  ///< "unknown key 'vsi' in [timing]; did you mean 'visualization'?"
+  std::int64_t line = 0, column = 0;  ///< 0: the whole file
+  std::string message;                ///< "unknown key 'vsi' in [timing]; did you mean 'visualization'?"
 };
 
 /// "scenarios/x.toml:12:1: error: unknown key …"

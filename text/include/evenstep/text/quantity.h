@@ -19,15 +19,33 @@ struct NominalUnits {
 /// The error says what was expected: "a duration such as \"11.1 ms\"; 'msec' is not a unit of time".
 /// |t| <= 1e6 s; a value that is not a whole number of ns is an error.
 Result<Duration> parse_duration(std::string_view text, const NominalUnits& nominal = {});
-Result<Rate> parse_rate(std::string_view text);                                             ///< Hz, kHz; > 0
-enum class Dimension { none, time, length, velocity, acceleration, force, stiffness, damping, mass, rate, ratio, energy, drift, slew };
+Result<Rate> parse_rate(std::string_view text);  ///< Hz, kHz; > 0
+enum class Dimension {
+  none,
+  time,
+  length,
+  velocity,
+  acceleration,
+  force,
+  stiffness,
+  damping,
+  mass,
+  rate,
+  ratio,
+  energy,
+  drift,
+  slew
+};
 /// The value in SI base units: m, m/s, m/s2, N, N/s (slew), N/m, N s/m, kg, J; "10 %" = 0.1, "10 %/s" = 0.1 (drift); a bare
 /// number for Dimension::none.
 Result<double> parse_si(std::string_view text, Dimension dimension);
 
 /// A limit of an expectation, with number and unit as written; `step` and the nominal times are only resolved when it is
 /// judged.
-struct Limit { double number = 0; std::string unit; };
+struct Limit {
+  double number = 0;
+  std::string unit;
+};
 Result<Limit> parse_limit(std::string_view text);
 /// The factor from `unit` to the base unit ("s", "m", "N", "1"): 1e-3 for "ms" in "s". step_value: the value of the unit
 /// "step" here; 0 if it has none.

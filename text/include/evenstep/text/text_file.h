@@ -26,7 +26,7 @@ class TextPieces {
  private:
   std::ifstream stream_;
   std::string buffer_, error_;
-  std::size_t kept_ = 0, kept_from_ = 0;   // the begin of a line whose rest has not been read yet
+  std::size_t kept_ = 0, kept_from_ = 0;  // the begin of a line whose rest has not been read yet
   std::int64_t most_bytes_, left_bytes_;
 };
 

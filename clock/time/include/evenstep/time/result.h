@@ -22,7 +22,7 @@ struct Failure {
   E error;
   explicit Failure(E why) : error(std::move(why)) {}
 };
-Failure(const char*) -> Failure<std::string>;
+Failure(const char*)->Failure<std::string>;
 
 template <class T, class E = std::string>
 class [[nodiscard]] Result {

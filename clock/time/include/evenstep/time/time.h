@@ -21,7 +21,10 @@ struct Duration {
   friend constexpr Duration operator-(Duration a, Duration b) { return {a.ns - b.ns}; }
   friend constexpr Duration operator-(Duration a) { return {-a.ns}; }
   friend constexpr Duration operator*(Duration a, std::int64_t factor) { return {a.ns * factor}; }
-  constexpr Duration& operator+=(Duration b) { ns += b.ns; return *this; }
+  constexpr Duration& operator+=(Duration b) {
+    ns += b.ns;
+    return *this;
+  }
 };
 
 /// An instant of real time, ns since the start of the run (virtual or wall): the time in which the user's hand moves.

@@ -22,12 +22,12 @@ struct HidRead {
   /// `returned` is given once after the device was unplugged and is back: it has lost what it was told before, and its
   /// counters begin anew.
   enum class Status { report, nothing, interrupted, returned, gone } status = Status::nothing;
-  std::size_t size = 0;            ///< bytes of the report; if the buffer is smaller, the report was cut
+  std::size_t size = 0;  ///< bytes of the report; if the buffer is smaller, the report was cut
 };
 enum class HidWrite { ok, rejected, gone };
 struct HidFeature {
   enum class Status { ok, rejected, interrupted, gone } status = Status::rejected;
-  std::size_t size = 0;            ///< bytes of the report, including its id
+  std::size_t size = 0;  ///< bytes of the report, including its id
 };
 
 class HidTransport {

@@ -38,9 +38,9 @@ std::string udev_rule(const HidDeviceInfo& info);
 
 /// What became of the reports to be sent.
 struct HidWriteTimes {
-  DurationHistogram taken;         ///< how long each write took, until the system had the report
-  std::int64_t overtaken = 0;      ///< forces that a newer one replaced before they were sent
-  std::int64_t rejected = 0;       ///< by the system, or by a full queue
+  DurationHistogram taken;     ///< how long each write took, until the system had the report
+  std::int64_t overtaken = 0;  ///< forces that a newer one replaced before they were sent
+  std::int64_t rejected = 0;   ///< by the system, or by a full queue
 };
 
 class HidapiTransport final : public HidTransport {
@@ -66,7 +66,7 @@ class HidapiTransport final : public HidTransport {
   std::span<const std::byte> report_descriptor() const override;
   const HidDeviceInfo& info() const override;
 
-  HidWriteTimes write_times() const;  ///< so far; callable from any thread
+  HidWriteTimes write_times() const;     ///< so far; callable from any thread
   std::int64_t times_unplugged() const;  ///< callable from any thread
 
  private:

@@ -165,7 +165,7 @@ class PidDriver final : public HapticDevice {
   std::vector<std::byte> input_, output_;
   std::vector<Effect> effects_;
   bool started_ = false;
-  bool has_returned_ = false;          // it was unplugged in between, so its effects are lost
+  bool has_returned_ = false;     // it was unplugged in between, so its effects are lost
   bool numbers_blocks_ = false;   // the driver numbers the blocks, because the device does not
   std::int64_t effect_gain_ = 0;  // counts
   double device_force_N_ = 0;     // force at the largest magnitude, with the gain that the device applies

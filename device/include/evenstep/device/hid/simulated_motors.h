@@ -11,13 +11,13 @@
 namespace evenstep {
 
 struct MotorState {
-  glm::dvec3 force_N{0};              ///< the force now; 0 if the device is gone, as are the next three
-  int effects_playing = 0;            ///< this and the next two are for PID devices
+  glm::dvec3 force_N{0};    ///< the force now; 0 if the device is gone, as are the next three
+  int effects_playing = 0;  ///< this and the next two are for PID devices
   int effects_allocated = 0;
-  bool actuators_enabled = false;     ///< for a device that can be told to disable them
-  double largest_N = 0;               ///< length of the largest force so far
-  Duration unrenewed;                 ///< longest time so far that a force was rendered without a new output report
-  std::int64_t effects_ended = 0;     ///< how many ended because their duration had passed (the dead man's handle)
+  bool actuators_enabled = false;  ///< for a device that can be told to disable them
+  double largest_N = 0;            ///< length of the largest force so far
+  Duration unrenewed;              ///< longest time so far that a force was rendered without a new output report
+  std::int64_t effects_ended = 0;  ///< how many ended because their duration had passed (the dead man's handle)
 };
 
 /// A device in software: the bytes on its cable, and its motors.

@@ -45,10 +45,10 @@ struct SimulatedPidOptions {
   /// Slope of the largest coefficient at full gain; empty: full_scale_N over half the travel.
   std::optional<glm::dvec3> full_slope_N_per_m;
   Rate firmware_rate{4000, 1};
-  int pool_effects = 40;       ///< at most 40
-  int simultaneous = 40;       ///< number of simultaneous effects in the pool report
-  bool device_managed = true;  ///< as in the pool report; false: Create New Effect is answered with an error
-  int block_load_delay = 0;    ///< how many Block Load requests after a Create New Effect get no answer
+  int pool_effects = 40;          ///< at most 40
+  int simultaneous = 40;          ///< number of simultaneous effects in the pool report
+  bool device_managed = true;     ///< as in the pool report; false: Create New Effect is answered with an error
+  int block_load_delay = 0;       ///< how many Block Load requests after a Create New Effect get no answer
   int block_load_error_at = -1;   ///< which Create New Effect ends in an error, counted from 0; -1: none
   int feature_interruptions = 0;  ///< how many feature requests, counted from the first, are interrupted
   std::vector<PidDeviceEvent> events;

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "evenstep/text/diagnostic.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/text/diagnostic.h"
 
 namespace evenstep::internal {
 

@@ -41,8 +41,8 @@ struct PidSpec {
   PidOptions options;
   PidFlavour flavour = PidFlavour::mask;
   int pool_effects = 40;
-  int block_load_error_at = -1;                 ///< counted from 0
-  Rate firmware_rate{4000, 1};                  ///< at which it renders springs by itself
+  int block_load_error_at = -1;  ///< counted from 0
+  Rate firmware_rate{4000, 1};   ///< at which it renders springs by itself
   std::vector<PidDeviceEvent> events;
 };
 

@@ -31,13 +31,13 @@ enum class StrategyKind { ideal, direct, paper, phase_locked, predict, filtered,
 /// The properties in which strategies differ, apart from their maps and plans (harness/src/strategies.cpp).
 struct StrategyTraits {
   StrategyKind kind;
-  const char* name;                 ///< as in [run] strategies
-  bool remaps = false;              ///< each step reads the hand at its slot, and the least lead and latency are computed
-  bool knows_motion = false;        ///< the reference: even steps that read the programmed motion itself, not samples of it
-  bool plays_as_it_comes = false;   ///< a force is played from the end of its step on, without a latency
-  bool predicts = false;            ///< a step may read past the newest sample by design, which is no underrun
-  bool filters = false;             ///< it uses the filter of [remap]
-  bool varies_step = false;         ///< a step is as long as the real time since the step before
+  const char* name;                ///< as in [run] strategies
+  bool remaps = false;             ///< each step reads the hand at its slot, and the least lead and latency are computed
+  bool knows_motion = false;       ///< the reference: even steps that read the programmed motion itself, not samples of it
+  bool plays_as_it_comes = false;  ///< a force is played from the end of its step on, without a latency
+  bool predicts = false;           ///< a step may read past the newest sample by design, which is no underrun
+  bool filters = false;            ///< it uses the filter of [remap]
+  bool varies_step = false;        ///< a step is as long as the real time since the step before
 };
 inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::ideal, .name = "ideal", .knows_motion = true},
@@ -46,7 +46,8 @@ inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::phase_locked, .name = "phase_locked", .remaps = true},
     StrategyTraits{.kind = StrategyKind::predict, .name = "predict", .predicts = true},
     StrategyTraits{.kind = StrategyKind::filtered, .name = "filtered", .plays_as_it_comes = true, .filters = true},
-    StrategyTraits{.kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true},
+    StrategyTraits{
+        .kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true},
     StrategyTraits{.kind = StrategyKind::foreign, .name = "foreign", .remaps = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
@@ -54,9 +55,9 @@ inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
 
 /// A model of the tissue with one mode, as the tool feels it: a mass between two equal springs.
 struct TissueMode {
-  std::optional<double> frequency_Hz;           ///< of the mass while the tool is held still
+  std::optional<double> frequency_Hz;  ///< of the mass while the tool is held still
   std::optional<double> damping_ratio;
-  std::optional<double> static_N_per_m;         ///< stiffness felt at rest; each spring has twice that
+  std::optional<double> static_N_per_m;  ///< stiffness felt at rest; each spring has twice that
 };
 
 /// [[device]] render: how the force of a tick is computed from its scheduled record (device/renderer.h). Members that its
@@ -66,13 +67,16 @@ struct RenderSpec {
   enum class Kind { force, local, device_spring, smith } kind = Kind::force;
   bool is_local() const { return kind == Kind::local || kind == Kind::device_spring; }
   // For local and device_spring:
-  std::optional<double> alpha = 1.0;            ///< empty: automatic
-  LocalModel stiffness = LocalModel::none;      ///< which stiffness the solver computes
-  bool knows_gap = true;                        ///< false only for comparison: the gap is then not used
+  std::optional<double> alpha = 1.0;        ///< empty: automatic
+  LocalModel stiffness = LocalModel::none;  ///< which stiffness the solver computes
+  bool knows_gap = true;                    ///< false only for comparison: the gap is then not used
   /// The largest stiffness with which a contact is played. by_law: what the law allows for the hand (stiffness_laws.h).
-  struct Cap { enum class Kind { none, by_law, fixed } kind = Kind::none; double fixed_N_per_m = 0; } cap;
-  TissueMode mode;                              ///< smith; values that are not given are taken from the scene
-  double factor = 1.1;                          ///< smith: factor on the stiffness of both springs of the model
+  struct Cap {
+    enum class Kind { none, by_law, fixed } kind = Kind::none;
+    double fixed_N_per_m = 0;
+  } cap;
+  TissueMode mode;      ///< smith; values that are not given are taken from the scene
+  double factor = 1.1;  ///< smith: factor on the stiffness of both springs of the model
 };
 
 /// The model of a device that renders `smith`. Empty if one of its numbers is given neither by the device nor by the scene.
@@ -91,30 +95,32 @@ ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise);
 /// The defaults for a real device: a force that a hand can hold against, a gain of a quarter, ramped up within a second and
 /// down within 50 ms.
 inline constexpr ForceLimits kLiveLimits{
-    3, 1000,
-    {0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000}, Duration{50'000'000}}};
+    3, 1000, {0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000}, Duration{50'000'000}}};
 
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
   Duration phase;
   QueuePolicy queue = QueuePolicy::hidraw;
-  ProgrammedMotion motion;                      ///< with a hand: its intended path
-  std::optional<HandSpec> hand;                 ///< the hand that feels the force; empty: the motion is programmed
-  Duration force_delay;                         ///< from the writing of a force until the hand feels it
+  ProgrammedMotion motion;       ///< with a hand: its intended path
+  std::optional<HandSpec> hand;  ///< the hand that feels the force; empty: the motion is programmed
+  Duration force_delay;          ///< from the writing of a force until the hand feels it
   Emission emission = Emission::linear;
   RenderSpec render;
-  bool is_real = false;                         ///< run with --device, so its true motion is not known
+  bool is_real = false;  ///< run with --device, so its true motion is not known
   DriverSpec driver;
-  std::optional<Duration> unplug;               ///< when the simulated device is unplugged
+  std::optional<Duration> unplug;  ///< when the simulated device is unplugged
   std::vector<ReportFault> faults;
   GuardSpec guard;
-  ForceLimits limits;                           ///< the limits that follow from `guard`
+  ForceLimits limits;  ///< the limits that follow from `guard`
 };
 
 /// A latency or lead: the minimum for any phase, the minimum for this phase, or a fixed duration. A latency can also be
 /// adaptive.
-struct Budget { enum class Kind { any_phase, this_phase, fixed, adaptive } kind = Kind::any_phase; Duration fixed; };
+struct Budget {
+  enum class Kind { any_phase, this_phase, fixed, adaptive } kind = Kind::any_phase;
+  Duration fixed;
+};
 
 /// What a step does if its sample is not there yet, and what a tick does if its force is not.
 enum class InteractionUnderrun { clamp, gate, extrapolate };
@@ -126,15 +132,15 @@ struct RemapSpec {
   double estimate_weight = 0.1;
   double bandwidth_Hz = 2.0;
   Budget latency;
-  AdaptiveLatencyOptions adapt;                 ///< for an adaptive latency; its emission follows from the devices
+  AdaptiveLatencyOptions adapt;  ///< for an adaptive latency; its emission follows from the devices
   Budget lead;
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
-  Duration predict_window;                      ///< how far back `predict` looks to find the hand's velocity
-  FilterSpec filter;                            ///< for strategy `filtered`; filter_at adds the samples of an average
-  Duration filter_window;                       ///< for a moving average
-  std::optional<Foreign> foreign;               ///< the map of strategy `foreign`
-  bool filter_force = true;                     ///< filters the force at the ticks; false: the interaction at the steps
+  Duration predict_window;         ///< how far back `predict` looks to find the hand's velocity
+  FilterSpec filter;               ///< for strategy `filtered`; filter_at adds the samples of an average
+  Duration filter_window;          ///< for a moving average
+  std::optional<Foreign> foreign;  ///< the map of strategy `foreign`
+  bool filter_force = true;        ///< filters the force at the ticks; false: the interaction at the steps
 };
 
 /// The filter of `filtered` for a signal that comes at `rate`.
@@ -142,35 +148,38 @@ FilterSpec filter_at(const RemapSpec& remap, Rate rate);
 
 struct TimingSpec {
   ProgrammedTiming programmed;
-  bool real_steps = false;                      ///< step = "real": no programmed floor on a wall clock
-  std::vector<SegmentTiming> trace;             ///< if not empty, this is replayed and `programmed` is not used
+  bool real_steps = false;           ///< step = "real": no programmed floor on a wall clock
+  std::vector<SegmentTiming> trace;  ///< if not empty, this is replayed and `programmed` is not used
   std::string trace_file;
 };
 
 /// A step of a study: the scene's step divided into `substeps`, or `steps` of the scene's steps at once; one of the two is
 /// 1.
-struct StudyStep { int substeps = 1; int steps = 1; };
+struct StudyStep {
+  int substeps = 1;
+  int steps = 1;
+};
 /// The range in which a study searches for the largest stable stiffness.
 struct StiffnessSearch {
   double from_N_per_m = 0, to_N_per_m = 0;
   int seeds = 1;
-  bool scales_mass = false;                     ///< scales a tissue's masses too, so that its frequencies stay the same
+  bool scales_mass = false;  ///< scales a tissue's masses too, so that its frequencies stay the same
 };
 struct StudySpec {
-  Duration duration;                            ///< simulated, from the begin of the first motion
+  Duration duration;  ///< simulated, from the begin of the first motion
   std::vector<Method> methods;
   std::vector<SolverKind> solvers;
-  std::vector<StudyStep> steps;                 ///< coarsest first; empty: halvings around each method's limit
-  std::vector<int> iterations;                  ///< for methods that iterate; empty: each method's default
+  std::vector<StudyStep> steps;  ///< coarsest first; empty: halvings around each method's limit
+  std::vector<int> iterations;   ///< for methods that iterate; empty: each method's default
   int repeats = 5;
-  std::optional<StiffnessSearch> stiffness_limit;   ///< if given, the study is this search and ignores the members above
+  std::optional<StiffnessSearch> stiffness_limit;  ///< if given, the study is this search and ignores the members above
 };
 
 struct Expectation {
   Place place;
   std::string signal, metric, because;
   std::optional<Limit> min, max;
-  std::optional<std::array<double, 2>> at;      ///< for a case: judge only the cells whose values lie between these
+  std::optional<std::array<double, 2>> at;  ///< for a case: judge only the cells whose values lie between these
   bool expect_fail = false;
   /// For an underrun_rate: the limit must hold for the true rate with this confidence. To find out, the maps alone are run
   /// over `seeds` seeds; 0: as many as are enough if no segment has an underrun.
@@ -180,22 +189,22 @@ struct Expectation {
 
 /// A key of a sweep's grid and the values it is set to.
 struct SweepAxis {
-  std::string path;                             ///< as --set takes it: "timing.visualization"
-  std::vector<std::string> values;              ///< as TOML: "\"5 ms\"", "15"; all different
+  std::string path;                 ///< as --set takes it: "timing.visualization"
+  std::vector<std::string> values;  ///< as TOML: "\"5 ms\"", "15"; all different
   Place place;
 };
 /// Searches for the least (greatest) value of an axis from which on everything passes.
 struct SweepFind {
-  std::size_t axis = 0;                         ///< position in the grid; its values rise strictly
+  std::size_t axis = 0;  ///< position in the grid; its values rise strictly
   bool smallest = true;
-  std::string gate;                             ///< at_most or at_least as written; empty: any value is accepted
+  std::string gate;  ///< at_most or at_least as written; empty: any value is accepted
   /// How many values of the axis satisfy `gate`: the first ones if `smallest`, otherwise the last ones.
   std::size_t allowed = 0;
 };
 /// [sweep]: the runs of a scenario that `evenstep sweep` makes.
 struct SweepSpec {
-  std::vector<std::uint64_t> seeds;             ///< at least one, all different
-  std::vector<SweepAxis> grid;                  ///< the first varies slowest
+  std::vector<std::uint64_t> seeds;  ///< at least one, all different
+  std::vector<SweepAxis> grid;       ///< the first varies slowest
   std::optional<std::int64_t> stop_after;
   int keep_worst = 5;
   std::optional<SweepFind> find;
@@ -207,20 +216,20 @@ struct Scenario {
   std::string name, because;
   std::vector<std::string> tags;
 
-  Duration run_duration;                        ///< with a trace, its length is the default
+  Duration run_duration;  ///< with a trace, its length is the default
   Duration warmup;
-  std::optional<Duration> interrupt;            ///< when the run is interrupted as by a signal; before run_duration
+  std::optional<Duration> interrupt;  ///< when the run is interrupted as by a signal; before run_duration
   std::uint64_t seed = 1;
   std::vector<StrategyKind> strategies;
   StrategyKind live = StrategyKind::phase_locked;
-  bool keep_rows = true;                        ///< false: the run folder has bins and metrics only
-  bool needs_undelayed = false;                 ///< an expectation needs the force that the scene would give without delay
+  bool keep_rows = true;         ///< false: the run folder has bins and metrics only
+  bool needs_undelayed = false;  ///< an expectation needs the force that the scene would give without delay
 
-  std::optional<CaseSpec> case_spec;            ///< if given, there is no timing, scene, device or remap
+  std::optional<CaseSpec> case_spec;  ///< if given, there is no timing, scene, device or remap
   TimingSpec timing;
   SolverKind solver = SolverKind::opencl;
   Scene scene;
-  Place scene_place;                            ///< of a foreign scene's name
+  Place scene_place;  ///< of a foreign scene's name
   int work_group_size = 64;
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
@@ -228,14 +237,14 @@ struct Scenario {
   std::optional<SweepSpec> sweep;
   std::vector<Expectation> expectations;
   struct ExpectStop {
-    std::string reason, message;                ///< message: a part of the run's error message
+    std::string reason, message;  ///< message: a part of the run's error message
     std::optional<std::int64_t> at_least_step, at_most_step;
     Place place;
   };
   std::optional<ExpectStop> expect_stop;
 
   NominalUnits nominal;
-  std::string resolved_toml;                    ///< the merged table, for resolved.toml
+  std::string resolved_toml;  ///< the merged table, for resolved.toml
 };
 
 /// Whether a device is held by a hand that feels the force, so that the force decides where it moves.
@@ -244,7 +253,7 @@ bool has_hand(const Scenario& scenario);
 struct ReadOptions {
   std::vector<std::string> set;
   std::optional<std::uint64_t> seed;
-  std::vector<std::string> registered = {};     ///< names of foreign parts; a scenario with another one is an error
+  std::vector<std::string> registered = {};  ///< names of foreign parts; a scenario with another one is an error
 };
 /// Or all its errors, by position.
 using ReadResult = Result<Scenario, std::vector<Diagnostic>>;
