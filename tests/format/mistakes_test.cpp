@@ -609,3 +609,11 @@ TEST_CASE("A foreign part needs its name, options that are a table without dates
                           {"[timing]", "strategies = [\"foreign\"]\n[timing]", "[remap] does not say which map that is"},
                       });
 }
+
+TEST_CASE("The limit of an underrun rate with a confidence is a share: another unit is refused where it is written") {
+  const std::string expectation =
+      "[[expect]]\nsignal = \"*.force.*\"\nmetric = \"underrun_rate\"\nmax = \"1 ms\"\nconfidence = \"95 %\"\n";
+  const ReadResult result = read_text(std::string(kSpring) + expectation);
+  CHECK_FALSE(result);
+  CHECK_THAT(errors_of(result), Contains("'max': ") && Contains("'ms' is a unit of time"));
+}

@@ -94,7 +94,7 @@ const std::vector<Field>& run_fields() {
        .key = "seed",
        .forms = kInteger,
        .default_toml = "1",
-       .meaning = "Of everything drawn at random.",
+       .meaning = "Seed of everything that is drawn at random.",
        .range = at_least(0)},
       {.table = "run",
        .key = "strategies",

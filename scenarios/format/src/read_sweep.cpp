@@ -265,7 +265,7 @@ const std::vector<Field>& sweep_fields() {
        .key = "seeds",
        .forms = kText | kInteger,
        .shape = Shape::one_or_list,
-       .meaning = "Of [run] `seed`. `\"0..30000\"` is 30000 seeds, 0 to 29999. Default: that of [run].",
+       .meaning = "Values of [run] `seed`. `\"0..30000\"` is 30000 seeds, 0 to 29999. Default: that of [run].",
        .range = at_least(0),
        .example = "\"0..30000\""},
       {.table = "sweep",
@@ -332,12 +332,12 @@ const std::vector<Field>& sweep_fields() {
       {.table = "sweep.find",
        .key = "at_most",
        .forms = kLimit,
-       .meaning = "Of `smallest`: a larger one fails the sweep.",
+       .meaning = "With `smallest`: the sweep fails if the value found is larger.",
        .example = "\"16 ms\""},
       {.table = "sweep.find",
        .key = "at_least",
        .forms = kLimit,
-       .meaning = "Of `largest`: a smaller one fails the sweep.",
+       .meaning = "With `largest`: the sweep fails if the value found is smaller.",
        .example = "\"10 ms\""},
   };
   return rows;
