@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# cli_test.sh PROGRAM SOURCE_DIR CASE : runs one case; prints what differed and exits 1 on failure, 77 when it cannot run here.
+# cli_test.sh PROGRAM SOURCE_DIR CASE : runs one case; prints what differed and exits 1 on failure, 77 when it cannot run
+# here.
 set -uo pipefail
 evenstep=$1
 source_dir=$2
@@ -31,14 +32,31 @@ case_help_and_version() {
   expect 2 "required" run
   expect 2 "--clock" run x.toml --clock sundial
 }
-case_unknown_key() { scenario '[timing]' 'vsualization = "1 ms"'; expect 2 "x.toml:5:1: error: unknown key 'vsualization'" run x.toml; grep -q "did you mean 'visualization'" err || fail "no suggestion"; no_run_folder; }
-case_wrong_unit() { scenario '[timing]' 'visualization = "11.1 msec"'; expect 2 "x.toml:5:" run x.toml; grep -q "msec" err || fail "does not name the unit"; no_run_folder; }
+case_unknown_key() {
+  scenario '[timing]' 'vsualization = "1 ms"'
+  expect 2 "x.toml:5:1: error: unknown key 'vsualization'" run x.toml
+  grep -q "did you mean 'visualization'" err || fail "no suggestion"
+  no_run_folder
+}
+case_wrong_unit() {
+  scenario '[timing]' 'visualization = "11.1 msec"'
+  expect 2 "x.toml:5:" run x.toml
+  grep -q "msec" err || fail "does not name the unit"
+  no_run_folder
+}
 case_bare_number() { scenario '[timing]' 'visualization = 11.1'; expect 2 "x.toml:5:" run x.toml; }
 case_duplicate_key() { scenario '[timing]' 'steps = 3' 'steps = 4'; expect 2 "x.toml:6" run x.toml; }
-case_nan() { scenario '[timing]' 'visualization = nan'; expect 2 "x.toml:5:" run x.toml; scenario '[[expect]]' 'signal = "run"' 'metric = "x"' 'max = "nan"'; expect 2 "x.toml:" run x.toml; }
+case_nan() {
+  scenario '[timing]' 'visualization = nan'
+  expect 2 "x.toml:5:" run x.toml
+  scenario '[[expect]]' 'signal = "run"' 'metric = "x"' 'max = "nan"'
+  expect 2 "x.toml:" run x.toml
+}
 case_missing_file() { expect 2 "nowhere.toml" run nowhere.toml; mkdir empty; expect 2 "no scenario" run empty; }
 traced() {  # a scenario that replays $1
-  printf 'format = 1\nname = "t"\n[timing]\ntrace = "%s"\n[scene]\nsolver = "cpu-double"\nkind = "spring"\nstiffness = "1 N/m"\nstep_size = "450 Hz"\n[[device]]\nname = "left"\nrate = "1 kHz"\nmotion = { kind = "still" }\n' "$1" >t.toml
+  printf '%s\n' 'format = 1' 'name = "t"' '[timing]' "trace = \"$1\"" \
+    '[scene]' 'solver = "cpu-double"' 'kind = "spring"' 'stiffness = "1 N/m"' 'step_size = "450 Hz"' \
+    '[[device]]' 'name = "left"' 'rate = "1 kHz"' 'motion = { kind = "still" }' >t.toml
 }
 case_missing_trace() { traced gone.csv; expect 2 "gone.csv" run t.toml; }
 case_include_cycle() {
@@ -48,7 +66,12 @@ case_include_cycle() {
   grep -q "a.toml -> b.toml -> a.toml" err || fail "does not name the chain"
 }
 swept() {  # a sweep of six points, of which those at 14 ms fail
-  printf '# a\nformat = 1\nextends = ["%s"]\nname = "s"\nexpect = [{ signal = "left.force.phase_locked", metric = "underruns", equals = 0 }]\n[run]\nduration = "0.5 s"\nstrategies = ["phase_locked"]\n[timing]\njitter = { step = "lognormal 10 %%" }\n[remap]\nlead = "1 ms"\n[sweep]\nseeds = "0..3"\ngrid = { "remap.latency" = ["14 ms", "40 ms"] }\n%s\n' "$spring" "$1" >s.toml
+  printf '%s\n' '# a' 'format = 1' "extends = [\"$spring\"]" 'name = "s"' \
+    'expect = [{ signal = "left.force.phase_locked", metric = "underruns", equals = 0 }]' \
+    '[run]' 'duration = "0.5 s"' 'strategies = ["phase_locked"]' \
+    '[timing]' 'jitter = { step = "lognormal 10 %" }' \
+    '[remap]' 'lead = "1 ms"' \
+    '[sweep]' 'seeds = "0..3"' 'grid = { "remap.latency" = ["14 ms", "40 ms"] }' "$1" >s.toml
 }
 case_sweep_and_merge() {
   swept ''
@@ -83,8 +106,18 @@ case_shrink() {
   expect 2 "nothing to shrink" shrink s.toml --seed 0 --set remap.latency="40 ms"
 }
 case_step_counts() { for n in 0 1000000000 -3; do scenario '[timing]' "steps = $n"; expect 2 "x.toml:5:" run x.toml; done; }
-case_negative_duration() { scenario '[run]' 'duration = "-1 s"'; expect 2 "x.toml:5:" run x.toml; scenario '[timing]' 'visualization = "-1 ms"'; expect 2 "x.toml:5:" run x.toml; }
-case_step_longer_than_segment() { scenario '[timing]' 'step = "40 ms"'; expect 2 "x.toml:5:" run x.toml; scenario '[timing]' 'visualization = "34 ms"'; expect 2 "x.toml:5:" run x.toml; }
+case_negative_duration() {
+  scenario '[run]' 'duration = "-1 s"'
+  expect 2 "x.toml:5:" run x.toml
+  scenario '[timing]' 'visualization = "-1 ms"'
+  expect 2 "x.toml:5:" run x.toml
+}
+case_step_longer_than_segment() {
+  scenario '[timing]' 'step = "40 ms"'
+  expect 2 "x.toml:5:" run x.toml
+  scenario '[timing]' 'visualization = "34 ms"'
+  expect 2 "x.toml:5:" run x.toml
+}
 case_all_errors_at_once() {
   scenario '[timing]' 'vsualization = "1 ms"' '[scene]' 'stifness = "1 N/m"' '[run]' 'sed = 1'
   expect 2 "vsualization" run x.toml
@@ -97,7 +130,8 @@ case_trace_going_back() {
 }
 case_no_opencl_platform() {
   mkdir none
-  OCL_ICD_VENDORS="$work/none" expect 3 "pocl-opencl-icd" run "$source_dir/scenarios/paper/figure-1.toml" --set 'run.duration="0.5 s"'
+  OCL_ICD_VENDORS="$work/none" expect 3 "pocl-opencl-icd" \
+    run "$source_dir/scenarios/paper/figure-1.toml" --set 'run.duration="0.5 s"'
 }
 case_unwritable_run_folder() {
   if [ "$(id -u)" -eq 0 ]; then
@@ -114,11 +148,17 @@ case_unwritable_run_folder() {
   grep -q -- "--out" err || fail "no remedy"
   [ -z "$(ls -A locked)" ] || fail "something was written"
 }
-case_refuses_to_replace_other_folders() { mkdir mine; echo x >mine/x; expect 3 "not a run folder" run "$spring" --out mine; [ -f mine/x ] || fail "mine/x is gone"; }
+case_refuses_to_replace_other_folders() {
+  mkdir mine
+  echo x >mine/x
+  expect 3 "not a run folder" run "$spring" --out mine
+  [ -f mine/x ] || fail "mine/x is gone"
+}
 case_run_writes_a_verdict_and_a_folder() {
   expect 0 "PASS" run "$spring"
   head -1 out | grep -q "evenstep 0.*figure-1-spring.toml.*seed 1.*clock virtual" || fail "first line"
-  for f in summary.json junit.xml series.csv timing.csv events.bin resolved.toml figure-1a-left.svg figure-1b-left.svg figure-2to4.svg; do
+  for f in summary.json junit.xml series.csv timing.csv events.bin resolved.toml \
+    figure-1a-left.svg figure-1b-left.svg figure-2to4.svg; do
     [ -s "runs/figure-1-spring/$f" ] || fail "no $f"
   done
   grep -q '"verdict":"pass"' runs/figure-1-spring/summary.json || fail "summary verdict"
@@ -129,9 +169,15 @@ case_failing_expectation_names_the_line_and_the_command() {
   grep -q "again: evenstep run x.toml --seed 1" out || fail "no command to run it again"
   grep -q '"verdict":"fail"' runs/x/summary.json || fail "summary verdict"
 }
-case_json() { "$evenstep" run "$spring" --json >out 2>err || fail "exit"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
+case_json() {
+  "$evenstep" run "$spring" --json >out 2>err || fail "exit"
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  python3 -m json.tool out >/dev/null || fail "not JSON"
+}
 case_repeat() { expect 0 "PASS" run "$spring" --repeat; }
-case_options_may_come_before_the_file() { expect 0 "seed 3" run --seed 3 --set 'run.duration="1 s"' --set 'run.warmup="0.3 s"' "$spring"; }
+case_options_may_come_before_the_file() {
+  expect 0 "seed 3" run --seed 3 --set 'run.duration="1 s"' --set 'run.warmup="0.3 s"' "$spring"
+}
 case_devices_lists_what_is_there() {
   "$evenstep" devices >out 2>err || fail "devices"
   "$evenstep" devices --json >out 2>err || fail "devices --json"
@@ -151,23 +197,26 @@ case_seed_and_set_are_in_the_run() {
   expect 2 "--set" run "$spring" --set 'run.duratoin="1 s"'
 }
 case_several_files_worst_wins() {
-  scenario '[[expect]]' 'signal = "left.interaction.direct"' 'metric = "velocity_jump"' 'max = "1 step"'; mv x.toml fails.toml
-  scenario '[run]' 'duration = "1 s"'; mv x.toml passes.toml
+  scenario '[[expect]]' 'signal = "left.interaction.direct"' 'metric = "velocity_jump"' 'max = "1 step"'
+  mv x.toml fails.toml
+  scenario '[run]' 'duration = "1 s"'
+  mv x.toml passes.toml
   expect 1 "2 scenarios: 1 passed, 1 failed" run fails.toml passes.toml --out all
   [ -s all/fails/summary.json ] && [ -s all/passes/summary.json ] || fail "run folders"
   expect 2 "1 passed" run nowhere.toml passes.toml
 }
 case_long_scenarios_of_a_folder_run_only_when_asked_for() {
   mkdir folder
-  printf '%s\n' 'format = 1' 'tags = ["long"]' '[case]' 'kind = "oscillator"' 'methods = ["symplectic-euler"]' 'values = [1, 3]' 'most_steps = 50' >folder/long.toml
+  printf '%s\n' 'format = 1' 'tags = ["long"]' '[case]' 'kind = "oscillator"' 'methods = ["symplectic-euler"]' \
+    'values = [1, 3]' 'most_steps = 50' >folder/long.toml
   sed 's/"long"/"ci"/' folder/long.toml >folder/short.toml
   expect 0 "2 scenarios: 1 passed, 0 failed, 1 left out (long)" run folder
   expect 0 "2 scenarios: 2 passed, 0 failed" run --long folder
   expect 0 "refused" run folder/long.toml
 }
 case_a_case_writes_its_cells_and_its_strip() {
-  printf '%s\n' 'format = 1' '[case]' 'kind = "oscillator"' 'methods = ["symplectic-euler"]' 'values = [1, 3]' 'most_steps = 50' \
-    '[[expect]]' 'signal = "case.*.*"' 'metric = "refused"' 'equals = 0' >x.toml
+  printf '%s\n' 'format = 1' '[case]' 'kind = "oscillator"' 'methods = ["symplectic-euler"]' 'values = [1, 3]' \
+    'most_steps = 50' '[[expect]]' 'signal = "case.*.*"' 'metric = "refused"' 'equals = 0' >x.toml
   expect 1 "symplectic-euler cpu" run x.toml
   grep -q '^symplectic-euler,cpu,3,refused,' runs/x/cells.csv || fail "cells.csv"
   grep -q '>refused<' runs/x/strip.svg || fail "strip.svg"
@@ -185,7 +234,11 @@ case_diff_names_the_first_differing_event() {
   printf 'EVSTEP01 is not enough' >bad.bin
   expect 2 "bad.bin" diff a bad.bin
 }
-case_check_explains_without_running() { expect 0 "least: any device phase" check "$spring"; no_run_folder; expect 2 "error" check nowhere.toml; }
+case_check_explains_without_running() {
+  expect 0 "least: any device phase" check "$spring"
+  no_run_folder
+  expect 2 "error" check nowhere.toml
+}
 case_check_and_run_say_what_step_and_stiffness_are_stable() {
   local tissue=$source_dir/scenarios/paper/figure-1.toml
   expect 0 "ms in every configuration" check "$tissue"
@@ -193,52 +246,72 @@ case_check_and_run_say_what_step_and_stiffness_are_stable() {
   grep -Eq "particle [0-9]+ at site \([0-9]+, [0-9]+, [0-9]+\) sets them" out || fail "which particle"
   expect 0 "implicit: stable at any step" check "$tissue" --set 'scene.method="implicit-euler"'
   grep -q inf out && fail "an infinite limit is printed"
-  local small=(--set 'scene.lattice=[8, 7, 9]' --set scene.particles=490 --set 'run.duration="0.5 s"' --set 'expect=[]' --set scene.solver=cpu
+  local small=(--set 'scene.lattice=[8, 7, 9]' --set scene.particles=490 --set 'run.duration="0.5 s"' --set 'expect=[]'
+    --set scene.solver=cpu
     --set 'device.left.grab={ center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }'
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
   expect 0 "k_max " run "$tissue" "${small[@]}"
 }
-small_study=(--set 'scene.lattice=[5, 5, 5]' --set 'device.left.grab.center=["10 mm", "10 mm", "20 mm"]' --set 'device.left.grab.radius="5.5 mm"'
-  --set 'study.duration="8 ms"' --set study.repeats=1)
+small_study=(--set 'scene.lattice=[5, 5, 5]' --set 'device.left.grab.center=["10 mm", "10 mm", "20 mm"]'
+  --set 'device.left.grab.radius="5.5 mm"' --set 'study.duration="8 ms"' --set study.repeats=1)
 case_study_writes_table_csv_json_and_figures() {
   local block=$source_dir/scenarios/stiff/study-block.toml
-  expect 0 "refused: above the limit of" study "$block" "${small_study[@]}" --set 'study.solvers=["cpu", "cpu-double"]' --out s --advise "5 % force"
+  expect 0 "refused: above the limit of" study "$block" "${small_study[@]}" --set 'study.solvers=["cpu", "cpu-double"]' \
+    --out s --advise "5 % force"
   grep -q "^cheapest for 5 % force: " out || fail "no advice"
-  for file in study.json study.csv resolved.toml position-error.svg force-error.svg energy-error.svg; do [ -s "s/$file" ] || fail "no $file"; done
+  for file in study.json study.csv resolved.toml position-error.svg force-error.svg energy-error.svg; do
+    [ -s "s/$file" ] || fail "no $file"
+  done
   expect 0 "figures and data" study s/resolved.toml --out s --set 'study.solvers=["cpu"]'  # its own folder is replaced
   mkdir t; echo mine >t/mine
   expect 3 "is not a run folder" study "$block" "${small_study[@]}" --out t
   [ -s t/mine ] || fail "somebody's folder was replaced"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   "$evenstep" study "$block" "${small_study[@]}" --set 'study.solvers=["cpu"]' --json --out u >out 2>err || fail "exit"
-  python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv"))); assert len(d["cells"]) == len(r) == 51
+  python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv")))
+assert len(d["cells"]) == len(r) == 51
 assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
 }
 case_study_says_that_a_solver_is_unavailable() {
-  OCL_ICD_VENDORS=$work/none expect 0 "unavailable: no OpenCL platform is installed" study "$source_dir/scenarios/stiff/study-block.toml" "${small_study[@]}" \
+  local block=$source_dir/scenarios/stiff/study-block.toml
+  OCL_ICD_VENDORS=$work/none expect 0 "unavailable: no OpenCL platform is installed" study "$block" "${small_study[@]}" \
     --set 'study.solvers=["opencl", "cpu"]' --set 'study.methods=["symplectic-euler"]' --advise "5 % force"
 }
 case_study_refuses_bad_input() {
   local block=$source_dir/scenarios/stiff/study-block.toml
-  expect 1 "cannot tell what meets 1e-20 % force" study "$block" "${small_study[@]}" --set 'study.methods=["symplectic-euler"]' --advise "1e-20 % force"
+  expect 1 "cannot tell what meets 1e-20 % force" study "$block" "${small_study[@]}" \
+    --set 'study.methods=["symplectic-euler"]' --advise "1e-20 % force"
   expect 2 "--advise: error: \"1 kg\"" study "$block" --advise "1 kg"
   expect 2 "only a tissue has steps to compare" study "$spring"
   expect 2 "no such file" study nowhere.toml
   expect 2 "'repeats': 0 is out of range" study "$block" --set study.repeats=0
 }
-case_list_names_scenarios_and_metrics() { (cd "$source_dir" && "$evenstep" list) >out 2>err || fail "list"; grep -q "figure-1.toml" out || fail "scenario"; grep -q "velocity_jump" out || fail "metrics"; }
-case_schema_is_json() { "$evenstep" schema >out 2>err || fail "schema"; command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; python3 -m json.tool out >/dev/null || fail "not JSON"; }
+case_list_names_scenarios_and_metrics() {
+  (cd "$source_dir" && "$evenstep" list) >out 2>err || fail "list"
+  grep -q "figure-1.toml" out || fail "scenario"
+  grep -q "velocity_jump" out || fail "metrics"
+}
+case_schema_is_json() {
+  "$evenstep" schema >out 2>err || fail "schema"
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  python3 -m json.tool out >/dev/null || fail "not JSON"
+}
 case_fit_proposes_a_timing_that_check_accepts() {
   expect 0 "paced = true" fit "$source_dir/scenarios/recorded/small-paced30-basic.csv"
-  { printf 'format = 1\n[run]\nduration = "1 s"\n[scene]\nkind = "spring"\n[[device]]\nname = "left"\n'; cat out; } >fitted.toml
+  printf '%s\n' 'format = 1' '[run]' 'duration = "1 s"' '[scene]' 'kind = "spring"' '[[device]]' 'name = "left"' >fitted.toml
+  cat out >>fitted.toml
   expect 0 "segment 33.333333 ms" check fitted.toml
 }
-case_fit_says_when_to_replay() { expect 0 'trace = "'"$source_dir"'/scenarios/recorded/contended-free-basic.csv"' fit "$source_dir/scenarios/recorded/contended-free-basic.csv"; }
+case_fit_says_when_to_replay() {
+  local trace=$source_dir/scenarios/recorded/contended-free-basic.csv
+  expect 0 "trace = \"$trace\"" fit "$trace"
+}
 case_fit_json() {
   "$evenstep" fit "$source_dir/scenarios/recorded/regime-free-basic.csv" --json >out 2>err || fail "exit"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
-  python3 -c 'import json; d = json.load(open("out")); assert d["replay_instead"] and 1.5 < d["regimes"]["factor"] < 1.9' || fail "JSON"
+  python3 -c 'import json; d = json.load(open("out"))
+assert d["replay_instead"] and 1.5 < d["regimes"]["factor"] < 1.9' || fail "JSON"
 }
 case_fit_refuses_bad_input() {
   expect 2 "nowhere.csv" fit nowhere.csv
@@ -257,7 +330,8 @@ case_size_of_a_recording_and_of_a_scenario() {
   expect 0 "90 % sure" size "$trace" --rate "5 %" --confidence "90 %"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   "$evenstep" size "$trace" --json --sampling "1 ms" >out 2>err || fail "exit"
-  python3 -c 'import csv, json; d = json.load(open("out")); r = [x for x in csv.DictReader(open("'"$trace"'")) if x["kind"] == "step"]
+  python3 -c 'import csv, json; d = json.load(open("out"))
+r = [x for x in csv.DictReader(open("'"$trace"'")) if x["kind"] == "step"]
 longest = max(int(x["end_ns"]) - int(x["begin_ns"]) for x in r)
 assert d["taut_string_latency_ns"] == longest + 999999 <= d["best_line_latency_ns"]
 assert d["window_latency_ns"]["p50"] <= d["window_latency_ns"]["p99"] <= d["window_latency_ns"]["max"]
@@ -296,10 +370,12 @@ case_a_rate_with_confidence() {
   expect 0 "every seed of this timing is the same" check x.toml
 }
 case_concurrent_timing_runs_and_is_refused_on_a_wall_clock() {
-  local lane=(--set timing.order=concurrent --set timing.paced=true --set timing.slowdown=1.5 --set 'timing.jitter={ step = "lognormal 5 %" }')
+  local lane=(--set timing.order=concurrent --set timing.paced=true --set timing.slowdown=1.5
+    --set 'timing.jitter={ step = "lognormal 5 %" }')
   local short=(--set 'run.duration="1 s"' --set 'expect=[]')
   expect 0 "PASS" run "$spring" "${lane[@]}" "${short[@]}" --repeat
-  expect 2 "virtual clock only" run --clock wall "$spring" "${lane[@]}" "${short[@]}" --set 'remap.latency="30 ms"' --set 'remap.lead="5 ms"'
+  expect 2 "virtual clock only" run --clock wall "$spring" "${lane[@]}" "${short[@]}" \
+    --set 'remap.latency="30 ms"' --set 'remap.lead="5 ms"'
 }
 case_interrupt_keeps_what_is_finished() {
   scenario 'expect = []' '[run]' 'duration = "600 s"'
@@ -329,18 +405,23 @@ case_every_signal_ends_a_run_without_a_force() {
       fail "SIG$signal: a motor is left on, or nobody says"
   done
 }
-case_closed_stdout_is_not_a_crash() { "$evenstep" run "$spring" 2>err | head -c 10 >/dev/null; [ "${PIPESTATUS[0]}" -lt 128 ] || fail "died of a signal"; }
+case_closed_stdout_is_not_a_crash() {
+  "$evenstep" run "$spring" 2>err | head -c 10 >/dev/null
+  [ "${PIPESTATUS[0]}" -lt 128 ] || fail "died of a signal"
+}
 case_pocl_drivers_agree() {
   # The same hash with PoCL's basic and pthread drivers, with one and two threads, and on the CPU solver.
   local small=(--set 'scene.lattice=[8, 7, 9]' --set scene.particles=490 --set 'run.duration="0.5 s"' --set 'expect=[]'
     --set 'device.left.grab={ center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }'
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
-  local hashes
+  local hashes tissue=$source_dir/scenarios/paper/figure-1.toml
   hashes=$(
-    for environment in POCL_DEVICES=basic "POCL_DEVICES=pthread POCL_MAX_PTHREAD_COUNT=1" "POCL_DEVICES=pthread POCL_MAX_PTHREAD_COUNT=2"; do
-      env $environment "$evenstep" run "$source_dir/scenarios/paper/figure-1.toml" "${small[@]}" --json 2>>err | grep -o '"trace_hash":"[0-9a-f]*"' | head -1
+    for environment in POCL_DEVICES=basic "POCL_DEVICES=pthread POCL_MAX_PTHREAD_COUNT=1" \
+      "POCL_DEVICES=pthread POCL_MAX_PTHREAD_COUNT=2"; do
+      env $environment "$evenstep" run "$tissue" "${small[@]}" --json 2>>err | grep -o '"trace_hash":"[0-9a-f]*"' | head -1
     done
-    "$evenstep" run "$source_dir/scenarios/paper/figure-1.toml" "${small[@]}" --set 'scene.solver="cpu"' --json 2>>err | grep -o '"trace_hash":"[0-9a-f]*"' | head -1
+    "$evenstep" run "$tissue" "${small[@]}" --set 'scene.solver="cpu"' --json 2>>err |
+      grep -o '"trace_hash":"[0-9a-f]*"' | head -1
   )
   printf '%s\n' "$hashes" >out
   [ "$(wc -l <out)" -eq 4 ] || fail "a run gave no hash"

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The examples of docs/extending.md as patches:
 #   extending_test.sh SOURCE_DIR count              each applies, and changes no more existing code files than promised
-#   extending_test.sh SOURCE_DIR build WORK_DIR     all of them in a copy: it builds, keeps the room rules, and each example works
+#   extending_test.sh SOURCE_DIR build WORK_DIR     all of them in a copy: it builds, keeps the room rules, and each example
+#                                                 works
 # Code files are those of the product: sources and headers, neither tests nor docs nor lists of files (CMakeLists.txt).
 set -euo pipefail
 source_dir=$(realpath "$1")
@@ -33,7 +34,8 @@ count() {
     (cd "$copy" && git apply --check "$here/$kind.patch") || fail "$kind.patch does not apply any more"
     files=$(touched "$here/$kind.patch")
     number=$(grep -c . <<<"$files" || true)
-    ((number <= allowed[$kind])) || fail "a new $kind changes $number existing code files, not ${allowed[$kind]}:"$'\n'"$files"
+    ((number <= allowed[$kind])) ||
+      fail "a new $kind changes $number existing code files, not ${allowed[$kind]}:"$'\n'"$files"
     echo "$kind: $number existing code files (at most ${allowed[$kind]})"
   done
 }
@@ -43,9 +45,13 @@ build() {
   copy=$1/copy
   rm -rf "$copy"
   copy_tree "$copy"
-  for kind in "${!allowed[@]}"; do (cd "$copy" && git apply "$here/$kind.patch") || fail "$kind.patch does not apply beside the others"; done
-  cmake -S "$copy" -B "$copy/build" -G Ninja -DEVENSTEP_BUILD_TESTS=OFF >"$1/configure.log" 2>&1 || { cat "$1/configure.log"; fail "the copy cannot be configured"; }
-  cmake --build "$copy/build" --target evenstep --parallel "$(nproc)" >"$1/build.log" 2>&1 || { tail -50 "$1/build.log"; fail "the copy does not build"; }
+  for kind in "${!allowed[@]}"; do
+    (cd "$copy" && git apply "$here/$kind.patch") || fail "$kind.patch does not apply beside the others"
+  done
+  cmake -S "$copy" -B "$copy/build" -G Ninja -DEVENSTEP_BUILD_TESTS=OFF >"$1/configure.log" 2>&1 ||
+    { cat "$1/configure.log"; fail "the copy cannot be configured"; }
+  cmake --build "$copy/build" --target evenstep --parallel "$(nproc)" >"$1/build.log" 2>&1 ||
+    { tail -50 "$1/build.log"; fail "the copy does not build"; }
   bash "$copy/tests/room_rules/room_rules.sh" "$copy" || fail "the examples break a room rule"
   evenstep=$copy/build/apps/evenstep
   "$evenstep" run "$here/examples.toml" --out "$1/run" || fail "examples.toml fails"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a time,
-# builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if one
-# survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
+# mutation_check.sh SOURCE_DIR WORK_DIR [CMAKE_ARGUMENT...] : breaks the sources on purpose, one way of mutations.txt at a
+# time, builds the test program that is expected to notice, runs its named cases, and reports killed or survived. Exit 1 if
+# one survived, does not compile, or does not match the source any more, or if the cases fail on the unbroken source.
 # mutation_check.sh SOURCE_DIR --texts : builds nothing; only whether each mutation still matches the source, in seconds.
 # MUTATION=PATTERN: only those whose names match (such as 'judge-*'). JOBS=N: so many at a time (default: one per core).
 #
@@ -63,7 +63,9 @@ mutate() {
   local name=$1 block=$2 test cases why code file changed=()
   test=$(value "$block" test) cases=$(value "$block" case)
   if ! apply "$block" >why.log; then echo "ERROR $name: $(cat why.log)"
-  elif ! build_test "$test"; then why=$(grep -m2 'error' build.log || tail -2 build.log); echo "ERROR $name is not built: $why"
+  elif ! build_test "$test"; then
+    why=$(grep -m2 'error' build.log || tail -2 build.log)
+    echo "ERROR $name is not built: $why"
   else
     run_test "$test" "$cases"
     code=$?

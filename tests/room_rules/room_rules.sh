@@ -8,12 +8,17 @@
 set -u -o pipefail
 export LC_ALL=C
 
-readonly rooms='clock remap scheduler sim device reports text recordings catalogue loop harness campaigns apps tests bench examples cmake docs scenarios scripts'
-readonly os_clock='\b(clock_gettime|clock_nanosleep|nanosleep|steady_clock|system_clock|high_resolution_clock|sleep_for|sleep_until|usleep)\b'
+readonly rooms='clock remap scheduler sim device reports text recordings catalogue loop harness campaigns apps
+  tests bench examples cmake docs scenarios scripts'
+readonly posix_clock='clock_gettime|clock_nanosleep|nanosleep|usleep'
+readonly std_clock='steady_clock|system_clock|high_resolution_clock|sleep_for|sleep_until'
+readonly os_clock="\b($posix_clock|$std_clock)\b"
 readonly threads='\b(std::(jthread|thread|async)|pthread_create)\b'
 readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\('
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
+readonly with_threads='scheduler/src/(live_lanes|parallel_for)|device/src/hid/hidapi_transport|tests/'
+readonly hashed='scheduler|remap|sim|device|reports|text|recordings|scenarios/format|catalogue|loop|harness|campaigns'
 
 # name @ which files (regular expression on the path) @ where it is allowed @ what must not be there
 # Paths are relative to the root. Line comments are gone by then, except for rules that start with "raw ".
@@ -21,9 +26,9 @@ readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^device/src/hid/hidapi_transport@# *include *[<\"]hidapi"
   "OS clock only in clock@$source@^(clock|tests)/@$os_clock"
-  "threads only in live lanes, parallel loops and hidapi transport@$source@^(scheduler/src/(live_lanes|parallel_for)|device/src/hid/hidapi_transport|tests/)@$threads"
+  "threads only in live lanes, parallel loops and hidapi transport@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
-  "no unordered containers where things are hashed@^(scheduler|remap|sim|device|reports|text|recordings|scenarios/format|catalogue|loop|harness|campaigns)/.*$source@^\$@\bstd::unordered_"
+  "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
   "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi|toml|spdlog)"
   "no fast math@(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh|^sim/.*$source)\$@^\$@$fast_math"
   "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
@@ -38,7 +43,8 @@ tree() {
     grep -v '^tests/room_rules/' | sort
 }
 
-# strip ROOT: a copy of the tree in $scratch/bare without line comments (// in sources, # elsewhere but for #include and the like).
+# strip ROOT: a copy of the tree in $scratch/bare without line comments (// in sources, # elsewhere but for #include
+# and the like).
 strip() {
   rm -rf "$scratch/bare" && mkdir "$scratch/bare" && (cd "$1" && tree . | xargs -d '\n' -r cp --parents -t "$scratch/bare")
   find "$scratch/bare" -type f -regextype posix-extended -regex '.*\.(h|hpp|cpp|cl)' -exec sed -i 's@//.*@@' {} +
@@ -51,7 +57,8 @@ violations() {
   IFS='@' read -r name files allowed pattern <<<"$1"
   case $name in raw\ *) where=$2 name=${name#raw } ;; esac
   local found
-  found=$(tree "$where" | grep -E "$files" | grep -vE "$allowed" | (cd "$where" && xargs -d '\n' -r grep -InHE -- "$pattern"))
+  found=$(tree "$where" | grep -E "$files" | grep -vE "$allowed" |
+    (cd "$where" && xargs -d '\n' -r grep -InHE -- "$pattern"))
   [ -n "$found" ] && sed -E "s@^([^:]*:[0-9]+:)@\1 [$name] @" <<<"$found"
 }
 
@@ -62,8 +69,10 @@ headers_without_opening() {
     FNR == 2 && !/^\/\/\/ / { print FILENAME ":2: [header opening] must be a /// comment that says what this is" }')
 }
 
-# rooms_too_large ROOT: no room holds more than a fifth of the product's code, or it is several rooms in one. Lines of $source.
-readonly product='clock remap scheduler sim device reports text recordings scenarios/format catalogue loop harness campaigns apps'
+# rooms_too_large ROOT: no room holds more than a fifth of the product's code, or it is several rooms in one. Lines
+# of $source.
+readonly product='clock remap scheduler sim device reports text recordings scenarios/format catalogue loop harness campaigns
+  apps'
 rooms_too_large() {
   local room lines total=0
   local -A held=()
@@ -103,9 +112,9 @@ prove_rules() {
   expect seen 1 device/src/hid/reference_driver.cpp '#include <hidapi/hidapi.h>'
   expect unseen 1 device/src/hid/hidapi_transport.cpp '#include <hidapi/hidapi.h>'
   local call
-  for call in 'clock_gettime(CLOCK_MONOTONIC, &t);' 'clock_nanosleep(0, 0, &t, 0);' 'nanosleep(&t, 0);' 'std::chrono::steady_clock::now();' \
-    'std::chrono::system_clock::now();' 'std::chrono::high_resolution_clock::now();' 'std::this_thread::sleep_for(t);' \
-    'std::this_thread::sleep_until(t);' 'usleep(1);'; do
+  for call in 'clock_gettime(CLOCK_MONOTONIC, &t);' 'clock_nanosleep(0, 0, &t, 0);' 'nanosleep(&t, 0);' \
+    'std::chrono::steady_clock::now();' 'std::chrono::system_clock::now();' 'std::chrono::high_resolution_clock::now();' \
+    'std::this_thread::sleep_for(t);' 'std::this_thread::sleep_until(t);' 'usleep(1);'; do
     expect seen 2 scheduler/src/scheduler.cpp "$call"
     expect unseen 2 clock/src/wall_clock.cpp "$call"
     expect unseen 2 tests/clock/wall_test.cpp "$call"
@@ -118,13 +127,15 @@ prove_rules() {
     expect unseen 3 tests/scheduler/lanes_test.cpp "$call"
   done
   expect unseen 3 scheduler/src/scheduler.cpp 'std::this_thread::get_id();'
-  for call in 'std::normal_distribution<double> d;' 'std::uniform_int_distribution<int> d;' 'std::random_device d;' 'int i = rand();'; do
+  for call in 'std::normal_distribution<double> d;' 'std::uniform_int_distribution<int> d;' \
+    'std::random_device d;' 'int i = rand();'; do
     expect seen 4 scheduler/src/random.cpp "$call"
     expect seen 4 tests/sim/solver_test.cpp "$call"
   done
   expect unseen 4 scheduler/src/random.cpp 'int i = my_rand();'
   for call in scheduler/src/a.cpp remap/include/evenstep/remap/a.h sim/cpu/a.cpp device/src/hid/a.cpp reports/src/a.cpp \
-    text/src/a.cpp recordings/src/a.cpp scenarios/format/src/a.cpp catalogue/src/a.cpp loop/src/a.cpp harness/src/a.cpp campaigns/src/a.cpp; do
+    text/src/a.cpp recordings/src/a.cpp scenarios/format/src/a.cpp catalogue/src/a.cpp loop/src/a.cpp harness/src/a.cpp \
+    campaigns/src/a.cpp; do
     expect seen 5 "$call" 'std::unordered_map<int, int> m;'
   done
   expect unseen 5 apps/main.cpp 'std::unordered_set<int> s;'
@@ -144,7 +155,9 @@ prove_rules() {
   done
   expect unseen 8 sim/src/solver.cpp '// MAXXXX'
   local rule
-  for rule in "${!rules[@]}"; do [ "${tried[$rule]:-0}" = 1 ] || fail "rule '${rules[$rule]%%@*}' has no planted violation"; done
+  for rule in "${!rules[@]}"; do
+    [ "${tried[$rule]:-0}" = 1 ] || fail "rule '${rules[$rule]%%@*}' has no planted violation"
+  done
 
   planted sim/include/evenstep/sim/a.h $'#pragma once\n/// A thing.'
   [ -z "$(headers_without_opening "$scratch/planted")" ] || fail 'the header rule refuses a good header'
@@ -160,7 +173,10 @@ prove_sizes() {
   for room in $product; do mkdir -p "$scratch/planted/$room" && printf 'a\nb\n' >"$scratch/planted/$room/a.cpp"; done
   [ -z "$(rooms_too_large "$scratch/planted")" ] || fail 'the rule on sizes refuses rooms of equal size'
   printf '%s\n' a b c d e f g h >"$scratch/planted/sim/a.cpp"
-  case $(rooms_too_large "$scratch/planted") in sim:*) ;; *) fail 'the rule on sizes does not see a room of more than a fifth' ;; esac
+  case $(rooms_too_large "$scratch/planted") in
+    sim:*) ;;
+    *) fail 'the rule on sizes does not see a room of more than a fifth' ;;
+  esac
 }
 
 check_tree() {

@@ -140,7 +140,8 @@ case_without_a_terminal_sudo_is_not_let_ask() {
   system 1000 libglm-dev
   install
   expect_status 0
-  expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true' "sudo -n $as_sudo $update" "$update" "sudo -n $as_sudo $add libglm-dev" "$add libglm-dev")"
+  expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true' \
+    "sudo -n $as_sudo $update" "$update" "sudo -n $as_sudo $add libglm-dev" "$add libglm-dev")"
 }
 case_on_a_terminal_sudo_may_ask() {
   command -v script >/dev/null || { echo "skipped: no script(1) to make a terminal"; exit 77; }
@@ -149,7 +150,8 @@ case_on_a_terminal_sudo_may_ask() {
   export source_dir work
   SHELL=/bin/bash script -qec 'PATH=$work/bin bash install "$source_dir" "$work/build" >out' err >/dev/null </dev/null
   expect_out ''
-  expect_calls "$(printf '%s\n' 'id -u' 'sudo true' "sudo $as_sudo $update" "$update" "sudo $as_sudo $add libglm-dev" "$add libglm-dev")"
+  expect_calls "$(printf '%s\n' 'id -u' 'sudo true' \
+    "sudo $as_sudo $update" "$update" "sudo $as_sudo $add libglm-dev" "$add libglm-dev")"
 }
 case_sudo_that_refuses_leaves_one_line_to_paste() {
   sudo_here refuses
@@ -157,14 +159,16 @@ case_sudo_that_refuses_leaves_one_line_to_paste() {
   install
   expect_status 2
   expect_calls "$(printf '%s\n' 'id -u' 'sudo -n true')"
-  [[ $(tail -1 err) == 'sudo apt-get update && sudo apt-get install -y --no-install-recommends cmake libglm-dev' ]] || fail "no line to paste"
+  [[ $(tail -1 err) == 'sudo apt-get update && sudo apt-get install -y --no-install-recommends cmake libglm-dev' ]] ||
+    fail "no line to paste"
 }
 case_without_sudo_the_line_to_paste_uses_su() {
   system 1000 libglm-dev
   install
   expect_status 2
   expect_calls 'id -u'
-  [[ $(tail -1 err) == "su -c 'apt-get update && apt-get install -y --no-install-recommends libglm-dev'" ]] || fail "no line to paste"
+  [[ $(tail -1 err) == "su -c 'apt-get update && apt-get install -y --no-install-recommends libglm-dev'" ]] ||
+    fail "no line to paste"
 }
 case_a_failing_update_is_said_and_nothing_is_installed() {
   system 0 libglm-dev
@@ -205,7 +209,8 @@ case_elsewhere_than_on_debian_the_packages_are_named_and_the_build_goes_on() {
 
 clone() {  # clone FOLDER
   mkdir -p "$1/scenarios/paper" "$1/scenarios/recorded"
-  cp -r "$source_dir/run.sh" "$source_dir/test.sh" "$source_dir/CMakePresets.json" "$source_dir/scripts" "$source_dir/.ci" "$1"
+  cp -r "$source_dir/run.sh" "$source_dir/test.sh" "$source_dir/CMakePresets.json" \
+    "$source_dir/scripts" "$source_dir/.ci" "$1"
   cat >"$1/evenstep" <<'END'
 #!/bin/bash
 printf '[%s]' "$@"; echo

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# boot.sh FOLDER SCENARIOS PROGRAM... : boots a Debian kernel of its own in qemu twice, with these programs in it and init.sh as
-# its only process. No root and no network in the guest. qemu counts instructions for time (-icount), so that guest time does not
-# depend on how busy this machine is, and sleeping costs nothing.
+# boot.sh FOLDER SCENARIOS PROGRAM... : boots a Debian kernel of its own in qemu twice, with these programs in it and init.sh
+# as its only process. No root and no network in the guest. qemu counts instructions for time (-icount), so that guest time
+# does not depend on how busy this machine is, and sleeping costs nothing.
 #
-# Only the first boot runs the tests as well as the live runs: FOLDER/1.log has all that it said, FOLDER/live.log and FOLDER/2.log
-# what the last two boots said of the live runs.
+# Only the first boot runs the tests as well as the live runs: FOLDER/1.log has all that it said, FOLDER/live.log and
+# FOLDER/2.log what the last two boots said of the live runs.
 #
-# Prints "skipped: REASON" where a program or the kernel cannot be had. The kernel package is downloaded once (70 MB) and kept.
+# Prints "skipped: REASON" where a program or the kernel cannot be had. The kernel package is downloaded once
+# (70 MB) and kept.
 set -euo pipefail
 here=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
 folder=$1 scenarios=$2
@@ -14,7 +15,8 @@ shift 2
 skip() { printf 'skipped: %s\n' "$*"; exit 0; }
 
 for program in qemu-system-x86_64 busybox cpio xz dpkg-deb ldd; do
-  command -v "$program" >/dev/null || skip "$program is not installed (.ci/packages.txt lists what the virtual machine needs)"
+  command -v "$program" >/dev/null ||
+    skip "$program is not installed (.ci/packages.txt lists what the virtual machine needs)"
 done
 mkdir -p -- "$folder"
 cd -- "$folder"
@@ -24,7 +26,8 @@ if [[ ! -s kernel/vmlinux ]]; then
   mkdir -p kernel
   name=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -nE 's/^ *Depends: (linux-image-[^ ]*)$/\1/p' | head -n 1)
   [[ -n $name ]] || skip "apt knows no linux-image-amd64 (run apt-get update)"
-  (cd kernel && apt-get download "$name" >/dev/null 2>download.log) || skip "the kernel package $name cannot be downloaded: $(tail -n 1 kernel/download.log)"
+  (cd kernel && apt-get download "$name" >/dev/null 2>download.log) ||
+    skip "the kernel package $name cannot be downloaded: $(tail -n 1 kernel/download.log)"
   rm -rf kernel/boot kernel/lib
   dpkg-deb --fsys-tarfile kernel/"$name"_*.deb |
     tar -x -C kernel --wildcards './boot/vmlinuz*' '*/hid/hid.ko' '*/hid/uhid.ko' '*/hid/hid-generic.ko'
@@ -56,8 +59,9 @@ done
 for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program" 2>/dev/null || true; done
 (cd root && find . | LC_ALL=C sort | cpio --quiet -o -H newc --reproducible | gzip -1 -n) >initrd.gz
 
-# --- twice, and up to four times until two boots in a row say the same of the live runs: on a busy machine qemu's instruction clock
-# has been seen to move by microseconds. The serial line is a file: a pipe that is full would hold up the guest.
+# --- twice, and up to four times until two boots in a row say the same of the live runs: on a busy machine qemu's
+# instruction clock has been seen to move by microseconds. The serial line is a file: a pipe that is full would hold up the
+# guest.
 
 # boot MARK LOG : until the guest has said the mark
 boot() {

@@ -1,6 +1,6 @@
 #!/bin/sh
-# The guest's first and only process: loads the kernel's HID modules, runs what is to be tested, powers off. The test reads the
-# serial line: everything between two marks. The live runs come first, since a second boot only repeats them.
+# The guest's first and only process: loads the kernel's HID modules, runs what is to be tested, powers off. The test reads
+# the serial line: everything between two marks. The live runs come first, since a second boot only repeats them.
 export PATH=/bin HOME=/tmp NO_COLOR=1
 mount -t proc none /proc
 mount -t sysfs none /sys

@@ -32,9 +32,10 @@ __kernel void begin_solve(READ(u), READ(v), __global const float* restrict mobil
 }
 
 // r = M (h a - (x - v0)), p = r / D. The macros of the forces use the names u and v for z and x.
-__kernel void residual(READ(u), READ(v), __global const float* restrict active, __global const float* restrict mobile MATERIALS
-                       TOOLS, READ(old_), __global const float* restrict mass, __global const float* restrict scale, WRITE(r),
-                       WRITE(p), __global float* restrict products, float h) {
+__kernel void residual(READ(u), READ(v), __global const float* restrict active, __global const float* restrict mobile
+                       MATERIALS TOOLS, READ(old_), __global const float* restrict mass,
+                       __global const float* restrict scale, WRITE(r), WRITE(p),
+                       __global float* restrict products, float h) {
   const size_t index = get_global_id(0);
   const size_t i = index + FIRST;
   ALL_FORCES
