@@ -125,7 +125,7 @@ std::string stability_lines(const Scenario& scenario) {
 
 std::string rendering_lines(const Scenario& scenario) {
   std::string lines;
-  const auto local = [](const DeviceSpec& device) { return device.render.is_local(); };
+  const auto local = [](const DeviceSpec& device) { return std::holds_alternative<LocalRender>(device.render); };
   if (std::none_of(scenario.devices.begin(), scenario.devices.end(), local)) return lines;
   for (const StrategyPlan& plan : plan(scenario)) {
     for (const DeviceSpec& device : scenario.devices) {

@@ -41,9 +41,12 @@ std::optional<Plant> plant_of(const DeviceSpec& device) {
   return Plant{device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m()};
 }
 
+/// The contact's law with which a device renders; nullptr if it renders otherwise.
+const LocalRender* local_of(const DeviceSpec& device) { return std::get_if<LocalRender>(&device.render); }
+
 /// The alpha of a device; 0 if the scheduled force is played as it is.
 double alpha_or_none(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
-  return device.render.is_local() ? alpha_of(scenario, plan, device) : 0;
+  return local_of(device) ? alpha_of(scenario, plan, device) : 0;
 }
 
 }  // namespace
@@ -56,7 +59,7 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
       traits_of(plan.kind).plays_as_it_comes ? mean_age_s(scenario, device) : seconds(plan.latency) + hold_s;
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
-  if (device.render.kind != RenderSpec::Kind::device_spring) return loop;
+  if (const LocalRender* local = local_of(device); !local || !local->by_device) return loop;
   const PidSpec& pid = std::get<PidSpec>(device.driver);  // the only driver with springs: the reader refuses others
   loop.own_N_per_m = steepest_spring_N_per_m(pid.options);
   loop.own_period_s = period_s(pid.firmware_rate);
@@ -64,15 +67,16 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
 }
 
 double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
-  if (device.render.alpha) return *device.render.alpha;
+  if (const std::optional<double>& alpha = std::get<LocalRender>(device.render).alpha) return *alpha;
   return automatic_alpha(loop_delays(scenario, plan, device), plant_of(device));
 }
 
 double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
-  using Kind = RenderSpec::Cap::Kind;
-  if (device.render.cap.kind == Kind::fixed) return device.render.cap.fixed_N_per_m;
+  using Cap = LocalRender::Cap;
+  const Cap cap = std::get<LocalRender>(device.render).cap;
+  if (cap.kind == Cap::Kind::fixed) return cap.fixed_N_per_m;
   const std::optional<Plant> plant = plant_of(device);
-  if (device.render.cap.kind == Kind::none || !plant) return std::numeric_limits<double>::infinity();
+  if (cap.kind == Cap::Kind::none || !plant) return std::numeric_limits<double>::infinity();
   // What is measured lies between 0.2 % below the law and 80 % above it.
   constexpr double kMargin = 0.9;
   return kMargin * largest_stiffness_N_per_m(alpha_of(scenario, plan, device), loop_delays(scenario, plan, device), *plant);
@@ -81,7 +85,7 @@ double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSp
 LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
   LoopRecord record{loop.scheduled_s + loop.device_s, felt_stiffness_N_per_m(scenario.scene)};
-  if (device.render.kind == RenderSpec::Kind::smith) return record;  // the laws hold for a spring only
+  if (std::holds_alternative<SmithRender>(device.render)) return record;  // the laws hold for a spring only
   const double alpha = alpha_or_none(scenario, plan, device);
   LoopDelays of_host = loop;
   of_host.own_N_per_m = 0;
@@ -90,7 +94,7 @@ LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const
   record.own_gain_s = (loop.period_s - loop.own_period_s) / 2;
   if (const std::optional<Plant> plant = plant_of(device))
     record.stiffness_limit_N_per_m = largest_stiffness_N_per_m(alpha, loop, *plant);
-  if (!device.render.is_local()) return record;
+  if (!local_of(device)) return record;
   record.alpha = alpha;
   record.alpha_star = alpha_star(loop);
   record.cap_N_per_m = cap_of(scenario, plan, device);
@@ -99,7 +103,7 @@ LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const
 
 std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
   const LoopDelays loop = loop_delays(scenario, plan, device);
-  const bool local = device.render.is_local();
+  const bool local = local_of(device) != nullptr;
   const double alpha = alpha_or_none(scenario, plan, device);
   std::string line = fmt::format("L_e {:.3f} ms", 1e3 * loop.scheduled_s);
   if (const std::optional<double> star = alpha_star(loop); local && star)
@@ -108,7 +112,8 @@ std::string rendering_line(const Scenario& scenario, const StrategyPlan& plan, c
   line += fmt::format(", renders {:+.3g} N s/m beside {:.6g} N/m", rendered_damping(stiffness, alpha, loop), stiffness);
   if (const std::optional<Plant> plant = plant_of(device))
     line += fmt::format(", a spring of {:.4g} N/m at most", largest_stiffness_N_per_m(alpha, loop, *plant));
-  if (const double cap = cap_of(scenario, plan, device); local && std::isfinite(cap))
+  if (!local) return line;
+  if (const double cap = cap_of(scenario, plan, device); std::isfinite(cap))
     line += fmt::format(", contacts above {:.4g} N/m played as that", cap);
   return line;
 }

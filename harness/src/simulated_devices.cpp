@@ -15,19 +15,18 @@ namespace {
 
 std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& scenario, const StrategyPlan& plan,
                                                               const DeviceSpec& device) {
-  switch (device.render.kind) {
-    case RenderSpec::Kind::force:
-      break;
-    case RenderSpec::Kind::local:
-    case RenderSpec::Kind::device_spring:
-      return RenderLocal{alpha_of(scenario, plan, device), device.render.knows_gap,
-                         device.render.kind == RenderSpec::Kind::device_spring, cap_of(scenario, plan, device)};
-    case RenderSpec::Kind::smith:
-      // A record was read at most the latency before it is played, or at most a segment before if it is played as it comes;
-      // the next record is at most two slots later; and a record is held until it has faded.
-      const Duration slots{2 * scenario.nominal.slot.ns};
-      return RenderSmith{*smith_mode(scenario.scene, device.render),
-                         plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
+  if (const auto* local = std::get_if<LocalRender>(&device.render)) {
+    return RenderLocal{.alpha = alpha_of(scenario, plan, device),
+                       .knows_gap = local->knows_gap,
+                       .by_device = local->by_device,
+                       .most_N_per_m = cap_of(scenario, plan, device)};
+  }
+  if (const auto* smith = std::get_if<SmithRender>(&device.render)) {
+    // A record was read at most the latency before it is played, or at most a segment before if it is played as it comes;
+    // the next record is at most two slots later; and a record is held until it has faded.
+    const Duration slots{2 * scenario.nominal.slot.ns};
+    return RenderSmith{*smith_mode(scenario.scene, *smith),
+                       plan.latency + scenario.nominal.segment + slots + kFadeAfter + kFadeFor};
   }
   return RenderForce{};
 }

@@ -244,22 +244,23 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
     return good(base, {{"device.left.render={ " + keys + " }"}, {}});
   };
   const Scenario plain = good(kSpring, {});
-  CHECK(plain.devices[0].render.kind == RenderSpec::Kind::force);
+  CHECK(std::holds_alternative<ForceRender>(plain.devices[0].render));
   CHECK(plain.scene.local_model == LocalModel::none);
   const Scenario local = rendered(kSpring, "kind = \"local\", emission = \"hold\"");
-  CHECK(local.devices[0].render.kind == RenderSpec::Kind::local);
+  CHECK_FALSE(std::get<LocalRender>(local.devices[0].render).by_device);
   CHECK(local.devices[0].emission == Emission::hold);
-  CHECK(local.devices[0].render.alpha == 1.0);
-  CHECK(local.devices[0].render.knows_gap);
+  CHECK(std::get<LocalRender>(local.devices[0].render).alpha == 1.0);
+  CHECK(std::get<LocalRender>(local.devices[0].render).knows_gap);
   CHECK(local.scene.local_model == LocalModel::instantaneous);
   const Scenario all = rendered(kSpring, "kind = \"local\", alpha = \"auto\", stiffness = \"settled\", gap = false");
-  CHECK_FALSE(all.devices[0].render.alpha);
-  CHECK_FALSE(all.devices[0].render.knows_gap);
+  CHECK_FALSE(std::get<LocalRender>(all.devices[0].render).alpha);
+  CHECK_FALSE(std::get<LocalRender>(all.devices[0].render).knows_gap);
   CHECK(all.scene.local_model == LocalModel::settled);
-  CHECK(rendered(kSpring, "kind = \"local\", alpha = 2").devices[0].render.alpha == 2.0);
-  using Cap = RenderSpec::Cap::Kind;
-  CHECK(local.devices[0].render.cap.kind == Cap::none);
-  const RenderSpec::Cap fixed = rendered(kSpring, "kind = \"local\", cap = \"1.5 kN/m\"").devices[0].render.cap;
+  CHECK(std::get<LocalRender>(rendered(kSpring, "kind = \"local\", alpha = 2").devices[0].render).alpha == 2.0);
+  using Cap = LocalRender::Cap::Kind;
+  CHECK(std::get<LocalRender>(local.devices[0].render).cap.kind == Cap::none);
+  const LocalRender::Cap fixed =
+      std::get<LocalRender>(rendered(kSpring, "kind = \"local\", cap = \"1.5 kN/m\"").devices[0].render).cap;
   CHECK(fixed.kind == Cap::fixed);
   CHECK(fixed.fixed_N_per_m == 1500);
   const std::string device = "device.left.driver=\"pid\"",
@@ -272,7 +273,7 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
   const auto sprung_pid = [&](const std::string& pid, const std::string& kind) {
     return std::get<PidSpec>(sprung(pid, kind).driver);
   };
-  CHECK(sprung("", "device_spring").render.kind == RenderSpec::Kind::device_spring);
+  CHECK(std::get<LocalRender>(sprung("", "device_spring").render).by_device);
   CHECK(sprung_pid("", "device_spring").options.springs);
   CHECK_FALSE(sprung_pid("", "local").options.springs);
   CHECK_FALSE(sprung_pid("", "device_spring").options.full_slope_N_per_m);
@@ -281,11 +282,11 @@ TEST_CASE("What a device renders is read with its defaults, and asks the scene f
   CHECK(period_s(sprung_pid(", firmware_rate = \"8 kHz\"", "device_spring").firmware_rate) == 1 / 8000.0);
   const Scenario smith =
       rendered(kSpring, "kind = \"smith\", frequency = \"7 Hz\", damping_ratio = 0.2, static_stiffness = \"300 N/m\"");
-  CHECK(smith.devices[0].render.kind == RenderSpec::Kind::smith);
-  CHECK(smith.devices[0].render.mode.frequency_Hz == 7.0);
-  CHECK(smith.devices[0].render.mode.damping_ratio == 0.2);
-  CHECK(smith.devices[0].render.mode.static_N_per_m == 300.0);
-  CHECK(smith.devices[0].render.factor == 1.1);
+  const SmithRender& model = std::get<SmithRender>(smith.devices[0].render);
+  CHECK(model.mode.frequency_Hz == 7.0);
+  CHECK(model.mode.damping_ratio == 0.2);
+  CHECK(model.mode.static_N_per_m == 300.0);
+  CHECK(model.factor == 1.1);
   CHECK(smith.scene.local_model == LocalModel::none);
 }
 

@@ -79,6 +79,18 @@ struct SceneText {
   std::string operator()(const ForeignScene& s) const { return fmt::format("foreign {} {}", s.name, s.options); }
 };
 
+struct RenderText {
+  std::string operator()(const ForceRender&) const { return " render force\n"; }
+  std::string operator()(const LocalRender& r) const {
+    return fmt::format(" render local {} alpha {} stiffness {} gap {} cap {} {}\n", r.by_device, r.alpha.value_or(0),
+                       static_cast<int>(r.stiffness), r.knows_gap, static_cast<int>(r.cap.kind), r.cap.fixed_N_per_m);
+  }
+  std::string operator()(const SmithRender& r) const {
+    return fmt::format(" render smith {} {} {} factor {}\n", r.mode.frequency_Hz.value_or(0),
+                       r.mode.damping_ratio.value_or(0), r.mode.static_N_per_m.value_or(0), r.factor);
+  }
+};
+
 std::string timing_text(const TimingSpec& t) {
   const ProgrammedTiming& p = t.programmed;
   std::string out =
@@ -277,11 +289,7 @@ std::string describe(const Scenario& s) {
                        at(d.rate), at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape),
                        d.motion.begin.ns, static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s,
                        at(d.force_delay), d.hand ? hand_text(*d.hand) : "");
-    out += fmt::format(" render {} alpha {} stiffness {} gap {} cap {} {} mode {} {} {} factor {}\n",
-                       static_cast<int>(d.render.kind), d.render.alpha.value_or(0), static_cast<int>(d.render.stiffness),
-                       d.render.knows_gap, static_cast<int>(d.render.cap.kind), d.render.cap.fixed_N_per_m,
-                       d.render.mode.frequency_Hz.value_or(0), d.render.mode.damping_ratio.value_or(0),
-                       d.render.mode.static_N_per_m.value_or(0), d.render.factor);
+    out += std::visit(RenderText{}, d.render);
   }
   for (const DeviceSpec& d : s.devices) {
     out += fmt::format("device {} unplug {} faults", d.name, d.unplug ? d.unplug->ns : -1);

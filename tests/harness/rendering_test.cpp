@@ -250,7 +250,7 @@ TEST_CASE("a device's own delay is in its loop, beside the schedule's") {
 TEST_CASE("a model that is stiffer than its tissue swings faster with the tissue's mass: by the root of its factor") {
   const Scenario scenario = read("closed-loop/slow-tissue-smith.toml");
   const auto mode = [&](double factor) {
-    RenderSpec render = scenario.devices[0].render;
+    SmithRender render = std::get<SmithRender>(scenario.devices[0].render);
     render.factor = factor;
     return *smith_mode(scenario.scene, render);
   };

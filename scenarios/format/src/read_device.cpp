@@ -32,29 +32,36 @@ void check_name(const Table& device, const std::vector<DeviceSpec>& earlier, Err
   }
 }
 
-RenderSpec::Cap read_cap(const Table& render) {
-  using Kind = RenderSpec::Cap::Kind;
+LocalRender::Cap read_cap(const Table& render) {
+  using Kind = LocalRender::Cap::Kind;
   if (render.text("cap") == "law") return {Kind::by_law, 0};
   return {Kind::fixed, render.si("cap")};
 }
 
+LocalRender read_local(const Table& render) {
+  LocalRender local;
+  local.by_device = render.text("kind") == "device_spring";
+  local.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
+  local.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
+  local.knows_gap = render.boolean("gap");
+  if (render.has("cap")) local.cap = read_cap(render);
+  return local;
+}
+
+SmithRender read_smith(const Table& render) {
+  SmithRender smith;
+  if (render.has("frequency")) smith.mode.frequency_Hz = in_Hz(render.rate("frequency"));
+  if (render.has("damping_ratio")) smith.mode.damping_ratio = render.number("damping_ratio");
+  if (render.has("static_stiffness")) smith.mode.static_N_per_m = render.si("static_stiffness");
+  smith.factor = render.number("factor");
+  return smith;
+}
+
 RenderSpec read_render(const Table& render) {
-  RenderSpec spec;
   const std::string kind = render.text("kind");
-  if (kind == "local" || kind == "device_spring") {
-    spec.kind = kind == "local" ? RenderSpec::Kind::local : RenderSpec::Kind::device_spring;
-    spec.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
-    spec.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
-    spec.knows_gap = render.boolean("gap");
-    if (render.has("cap")) spec.cap = read_cap(render);
-  } else if (kind == "smith") {
-    spec.kind = RenderSpec::Kind::smith;
-    if (render.has("frequency")) spec.mode.frequency_Hz = in_Hz(render.rate("frequency"));
-    if (render.has("damping_ratio")) spec.mode.damping_ratio = render.number("damping_ratio");
-    if (render.has("static_stiffness")) spec.mode.static_N_per_m = render.si("static_stiffness");
-    spec.factor = render.number("factor");
-  }
-  return spec;
+  if (kind == "local" || kind == "device_spring") return read_local(render);
+  if (kind == "smith") return read_smith(render);
+  return ForceRender{};
 }
 
 /// Refuses the reference twin for a hand: it reads the programmed motion, which a hand does not have.
@@ -100,7 +107,8 @@ void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec
 /// Checks that the device can render springs: it must have them, and its newtons must be known to give their stiffness.
 void check_springs(const Table& render, const DeviceSpec& spec, Errors& errors) {
   const auto* pid = std::get_if<PidSpec>(&spec.driver);
-  if (spec.render.kind != RenderSpec::Kind::device_spring || (pid && pid->options.full_scale_N)) return;
+  const auto* local = std::get_if<LocalRender>(&spec.render);
+  if (!local || !local->by_device || (pid && pid->options.full_scale_N)) return;
   errors.add(render.place("kind"),
              pid ? "'kind': \"device_spring\" needs to know what the device's springs are in N/m; write "
                    "full_scale in its 'pid'"
@@ -146,7 +154,8 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   spec.emission = render.text("emission") == "hold" ? Emission::hold : Emission::linear;
   spec.render = read_render(render);
   check_springs(render, spec, reading.errors);
-  if (spec.render.cap.kind == RenderSpec::Cap::Kind::by_law && !spec.hand)
+  const auto* local = std::get_if<LocalRender>(&spec.render);
+  if (local && local->cap.kind == LocalRender::Cap::Kind::by_law && !spec.hand)
     reading.errors.add(render.place("cap"),
                        "'cap': \"law\" follows from the mass and damping of a hand, and this motion is "
                        "programmed; write a stiffness, or motion = { kind = \"hand\", ... }");

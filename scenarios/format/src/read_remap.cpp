@@ -19,7 +19,7 @@ void read_underrun(ScenarioReading& reading, const Table& underrun) {
   if (force == name_of(ForceUnderrun::hold)) return;
   spec.force_underrun = ForceUnderrun::extrapolate;
   for (const DeviceSpec& device : reading.scenario.devices) {
-    if (device.render.kind != RenderSpec::Kind::force) {
+    if (!std::holds_alternative<ForceRender>(device.render)) {
       reading.errors.add(
           underrun.place("force"),
           fmt::format("'force': \"extrapolate\" continues a line of forces, and device '{}' makes its forces of "
@@ -99,7 +99,8 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
                        "strategies names neither; add one, or give a duration");
   }
   for (const DeviceSpec& device : reading.scenario.devices) {
-    if (!device.render.is_local() || device.render.alpha) continue;
+    const auto* local = std::get_if<LocalRender>(&device.render);
+    if (!local || local->alpha) continue;
     reading.errors.add(remap.place("latency"),
                        fmt::format("'latency': device '{}' takes its alpha from the latency, which \"adaptive\" does not "
                                    "know beforehand; write alpha as a number there, or a duration here",

@@ -16,7 +16,8 @@ void read_local_model(ScenarioReading& reading) {
   const Table table = reading.section("scene");
   LocalModel rendered = LocalModel::none;
   for (const DeviceSpec& device : reading.scenario.devices) {
-    const LocalModel wanted = device.render.stiffness;
+    const auto* local = std::get_if<LocalRender>(&device.render);
+    const LocalModel wanted = local ? local->stiffness : LocalModel::none;
     if (wanted == LocalModel::none) continue;
     if (rendered != LocalModel::none && wanted != rendered) {
       reading.errors.add(
@@ -40,7 +41,8 @@ void read_local_model(ScenarioReading& reading) {
 /// Checks that for a device that renders a mode all numbers are given, by the device or by the scene.
 void check_modes(ScenarioReading& reading) {
   for (const DeviceSpec& device : reading.scenario.devices) {
-    if (device.render.kind != RenderSpec::Kind::smith || smith_mode(reading.scenario.scene, device.render)) continue;
+    const auto* smith = std::get_if<SmithRender>(&device.render);
+    if (!smith || smith_mode(reading.scenario.scene, *smith)) continue;
     reading.errors.add(
         reading.section("scene").place("kind"),
         fmt::format("device '{}' renders \"smith\", a model of one mode, and a scene of this kind does not say which; "

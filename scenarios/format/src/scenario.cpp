@@ -47,7 +47,7 @@ FilterSpec filter_at(const RemapSpec& remap, Rate rate) {
   return MovingAverageSpec{static_cast<int>(std::clamp(std::round(samples), 1.0, kMaxAveragedSamples + 1.0))};
 }
 
-std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render) {
+std::optional<SpringMode> smith_mode(const Scene& scene, const SmithRender& render) {
   TissueMode mode = render.mode;
   if (const auto* tissue = std::get_if<ModeScene>(&scene.body)) {
     if (!mode.frequency_Hz) mode.frequency_Hz = tissue->frequency_Hz;

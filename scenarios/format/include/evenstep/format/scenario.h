@@ -15,6 +15,7 @@
 #include "evenstep/device/renderer.h"
 #include "evenstep/format/driver_spec.h"
 #include "evenstep/format/foreign.h"
+#include "evenstep/format/render_spec.h"
 #include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
@@ -52,35 +53,6 @@ inline constexpr std::array kAllStrategies{
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
-
-/// A model of the tissue with one mode, as the tool feels it: a mass between two equal springs.
-struct TissueMode {
-  std::optional<double> frequency_Hz;  ///< of the mass while the tool is held still
-  std::optional<double> damping_ratio;
-  std::optional<double> static_N_per_m;  ///< stiffness felt at rest; each spring has twice that
-};
-
-/// [[device]] render: how the force of a tick is computed from its scheduled record (device/renderer.h). Members that its
-/// kind does not use keep these defaults.
-struct RenderSpec {
-  /// device_spring: like local, but rendered as springs by the device itself as far as it can.
-  enum class Kind { force, local, device_spring, smith } kind = Kind::force;
-  bool is_local() const { return kind == Kind::local || kind == Kind::device_spring; }
-  // For local and device_spring:
-  std::optional<double> alpha = 1.0;        ///< empty: automatic
-  LocalModel stiffness = LocalModel::none;  ///< which stiffness the solver computes
-  bool knows_gap = true;                    ///< false only for comparison: the gap is then not used
-  /// The largest stiffness with which a contact is played. by_law: what the law allows for the hand (stiffness_laws.h).
-  struct Cap {
-    enum class Kind { none, by_law, fixed } kind = Kind::none;
-    double fixed_N_per_m = 0;
-  } cap;
-  TissueMode mode;      ///< smith; values that are not given are taken from the scene
-  double factor = 1.1;  ///< smith: factor on the stiffness of both springs of the model
-};
-
-/// The model of a device that renders `smith`. Empty if one of its numbers is given neither by the device nor by the scene.
-std::optional<SpringMode> smith_mode(const Scene& scene, const RenderSpec& render);
 
 /// [[device]] force_limit, slew_limit and guard: only the values that are written in the file.
 struct GuardSpec {
