@@ -451,6 +451,23 @@ case_the_check_counts_what_failed() {
   expect_status 1
   [[ $(tail -1 out) == '11 passed, 10 failed' ]] || fail "not 4 tests and 7 runs"
 }
+case_a_leak_checker_that_crashes_is_asked_once_more() {
+  clone c
+  cat >>c/CMakeLists.txt <<'END'
+if(EVENSTEP_BUILD_TESTS)
+  file(WRITE ${CMAKE_BINARY_DIR}/crash.sh "[[ $PWD != */asan-ubsan || -e crashed ]] || { touch crashed
+echo '==1==LeakSanitizer has encountered a fatal error.'; exit 1; }")
+  add_test(NAME "clock: crash of the checker" COMMAND bash crash.sh)
+endif()
+END
+  call c/.ci/run
+  expect_status 0
+  [[ $(tail -1 out) == '24 passed, 0 failed' ]] || fail "not one more test in each of three builds: $(tail -1 out)"
+  rm c/build/asan-ubsan/crashed
+  touch c/broken
+  call c/.ci/run
+  expect_status 1
+}
 case_the_check_counts_a_stage_that_could_not_start() {
   clone c
   echo 'if' >>c/evenstep
