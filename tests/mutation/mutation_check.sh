@@ -41,7 +41,7 @@ build_test() { ninja -C build -j "$build_jobs" "test_$1" >build.log 2>&1; }
 run_test() {
   local program
   program=build/$(ninja -C build -t query "test_$1" | sed -n '/input:/{n; s/^ *//p; q}')
-  POCL_CACHE_DIR=$PWD/build/pocl-cache timeout 300 "$program" --abort "$2" >test.log 2>&1
+  POCL_CACHE_DIR=$PWD/build/pocl-cache timeout --signal=KILL 300 "$program" --abort "$2" >test.log 2>&1
 }
 
 # apply BLOCK : changes the copy; the files that it names are in `changed`
@@ -71,7 +71,7 @@ mutate() {
     code=$?
     case $code in
       0) echo "SURVIVED $name: $test: $cases" ;;
-      124) echo "killed $name: $test: does not end" ;;
+      137) echo "killed $name: $test: does not end" ;;
       *) echo "killed $name: $test: $(grep -m1 'FAILED:' test.log | sed 's/.*tests\///' || true)" ;;
     esac
   fi
