@@ -15,7 +15,7 @@ constexpr std::string_view kLognormalWord = "lognormal ";
 constexpr std::string_view kSmoothWord = "smooth ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
-/// Placeholder lengths while the forms are checked; the real ones are read from [timing] later.
+/// Lengths that stand in while the forms are checked; the real ones are read from [timing] later.
 constexpr Duration kSome{1'000'000};
 constexpr NominalUnits kSomeNominal{
     .segment = kSome, .visualization = kSome, .slot = kSome, .step_run_time = kSome, .known = true};
