@@ -594,22 +594,6 @@ TEST_CASE("A trace or a motion file that is wrong is reported with its own line,
   CHECK_THAT(with(changed(motion, "hand.csv", "none_at_all.csv")), Contains("no rows"));
 }
 
-TEST_CASE("A foreign part needs its name, options that are a table without dates, and a strategy that names a map") {
-  check_each(kSpring, {
-                          {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"",
-                           "[scene] has no 'name'; write name = \"mine\""},
-                          {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"foreign\"\nname = \"a\"\noptions = 3",
-                           "scenario.toml:15:11: error: 'options': must be a table, not 3"},
-                          {"kind = \"spring\"\nstiffness = \"200 N/m\"",
-                           "kind = \"foreign\"\nname = \"a\"\noptions = { at = [2020-01-01] }",
-                           "scenario.toml:15:19: error: 'options': a date cannot be passed on as JSON; write it as text"},
-                          {"kind = \"spring\"\nstiffness = \"200 N/m\"", "kind = \"spring\"\nname = \"a\"",
-                           "'name' means nothing with kind = \"spring\""},
-                          {"name = \"left\"", "name = \"left\"\ndriver = \"foreign\"", "has no 'foreign'"},
-                          {"[timing]", "strategies = [\"foreign\"]\n[timing]", "[remap] does not say which map that is"},
-                      });
-}
-
 TEST_CASE("The limit of an underrun rate with a confidence is a share: another unit is refused where it is written") {
   const std::string expectation =
       "[[expect]]\nsignal = \"*.force.*\"\nmetric = \"underrun_rate\"\nmax = \"1 ms\"\nconfidence = \"95 %\"\n";

@@ -45,6 +45,11 @@ std::string words_of(const List& list, Name name) {
 std::string_view strategy_words();
 std::string_view method_words();
 
+/// `rows`, and `more` after them.
+inline std::vector<Field> joined(std::vector<Field> rows, const std::vector<Field>& more) {
+  rows.insert(rows.end(), more.begin(), more.end());
+  return rows;
+}
 /// The rows of a table for a part that the program registers. `kinds` are the kinds of the table that have them; empty: all.
 std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds);
 

@@ -336,12 +336,7 @@ std::vector<Field> path_fields() {
 }  // namespace
 
 const std::vector<Field>& motion_fields() {
-  static const std::vector<Field> rows = [] {
-    std::vector<Field> all = own_fields();
-    const std::vector<Field> paths = path_fields();
-    all.insert(all.end(), paths.begin(), paths.end());
-    return all;
-  }();
+  static const std::vector<Field> rows = joined(own_fields(), path_fields());
   return rows;
 }
 

@@ -305,11 +305,7 @@ const std::vector<Field>& remap_fields() {
        .forms = kTable,
        .meaning = "The map of strategy `foreign`: one that the program has registered."},
   };
-  static const std::vector<Field> all = [] {
-    std::vector<Field> with_foreign = rows;
-    for (const Field& row : foreign_rows("remap.foreign", "")) with_foreign.push_back(row);
-    return with_foreign;
-  }();
+  static const std::vector<Field> all = joined(rows, foreign_rows("remap.foreign", ""));
   return all;
 }
 // clang-format on

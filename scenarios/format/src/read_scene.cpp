@@ -485,11 +485,7 @@ const std::vector<Field>& scene_fields() {
        .dimension = D::mass,
        .range = above(0)},
   };
-  static const std::vector<Field> all = [] {
-    std::vector<Field> with_foreign = rows;
-    for (const Field& row : foreign_rows("scene", "foreign")) with_foreign.push_back(row);
-    return with_foreign;
-  }();
+  static const std::vector<Field> all = joined(rows, foreign_rows("scene", "foreign"));
   return all;
 }
 // clang-format on

@@ -382,11 +382,7 @@ const std::vector<Field>& timing_fields() {
        .meaning = "A recording to replay (segment,kind,index,begin_ns,end_ns); then [timing] holds nothing else.",
        .example = "\"recorded/x.csv\""},
   };
-  static const std::vector<Field> all = [] {
-    std::vector<Field> with_models = rows;
-    with_models.insert(with_models.end(), timing_model_fields().begin(), timing_model_fields().end());
-    return with_models;
-  }();
+  static const std::vector<Field> all = joined(rows, timing_model_fields());
   return all;
 }
 // clang-format on
