@@ -88,7 +88,8 @@ std::int64_t ticks_until_right(Bench& bench, double before_N, double after_N, st
 
 }  // namespace
 
-TEST_CASE("a force whose report is refused at once or later is there a tick after reports are taken again, rise and release") {
+TEST_CASE(
+    "a force whose report is refused at once or later is there a tick after reports are taken again, rise and release") {
   for (const Kind kind : {Kind::write_rejected, Kind::write_refused}) {
     for (const std::int64_t refused : {1, 2, 5, 40}) {
       for (const auto duration : {std::optional(Duration{500 * kMs}), std::optional<Duration>()}) {
@@ -107,7 +108,8 @@ TEST_CASE("a force whose report is refused at once or later is there a tick afte
 }
 
 TEST_CASE("a force whose report is lost on the way is there after half of the effect's duration, without one after 250 ms") {
-  for (const auto duration : {std::optional(Duration{200 * kMs}), std::optional(Duration{500 * kMs}), std::optional<Duration>()}) {
+  for (const auto duration :
+       {std::optional(Duration{200 * kMs}), std::optional(Duration{500 * kMs}), std::optional<Duration>()}) {
     for (const bool release : {false, true}) {
       for (auto& [name, bench] : benches({{Kind::write_lost, kChange, 1}}, duration)) {
         INFO(name << " duration " << duration.value_or(Duration{}).ns << " release " << release);

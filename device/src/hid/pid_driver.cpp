@@ -170,18 +170,15 @@ void PidDriver::notice_refusals(RealTime now) {
   refused_in_tick_ = false;
   const Duration patience = effect_duration_.value_or(kUsualDuration);
   if (!started_ || !refused_since_ || now - *refused_since_ < patience) return;
-  fail(fmt::format("the device has refused reports for {:.0f} ms; if it still pushes, switch it off", seconds(patience) * 1e3));
+  fail(fmt::format("the device has refused reports for {:.0f} ms; if it still pushes, switch it off",
+                   seconds(patience) * 1e3));
 }
 
 std::map<std::string, std::int64_t> PidDriver::own_counters() const {
-  return {{"pid_refreshes", pid_counters_.refreshes},
-          {"pid_saturated", pid_counters_.saturated},
-          {"pid_unpowered", pid_counters_.unpowered},
-          {"pid_pool_unknown", pid_counters_.pool_unknown},
-          {"pid_cuts_paused", pid_counters_.cuts_paused},
-          {"pid_cuts_actuators", pid_counters_.cuts_actuators},
-          {"pid_cuts_switch", pid_counters_.cuts_switch},
-          {"pid_cuts_power", pid_counters_.cuts_power}};
+  return {{"pid_refreshes", pid_counters_.refreshes},     {"pid_saturated", pid_counters_.saturated},
+          {"pid_unpowered", pid_counters_.unpowered},     {"pid_pool_unknown", pid_counters_.pool_unknown},
+          {"pid_cuts_paused", pid_counters_.cuts_paused}, {"pid_cuts_actuators", pid_counters_.cuts_actuators},
+          {"pid_cuts_switch", pid_counters_.cuts_switch}, {"pid_cuts_power", pid_counters_.cuts_power}};
 }
 
 void PidDriver::write(const glm::dvec3& force_N) {
@@ -219,8 +216,8 @@ void PidDriver::want(Effect& effect, std::span<const std::byte> report) {
   effect.is_sent = false;
 }
 
-/// Sends what has changed or was refused. In a refresh everything is sent, in case it was lost before, together with Start; a
-/// refused refresh is tried again in the next tick.
+/// Sends what has changed or was refused. In a refresh everything is sent, in case it was lost before, together with Start;
+/// a refused refresh is tried again in the next tick.
 void PidDriver::send_wanted() {
   const Duration period{effect_duration_.value_or(kUsualDuration).ns / 2};
   const bool refreshes = !refreshed_at_ || last_.read_at - *refreshed_at_ >= period;

@@ -37,8 +37,7 @@ std::optional<PidDriver::Condition> PidDriver::counts_of(const DeviceSpring& wan
   Condition condition;
   if (layout.center) condition.center = counts(wanted.center_m[axis] / half_travel_m, 1, layout.center->field);
   condition.above = coefficient(above, layout.positive_coefficient);
-  condition.below =
-      layout.negative_coefficient ? coefficient(below, *layout.negative_coefficient) : condition.above;
+  condition.below = layout.negative_coefficient ? coefficient(below, *layout.negative_coefficient) : condition.above;
   if (layout.positive_saturation)
     condition.saturation = counts(limit_N / full_scale_N, 1, layout.positive_saturation->field);
   return condition;

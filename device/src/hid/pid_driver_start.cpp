@@ -14,7 +14,8 @@ namespace {
 
 using internal::rounded;
 
-/// Clockwise from north. Springs along Y point south: firmware that multiplies a spring by its direction then keeps the sign.
+/// Clockwise from north. Springs along Y point south: firmware that multiplies a spring by its direction then keeps the
+/// sign.
 constexpr std::array<double, 2> kForceDirection_deg{90, 0}, kSpringDirection_deg{90, 180};
 /// As Linux does: devices have been seen that answer wrongly at first.
 constexpr int kPoolTries = 20;

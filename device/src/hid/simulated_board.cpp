@@ -63,8 +63,7 @@ void SimulatedBoard::catch_up() {
   const RealTime now = clock_.now();
   while (!reports_.is_gone()) {
     std::optional<RealTime> next;
-    if (firmware_->playing() > 0)
-      next = tick_time(options_.firmware_rate, next_firmware_tick_, options_.reports.first_tick);
+    if (firmware_->playing() > 0) next = tick_time(options_.firmware_rate, next_firmware_tick_, options_.reports.first_tick);
     const bool event = next_event_ < options_.events.size() && (!next || options_.events[next_event_].at <= *next);
     if (event) next = options_.events[next_event_].at;
     if (!next || *next > now) break;
@@ -163,7 +162,8 @@ HidWrite SimulatedBoard::set_feature(std::span<const std::byte> report) {
 HidFeature SimulatedBoard::get_feature(std::span<std::byte> report) {
   catch_up();
   if (reports_.is_gone()) return {HidFeature::Status::gone};
-  const std::vector<std::byte> answer = firmware_->answer(report.empty() ? std::uint8_t{0} : std::to_integer<std::uint8_t>(report[0]));
+  const std::vector<std::byte> answer =
+      firmware_->answer(report.empty() ? std::uint8_t{0} : std::to_integer<std::uint8_t>(report[0]));
   if (answer.empty()) return {HidFeature::Status::rejected};
   std::copy_n(answer.begin(), std::min(answer.size(), report.size()), report.begin());
   return {HidFeature::Status::ok, answer.size()};

@@ -11,11 +11,15 @@ namespace {
 
 std::size_t axis_of(char letter) { return static_cast<std::size_t>(letter - 'x'); }
 
-void read_signs(const Table& pid, PidOptions& options) {
+void read_signs(const Table& pid, PidOptions& options, Errors& errors) {
   for (const Value& axis : pid.at("reversed_force").list) options.reversed_force[axis_of(axis.text[0])] = true;
   for (const Value& axis : pid.at("springs").list) {
     const bool reversed = axis.text[0] == '-';
-    options.reversed_spring[axis_of(axis.text.back())] = reversed;
+    auto& known = options.reversed_spring[axis_of(axis.text.back())];
+    if (known && *known != reversed)
+      errors.add(axis.place,
+                 fmt::format("'springs' names both signs of {}; write the one that was measured", axis.text.back()));
+    known = reversed;
   }
 }
 
@@ -40,7 +44,7 @@ PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
   spec.options.springs = device.table("render").text("kind") == "device_spring";
   spec.firmware_rate = pid.rate("firmware_rate");
   spec.options.gain = pid.number("gain");
-  read_signs(pid, spec.options);
+  read_signs(pid, spec.options, reading.errors);
   spec.options.effect_duration = pid.duration("effect_duration");
   spec.flavour = pid.text("flavour") == "array" ? PidFlavour::array : PidFlavour::mask;
   spec.board = board_named(pid.text("firmware"));

@@ -1,5 +1,5 @@
-// ArduinoJoystickWithFFBLibrary: what PIDReportHandler.cpp and Joystick.cpp do, as far as forces and springs go. A sketch turns
-// the library's two numbers into motors; here a positive one pushes towards higher positions.
+// ArduinoJoystickWithFFBLibrary: what PIDReportHandler.cpp and Joystick.cpp do, as far as forces and springs go. A sketch
+// turns the library's two numbers into motors; here a positive one pushes towards higher positions.
 #include <algorithm>
 #include <array>
 
@@ -54,8 +54,12 @@ class ArduinoJoystick final : public Firmware {
 
   int end_effects(std::int64_t ms) override;
   glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const override;
-  int playing() const override { return count([](const Effect& effect) { return effect.plays; }); }
-  int allocated() const override { return count([](const Effect& effect) { return effect.allocated; }); }
+  int playing() const override {
+    return count([](const Effect& effect) { return effect.plays; });
+  }
+  int allocated() const override {
+    return count([](const Effect& effect) { return effect.allocated; });
+  }
   bool actuators_enabled() const override { return enabled_; }
 
  private:

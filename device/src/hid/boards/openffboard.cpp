@@ -63,8 +63,12 @@ class OpenFfBoard final : public Firmware {
 
   int end_effects(std::int64_t ms) override;
   glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const override;
-  int playing() const override { return count([](const Effect& effect) { return effect.plays; }); }
-  int allocated() const override { return count([](const Effect& effect) { return effect.type != 0; }); }
+  int playing() const override {
+    return count([](const Effect& effect) { return effect.plays; });
+  }
+  int allocated() const override {
+    return count([](const Effect& effect) { return effect.type != 0; });
+  }
   bool actuators_enabled() const override { return active_; }
 
  private:

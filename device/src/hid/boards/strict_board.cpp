@@ -1,8 +1,8 @@
 // A firmware that follows the standard to the letter, but for what its quirks say.
 #include <algorithm>
 #include <array>
-#include <utility>
 #include <cmath>
+#include <utility>
 
 #include "evenstep/time/reproducible_math.h"
 #include "firmware.h"
@@ -65,8 +65,12 @@ class StrictBoard final : public Firmware {
 
   int end_effects(std::int64_t ms) override;
   glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const override;
-  int playing() const override { return count([](const Effect& effect) { return effect.plays; }); }
-  int allocated() const override { return count([](const Effect& effect) { return effect.allocated; }); }
+  int playing() const override {
+    return count([](const Effect& effect) { return effect.plays; });
+  }
+  int allocated() const override {
+    return count([](const Effect& effect) { return effect.allocated; });
+  }
   bool actuators_enabled() const override { return enabled_; }
 
  private:
@@ -291,8 +295,7 @@ double StrictBoard::along(const Effect& effect, std::size_t axis, const glm::dve
   const bool by_axis = effect.conditions[1].was_set || !effect.by_direction;
   const Condition& condition = effect.conditions[by_axis ? axis : 0];
   const double x = share.x, y = share.y;
-  const double position =
-      by_axis ? share[static_cast<int>(axis)] : x * effect.towards[0] + y * effect.towards[1];
+  const double position = by_axis ? share[static_cast<int>(axis)] : x * effect.towards[0] + y * effect.towards[1];
   if (by_axis && !effect.by_direction && !effect.enabled[axis]) return 0;
   const double from_center = position - condition.center;
   if (std::abs(from_center) <= condition.dead_band) return 0;

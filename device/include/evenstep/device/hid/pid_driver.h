@@ -108,8 +108,8 @@ class PidDriver final : public HapticDevice {
 
   /// `sequence` counts the position reports received; PID reports are not numbered, so `lost` stays 0. `drivable` is false
   /// while the device reports that it renders nothing: it is paused, or a switch, the power or the actuators are off that it
-  /// has reported on before. (Firmware that never sets such a bit does not mean it.) Once the device was unplugged it stays false for ever, because the
-  /// effects are lost and cannot be created in a tick.
+  /// has reported on before. (Firmware that never sets such a bit does not mean it.) Once the device was unplugged it stays
+  /// false for ever, because the effects are lost and cannot be created in a tick.
   DeviceSample read(RealTime now) override;
   /// Counts as written at the time of the last read. Throws DeviceError if the driver is read-only, not started or gone.
   void write(const glm::dvec3& force_N) override;
@@ -189,12 +189,12 @@ class PidDriver final : public HapticDevice {
   std::vector<std::byte> input_, output_;
   std::vector<Effect> effects_;
   bool started_ = false;
-  bool has_returned_ = false;     // it was unplugged in between, so its effects are lost
-  bool numbers_blocks_ = false;   // the driver numbers the blocks, because the device does not
+  bool has_returned_ = false;    // it was unplugged in between, so its effects are lost
+  bool numbers_blocks_ = false;  // the driver numbers the blocks, because the device does not
   bool saw_actuators_ = false, saw_switch_ = false, saw_power_ = false;  // reported as on at some time
-  std::int64_t refusals_seen_ = 0;         // of HidTransport::refused_later
-  bool refused_in_tick_ = false;           // a report was refused since the last read
-  std::optional<RealTime> refused_since_;  // since when no tick's reports were all taken
+  std::int64_t refusals_seen_ = 0;                                       // of HidTransport::refused_later
+  bool refused_in_tick_ = false;                                         // a report was refused since the last read
+  std::optional<RealTime> refused_since_;                                // since when no tick's reports were all taken
   std::optional<Duration> effect_duration_;
   std::optional<RealTime> refreshed_at_;
 };

@@ -91,7 +91,7 @@ class SimulatedPidDevice final : public SimulatedDevice {
     std::array<double, pid::kAxes> along{};
     double gain = 1, magnitude = 0;
     std::array<Condition, pid::kAxes> conditions;  // by parameter block
-    bool by_axis = false;                           // a block after the first was set
+    bool by_axis = false;                          // a block after the first was set
   };
 
   SimulatedPidDevice(const Clock& clock, SimulatedReports reports, SimulatedPidOptions options);
