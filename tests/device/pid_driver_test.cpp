@@ -148,7 +148,7 @@ TEST_CASE("an axis is addressed by its enable bit alone or its direction alone a
     SimulatedPidOptions neither = pid_device(flavour);
     neither.descriptor.direction = neither.descriptor.axes_enable = false;
     PidBench two(neither);
-    CHECK_THROWS_WITH(two.driver->start(), Contains("axis Y") && Contains("give it a travel of 0"));
+    CHECK_THROWS_WITH(two.driver->start(), Contains("no force along Y") && Contains("give it a travel of 0"));
     PidOptions options = pid_options();
     options.travel_m.y = 0;
     PidBench one(neither, options);

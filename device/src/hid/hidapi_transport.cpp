@@ -55,6 +55,17 @@ std::string or_else(std::string text, const std::string& name, const char* key) 
   return text.empty() ? internal::hidraw_property(name, key) : text;
 }
 
+/// What a device calls itself goes to terminals and logs, so the characters that control those become '?'.
+std::string printable(std::string text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto before = i > 0 ? static_cast<unsigned char>(text[i - 1]) : 0;
+    if (byte < 0x20 || byte == 0x7F) text[i] = '?';
+    if (before == 0xC2 && byte >= 0x80 && byte < 0xA0) text[i - 1] = text[i] = '?';  // the same in two bytes of UTF-8
+  }
+  return text;
+}
+
 std::string refusal_of(const std::string& path) {
   return access(path.c_str(), R_OK | W_OK) == 0 ? "" : std::strerror(errno);
 }
@@ -62,8 +73,9 @@ std::string refusal_of(const std::string& path) {
 HidListing listing_of(const hid_device_info& entry) {
   HidListing listing;
   const std::string name = internal::hidraw_name(entry.path);
-  listing.info = {entry.path, entry.vendor_id, entry.product_id, or_else(text_of(entry.product_string), name, "HID_NAME"),
-                  or_else(text_of(entry.serial_number), name, "HID_UNIQ")};
+  listing.info = {entry.path, entry.vendor_id, entry.product_id,
+                  printable(or_else(text_of(entry.product_string), name, "HID_NAME")),
+                  printable(or_else(text_of(entry.serial_number), name, "HID_UNIQ"))};
   listing.report_descriptor = internal::hidraw_report_descriptor(name);
   listing.refusal = refusal_of(entry.path);
   listing.force_feedback_node = internal::hidraw_force_feedback_node(name);

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <utility>
 
+#include "evenstep/device/hid/pid_axes.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "pid_counts.h"
 #include "report_exchange.h"
@@ -216,17 +217,13 @@ void PidDriver::address(std::span<std::byte> report, const Effect& effect) const
   const std::size_t axis = effect.axis;
   const bool by_direction = is_by_direction(axis);
   const auto set_bit = [&](const PidValue& bit) { set_raw(report, bit.field, bit.index, 1); };
-  const bool lists_axes = std::any_of(layout.axis_enable.begin(), layout.axis_enable.end(),
-                                      [](const auto& listed) { return listed.has_value(); });
-  if (lists_axes && !layout.axis_enable[axis]) {
-    fail(fmt::format("the device has no force along {}: its Axes Enable does not list it; give it a travel of 0",
-                     "XYZ"[axis]));
+  if (!pid_force_axes(layout_)[axis]) {
+    fail(
+        fmt::format("the device has no force along {0}: neither Axes Enable nor a direction says {0}; give it a travel of 0",
+                    "XYZ"[axis]));
   }
-  if (!lists_axes && !by_direction && axis > 0) {
-    fail(fmt::format("axis {} of an effect can be said neither by Axes Enable nor by Direction: give it a travel of 0",
-                     "XYZ"[axis]));
-  }
-  if (lists_axes && (!by_direction || !layout.direction_enable || effect.is_spring)) set_bit(*layout.axis_enable[axis]);
+  const auto& axis_bit = layout.axis_enable[axis];
+  if (axis_bit && (!by_direction || !layout.direction_enable || effect.is_spring)) set_bit(*axis_bit);
   if (!by_direction) return;
   if (layout.direction_enable) set_bit(*layout.direction_enable);
   const PidValue& direction = layout.directions.front();

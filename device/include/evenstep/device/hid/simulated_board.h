@@ -4,15 +4,15 @@
 /// code of the driver's and without a parser of descriptors. The firmwares were read, not run:
 ///
 /// openffboard-1, -2: OpenFFBoard with one and two axes (August 2026). Its state report never has the safety switch set. It
-/// pushes away from where an effect's direction points: X = -sin, Y = cos. Spring blocks are by axis only once a block beyond
-/// the first was used; until then the first block acts along the direction, with the direction's sign (-cos along Y), and
-/// along any axis that it was set for. With one axis, Axes Enable and Direction Enable have the logical range 0..0. Its
+/// pushes away from where an effect's direction points: X = -sin, Y = cos. Spring blocks are by axis only once a second one
+/// was used; until then the first block acts along the direction, with the direction's sign (-cos along Y), and along any
+/// axis that it was set for. With one axis, Axes Enable and Direction Enable have the logical range 0..0. Its
 /// largest coefficient is 4.06 times full scale over half the travel, unless set otherwise. Stop All Effects also turns the
 /// motors off.
 ///
 /// arduino: ArduinoJoystickWithFFBLibrary (January 2024). It takes the first direction for both axes if Direction Enable is
-/// set alone (axis byte 4), otherwise one direction for each axis, whether it is enabled or not: X = sin, Y = -cos. It has no
-/// state report, ignores the device gain, and Disable Actuators turns nothing off. With axis byte 4 a spring's first block
+/// set alone (axis byte 4), otherwise one direction for each axis, enabled or not: X = sin, Y = -cos. It has no state
+/// report, ignores the device gain, and Disable Actuators turns nothing off. With axis byte 4 a spring's first block
 /// acts along the direction while exactly one condition report was counted, modulo 256; otherwise block i acts along axis i.
 /// Off center, a spring's negative coefficient acts on both sides.
 ///
