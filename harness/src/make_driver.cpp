@@ -44,6 +44,20 @@ SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
   return options;
 }
 
+std::unique_ptr<SimulatedDevice> simulated_board(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
+  SimulatedBoardOptions board;
+  board.kind = *spec.board;
+  board.reports = simulated_options(device);
+  board.travel_m = spec.options.travel_m;
+  board.full_scale_N = spec.options.full_scale_N.value_or(board.full_scale_N);
+  board.full_slope_N_per_m = spec.options.full_slope_N_per_m;
+  board.firmware_rate = spec.firmware_rate;
+  board.pool_effects = spec.pool_effects;
+  board.block_load_error_at = spec.block_load_error_at;
+  board.events = spec.events;
+  return under_hand<SimulatedBoard>(device, clock, board);
+}
+
 // For each alternative of DriverSpec, its simulated device and its driver.
 
 std::unique_ptr<SimulatedDevice> simulated(const ReferenceSpec&, const DeviceSpec& device, const Clock& clock) {
@@ -59,20 +73,6 @@ std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, HidTransport& transpo
         "scale in pid = { ... }");
   }
   return std::make_unique<ReferenceDriver>(transport);
-}
-
-std::unique_ptr<SimulatedDevice> simulated_board(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
-  SimulatedBoardOptions board;
-  board.kind = *spec.board;
-  board.reports = simulated_options(device);
-  board.travel_m = spec.options.travel_m;
-  board.full_scale_N = spec.options.full_scale_N.value_or(board.full_scale_N);
-  board.full_slope_N_per_m = spec.options.full_slope_N_per_m;
-  board.firmware_rate = spec.firmware_rate;
-  board.pool_effects = spec.pool_effects;
-  board.block_load_error_at = spec.block_load_error_at;
-  board.events = spec.events;
-  return under_hand<SimulatedBoard>(device, clock, board);
 }
 
 std::unique_ptr<SimulatedDevice> simulated(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
