@@ -114,7 +114,7 @@ TEST_CASE("a force limit bounds what shakes, so that it is measured as unstable 
   }
 }
 
-TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and its two ends judge as it says") {
+TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and its two ends judge as it says", "[sweep]") {
   Scenario scenario = read("closed-loop/price-study.toml");
   const StiffnessLimits study = run_stiffness_limits(scenario);
   REQUIRE(study.limits.size() == 2);
@@ -159,8 +159,8 @@ TEST_CASE("an interrupted study keeps the strategies that were finished and says
   CHECK(study.limits.empty());
 }
 
-TEST_CASE(
-    "of a tissue the search makes springs, regions and tools stiffer together, and where asked keeps its frequencies") {
+TEST_CASE("of a tissue the search makes springs, regions and tools stiffer together, and where asked keeps its frequencies",
+          "[sweep]") {
   // A block of two materials, held by a spring coupling. Each of two searches must find what its own scaling finds: a scene
   // in which everything is written in proportion.
   const auto text = [&](double factor, double mass_factor) {
@@ -193,7 +193,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("of two hands the search must find the limit of the one that shakes first, whichever it is") {
+TEST_CASE("of two hands the search must find the limit of the one that shakes first, whichever it is", "[sweep]") {
   const auto limit = [](const std::vector<double>& dampings) {
     std::string devices;
     for (std::size_t i = 0; i < dampings.size(); ++i)
@@ -213,7 +213,7 @@ TEST_CASE("of two hands the search must find the limit of the one that shakes fi
   CHECK(limit({3, 1}) == soft);
 }
 
-TEST_CASE("with several seeds the largest stable stiffness is that of the worst timing among them") {
+TEST_CASE("with several seeds the largest stable stiffness is that of the worst timing among them", "[sweep]") {
   const auto search = [](std::uint64_t seed, int seeds) {
     Scenario scenario =
         read("closed-loop/price-remap.toml",
