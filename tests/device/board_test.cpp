@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include "evenstep/device/hid/pid_axes.h"
 #include "evenstep/device/hid/simulated_board.h"
 #include "pid_bench.h"
 
@@ -283,6 +284,22 @@ TEST_CASE("an axis that Axes Enable does not list has no force and is refused by
   BoardBench bench(BoardKind::openffboard_1, options);
   CHECK_THROWS_WITH(bench.driver->start(), Contains("no force along Y") && Contains("give it a travel of 0"));
   CHECK(is_still(bench.device.motors()));
+}
+
+TEST_CASE("the axes that have a force are those that Axes Enable lists, or without it those of a direction, or X") {
+  using Axes = std::array<bool, pid::kAxes>;
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    BoardBench bench(kind, options_for(kind));
+    CHECK(pid_force_axes(layout_of(bench.device)) == Axes{true, axes_of(kind) == 2, false});
+  }
+  SimulatedPidOptions device = pid_device(PidFlavour::mask);
+  device.descriptor.axes = 3;
+  CHECK(pid_force_axes(layout_of(PidBench(device).device)) == Axes{true, true, true});
+  device.descriptor.axes_enable = false;
+  CHECK(pid_force_axes(layout_of(PidBench(device).device)) == Axes{true, true, false});
+  device.descriptor.direction = false;
+  CHECK(pid_force_axes(layout_of(PidBench(device).device)) == Axes{true, false, false});
 }
 
 TEST_CASE("start resets twice, stops all and sets the device's gain to its maximum before it enables the actuators") {

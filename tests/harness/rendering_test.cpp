@@ -57,7 +57,8 @@ TEST_CASE(
   for (const char* flavour : {"mask", "array"}) {
     const auto run = [&](const std::string& render, const std::string& slope) {
       const std::string pid =
-          "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0, flavour = \"" +
+          "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0, springs = "
+          "[\"x\", \"y\"], flavour = \"" +
           std::string(flavour) + "\", full_slope = \"" + slope + "\" }";
       const std::string motion =
           "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }";
@@ -94,7 +95,7 @@ TEST_CASE(
             {"device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = \"3 Hz\" }",
              kPid,
              "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = " + gain +
-                 ", full_slope = \"160 N/m\" }",
+                 ", full_slope = \"160 N/m\", springs = [\"x\", \"y\"] }",
              "device.left.render={ kind = \"device_spring\" }", "run.strategies=[\"phase_locked\"]"}));
   };
   for (const auto& [gain, own_N_per_m] :
@@ -104,9 +105,9 @@ TEST_CASE(
     const StrategyPlan remap = plan(weak).front();
     CHECK(loop_delays(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
     CHECK(loop_record(weak, remap, weak.devices[0]).own_N_per_m == Approx(own_N_per_m));
-    // Of the 200 N/m that are wanted the device renders what it can; its gain is a byte, cut off: 1/255 of the 160 N/m.
+    // Of the 200 N/m that are wanted the device renders what it can, to a count of the coefficient: 5 mN/m.
     CHECK(measure(run_all(weak)).at("closed_loop.left.phase_locked").at("spring_share") ==
-          Approx(own_N_per_m / 200).margin(4e-3));
+          Approx(own_N_per_m / 200).margin(5e-4));
   }
 }
 
