@@ -158,13 +158,10 @@ void PidDriver::notice_silence(PidSilence before) {
   }
 }
 
-/// Which of the reports was refused is not known, so everything is sent again.
+/// Which of the reports was refused is not known, so everything is sent again, as in a refresh.
 void PidDriver::notice_refusals(RealTime now) {
   const std::int64_t refused = internal::new_refusals(transport_, refusals_seen_, counters_);
-  if (refused > 0) {
-    for (Effect& effect : effects_) effect.is_sent = false;
-    refreshed_at_.reset();
-  }
+  if (refused > 0) refreshed_at_.reset();
   if (refused == 0 && !refused_in_tick_) refused_since_.reset();
   if ((refused > 0 || refused_in_tick_) && !refused_since_) refused_since_ = now;
   refused_in_tick_ = false;
