@@ -24,7 +24,7 @@ readonly hashed='scheduler|remap|sim|device|reports|text|recordings|scenarios/fo
 # Paths are relative to the root. Line comments are gone by then, except for rules that start with "raw ".
 readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
-  "hidapi only in its transport@$source@^device/src/hid/hidapi_transport@# *include *[<\"]hidapi"
+  "hidapi only in its transport@$source@^(device/src/hid/hidapi_transport|tests/fake_hidapi/)@# *include *[<\"]hidapi"
   "OS clock only in clock@$source@^(clock|tests)/@$os_clock"
   "threads only in live lanes, parallel loops and hidapi transport@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"

@@ -27,8 +27,10 @@ namespace {
 constexpr std::size_t kLargestReport = 4096;
 /// The same as the kernel's queue of input reports: if more reports wait, the device has stopped accepting them.
 constexpr std::size_t kMostWaiting = 64;
-/// How long the destructor waits for the queue to be sent.
+/// How long the destructor, and whoever asks for it, waits for the queue to be sent.
 constexpr Duration kFarewell{1'000'000'000};
+/// How long a feature report waits for it. The kernel ends a write over USB after 5 s, and they are tried one by one.
+constexpr std::chrono::seconds kFeatureWaits{60};
 constexpr std::chrono::milliseconds kLookAgain{250};
 
 /// hidapi's list of devices, opening a device and its global error string share unguarded state.
@@ -53,6 +55,17 @@ std::string or_else(std::string text, const std::string& name, const char* key) 
   return text.empty() ? internal::hidraw_property(name, key) : text;
 }
 
+/// What a device calls itself goes to terminals and logs, so the characters that control those become '?'.
+std::string printable(std::string text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto before = i > 0 ? static_cast<unsigned char>(text[i - 1]) : 0;
+    if (byte < 0x20 || byte == 0x7F) text[i] = '?';
+    if (before == 0xC2 && byte >= 0x80 && byte < 0xA0) text[i - 1] = text[i] = '?';  // the same in two bytes of UTF-8
+  }
+  return text;
+}
+
 std::string refusal_of(const std::string& path) {
   return access(path.c_str(), R_OK | W_OK) == 0 ? "" : std::strerror(errno);
 }
@@ -60,8 +73,9 @@ std::string refusal_of(const std::string& path) {
 HidListing listing_of(const hid_device_info& entry) {
   HidListing listing;
   const std::string name = internal::hidraw_name(entry.path);
-  listing.info = {entry.path, entry.vendor_id, entry.product_id, or_else(text_of(entry.product_string), name, "HID_NAME"),
-                  or_else(text_of(entry.serial_number), name, "HID_UNIQ")};
+  listing.info = {entry.path, entry.vendor_id, entry.product_id,
+                  printable(or_else(text_of(entry.product_string), name, "HID_NAME")),
+                  printable(or_else(text_of(entry.serial_number), name, "HID_UNIQ"))};
   listing.report_descriptor = internal::hidraw_report_descriptor(name);
   listing.refusal = refusal_of(entry.path);
   listing.force_feedback_node = internal::hidraw_force_feedback_node(name);
@@ -149,7 +163,7 @@ struct HidapiTransport::State {
   void write_one(std::unique_lock<std::mutex>& lock);
   void look_for_device(std::unique_lock<std::mutex>& lock);
   void lose_device();  // `mutex` must be held
-  void wait_until_sent();
+  void wait_until_sent(std::chrono::nanoseconds at_most);
 
   const WallClock& clock;
   const Duration patience;
@@ -164,7 +178,8 @@ struct HidapiTransport::State {
   std::vector<Report> waiting;  // a ring of `count` from `first` on: nothing is allocated after the start
   std::size_t first = 0, count = 0;
   HidWriteTimes times;
-  bool sending = false, rejected_since = false, closing = false;
+  std::int64_t refused = 0;
+  bool sending = false, closing = false;
   Presence presence = Presence::here;
   RealTime lost_at, closed_at;
   std::int64_t times_unplugged = 0;
@@ -184,9 +199,9 @@ void HidapiTransport::State::lose_device() {
 
 /// Feature reports take another way to the device than the output reports that wait, and must not overtake them: a Device
 /// Reset that is sent late would remove the effect that a Create New Effect after it has made.
-void HidapiTransport::State::wait_until_sent() {
+void HidapiTransport::State::wait_until_sent(std::chrono::nanoseconds at_most) {
   std::unique_lock lock(mutex);
-  idle.wait(lock, [&] { return (count == 0 && !sending) || presence != Presence::here; });
+  idle.wait_for(lock, at_most, [&] { return (count == 0 && !sending) || presence != Presence::here; });
 }
 
 /// Whether the descriptor declares such a report. The kernel would send a report of any id and length, and report success.
@@ -203,8 +218,6 @@ HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool new
     ++times.rejected;
     return HidWrite::rejected;
   }
-  const HidWrite answer = rejected_since ? HidWrite::rejected : HidWrite::ok;
-  rejected_since = false;
   if (!is_declared(ReportType::output, report)) {
     ++times.rejected;
     return HidWrite::rejected;
@@ -229,7 +242,7 @@ HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool new
   slot->size = report.size();
   slot->newest = newest;
   work.notify_one();
-  return answer;
+  return HidWrite::ok;
 }
 
 HidWrite HidapiTransport::State::send(const Report& report) {
@@ -271,7 +284,7 @@ void HidapiTransport::State::write_one(std::unique_lock<std::mutex>& lock) {
   if (result == HidWrite::gone) lose_device();
   if (result == HidWrite::ok) return;
   ++times.rejected;
-  rejected_since = true;
+  ++refused;
 }
 
 void HidapiTransport::State::look_for_device(std::unique_lock<std::mutex>& lock) {
@@ -345,7 +358,7 @@ HidWrite HidapiTransport::write(std::span<const std::byte> report) { return stat
 HidWrite HidapiTransport::write_newest(std::span<const std::byte> report) { return state_->put(report, true); }
 
 HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
-  state_->wait_until_sent();
+  state_->wait_until_sent(kFeatureWaits);
   errno = 0;
   auto* const bytes = reinterpret_cast<unsigned char*>(report.data());
   const int size = hid_get_feature_report(state_->reader.get(), bytes, report.size());
@@ -356,7 +369,7 @@ HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
 
 HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
   if (!state_->is_declared(ReportType::feature, report)) return HidWrite::rejected;
-  state_->wait_until_sent();
+  state_->wait_until_sent(kFeatureWaits);
   const auto* const bytes = reinterpret_cast<const unsigned char*>(report.data());
   int size;
   do {
@@ -366,6 +379,13 @@ HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
   if (size >= 0) return HidWrite::ok;
   return errno == ENODEV ? HidWrite::gone : HidWrite::rejected;
 }
+
+std::int64_t HidapiTransport::refused_later() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->refused;
+}
+
+void HidapiTransport::wait_until_sent() { state_->wait_until_sent(std::chrono::nanoseconds(kFarewell.ns)); }
 
 std::span<const std::byte> HidapiTransport::report_descriptor() const { return state_->listing.report_descriptor; }
 const HidDeviceInfo& HidapiTransport::info() const { return state_->listing.info; }
