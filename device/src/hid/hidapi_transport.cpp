@@ -29,8 +29,10 @@ using internal::hidapi;
 constexpr std::size_t kLargestReport = 4096;
 /// The same as the kernel's queue of input reports: if more reports wait, the device has stopped accepting them.
 constexpr std::size_t kMostWaiting = 64;
-/// How long the destructor, and whoever asks for it, waits for the queue to be sent.
+/// How long the destructor waits for the queue to be sent.
 constexpr Duration kFarewell{1'000'000'000};
+/// How long whoever asks for it waits: stop() does for each of its reports, some ten, and a write takes 1 to 8 ms.
+constexpr std::chrono::milliseconds kSettles{250};
 /// How long a feature report waits for it. The kernel ends a write over USB after 5 s, and they are tried one by one.
 constexpr std::chrono::seconds kFeatureWaits{60};
 constexpr std::chrono::milliseconds kLookAgain{250};
@@ -387,7 +389,7 @@ std::int64_t HidapiTransport::refused_later() const {
   return state_->refused;
 }
 
-void HidapiTransport::wait_until_sent() { state_->wait_until_sent(std::chrono::nanoseconds(kFarewell.ns)); }
+void HidapiTransport::wait_until_sent() { state_->wait_until_sent(kSettles); }
 
 std::span<const std::byte> HidapiTransport::report_descriptor() const { return state_->listing.report_descriptor; }
 const HidDeviceInfo& HidapiTransport::info() const { return state_->listing.info; }
