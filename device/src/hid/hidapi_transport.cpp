@@ -1,7 +1,6 @@
 #include "evenstep/device/hid/hidapi_transport.h"
 
 #include <fmt/format.h>
-#include <hidapi/hidapi.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,10 +17,13 @@
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
+#include "hidapi_library.h"
 #include "hidraw_sysfs.h"
 
 namespace evenstep {
 namespace {
+
+using internal::hidapi;
 
 /// The largest report that hidraw delivers (HID_MAX_BUFFER_SIZE is larger).
 constexpr std::size_t kLargestReport = 4096;
@@ -49,7 +51,7 @@ std::string text_of(const wchar_t* wide) {
 }
 
 struct CloseHid {
-  void operator()(hid_device* device) const { hid_close(device); }
+  void operator()(hid_device* device) const { hidapi().hid_close(device); }
 };
 using HidHandle = std::unique_ptr<hid_device, CloseHid>;
 
@@ -96,13 +98,13 @@ struct Handles {
 
 Handles open_handles(const HidDeviceInfo& info) {
   const std::lock_guard lock(hidapi_mutex());
-  Handles handles{HidHandle(hid_open_path(info.path.c_str())), nullptr};
-  if (handles.reader) handles.writer.reset(hid_open_path(info.path.c_str()));
+  Handles handles{HidHandle(hidapi().hid_open_path(info.path.c_str())), nullptr};
+  if (handles.reader) handles.writer.reset(hidapi().hid_open_path(info.path.c_str()));
   if (handles.writer) return handles;
   throw DeviceError(
       fmt::format("{}: cannot be opened: {}; if permission is missing, paste this line into "
                   "/etc/udev/rules.d/70-evenstep.rules and plug the device in again: {}",
-                  info.path, text_of(hid_error(nullptr)), udev_rule(info)));
+                  info.path, text_of(hidapi().hid_error(nullptr)), udev_rule(info)));
 }
 
 bool is_same_device(const HidDeviceInfo& a, const HidDeviceInfo& b) {
@@ -113,15 +115,15 @@ bool is_same_device(const HidDeviceInfo& a, const HidDeviceInfo& b) {
 
 std::vector<HidListing> hid_devices() {
   const std::lock_guard lock(hidapi_mutex());
-  if (hid_init() != 0) throw DeviceError("hidapi cannot be started: " + text_of(hid_error(nullptr)));
+  if (hidapi().hid_init() != 0) throw DeviceError("hidapi cannot be started: " + text_of(hidapi().hid_error(nullptr)));
   std::vector<HidListing> found;
-  hid_device_info* const all = hid_enumerate(0, 0);
+  hid_device_info* const all = hidapi().hid_enumerate(0, 0);
   for (const hid_device_info* entry = all; entry; entry = entry->next) {
     // hidapi has one entry per usage, so a force-feedback device has dozens of entries with the same path.
     const auto same_path = [&](const HidListing& listing) { return listing.info.path == entry->path; };
     if (std::none_of(found.begin(), found.end(), same_path)) found.push_back(listing_of(*entry));
   }
-  hid_free_enumeration(all);
+  hidapi().hid_free_enumeration(all);
   std::sort(found.begin(), found.end(), by_path);
   return found;
 }
@@ -252,7 +254,7 @@ HidWrite HidapiTransport::State::send(const Report& report) {
   int written;
   do {
     errno = 0;
-    written = hid_write(writer.get(), bytes, report.size);
+    written = hidapi().hid_write(writer.get(), bytes, report.size);
   } while (written < 0 && errno == EINTR);
   if (written == static_cast<int>(report.size)) return HidWrite::ok;
   return written < 0 && (errno == ENODEV || errno == EIO || errno == ESHUTDOWN) ? HidWrite::gone : HidWrite::rejected;
@@ -343,7 +345,7 @@ HidRead HidapiTransport::read(std::span<std::byte> buffer) {
   auto* const input = reinterpret_cast<unsigned char*>(state_->input.data());
   errno = 0;
   // The buffer has the largest size there is, because the kernel cuts a longer report silently.
-  const int size = hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
+  const int size = hidapi().hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
   if (size == 0) return {HidRead::Status::nothing};
   if (size < 0 && errno == EINTR) return {HidRead::Status::interrupted};
   if (size < 0) {
@@ -363,7 +365,7 @@ HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
   state_->wait_until_sent(kFeatureWaits);
   errno = 0;
   auto* const bytes = reinterpret_cast<unsigned char*>(report.data());
-  const int size = hid_get_feature_report(state_->reader.get(), bytes, report.size());
+  const int size = hidapi().hid_get_feature_report(state_->reader.get(), bytes, report.size());
   if (size >= 0) return {HidFeature::Status::ok, static_cast<std::size_t>(size)};
   if (errno == EINTR) return {HidFeature::Status::interrupted};
   return {errno == ENODEV ? HidFeature::Status::gone : HidFeature::Status::rejected};
@@ -376,7 +378,7 @@ HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
   int size;
   do {
     errno = 0;
-    size = hid_send_feature_report(state_->reader.get(), bytes, report.size());
+    size = hidapi().hid_send_feature_report(state_->reader.get(), bytes, report.size());
   } while (size < 0 && errno == EINTR);
   if (size >= 0) return HidWrite::ok;
   return errno == ENODEV ? HidWrite::gone : HidWrite::rejected;
