@@ -106,7 +106,7 @@ class PidDriver final : public HapticDevice {
   std::map<std::string, std::int64_t> own_counters() const override;
   const PidState& state() const { return state_; }
   /// After start(): gain * full_scale_N, with the gain as it was rounded for the device.
-  double largest_force_N() const { return largest_force_N_; }
+  double largest_force_N() const override { return largest_force_N_; }
   /// The duration of an effect as it was rounded for the device; empty: for ever.
   std::optional<Duration> effect_duration() const { return effect_duration_; }
 
