@@ -14,6 +14,8 @@
 namespace evenstep {
 namespace {
 
+using internal::matches;
+using internal::remedy_of;
 using Verdict = ExpectationResult::Verdict;
 
 std::vector<std::string> split(std::string_view text) {
@@ -25,13 +27,6 @@ std::vector<std::string> split(std::string_view text) {
       parts.back() += c;
   }
   return parts;
-}
-
-bool matches(const std::string& pattern, const std::string& signal) {
-  if (pattern == signal) return true;
-  const std::vector<std::string> wanted = split(pattern), given = split(signal);
-  return wanted.size() == given.size() && std::equal(wanted.begin(), wanted.end(), given.begin(),
-                                                     [](const auto& w, const auto& g) { return w == "*" || w == g; });
 }
 
 struct Bounds {
@@ -104,25 +99,6 @@ double margin(const ExpectationResult& result) {
   if (result.max) least = std::min(least, (*result.max - *result.value) / std::max(std::abs(*result.max), 1e-300));
   if (result.min) least = std::min(least, (*result.value - *result.min) / std::max(std::abs(*result.min), 1e-300));
   return least;
-}
-
-/// What changes when a limit is met, and what to do about it.
-std::string_view remedy_of(SaturationCause cause) {
-  switch (cause) {
-    case SaturationCause::clamp:
-      return "keep the force below the device's force_limit: a shorter way (kind = \"back-and-forth\") or a softer scene";
-    case SaturationCause::slew:
-      return "keep its changes below the device's slew_limit: a slower hand or a softer scene";
-    case SaturationCause::cut:
-      return "judge from after the guard's ramp_up on (warmup), and see which of the guard's cuts counted";
-    case SaturationCause::non_finite:
-      return "see first_bad_step of the solver";
-    case SaturationCause::device_force:
-      return "keep the force below what the device can render: a shorter way (kind = \"back-and-forth\") or a softer scene";
-    case SaturationCause::device_position:
-      return "keep the hand within the device's range: a shorter way (kind = \"back-and-forth\")";
-  }
-  return "";
 }
 
 const DeviceSpec* find_device(const Scenario& scenario, std::string_view name) {
@@ -218,6 +194,31 @@ ExpectationResult judge_rates(const Expectation& expectation, const Scenario& sc
 }  // namespace
 
 namespace internal {
+
+bool matches(const std::string& pattern, const std::string& signal) {
+  if (pattern == signal) return true;
+  const std::vector<std::string> wanted = split(pattern), given = split(signal);
+  return wanted.size() == given.size() && std::equal(wanted.begin(), wanted.end(), given.begin(),
+                                                     [](const auto& w, const auto& g) { return w == "*" || w == g; });
+}
+
+std::string_view remedy_of(SaturationCause cause) {
+  switch (cause) {
+    case SaturationCause::clamp:
+      return "keep the force below the device's force_limit: a shorter way (kind = \"back-and-forth\") or a softer scene";
+    case SaturationCause::slew:
+      return "keep its changes below the device's slew_limit: a slower hand or a softer scene";
+    case SaturationCause::cut:
+      return "judge from after the guard's ramp_up on (warmup), and see which of the guard's cuts counted";
+    case SaturationCause::non_finite:
+      return "see first_bad_step of the solver";
+    case SaturationCause::device_force:
+      return "keep the force below what the device can render: a shorter way (kind = \"back-and-forth\") or a softer scene";
+    case SaturationCause::device_position:
+      return "keep the hand within the device's range: a shorter way (kind = \"back-and-forth\")";
+  }
+  return "";
+}
 
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
   const std::map<std::string, Saturation> saturated = saturations(run);
