@@ -61,9 +61,9 @@ struct TickRow {
   Vec3 position_m{};     ///< the sample that was read
   Vec3 force_N{};        ///< the whole force after the guard: what was sent, plus what the device renders by itself
   bool started = false;  ///< false before the first emission time: no force yet
-  SaturationCauses saturated =
-      {};  ///< those that the force met, and whether the position is at the end of the device's range
   std::optional<Vec3> undelayed_N = {};  ///< the scene's force for these positions without any delay, if it was computed
+  /// Of the force, and whether the position is at an end of the device's range.
+  SaturationCauses saturated = {};
 };
 
 /// Springs that the device rendered by itself from a tick on, in addition to the force that was sent: along each axis
