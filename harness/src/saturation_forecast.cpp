@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
@@ -40,23 +41,24 @@ ReportRange range_of(const PidSpec& spec) {
 
 glm::dvec3 to_dvec3(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-std::vector<TickRow> ticks_of(const DeviceSpec& device, RealTime end) {
+/// The positions as the device reports them.
+std::vector<TickRow> ticks_of(const DeviceSpec& device, const ReportRange& range, RealTime end) {
   std::vector<TickRow> ticks;
   const RealTime first{device.phase.ns};
   for (std::int64_t k = 0; tick_time(device.rate, k, first) < end; ++k) {
     TickRow& tick = ticks.emplace_back();
     tick.at = tick_time(device.rate, k, first);
-    tick.position_m = to_vec3(position_m(device.motion, tick.at));
+    tick.position_m = to_vec3(glm::clamp(position_m(device.motion, tick.at), -range.position_m, range.position_m));
   }
   return ticks;
 }
 
-/// Notes the first tick that is beyond each limit.
+/// Notes the first tick that meets each limit.
 class Watch {
  public:
   Watch(const DeviceSpec& device, std::vector<ForetoldSaturation>& found) : device_(device), found_(found) {}
-  void at(RealTime at, SaturationCause cause, double value, double limit) {
-    if (!(value > limit)) return;
+  void at(RealTime at, SaturationCause cause, bool is_met, double limit) {
+    if (!is_met) return;
     const auto same = [&](const ForetoldSaturation& one) { return one.device == device_.name && one.cause == cause; };
     if (std::any_of(found_.begin(), found_.end(), same)) return;
     found_.push_back({device_.name, cause, at, limit, device_.expects_saturation});
@@ -71,17 +73,23 @@ void watch_tick(const DeviceSpec& device, const ReportRange& range, const TickRo
                 Watch& watch) {
   const double period_s = seconds(tick.at - before.at);
   const glm::dvec3 position = to_dvec3(tick.position_m);
-  watch.at(tick.at, SaturationCause::cut, glm::length(position - to_dvec3(before.position_m)) / period_s,
-           device.limits.cut.max_speed_m_per_s * (1 + 1e-9));
-  for (int axis = 0; axis < 3; ++axis)
-    watch.at(tick.at, SaturationCause::device_position, std::abs(position[axis]), range.position_m[axis]);
+  const double speed_m_per_s = glm::length(position - to_dvec3(before.position_m)) / period_s;
+  const double most_m_per_s = device.limits.cut.max_speed_m_per_s;
+  // A billionth for the rounding of a hand that is exactly as fast as allowed.
+  watch.at(tick.at, SaturationCause::cut, speed_m_per_s > most_m_per_s * (1 + 1e-9), most_m_per_s);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double most_m = range.position_m[axis];
+    watch.at(tick.at, SaturationCause::device_position, std::abs(position[axis]) >= most_m, most_m);
+  }
   if (!tick.undelayed_N || !before.undelayed_N) return;
   const glm::dvec3 force_N = to_dvec3(*tick.undelayed_N) * device.limits.cut.gain;
   const glm::dvec3 change_N = force_N - to_dvec3(*before.undelayed_N) * device.limits.cut.gain;
-  watch.at(tick.at, SaturationCause::clamp, glm::length(force_N), device.limits.max_N);
-  watch.at(tick.at, SaturationCause::slew, glm::length(change_N) / period_s, device.limits.max_slew_N_per_s);
+  const ForceLimits& limits = device.limits;
+  watch.at(tick.at, SaturationCause::clamp, glm::length(force_N) > limits.max_N, limits.max_N);
+  watch.at(tick.at, SaturationCause::slew, glm::length(change_N) / period_s > limits.max_slew_N_per_s,
+           limits.max_slew_N_per_s);
   for (int axis = 0; axis < 3; ++axis)
-    watch.at(tick.at, SaturationCause::device_force, std::abs(force_N[axis]), range.force_N);
+    watch.at(tick.at, SaturationCause::device_force, std::abs(force_N[axis]) > range.force_N, range.force_N);
 }
 
 std::string_view unit_of(SaturationCause cause) {
@@ -103,16 +111,18 @@ std::vector<ForetoldSaturation> foretell_saturation(const Scenario& scenario) {
   std::vector<ForetoldSaturation> found;
   if (has_hand(scenario)) return found;
   std::vector<DeviceRecord> devices;
-  for (const DeviceSpec& device : scenario.devices)
-    devices.emplace_back().ticks = ticks_of(device, RealTime{scenario.run_duration.ns});
+  std::vector<ReportRange> ranges;
+  for (const DeviceSpec& device : scenario.devices) {
+    ranges.push_back(std::visit([](const auto& spec) { return range_of(spec); }, device.driver));
+    devices.emplace_back().ticks = ticks_of(device, ranges.back(), RealTime{scenario.run_duration.ns});
+  }
   if (costs_little(scenario.scene)) internal::put_undelayed(scenario, devices);
   for (std::size_t tool = 0; tool < devices.size(); ++tool) {
     const DeviceSpec& device = scenario.devices[tool];
-    const ReportRange range = std::visit([](const auto& spec) { return range_of(spec); }, device.driver);
     const std::vector<TickRow>& ticks = devices[tool].ticks;
     Watch watch(device, found);
     for (std::size_t k = 1; k < ticks.size(); ++k) {
-      if (ticks[k].at >= RealTime{scenario.warmup.ns}) watch_tick(device, range, ticks[k - 1], ticks[k], watch);
+      if (ticks[k].at >= RealTime{scenario.warmup.ns}) watch_tick(device, ranges[tool], ticks[k - 1], ticks[k], watch);
     }
   }
   return found;
