@@ -7,6 +7,7 @@
 #include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/harness/rendering.h"
+#include "evenstep/harness/saturation_forecast.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
 #include "evenstep/sim/solver.h"
@@ -55,13 +56,22 @@ void explain_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
              ms(forecast.largest), forecast.growths);
 }
 
-void explain(const Scenario& scenario) {
+/// Prints what will be saturated, and returns the expectations that cannot be judged for it.
+std::vector<Diagnostic> explain_saturation(const Scenario& scenario, const std::vector<StrategyPlan>& plans) {
+  const std::vector<ForetoldSaturation> foretold = foretell_saturation(scenario);
+  for (const ForetoldSaturation& one : foretold)
+    fmt::print("  saturation   {}{}\n", text(one), one.expected ? " (expected)" : "");
+  return foretold_errors(scenario, plans, foretold);
+}
+
+/// Returns what of it cannot hold.
+std::vector<Diagnostic> explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
   if (scenario.case_spec) {
     explain_case(*scenario.case_spec);
     fmt::print("  expectations {}\n\n", scenario.expectations.size());
-    return;
+    return {};
   }
   fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration),
              seconds(scenario.warmup), scenario.seed);
@@ -79,7 +89,8 @@ void explain(const Scenario& scenario) {
                device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(), device.hand->total_stiffness_N_per_m(),
                ms(device.force_delay));
   }
-  for (const StrategyPlan& plan : plan(scenario)) {
+  const std::vector<StrategyPlan> plans = plan(scenario);
+  for (const StrategyPlan& plan : plans) {
     fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
                ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
     if (plan.adapts) explain_adaptation(scenario, plan);
@@ -94,10 +105,12 @@ void explain(const Scenario& scenario) {
     fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
                plan.predicted_late_forces);
   }
+  std::vector<Diagnostic> errors = explain_saturation(scenario, plans);
   if (scenario.sweep) explain_sweep(*scenario.sweep);
   fmt::print("  expectations {}\n", scenario.expectations.size());
   for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
   fmt::print("\n");
+  return errors;
 }
 
 }  // namespace
@@ -152,14 +165,16 @@ ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool
     if (errors.empty() && read->sweep) errors = check_sweep(file, arguments.set);
     if (errors.empty()) {
       try {
-        explain(*read);
+        const std::vector<Diagnostic> foretold = explain(*read);
+        print(foretold);
+        if (!foretold.empty()) code = worse(code, ExitCode::expectation_failed);
         continue;
       } catch (const SolverError& error) {
         errors.push_back({file, 0, 0, std::string(error.what()) + "; " + error.remedy()});
       }
     }
     print(errors);
-    code = ExitCode::usage;
+    code = worse(code, ExitCode::usage);
   }
   return code;
 }

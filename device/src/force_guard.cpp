@@ -41,22 +41,26 @@ glm::dvec3 ForceGuard::pass(RealTime now, const glm::dvec3& wanted_N, const Guar
   assert(now >= last_at_);
   follow_hand(tick.sample);
   move_authority(now, tick);
+  limited_ = {.cut = authority_ < 1};
   const glm::dvec3 target_N = clamped(wanted_N * limits_.cut.gain) * authority_;
   const glm::dvec3 change_N = target_N - last_N_;
   const double max_change_N = limits_.max_slew_N_per_s * seconds(now - last_at_);
   last_at_ = now;
   if (length(change_N) <= max_change_N) return last_N_ = target_N;
   ++counters_.slewed;
+  limited_.slewed = true;
   return last_N_ += shortened(change_N, max_change_N);
 }
 
 glm::dvec3 ForceGuard::clamped(const glm::dvec3& wanted_N) {
   if (!is_finite(wanted_N)) {
     ++counters_.non_finite;
+    limited_.non_finite = true;
     return glm::dvec3(0);
   }
   if (length(wanted_N) <= limits_.max_N) return wanted_N;
   ++counters_.clamped;
+  limited_.clamped = true;
   return shortened(wanted_N, limits_.max_N);
 }
 

@@ -28,6 +28,27 @@ glm::dvec3 at_time(const ConstantVelocity& motion, RealTime at) {
   return motion.origin_m + motion.velocity_m_per_s * run_s(motion.smooth_start, at);
 }
 
+/// The time at full speed, as run_s, is again a whole number of half nanoseconds on the straight pieces. The first one ends
+/// at that of ConstantVelocity, so a run that ends before the first turn has the same positions, bit for bit.
+glm::dvec3 at_time(const BackAndForth& motion, RealTime at) {
+  assert(motion.straight.ns > 0 && motion.turn.ns > 0);
+  const ConstantVelocity& start = motion.start;
+  const std::int64_t since_ns = at.ns - start.smooth_start.ns;
+  const std::int64_t piece_ns = motion.straight.ns + motion.turn.ns;
+  if (since_ns <= motion.straight.ns) return at_time(start, at);
+  const std::int64_t into_ns = since_ns % piece_ns;
+  const bool back = since_ns / piece_ns % 2 == 1;
+  const std::int64_t along_ns = std::min(into_ns, motion.straight.ns);
+  const std::int64_t from_begin_ns = back ? motion.straight.ns - along_ns : along_ns;
+  double at_full_speed_s = static_cast<double>(start.smooth_start.ns + 2 * from_begin_ns) / 2e9;
+  if (into_ns > motion.straight.ns) {
+    const double u = static_cast<double>(into_ns - motion.straight.ns) / static_cast<double>(motion.turn.ns);
+    const double beyond_s = static_cast<double>(motion.turn.ns) / 1e9 * (u * (1 + u * u * (u - 2)));
+    at_full_speed_s += back ? -beyond_s : beyond_s;
+  }
+  return start.origin_m + start.velocity_m_per_s * at_full_speed_s;
+}
+
 /// (1 - cos(2 pi f t)) / 2 = sin^2(pi f t), which does not cancel digits near 0. Whole turns are removed in integer
 /// arithmetic, so a run of any length keeps all digits. The second half of a turn mirrors the first, so the angle stays
 /// within [0, pi / 2].

@@ -9,10 +9,13 @@
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/underrun_rate.h"
 #include "evenstep/reports/rate_bound.h"
+#include "evenstep/reports/saturation.h"
 
 namespace evenstep {
 namespace {
 
+using internal::matches;
+using internal::remedy_of;
 using Verdict = ExpectationResult::Verdict;
 
 std::vector<std::string> split(std::string_view text) {
@@ -24,13 +27,6 @@ std::vector<std::string> split(std::string_view text) {
       parts.back() += c;
   }
   return parts;
-}
-
-bool matches(const std::string& pattern, const std::string& signal) {
-  if (pattern == signal) return true;
-  const std::vector<std::string> wanted = split(pattern), given = split(signal);
-  return wanted.size() == given.size() && std::equal(wanted.begin(), wanted.end(), given.begin(),
-                                                     [](const auto& w, const auto& g) { return w == "*" || w == g; });
 }
 
 struct Bounds {
@@ -105,14 +101,44 @@ double margin(const ExpectationResult& result) {
   return least;
 }
 
+const DeviceSpec* find_device(const Scenario& scenario, std::string_view name) {
+  const auto found = std::find_if(scenario.devices.begin(), scenario.devices.end(),
+                                  [&](const DeviceSpec& device) { return device.name == name; });
+  return found == scenario.devices.end() ? nullptr : &*found;
+}
+
+/// Why the shape of this signal says nothing; empty if it is not saturated or the device expects that.
+std::string objection_to_shape(const std::string& signal, const Scenario& scenario,
+                               const std::map<std::string, Saturation>& saturated) {
+  std::vector<std::string> parts = split(signal);
+  if (parts.size() != 3) return "";
+  if (parts[0] == "closed_loop") parts = {parts[1], "force", parts[2]};  // it is about the force that was sent
+  const auto found = saturated.find(fmt::format("{}", fmt::join(parts, ".")));
+  if (found == saturated.end()) return "";
+  const DeviceSpec* device = find_device(scenario, parts[0]);
+  if (device && device->expects_saturation) return "";
+  const Saturation& met = found->second;
+  const Saturation::Part& first = met.parts.front();
+  return fmt::format(
+      "saturated: {} of {} judged samples ({:.3g} %), {} first at {:.6g} s, so its shape says nothing; {}; or write "
+      "saturation = \"expected\" in the [[device]]",
+      met.saturated, met.judged, 100 * met.share(), name_of(first.cause), seconds(first.first), remedy_of(first.cause));
+}
+
 ExpectationResult judge_expectation(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
-                                    const Metrics& metrics) {
+                                    const Metrics& metrics, const std::map<std::string, Saturation>& saturated) {
   std::optional<ExpectationResult> worst_of_pattern;
   for (const auto& [signal, values] : metrics) {
     if (!matches(expectation.signal, signal)) continue;
     const auto value = values.find(expectation.metric);
     if (value == values.end()) continue;
     ExpectationResult result = judge_signal(expectation, signal, value->second, scenario, nominal);
+    if (judges_shape(signal, expectation.metric)) {
+      if (std::string objection = objection_to_shape(signal, scenario, saturated); !objection.empty()) {
+        result.verdict = Verdict::error;
+        result.detail = std::move(objection);
+      }
+    }
     if (!worst_of_pattern || margin(result) < margin(*worst_of_pattern)) worst_of_pattern = std::move(result);
   }
   if (worst_of_pattern) return std::move(*worst_of_pattern);
@@ -169,11 +195,37 @@ ExpectationResult judge_rates(const Expectation& expectation, const Scenario& sc
 
 namespace internal {
 
+bool matches(const std::string& pattern, const std::string& signal) {
+  if (pattern == signal) return true;
+  const std::vector<std::string> wanted = split(pattern), given = split(signal);
+  return wanted.size() == given.size() && std::equal(wanted.begin(), wanted.end(), given.begin(),
+                                                     [](const auto& w, const auto& g) { return w == "*" || w == g; });
+}
+
+std::string_view remedy_of(SaturationCause cause) {
+  switch (cause) {
+    case SaturationCause::clamp:
+      return "keep the force below the device's force_limit: a shorter way (kind = \"back-and-forth\") or a softer scene";
+    case SaturationCause::slew:
+      return "keep its changes below the device's slew_limit: a slower hand or a softer scene";
+    case SaturationCause::cut:
+      return "judge from after the guard's ramp_up on (warmup), and see which of the guard's cuts counted";
+    case SaturationCause::non_finite:
+      return "see first_bad_step of the solver";
+    case SaturationCause::device_force:
+      return "keep the force below what the device can render: a shorter way (kind = \"back-and-forth\") or a softer scene";
+    case SaturationCause::device_position:
+      return "keep the hand within the device's range: a shorter way (kind = \"back-and-forth\")";
+  }
+  return "";
+}
+
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
+  const std::map<std::string, Saturation> saturated = saturations(run);
   std::vector<ExpectationResult> results;
   for (const Expectation& expectation : scenario.expectations) {
     results.push_back(expectation.confidence ? judge_rates(expectation, scenario, run)
-                                             : judge_expectation(expectation, scenario, run.nominal, metrics));
+                                             : judge_expectation(expectation, scenario, run.nominal, metrics, saturated));
   }
   return results;
 }
@@ -183,7 +235,7 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord&
   for (const Expectation& expectation : scenario.expectations) {
     std::optional<ValueRange> at;
     if (expectation.at) at = ValueRange{(*expectation.at)[0], (*expectation.at)[1]};
-    results.push_back(judge_expectation(expectation, scenario, {}, measure(record, at)));
+    results.push_back(judge_expectation(expectation, scenario, {}, measure(record, at), {}));
   }
   return results;
 }

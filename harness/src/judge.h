@@ -1,6 +1,8 @@
 #pragma once
 /// Judges expectations by the measures of a run.
 
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "evenstep/format/scenario.h"
@@ -13,6 +15,11 @@ namespace evenstep::internal {
 
 /// One result per expectation, in the order of the file. A signal with `*` is judged by the worst of the signals it matches.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics);
+
+/// Whether a signal has this form; `*` stands for any single part.
+bool matches(const std::string& pattern, const std::string& signal);
+/// What to do about a saturated signal.
+std::string_view remedy_of(SaturationCause cause);
 
 /// The expectations of a case, each judged over the cells it asks for.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord& record);

@@ -255,6 +255,11 @@ Nominal nominal_of(const Scenario& scenario) {
     if (device.hand) continue;  // the rest is about the motion, which for a hand is only its intended path
     if (const auto* constant = std::get_if<ConstantVelocity>(&device.motion.shape))
       named.speed_m_per_s = glm::length(constant->velocity_m_per_s);
+    if (const auto* turning = std::get_if<BackAndForth>(&device.motion.shape)) {
+      named.speed_m_per_s = glm::length(turning->start.velocity_m_per_s);
+      if (!device.is_real)
+        named.turns = Nominal::Turns{device.motion.begin + turning->start.smooth_start, turning->straight, turning->turn};
+    }
     if (const auto* sine = std::get_if<Sine>(&device.motion.shape)) {
       const double frequency_Hz = static_cast<double>(sine->frequency.num) / static_cast<double>(sine->frequency.den);
       named.sine = Nominal::Sine{to_vec3(sine->amplitude_m), frequency_Hz, seconds(device.motion.begin - RealTime{0})};

@@ -15,6 +15,19 @@
 namespace evenstep {
 namespace {
 
+/// Records how far back the reads of steps and the forces of ticks reach. A filter on the steps' reads counts steps, so it
+/// may last a segment longer than on an even schedule.
+void put_memory(const Scenario& scenario, const StrategyPlan& plan, StrategyRecord& record) {
+  for (const LinkSpec& link : links_of(scenario, plan)) {
+    Duration read = link.interaction.window, sent = link.force.window;
+    if (link.interaction_filter)
+      read = std::max(read, settling_time(*link.interaction_filter, link.step_rate) + scenario.nominal.segment);
+    if (link.force_filter) sent = std::max(sent, settling_time(*link.force_filter, link.ticks.rate));
+    record.interaction_memory = std::max(record.interaction_memory, read);
+    record.force_memory = std::max(record.force_memory, sent);
+  }
+}
+
 StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) {
   StrategyRecord record;
   record.name = name_of(plan.kind);
@@ -26,6 +39,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) 
     kept.name = device.name;
     kept.loop = loop_record(scenario, plan, device);
   }
+  put_memory(scenario, plan, record);
   const auto& [steps, any, here] = plan.sizing;
   record.latency = {.lead = plan.lead,
                     .latency = plan.latency,

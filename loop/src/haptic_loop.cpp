@@ -1,19 +1,41 @@
 #include "evenstep/loop/haptic_loop.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "evenstep/loop/segment_pace.h"
 
 namespace evenstep {
+namespace {
+
+SaturationCauses causes_of(const DeviceLane& lane, const DeviceSample& sample, const glm::dvec3& written_N) {
+  const GuardLimited& guard = lane.guard.limited();
+  SaturationCauses causes;
+  causes.add(SaturationCause::clamp, guard.clamped);
+  causes.add(SaturationCause::slew, guard.slewed);
+  causes.add(SaturationCause::cut, guard.cut);
+  causes.add(SaturationCause::non_finite, guard.non_finite);
+  causes.add(SaturationCause::device_position, sample.at_range);
+  if (!lane.device) return causes;
+  const double most_N = lane.device->largest_force_N();
+  for (int axis = 0; axis < 3; ++axis) causes.add(SaturationCause::device_force, std::abs(written_N[axis]) > most_N);
+  return causes;
+}
+
+}  // namespace
+
 Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record) {
   for (std::int64_t k = 0;; ++k) {
     const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
     const DeviceSample sample = exchange.sense(lane.tool, scheduler);
     Played played = exchange.play(lane.tool, sample, scheduler);
-    const glm::dvec3 force_N = lane.guard.pass(played.at, played.force_N.value, {sample, played.due()});
+    SentForce sent;
+    sent.force_N = lane.guard.pass(played.at, played.force_N.value, {sample, played.due()});
     if (played.spring) played.spring = exchange.render(lane.tool, lane.guard.share(*played.spring));
-    if (lane.device) lane.device->write(force_N - played.sprung_N(sample.position_m));
-    record.tick(scheduler, arrival, sample, played, force_N);
+    const glm::dvec3 written_N = sent.force_N - played.sprung_N(sample.position_m);
+    if (lane.device) lane.device->write(written_N);
+    sent.saturated = causes_of(lane, sample, written_N);
+    record.tick(scheduler, arrival, sample, played, sent);
     // Ticks that were missed because this one ran late are skipped and not sent in a burst; the tick that is due now still
     // runs.
     k = std::max(k, first_tick_at_or_after(lane.rate, played.at + Duration{1}, lane.first_tick) - 2);

@@ -23,16 +23,17 @@ SpringRow to_row(const DeviceSpring& spring) {
 }  // namespace
 
 void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
-                          const glm::dvec3& force_N) {
+                          const SentForce& sent) {
   scheduler.note(static_cast<std::uint64_t>(sample.read_at.ns));
   scheduler.note(static_cast<std::uint64_t>(played.at.ns));
   note(scheduler, sample.position_m);
-  note(scheduler, force_N);
+  note(scheduler, sent.force_N);
   record_.ticks.push_back({.at = arrival.scheduled,
                            .lateness = arrival.lateness(),
                            .position_m = to_vec3(sample.position_m),
-                           .force_N = to_vec3(force_N),
-                           .started = played.force_N.status != ReadStatus::empty});
+                           .force_N = to_vec3(sent.force_N),
+                           .started = played.force_N.status != ReadStatus::empty,
+                           .saturated = sent.saturated});
   if (!played.spring) return;
   const DeviceSpring& spring = *played.spring;
   for (const glm::dvec3& part : {spring.center_m, spring.below_N_per_m, spring.above_N_per_m, spring.limit_N})

@@ -33,6 +33,15 @@ std::vector<Window> windows(std::span<const double> t, double window_s) {
   return result;
 }
 
+std::vector<Window> windows(std::span<const double> t, std::span<const Window> pieces, double window_s) {
+  std::vector<Window> result;
+  for (const Window& piece : pieces) {
+    for (const Window& window : windows(t.subspan(piece.begin, piece.size()), window_s))
+      result.push_back({piece.begin + window.begin, piece.begin + window.end});
+  }
+  return result;
+}
+
 // Everything is computed relative to the first sample and then to the mean, so the sums have the size of the travel within
 // the window, not of that within the run: at 1000 s and 100 m the residual of an exact line stays below 1e-13 m.
 std::vector<Vec3> line_residual(std::span<const double> t, std::span<const Vec3> x) {

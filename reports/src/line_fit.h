@@ -9,6 +9,9 @@
 
 namespace evenstep::internal {
 
+/// Length of the windows of a run's signals.
+inline constexpr double kWindow_s = 0.25;
+
 struct Window {
   std::size_t begin = 0, end = 0;  ///< samples [begin, end)
   std::size_t size() const { return end - begin; }
@@ -17,6 +20,9 @@ struct Window {
 /// Non-overlapping windows of `window_s` from t[0] on; a sample on a boundary belongs to the next window. A rest that covers
 /// less than half a window is added to the one before.
 std::vector<Window> windows(std::span<const double> t, double window_s);
+
+/// The windows of each piece, which begin anew in each.
+std::vector<Window> windows(std::span<const double> t, std::span<const Window> pieces, double window_s);
 
 /// x minus its least-squares line over t.
 std::vector<Vec3> line_residual(std::span<const double> t, std::span<const Vec3> x);

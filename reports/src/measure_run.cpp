@@ -5,7 +5,10 @@
 #include "evenstep/reports/measures.h"
 #include "src/closed_loop.h"
 #include "src/judged.h"
+#include "src/line_measures.h"
+#include "src/saturated_samples.h"
 #include "src/sine_response.h"
+#include "src/straight.h"
 #include "src/undelayed.h"
 #include "src/vec3.h"
 
@@ -13,9 +16,9 @@ namespace evenstep {
 namespace {
 
 using internal::Series;
+using Pieces = std::vector<internal::Window>;
 using Values = std::map<std::string, double>;
 
-constexpr double kWindow_s = 0.25;
 constexpr Duration kAroundStop{100'000'000};  // error_at_stop: 0.2 s around the stop
 
 /// Adds a metric. Without a value it is left out, and an expectation on it is then an error, never a pass.
@@ -59,26 +62,41 @@ double segment_rate(const StrategyRecord& strategy, const std::vector<std::size_
   return static_cast<double>(hit.size()) / static_cast<double>(all.size());
 }
 
-template <class Predicate>
-double count_of(const std::vector<std::size_t>& rows, Predicate predicate) {
+template <class Row, class Predicate>
+double count_of(const std::vector<Row>& rows, Predicate predicate) {
   return static_cast<double>(std::count_if(rows.begin(), rows.end(), predicate));
 }
 
-void put_line(Values& values, const Series& series) {
-  const Deviation line = deviation(series.t_s, series.value, kWindow_s);
-  put(values, "deviation_max", line.max, series.value.size() >= 3);
-  put(values, "deviation_rms", line.rms, series.value.size() >= 3);
-  put(values, "velocity_jump", velocity_jump(series.value), series.value.size() >= 3);
+double saturated(const std::vector<SaturationCauses>& met) {
+  return count_of(met, [](SaturationCauses causes) { return !causes.none(); });
 }
 
-void put_step_ratio(Values& values, const Series& series, std::optional<double> step_m) {
-  if (!step_m || series.value.size() < 2) return;
+/// Whether a piece has so many samples: any two lie on a line, so a line needs three.
+bool any_with(std::size_t least, const Pieces& pieces) {
+  return std::any_of(pieces.begin(), pieces.end(), [&](const internal::Window& piece) { return piece.size() >= least; });
+}
+
+void put_line(Values& values, const Series& series, const Pieces& pieces) {
+  std::size_t straight = 0;
+  for (const internal::Window& piece : pieces) straight += piece.size();
+  put(values, "straight", static_cast<double>(straight));
+  const Deviation line =
+      internal::deviation(series.t_s, series.value, internal::windows(series.t_s, pieces, internal::kWindow_s));
+  put(values, "deviation_max", line.max, any_with(3, pieces));
+  put(values, "deviation_rms", line.rms, any_with(3, pieces));
+  put(values, "velocity_jump", internal::velocity_jump(series.value, pieces), any_with(3, pieces));
+}
+
+void put_step_ratio(Values& values, const Series& series, const Pieces& pieces, std::optional<double> step_m) {
+  if (!step_m || !any_with(2, pieces)) return;
   internal::Peak most;
   double smallest = INFINITY;
-  for (std::size_t n = 1; n < series.value.size(); ++n) {
-    const double ratio = internal::norm(internal::minus(series.value[n], series.value[n - 1])) / *step_m;
-    most.add(ratio);
-    if (!(ratio >= smallest) && !std::isnan(smallest)) smallest = ratio;
+  for (const internal::Window& piece : pieces) {
+    for (std::size_t n = piece.begin + 1; n < piece.end; ++n) {
+      const double ratio = internal::norm(internal::minus(series.value[n], series.value[n - 1])) / *step_m;
+      most.add(ratio);
+      if (!(ratio >= smallest) && !std::isnan(smallest)) smallest = ratio;
+    }
   }
   put(values, "step_ratio_max", most.value);
   put(values, "step_ratio_min", smallest);
@@ -114,10 +132,13 @@ Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, 
                           const std::vector<std::size_t>& steps) {
   Values values;
   put(values, "judged", static_cast<double>(steps.size()));
+  put(values, "saturated", saturated(internal::saturation_of_steps(strategy, device, steps)));
   if (steps.empty()) return values;
   const Series series = internal::interaction_series(strategy, device, steps, run.nominal.slot_s);
-  put_line(values, series);
-  put_step_ratio(values, series, step_unit(run.nominal, device.name + ".interaction." + strategy.name));
+  const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
+  const Pieces pieces = internal::straight_steps(strategy, nominal, steps);
+  put_line(values, series, pieces);
+  put_step_ratio(values, series, pieces, step_unit(run.nominal, device.name + ".interaction." + strategy.name));
   Spread latency;
   std::int64_t back_steps = 0;
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -133,7 +154,6 @@ Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, 
   put(values, "underruns", count_of(steps, underrun));
   put(values, "underrun_rate", segment_rate(strategy, steps, underrun));
   put(values, "overruns", count_of(steps, [&](std::size_t n) { return device.steps[n].read == StepRead::overrun; }));
-  const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
   put_errors(values, strategy, device, steps, nominal ? nominal->stop_at : std::nullopt);
   put_sine(values, internal::interaction_response(run, strategy, device, steps));
   return values;
@@ -219,15 +239,18 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   const bool hold = nominal && nominal->hold_emission;
   Values values;
   put(values, "judged", static_cast<double>(ticks.size()));
+  put(values, "saturated", saturated(internal::saturation_of_ticks(strategy, device, ticks)));
   put(values, "emission_repairs", static_cast<double>(strategy.emission_repairs));
   put(values, "latency_growths", static_cast<double>(strategy.latency_growths));
   for (const auto& [name, count] : device.counters) put(values, name, count);
   if (!ticks.empty()) {
     const Series series = internal::force_series(device, ticks, run.nominal.judged_from);
-    put_line(values, series);
+    const Pieces pieces = internal::straight_ticks(strategy, device, nominal, ticks);
+    put_line(values, series, pieces);
     put(values, "jump_max", jump_max(series.value), series.value.size() >= 2);
-    const double residual_N = band_rms(series.t_s, series.value, kWindow_s, 20, 500);
-    put(values, "residual_20_500_hz", residual_N, series.value.size() >= 3);
+    const double residual_N =
+        internal::band_rms(series.t_s, series.value, internal::windows(series.t_s, pieces, internal::kWindow_s), 20, 500);
+    put(values, "residual_20_500_hz", residual_N, any_with(3, pieces));
     values.merge(internal::undelayed_values(device, ticks, nominal ? nominal->stop_at : std::nullopt));
   }
   if (steps.empty()) return values;

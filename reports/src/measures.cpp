@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "evenstep/time/reproducible_math.h"
-#include "src/line_fit.h"
+#include "src/line_measures.h"
 #include "src/vec3.h"
 
 namespace evenstep {
@@ -66,12 +66,8 @@ double band_energy(std::span<const Vec3> x, std::size_t first, std::size_t last)
 }  // namespace
 
 double velocity_jump(std::span<const Vec3> x) {
-  if (x.size() < 3) return kNone;
-  internal::Peak peak;
-  for (std::size_t n = 1; n + 1 < x.size(); ++n) {
-    peak.add(internal::norm(internal::minus(internal::minus(x[n + 1], x[n]), internal::minus(x[n], x[n - 1]))));
-  }
-  return peak.value;
+  const internal::Window whole{0, x.size()};
+  return internal::velocity_jump(x, std::span(&whole, 1));
 }
 
 double jump_max(std::span<const Vec3> x) {
@@ -82,14 +78,35 @@ double jump_max(std::span<const Vec3> x) {
 }
 
 Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s) {
-  internal::Peak peak;
+  return internal::deviation(t, x, internal::windows(t, window_s));
+}
+
+double band_rms(std::span<const double> t, std::span<const Vec3> x, double window_s, double low_Hz, double high_Hz) {
+  return internal::band_rms(t, x, internal::windows(t, window_s), low_Hz, high_Hz);
+}
+
+namespace internal {
+
+double velocity_jump(std::span<const Vec3> x, std::span<const Window> pieces) {
+  Peak peak;
+  bool any = false;
+  for (const Window& piece : pieces) {
+    for (std::size_t n = piece.begin + 1; n + 1 < piece.end; ++n) {
+      peak.add(norm(minus(minus(x[n + 1], x[n]), minus(x[n], x[n - 1]))));
+      any = true;
+    }
+  }
+  return any ? peak.value : kNone;
+}
+
+Deviation deviation(std::span<const double> t, std::span<const Vec3> x, std::span<const Window> windows) {
+  Peak peak;
   double squares = 0;
   std::size_t judged = 0;
-  for (const internal::Window& window : internal::windows(t, window_s)) {
+  for (const Window& window : windows) {
     if (window.size() < kLeastSamples) continue;
-    for (const Vec3& r :
-         internal::line_residual(t.subspan(window.begin, window.size()), x.subspan(window.begin, window.size()))) {
-      peak.add(internal::norm(r));
+    for (const Vec3& r : line_residual(t.subspan(window.begin, window.size()), x.subspan(window.begin, window.size()))) {
+      peak.add(norm(r));
       squares += r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
     }
     judged += window.size();
@@ -98,10 +115,11 @@ Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double w
   return {peak.value, std::sqrt(squares / static_cast<double>(judged))};
 }
 
-double band_rms(std::span<const double> t, std::span<const Vec3> x, double window_s, double low_Hz, double high_Hz) {
+double band_rms(std::span<const double> t, std::span<const Vec3> x, std::span<const Window> windows, double low_Hz,
+                double high_Hz) {
   double energy = 0;
   std::size_t judged = 0;
-  for (const internal::Window& window : internal::windows(t, window_s)) {
+  for (const Window& window : windows) {
     const std::size_t count = window.size();
     if (count < kLeastSamples) continue;
     const auto times = t.subspan(window.begin, count);
@@ -110,10 +128,11 @@ double band_rms(std::span<const double> t, std::span<const Vec3> x, double windo
     const auto first = static_cast<std::size_t>(std::max(1.0, std::ceil(low_Hz * length_s * (1 - 1e-9))));
     const auto last = std::min(count / 2, static_cast<std::size_t>(std::floor(high_Hz * length_s * (1 + 1e-9))));
     if (first > last) continue;
-    energy += band_energy(internal::line_residual(times, x.subspan(window.begin, count)), first, last);
+    energy += band_energy(line_residual(times, x.subspan(window.begin, count)), first, last);
     judged += count;
   }
   return judged == 0 ? kNone : std::sqrt(energy / static_cast<double>(judged));
 }
 
+}  // namespace internal
 }  // namespace evenstep

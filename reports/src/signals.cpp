@@ -11,14 +11,18 @@ namespace {
 
 struct MetricUnit {
   std::string_view metric, unit;
+  bool shape = false;  ///< about the shape of the signal, so it says nothing if the signal is saturated
 };
+constexpr bool kShape = true;
 
 constexpr std::array kInteraction = std::to_array<MetricUnit>({{"judged", "count"},
-                                                               {"velocity_jump", "m"},
-                                                               {"deviation_max", "m"},
-                                                               {"deviation_rms", "m"},
-                                                               {"step_ratio_max", "1"},
-                                                               {"step_ratio_min", "1"},
+                                                               {"straight", "count"},
+                                                               {"saturated", "count"},
+                                                               {"velocity_jump", "m", kShape},
+                                                               {"deviation_max", "m", kShape},
+                                                               {"deviation_rms", "m", kShape},
+                                                               {"step_ratio_max", "1", kShape},
+                                                               {"step_ratio_min", "1", kShape},
                                                                {"back_steps", "count"},
                                                                {"latency_min", "s"},
                                                                {"latency_mean", "s"},
@@ -26,24 +30,26 @@ constexpr std::array kInteraction = std::to_array<MetricUnit>({{"judged", "count
                                                                {"underruns", "count"},
                                                                {"underrun_rate", "1"},
                                                                {"overruns", "count"},
-                                                               {"error_at_stop", "m"},
-                                                               {"error_max", "m"},
-                                                               {"gain", "1"},
-                                                               {"phase_delay", "s"},
-                                                               {"distortion", "1"}});
+                                                               {"error_at_stop", "m", kShape},
+                                                               {"error_max", "m", kShape},
+                                                               {"gain", "1", kShape},
+                                                               {"phase_delay", "s", kShape},
+                                                               {"distortion", "1", kShape}});
 constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
-                                                         {"velocity_jump", "N"},
-                                                         {"deviation_max", "N"},
-                                                         {"deviation_rms", "N"},
-                                                         {"jump_max", "N"},
-                                                         {"error_max", "N"},
-                                                         {"error_rms", "N"},
-                                                         {"error_share", "1"},
-                                                         {"error_at_stop", "N"},
-                                                         {"onset_delay", "s"},
-                                                         {"ghost_force", "N"},
-                                                         {"residual_20_500_hz", "N"},
-                                                         {"deviation_from_ideal", "N"},
+                                                         {"straight", "count"},
+                                                         {"saturated", "count"},
+                                                         {"velocity_jump", "N", kShape},
+                                                         {"deviation_max", "N", kShape},
+                                                         {"deviation_rms", "N", kShape},
+                                                         {"jump_max", "N", kShape},
+                                                         {"error_max", "N", kShape},
+                                                         {"error_rms", "N", kShape},
+                                                         {"error_share", "1", kShape},
+                                                         {"error_at_stop", "N", kShape},
+                                                         {"onset_delay", "s", kShape},
+                                                         {"ghost_force", "N", kShape},
+                                                         {"residual_20_500_hz", "N", kShape},
+                                                         {"deviation_from_ideal", "N", kShape},
                                                          {"schedule_latency", "s"},
                                                          {"schedule_latency_min", "s"},
                                                          {"schedule_latency_mean", "s"},
@@ -94,9 +100,9 @@ constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
                                                          {"effects_ended", "count"},
                                                          {"contact_stiffness", "N/m"},
                                                          {"softened", "count"},
-                                                         {"gain", "1"},
-                                                         {"phase_delay", "s"},
-                                                         {"distortion", "1"}});
+                                                         {"gain", "1", kShape},
+                                                         {"phase_delay", "s", kShape},
+                                                         {"distortion", "1", kShape}});
 constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacity", "count"},
                                                            {"force_capacity", "count"},
                                                            {"underruns", "count"},
@@ -116,9 +122,9 @@ constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacit
                                                            {"force_lateness_max", "s"}});
 constexpr std::array kClosedLoop = std::to_array<MetricUnit>({{"energy_min", "J"},
                                                               {"energy_end", "J"},
-                                                              {"energy_per_cycle", "J"},
+                                                              {"energy_per_cycle", "J", kShape},
                                                               {"energy_released", "1"},
-                                                              {"rendered_damping", "N s/m"},
+                                                              {"rendered_damping", "N s/m", kShape},
                                                               {"peak_to_peak", "m"},
                                                               {"oscillation_ratio", "1"},
                                                               {"stable", "count"},
@@ -241,6 +247,15 @@ std::string base_unit(const std::string& signal, const std::string& metric) {
     }
   }
   return unit;
+}
+
+bool judges_shape(const std::string& signal, const std::string& metric) {
+  for (const Table table : tables_of(signal)) {
+    for (const MetricUnit& row : table) {
+      if (row.metric == metric && row.shape) return true;
+    }
+  }
+  return false;
 }
 
 std::optional<double> step_unit(const Nominal& nominal, const std::string& signal) {

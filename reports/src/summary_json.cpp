@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "evenstep/reports/json.h"
+#include "evenstep/reports/saturation.h"
 #include "evenstep/reports/writers.h"
 
 namespace evenstep {
@@ -66,6 +67,16 @@ Json json_of(const StrategyRecord& strategy) {
   return out;
 }
 
+Json json_of(const Saturation& saturation) {
+  Json causes = Json::array();
+  for (const Saturation::Part& part : saturation.parts)
+    causes.push_back({{"cause", name_of(part.cause)}, {"first_ns", part.first.ns}, {"count", part.count}});
+  return {{"judged", saturation.judged},
+          {"count", saturation.saturated},
+          {"share", json_number(saturation.share())},
+          {"causes", causes}};
+}
+
 Json json_of(const std::vector<BinRow>& rows) {
   Json out = Json::array();
   for (const BinRow& bin : rows) {
@@ -91,12 +102,14 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
               {"trace_hash", fmt::format("{:016x}", run.trace_hash)},
               {"expectations", Json::array()},
               {"metrics", Json::object()},
+              {"saturated", Json::object()},
               {"latency", Json::object()},
               {"strategies", Json::object()},
               {"bins", Json::object()},
               {"left_out", run.left_out}};
   for (const ExpectationResult& result : results) out["expectations"].push_back(json_of(result));
   for (const auto& [signal, values] : metrics) out["metrics"][signal] = json_of(values);
+  for (const auto& [signal, saturation] : saturations(run)) out["saturated"][signal] = json_of(saturation);
   for (const StrategyRecord& strategy : run.strategies) {
     out["latency"][strategy.name] = json_of(strategy.latency);
     out["strategies"][strategy.name] = json_of(strategy);

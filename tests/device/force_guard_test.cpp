@@ -315,3 +315,28 @@ TEST_CASE("with the default limits nothing is ever cut off") {
     CHECK(guard.authority() == 1);
   }
 }
+
+TEST_CASE("the guard says which limits made a force another one, 100,000 random ones") {
+  std::mt19937_64 random(3);
+  ForceLimits limits{10, 5000};
+  limits.cut.ramp_up = limits.cut.ramp_down = Duration{5 * kMs};
+  ForceGuard guard(limits);
+  std::array<int, 5> seen{};
+  for (int i = 0; i < 100'000; ++i) {
+    GuardedTick tick = kWithForce;
+    tick.sample.drivable = random() % 16 != 0;
+    const ForceGuardCounters before = guard.counters();
+    const glm::dvec3 wanted = any_force(random);
+    const glm::dvec3 sent = guard.pass(RealTime{i * kMs}, wanted, tick);
+    const GuardLimited& limited = guard.limited();
+    REQUIRE(limited.clamped == (guard.counters().clamped > before.clamped));
+    REQUIRE(limited.slewed == (guard.counters().slewed > before.slewed));
+    REQUIRE(limited.non_finite == (guard.counters().non_finite > before.non_finite));
+    REQUIRE(limited.cut == (guard.authority() < 1));
+    const bool any = limited.clamped || limited.slewed || limited.non_finite || limited.cut;
+    if (!any) REQUIRE(sent == wanted);
+    seen[0] += limited.clamped, seen[1] += limited.slewed, seen[2] += limited.non_finite, seen[3] += limited.cut;
+    seen[4] += !any;
+  }
+  for (const int count : seen) CHECK(count > 100);
+}

@@ -72,6 +72,71 @@ TEST_CASE("at 0.1 m/s every millisecond after the start is a whole number of nan
   }
 }
 
+namespace {
+const std::array<Duration, 3> kTurns{Duration{7 * kMs + 1}, Duration{200 * kMs}, Duration{kSecond}};
+const std::array<Duration, 3> kStraights{Duration{333 * kMs + 1}, Duration{2 * kSecond}, Duration{4 * kSecond}};
+}  // namespace
+
+TEST_CASE("back and forth is constant velocity until the first turn, bit for bit") {
+  for (const Duration start : kStarts) {
+    const ConstantVelocity straight{kVelocity, start, {0.5, 0.5, 0.5}};
+    const BackAndForth motion{straight, Duration{2 * kSecond}, Duration{100 * kMs}};
+    for (std::int64_t ns = -5 * kMs; ns <= start.ns + 2 * kSecond; ns += kMs / 3)
+      REQUIRE(position_m(motion, RealTime{ns}) == position_m(straight, RealTime{ns}));
+  }
+}
+
+TEST_CASE("back and forth covers the same points on every way, and in a turn 5/16 of its length at full speed beyond") {
+  for (const Duration straight : kStraights) {
+    for (const Duration turn : kTurns) {
+      const BackAndForth motion{{kVelocity, Duration{100 * kMs}}, straight, turn};
+      const std::int64_t period_ns = straight.ns + turn.ns;
+      const double beyond_m = 5.0 / 16 * static_cast<double>(turn.ns) / 1e9 * 0.1, rounding = 4 * 0x1p-53;
+      const double from_m = x_m(motion, 100 * kMs), to_m = x_m(motion, 100 * kMs + straight.ns);
+      CHECK(to_m - from_m == Approx(0.1 * static_cast<double>(straight.ns) / 1e9).epsilon(1e-14));
+      for (const std::int64_t way : {1, 2, 7, 100'000}) {  // the last after up to six days
+        const std::int64_t begin_ns = 100 * kMs + way * period_ns;
+        for (std::int64_t k = 0; k <= 1000; ++k) {
+          const std::int64_t into_ns = straight.ns / 1000 * k;
+          const std::int64_t as_first = 100 * kMs + (way % 2 == 1 ? straight.ns - into_ns : into_ns);
+          REQUIRE(x_m(motion, begin_ns + into_ns) == x_m(motion, as_first));
+          const double turned_m = x_m(motion, begin_ns + straight.ns + turn.ns / 1000 * k);
+          REQUIRE(turned_m <= to_m + beyond_m + rounding);
+          REQUIRE(turned_m >= from_m - beyond_m - rounding);
+        }
+        const double at_peak_m = x_m(motion, begin_ns + straight.ns + turn.ns / 2);
+        CHECK(at_peak_m == Approx(way % 2 == 1 ? from_m - beyond_m : to_m + beyond_m).margin(1e-9));
+      }
+    }
+  }
+}
+
+TEST_CASE("a turn has no jump in velocity or acceleration") {
+  // As for the smooth start: x''' of a turn is v (12 - 24 u) / turn^2 at most.
+  const double v = 0.1, turn_s = 0.1, h = 1e-3;
+  const BackAndForth motion{{{v, 0, 0}, Duration{100 * kMs}}, Duration{500 * kMs}, Duration{100 * kMs}};
+  const auto second_difference = [&](std::int64_t ns) {
+    return x_m(motion, ns + kMs) - 2 * x_m(motion, ns) + x_m(motion, ns - kMs);
+  };
+  const double rounding = 8 * 0x1p-53 * 0.1;
+  for (std::int64_t ns = 0; ns <= 2000 * kMs; ns += kMs / 4)
+    REQUIRE(std::abs(second_difference(ns + kMs) - second_difference(ns)) <=
+            h * h * h * 12 * v / (turn_s * turn_s) + rounding);
+}
+
+TEST_CASE("at 0.1 m/s every millisecond on a straight piece is a whole number of nanometres, there and back") {
+  const BackAndForth motion{{{0.1, -0.1, 0}, Duration{200 * kMs}}, Duration{4 * kSecond}, Duration{200 * kMs}};
+  for (std::int64_t ms = 200; ms <= 60'000; ++ms) {
+    const std::int64_t into = (ms - 200) % 4200, way = (ms - 200) / 4200;
+    if (into > 4000) continue;
+    const std::int64_t nm = 100'000 * (100 + (way % 2 == 1 ? 4000 - into : into));
+    const glm::dvec3 position = position_m(motion, RealTime{ms * kMs});
+    REQUIRE(std::abs(position.x - static_cast<long double>(nm) / 1e9L) <= 7e-16L);
+    REQUIRE(reference_device::to_nm(position) ==
+            std::array<std::int32_t, 3>{static_cast<std::int32_t>(nm), static_cast<std::int32_t>(-nm), 0});
+  }
+}
+
 TEST_CASE("the sine follows (1 - cos) / 2 and mirrors bit for bit within a turn") {
   const std::array<Rate, 5> frequencies{Rate{1, 1}, Rate{30, 1}, Rate{3, 7}, Rate{1, 100}, Rate{450, 1}};
   for (const Rate frequency : frequencies) {

@@ -304,6 +304,7 @@ TEST_CASE("positions arrive within half a count over the travel and stop at its 
       for (int axis = 0; axis < 2; ++axis)
         REQUIRE(std::abs(sample.position_m[axis] - std::clamp(at[axis], -0.2, 0.2)) <= half_count_m);
       REQUIRE(sample.position_m.z == 0);
+      REQUIRE(sample.at_range == (std::abs(i) >= 40));  // x has reached 0.2 m
     }
   }
 }

@@ -236,3 +236,17 @@ TEST_CASE("a driver that stops says no force, three times where the device does 
     CHECK(bench.driver.counters().write_failures == 0);
   }
 }
+
+TEST_CASE("a position at either end of what a report can carry is marked, and one count less is not") {
+  using Limits = std::numeric_limits<std::int32_t>;
+  for (const auto& [nm, is_end] :
+       {std::pair(Limits::max(), true), std::pair(Limits::max() - 1, false), std::pair(Limits::min(), true),
+        std::pair(Limits::min() + 1, false), std::pair(0, false)}) {
+    Bench bench;
+    bench.transport.report(1, nm);
+    CHECK(bench.driver.read(RealTime{}).at_range == is_end);
+    CHECK(bench.driver.read(RealTime{1}).at_range == is_end);  // still there: no new report
+    bench.transport.report(2, 5);
+    CHECK_FALSE(bench.driver.read(RealTime{2}).at_range);
+  }
+}

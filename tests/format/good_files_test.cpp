@@ -508,6 +508,24 @@ TEST_CASE("A stick-slip motion reads its times, also in units of the timing, and
   check_round_trip(s);
 }
 
+TEST_CASE("A motion back and forth reads its times, and a device what it expects of saturation") {
+  std::string text = kSpring;
+  text.replace(text.find("motion = "), text.find("[[expect]]") - text.find("motion = "),
+               "saturation = \"expected\"\n"
+               "motion = { kind = \"back-and-forth\", velocity = [\"0.1 m/s\", \"0 m/s\", \"-20 mm/s\"], "
+               "straight = \"30 segments\", turn = \"0.2 s\", start = \"smooth 0.1 s\", delay = \"1 s\" }\n");
+  const Scenario s = good(text);  // and its expectation in steps: it has a nominal speed
+  const auto& motion = std::get<BackAndForth>(s.devices[0].motion.shape);
+  CHECK(motion.start.velocity_m_per_s == glm::dvec3(0.1, 0, -0.02));
+  CHECK(motion.start.smooth_start.ns == 100'000'000);
+  CHECK(motion.straight.ns == 999'999'990);  // the unit is a whole number of ns
+  CHECK(motion.turn.ns == 200'000'000);
+  CHECK(s.devices[0].motion.begin.ns == 1'000'000'000);
+  CHECK(s.devices[0].expects_saturation);
+  CHECK_FALSE(good(kSpring).devices[0].expects_saturation);
+  check_round_trip(s);
+}
+
 TEST_CASE("Every scenario that is shipped reads and its resolved form is the same scenario") {
   const std::filesystem::path scenarios = std::filesystem::path(EVENSTEP_SOURCE_DIR) / "scenarios";
   if (!std::filesystem::exists(scenarios)) return;

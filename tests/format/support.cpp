@@ -21,6 +21,9 @@ struct MotionText {
   std::string operator()(const ConstantVelocity& m) const {
     return fmt::format("velocity {} start {}", at(m.velocity_m_per_s), at(m.smooth_start));
   }
+  std::string operator()(const BackAndForth& m) const {
+    return fmt::format("{} back-and-forth {} {}", (*this)(m.start), m.straight.ns, m.turn.ns);
+  }
   std::string operator()(const Sine& m) const { return fmt::format("sine {} {}", at(m.amplitude_m), at(m.frequency)); }
   std::string operator()(const RampStop& m) const { return fmt::format("{} stop {}", (*this)(m.ramp), m.stop.ns); }
   std::string operator()(const StickSlip& m) const {
@@ -291,10 +294,10 @@ std::string describe(const Scenario& s) {
                   std::visit(SceneText{}, s.scene.body), at(s.scene.step_rate), s.scene.tool_count, s.scene.needs_energy,
                   s.scene.allow_unstable, static_cast<int>(s.scene.local_model), s.work_group_size);
   for (const DeviceSpec& d : s.devices) {
-    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {} delay {}{}\n", d.name,
+    out += fmt::format("device {} {} phase {} queue {} {} begin {} emission {} limits {} {} {} delay {}{}\n", d.name,
                        at(d.rate), at(d.phase), static_cast<int>(d.queue), std::visit(MotionText{}, d.motion.shape),
                        d.motion.begin.ns, static_cast<int>(d.emission), d.limits.max_N, d.limits.max_slew_N_per_s,
-                       at(d.force_delay), d.hand ? hand_text(*d.hand) : "");
+                       d.expects_saturation, at(d.force_delay), d.hand ? hand_text(*d.hand) : "");
     out += std::visit(RenderText{}, d.render);
   }
   for (const DeviceSpec& d : s.devices) {

@@ -54,7 +54,8 @@ TEST_CASE("summary.json opens as the design says") {
         "\"metric\":\"velocity_jump\","
         "\"value\":4.995,\"unit\":\"step\",\"min\":4,\"max\":null,\"verdict\":\"pass\",\"file\":\"x.toml\",\"expect_fail\":"
         "false,\"because\":\"\","
-        "\"detail\":\"\"}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},\"latency\":{},\"strategies\":{},\"bins\":{},\"left_"
+        "\"detail\":\"\"}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},\"saturated\":{},\"latency\":{},\"strategies\":{},"
+        "\"bins\":{},\"left_"
         "out\":[]}\n");
 }
 

@@ -100,6 +100,11 @@ void PidDriver::take_positions(std::uint8_t id, std::span<const std::byte> bytes
     last_.position_m[static_cast<int>(axis)] = deflection(field, within) * options_.travel_m[static_cast<int>(axis)] / 2;
   }
   if (!positions) return;
+  last_.at_range = false;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double most_m = options_.travel_m[axis] / 2;
+    last_.at_range |= most_m > 0 && std::abs(last_.position_m[axis]) >= most_m;
+  }
   ++counters_.reports;
   ++last_.sequence;
   last_.fresh = true;

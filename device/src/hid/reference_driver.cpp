@@ -1,8 +1,10 @@
 #include "evenstep/device/hid/reference_driver.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "evenstep/device/hid/reference_device.h"
@@ -18,6 +20,12 @@ static_assert(kBufferSize >= reference_device::kInputSize);
 /// No known queue holds more (hidraw: 64 slots). A report that is older than the newest by at most this is late or repeated;
 /// if it is even older, the device has started to count anew.
 constexpr std::int32_t kDeepestQueue = 64;
+
+/// A device that is farther away reports an end of the range (reference_device.h).
+bool is_end_of_range(std::int32_t position_nm) {
+  using Limits = std::numeric_limits<std::int32_t>;
+  return position_nm == Limits::min() || position_nm == Limits::max();
+}
 
 }  // namespace
 
@@ -49,7 +57,10 @@ void ReferenceDriver::take(std::span<const std::byte> bytes) {
   last_.sequence = report->sequence;
   last_.fresh = true;
   for (int axis = 0; axis < 3; ++axis) last_.position_m[axis] = report->position_nm[static_cast<std::size_t>(axis)] / 1e9;
+  last_.at_range = std::any_of(report->position_nm.begin(), report->position_nm.end(), is_end_of_range);
 }
+
+double ReferenceDriver::largest_force_N() const { return std::numeric_limits<std::int32_t>::max() / 1e6; }
 
 void ReferenceDriver::write(const glm::dvec3& force_N) {
   assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));

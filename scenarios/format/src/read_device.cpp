@@ -160,6 +160,7 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
     reading.errors.add(render.place("cap"),
                        "'cap': \"law\" follows from the mass and damping of a hand, and this motion is "
                        "programmed; write a stiffness, or motion = { kind = \"hand\", ... }");
+  spec.expects_saturation = device.text("saturation") == "expected";
   spec.guard = read_guard(device, reading.scenario.nominal, reading.errors);
   spec.limits = force_limits(spec.guard, {});
   return spec;
@@ -255,6 +256,13 @@ const std::vector<Field>& device_fields() {
        .dimension = D::slew,
        .range = above(0),
        .example = "\"1 kN/s\""},
+      {.table = "device",
+       .key = "saturation",
+       .forms = kWord,
+       .default_toml = "\"error\"",
+       .meaning = "What a limit on the force or on the range of the device means for the shape of a signal "
+                  "(docs/metrics.md): `error`: an expectation on it is an error; `expected`: it is judged as it is.",
+       .words = "error|expected"},
       {.table = "device",
        .key = "unplug",
        .forms = kSpan,

@@ -12,8 +12,9 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::string_view kMotions = "still|constant-velocity|sine|ramp-stop|stick-slip|recorded|minimum-jerk|hand";
-constexpr std::string_view kPaths = "still|constant-velocity|sine|ramp-stop|stick-slip|recorded|minimum-jerk";
+constexpr std::string_view kMotions =
+    "still|constant-velocity|back-and-forth|sine|ramp-stop|stick-slip|recorded|minimum-jerk|hand";
+constexpr std::string_view kPaths = "still|constant-velocity|back-and-forth|sine|ramp-stop|stick-slip|recorded|minimum-jerk";
 
 RecordedMotion read_recorded(const Table& motion, Errors& errors) {
   const Value path = motion.at("file");
@@ -57,6 +58,11 @@ Motion read_shape(const ScenarioReading& reading, const Table& motion) {
   const ConstantVelocity ramp{motion.vector("velocity"), motion.smooth("start")};
   if (kind == "constant-velocity") return ramp;
   if (!spans_known) return Still{};
+  if (kind == "back-and-forth") {
+    const NominalUnits& nominal = reading.scenario.nominal;
+    return BackAndForth{ramp, motion.span("straight", nominal, reading.errors),
+                        motion.span("turn", nominal, reading.errors)};
+  }
   const Duration stop = motion.span("stop", reading.scenario.nominal, reading.errors);
   if (stop < ramp.smooth_start) {
     reading.errors.add(motion.place("stop"), fmt::format("'stop': {} is within the smooth start of {}; stop later",
@@ -139,7 +145,7 @@ const std::vector<Field>& own_fields() {
        .forms = kQuantity,
        .shape = Shape::three,
        .meaning = "After the start; of `stick-slip` the mean.",
-       .kinds = "constant-velocity|ramp-stop|stick-slip",
+       .kinds = "constant-velocity|back-and-forth|ramp-stop|stick-slip",
        .required = true,
        .dimension = D::velocity,
        .example = "[\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]"},
@@ -148,9 +154,26 @@ const std::vector<Field>& own_fields() {
        .forms = kSmooth,
        .default_toml = "\"smooth 0 s\"",
        .meaning = "The velocity rises as a smoothstep over this time.",
-       .kinds = "constant-velocity|ramp-stop",
+       .kinds = "constant-velocity|back-and-forth|ramp-stop",
        .range = between(0, kLongestRun_s),
        .example = "\"smooth 0.2 s\""},
+      {.table = "device.motion",
+       .key = "straight",
+       .forms = kSpan,
+       .meaning = "How long it then goes at that velocity, there and, after a turn, back.",
+       .kinds = "back-and-forth",
+       .required = true,
+       .range = above(0, kLongestRun_s),
+       .example = "\"4 s\""},
+      {.table = "device.motion",
+       .key = "turn",
+       .forms = kSpan,
+       .meaning = "How long it takes to turn around smoothly. Straightness is judged between the turns "
+                  "(docs/metrics.md).",
+       .kinds = "back-and-forth",
+       .required = true,
+       .range = above(0, kLongestRun_s),
+       .example = "\"0.2 s\""},
       {.table = "device.motion",
        .key = "stop",
        .forms = kSpan,
@@ -204,7 +227,7 @@ const std::vector<Field>& own_fields() {
        .forms = kSpan,
        .default_toml = "\"0 s\"",
        .meaning = "The motion begins this much after t = 0.",
-       .kinds = "constant-velocity|sine|ramp-stop|stick-slip|recorded|minimum-jerk",
+       .kinds = "constant-velocity|back-and-forth|sine|ramp-stop|stick-slip|recorded|minimum-jerk",
        .range = between(0, kLongestRun_s)},
       {.table = "device.motion",
        .key = "moves",

@@ -53,6 +53,14 @@ struct ForceGuardCounters {  // the first three count calls
   std::int64_t cuts_speed = 0;
 };
 
+/// Which limits made the force of the last call another one than `gain * wanted`.
+struct GuardLimited {
+  bool clamped = false;
+  bool slewed = false;
+  bool cut = false;  ///< the authority was below 1: a cut, or the way up after one or at the start
+  bool non_finite = false;
+};
+
 /// What the guard is told in a tick besides the wanted force.
 struct GuardedTick {
   DeviceSample sample;
@@ -75,6 +83,8 @@ class ForceGuard {
   /// The authority at the last call, [0, 1].
   double authority() const { return authority_; }
   const ForceGuardCounters& counters() const { return counters_; }
+  /// The limits at the last call.
+  const GuardLimited& limited() const { return limited_; }
 
  private:
   glm::dvec3 clamped(const glm::dvec3& wanted_N);
@@ -88,6 +98,7 @@ class ForceGuard {
   };
   ForceLimits limits_;
   ForceGuardCounters counters_;
+  GuardLimited limited_;
   glm::dvec3 last_N_{0};
   RealTime last_at_;
   bool started_ = false;

@@ -2,6 +2,7 @@
 /// A haptic device as the loop sees it: one read and one write per tick.
 
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -17,6 +18,7 @@ struct DeviceSample {
   glm::dvec3 position_m{0};
   std::uint32_t sequence = 0;  ///< that of the newest report
   bool fresh = false;          ///< false: no new report since the last read, so the position is unchanged
+  bool at_range = false;       ///< along an axis the position is at an end of what the report can carry: it may be beyond
   bool drivable = true;        ///< false: the device says that its motors are off (safety switch, actuator power)
 };
 
@@ -58,6 +60,8 @@ class HapticDevice {
   /// renders: they may be softer or rounded, and are 0 along an axis where it cannot render one. The rest is left to the
   /// caller (device_spring.h). Never blocks.
   virtual DeviceSpring write_spring(const DeviceSpring& /*wanted*/) { return {}; }
+  /// The largest force along an axis that write() can pass on; a larger one is cut to it.
+  virtual double largest_force_N() const { return std::numeric_limits<double>::infinity(); }
   virtual const DeviceCounters& counters() const = 0;
   /// What devices of this kind alone count, by the metric's name.
   virtual std::map<std::string, std::int64_t> own_counters() const { return {}; }

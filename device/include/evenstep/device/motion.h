@@ -25,6 +25,16 @@ struct ConstantVelocity {
   Duration smooth_start{0};
   glm::dvec3 origin_m{0};
 };
+/// Like ConstantVelocity, but after `straight` it turns around smoothly, goes back as long, turns again and so on, so that a
+/// run of any length stays within reach. In a turn, u = time / turn, the velocity goes as the smoothstep from v to -v,
+/// v (1 - 2 (3 u^2 - 2 u^3)), so x is C2 and goes v turn (u - 2 u^3 + u^4) on, at most 5/16 v turn at u = 1/2 and 0 at its
+/// end: every way back covers the points of the way there. straight > 0, turn > 0. The straight pieces begin at smooth_start
+/// + j (straight + turn); on them x has no more roundings than on ConstantVelocity.
+struct BackAndForth {
+  ConstantVelocity start;
+  Duration straight{1};
+  Duration turn{1};
+};
 /// x = amplitude (1 - cos(2 pi f t)) / 2, which starts from rest. The frequency is rational and whole turns are removed in
 /// integer arithmetic, so every period repeats bit for bit, however long the run.
 struct Sine {
@@ -63,7 +73,7 @@ struct MinimumJerk {
   std::vector<Move> moves;
 };
 
-using Motion = std::variant<Still, ConstantVelocity, Sine, RampStop, StickSlip, RecordedMotion, MinimumJerk>;
+using Motion = std::variant<Still, ConstantVelocity, BackAndForth, Sine, RampStop, StickSlip, RecordedMotion, MinimumJerk>;
 
 glm::dvec3 position_m(const Motion& motion, RealTime at);
 

@@ -15,11 +15,17 @@ class SolverStep;
 
 inline Vec3 to_vec3(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
+/// The force of a tick after the guard, and what limited it and the sample.
+struct SentForce {
+  glm::dvec3 force_N{0};
+  SaturationCauses saturated;
+};
+
 class DeviceRecorder {
  public:
   explicit DeviceRecorder(DeviceRecord& record) : record_(record) {}
   void tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
-            const glm::dvec3& force_N);
+            const SentForce& sent);
 
  private:
   DeviceRecord& record_;

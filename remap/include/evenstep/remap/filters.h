@@ -57,6 +57,11 @@ using FilterSpec = std::variant<MovingAverageSpec, ButterworthSpec, OneEuroSpec>
 /// Whether the parameters are within the limits above. Making a filter from any others is a programming error (asserted).
 bool in_domain(const FilterSpec& spec, Rate rate);
 
+/// The time after which less than a billionth of an input is left in the output. MovingAverage: n T. Butterworth: its poles
+/// shrink by sqrt((1 - sqrt(2) g + g^2) / (1 + sqrt(2) g + g^2)) per sample. OneEuro: that of its smallest cutoff and that
+/// of the derivative, one after the other, by 1 - a(f) per sample each.
+Duration settling_time(const FilterSpec& spec, Rate rate);
+
 /// The magnitude of a value: |x|, or the Euclidean norm of a std::array of values or of a vector with members x, y, z.
 /// Specialize it to use OneEuro with other types.
 template <class Value>

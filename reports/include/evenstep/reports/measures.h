@@ -28,6 +28,8 @@ std::optional<std::vector<std::string>> metrics_of_signal(const std::string& sig
 std::optional<double> step_unit(const Nominal& nominal, const std::string& signal);
 /// The unit in which a metric is measured: "m", "N", "s", "J", "N s/m", "count" or "1".
 std::string base_unit(const std::string& signal, const std::string& metric);
+/// Whether a metric is about the shape of the signal, so that it says nothing about a saturated one (saturation.h).
+bool judges_shape(const std::string& signal, const std::string& metric);
 
 // The measures themselves, on plain series.
 

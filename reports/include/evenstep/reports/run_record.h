@@ -39,6 +39,21 @@ struct StepSample {
   std::optional<Vec3> true_position_m;  ///< the programmed motion at R(n), if the motion is known
 };
 
+/// What made a sample another one than the hand and the scene made: reports/saturation.h.
+enum class SaturationCause : std::uint8_t { clamp, slew, cut, non_finite, device_force, device_position };
+inline constexpr std::array kAllSaturationCauses{SaturationCause::clamp,        SaturationCause::slew,
+                                                 SaturationCause::cut,          SaturationCause::non_finite,
+                                                 SaturationCause::device_force, SaturationCause::device_position};
+/// A set of them.
+struct SaturationCauses {
+  std::uint8_t bits = 0;
+  void add(SaturationCause cause, bool met = true) {
+    bits = static_cast<std::uint8_t>(bits | (met ? 1U << static_cast<unsigned>(cause) : 0U));
+  }
+  bool has(SaturationCause cause) const { return (bits >> static_cast<unsigned>(cause) & 1U) != 0; }
+  bool none() const { return bits == 0; }
+};
+
 /// One device tick.
 struct TickRow {
   RealTime at;           ///< scheduled
@@ -47,6 +62,8 @@ struct TickRow {
   Vec3 force_N{};        ///< the whole force after the guard: what was sent, plus what the device renders by itself
   bool started = false;  ///< false before the first emission time: no force yet
   std::optional<Vec3> undelayed_N = {};  ///< the scene's force for these positions without any delay, if it was computed
+  /// Of the force, and whether the position is at an end of the device's range.
+  SaturationCauses saturated = {};
 };
 
 /// Springs that the device rendered by itself from a tick on, in addition to the force that was sent: along each axis
@@ -159,6 +176,9 @@ struct StrategyRecord {
   std::uint64_t trace_hash = 0;
   /// Force of the ideal twin with this lead, per step and device (step-major); may be empty.
   std::vector<Vec3> twin_force_N;
+  /// How long before its read (before a tick) the hand's positions (the forces of the schedule) still matter: the window of
+  /// an extrapolation or the settling of a filter.
+  Duration interaction_memory, force_memory;
   bool variable_step = false;  ///< simulation time is StepRow::simulated instead of n * slot
   bool interrupted = false;    ///< ended before its end, by a signal
   bool shadow = false;         ///< replayed from a live run: its forces never reached the hand
@@ -177,6 +197,12 @@ struct Nominal {
     double frequency_Hz = 0;  ///< f
     double begin_s = 0;
   };
+  /// A motion that is straight at its nominal speed in [first + j (straight + turn), + straight] for j = 0, 1, ..., and
+  /// turns in between. Straightness is judged on the straight pieces alone.
+  struct Turns {
+    RealTime first;
+    Duration straight, turn;
+  };
   struct Device {
     std::string name;
     std::optional<double> speed_m_per_s;
@@ -185,9 +211,10 @@ struct Nominal {
     Rate rate;
     RealTime first_tick;
     std::optional<RealTime> stop_at;
-    std::optional<Sine> sine = std::nullopt;  ///< only a sine motion has one
-    bool feels_force = false;                 ///< it is held by a hand whose motion is not known beforehand
-    Duration force_delay = {};                ///< from the tick that sends a force to when it is felt
+    std::optional<Sine> sine = std::nullopt;    ///< only a sine motion has one
+    std::optional<Turns> turns = std::nullopt;  ///< only a motion back and forth has them
+    bool feels_force = false;                   ///< it is held by a hand whose motion is not known beforehand
+    Duration force_delay = {};                  ///< from the tick that sends a force to when it is felt
   };
   std::vector<Device> devices;
 };

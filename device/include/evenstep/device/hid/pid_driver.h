@@ -122,7 +122,7 @@ class PidDriver final : public HapticDevice {
   std::map<std::string, std::int64_t> own_counters() const override;
   const PidState& state() const { return state_; }
   /// gain * full_scale_N; 0 if the driver is read-only.
-  double largest_force_N() const { return options_.gain * options_.full_scale_N.value_or(0); }
+  double largest_force_N() const override { return options_.gain * options_.full_scale_N.value_or(0); }
   PidSilence silence() const;
   /// The duration of an effect as it was rounded for the device; empty: for ever.
   std::optional<Duration> effect_duration() const { return effect_duration_; }

@@ -21,7 +21,8 @@ class ReferenceDriver final : public HapticDevice {
   explicit ReferenceDriver(HidTransport& transport);
   DeviceSample read(RealTime now) override;
   void write(const glm::dvec3& force_N) override;
-  void stop() noexcept override;  ///< sends zero force
+  void stop() noexcept override;            ///< sends zero force
+  double largest_force_N() const override;  ///< 2147 N
   const DeviceCounters& counters() const override { return counters_; }
 
  private:

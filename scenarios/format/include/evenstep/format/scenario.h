@@ -83,6 +83,7 @@ struct DeviceSpec {
   DriverSpec driver;
   std::optional<Duration> unplug;  ///< when the simulated device is unplugged
   std::vector<ReportFault> faults;
+  bool expects_saturation = false;  ///< shape metrics of saturated signals are judged all the same
   GuardSpec guard;
   ForceLimits limits;  ///< the limits that follow from `guard`
 };
