@@ -7,13 +7,12 @@
 #include <cstdio>
 
 #include "commands.h"
-#include "evenstep/harness/version.h"
 
 namespace evenstep {
 namespace app {
 
 // Each command is defined in a file of its own.
-using AddCommand = void(CLI::App&, Invocation&);
+using AddCommand = void(Commands&);
 AddCommand add_run, add_check, add_devices, add_list, add_study, add_fit, add_size, add_sweep, add_merge, add_shrink,
     add_diff, add_schema;
 /// In the order of --help.
@@ -44,24 +43,12 @@ int command_line(int argc, char** argv) {
   spdlog::set_pattern("%v");
   take_signals();
 
-  CLI::App cli{"Deterministic tests of haptic interaction under irregular simulation steps."};
-  cli.name("evenstep");
-  cli.set_version_flag("--version", std::string("evenstep ") + kVersion);
-  cli.require_subcommand(1);
-  cli.footer(
-      "Exit: 0 pass, 1 expectation failed, 2 usage or scenario error, 3 run failed, 4 not reproducible, 130 interrupted.");
-  app::Invocation invocation{interrupted};
-  for (app::AddCommand* const add : app::kCommands) add(cli, invocation);
-
+  app::Commands commands(interrupted);
+  for (app::AddCommand* const add : app::kCommands) add(commands);
+  const auto asked = commands.parse(argc, argv);
+  if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);
   try {
-    cli.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    const bool asked_for_help = error.get_exit_code() == 0;
-    cli.exit(error);
-    return asked_for_help ? 0 : static_cast<int>(ExitCode::usage);
-  }
-  try {
-    const ExitCode code = invocation.chosen();
+    const ExitCode code = std::get<std::function<ExitCode()>>(asked)();
     if (std::fflush(stdout) != 0) return static_cast<int>(ExitCode::run_failed);
     return static_cast<int>(code);
   } catch (const std::exception& error) {

@@ -224,7 +224,8 @@ TEST_CASE("Where one of many perturbations fails alone, one is left, although ha
   CHECK(outcome.perturbations.size() == 1);
 }
 
-TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns and any other is told which one does") {
+TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns and any other is told which one does",
+          "[sweep]") {
   const Folder folder;
   const auto with = [&](const std::string& name, const std::string& latency, int seeds) {
     std::string text = test::small_scenario("latency = \"" + latency + "\"\n");
