@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   }
   Scenario scenario;
   scenario.devices.emplace_back();
-  scenario.run_duration = segments.back().end - RealTime{} + Duration{1};
+  scenario.run_duration = replay_duration(segments);
   const std::vector<SamplingGrid> grids = sampling_grids(scenario);
   std::vector<MappedStep> mapped;
 

@@ -125,15 +125,17 @@ std::string stability_lines(const Scenario& scenario) {
   const std::string method = fmt::format("  method       {}, {} substep{} of {:.4g} ms\n", name_of(tissue->method), substeps,
                                          substeps == 1 ? "" : "s", 1e3 * substep_s);
   if (!std::isfinite(limit.step_s)) return method + "  stability    implicit: stable at any step\n";
-  const auto [nx, ny, nz] = tissue->lattice;
-  return method +
-         fmt::format(
-             "  stability    dt_max {:.4g} ms in every configuration ({:.4g} ms at rest, not safe), k_max {:.4g} N/m at "
-             "this substep\n"
-             "               particle {} at site ({}, {}, {}) sets them\n",
-             1e3 * limit.step_s, 1e3 * limit.rest_state_step_s,
-             tissue->stiffness_N_per_m * stiffness_margin(tissue->method, limit, substep_s), limit.particle,
-             limit.particle % nx, limit.particle / nx % ny, limit.particle / nx / ny);
+  const std::string limits = fmt::format(
+      "  stability    dt_max {:.4g} ms in every configuration ({:.4g} ms at rest, not safe), k_max {:.4g} N/m at this "
+      "substep\n               {}\n",
+      1e3 * limit.step_s, 1e3 * limit.rest_state_step_s,
+      tissue->stiffness_N_per_m * stiffness_margin(tissue->method, limit, substep_s), what_sets(*tissue, limit));
+  if (substep_s <= limit.step_s) return method + limits;
+  return method + limits +
+         fmt::format("  UNSTABLE     the substep is {:.4g} times dt_max: {}\n", substep_s / limit.step_s,
+                     scenario.scene.allow_unstable
+                         ? "allow_unstable lets it start, and its forces may be wrong or grow without end"
+                         : "a run is refused; more substeps, less stiffness, or allow_unstable = true");
 }
 
 std::string rendering_lines(const Scenario& scenario) {

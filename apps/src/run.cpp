@@ -83,9 +83,11 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   }
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
-    fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s CPU (solver {:.2f} s)\n",
-               outcome.record.trace_hash, outcome.record.strategies.size(), seconds(scenario.run_duration),
-               outcome.cpu_seconds, outcome.solver_seconds);
+    const std::size_t strategies = outcome.record.strategies.size();
+    fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
+               strategies, seconds(scenario.run_duration), outcome.cpu_seconds);
+    fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
+               outcome.solver_seconds);
     if (outcome.record.clock == "wall" && outcome.repeat_difference.empty() && outcome.exit != ExitCode::interrupted) {
       fmt::print("the recorded inputs replay to the same trace\n");
     }

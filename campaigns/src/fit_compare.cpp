@@ -2,6 +2,8 @@
 #include <cmath>
 
 #include "evenstep/campaigns/fit_report.h"
+#include "evenstep/format/reader.h"
+#include "evenstep/harness/sizing.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/scheduler/random.h"
 
@@ -33,6 +35,14 @@ std::vector<std::int64_t> window_needs(std::span<const StepTimes> steps) {
   return needs;
 }
 
+Duration phase_locked_need(std::span<const SegmentTiming> segments) {
+  const MapSetup setup{.grids = {SamplingGrid{}}, .emission = Emission::hold, .end = RealTime{} + replay_duration(segments)};
+  std::vector<MappedStep> steps;
+  each_mapped_step(setup, StrategyKind::phase_locked, segments,
+                   [&](std::span<const MappedStep> some) { steps.insert(steps.end(), some.begin(), some.end()); });
+  return least_latency_any_phase(steps, setup.grids, setup.emission).latency;
+}
+
 std::vector<SegmentTiming> played(ProgrammedTiming timing, std::uint64_t seed, std::size_t count) {
   timing.seed = seed;
   const auto source = make_programmed_timing(timing);
@@ -54,11 +64,12 @@ std::vector<SegmentTiming> shuffled(std::span<const SegmentTiming> segments, std
     const Duration by = begin - segments[k].begin;
     SegmentTiming moved;
     moved.index = static_cast<std::int64_t>(out.size());
-    moved.begin = begin;
+    moved.begin = moved.end = begin;
     for (const Interval& step : segments[k].steps) {
       const RealTime from = std::max(step.begin + by, step_end);
       step_end = from + (step.end - step.begin);
       moved.steps.push_back({from, step_end});
+      moved.end = step_end;
     }
     out.push_back(std::move(moved));
     begin = begin + (segments[k + 1].begin - segments[k].begin);
@@ -67,13 +78,15 @@ std::vector<SegmentTiming> shuffled(std::span<const SegmentTiming> segments, std
 }
 
 LatencyNeed median_of(const std::vector<LatencyNeed>& needs) {
+  if (needs.empty()) return {};
   const auto median = [&](Duration LatencyNeed::*part) {
     std::vector<std::int64_t> values;
     for (const LatencyNeed& need : needs) values.push_back((need.*part).ns);
     std::sort(values.begin(), values.end());
     return Duration{values[values.size() / 2]};
   };
-  return {median(&LatencyNeed::window_p50), median(&LatencyNeed::window_p99), median(&LatencyNeed::whole)};
+  return {median(&LatencyNeed::window_p50), median(&LatencyNeed::window_p99), median(&LatencyNeed::whole),
+          median(&LatencyNeed::phase_locked)};
 }
 
 }  // namespace
@@ -86,15 +99,28 @@ LatencyNeed latency_need(std::span<const SegmentTiming> segments) {
     const double n = static_cast<double>(needs.size());
     return Duration{needs[static_cast<std::size_t>(std::max(std::ceil(share * n) - 1, 0.0))]};
   };
-  return {rank(0.5), rank(0.99), best_line(steps).latency};
+  return {rank(0.5), rank(0.99), best_line(steps).latency, phase_locked_need(segments)};
+}
+
+std::string table_objection(const TimingFit& fit) {
+  const std::string name = "the table that was fitted";
+  internal::Errors errors;
+  internal::Value document = internal::parse_toml(
+      "format = 1\n[run]\nduration = \"1 s\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n[timing]\n" +
+          fitted_table(fit),
+      name, errors);
+  if (errors.any()) return errors.sorted(name).front().message;
+  const ReadResult read = internal::read_document(std::move(document), name);
+  return read ? "" : read.error().front().message;
 }
 
 FitComparison compare(const TimingFit& fit, std::span<const SegmentTiming> segments, int seeds) {
   FitComparison out;
+  out.objection = table_objection(fit);
   out.recording = latency_need(segments.first(segments.size() - 1));
   for (int seed = 1; seed <= seeds; ++seed) {
     const auto stream = static_cast<std::uint64_t>(seed);
-    out.model.push_back(latency_need(played(fit.timing, stream, segments.size() - 1)));
+    if (out.objection.empty()) out.model.push_back(latency_need(played(fit.timing, stream, segments.size() - 1)));
     out.shuffled.push_back(latency_need(shuffled(segments, stream)));
   }
   out.model_median = median_of(out.model);
@@ -104,13 +130,14 @@ FitComparison compare(const TimingFit& fit, std::span<const SegmentTiming> segme
 
 std::vector<std::string> differences(const LatencyNeed& a, const LatencyNeed& b) {
   std::vector<std::string> out;
-  const auto compare_part = [&](Duration x, Duration y, const char* name) {
+  const auto compare_part = [&](Duration x, Duration y, double tolerance, const char* name) {
     const auto [less, more] = std::minmax(x.ns, y.ns);
-    if (static_cast<double>(more) > kFitTolerance * static_cast<double>(less)) out.emplace_back(name);
+    if (static_cast<double>(more) > tolerance * static_cast<double>(less)) out.emplace_back(name);
   };
-  compare_part(a.window_p50, b.window_p50, "250 ms p50");
-  compare_part(a.window_p99, b.window_p99, "250 ms p99");
-  compare_part(a.whole, b.whole, "whole recording");
+  compare_part(a.window_p50, b.window_p50, kFitTolerance, "250 ms p50");
+  compare_part(a.window_p99, b.window_p99, kFitTolerance, "250 ms p99");
+  compare_part(a.whole, b.whole, kFitTolerance, "whole recording");
+  compare_part(a.phase_locked, b.phase_locked, kMapTolerance, "phase_locked");
   return out;
 }
 

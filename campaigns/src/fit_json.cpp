@@ -20,7 +20,10 @@ Json rounded(double value) { return json_number(read(fmt::format("{:.6g}", value
 Json tenths(double value) { return read(fmt::format("{:.1f}", value)); }
 
 Json json_of(const LatencyNeed& need) {
-  return {{"window_p50_ns", need.window_p50.ns}, {"window_p99_ns", need.window_p99.ns}, {"whole_ns", need.whole.ns}};
+  return {{"window_p50_ns", need.window_p50.ns},
+          {"window_p99_ns", need.window_p99.ns},
+          {"whole_ns", need.whole.ns},
+          {"phase_locked_ns", need.phase_locked.ns}};
 }
 
 Json json_of(const std::vector<LatencyNeed>& needs) {
@@ -114,7 +117,9 @@ std::string fit_json(const TimingFit& fit, const FitComparison& comparison, cons
                     {"model", json_of(comparison.model)},
                     {"shuffled", json_of(comparison.shuffled)}};
   out["order_matters"] = !differences(comparison.recording, comparison.shuffled_median).empty();
-  out["replay_instead"] = !differences(comparison.recording, comparison.model_median).empty();
+  out["replay_instead"] =
+      !comparison.objection.empty() || !differences(comparison.recording, comparison.model_median).empty();
+  if (!comparison.objection.empty()) out["objection"] = comparison.objection;
   return json_text(out) + '\n';
 }
 

@@ -49,10 +49,9 @@ void add_visualization(std::string& out, const TimingFit& fit) {
                   length.count));
   if (fit.timing.regimes) {
     add(out,
-        fmt::format("regimes = {{ factor = {:.4g}, mean_length = \"{:.4g} segments\" }}", fit.timing.regimes->factor,
-                    fit.timing.regimes->mean_length),
-        fmt::format("two levels {:.3g} deviations apart, the longer in {} of the segments; lag-1 correlation {:.2f}",
-                    fit.regime_separation, percent(fit.slow_share), fit.lag_1));
+        fmt::format("regimes = {{ factor = {:.4g}, mean_length = \"{:.4g} segments\", slow_share = \"{:.3g} %\" }}",
+                    fit.timing.regimes->factor, fit.timing.regimes->mean_length, 100 * fit.timing.regimes->slow_share),
+        fmt::format("two levels {:.3g} deviations apart; lag-1 correlation {:.2f}", fit.regime_separation, fit.lag_1));
   } else {
     leave_out(out, fmt::format("no regimes: one level explains it; lag-1 correlation of V {:.2f}", fit.lag_1));
   }
@@ -126,41 +125,59 @@ void add_drift(std::string& out, const TimingFit& fit) {
 }
 
 std::string row(const char* name, const LatencyNeed& need, const std::vector<LatencyNeed>& seeds) {
-  std::string out =
-      fmt::format("#   {:<20} {:>9.3f} {:>9.3f} {:>10.3f}", name, ms(need.window_p50), ms(need.window_p99), ms(need.whole));
+  std::string out = fmt::format("#   {:<20} {:>9.3f} {:>9.3f} {:>10.3f} {:>13.3f}", name, ms(need.window_p50),
+                                ms(need.window_p99), ms(need.whole), ms(need.phase_locked));
   if (seeds.empty()) return out + "\n";
-  const auto [least, most] = std::minmax_element(
-      seeds.begin(), seeds.end(), [](const LatencyNeed& a, const LatencyNeed& b) { return a.whole < b.whole; });
-  return out + fmt::format("  ({:.3f} to {:.3f})\n", ms(least->whole), ms(most->whole));
+  const auto [least, most] = std::minmax_element(seeds.begin(), seeds.end(), [](const LatencyNeed& a, const LatencyNeed& b) {
+    return a.phase_locked < b.phase_locked;
+  });
+  return out + fmt::format("  ({:.3f} to {:.3f})\n", ms(least->phase_locked), ms(most->phase_locked));
+}
+
+/// What the recording needs, and the model and the shuffled recording beside it.
+std::string needs_text(const FitComparison& comparison) {
+  std::string out = fmt::format(
+      "#\n# Least latency in ms: of one straight line for each window of 250 ms and for the whole recording, and of the "
+      "map\n# phase_locked with a device of 1 kHz at any phase. Medians of {} seeds, and the range of the last.\n",
+      comparison.shuffled.size());
+  out += fmt::format("#   {:<20} {:>9} {:>9} {:>10} {:>13}\n", "", "250ms p50", "250ms p99", "whole", "phase_locked");
+  out += row("recording", comparison.recording, {});
+  if (comparison.objection.empty()) out += row("this model", comparison.model_median, comparison.model);
+  return out + row("recording, shuffled", comparison.shuffled_median, comparison.shuffled);
 }
 
 std::string verdict(const FitComparison& comparison, const std::string& file) {
   const auto order = differences(comparison.recording, comparison.shuffled_median);
   const auto model = differences(comparison.recording, comparison.model_median);
-  std::string out = fmt::format(
-      "#\n# Least latency in ms: of a map that tracks (windows of 250 ms), and of one straight line for the whole "
-      "recording.\n"
-      "# Medians of {} seeds.\n",
-      comparison.model.size());
-  out += fmt::format("#   {:<20} {:>9} {:>9} {:>10}\n", "", "250ms p50", "250ms p99", "whole");
-  out += row("recording", comparison.recording, {}) + row("this model", comparison.model_median, comparison.model) +
-         row("recording, shuffled", comparison.shuffled_median, comparison.shuffled);
+  const std::string tolerances = fmt::format("a factor of {} ({} for phase_locked)", kFitTolerance, kMapTolerance);
+  std::string out;
   if (!order.empty())
-    out += fmt::format("# The order of the segments matters: shuffled they differ by more than a factor of {} in: {}.\n",
-                       kFitTolerance, fmt::join(order, ", "));
-  if (model.empty())
-    return out + fmt::format("# This model needs what the recording needs, within a factor of {}.\n", kFitTolerance);
-  return out +
-         fmt::format(
-             "# This model does NOT stand for the recording: more than a factor of {} apart in: {}.\n# Replay it instead: "
-             "trace = \"{}\"\n",
-             kFitTolerance, fmt::join(model, ", "), file);
+    out += fmt::format("# The order of the segments matters: shuffled they differ by more than {} in: {}.\n", tolerances,
+                       fmt::join(order, ", "));
+  if (!comparison.objection.empty())
+    return out +
+           fmt::format("# The models cannot say this: {}\n# So the table replays the recording.\n", comparison.objection);
+  if (model.empty()) return out + fmt::format("# This model needs what the recording needs, within {}.\n", tolerances);
+  return out + fmt::format(
+                   "# This model does NOT stand for the recording: more than {} apart in: {}.\n# Replay it instead: trace = "
+                   "\"{}\"\n",
+                   tolerances, fmt::join(model, ", "), file);
+}
+
+/// Each line of the text as a comment.
+std::string commented(const std::string& lines) {
+  std::string out = "# ";
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    out += lines[i];
+    if (lines[i] == '\n' && i + 1 < lines.size()) out += "# ";
+  }
+  return out;
 }
 
 }  // namespace
 
-std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, const std::string& file) {
-  std::string out = fmt::format("# Fitted to {}: {} segments, {:.4g} s\n[timing]\n", file, fit.segments, fit.seconds);
+std::string fitted_table(const TimingFit& fit) {
+  std::string out;
   add_order(out, fit);
   add_segment(out, fit);
   add_visualization(out, fit);
@@ -168,7 +185,15 @@ std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, cons
   add_jitter(out, fit);
   add_hits(out, fit);
   add_drift(out, fit);
-  return out + verdict(comparison, file);
+  return out;
+}
+
+std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, const std::string& file) {
+  const std::string table = fitted_table(fit);
+  const bool replay = !comparison.objection.empty();
+  return fmt::format("# Fitted to {}: {} segments, {:.4g} s\n[timing]\n", file, fit.segments, fit.seconds) +
+         (replay ? fmt::format("trace = \"{}\"\n", file) + commented(table) : table) + needs_text(comparison) +
+         verdict(comparison, file);
 }
 
 }  // namespace evenstep

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <stdexcept>
 
 #include "evenstep/format/load.h"
@@ -79,14 +80,18 @@ class Shrink {
   void run() {
     kept_ = shape_.perturbations();
     const std::optional<ExpectationResult> whole = judged(kept_, segments_);
+    if (!whole && !objection_.empty())
+      throw std::runtime_error(fmt::format("the same timing cannot be replayed as a recording: {}", objection_));
     if (!whole || whole->verdict != ExpectationResult::Verdict::fail) {
       throw std::runtime_error(
           "the expectation fails, but not when the same timing is replayed as a recording: it depends on the "
           "nominal times of [timing]");
     }
     const bool cuttable = too_high(*whole);
-    if (cuttable) cut();
-    keep_fewest();
+    if (!keep_one()) {
+      if (cuttable) cut();
+      keep_fewest();
+    }
     keep_smallest();
     if (cuttable) cut();
     outcome_.perturbations = kept_;
@@ -105,7 +110,9 @@ class Shrink {
   std::optional<ExpectationResult> judged_document(const Value& document);
   Duration duration_of(const std::vector<SegmentTiming>& timing) const;
   void cut();
+  bool keep_one();
   void keep_fewest();
+  bool fails_with(const std::vector<Perturbation>& all, const std::vector<std::size_t>& set);
   void keep_smallest();
   std::vector<std::pair<std::string, std::string>> take_files(Value& document, const std::string& stem) const;
 
@@ -117,20 +124,23 @@ class Shrink {
   Duration wanted_;       // duration of the original run
   std::size_t segments_;  // number of segments that are left
   std::vector<Perturbation> kept_;
+  std::string objection_;  // why the last candidate could not be read; no candidate should be like that
   ScratchFolder scratch_;
 };
 
 /// The original duration of the run, or that of the timing if the run was cut.
 Duration Shrink::duration_of(const std::vector<SegmentTiming>& timing) const {
-  Duration length;
-  for (const SegmentTiming& segment : timing) length = std::max(length, segment.end - timing.front().begin);
+  const Duration length = replay_duration(timing) - (timing.front().begin - RealTime{});
   return timing.size() < shape_.segments() ? length : std::min(wanted_, length);
 }
 
 std::optional<ExpectationResult> Shrink::judged_document(const Value& document) {
   ++outcome_.runs;
   const ReadResult read = internal::read_document(document, path_);
-  if (!read) return std::nullopt;
+  if (!read) {
+    objection_ = read.error().front().message;
+    return std::nullopt;
+  }
   Scenario scenario = *read;
   scenario.keep_rows = false;
   RunOptions options;
@@ -160,20 +170,38 @@ void Shrink::cut() {
   std::erase_if(kept_, [&](const Perturbation& p) { return p.segment >= segments_; });
 }
 
+/// Whether these perturbations of `all` fail. If they do, they are kept, which also shows as progress.
+bool Shrink::fails_with(const std::vector<Perturbation>& all, const std::vector<std::size_t>& set) {
+  std::vector<Perturbation> candidate;
+  for (const std::size_t i : set) candidate.push_back(all[i]);
+  const bool failed = fails(candidate, segments_);
+  if (failed) kept_ = std::move(candidate);
+  return failed;
+}
+
+/// Keeps a single perturbation that fails alone, or none; the largest are tried first, with up to half of the runs. This
+/// comes before the run is cut, because the first failure may need more of them than a later one. False if none does.
+bool Shrink::keep_one() {
+  const std::vector<Perturbation> all = kept_;
+  if (fails_with(all, {})) return true;
+  std::vector<std::size_t> largest_first(all.size());
+  std::iota(largest_first.begin(), largest_first.end(), std::size_t{0});
+  std::stable_sort(largest_first.begin(), largest_first.end(),
+                   [&](std::size_t a, std::size_t b) { return std::abs(all[a].deviation) > std::abs(all[b].deviation); });
+  const std::int64_t most_runs = outcome_.runs + (options_.max_runs - outcome_.runs) / 2;
+  for (const std::size_t i : largest_first) {
+    if (outcome_.runs >= most_runs) break;
+    if (fails_with(all, {i})) return true;
+  }
+  return false;
+}
+
 void Shrink::keep_fewest() {
   const std::vector<Perturbation> all = kept_;
-  const auto some = [&](const std::vector<std::size_t>& set) {
-    std::vector<Perturbation> out;
-    for (const std::size_t i : set) out.push_back(all[i]);
-    return out;
-  };
-  const auto fail_with = [&](const std::vector<std::size_t>& set) {
-    const std::vector<Perturbation> candidate = some(set);
-    const bool failed = fails(candidate, segments_);
-    if (failed) kept_ = candidate;  // shown as progress
-    return failed;
-  };
-  kept_ = some(internal::fewest(all.size(), fail_with, [&] { return go_on(); }));
+  const auto fail_with = [&](const std::vector<std::size_t>& set) { return fails_with(all, set); };
+  const std::vector<std::size_t> fewest = internal::fewest(all.size(), fail_with, [&] { return go_on(); });
+  kept_.clear();
+  for (const std::size_t i : fewest) kept_.push_back(all[i]);
 }
 
 void Shrink::keep_smallest() {

@@ -88,7 +88,7 @@ void fix_filter_window(Value& document, const Scenario& scenario) {
 
 Value fixed_document(Value document, const Scenario& scenario, const std::vector<StrategyKind>& strategies,
                      std::size_t expectation) {
-  for (const std::string_view key : {"sweep", "study", "expect_stop"}) drop(document, key);
+  for (const std::string_view key : {"sweep", "study", "expect_stop", "timing"}) drop(document, key);
   fix_times(document, "", scenario.nominal);
   fix_filter_window(document, scenario);
   Value& expect = *document.find("expect");

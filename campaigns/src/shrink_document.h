@@ -9,9 +9,9 @@
 
 namespace evenstep::internal {
 
-/// The document with only these strategies and this expectation, and without [sweep] and [study]. Times in nominal units ("8
-/// segments") become nanoseconds, and the step size a rate, because both would otherwise change with the recording. A rate
-/// of underruns over many seeds becomes that of the recording. `scenario` is what `document` reads as.
+/// The document with only these strategies and this expectation, and without [timing], [sweep] and [study]. Times in nominal
+/// units ("8 segments") become nanoseconds, and the step size a rate, because both would otherwise change with the
+/// recording. A rate of underruns over many seeds becomes that of the recording. `scenario` is what `document` reads as.
 Value fixed_document(Value document, const Scenario& scenario, const std::vector<StrategyKind>& strategies,
                      std::size_t expectation);
 

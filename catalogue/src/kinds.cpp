@@ -22,7 +22,7 @@ const std::vector<CaseKind>& case_kinds() {
       {"hanging-chain", "stiffness", "N/m", make_hanging_chain},
       {"standing-block", "stiffness", "N/m", make_standing_block},
       {"wave", "Courant number", "", make_wave},
-      {"energy", "step over its limit at rest", "", make_energy, compare_energies},
+      {"energy", "step over the limit at rest", "", make_energy, compare_energies},
       {"press", "steps per ms", "", make_press},
       {"degenerate", "what", "", make_degenerate},
       {"crushed", "amplitude", "spacings", make_crushed},

@@ -16,6 +16,9 @@ using internal::CsvRows;
 constexpr std::string_view kHeader = "segment,kind,index,begin_ns,end_ns";
 enum Column : std::size_t { kSegment, kKind, kIndex, kBegin, kEnd };
 constexpr std::int64_t kLongest_ns = 1'000'000'000'000'000;  // 1e6 s, the limit for every time that a user gives
+/// A clock may have its zero anywhere, also within the recording. So far either way (127 years) no difference of two times
+/// overflows.
+constexpr std::int64_t kFurthest_ns = 4'000'000'000'000'000'000;
 constexpr std::string_view kTooLong = "the recording is longer than 1e6 s; are these nanoseconds?";
 
 struct Row {
@@ -30,18 +33,23 @@ struct State {
   std::int64_t number = -1;                       ///< of the open segment, as written
   std::int64_t step_index = -1, idle_index = -1;  ///< last ones of the open segment
   bool only_idle = true;                          ///< so far in the open segment
-  RealTime last_step_end{0}, last_visualization_end{0};
+  RealTime last_step_end{-kFurthest_ns}, last_visualization_end{-kFurthest_ns};
 };
 
 bool take_interval(CsvRows& rows, Interval& interval) {
-  return rows.take_whole(interval.begin.ns) && rows.take_whole(interval.end.ns) && rows.row_done();
+  return rows.take_signed(interval.begin.ns) && rows.take_signed(interval.end.ns) && rows.row_done();
+}
+
+/// The interval of a split row, whose begin is in this cell and whose end is in the next one.
+bool read_interval(CsvRows& rows, std::size_t begin, Interval& interval) {
+  return rows.whole(begin, interval.begin.ns, -kFurthest_ns, kFurthest_ns) &&
+         rows.whole(begin + 1, interval.end.ns, -kFurthest_ns, kFurthest_ns);
 }
 
 bool read_cells(CsvRows& rows, Row& row) {
   if (!rows.split(5)) return false;
   row.kind = rows.cell(kKind);
-  return rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) && rows.whole(kBegin, row.interval.begin.ns) &&
-         rows.whole(kEnd, row.interval.end.ns);
+  return rows.whole(kSegment, row.segment) && rows.whole(kIndex, row.index) && read_interval(rows, kBegin, row.interval);
 }
 
 bool read_row(CsvRows& rows, Row& row) {
@@ -144,8 +152,7 @@ void shift_to_zero(std::vector<SegmentTiming>& segments) {
 constexpr std::string_view kStepsHeader = "begin_ns,end_ns";
 
 bool read_step(CsvRows& rows, Row& row) {
-  const bool fine = take_interval(rows, row.interval) ||
-                    (rows.split(2) && rows.whole(0, row.interval.begin.ns) && rows.whole(1, row.interval.end.ns));
+  const bool fine = take_interval(rows, row.interval) || (rows.split(2) && read_interval(rows, 0, row.interval));
   if (!fine) return false;
   if (row.interval.end >= row.interval.begin) return true;
   rows.error(1, fmt::format("ends at {} ns, before it begins at {} ns", row.interval.end.ns, row.interval.begin.ns));

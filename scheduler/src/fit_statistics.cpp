@@ -31,11 +31,14 @@ Posterior posterior_of(const Sample& values, const TwoLevels& model) {
   Sample low_density(n), high_density(n), forward(n), scale(n);
   double predicted = 0.5;
   for (std::size_t i = 0; i < n; ++i) {
-    low_density[i] = std::exp(log_density(values[i], model.low, model.deviation));
-    high_density[i] = std::exp(log_density(values[i], model.high, model.deviation));
+    // Both are scaled by the larger one, which is then 1: far from both levels they would be 0.
+    const double low_log = log_density(values[i], model.low, model.deviation);
+    const double high_log = log_density(values[i], model.high, model.deviation), larger = std::max(low_log, high_log);
+    low_density[i] = std::exp(low_log - larger);
+    high_density[i] = std::exp(high_log - larger);
     const double high = predicted * high_density[i], low = (1 - predicted) * low_density[i];
-    scale[i] = std::max(high + low, 1e-300);
-    out.log_likelihood += std::log(scale[i]);
+    scale[i] = high + low;
+    out.log_likelihood += std::log(scale[i]) + larger;
     forward[i] = high / scale[i];
     predicted = forward[i] * (1 - model.leave) + (1 - forward[i]) * model.leave;
   }
@@ -157,6 +160,7 @@ FittedNumber relative_slope(const Sample& times_s, const Sample& values) {
     ty += (t[b] - t_mean) * (y[b] - y_mean);
   }
   const double slope = ty / tt, at_0 = y_mean - slope * t_mean;
+  if (!(at_0 > 0)) return {};  // relative to nothing
   for (std::size_t b = 0; b < kBatches; ++b) residual += std::pow(y[b] - at_0 - slope * t[b], 2);
   double neighbours = 0;
   for (std::size_t b = 0; b + 1 < kBatches; ++b)
@@ -169,12 +173,13 @@ FittedNumber relative_slope(const Sample& times_s, const Sample& values) {
 TwoLevels fit_two_levels(const Sample& values) {
   TwoLevels model;
   const double deviation = std::max(robust_deviation(values), 1e-6);
-  // Starts from the quartiles of the sample. Outliers beyond 5 deviations of the halves are no third level.
-  model.low = quantile(values, 0.25);
-  model.high = quantile(values, 0.75);
+  // Starts from the outer tenths of the sample, so that a level which is there less often is one of them. Outliers beyond 5
+  // deviations of the outer twentieths are no third level.
+  model.low = quantile(values, 0.1);
+  model.high = quantile(values, 0.9);
+  const double least = quantile(values, 0.05) - 5 * deviation, most = quantile(values, 0.95) + 5 * deviation;
   Sample bounded;
-  for (const double value : values)
-    bounded.push_back(std::clamp(value, model.low - 5 * deviation, model.high + 5 * deviation));
+  for (const double value : values) bounded.push_back(std::clamp(value, least, most));
   const double center = mean(bounded);
   double squares = 0;
   for (const double value : bounded) squares += std::pow(value - center, 2);

@@ -26,7 +26,7 @@ FittedLength fit_length(const Sample& durations_ns);
 
 /// Fits y = level (1 + slope t) to 20 batch medians and returns the slope. The error is that of the straight line through
 /// them, times sqrt((1 + c) / (1 - c)) for residuals with lag-1 correlation c, so that a long-lasting deviation is not
-/// mistaken for a well-determined slope.
+/// mistaken for a well-determined slope. 0 for fewer than 40 values, and where the line is not above 0 at t = 0.
 FittedNumber relative_slope(const Sample& times_s, const Sample& values);
 
 /// Two levels with the same spread and the same probability per value of changing to the other: a hidden Markov chain,

@@ -227,11 +227,20 @@ std::unique_ptr<StepTiming> make_programmed_timing(const ProgrammedTiming& timin
     const bool no_lane = timing.order == SegmentOrder::concurrent && change.visualization == Duration{0};
     return counts_are_good(change.steps) && !no_lane && (!change.step || change.step->ns > 0);
   }));
-  assert(!timing.regimes || (timing.regimes->factor > 0 && timing.regimes->mean_length >= 1));
+  assert(!timing.regimes || (timing.regimes->factor > 0 && shortest_mean_stay(*timing.regimes) >= 1));
   if (is_periodic(timing)) return std::make_unique<PeriodicTiming>(timing);
   assert(time_passes(timing));
   if (timing.order == SegmentOrder::concurrent) return std::make_unique<SideBySide>(timing);
   return std::make_unique<TakingTurns>(timing);
+}
+
+Duration replay_duration(std::span<const SegmentTiming> segments) {
+  RealTime end, last_step_end;
+  for (const SegmentTiming& segment : segments) {
+    end = std::max(end, segment.end);
+    if (!segment.steps.empty()) last_step_end = std::max(last_step_end, segment.steps.back().end);
+  }
+  return (last_step_end == end ? end + Duration{1} : end) - RealTime{};
 }
 
 std::unique_ptr<StepTiming> make_replayed_timing(std::vector<SegmentTiming> segments) {

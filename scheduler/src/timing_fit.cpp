@@ -20,6 +20,8 @@ constexpr double kLeastSeparation = 2.0, kLeastFactor = 1.1;
 constexpr double kLeastGain = 14;
 /// Levels that last longer than this share of the recording were seen too rarely to come and go at random.
 constexpr double kMostLength = 0.2;
+/// A level that has less than this share of the segments must last this many times as long as it would by chance.
+constexpr double kRare = 0.3, kLasting = 1.3;
 /// The number of hits from which the shape of a tail, and the size of a spike, can be told.
 constexpr std::int64_t kLeastTail = 10, kLeastSpikes = 5;
 /// The commonest excess must exceed the least one that counts as a hit by this factor to be a spike: close to that least
@@ -29,6 +31,8 @@ constexpr double kSpikeAboveLeast = 1.5;
 constexpr double kHitDeviations = 6, kLeastHitFactor = 1.2;
 /// A slope is clear if it is this many errors from 0 and makes this difference over the recording.
 constexpr double kClearDrift = 4, kLeastDrift = 0.02;
+/// What is left at the end of a drift that shortens all lengths.
+constexpr double kLeastDrifted = 0.1;
 /// A timing is paced by a grid if T varies by at most this share of what its work varies by, or by this share of T itself.
 constexpr double kPacedVariation = 0.5, kPacedSteadiness = 0.005, kPacedIdle = 0.02;
 
@@ -118,9 +122,12 @@ void fit_drift(std::span<const SegmentTiming> segments, Recording& recording, Ti
     fit.timing.drift_per_s = is_clear(s) ? s.value : 0;
   } else if ((is_clear(v) || is_clear(s)) && std::abs(v.value - s.value) <= 3 * std::hypot(v.error, s.error)) {
     // The mean of the two, weighted by the inverse squares of their errors.
-    const double weight = v.error * v.error / (v.error * v.error + s.error * s.error);
+    const double errors2 = v.error * v.error + s.error * s.error;
+    const double weight = errors2 > 0 ? v.error * v.error / errors2 : 0.5;
     fit.timing.drift_per_s = (1 - weight) * v.value + weight * s.value;
   }
+  // The line need not stay above 0 to the end of a recording that is not straight.
+  if (1 + fit.timing.drift_per_s * fit.seconds < kLeastDrifted) fit.timing.drift_per_s = 0;
   const double drift = fit.timing.drift_per_s;
   for (std::size_t i = 0; i < recording.visualizations_ns.size(); ++i)
     recording.visualizations_ns[i] /= 1 + drift * recording.visualization_begins_s[i];
@@ -175,25 +182,28 @@ bool are_two(const TwoLevels& levels) {
   const double share = static_cast<double>(std::count(levels.is_high.begin(), levels.is_high.end(), true)) /
                        static_cast<double>(levels.is_high.size());
   const double length = 1 / levels.leave;
+  // Where each value is at the rarer level whatever the one before was, changes come at a rate of 2 p (1 - p): these are
+  // hits.
+  const double lasts = 2 * share * (1 - share) * length;
+  if (std::min(share, 1 - share) < kRare && lasts > 1 / kLasting && lasts < kLasting) return false;
   return length < kMostLength * static_cast<double>(levels.is_high.size()) && levels.gain > kLeastGain &&
          distance > kLeastSeparation * levels.deviation && distance > std::log(kLeastFactor) && share > kRule &&
          share < 1 - kRule;
 }
 
-/// Removes the levels: both become V of the model, the mean of the two.
+/// Removes the levels: both become V of the model, which is the mean over the segments.
 void fit_regimes(const TwoLevels& levels, Sample& visualizations, TimingFit& fit) {
   const double low = std::exp(std::min(levels.low, levels.high)), high = std::exp(std::max(levels.low, levels.high));
-  const double factor = high / low, middle = 0.5 * (low + high);
-  fit.timing.regimes = Regimes{factor, std::max(1.0, 1 / levels.leave)};
-  fit.regime_separation = std::abs(levels.high - levels.low) / levels.deviation;
   const bool named_rightly = levels.high > levels.low;
-  double slow = 0;
-  for (std::size_t i = 0; i < visualizations.size(); ++i) {
-    const bool is_slow = levels.is_high[i] == named_rightly;
-    slow += is_slow;
-    visualizations[i] *= middle / (is_slow ? high : low);
-  }
-  fit.slow_share = slow / static_cast<double>(visualizations.size());
+  const auto slow = std::count(levels.is_high.begin(), levels.is_high.end(), named_rightly);
+  fit.slow_share = static_cast<double>(slow) / static_cast<double>(visualizations.size());
+  fit.regime_separation = std::abs(levels.high - levels.low) / levels.deviation;
+  // A stay has at least one segment; 1 % more, because the share and the length are written with three digits.
+  const double least_length = 1.01 / (2 * std::min(fit.slow_share, 1 - fit.slow_share));
+  fit.timing.regimes = Regimes{high / low, std::max(least_length, 1 / levels.leave), fit.slow_share};
+  const double mean = (1 - fit.slow_share) * low + fit.slow_share * high;
+  for (std::size_t i = 0; i < visualizations.size(); ++i)
+    visualizations[i] *= mean / (levels.is_high[i] == named_rightly ? high : low);
 }
 
 void fit_visualization(const Recording& recording, TimingFit& fit) {
@@ -244,6 +254,7 @@ void fit_hits(TimingFit& fit) {
   const Cluster cluster = densest(fit.excess_ns);
   const auto alike = [&](double x) { return std::abs(x - cluster.center) <= 0.2 * cluster.center; };
   fit.alike = std::count_if(fit.excess_ns.begin(), fit.excess_ns.end(), alike);
+  if (!(fit.work_s > 0)) return;  // most steps take no time: there is nothing that a hit could come during
   const bool spikes =
       2 * fit.alike >= hits && fit.alike >= kLeastSpikes && cluster.center > kSpikeAboveLeast * fit.hit_above_ns;
   Sample others;
@@ -261,6 +272,7 @@ void fit_hits(TimingFit& fit) {
   fit.timing.preemption =
       Preemption{rate(static_cast<double>(others.size())), {std::llround(least)}, {std::llround(most)}, tail};
   const double q = std::pow(least / most, tail);
+  if (most <= least) return;
   fit.tail_distance = kolmogorov_distance(others, [&](double x) { return (1 - std::pow(least / x, tail)) / (1 - q); });
 }
 

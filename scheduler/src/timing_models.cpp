@@ -101,9 +101,11 @@ RegimeChain::RegimeChain(const ProgrammedTiming& timing) : regimes_(timing.regim
 
 double RegimeChain::next_factor() {
   if (!regimes_) return 1;
-  const double change = k_ == 0 ? 0.5 : 1.0 / regimes_->mean_length;
+  const auto& [factor, mean_length, p] = *regimes_;
+  const double mean_stay = 2.0 * mean_length * (slow_ ? p : 1.0 - p);
+  const double change = k_ == 0 ? p : 1.0 / mean_stay;
   if (stream_.uniform(k_++) < change) slow_ = !slow_;
-  return 2.0 / (1.0 + regimes_->factor) * (slow_ ? regimes_->factor : 1.0);
+  return 1.0 / (1.0 - p + p * factor) * (slow_ ? factor : 1.0);
 }
 
 VisualizationCost::VisualizationCost(const ProgrammedTiming& timing)
@@ -142,6 +144,10 @@ Duration StepCost::next(Duration mean, double factor) {
 }
 
 }  // namespace internal
+
+double shortest_mean_stay(const Regimes& regimes) {
+  return 2.0 * regimes.mean_length * std::min(regimes.slow_share, 1.0 - regimes.slow_share);
+}
 
 bool is_periodic(const ProgrammedTiming& timing) {
   const bool steady_visualization = timing.visualization_variation == 0 && !timing.regimes &&

@@ -14,9 +14,10 @@ EVENSTEP_WIDE void chunk_accelerations(std::ptrdiff_t begin, const ChunkForces<R
   for (std::ptrdiff_t n = 0; n < static_cast<std::ptrdiff_t>(kChunk); ++n) {
     const std::ptrdiff_t i = begin + n;
     const Real per_kg = constants.stiffness_per_kg * cells.inverse_mass[i], mobile = cells.mobile[i];
-    a.x[i] = forces.x[n] * per_kg + mobile * (gx - constants.damping_per_s * v.x[i]);
-    a.y[i] = forces.y[n] * per_kg + mobile * (gy - constants.damping_per_s * v.y[i]);
-    a.z[i] = forces.z[n] * per_kg + mobile * (gz - constants.damping_per_s * v.z[i]);
+    const Real drag = constants.damping_per_s * cells.inverse_mass[i];
+    a.x[i] = forces.x[n] * per_kg + (mobile * gx - drag * v.x[i]);
+    a.y[i] = forces.y[n] * per_kg + (mobile * gy - drag * v.y[i]);
+    a.z[i] = forces.z[n] * per_kg + (mobile * gz - drag * v.z[i]);
   }
 }
 

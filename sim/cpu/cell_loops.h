@@ -185,7 +185,7 @@ EVENSTEP_WIDE void add_probe(std::ptrdiff_t begin, const Vectors<const Real> u, 
   }
 }
 
-/// All forces of springs and tools on a chunk of cells, divided by the scene's k. Gravity and mass-proportional damping are
+/// All forces of springs and tools on a chunk of cells, divided by the scene's k. Gravity and drag are
 /// not among them; they are added as accelerations.
 template <class Real>
 void chunk_forces(const SceneFeatures& features, std::ptrdiff_t begin, const Vectors<const Real>& u,
@@ -229,7 +229,10 @@ EVENSTEP_WIDE void advance_chunk(std::ptrdiff_t begin, const ChunkForces<Real>& 
     const std::ptrdiff_t i = begin + n;
     const Real acceleration = per_mass * inverse_mass[i], mobile = is_mobile[i], h = step_s * mobile;
     Vector<Real> w{before.x[i], before.y[i], before.z[i]};
-    if constexpr (kHas.damping) w = {w.x * decay, w.y * decay, w.z * decay};
+    if constexpr (kHas.damping) {
+      const Real d = decay + (Real{1} - decay) * (mobile - inverse_mass[i]);  // the same drag on a particle of another mass
+      w = {w.x * d, w.y * d, w.z * d};
+    }
     w = {w.x + forces.x[n] * acceleration, w.y + forces.y[n] * acceleration, w.z + forces.z[n] * acceleration};
     if constexpr (kHas.gravity) w = {w.x + gx * mobile, w.y + gy * mobile, w.z + gz * mobile};
     v.x[i] = w.x;
@@ -262,7 +265,7 @@ EVENSTEP_WIDE void accelerate_chunk(std::ptrdiff_t begin, const ChunkForces<Real
     const Real per_kg = constants.stiffness_per_kg * cells.inverse_mass[i], mobile = cells.mobile[i];
     Vector<Real> b{forces.x[n] * per_kg, forces.y[n] * per_kg, forces.z[n] * per_kg};
     if constexpr (kHas.damping) {
-      const Real d = constants.damping_per_s * mobile;
+      const Real d = constants.damping_per_s * cells.inverse_mass[i];
       b = {b.x - half.x[i] * d, b.y - half.y[i] * d, b.z - half.z[i] * d};
     }
     if constexpr (kHas.gravity) {

@@ -20,6 +20,8 @@ namespace {
 
 using internal::Lattice;
 
+constexpr double kForEver = std::numeric_limits<double>::infinity();
+
 /// What a particle contributes to the cubes it belongs to.
 struct Particle {
   bool active = false, mobile = false;
@@ -162,21 +164,29 @@ RowBounds largest_rows(const TissueScene& scene, const Lattice& lattice, const P
   return most;
 }
 
-/// The share of the probes in lambda, for which any particle may be touched.
-double probes_per_s2(const TissueScene& scene, const Particles& particles) {
-  double stiffness_N_per_m = 0, largest_per_kg = 0;
-  for (const ToolCoupling& tool : scene.tools)
-    stiffness_N_per_m += tool.kind == CouplingKind::probe ? tool.stiffness_N_per_m : 0;
+/// The mass of the lightest particle that moves; infinite if none does.
+double lightest_kg(const Particles& particles) {
+  double least_kg = kForEver;
   for (const Particle& particle : particles.kinds)
-    if (particle.mobile) largest_per_kg = std::max(largest_per_kg, 1 / particle.mass_kg);
-  return stiffness_N_per_m * largest_per_kg;
+    if (particle.mobile) least_kg = std::min(least_kg, particle.mass_kg);
+  return least_kg;
 }
 
-/// The largest eigenvalue of M^-1 K at rest, where a spring resists only along itself. For one material it is 12 k/m, the
-/// maximum of the lattice's symbol, at (pi, pi, 0). Otherwise it comes from a power iteration, which gives a value too small
-/// by a fraction of a percent.
+/// The sum of the stiffnesses of all probes.
+double probes_N_per_m(const TissueScene& scene) {
+  double stiffness_N_per_m = 0;
+  for (const ToolCoupling& tool : scene.tools)
+    stiffness_N_per_m += tool.kind == CouplingKind::probe ? tool.stiffness_N_per_m : 0;
+  return stiffness_N_per_m;
+}
+
+/// The largest eigenvalue of M^-1 K at rest, where a spring resists only along itself. For one material without couplings it
+/// is 12 k/m, the maximum of the lattice's symbol, at (pi, pi, 0). Otherwise it comes from a power iteration, which gives a
+/// value too small by a fraction of a percent.
 double rest_state_lambda(const TissueScene& scene, const Lattice& lattice, const Particles& particles) {
-  if (scene.regions.empty()) return 12 * scene.stiffness_N_per_m / scene.particle_mass_kg;
+  const bool coupled = std::any_of(scene.tools.begin(), scene.tools.end(),
+                                   [](const ToolCoupling& tool) { return tool.kind == CouplingKind::spring; });
+  if (scene.regions.empty() && !coupled) return 12 * scene.stiffness_N_per_m / scene.particle_mass_kg;
   const internal::RestHessian hessian(scene, lattice);
   std::vector<glm::dvec3> x(lattice.cells, glm::dvec3(0)), y = x, z = x;
   for (std::int64_t site = 0; site < scene.particle_count; ++site) {
@@ -205,8 +215,6 @@ double rest_state_lambda(const TissueScene& scene, const Lattice& lattice, const
   }
   return lambda;
 }
-
-constexpr double kForEver = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
@@ -244,16 +252,27 @@ StepLimit step_limit(const TissueScene& scene) {
   const CubeBounds cubes = largest_cube_bounds(scene, lattice, particles);
   const RowBounds rows = largest_rows(scene, lattice, particles);
   StepLimit limit;
-  limit.lambda_per_s2 = std::min(cubes.lambda, rows.lambda) + probes_per_s2(scene, particles);
+  const double lightest = lightest_kg(particles);
+  // Any particle may be touched by all probes.
+  limit.lambda_per_s2 = std::min(cubes.lambda, rows.lambda) + probes_N_per_m(scene) * (1 / lightest);
   // If no mobile particle has a spring, any step is stable; the stiffness of one spring keeps the limit finite.
   if (limit.lambda_per_s2 <= 0) limit.lambda_per_s2 = scene.stiffness_N_per_m / scene.particle_mass_kg;
   limit.rest_state_lambda_per_s2 = std::min(limit.lambda_per_s2, rest_state_lambda(scene, lattice, particles));
   if (limit.rest_state_lambda_per_s2 <= 0) limit.rest_state_lambda_per_s2 = limit.lambda_per_s2;
-  limit.damping_per_s = scene.damping_per_s + std::min(cubes.damping, rows.damping);
+  limit.damping_per_s = scene.damping_per_s * (scene.particle_mass_kg / lightest) + std::min(cubes.damping, rows.damping);
   limit.step_s = largest_stable_step_s(scene.method, limit.lambda_per_s2, limit.damping_per_s);
   limit.rest_state_step_s = largest_stable_step_s(scene.method, limit.rest_state_lambda_per_s2, limit.damping_per_s);
   limit.particle = rows.particle;
   return limit;
+}
+
+std::string what_sets(const TissueScene& scene, const StepLimit& limit) {
+  const auto [nx, ny, nz] = scene.lattice;
+  if (limit.particle >= 0)
+    return fmt::format("particle {} at site ({}, {}, {}) sets them", limit.particle, limit.particle % nx,
+                       limit.particle / nx % ny, limit.particle / nx / ny);
+  if (probes_N_per_m(scene) > 0) return "no particle that moves has a spring; what the probes may touch sets them";
+  return "no particle that moves has a spring; they are those of one particle on one spring";
 }
 
 int auto_substeps(const TissueScene& scene, Rate step_rate) {

@@ -41,8 +41,9 @@ TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, st
         SolverFault::unstable_step,
         fmt::format(
             "a substep of {:.4g} ms is above the limit of {:.4g} ms that holds in every configuration (the rest-state "
-            "limit is {:.4g} ms; particle {} sets it)",
-            substep_s_ * 1e3, info_.limit->step_s * 1e3, info_.limit->rest_state_step_s * 1e3, info_.limit->particle),
+            "limit is {:.4g} ms; {})",
+            substep_s_ * 1e3, info_.limit->step_s * 1e3, info_.limit->rest_state_step_s * 1e3,
+            what_sets(scene_, *info_.limit)),
         fmt::format("substeps = \"auto\" or at least {}", auto_substeps(scene_, scene.step_rate)));
   }
   if (features_.local_model) prepare_local_model();

@@ -267,6 +267,13 @@ case_check_and_run_say_what_step_and_stiffness_are_stable() {
     --set 'device.left.grab={ center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }'
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
   expect 0 "k_max " run "$tissue" "${small[@]}"
+  grep -q UNSTABLE out && fail "a stable step is called unstable"
+  # What is let start above the limit is called so by the run itself; what is not, by the check.
+  local above=("${small[@]}" --set scene.substeps=1 --set 'scene.stiffness="200 N/m"')
+  "$evenstep" run "$tissue" "${above[@]}" --set scene.allow_unstable=true >out 2>err
+  grep -Eq "UNSTABLE +the substep is [0-9.]+ times dt_max: allow_unstable lets it start" out || fail "not called unstable"
+  "$evenstep" check "$tissue" "${above[@]}" >out 2>err
+  grep -Eq "UNSTABLE .*a run is refused" out || fail "the check does not foresee the refusal"
 }
 small_study=(--set 'scene.lattice=[5, 5, 5]' --set 'device.left.grab.center=["10 mm", "10 mm", "20 mm"]'
   --set 'device.left.grab.radius="5.5 mm"' --set 'study.duration="8 ms"' --set study.repeats=1)

@@ -416,6 +416,29 @@ TEST_CASE("A trace gives the means of the recording as nominal times, and its le
              Contains("--set run.duration=65 us: error: 'duration': the trace ends at 0.064 ms"));
 }
 
+TEST_CASE("A run of a trace that ends with a step is 1 ns longer than the trace, so that this step ends within it") {
+  const Folder folder;
+  const std::string rows =
+      "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,10000\n0,step,0,10000,14000\n1,step,0,20000,64000\n";
+  folder.write("x.csv", rows);
+  std::string text = with_timing("trace = \"x.csv\"");
+  text.replace(text.find("duration = \"4 s\""), 16, "");
+  const std::string path = folder.write("s.toml", text);
+  const auto duration_ns = [&](const ReadOptions& options = {}) {
+    const ReadResult result = read_scenario(path, options);
+    INFO(errors_of(result));
+    REQUIRE(result);
+    CHECK(result->nominal.slot.ns == 32'000);  // 2 steps in 64 us, as before
+    return result->run_duration.ns;
+  };
+  CHECK(duration_ns() == 64'001);
+  CHECK(duration_ns({{"run.duration=64 us"}, {}}) == 64'000);
+  folder.write("x.csv", rows + "1,visualization,0,64000,64001\n");
+  CHECK(read_scenario(path)->run_duration.ns == 64'001);
+  folder.write("x.csv", rows + "1,idle,0,64000,64001\n");
+  CHECK(read_scenario(path)->run_duration.ns == 64'001);
+}
+
 TEST_CASE("A recorded motion reads its rows, rounded to the nanosecond") {
   const Folder folder;
   folder.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n0.0333333333333,1e-3,-2e-3,0.5\n");

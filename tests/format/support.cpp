@@ -106,7 +106,7 @@ std::string timing_text(const TimingSpec& t) {
   if (p.preemption)
     out += fmt::format(" preemption {} {} {} {}", p.preemption->rate_Hz, at(p.preemption->least), at(p.preemption->most),
                        p.preemption->tail);
-  if (p.regimes) out += fmt::format(" regimes {} {}", p.regimes->factor, p.regimes->mean_length);
+  if (p.regimes) out += fmt::format(" regimes {} {} {}", p.regimes->factor, p.regimes->mean_length, p.regimes->slow_share);
   for (const TimingChange& change : p.changes) {
     out += fmt::format(" change {} V {} s {} N {}", change.at.ns, change.visualization ? at(*change.visualization) : "same",
                        change.step ? at(*change.step) : "same", fmt::join(change.steps, ","));

@@ -73,6 +73,9 @@ TEST_CASE("Each model of [timing] arrives as it is written, and comes back from 
   REQUIRE(regimes.regimes);
   CHECK(regimes.regimes->factor == 1.6);
   CHECK(regimes.regimes->mean_length == 8.5);
+  CHECK(regimes.regimes->slow_share == 0.5);
+  CHECK(timing_of("regimes = { factor = 1.6, mean_length = \"8 segments\", slow_share = \"30 %\" }").regimes->slow_share ==
+        0.3);
   const ProgrammedTiming changed = timing_of(
       "changes = [{ at = \"2 s\", visualization = \"22.2 ms\" }, { at = \"3 s\", step = \"1 ms\", steps = [3, 4] }]");
   REQUIRE(changed.changes.size() == 2);
@@ -168,6 +171,10 @@ TEST_CASE("Models that make no sense where they stand are refused with place and
       {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms cap 4 Hz\" }", "'Hz' is a unit of rate, not of time"},
       {base + "preemption = { rate = \"2 Hz\", cost = \"pareto 3 ms cap 4 ms\", tail = 0 }", "'tail': 0 is out of range"},
       {base + "regimes = { factor = 0.5, mean_length = \"8 segments\" }", "'factor': 0.5 is out of range"},
+      {base + "regimes = { factor = 2, mean_length = \"8 segments\", slow_share = \"0 %\" }",
+       "'slow_share': \"0 %\" is out of"},
+      {base + "regimes = { factor = 2, mean_length = \"8 segments\", slow_share = \"5 %\" }",
+       "'slow_share': of 2 mean_length, 16 segments, 0.8 would be at the level that is rarer"},
       {base + "regimes = { factor = 2, mean_length = 8 }", "'mean_length': 8 has no unit; write \"8 segments\""},
       {base + "regimes = { factor = 2, mean_length = \"8 ms\" }", "'8 ms' must be a number of segments, such as"},
       {base + "regimes = { factor = 2, mean_length = \"0.5 segments\" }", "'mean_length': \"0.5 segments\" is out of range"},

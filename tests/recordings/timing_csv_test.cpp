@@ -105,6 +105,22 @@ TEST_CASE("Steps may open a segment: it begins with the first of them") {
   CHECK((*csv)[1].begin.ns == 35);  // the step, not the idle time before it
 }
 
+TEST_CASE("Times may be negative, and zero may be anywhere in a recording") {
+  const std::string later = "0,visualization,0,0,100\n0,step,0,100,150\n1,step,0,160,200\n1,idle,0,200,210\n";
+  const TimingCsv csv = parse_timing_csv(kHeader + later, "x.csv");
+  for (const std::string earlier :
+       {"0,visualization,0,-120,-20\n0,step,0,-20,30\n1,step,0,40,80\n1,idle,0,80,90\n",
+        "0,visualization,0,-4000000000000000000,-3999999999999999900\n0,step,0,-3999999999999999900,-3999999999999999850\n"
+        "1,step,0,-3999999999999999840,-3999999999999999800\n1,idle,0,-3999999999999999800,-3999999999999999790\n"}) {
+    const TimingCsv shifted = parse_timing_csv(kHeader + earlier, "x.csv");
+    REQUIRE(shifted);
+    CHECK(format_timing_csv(*shifted) == format_timing_csv(*csv));
+  }
+  const TimingCsv list = parse_timing_or_steps("begin_ns,end_ns\n-40,-10\n-10,20\n", "x.csv");
+  REQUIRE(list);
+  CHECK(list->front().steps[1].end.ns == 60);
+}
+
 TEST_CASE("A mistake in a recording is named with its line and column") {
   struct {
     const char* rows;
@@ -114,7 +130,13 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
       {"0,step,0,0,1,2\n", "x.csv:2:1: error: 6 cells"},
       {"0,step,0,0,1\n0,step,1,1.5,2\n", "x.csv:3:10: error: '1.5' is not a whole number"},
       {"0,step,0, 0,1\n", "x.csv:2:10: error: ' 0' is not a whole number"},
-      {"0,step,0,-5,1\n", "'-5' is not a whole number"},
+      {"0,step,-5,0,1\n", "'-5' is not a whole number from 0 to"},
+      {"0,step,0,-4000000000000000001,1\n", "x.csv:2:10: error: '-4000000000000000001' is not a whole number from -4"},
+      {"0,step,0,--5,1\n", "'--5' is not a whole number"},
+      {"0,step,0,-,1\n", "'-' is not a whole number"},
+      {"0,step,0,-4000000000000000000,4000000000000000000\n", "are these nanoseconds?"},
+      {"0,step,0,-5,-6\n", "x.csv:2:13: error: ends at -6 ns, before it begins at -5 ns"},
+      {"0,step,0,-9,-5\n0,step,1,-6,4\n", "begins at -6 ns, before the step before it ended at -5 ns"},
       {"0,step,0,0x5,1\n", "'0x5' is not a whole number"},
       {"0,step,0,,1\n", "'' is not a whole number"},
       {"0,step,0,0,9223372036854775808\n", "'9223372036854775808' is not a whole number"},
@@ -133,7 +155,7 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
       {"0,visualization,0,50,60\n1,step,0,40,41\n", "segment 1 begins at 40 ns, not after the segment before it"},
       {"0,step,0,0,1\n0,step,1,1,2000000000000000\n", "are these nanoseconds?"},
       // The first row need not be the earliest.
-      {"0,idle,0,9000000000000000000,9000000000000000000\n0,step,0,0,5\n", "x.csv:3:10: error: the recording is longer"},
+      {"0,idle,0,4000000000000000000,4000000000000000000\n0,step,0,0,5\n", "x.csv:3:10: error: the recording is longer"},
       {"", "x.csv:1:1: error: no rows"},
   };
   for (const auto& row : table) {

@@ -53,7 +53,7 @@ Reading<double> expected_sample(const Pushed& pushed, RealTime at, std::uint64_t
   if (!found.any) return {0, ReadStatus::overrun, {}};
   const RealTime newest = pushed.times[head - 1];
   if (at > newest) return {value_of(head - 1), ReadStatus::underrun, newest};
-  if (!found.found) return {value_of(found.oldest), ReadStatus::overrun, newest};
+  if (!found.found) return {value_of(found.oldest), found.oldest == 0 ? ReadStatus::inside : ReadStatus::overrun, newest};
   if (found.earlier == head - 1) return {value_of(head - 1), ReadStatus::inside, newest};
   return {on_the_line(pushed, found.earlier, at), ReadStatus::inside, newest};
 }

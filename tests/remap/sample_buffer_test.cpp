@@ -21,6 +21,9 @@ TEST_CASE("a sample buffer answers inside, underrun, overrun or empty: every tim
         if (at > 10 * entries) {
           REQUIRE(reading.status == ReadStatus::underrun);
           REQUIRE(reading.value == 100.0 * entries);
+        } else if (at < 10) {  // before the first entry ever: nothing was lost if that is still there
+          REQUIRE(reading.status == (oldest == 1 ? ReadStatus::inside : ReadStatus::overrun));
+          REQUIRE(reading.value == 100.0 * oldest);
         } else if (at < 10 * oldest) {
           REQUIRE(reading.status == ReadStatus::overrun);
         } else {

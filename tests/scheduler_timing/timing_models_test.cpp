@@ -148,6 +148,32 @@ TEST_CASE("regimes: two lengths of the visualization, a factor apart, mean V, la
   }
 }
 
+TEST_CASE("regimes of unequal shares: each level as often as asked, for as long as asked, and the mean stays V") {
+  for (const double share : {0.1, 0.3, 0.8}) {
+    for (const double mean_length : {6.0, 20.0}) {
+      INFO("share " << share << " mean length " << mean_length);
+      const int n = 50'000;
+      const auto durations =
+          visualization_durations(play({.visualization = {13 * ms}, .regimes = Regimes{1.6, mean_length, share}}, n));
+      const std::int64_t low_ns = std::min_element(durations.begin(), durations.end())->ns;
+      std::int64_t slow = 0, to_slow = 0, to_fast = 0;
+      for (std::size_t k = 0; k < durations.size(); ++k) {
+        const bool is_slow = durations[k].ns != low_ns;
+        slow += is_slow;
+        if (k == 0 || durations[k] == durations[k - 1]) continue;
+        ++(is_slow ? to_slow : to_fast);
+      }
+      CHECK(static_cast<double>(low_ns) == Approx(13e6 / (1 - share + share * 1.6)).epsilon(1e-6));
+      check_binomial(to_slow, n - slow, 1 / (2 * (1 - share) * mean_length));
+      check_binomial(to_fast, slow, 1 / (2 * share * mean_length));
+      // A correlated count: (1 + rho) / (1 - rho) times a binomial's variance.
+      const double rho = 1 - 1 / (2 * share * mean_length) - 1 / (2 * (1 - share) * mean_length);
+      const double deviation = std::sqrt(n * share * (1 - share) * (1 + rho) / (1 - rho));
+      CHECK(std::abs(static_cast<double>(slow) - n * share) < 5 * deviation);
+    }
+  }
+}
+
 TEST_CASE("regimes begin in either one by a fair draw of the seed, and mean length 1 alternates") {
   std::int64_t slow_at_first = 0;
   for (std::uint64_t seed = 0; seed < 2'000; ++seed) {

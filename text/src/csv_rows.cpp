@@ -64,11 +64,11 @@ void CsvRows::error(std::size_t index, std::string message) {
   errors_.push_back({name_, line_number_, cells_[index].data() - line_.data() + 1, std::move(message)});
 }
 
-bool CsvRows::whole(std::size_t index, std::int64_t& value) {
+bool CsvRows::whole(std::size_t index, std::int64_t& value, std::int64_t least, std::int64_t most) {
   const std::string_view text = cells_[index];
   const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (result.ec == std::errc{} && result.ptr == text.data() + text.size() && value >= 0) return true;
-  error(index, fmt::format("'{}' is not a whole number from 0 to {}", text, INT64_MAX));
+  if (result.ec == std::errc{} && result.ptr == text.data() + text.size() && value >= least && value <= most) return true;
+  error(index, fmt::format("'{}' is not a whole number from {} to {}", text, least, most));
   return false;
 }
 

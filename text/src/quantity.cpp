@@ -111,7 +111,7 @@ Result<Rate> parse_rate(std::string_view text) {
   if (!unit) return Failure(unit.error());
   if (split.number.mantissa <= 0) return Failure(fmt::format("'{}' is not above 0 Hz", text));
 
-  // 1 mHz .. 1 GHz (a period of 1 ns); both parts below 1e18 and the denominator below 1e9, so that den * 1e9 fits int64.
+  // 1 uHz .. 1 GHz (a period of 1 ns); the numerator up to 1e18, and every denominator that reduced_rate gives.
   const int exponent = split.number.exponent + (*unit)->exponent - split.divisor.exponent;
   const std::string out_of_range = fmt::format("'{}' is not between 1 uHz and 1 GHz with at most 9 decimals", text);
   if (exponent > 18 || exponent < -18) return Failure(out_of_range);
@@ -122,7 +122,8 @@ Result<Rate> parse_rate(std::string_view text) {
   num /= divisor;
   den /= divisor;
   constexpr __int128 kGiga = 1'000'000'000;
-  if (den > kGiga || num > kGiga * kGiga || num > den * kGiga || num * 1'000'000 < den) return Failure(out_of_range);
+  if (den > internal::kMostRateDen || num > kGiga * kGiga || num > den * kGiga || num * 1'000'000 < den)
+    return Failure(out_of_range);
   return Rate{static_cast<std::int64_t>(num), static_cast<std::int64_t>(den)};
 }
 

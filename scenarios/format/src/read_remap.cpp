@@ -176,9 +176,11 @@ const std::vector<Field>& remap_fields() {
        .key = "lead",
        .forms = kWord | kSpan,
        .default_toml = "\"minimal\"",
-       .meaning = "How far before its slot a step reads the hand; `minimal` as for `latency`.",
+       .meaning =
+           "How far before its slot a step reads the hand, or after it if negative; `minimal` as for `latency`, and it "
+           "may be negative too.",
        .words = "minimal|minimal-this-phase",
-       .range = between(0, kLongestRun_s)},
+       .range = between(-kLongestRun_s, kLongestRun_s)},
       {.table = "remap", .key = "underrun", .forms = kTable, .meaning = "What is used when data is missing."},
       {.table = "remap",
        .key = "predict_window",

@@ -37,8 +37,7 @@ void read_run(ScenarioReading& reading) {
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
   const bool has_trace = !scenario.timing.trace.empty();
-  Duration trace_length;
-  for (const SegmentTiming& segment : scenario.timing.trace) trace_length = std::max(trace_length, Duration{segment.end.ns});
+  const Duration trace_length = replay_duration(scenario.timing.trace);
 
   if (run.has("duration")) {
     scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);

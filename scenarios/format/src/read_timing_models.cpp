@@ -10,7 +10,17 @@
 namespace evenstep::internal {
 namespace {
 
-void read_additions(const Table& table, ProgrammedTiming& timing) {
+void read_regimes(const Table& regimes, ProgrammedTiming& timing, Errors& errors) {
+  timing.regimes = Regimes{regimes.number("factor"), regimes.segments("mean_length"), regimes.si("slow_share")};
+  if (shortest_mean_stay(*timing.regimes) >= 1) return;
+  errors.add(
+      regimes.place(regimes.has("slow_share") ? "slow_share" : "mean_length"),
+      fmt::format("'slow_share': of 2 mean_length, {:.6g} segments, {:.6g} would be at the level that is rarer, and a "
+                  "stay has at least 1; write a share nearer to 50 %, or a longer mean_length",
+                  2 * timing.regimes->mean_length, shortest_mean_stay(*timing.regimes)));
+}
+
+void read_additions(const Table& table, ProgrammedTiming& timing, Errors& errors) {
   if (table.has("spikes")) {
     const Table spikes = table.table("spikes");
     timing.spikes = Spikes{in_Hz(spikes.rate("rate")), spikes.duration("cost")};
@@ -20,10 +30,7 @@ void read_additions(const Table& table, ProgrammedTiming& timing) {
     const ParetoText cost = preemption.pareto("cost");
     timing.preemption = Preemption{in_Hz(preemption.rate("rate")), cost.least, cost.most, preemption.number("tail")};
   }
-  if (table.has("regimes")) {
-    const Table regimes = table.table("regimes");
-    timing.regimes = Regimes{regimes.number("factor"), regimes.segments("mean_length")};
-  }
+  if (table.has("regimes")) read_regimes(table.table("regimes"), timing, errors);
 }
 
 TimingChange read_change(const Table& entry, const ProgrammedTiming& timing, Errors& errors) {
@@ -108,7 +115,7 @@ void read_timing_models(const Table& table, ProgrammedTiming& timing, Errors& er
   timing.drift_per_s = table.si("drift");
   timing.dropped_visualization = table.si("dropped_visualization");
   timing.merged_visualization = table.si("merged_visualization");
-  read_additions(table, timing);
+  read_additions(table, timing, errors);
   read_changes(table, timing, errors);
   check_visualization_exists(table, timing, errors);
   check_shares(table, timing, errors);
@@ -273,6 +280,15 @@ const std::vector<Field>& timing_model_fields() {
        .required = true,
        .range = between(1, 1e6),
        .example = "\"8 segments\""},
+      {.table = "timing.regimes",
+       .key = "slow_share",
+       .forms = kQuantity,
+       .default_toml = "\"50 %\"",
+       .meaning = "Share of the segments with the longer one; it lasts 2 slow_share mean_length segments on average, the "
+                  "shorter one the rest of 2 mean_length, and both at least 1.",
+       .dimension = D::ratio,
+       .range = above(0, 0.999),
+       .example = "\"30 %\""},
       {.table = "timing.changes",
        .key = "at",
        .forms = kDuration,

@@ -85,7 +85,7 @@ EVENSTEP_WIDE void apply_system(std::ptrdiff_t count, const Vectors<const Real> 
         sum.z += held * p.z[i] + along * d.z;
       }
     }
-    const Real inertia = system.inertia * cells.mass[i], stiffness = system.stiffness * cells.mobile[i];
+    const Real inertia = system.inertia_of(cells.mass[i], cells.mobile[i]), stiffness = system.stiffness * cells.mobile[i];
     q.x[i] = inertia * p.x[i] + stiffness * sum.x;
     q.y[i] = inertia * p.y[i] + stiffness * sum.y;
     q.z[i] = inertia * p.z[i] + stiffness * sum.z;

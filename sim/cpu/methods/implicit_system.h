@@ -8,8 +8,8 @@
 
 namespace evenstep::internal {
 
-/// The constants of A = M + q C + q^2 K divided by the scene's particle mass: inertia = 1 + q d, stiffness = q^2 k / m,
-/// axial = c / (k q).
+/// The constants of A = M + q C + q^2 K divided by the scene's particle mass m: inertia = 1 + q d of a particle of that
+/// mass, stiffness = q^2 k / m, axial = c / (k q).
 template <class Real>
 struct SystemConstants {
   SystemConstants() = default;
@@ -17,6 +17,9 @@ struct SystemConstants {
       : inertia(static_cast<Real>(1 + q * scene.damping_per_s)),
         stiffness(static_cast<Real>(q * q * scene.stiffness_N_per_m / scene.particle_mass_kg)),
         axial(static_cast<Real>(scene.axial_damping_N_s_per_m / scene.stiffness_N_per_m / q)) {}
+  /// M + q C of a particle: the drag q d is that of mass 1 on every particle that moves. (Exactly `inertia` times `mass` if
+  /// that is 1.)
+  Real inertia_of(Real mass, Real mobile) const { return inertia * mass + (inertia - Real{1}) * (mobile - mass); }
   Real inertia{}, stiffness{}, axial{};
 };
 
@@ -36,7 +39,7 @@ void fill_inverse_diagonal(const MethodCells<Real>& cells, const SystemConstants
     }
     for (std::size_t tool = 0; tool < kMaxTools; ++tool)
       sum += arrays.held[tool][i] * (tools.stiffness[tool] + tools.damping[tool]);
-    const Real diagonal = system.inertia * arrays.mass[i] + system.stiffness * sum;
+    const Real diagonal = system.inertia_of(arrays.mass[i], arrays.mobile[i]) + system.stiffness * sum;
     scale[static_cast<std::size_t>(i)] = arrays.mobile[i] > 0 ? Real{1} / diagonal : Real{0};
   }
 }

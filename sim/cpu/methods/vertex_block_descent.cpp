@@ -105,10 +105,10 @@ EVENSTEP_WIDE void block_moves(std::ptrdiff_t count, const std::uint32_t* __rest
         yz += along * d.y * d.z;
       }
     }
-    const Real stiffness = block.stiffness, inertia = mass[i] * (Real{1} + block.damping);
-    const Vector<Real> g{stiffness * f.x - mass[i] * ((u.x[i] - y.x[i]) + block.damping * moved.x),
-                         stiffness * f.y - mass[i] * ((u.y[i] - y.y[i]) + block.damping * moved.y),
-                         stiffness * f.z - mass[i] * ((u.z[i] - y.z[i]) + block.damping * moved.z)};
+    const Real stiffness = block.stiffness, inertia = mass[i] + block.damping;
+    const Vector<Real> g{stiffness * f.x - (mass[i] * (u.x[i] - y.x[i]) + block.damping * moved.x),
+                         stiffness * f.y - (mass[i] * (u.y[i] - y.y[i]) + block.damping * moved.y),
+                         stiffness * f.z - (mass[i] * (u.z[i] - y.z[i]) + block.damping * moved.z)};
     const Vector<Real> move = solve_block(inertia + stiffness * xx, stiffness * xy, stiffness * xz, inertia + stiffness * yy,
                                           stiffness * yz, inertia + stiffness * zz, inertia, g);
     moves.x[n] = move.x;

@@ -7,7 +7,9 @@
 #define new_vy vy
 #define new_vz vz
 #endif
-#ifdef DAMPING
+#if defined(DAMPING) && defined(REGIONS)
+#define DECAYED * (DECAY + (1.0f - DECAY) * (mobile[i] - inverse_mass[i]))  // the same drag on a particle of another mass
+#elif defined(DAMPING)
 #define DECAYED * DECAY
 #else
 #define DECAYED

@@ -39,10 +39,10 @@ __kernel void residual(READ(u), READ(v), __global const float* restrict active, 
   const size_t index = get_global_id(0);
   const size_t i = index + FIRST;
   ALL_FORCES
-  const float per_kg = STIFFNESS_PER_KG * inverse_mass[i], moves = mobile[i];
-  const float ax = fx * per_kg + moves * (FALL_x - DRAG_PER_S * vx[i]);
-  const float ay = fy * per_kg + moves * (FALL_y - DRAG_PER_S * vy[i]);
-  const float az = fz * per_kg + moves * (FALL_z - DRAG_PER_S * vz[i]);
+  const float per_kg = STIFFNESS_PER_KG * inverse_mass[i], moves = mobile[i], drag = DRAG_PER_S * inverse_mass[i];
+  const float ax = fx * per_kg + (moves * FALL_x - drag * vx[i]);
+  const float ay = fy * per_kg + (moves * FALL_y - drag * vy[i]);
+  const float az = fz * per_kg + (moves * FALL_z - drag * vz[i]);
   const float qx = mass[i] * (h * ax - (vx[i] - old_x[i]));
   const float qy = mass[i] * (h * ay - (vy[i] - old_y[i]));
   const float qz = mass[i] * (h * az - (vz[i] - old_z[i]));
@@ -120,7 +120,8 @@ __kernel void apply_system(READ(u), __global const float* restrict active, __glo
   SPRINGS(ADD_APPLIED)
   APPLY_COUPLINGS
   APPLY_PROBES
-  const float inertia = system.x * mass[i], stiff = system.y * mobile[i];
+  // The drag is that of the scene's mass, which is 1 here, on every particle.
+  const float inertia = system.x * mass[i] + (system.x - 1.0f) * (mobile[i] - mass[i]), stiff = system.y * mobile[i];
   const float ax = inertia * pxi + stiff * sx;
   const float ay = inertia * pyi + stiff * sy;
   const float az = inertia * pzi + stiff * sz;

@@ -29,7 +29,7 @@ __kernel void accelerate(READ(u), READ(v), WRITE(end_v), WRITE(a), __global cons
   ALL_FORCES
   const float per_kg = STIFFNESS_PER_KG * inverse_mass[i];
 #ifdef DAMPING
-  const float damping = DAMPING_PER_S * mobile[i];
+  const float damping = DAMPING_PER_S * inverse_mass[i];
 #endif
   const float bx = (fx * per_kg DAMPED(x)) FALLING(x);
   const float by = (fy * per_kg DAMPED(y)) FALLING(y);

@@ -7,9 +7,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include "evenstep/campaigns/size.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/json.h"
+#include "evenstep/scheduler/random.h"
 
 using namespace evenstep;
 using Catch::Contains;
@@ -86,11 +88,28 @@ TEST_CASE("latency_need takes the median and the worst window: one long visualiz
 }
 
 TEST_CASE("differences names what is more than half as much again, either way") {
-  const LatencyNeed a{{10}, {20}, {30}};
+  const LatencyNeed a{{10}, {20}, {30}, {100}};
   CHECK(differences(a, a).empty());
-  CHECK(differences(a, {{15}, {30}, {45}}).empty());
-  CHECK(differences(a, {{16}, {30}, {45}}) == std::vector<std::string>{"250 ms p50"});
-  CHECK(differences(a, {{10}, {13}, {46}}) == std::vector<std::string>{"250 ms p99", "whole recording"});
+  CHECK(differences(a, {{15}, {30}, {45}, {100}}).empty());
+  CHECK(differences(a, {{16}, {30}, {45}, {100}}) == std::vector<std::string>{"250 ms p50"});
+  CHECK(differences(a, {{10}, {13}, {46}, {100}}) == std::vector<std::string>{"250 ms p99", "whole recording"});
+}
+
+TEST_CASE("differences is stricter with the map that a run uses: its least latency must be within 10 %") {
+  const LatencyNeed recording{{10}, {20}, {30}, {153}};
+  CHECK(differences(recording, {{10}, {20}, {30}, {140}}).empty());
+  CHECK(differences(recording, {{10}, {20}, {30}, {168}}).empty());
+  for (const std::int64_t needed : {99, 139, 169})
+    CHECK(differences(recording, {{10}, {20}, {30}, {needed}}) == std::vector<std::string>{"phase_locked"});
+}
+
+TEST_CASE("latency_need of phase_locked is what size says of the same recording") {
+  for (const ProgrammedTiming& programmed : schedules()) {
+    const auto segments = play(programmed, 300);
+    const SizeRecord record = size_segments(segments, "", {});
+    CHECK(record.strategies.back().name == "phase_locked");
+    CHECK(latency_need(segments).phase_locked == record.strategies.back().any_phase.latency);
+  }
 }
 
 TEST_CASE("the table that is proposed is one that the reader accepts, and means the model that was fitted") {
@@ -124,6 +143,7 @@ TEST_CASE("the table that is proposed is one that the reader accepts, and means 
     if (in.preemption) CHECK(out.preemption->least == in.preemption->least);
     REQUIRE(out.regimes.has_value() == in.regimes.has_value());
     if (in.regimes) CHECK(out.regimes->mean_length == Approx(in.regimes->mean_length).epsilon(0.001));
+    if (in.regimes) CHECK(out.regimes->slow_share == Approx(in.regimes->slow_share).epsilon(0.01));
   }
 }
 
@@ -191,6 +211,98 @@ TEST_CASE("the JSON is JSON, and a file name comes back from it whole, whatever 
       CHECK(json.at("segments") == fit.segments);
       CHECK(json.at("latency").at("model").size() == 1);
     }
+  }
+}
+
+namespace {
+
+/// A recording as no renderer makes it: each of its lengths is drawn from a few, among them 0, 1 ns and 20 s; two levels of
+/// V far apart; pauses; segments without a visualization or without steps; now and then a visualization beside its steps.
+std::vector<SegmentTiming> odd_recording(std::uint64_t seed) {
+  const RandomStream stream(seed, "fit.odd");
+  std::uint64_t draw = 0;
+  const auto pick = [&](std::uint64_t count) { return stream.bits(draw++) % count; };
+  constexpr std::int64_t lengths[] = {0, 1, 2, 1000, ms / 2, ms, 3 * ms, 11 * ms, 300 * ms, 20'000 * ms};
+  std::int64_t of[4];  // V, slow V, step, pause
+  for (std::int64_t& length : of) length = lengths[pick(std::size(lengths))];
+  const std::uint64_t most_steps = 1 + pick(6), rare = 1 + pick(40), jitter = 1 + pick(3) * 500'000, count = 33 + pick(200);
+  const bool beside = pick(4) == 0, slowly = pick(2) == 0, growing = pick(3) == 0;
+  std::vector<SegmentTiming> segments;
+  std::int64_t now = 0;
+  bool slow = false;
+  for (std::uint64_t k = 0; k < count; ++k) {
+    const auto about = [&](std::int64_t ns) {
+      return (growing ? ns * static_cast<std::int64_t>(k) / 100 : ns) + static_cast<std::int64_t>(pick(jitter));
+    };
+    SegmentTiming segment{.index = static_cast<std::int64_t>(k), .begin = RealTime{now}};
+    if (slowly ? pick(9) == 0 : pick(2) == 0) slow = !slow;
+    std::int64_t shown = now;
+    if (pick(rare + 1) > 0) {
+      shown += about(of[slow ? 1 : 0]);
+      segment.visualization = Interval{RealTime{now}, RealTime{shown}};
+    }
+    if (!beside) now = shown;
+    for (std::uint64_t i = pick(rare + 1) > 0 ? 1 + pick(most_steps) : 0; i > 0; --i) {
+      const std::int64_t end = now + about(pick(rare + 1) > 0 ? of[2] : 4 * ms);
+      segment.steps.push_back({RealTime{now}, RealTime{end}});
+      now = end;
+    }
+    now = std::max(now, shown) + about(of[3]) + 1;
+    segment.end = RealTime{now};
+    segments.push_back(std::move(segment));
+  }
+  return segments;
+}
+
+}  // namespace
+
+TEST_CASE("2000 odd recordings: no number is nan or infinite, and what is proposed is read, as a model or as a replay") {
+  int models = 0, replays = 0;
+  for (std::uint64_t seed = 0; seed < 2'000; ++seed) {
+    const TimingCsv csv = parse_timing_csv(format_timing_csv(odd_recording(seed)), "x.csv");
+    if (!csv || !fit_objection(*csv).empty()) continue;
+    const TimingFit fit = fit_timing(*csv);
+    const std::string objection = table_objection(fit);
+    const std::string table = fitted_table(fit);
+    INFO("seed " << seed << "\n" << table << objection);
+    for (const char* wrong : {"nan", "inf "}) REQUIRE_THAT(table, !Contains(wrong));
+    REQUIRE(read_table("[timing]\n" + table).ok() == objection.empty());
+    ++(objection.empty() ? models : replays);
+    if (seed % 20 != 0) continue;  // the comparison plays the model
+    const FitComparison comparison = compare(fit, *csv, 1);
+    const std::string text = fit_toml(fit, comparison, "x.csv");
+    CHECK_THAT(text, !Contains("nan"));
+    CHECK(Contains("\ntrace = \"x.csv\"").match(text) != objection.empty());
+    CHECK_THAT(fit_json(fit, comparison, "x.csv"), !Contains("nan"));
+    if (objection.empty()) CHECK(read_table(text));
+  }
+  CAPTURE(models, replays);
+  CHECK(models > 300);
+  CHECK(replays > 100);
+}
+
+TEST_CASE("a model is proposed for a shipped recording only if phase_locked needs what it needs on the recording, to 10 %") {
+  const std::filesystem::path folder = std::filesystem::path(EVENSTEP_SOURCE_DIR) / "scenarios/recorded";
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".csv") continue;
+    INFO(entry.path());
+    const TimingCsv csv = read_timing_csv(entry.path().string());
+    const TimingFit fit = fit_timing(*csv);
+    const FitComparison comparison = compare(fit, *csv, 5);
+    const double recorded = static_cast<double>(comparison.recording.phase_locked.ns);
+    const double ratio = static_cast<double>(comparison.model_median.phase_locked.ns) / recorded;
+    const bool proposed = fit_toml(fit, comparison, "x.csv").find("This model needs") != std::string::npos;
+    CHECK((!proposed || std::abs(std::log(ratio)) < std::log(1.1)));
+    // Whatever the levels of V: the model has the recording's mean, but for what is beyond 5 deviations, or, with a lane of
+    // its own, what hits take of it.
+    if (fit.timing.order == SegmentOrder::concurrent) continue;
+    double sum = 0, count = 0;
+    for (const SegmentTiming& segment : *csv) {
+      if (!segment.visualization) continue;
+      sum += static_cast<double>((segment.visualization->end - segment.visualization->begin).ns);
+      ++count;
+    }
+    if (fit.timing.regimes) CHECK(static_cast<double>(fit.timing.visualization.ns) == Approx(sum / count).epsilon(0.04));
   }
 }
 

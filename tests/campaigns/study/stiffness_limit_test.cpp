@@ -98,6 +98,25 @@ TEST_CASE("of a tissue the search makes springs, regions and tools stiffer toget
   }
 }
 
+TEST_CASE("masses in proportion keep their dampers in proportion, so that a soft start is no step above the limit") {
+  // Along its springs the block has dampers that take half of what the step allows. With a fifth of the mass and the same
+  // dampers they would take two and a half times of it, and the run would be refused.
+  const auto text = std::vector<std::string>{
+      "scene={ kind = \"tissue\", solver = \"cpu\", lattice = [4, 4, 4], spacing = \"5 mm\", mass = \"0.125 g\", stiffness "
+      "= "
+      "\"10 N/m\", axial_damping = \"40 mN s/m\", substeps = 16 }",
+      "device=[{ name = \"left\", rate = \"1 kHz\", grab = { center = [\"7.5 mm\", \"7.5 mm\", \"15 mm\"], radius = \"6 "
+      "mm\", "
+      "coupling = \"spring\", stiffness = \"200 N/m\", damping = \"0.02 N s/m\" }, motion = { kind = \"hand\", mass = "
+      "\"0.2 kg\", damping = \"1 N s/m\", velocity = [\"0 mm/s\", \"0 mm/s\", \"-20 mm/s\"] } }]",
+      "run.strategies=[\"direct\"]", "run.duration=\"1 s\"", "expect=[]"};
+  Scenario scenario = read("closed-loop/price-remap.toml", text);
+  scenario.study.stiffness_limit = StiffnessSearch{2, 2.2, 1, true};
+  const StiffnessLimit limit = run_stiffness_limits(scenario).limits.at(0);
+  CHECK(limit.state == StiffnessLimit::State::above);
+  CHECK(limit.runs >= 1);
+}
+
 TEST_CASE("of two hands the search must find the limit of the one that shakes first, whichever it is", "[sweep]") {
   const auto limit = [](const std::vector<double>& dampings) {
     std::string devices;

@@ -49,6 +49,36 @@ TEST_CASE("Every cell of a study is there, and what was not measured says why", 
   }
 }
 
+TEST_CASE("A ladder of iterations is run: each cell says how many it took, and more of them come closer") {
+  const Scenario block = small_study({"study.solvers=[\"cpu-double\"]",
+                                      "study.methods=[\"implicit-euler\", "
+                                      "\"implicit-midpoint\", \"vertex-block-descent\"]",
+                                      "study.step_sizes=[\"1 ms\"]", "study.iterations=[1, 3, 30]"});
+  const StudyRecord study = run_study(block);
+  for (const Method method : {Method::implicit_euler, Method::implicit_midpoint, Method::vertex_block_descent}) {
+    INFO(name_of(method));
+    const auto cells = cells_of(study, method);
+    REQUIRE(cells.size() == 3);
+    CHECK(cells[0]->iterations == 1);
+    CHECK(cells[1]->iterations == 3);
+    CHECK(cells[2]->iterations == 30);
+    for (const StudyCell* cell : cells) REQUIRE(cell->state == State::measured);
+    CHECK(cells[2]->error[StudyQuantity::position] < 0.9 * cells[0]->error[StudyQuantity::position]);
+  }
+}
+
+TEST_CASE("A cell that is tens of times farther off than the motion has diverged, though it is finite") {
+  // 2 ms is 2.7 times the limit; after 12 ms the fastest mode is 36.5 times the motion.
+  const Scenario block =
+      small_study({"scene.allow_unstable=true", "study.methods=[\"symplectic-euler\"]", "study.duration=\"12 ms\"",
+                   "study.step_sizes=[\"2 ms\", \"0.5 ms\"]", "study.solvers=[\"cpu-double\"]"});
+  const StudyRecord study = run_study(block);
+  REQUIRE(study.cells.size() == 2);
+  CHECK(study.cells[0].state == State::diverged);
+  CHECK_THAT(study.cells[0].reason, Contains("36.5 times the motion"));
+  CHECK(study.cells[1].state == State::measured);
+}
+
 TEST_CASE("On a swinging chain every method has the order that it is known for") {
   struct {
     Method method;

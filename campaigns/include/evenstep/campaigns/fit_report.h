@@ -1,7 +1,7 @@
 #pragma once
-/// How good a fitted timing (scheduler/timing_fit.h) is: compares the least latency that a straight line needs over it with
-/// the one it needs over the recording. This latency depends on the order of the segments as much as on their distribution,
-/// and a model keeps little of the order.
+/// How good a fitted timing (scheduler/timing_fit.h) is: compares the least latencies that a straight line and the default
+/// map need over it with those that they need over the recording. These depend on the order of the segments as much as on
+/// their distribution, and a model keeps little of the order.
 
 #include <cstdint>
 #include <span>
@@ -17,10 +17,17 @@ namespace evenstep {
 struct LatencyNeed {
   Duration window_p50, window_p99;  ///< nearest rank
   Duration whole;
+  /// Least latency of `phase_locked` with its default bandwidth: held forces, a device of 1 kHz at any phase.
+  Duration phase_locked;
 };
 LatencyNeed latency_need(std::span<const SegmentTiming> segments);
 
+/// What the scenario reader says against the [timing] table of this fit: its first error, or nothing. Some recordings are
+/// outside of what a table can say (a segment of 20 s, a visualization 200 times as long at the slow level).
+std::string table_objection(const TimingFit& fit);
+
 struct FitComparison {
+  std::string objection;  ///< table_objection; if there is one, no model was played
   LatencyNeed recording;
   std::vector<LatencyNeed> model;     ///< per seed, over as many segments as the recording has
   std::vector<LatencyNeed> shuffled;  ///< per seed: the recording's own segments in another order
@@ -30,14 +37,18 @@ struct FitComparison {
 inline constexpr int kFitSeeds = 9;
 FitComparison compare(const TimingFit& fit, std::span<const SegmentTiming> segments, int seeds = kFitSeeds);
 
-/// Two timings whose needs differ by more than this factor, either way, are not the same.
-inline constexpr double kFitTolerance = 1.5;
-/// The needs that differ by more: "250 ms p50", "250 ms p99", "whole recording"; empty: the model is good enough.
+/// Two timings whose needs differ by more than this factor, either way, are not the same. A straight line is what no map can
+/// do in advance, so it may differ by more than the map that a run uses.
+inline constexpr double kFitTolerance = 1.5, kMapTolerance = 1.1;
+/// The needs that differ by more: "250 ms p50", "250 ms p99", "whole recording", "phase_locked"; empty: the model is good
+/// enough.
 std::vector<std::string> differences(const LatencyNeed& a, const LatencyNeed& b);
 
 /// The proposal as a [timing] table that the scenario reader accepts, with comments that give the evidence for each line,
-/// and the verdict. `file` is named as the trace to replay instead.
+/// and the verdict. `file` is named as the trace to replay instead. With an objection the table replays it, and the fit is
+/// in comments.
 std::string fit_toml(const TimingFit& fit, const FitComparison& comparison, const std::string& file);
+std::string fitted_table(const TimingFit& fit);  ///< the lines of the fit alone, without [timing]
 std::string fit_json(const TimingFit& fit, const FitComparison& comparison, const std::string& file);
 
 }  // namespace evenstep

@@ -4,8 +4,9 @@
 /// of each kind; every length that differs from it is a perturbation. The search is first for the fewest perturbations, then
 /// for the smallest.
 ///
-///   fewest    ddmin (Zeller and Hildebrandt, IEEE Trans. Softw. Eng. 28, 2002): a set that fails and of which no single
-///             perturbation can be left out. There may be a smaller one that it does not find.
+///   fewest    First each one alone, the largest first, until half of the runs are spent. If none fails alone, ddmin (Zeller
+///             and Hildebrandt, IEEE Trans. Softw. Eng. 28, 2002): a set that fails and of which no single perturbation can
+///             be left out. There may be a smaller one that it does not find.
 ///   smallest  each one in turn by bisection between nominal (passes) and what it was (fails), to 1 ns or one step. That is
 ///             its least size, provided that a larger perturbation fails as well.
 ///

@@ -2,7 +2,7 @@
 /// Recorded timing, with the columns `segment,kind,index,begin_ns,end_ns` (kind is visualization, step or idle) in integers.
 /// There may be gaps between rows; a visualization may overlap steps (if it has its own thread); N may vary. Errors,
 /// reported with their line: time going back (a step that begins before the one before it ended, an end before its begin), a
-/// segment number going back, more than 10 million rows.
+/// segment number going back, more than 10 million rows. Times may be negative, up to 4e18 ns either way.
 
 #include <string>
 #include <vector>

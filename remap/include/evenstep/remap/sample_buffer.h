@@ -21,6 +21,8 @@ class SampleBuffer {
   std::size_t capacity() const { return ring_.capacity(); }
 
   /// The value at `at`, seeing the first `head` entries only. Past the newest of them: `underrun`, value by the policy.
+  /// Before the first that was ever pushed: that one, because the hand is taken to have been there before it was first
+  /// looked at.
   Reading<Value> at(RealTime at, std::uint64_t head) const;
   Reading<Value> at(RealTime time) const { return at(time, head()); }
   /// The newest of the first `head` entries ("direct").
@@ -48,7 +50,9 @@ Reading<Value> SampleBuffer<Value>::at(RealTime at, std::uint64_t head) const {
   const RealTime newest = later.time;
   if (at > newest) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
   if (at == newest) return {later.value, ReadStatus::inside, newest};
-  if (ring_.find(at, head, earlier, later) != Ring::Place::between) return {later.value, ReadStatus::overrun, newest};
+  const typename Ring::Place place = ring_.find(at, head, earlier, later);
+  if (place == Ring::Place::before_first) return {later.value, ReadStatus::inside, newest};
+  if (place == Ring::Place::lost) return {later.value, ReadStatus::overrun, newest};
   const double w = ratio(at - earlier.time, later.time - earlier.time);
   return {lerp(earlier.value, later.value, w), ReadStatus::inside, newest};
 }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,11 +59,16 @@ struct Preemption {
   double tail = 1.5;
 };
 
-/// The visualization jumps between two lengths, `factor` apart, and stays at each for `mean_length` segments on average.
+/// The visualization jumps between two lengths, `factor` apart, and stays at one for `mean_length` segments on average: at
+/// the longer one for 2 `slow_share` `mean_length` segments, at the shorter one for the rest of 2 `mean_length`. Both must
+/// be at least 1.
 struct Regimes {
   double factor = 1;
   double mean_length = 8;
+  double slow_share = 0.5;  ///< share of the segments with the longer one, in (0, 1)
 };
+/// How many segments it stays, on average, at the length that it has less often.
+double shortest_mean_stay(const Regimes& regimes);
 
 /// New values that apply from the first segment that begins at or after `at`. Values that are not given stay as they were.
 struct TimingChange {
@@ -126,8 +132,10 @@ struct ProgrammedTiming {
 ///                 accepts 1 + r B_k is never below 0
 ///   f             1 + first_step for the first step after a visualization; slowdown for one that begins beside one; else 1
 ///   c_k           0 with probability dropped_visualization, 2 with merged_visualization, else 1
-///   regimes       V is 2 V / (1 + factor) or factor times that. The first level is a fair draw; at the end of each segment
-///                 it changes with probability 1 / mean_length. The mean stays V; lag-1 correlation 1 - 2 / mean_length.
+///   regimes       with p = slow_share, V is V / (1 - p + p factor) or factor times that. The first level is the longer one
+///                 with probability p; at the end of a segment it changes with probability 1 / (2 p mean_length) if it is
+///                 the longer one, else 1 / (2 (1 - p) mean_length). The mean stays V; lag-1 correlation 1 - the sum of
+///                 these two.
 ///   spike_n       `cost` with probability 1 - exp(-rate d), else 0
 ///   preemption    with a probability of the same form, a cost from the inverse CDF:
 ///                 least (1 - u (1 - (least/most)^a))^(-1/a)
@@ -152,6 +160,10 @@ struct MeanTiming {
   double steps = 0;  ///< per segment if T is not longer than segment_ns; concurrent: per T
 };
 MeanTiming mean_timing(const ProgrammedTiming& timing);
+
+/// How long a run of this recording is that has all of it. A run holds the instants before its end, so where a step ends
+/// last it is 1 ns longer than the recording, or that step would be cut off.
+Duration replay_duration(std::span<const SegmentTiming> segments);
 
 /// Plays a recording. `segments` are those read from timing.csv (recordings/timing_csv.h), already validated.
 std::unique_ptr<StepTiming> make_replayed_timing(std::vector<SegmentTiming> segments);

@@ -126,7 +126,8 @@ struct TissueScene {
   double spacing_m = 5e-3;
   double particle_mass_kg = 1.25e-4;
   double stiffness_N_per_m = 50;
-  double damping_per_s = 0;            ///< mass-proportional: an acceleration -damping v
+  /// Drag: a force of -damping_per_s * particle_mass_kg * v on every particle, also on one of another mass in a region.
+  double damping_per_s = 0;
   double axial_damping_N_s_per_m = 0;  ///< along every spring: c ((v_j - v_i) . n) n
   glm::dvec3 gravity_m_per_s2{0};
   std::vector<MaterialRegion> regions;

@@ -7,7 +7,7 @@
 /// (A compressed spring's negative eigenvalue is buckling, which is physics and not an unstable step.) The damping matrix of
 /// axial dampers c n n' is bounded in the same way; a coupling's spring or a probe's penalty by its stiffness on every
 /// particle that it holds or can touch. Let lambda be the largest eigenvalue of M^-1 (bound of H), and gamma that of
-/// M^-1 (bound of the damping), which includes the mass-proportional damping d. Then symplectic Euler is
+/// M^-1 (bound of the damping), which includes the drag d of the lightest particle that moves. Then symplectic Euler is
 ///   (I - h C / 2) (u_n+1 - 2 u_n + u_n-1) + h C (u_n+1 - u_n-1) / 2 + h^2 K u_n = 0,    M = 1,
 /// which dissipates the energy of I - h C / 2 - h^2 K / 4 as long as that is positive:
 ///   h^2 lambda + 2 h gamma < 4,    without damping h < 2 / sqrt(lambda).
@@ -31,10 +31,11 @@
 /// the Stoermer/leapfrog/Verlet method, BIT 33, 1993). So if the step follows the run time (Scene::variable_step), a step
 /// above the limit is one way to diverge, but not the only one.
 ///
-/// The rest-state limit, with the springs' Hessian k n n' at rest (12 k/m for one material), is given as well, but it is not
-/// safe: a stretched block diverges at steps below it.
+/// The rest-state limit, with the springs' Hessian k n n' at rest (12 k/m for one material) and that of couplings, is given
+/// as well, but it is not safe: a stretched block diverges at steps below it, and so may one that a probe touches.
 
 #include <cstdint>
+#include <string>
 
 #include "evenstep/sim/scene.h"
 
@@ -56,6 +57,9 @@ double largest_stable_step_s(Method method, double lambda_per_s2, double damping
 /// The factor on all stiffnesses (of springs and tools) for which `step_s` would be exactly the limit, with masses and
 /// damping unchanged: above 1 there is room. 0 if the damping alone is too much; infinite for implicit methods.
 double stiffness_margin(Method method, const StepLimit& limit, double step_s);
+
+/// What sets the limit, for messages: "particle 7 at site (1, 2, 0) sets them", or which stiffness there is otherwise.
+std::string what_sets(const TissueScene& scene, const StepLimit& limit);
 
 /// Throws SolverError for a scene that make_solver would refuse.
 StepLimit step_limit(const TissueScene& scene);

@@ -40,6 +40,14 @@ class CsvRows {
     value = static_cast<std::int64_t>(number);
     return rest_ - first > 0 && rest_ - first <= 18 && end_cell();
   }
+  /// The same for a number that may have a minus before it.
+  bool take_signed(std::int64_t& value) {
+    const bool minus = !row_done() && rest_ != line_end() && *rest_ == '-';
+    if (minus) ++rest_;
+    if (!take_whole(value)) return false;
+    if (minus) value = -value;
+    return true;
+  }
   bool take_word(std::string_view& word) {
     if (row_done()) return false;
     const char* const first = rest_;
@@ -55,8 +63,8 @@ class CsvRows {
   std::string_view cell(std::size_t index) const { return cells_[index]; }
   /// Adds an error at the place of a cell.
   void error(std::size_t index, std::string message);
-  /// Reads a cell that must be a whole number >= 0 with nothing around it.
-  bool whole(std::size_t index, std::int64_t& value);
+  /// Reads a cell that must be a whole number from `least` to `most`, with nothing around it.
+  bool whole(std::size_t index, std::int64_t& value, std::int64_t least = 0, std::int64_t most = INT64_MAX);
 
  private:
   bool take_line();
