@@ -6,9 +6,11 @@
 #include "commands.h"
 #include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/sweep.h"
+#include "evenstep/harness/foresee.h"
 #include "evenstep/harness/rendering.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/reports/writers.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 
@@ -55,13 +57,14 @@ void explain_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
              ms(forecast.largest), forecast.growths);
 }
 
-void explain(const Scenario& scenario) {
+/// Explains the scenario. False if an expectation must fail.
+bool explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
   if (scenario.case_spec) {
     explain_case(*scenario.case_spec);
     fmt::print("  expectations {}\n\n", scenario.expectations.size());
-    return;
+    return true;
   }
   fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration),
              seconds(scenario.warmup), scenario.seed);
@@ -79,7 +82,8 @@ void explain(const Scenario& scenario) {
                device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(), device.hand->total_stiffness_N_per_m(),
                ms(device.force_delay));
   }
-  for (const StrategyPlan& plan : plan(scenario)) {
+  const std::vector<StrategyPlan> plans = plan(scenario);
+  for (const StrategyPlan& plan : plans) {
     fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
                ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
     if (plan.adapts) explain_adaptation(scenario, plan);
@@ -97,7 +101,10 @@ void explain(const Scenario& scenario) {
   if (scenario.sweep) explain_sweep(*scenario.sweep);
   fmt::print("  expectations {}\n", scenario.expectations.size());
   for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
+  const std::vector<ExpectationResult> failures = foresee_failures(scenario, plans);
+  if (!failures.empty()) fmt::print("must fail:\n{}", verdict_table(failures, false));
   fmt::print("\n");
+  return failures.empty();
 }
 
 }  // namespace
@@ -152,14 +159,14 @@ ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool
     if (errors.empty() && read->sweep) errors = check_sweep(file, arguments.set);
     if (errors.empty()) {
       try {
-        explain(*read);
+        if (!explain(*read)) code = worse(code, ExitCode::expectation_failed);
         continue;
       } catch (const SolverError& error) {
         errors.push_back({file, 0, 0, std::string(error.what()) + "; " + error.remedy()});
       }
     }
     print(errors);
-    code = ExitCode::usage;
+    code = worse(code, ExitCode::usage);
   }
   return code;
 }

@@ -8,7 +8,9 @@
 
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/reports/places.h"
 #include "evenstep/reports/rate_bound.h"
+#include "evenstep/text/suggest.h"
 
 namespace evenstep {
 namespace {
@@ -68,6 +70,16 @@ ExpectationResult start(const Expectation& expectation) {
   return result;
 }
 
+ExpectationResult skipped(const Expectation& expectation) {
+  ExpectationResult result = start(expectation);
+  for (const auto& [limit, out] : {std::pair(&expectation.min, &result.min), std::pair(&expectation.max, &result.max)}) {
+    if (*limit && (*limit)->unit == result.unit) *out = (*limit)->number;
+  }
+  result.verdict = Verdict::skipped;
+  result.detail = fmt::format("for the {} clock only", expectation.clock);
+  return result;
+}
+
 ExpectationResult judge_signal(const Expectation& expectation, const std::string& signal, double base_value,
                                const Scenario& scenario, const Nominal& nominal) {
   ExpectationResult result = start(expectation);
@@ -122,6 +134,13 @@ ExpectationResult judge_expectation(const Expectation& expectation, const Scenar
   return result;
 }
 
+/// Says where in the run the expectation fails.
+void add_place(const Expectation& expectation, const Scenario& scenario, const RunRecord& run, ExpectationResult& result) {
+  const auto samples = samples_of(run, result.signal, result.metric);
+  const Result<double> unit = factor_of(any_limit(expectation), expectation, result.signal, scenario, run.nominal);
+  if (samples && unit && !result.expect_fail) locate(result, *samples, *unit);
+}
+
 /// Judges the bound on a rate of underruns: runs the map alone, with the lead and latency of the run, over as many seeds as
 /// are needed.
 ExpectationResult judge_rate(const Expectation& expectation, const Scenario& scenario, const internal::RateSignal& signal,
@@ -169,11 +188,23 @@ ExpectationResult judge_rates(const Expectation& expectation, const Scenario& sc
 
 namespace internal {
 
+ExpectationResult judge_by(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
+                           const Metrics& metrics) {
+  return judge_expectation(expectation, scenario, nominal, metrics);
+}
+
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
   std::vector<ExpectationResult> results;
   for (const Expectation& expectation : scenario.expectations) {
-    results.push_back(expectation.confidence ? judge_rates(expectation, scenario, run)
-                                             : judge_expectation(expectation, scenario, run.nominal, metrics));
+    if (!expectation.clock.empty() && expectation.clock != run.clock) {
+      results.push_back(skipped(expectation));
+      continue;
+    }
+    ExpectationResult& result =
+        results.emplace_back(expectation.confidence ? judge_rates(expectation, scenario, run)
+                                                    : judge_expectation(expectation, scenario, run.nominal, metrics));
+    if (result.verdict == Verdict::fail && !expectation.confidence) add_place(expectation, scenario, run, result);
+    if (result.verdict == Verdict::fail && expectation.clock == "wall") result.verdict = Verdict::degraded;
   }
   return results;
 }
@@ -218,8 +249,8 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
       continue;
     }
     if (std::find(known->begin(), known->end(), expectation.metric) == known->end()) {
-      error(fmt::format("unknown metric '{}' for signal '{}'; known: {}", expectation.metric, expectation.signal,
-                        fmt::join(*known, ", ")));
+      error(fmt::format("unknown metric '{}' for signal '{}'{}", expectation.metric, expectation.signal,
+                        internal::suggestion(expectation.metric, {known->begin(), known->end()})));
       continue;
     }
     if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {

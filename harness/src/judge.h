@@ -14,6 +14,10 @@ namespace evenstep::internal {
 /// One result per expectation, in the order of the file. A signal with `*` is judged by the worst of the signals it matches.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics);
 
+/// One expectation, judged by these measures: an error if they have no value for it.
+ExpectationResult judge_by(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
+                           const Metrics& metrics);
+
 /// The expectations of a case, each judged over the cells it asks for.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord& record);
 

@@ -9,6 +9,8 @@
 
 namespace evenstep::internal {
 
+constexpr double kWindow_s = 0.25;  ///< of deviations and residuals
+
 std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal);
 std::vector<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nominal);
 
