@@ -22,7 +22,7 @@ struct BadSteps {
 template <class Lateness>
 BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const std::vector<bool>& is_bad, const char* word,
                    Lateness lateness) {
-  BadSteps found{{MetricSamples::Kind::count, "step", word, {}, ""}, {}};
+  BadSteps found{{MetricSamples::Kind::count, "step", word, {}, {plan.lead, plan.latency}}, {}};
   for (std::size_t i = 0; i < is_bad.size(); ++i) {
     const MappedStep& step = plan.sizing.steps[i];
     if (!is_bad[i] || step.begin < RealTime{scenario.warmup.ns}) continue;
@@ -38,7 +38,7 @@ MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan) {
   const std::vector<bool> late = late_forces(plan.sizing.steps, plan.lead, latency_of(map_setup(scenario), plan));
   auto [found, most] = bad_steps(scenario, plan, late, "late",
                                  [&](const MappedStep& step) { return step.end - (step.slot - plan.lead + plan.latency); });
-  if (!plan.adapts && most.ns > 0) found.would_do = longer_latency(plan.latency, most);
+  if (!plan.adapts) late_by(found, most);
   return found;
 }
 
@@ -49,7 +49,7 @@ MetricSamples missing_of(const Scenario& scenario, const StrategyPlan& plan, con
     const std::int64_t next = first_tick_at_or_after(grid.rate, step.begin + Duration{1}, grid.origin);
     return step.slot - plan.lead - tick_time(grid.rate, next - 1, grid.origin);
   });
-  if (!plan.adapts && most.ns > 0) found.would_do = longer_lead(plan.lead, plan.latency, most);
+  if (!plan.adapts) missing_by(found, most);
   return found;
 }
 
@@ -74,13 +74,10 @@ void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& fo
     const std::string buffers = device + ".buffers." + strategy;
     foreseen.add(buffers, "force_underruns", late);
     if (gated) continue;
-    MetricSamples missing = missing_of(scenario, plan, grids[d]);
+    const MetricSamples missing = missing_of(scenario, plan, grids[d]);
     foreseen.add(device + ".interaction." + strategy, "underruns", missing);
     foreseen.add(buffers, "interaction_underruns", missing);
-    missing.samples.insert(missing.samples.end(), late.samples.begin(), late.samples.end());
-    missing.word = "missing its sample or late";
-    if (!late.would_do.empty()) missing.would_do += (missing.would_do.empty() ? "" : ", and ") + late.would_do;
-    foreseen.add(buffers, "underruns", missing);
+    foreseen.add(buffers, "underruns", joined(missing, late));
   }
 }
 

@@ -12,10 +12,10 @@ const ExpectationResult* failed_on(std::span<const ExpectationResult> results, c
   return nullptr;
 }
 
-void draw_mark(Svg& svg, double x, const Box& box, const std::string& text) {
+void draw_mark(Svg& svg, double x, const Box& box, double text_y, const std::string& text) {
   svg.line({x, box.top}, {x, box.bottom}, {colour::kPurple, 1.5, "7 4"});
   const bool on_the_left = x > (box.left + box.right) / 2;  // where there is room for it
-  svg.text({x + (on_the_left ? -6 : 6), box.bottom - 8}, text, on_the_left ? Svg::Anchor::end : Svg::Anchor::start, 12, true,
+  svg.text({x + (on_the_left ? -6 : 6), text_y}, text, on_the_left ? Svg::Anchor::end : Svg::Anchor::start, 12, true,
            colour::kPurple);
 }
 

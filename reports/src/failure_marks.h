@@ -19,7 +19,7 @@ struct Mark {
   double at = 0;
   std::string text;
 };
-/// A line across the picture at `x`, with its text at the lower end.
-void draw_mark(Svg& svg, double x, const Box& box, const std::string& text);
+/// A line across the picture at `x`, with its text beside it at `text_y`.
+void draw_mark(Svg& svg, double x, const Box& box, double text_y, const std::string& text);
 
 }  // namespace evenstep::internal

@@ -103,7 +103,8 @@ std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& 
     lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), internal::look_of(run, curves[i].strategy));
   }
   for (const internal::Mark& mark : marks)
-    internal::draw_mark(svg, upper.x_at(mark.at), {kUpper.left, kUpper.top, kUpper.right, kLower.bottom}, mark.text);
+    internal::draw_mark(svg, upper.x_at(mark.at), {kUpper.left, kUpper.top, kUpper.right, kLower.bottom},
+                        (kUpper.bottom + kLower.top) / 2 + 4, mark.text);
   std::vector<std::string> names;
   for (const Curve& curve : curves) names.push_back(curve.strategy);
   internal::draw_legend(svg, {kUpper.left, 44}, run, names);

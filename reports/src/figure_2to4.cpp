@@ -214,7 +214,7 @@ std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy_na
       draw_panels(svg, *view);
       if (at) {
         const double x = internal::Panel(svg, kHand, {view->time_s, "", "s"}, {}).x_at(seconds(*at));
-        internal::draw_mark(svg, x, {kLeft, kHand.top, kRight, kForce.bottom}, "worst failure");
+        internal::draw_mark(svg, x, {kLeft, kHand.top, kRight, kForce.bottom}, kHand.bottom + 22, "worst failure");
       }
       return std::move(svg).finish();
     }

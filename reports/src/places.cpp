@@ -36,8 +36,8 @@ struct Source {
   }
 };
 
-MetricSamples of_steps(Kind kind, const char* word = "") { return {kind, "step", word, {}, ""}; }
-MetricSamples of_ticks(Kind kind, const char* word = "") { return {kind, "tick", word, {}, ""}; }
+MetricSamples of_steps(Kind kind, const char* word = "") { return {kind, "step", word, {}}; }
+MetricSamples of_ticks(Kind kind) { return {kind, "tick", "", {}}; }
 
 std::string exact_ms(Duration d) {
   std::string text = fmt::format("{:.6f}", static_cast<double>(d.ns) * 1e-6);
@@ -55,7 +55,8 @@ MetricSamples late(const Source& source) {
     most = std::max(most, step.end - step.emission);
     found.samples.push_back(source.step(n, seconds(step.end - step.emission)));
   }
-  if (!source.strategy.latency.adapts && most.ns > 0) found.would_do = longer_latency(source.strategy.latency.latency, most);
+  found.now = {source.strategy.latency.lead, source.strategy.latency.latency};
+  if (!source.strategy.latency.adapts) late_by(found, most);
   return found;
 }
 
@@ -70,8 +71,8 @@ MetricSamples missing(const Source& source) {
     most = std::max(most, row.lateness);
     found.samples.push_back(source.step(n, seconds(row.lateness)));
   }
-  const LatencyRecord& latency = source.strategy.latency;
-  if (!latency.adapts && most.ns > 0) found.would_do = longer_lead(latency.lead, latency.latency, most);
+  found.now = {source.strategy.latency.lead, source.strategy.latency.latency};
+  if (!source.strategy.latency.adapts) missing_by(found, most);
   return found;
 }
 
@@ -189,15 +190,7 @@ std::optional<MetricSamples> of_buffers(const Source& source, std::string_view m
   if (metric == "force_underruns") return late(source);
   if (metric == "overruns") return overruns(source);
   if (metric != "underruns") return std::nullopt;
-  MetricSamples of_interaction = missing(source), both = late(source);
-  if (both.samples.empty()) return of_interaction;
-  if (of_interaction.samples.empty()) return both;
-  both.word = "missing its sample or late";
-  both.would_do += (both.would_do.empty() ? "" : ", and ") + of_interaction.would_do;
-  both.samples.insert(both.samples.end(), of_interaction.samples.begin(), of_interaction.samples.end());
-  std::stable_sort(both.samples.begin(), both.samples.end(),
-                   [](const MetricSample& a, const MetricSample& b) { return a.index < b.index; });
-  return both;
+  return joined(missing(source), late(source));
 }
 
 /// The ticks of the strategy that ran live; with several devices each has its own.
@@ -214,8 +207,8 @@ std::optional<MetricSamples> of_live_ticks(const RunRecord& run, std::string_vie
   return found;
 }
 
-/// The failing sample that is named as the worst: the farthest from what it should be; of several that differ by no more than
-/// rounding the first. NaN is worse than anything.
+/// The failing sample that is named as the worst: the farthest from what it should be; of several that differ by no more
+/// than rounding the first. NaN is worse than anything.
 bool is_worse(const MetricSample& a, const MetricSample& b, bool larger) {
   if (std::isnan(b.amount)) return false;
   const double rounding = 1e-9 * std::abs(b.amount);
@@ -239,10 +232,26 @@ std::string text_of(const MetricSamples& samples, const MetricSample& sample, co
 
 }  // namespace
 
-std::string longer_latency(Duration latency, Duration by) { return "latency " + exact_ms(latency + by); }
+void late_by(MetricSamples& late, Duration most) {
+  if (most.ns > 0) late.enough = LeadAndLatency{late.now.lead, late.now.latency + most};
+}
 
-std::string longer_lead(Duration lead, Duration latency, Duration by) {
-  return fmt::format("lead {} with latency {}", exact_ms(lead + by), exact_ms(latency + by));
+void missing_by(MetricSamples& missing, Duration most) {
+  if (most.ns > 0) missing.enough = LeadAndLatency{missing.now.lead + most, missing.now.latency + most};
+}
+
+MetricSamples joined(MetricSamples missing, const MetricSamples& late) {
+  if (late.samples.empty()) return missing;
+  if (missing.samples.empty()) return late;
+  missing.word = "missing its sample or late";
+  missing.samples.insert(missing.samples.end(), late.samples.begin(), late.samples.end());
+  std::stable_sort(missing.samples.begin(), missing.samples.end(),
+                   [](const MetricSample& a, const MetricSample& b) { return a.index < b.index; });
+  if (missing.enough && late.enough)
+    missing.enough->latency = missing.enough->latency + (late.enough->latency - late.now.latency);
+  else
+    missing.enough.reset();
+  return missing;
 }
 
 std::optional<MetricSamples> samples_of(const RunRecord& run, const std::string& signal, const std::string& metric) {
@@ -280,7 +289,10 @@ void locate(ExpectationResult& result, const MetricSamples& samples, double base
   result.where = fmt::format("{} first {}", samples.word[0] ? samples.word : "out of limit",
                              text_of(samples, *first, result.unit, base_per_unit));
   if (worst != first) result.where += "; worst " + text_of(samples, *worst, result.unit, base_per_unit);
-  if (!samples.would_do.empty()) result.where += fmt::format("; {} would do", samples.would_do);
+  if (!samples.enough) return;
+  const auto [lead, latency] = *samples.enough;
+  const std::string with_lead = lead == samples.now.lead ? "" : fmt::format("lead {} with ", exact_ms(lead));
+  result.where += fmt::format("; {}latency {} would do", with_lead, exact_ms(latency));
 }
 
 }  // namespace evenstep

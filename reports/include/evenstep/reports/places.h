@@ -17,19 +17,25 @@ struct MetricSample {
   RealTime at;             ///< when the step began, or the tick was due
   double amount = 0;  ///< count: by how much it is late or too early, in s. Otherwise the value, in the metric's base unit
 };
+/// A lead c and a latency L.
+struct LeadAndLatency {
+  Duration lead, latency;
+};
 struct MetricSamples {
   enum class Kind { count, largest, least } kind = Kind::largest;
-  const char* of = "step";            ///< or "tick"
-  const char* word = "";              ///< for a count: what these samples are, "late"
-  std::vector<MetricSample> samples;  ///< in order; for a count only those that count
-  std::string would_do;               ///< what would make the count 0: "latency 26.704 ms"; empty if that is not known
+  const char* of = "step";                    ///< or "tick"
+  const char* word = "";                      ///< for a count: what these samples are, "late"
+  std::vector<MetricSample> samples;          ///< in order; for a count only those that count
+  LeadAndLatency now = {};                    ///< for underruns: those of the run, and
+  std::optional<LeadAndLatency> enough = {};  ///< those with which the count would be 0, if that is known
 };
-/// What would do where forces are late by `by` at most: their latency, as much longer. F(n) = R(n) + L, and R(n) does not
-/// depend on L, so this is exact as long as the same steps run at the same times.
-std::string longer_latency(Duration latency, Duration by);
-/// What would do where samples are missing by `by` at most: the lead, as much longer, and the latency with it, so that F(n)
-/// stays where it is.
-std::string longer_lead(Duration lead, Duration latency, Duration by);
+/// Late forces, the latest by `most`: L must be as much longer. F(n) = R(n) + L, and R(n) does not depend on L, so this is
+/// exact as long as the same steps run at the same times.
+void late_by(MetricSamples& late, Duration most);
+/// Missing samples, too old by `most` at the most: c must be as much longer, and L with it, so that F(n) stays where it is.
+void missing_by(MetricSamples& missing, Duration most);
+/// Missing samples and late forces together, by step.
+MetricSamples joined(MetricSamples missing, const MetricSamples& late);
 
 /// Empty if the metric has no place, or the run no such signal.
 std::optional<MetricSamples> samples_of(const RunRecord& run, const std::string& signal, const std::string& metric);
