@@ -18,6 +18,9 @@ if(EVENSTEP_FUZZ)
   target_compile_options(evenstep_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# Where a run spends its time. The other rooms compile in three quarters of the time without optimisation.
+set(EVENSTEP_ROOMS_THAT_COMPUTE time clock remap scheduler sim loop device)
+
 set(suppressions ${CMAKE_CURRENT_LIST_DIR}/sanitizers/lsan.supp)
 file(READ ${suppressions} lsan_suppressions)
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${suppressions})

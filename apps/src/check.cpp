@@ -173,11 +173,11 @@ ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool
 
 }  // namespace
 
-void add_check(CLI::App& cli, Invocation& invocation) {
-  const auto [command, arguments] =
-      add_command<CheckArguments>(cli, invocation, "check", "read and explain scenarios, run nothing", check_scenarios);
-  command->add_option("scenario", arguments->paths, "scenario files, or folders of them")->required();
-  add_set(*command, arguments->set, "path=value, overrides the file");
+void add_check(Commands& commands) {
+  auto [command, arguments] =
+      commands.add<CheckArguments>("check", "read and explain scenarios, run nothing", check_scenarios);
+  command.operands("scenario", arguments.paths, "scenario files, or folders of them");
+  command.repeated("--set", arguments.set, "path=value, overrides the file");
 }
 
 }  // namespace evenstep::app

@@ -3,20 +3,17 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <system_error>
 
 #include "commands.h"
-#include "evenstep/harness/version.h"
-#include "evenstep/text/suggest.h"
 
 namespace evenstep {
 namespace app {
 
 // Each command is defined in a file of its own.
-using AddCommand = void(CLI::App&, Invocation&);
+using AddCommand = void(Commands&);
 AddCommand add_run, add_check, add_devices, add_list, add_study, add_fit, add_size, add_sweep, add_merge, add_shrink,
     add_diff, add_schema;
 /// In the order of --help.
@@ -42,79 +39,20 @@ void take_signals() {
 
 }  // namespace
 
-namespace {
-
-using Names = std::vector<std::string_view>;
-
-/// For a call that was not understood: the first word that is no command, or the first option that its command does not
-/// have, with the nearest one. Empty if the fault is another one.
-std::string mistyped(const CLI::App& cli, const std::vector<std::string>& words) {
-  if (words.empty()) return {};
-  std::vector<std::string> texts;
-  const CLI::App* command = nullptr;
-  for (const CLI::App* one : cli.get_subcommands(nullptr)) {
-    texts.push_back(one->get_name());
-    if (texts.back() == words[0]) command = one;
-  }
-  if (command == nullptr) {
-    if (words[0].starts_with('-')) return {};
-    return "unknown command '" + words[0] + "'" + internal::suggestion(words[0], Names(texts.begin(), texts.end()));
-  }
-  texts.clear();
-  for (const CLI::Option* option : command->get_options()) {
-    for (const std::string& name : option->get_lnames()) texts.push_back("--" + name);
-  }
-  for (const std::string& word : words) {
-    const std::string name = word.substr(0, word.find('='));
-    if (!name.starts_with("--") || name == "--" || std::find(texts.begin(), texts.end(), name) != texts.end()) continue;
-    return "unknown option '" + name + "' of " + words[0] + internal::suggestion(name, Names(texts.begin(), texts.end()));
-  }
-  return {};
-}
-
-/// "help" and "help COMMAND" are --help and COMMAND --help.
-std::vector<std::string> words_of(int argc, char** argv) {
-  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
-  if (words.empty() || words[0] != "help") return words;
-  words.erase(words.begin());
-  words.emplace_back("--help");
-  return words;
-}
-
-}  // namespace
-
 int command_line(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_logger_mt("evenstep"));
   spdlog::set_pattern("%v");
   take_signals();
 
-  CLI::App cli{"Deterministic tests of haptic interaction under irregular simulation steps."};
-  cli.name("evenstep");
-  cli.set_version_flag("--version", std::string("evenstep ") + kVersion);
-  cli.require_subcommand(1);
-  cli.footer(
-      "Exit: 0 pass, 1 expectation failed or no verdict, 2 usage or scenario error, 3 run failed, 4 not reproducible, 130 "
-      "interrupted.");
-  app::Invocation invocation{interrupted};
-  for (app::AddCommand* const add : app::kCommands) add(cli, invocation);
-
-  const std::vector<std::string> words = words_of(argc, argv);
-  try {
-    cli.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // CLI11 takes them from the back
-  } catch (const CLI::ParseError& error) {
-    const bool asked_for_help = error.get_exit_code() == 0;
-    const std::string mistake = asked_for_help ? "" : mistyped(cli, words);
-    if (mistake.empty())
-      cli.exit(error);
-    else
-      spdlog::error("evenstep: error: {}", mistake);
-    return asked_for_help ? 0 : static_cast<int>(ExitCode::usage);
-  }
+  app::Commands commands(interrupted);
+  for (app::AddCommand* const add : app::kCommands) add(commands);
+  const auto asked = commands.parse(argc, argv);
+  if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);
   // Whoever reads as much as they want of a list, and then closes the pipe, has what they want.
-  const bool only_lists = cli.got_subcommand("list") || cli.got_subcommand("schema");
-  const int closed_pipe = static_cast<int>(only_lists ? ExitCode::pass : ExitCode::run_failed);
+  const std::string command = argc > 1 ? argv[1] : "";
+  const int closed_pipe = static_cast<int>(command == "list" || command == "schema" ? ExitCode::pass : ExitCode::run_failed);
   try {
-    const ExitCode code = invocation.chosen();
+    const ExitCode code = std::get<std::function<ExitCode()>>(asked)();
     if (std::fflush(stdout) != 0) return closed_pipe;
     return static_cast<int>(code);
   } catch (const std::system_error& error) {

@@ -2,42 +2,15 @@
 /// What the commands have in common. Each command is one file, which adds a subcommand with its options and sets the
 /// function to run if this command was given. Results go to stdout, everything else to stderr (spdlog).
 
-#include <CLI/CLI.hpp>
-#include <atomic>
 #include <filesystem>
-#include <functional>
-#include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "command.h"
 #include "evenstep/harness/run.h"
 
 namespace evenstep::app {
-
-/// One call of the program.
-struct Invocation {
-  const std::atomic<bool>& interrupted;        ///< set by a signal
-  std::function<ExitCode()> chosen = nullptr;  ///< runs the command that was given; set while arguments are parsed
-};
-
-/// A subcommand whose options are in `Arguments`, run by `run(arguments, interrupted)`.
-template <class Arguments, class Run>
-std::pair<CLI::App*, std::shared_ptr<Arguments>> add_command(CLI::App& cli, Invocation& invocation, const std::string& name,
-                                                             const std::string& meaning, Run run) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* const command = cli.add_subcommand(name, meaning);
-  command->callback([&invocation, arguments, run] {
-    invocation.chosen = [&invocation, arguments, run] { return run(*arguments, invocation.interrupted); };
-  });
-  return {command, arguments};
-}
-
-/// --set, any number of times, each with one value.
-inline CLI::Option* add_set(CLI::App& command, std::vector<std::string>& set, const std::string& meaning) {
-  return command.add_option("--set", set, meaning)->expected(1)->allow_extra_args(false)->take_all();
-}
 
 /// The scenario files, each once: files as given, and for a folder all *.toml below it in order of path, but not those in
 /// run folders. If a folder has none, prints an error and returns nullopt.

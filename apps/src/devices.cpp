@@ -105,10 +105,10 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
 
 }  // namespace
 
-void add_devices(CLI::App& cli, Invocation& invocation) {
-  const auto [command, arguments] = add_command<DevicesArguments>(
-      cli, invocation, "devices", "the HID devices of this machine, and what each of them can do", devices);
-  command->add_flag("--json", arguments->json, "the list as JSON instead of text");
+void add_devices(Commands& commands) {
+  auto [command, arguments] =
+      commands.add<DevicesArguments>("devices", "the HID devices of this machine, and what each of them can do", devices);
+  command.flag("--json", arguments.json, "the list as JSON instead of text");
 }
 
 }  // namespace evenstep::app

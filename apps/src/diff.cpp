@@ -48,11 +48,10 @@ ExitCode diff(const DiffArguments& arguments, const std::atomic<bool>&) {
 
 }  // namespace
 
-void add_diff(CLI::App& cli, Invocation& invocation) {
-  const auto [command, arguments] =
-      add_command<DiffArguments>(cli, invocation, "diff", "the first differing event of two runs", diff);
-  command->add_option("a", arguments->a, "run folder or events.bin")->required();
-  command->add_option("b", arguments->b, "run folder or events.bin")->required();
+void add_diff(Commands& commands) {
+  auto [command, arguments] = commands.add<DiffArguments>("diff", "the first differing event of two runs", diff);
+  command.operand("a", arguments.a, "run folder or events.bin");
+  command.operand("b", arguments.b, "run folder or events.bin");
 }
 
 }  // namespace evenstep::app

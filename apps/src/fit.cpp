@@ -33,12 +33,11 @@ ExitCode fit(const FitArguments& arguments, const std::atomic<bool>&) {
 
 }  // namespace
 
-void add_fit(CLI::App& cli, Invocation& invocation) {
-  const auto [command, arguments] = add_command<FitArguments>(
-      cli, invocation, "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording",
-      fit);
-  command->add_option("timing.csv", arguments->file, "segment,kind,index,begin_ns,end_ns")->required();
-  command->add_flag("--json", arguments->json, "the numbers instead of the table");
+void add_fit(Commands& commands) {
+  auto [command, arguments] = commands.add<FitArguments>(
+      "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording", fit);
+  command.operand("timing.csv", arguments.file, "segment,kind,index,begin_ns,end_ns");
+  command.flag("--json", arguments.json, "the numbers instead of the table");
 }
 
 }  // namespace evenstep::app

@@ -49,10 +49,10 @@ ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
 
 }  // namespace
 
-void add_list(CLI::App& cli, Invocation& invocation) {
-  const auto [command, arguments] = add_command<ListArguments>(
-      cli, invocation, "list", "what a scenario can name: scenarios found, strategies, solvers, metrics", list);
-  command->add_option("folder", arguments->paths, "where to look for scenarios (default: scenarios)");
+void add_list(Commands& commands) {
+  auto [command, arguments] =
+      commands.add<ListArguments>("list", "what a scenario can name: scenarios found, strategies, solvers, metrics", list);
+  command.optional_operands("folder", arguments.paths, "where to look for scenarios (default: scenarios)");
 }
 
 }  // namespace evenstep::app

@@ -3,10 +3,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
@@ -328,52 +326,31 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
 
 }  // namespace
 
-namespace {
-
-/// What is wrong with a seed; empty if nothing is.
-std::string a_seed(const std::string& text) {
-  std::uint64_t seed = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error == std::errc() && end == text.data() + text.size()) return {};
-  return fmt::format("{} is no seed; write a whole number from 0 to {}", text, std::numeric_limits<std::uint64_t>::max());
-}
-
-}  // namespace
-
-void add_run(CLI::App& cli, Invocation& invocation) {
-  const auto [command, run_arguments] =
-      add_command<RunArguments>(cli, invocation, "run", "run scenarios and judge their expectations", run);
-  RunArguments& arguments = *run_arguments;
-  command->add_option("scenario", arguments.paths, "scenario files, or folders of them")->required();
-  command->add_option("--clock", arguments.clock, "virtual (default) or wall")->check(CLI::IsMember({"virtual", "wall"}));
-  command->add_option("--seed", arguments.seed, "instead of [run] seed")->check(a_seed, "");
-  add_set(*command, arguments.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"");
-  command->add_option("--out", arguments.out,
-                      "run folder (one scenario) or folder of run folders (several); default runs/<name>");
-  command->add_flag("--repeat", arguments.repeat,
-                    "run twice; exit 4 and name the first differing event if the traces differ");
-  command->add_option("--permute-ties", arguments.permute_ties,
-                      "shuffle the order of simultaneous events of one lane with this seed");
-  command
-      ->add_option("--threads", arguments.threads, "strategies side by side; 0 = one per core (results do not depend on it)")
-      ->check(CLI::Range(0, 1024));
-  command
-      ->add_option("--device", arguments.devices,
+void add_run(Commands& commands) {
+  auto [command, arguments] = commands.add<RunArguments>("run", "run scenarios and judge their expectations", run);
+  command.operands("scenario", arguments.paths, "scenario files, or folders of them");
+  command.option("--clock", arguments.clock, {"virtual", "wall"}, "virtual (default) or wall");
+  command.option("--seed", arguments.seed, "instead of [run] seed");
+  command.repeated("--set", arguments.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"");
+  command.option("--out", arguments.out,
+                 "run folder (one scenario) or folder of run folders (several); default runs/<name>");
+  command.flag("--repeat", arguments.repeat, "run twice; exit 4 and name the first differing event if the traces differ");
+  command.option("--permute-ties", arguments.permute_ties,
+                 "shuffle the order of simultaneous events of one lane with this seed");
+  command.option("--threads", arguments.threads, Range{0, 1024},
+                 "strategies side by side; 0 = one per core (results do not depend on it)");
+  command.repeated("--device", arguments.devices,
                    "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
-                   "[[device]], default the first")
-      ->expected(1)
-      ->allow_extra_args(false)
-      ->take_all();
-  command->add_flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
-  command->add_flag("--long", arguments.include_long,
-                    "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
-  command->add_flag("--allow-no-expectations", arguments.allow_no_expectations,
-                    "exit with 0, not 1, if the scenario asserts nothing (verdict: none)");
-  command->add_flag("--allow-degraded", arguments.allow_degraded,
-                    "exit with 0, not 1, if only expectations with clock = \"wall\" fail, because the machine was too slow "
-                    "(verdict: degraded)");
-  command->add_flag("--json", arguments.json,
-                    "print summary.json instead of tables; for a folder or several files a list of them");
+                   "[[device]], default the first");
+  command.flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
+  command.flag("--long", arguments.include_long,
+               "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
+  command.flag("--allow-no-expectations", arguments.allow_no_expectations,
+               "exit with 0, not 1, if the scenario asserts nothing (verdict: none)");
+  command.flag("--allow-degraded", arguments.allow_degraded,
+               "exit with 0, not 1, if only expectations with clock = \"wall\" fail: the machine was too slow (degraded)");
+  command.flag("--json", arguments.json,
+               "print summary.json instead of tables; for a folder or several files a list of them");
 }
 
 }  // namespace evenstep::app

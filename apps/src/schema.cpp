@@ -14,8 +14,8 @@ ExitCode schema(const SchemaArguments&, const std::atomic<bool>&) {
 
 }  // namespace
 
-void add_schema(CLI::App& cli, Invocation& invocation) {
-  add_command<SchemaArguments>(cli, invocation, "schema", "print the JSON Schema of scenario files, for editors", schema);
+void add_schema(Commands& commands) {
+  commands.add<SchemaArguments>("schema", "print the JSON Schema of scenario files, for editors", schema);
 }
 
 }  // namespace evenstep::app

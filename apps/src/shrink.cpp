@@ -64,17 +64,15 @@ ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& inter
 
 }  // namespace
 
-void add_shrink(CLI::App& cli, Invocation& invocation) {
-  const auto [command, shrink_arguments] = add_command<ShrinkArguments>(
-      cli, invocation, "shrink", "from a scenario that fails to the smallest timing that still fails", shrink);
-  ShrinkArguments& arguments = *shrink_arguments;
-  command->add_option("scenario", arguments.file, "a scenario file that fails")->required();
-  add_set(*command, arguments.set, "path=value, overrides the file");
-  command->add_option("--seed", arguments.seed, "instead of [run] seed");
-  command->add_option("--expect", arguments.expect, "the line of the expectation; default: the first that fails");
-  command->add_option("--max-runs", arguments.max_runs, "runs to spend; default 2000")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
-  command->add_option("--out", arguments.out, "folder for <name>-shrunk.toml and .csv; default runs/shrunk");
+void add_shrink(Commands& commands) {
+  auto [command, arguments] =
+      commands.add<ShrinkArguments>("shrink", "from a scenario that fails to the smallest timing that still fails", shrink);
+  command.operand("scenario", arguments.file, "a scenario file that fails");
+  command.repeated("--set", arguments.set, "path=value, overrides the file");
+  command.option("--seed", arguments.seed, "instead of [run] seed");
+  command.option("--expect", arguments.expect, "the line of the expectation; default: the first that fails");
+  command.option("--max-runs", arguments.max_runs, Range{1, 1'000'000'000}, "runs to spend; default 2000");
+  command.option("--out", arguments.out, "folder for <name>-shrunk.toml and .csv; default runs/shrunk");
 }
 
 }  // namespace evenstep::app

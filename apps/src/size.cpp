@@ -95,23 +95,19 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {
 
 }  // namespace
 
-void add_size(CLI::App& cli, Invocation& invocation) {
-  const auto [command, size_arguments] = add_command<SizeArguments>(
-      cli, invocation, "size",
-      "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
-  SizeArguments& arguments = *size_arguments;
-  command->add_option("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns")
-      ->required();
-  add_set(*command, arguments.set, "path=value, overrides the scenario");
-  command->add_option("--sampling", arguments.sampling,
-                      "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
-  command
-      ->add_option("--emission", arguments.emission, "of a recording: how its forces are played, hold (default) or linear")
-      ->check(CLI::IsMember({"hold", "linear"}));
-  command->add_option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
-  command->add_option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
-  command->add_option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
-  command->add_flag("--json", arguments.json, "the numbers instead of the table");
+void add_size(Commands& commands) {
+  auto [command, arguments] = commands.add<SizeArguments>(
+      "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
+  command.operand("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns");
+  command.repeated("--set", arguments.set, "path=value, overrides the scenario");
+  command.option("--sampling", arguments.sampling,
+                 "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
+  command.option("--emission", arguments.emission, {"hold", "linear"},
+                 "of a recording: how its forces are played, hold (default) or linear");
+  command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
+  command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
+  command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command.flag("--json", arguments.json, "the numbers instead of the table");
 }
 
 }  // namespace evenstep::app

@@ -123,18 +123,16 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
 
 }  // namespace
 
-void add_study(CLI::App& cli, Invocation& invocation) {
-  const auto [command, study_arguments] = add_command<StudyArguments>(
-      cli, invocation, "study", "error against run time of a tissue, or the largest stable stiffness in a hand", study);
-  StudyArguments& arguments = *study_arguments;
-  command->add_option("scenario", arguments.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit")
-      ->required();
-  add_set(*command, arguments.set, "path=value, overrides the file: --set study.repeats=9");
-  command->add_option("--advise", arguments.advise,
-                      "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
-                      "and step; exit 1 if none reaches it");
-  command->add_option("--out", arguments.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
-  command->add_flag("--json", arguments.json, "print study.json instead of the table");
+void add_study(Commands& commands) {
+  auto [command, arguments] = commands.add<StudyArguments>(
+      "study", "error against run time of a tissue, or the largest stable stiffness in a hand", study);
+  command.operand("scenario", arguments.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit");
+  command.repeated("--set", arguments.set, "path=value, overrides the file: --set study.repeats=9");
+  command.option("--advise", arguments.advise,
+                 "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
+                 "and step; exit 1 if none reaches it");
+  command.option("--out", arguments.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
+  command.flag("--json", arguments.json, "print study.json instead of the table");
 }
 
 }  // namespace evenstep::app

@@ -94,28 +94,27 @@ ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
 
 }  // namespace
 
-void add_sweep(CLI::App& cli, Invocation& invocation) {
-  const auto [command, sweep_arguments] = add_command<SweepArguments>(
-      cli, invocation, "sweep", "every seed with every value of a scenario's [sweep], on all cores", sweep);
-  SweepArguments& arguments = *sweep_arguments;
-  command->add_option("scenario", arguments.file, "a scenario file with a [sweep]")->required();
-  add_set(*command, arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
-  command->add_option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
-  command->add_option("--threads", arguments.threads, "points side by side; 0 = one per core (results do not depend on it)")
-      ->check(CLI::Range(0, 1024));
-  command->add_option("--stop-after", arguments.stop_after, "so many failures; instead of [sweep] stop_after")
-      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000'000}));
-  command->add_flag("--resume", arguments.resume, "go on where a sweep was interrupted, or start");
-  command->add_option("--out", arguments.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
-  command->add_flag("--json", arguments.json, "the summary as JSON instead of text");
+void add_sweep(Commands& commands) {
+  auto [command, arguments] =
+      commands.add<SweepArguments>("sweep", "every seed with every value of a scenario's [sweep], on all cores", sweep);
+  command.operand("scenario", arguments.file, "a scenario file with a [sweep]");
+  command.repeated("--set", arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
+  command.option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
+  command.option("--threads", arguments.threads, Range{0, 1024},
+                 "points side by side; 0 = one per core (results do not depend on it)");
+  command.option("--stop-after", arguments.stop_after, Range{1, 1'000'000'000},
+                 "so many failures; instead of [sweep] stop_after");
+  command.flag("--resume", arguments.resume, "go on where a sweep was interrupted, or start");
+  command.option("--out", arguments.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
+  command.flag("--json", arguments.json, "the summary as JSON instead of text");
 }
 
-void add_merge(CLI::App& cli, Invocation& invocation) {
-  const auto [command, arguments] = add_command<MergeArguments>(
-      cli, invocation, "merge", "the shards of a sweep as one file, with its summary and exit code", merge);
-  command->add_option("part", arguments->parts, "sweep-I-of-N.jsonl of all shards, in any order")->required();
-  command->add_option("--out", arguments->out, "the file to write: the same bytes as of one process")->required();
-  command->add_flag("--json", arguments->json, "the summary as JSON instead of text");
+void add_merge(Commands& commands) {
+  auto [command, arguments] =
+      commands.add<MergeArguments>("merge", "the shards of a sweep as one file, with its summary and exit code", merge);
+  command.operands("part", arguments.parts, "sweep-I-of-N.jsonl of all shards, in any order");
+  command.required_option("--out", arguments.out, "the file to write: the same bytes as of one process");
+  command.flag("--json", arguments.json, "the summary as JSON instead of text");
 }
 
 }  // namespace evenstep::app

@@ -77,7 +77,8 @@ TEST_CASE("The step limit of a scene is that of all of its numberings") {
 }
 
 TEST_CASE(
-    "Every method but the one with colours gives one answer in all numberings, to the rounding of its springs' lengths") {
+    "Every method but the one with colours gives one answer in all numberings, to the rounding of its springs' lengths",
+    "[sweep]") {
   for (const Method method : kAllMethods) {
     INFO(name_of(method));
     const CaseCell in_double = cell_of(method, SolverKind::cpu_double, 20);

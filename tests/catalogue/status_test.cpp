@@ -142,7 +142,7 @@ TEST_CASE("A degenerate scene is refused by the name of what it lacks, and a han
   }
 }
 
-TEST_CASE("The largest eigenvalue of a block at rest is that of its springs, and a chain's is known") {
+TEST_CASE("The largest eigenvalue of a block at rest is that of its springs, and a chain's is known", "[sweep]") {
   TissueScene chain;
   chain.lattice = {1, 1, 40};
   chain.particle_count = 40;

@@ -77,7 +77,7 @@ TEST_CASE("a gate waits in all as long as the worst step must, and no longer") {
   }
 }
 
-TEST_CASE("a gated run loses as much time as it waited once, so that its segments stay as long as they were") {
+TEST_CASE("a gated run loses as much time as it waited once, so that its segments stay as long as they were", "[sweep]") {
   const RunRecord free = run_all(read(kSpring, with(jitter(10), {"run.duration=\"30 s\"", "expect=[]"})));
   const RunRecord gated = run_all(read(kSpring, with(with(jitter(10), {"run.duration=\"30 s\""}), kGate)));
   for (const char* name : {"paper", "phase_locked"}) {

@@ -135,7 +135,7 @@ TEST_CASE("alpha under a local spring: too soft leaves its share of the latency'
   CHECK(error("1.5") == Approx(0.5 * late_N).margin(1e-7));
 }
 
-TEST_CASE("the tissue's local model has the bits of the host on the device, and its hash") {
+TEST_CASE("the tissue's local model has the bits of the host on the device, and its hash", "[sweep]") {
   const auto hash = [](const std::string& solver, const std::string& stiffness) {
     std::vector<std::string> set = small_tissue(solver);
     set.push_back("expect=[]");

@@ -35,7 +35,7 @@ TEST_CASE("an exact line over ten million steps: the fit itself adds nothing, on
   }
 }
 
-TEST_CASE("ten minutes of an exact line: the last bin is below 1e-9 step like the first, interaction and force") {
+TEST_CASE("ten minutes of an exact line: the last bin is below 1e-9 step like the first, interaction and force", "[sweep]") {
   RunRecord run;
   run.clock = "virtual";
   run.nominal = synthetic::nominal({600'000'000'000});

@@ -9,7 +9,7 @@ using namespace evenstep::test;
 // 2 - 2 cos(theta) = (w h)^2, symplectic Euler gives y_n = -X cos(theta (n - 1/2)) / cos(theta / 2) for the distance y of
 // the particle from where it would rest, and the hand feels k y_n.
 TEST_CASE("A held spring pair oscillates as the discrete solution of symplectic Euler says, up to the step limit",
-          "[closed]") {
+          "[closed][sweep]") {
   constexpr int kSteps = 5'000;
   const double jump_m = 1e-4;  // swings up to 1 / cos(theta / 2) = 10 times as far, a tenth of the spacing
   TissueScene pair = spring_pair();
@@ -33,7 +33,7 @@ TEST_CASE("A held spring pair oscillates as the discrete solution of symplectic 
   }
 }
 
-TEST_CASE("Damping and substeps enter as documented: the pair follows its recurrence in long double", "[closed]") {
+TEST_CASE("Damping and substeps enter as documented: the pair follows its recurrence in long double", "[closed][sweep]") {
   for (const double damping_per_s : {0.0, 1.0, 20.0, 400.0}) {
     for (const int substeps : {1, 2, 3, 7}) {
       TissueScene pair = spring_pair();

@@ -7,7 +7,7 @@ using namespace evenstep::test;
 
 // Symplectic Euler keeps p^2 + q^2 - (w h) p q (p = v, q = w y), so from rest at energy E0 = W the energy swings up to
 // E0 / (1 - w h / 2): the growth over its scale is w h / 2.
-TEST_CASE("energy_growth of a spring pair is half of w h, its closed form", "[energy]") {
+TEST_CASE("energy_growth of a spring pair is half of w h, its closed form", "[energy][sweep]") {
   TissueScene pair = spring_pair();
   const double w_per_s = std::sqrt(pair.stiffness_N_per_m / pair.particle_mass_kg), jump_m = 1e-3;
   for (const double wh : {0.02, 0.1, 0.3, 0.6, 1.0, 1.5}) {

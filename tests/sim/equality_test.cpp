@@ -30,7 +30,7 @@ void require_equal(Solver& reference, Solver& other, int tools, int steps, bool 
 TEST_CASE(
     "Forces, digest and energy of 200 steps are equal on cpu float and OpenCL for every work-group size, with and without "
     "damping",
-    "[equality]") {
+    "[equality][sweep]") {
   for (const int work_group_size : {8, 64, 256}) {
     for (const double damping_per_s : {0.0, 20.0}) {
       if (damping_per_s > 0 && work_group_size != 64) continue;

@@ -39,7 +39,8 @@ const std::array kExplicit{Method::symplectic_euler, Method::velocity_verlet};
 
 }  // namespace
 
-TEST_CASE("A free block falls by g h^2 n (n + 1) / 2, by n^2 in velocity Verlet, whatever its materials", "[physics]") {
+TEST_CASE("A free block falls by g h^2 n (n + 1) / 2, by n^2 in velocity Verlet, whatever its materials",
+          "[physics][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const Method method : kExplicit) {
       TissueScene block = featured_block({true, false, false, false, CouplingKind::grab, method});
@@ -65,7 +66,7 @@ TEST_CASE("A free block falls by g h^2 n (n + 1) / 2, by n^2 in velocity Verlet,
   }
 }
 
-TEST_CASE("The tip of a hanging chain comes to rest m g n (n + 1) / (2 k) below its place", "[physics]") {
+TEST_CASE("The tip of a hanging chain comes to rest m g n (n + 1) / (2 k) below its place", "[physics][sweep]") {
   for (const Method method : kExplicit) {
     for (const int n : {1, 2, 9}) {
       TissueScene chain;
@@ -87,7 +88,7 @@ TEST_CASE("The tip of a hanging chain comes to rest m g n (n + 1) / (2 k) below 
 // With w^2 = k (1/m1 + 1/m2) and 2 g = c (1/m1 + 1/m2) the distance y of two particles on a line follows
 //   y_n+1 - (2 - 2 g h - w^2 h^2) y_n + (1 - 2 g h) y_n-1 = 0.
 TEST_CASE("A pair's distance follows the discrete damped oscillator of its stiffnesses, masses and axial damper",
-          "[physics]") {
+          "[physics][sweep]") {
   for (const Method method : kExplicit) {
     for (const double ratio : {1.0, 3.0, 1e6}) {
       for (const double axial : {0.0, 0.01, 0.05}) {
@@ -161,7 +162,7 @@ TEST_CASE("Axial dampers and regions keep momentum and angular momentum, and tak
   CHECK(solver->verdict().energy_growth == 0);
 }
 
-TEST_CASE("Two masses keep their momentum at every ratio up to 10^12", "[physics]") {
+TEST_CASE("Two masses keep their momentum at every ratio up to 10^12", "[physics][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const double ratio : {1.0, 1e3, 1e6, 1e9, 1e12}) {
       if (kind == SolverKind::opencl && ratio != 1e12) continue;
@@ -183,7 +184,8 @@ TEST_CASE("Two masses keep their momentum at every ratio up to 10^12", "[physics
   }
 }
 
-TEST_CASE("A coupling in series with a spring feels k kc / (k + kc), and the weight that hangs from it", "[physics]") {
+TEST_CASE("A coupling in series with a spring feels k kc / (k + kc), and the weight that hangs from it",
+          "[physics][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const Method method : kExplicit) {
       TissueScene tissue = oscillator();
@@ -228,7 +230,7 @@ TEST_CASE("A coupled particle follows its recurrence in long double while the ha
   }
 }
 
-TEST_CASE("A particle leaves a probe as fast as it came, and is never pulled", "[physics]") {
+TEST_CASE("A particle leaves a probe as fast as it came, and is never pulled", "[physics][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const Method method : kExplicit) {
       for (const double wh : {0.01, 0.05, 0.2}) {
@@ -276,7 +278,7 @@ TEST_CASE("A particle at the very centre of a probe has no direction and feels n
   }
 }
 
-TEST_CASE("Symplectic Euler has order 1 and velocity Verlet order 2", "[physics]") {
+TEST_CASE("Symplectic Euler has order 1 and velocity Verlet order 2", "[physics][sweep]") {
   for (const Method method : kExplicit) {
     const auto error_m = [&](double h) {
       TissueScene pair = free_chain(2);

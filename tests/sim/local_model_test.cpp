@@ -63,7 +63,7 @@ TEST_CASE("The instantaneous model is the change of force with particles too hea
   }
 }
 
-TEST_CASE("The settled model is the change of force once the particles have come to rest again", "[local]") {
+TEST_CASE("The settled model is the change of force once the particles have come to rest again", "[local][sweep]") {
   for (const CouplingKind kind : {CouplingKind::grab, CouplingKind::spring}) {
     TissueScene block = featured_block({true, true, false, false, kind});
     block.damping_per_s = 150;
@@ -103,7 +103,7 @@ TEST_CASE("A coupling in series with a spring has the settled stiffness k kc / (
   CHECK(largest(settled()) < 1e-9);
 }
 
-TEST_CASE("Local models are equal on cpu float and OpenCL, bit for bit", "[local][equality]") {
+TEST_CASE("Local models are equal on cpu float and OpenCL, bit for bit", "[local][equality][sweep]") {
   for (const LocalModel model : {LocalModel::instantaneous, LocalModel::settled}) {
     for (const CouplingKind kind : kKinds) {
       if (model == LocalModel::settled && kind == CouplingKind::spring) continue;  // a number from the host
@@ -209,7 +209,8 @@ TissueScene heavy_ball(const glm::dvec3& offset_m) {
 
 }  // namespace
 
-TEST_CASE("A probe foresees its touch: the law it reports from outside is the force inside, to first order", "[local]") {
+TEST_CASE("A probe foresees its touch: the law it reports from outside is the force inside, to first order",
+          "[local][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const glm::dvec3& n : {glm::dvec3(1, 0, 0), glm::dvec3(-0.6, 0.8, 0), glm::dvec3(2.0 / 3, -1.0 / 3, 2.0 / 3)}) {
       for (const double gap_m : {1e-4, 1e-3, 5e-3, 0.2}) {
@@ -307,7 +308,7 @@ TissueScene probed_block(double radius_m, double stiffness_N_per_m) {
 
 }  // namespace
 
-TEST_CASE("A probe that touches one particle lightly is in series with the tissue under it", "[local]") {
+TEST_CASE("A probe that touches one particle lightly is in series with the tissue under it", "[local][sweep]") {
   for (const double stiffness_N_per_m : {3.0, 35.0, 300.0}) {
     const auto solver =
         make_solver(SolverKind::cpu_double, modelled(probed_block(4e-3, stiffness_N_per_m), LocalModel::settled, 1e-3));
@@ -361,7 +362,7 @@ TEST_CASE("A probe that reaches particles that are fixed takes the stiffness of 
 }
 
 TEST_CASE("A particle at the very surface of a probe is never counted as stiffer than it is, whichever way it rounds",
-          "[local]") {
+          "[local][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const double radius_m : {2.9e-3, 3.3e-3, 3.7e-3, 4e-3, 4.1e-3, 4.3e-3, 4.6e-3}) {
       TissueScene chain;
@@ -388,7 +389,7 @@ TEST_CASE("A particle at the very surface of a probe is never counted as stiffer
 
 TEST_CASE(
     "Of a probe that touches several particles the settled model lies between the settled and the instantaneous stiffness",
-    "[local]") {
+    "[local][sweep]") {
   for (const double depth_m : {0.8e-3, 1.2e-3, 1.6e-3}) {
     const TissueScene block = probed_block(60e-3, 35);
     const auto settled = make_solver(SolverKind::cpu_double, modelled(block, LocalModel::settled, 1e-3)),

@@ -81,7 +81,8 @@ double chain_error(Method method, double step_s, int iterations) {
 
 }  // namespace
 
-TEST_CASE("A free particle on a spring follows each method's amplification matrix, damped or not, at any w h", "[methods]") {
+TEST_CASE("A free particle on a spring follows each method's amplification matrix, damped or not, at any w h",
+          "[methods][sweep]") {
   for (const Method method : kMethods) {
     for (const double wh : {1e-3, 0.1, 0.5, 1.0, 1.9, 2.6, 30.0, 1e4}) {
       if (method == Method::rk4 && wh > 2.7) continue;

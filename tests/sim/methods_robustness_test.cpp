@@ -170,7 +170,7 @@ TEST_CASE("The limit of RK4 is safe for every damping, and not far too safe", "[
   CHECK(tightest > 0.9);
 }
 
-TEST_CASE("A damped oscillator of RK4 at its limit dies out over decades of damping", "[methods][stability]") {
+TEST_CASE("A damped oscillator of RK4 at its limit dies out over decades of damping", "[methods][stability][sweep]") {
   for (double damping_per_s = 1e-2; damping_per_s < 1e6; damping_per_s *= 10) {
     TissueScene pair = spring_pair();
     pair.method = Method::rk4;

@@ -148,7 +148,7 @@ TEST_CASE("One particle alone runs with no tool and with one of each kind, and e
   }
 }
 
-TEST_CASE("Particles that start on one point, and a hand that jumps at 10 m/s, give finite numbers", "[errors]") {
+TEST_CASE("Particles that start on one point, and a hand that jumps at 10 m/s, give finite numbers", "[errors][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const CouplingKind tool : {CouplingKind::grab, CouplingKind::spring}) {
       TissueScene block = small_block();

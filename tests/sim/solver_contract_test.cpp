@@ -33,7 +33,7 @@ Scene small_scene(bool energy = true) { return scene_of(small_block(), 1.0 / 450
 
 }  // namespace
 
-TEST_CASE("Without motion there is no force at all and the state never changes", "[contract]") {
+TEST_CASE("Without motion there is no force at all and the state never changes", "[contract][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     const auto solver = make_solver(kind, small_scene(true));
     const std::uint64_t rest = solver->state_digest();
@@ -74,7 +74,7 @@ TEST_CASE("Only displacements matter: where a tool starts does not", "[contract]
   }
 }
 
-TEST_CASE("Digest and energy watch and do not touch", "[contract]") {
+TEST_CASE("Digest and energy watch and do not touch", "[contract][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     Run plain;
     for (const bool energy : {false, true}) {

@@ -42,7 +42,7 @@ void require_equal(Solver& a, Solver& b) {
 
 }  // namespace
 
-TEST_CASE("Steps of the nominal length have the bits of a scene of constant steps, said or not", "[variable]") {
+TEST_CASE("Steps of the nominal length have the bits of a scene of constant steps, said or not", "[variable][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const double damping_per_s : {0.0, 20.0}) {
       const Scene constant = scene_of(damped(damping_per_s), kNominal_s, true);
@@ -61,7 +61,7 @@ TEST_CASE("Steps of the nominal length have the bits of a scene of constant step
   }
 }
 
-TEST_CASE("A step of another length is the step of the scene whose constant step is that long", "[variable]") {
+TEST_CASE("A step of another length is the step of the scene whose constant step is that long", "[variable][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     TissueScene block = damped(20);
     block.substeps = 4;

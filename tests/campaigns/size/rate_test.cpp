@@ -60,7 +60,8 @@ TEST_CASE("of up to eight segments no lead and latency is better than the least 
   }
 }
 
-TEST_CASE("at the latency for a rate a run counts no more segments than allowed and more at 1 ns less whatever the lead") {
+TEST_CASE("at the latency for a rate a run counts no more segments than allowed and more at 1 ns less whatever the lead",
+          "[sweep]") {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     const Scenario timing = scenario(seed);
     for (const double rate : {0.02, 0.3}) {

@@ -24,7 +24,7 @@ std::vector<const StudyCell*> cells_of(const StudyRecord& study, Method method, 
 
 }  // namespace
 
-TEST_CASE("Every cell of a study is there, and what was not measured says why") {
+TEST_CASE("Every cell of a study is there, and what was not measured says why", "[sweep]") {
   const Scenario block = small_study({"study.solvers=[\"cpu-double\", \"cpu\"]", "study.iterations=[2, 6]"});
   const StudyRecord study = run_study(block);
   for (const SolverKind solver : {SolverKind::cpu_double, SolverKind::cpu_float}) {
@@ -106,7 +106,7 @@ TEST_CASE("Where a method must be better than another it is, on every step that 
   }
 }
 
-TEST_CASE("The errors of a study are the same again, bit for bit") {
+TEST_CASE("The errors of a study are the same again, bit for bit", "[sweep]") {
   const Scenario block = small_study({"study.solvers=[\"cpu\", \"opencl\"]", "study.methods=[\"symplectic-euler\"]"});
   const StudyRecord first = run_study(block), again = run_study(block);
   REQUIRE(first.cells.size() == again.cells.size());
@@ -159,7 +159,8 @@ TEST_CASE("A spring is refused") {
   CHECK_THROWS_WITH(run_study(*spring), Contains("kind = \"tissue\""));
 }
 
-TEST_CASE("A cell's cost is no more than the processor time that it took, over the rest before the motion and the motion") {
+TEST_CASE("A cell's cost is no more than the processor time that it took, over the rest before the motion and the motion",
+          "[sweep]") {
   // The longest step makes the rest as long as the motion. With many iterations a repeat of the other cell takes longer than
   // the time for which short ones are gone through again: a cost over the motion alone would be twice what was taken.
   const Scenario block = small_study({"scene.lattice=[7, 7, 7]", "device.left.grab.center=[\"15 mm\", \"15 mm\", \"30 mm\"]",

@@ -188,7 +188,8 @@ TEST_CASE("A scenario that passes is refused and a search that runs out of runs 
   CHECK(cut.after.verdict == ExpectationResult::Verdict::fail);
 }
 
-TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns and any other is told which one does") {
+TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns and any other is told which one does",
+          "[sweep]") {
   const Folder folder;
   const auto with = [&](const std::string& name, const std::string& latency, int seeds) {
     std::string text = test::small_scenario("latency = \"" + latency + "\"\n");

@@ -107,7 +107,7 @@ TEST_CASE("A sweep that stops after K failures ends with the K-th by number") {
   CHECK(std::ssize(whole.record.points) < whole.record.header.points());
 }
 
-TEST_CASE("A sweep that was cut anywhere in its last two lines goes on to the same bytes") {
+TEST_CASE("A sweep that was cut anywhere in its last two lines goes on to the same bytes", "[sweep]") {
   const Small small(kPlain);
   const std::string bytes = contents(small.run("whole").file);
   const std::vector<std::string> lines = lines_of(bytes);
@@ -336,7 +336,7 @@ TEST_CASE("The command of a point runs it again to the same trace") {
   CHECK(again.results.front().value == point.expect.front().value);
 }
 
-TEST_CASE("The shipped sweeps find what they ask for") {
+TEST_CASE("The shipped sweeps find what they ask for", "[sweep]") {
   Folder folder;
   SweepOptions options;
   options.folder = folder / "out";

@@ -1,0 +1,82 @@
+#pragma once
+/// A command's operands and options, as each command's file declares them. CLI11 does the work, in command.cpp alone: a
+/// source that includes it takes ten seconds longer to compile.
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "evenstep/harness/run.h"
+
+namespace CLI {
+class App;
+}
+
+namespace evenstep::app {
+
+/// The numbers an option accepts, both ends included.
+struct Range {
+  std::int64_t least, largest;
+};
+
+/// One subcommand. `name` of an operand is what --help calls it, that of an option begins with "--"; `meaning` is one line
+/// of
+/// --help. A value keeps what it was initialized with if it is not given; of an option given twice the parser complains.
+class Command {
+ public:
+  explicit Command(CLI::App& app) : app_(&app) {}
+
+  void operand(const std::string& name, std::string& value, const std::string& meaning);                 ///< must be given
+  void operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning);  ///< at least one
+  void optional_operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning);
+  void flag(const std::string& name, bool& value, const std::string& meaning);
+  void option(const std::string& name, std::string& value, const std::string& meaning);
+  void required_option(const std::string& name, std::string& value, const std::string& meaning);
+  /// One of `words`.
+  void option(const std::string& name, std::string& value, const std::vector<std::string>& words,
+              const std::string& meaning);
+  void option(const std::string& name, int& value, Range range, const std::string& meaning);
+  void option(const std::string& name, std::int64_t& value, Range range, const std::string& meaning);
+  void option(const std::string& name, std::optional<std::int64_t>& value, const std::string& meaning);
+  void option(const std::string& name, std::optional<std::int64_t>& value, Range range, const std::string& meaning);
+  void option(const std::string& name, std::optional<std::uint64_t>& value, const std::string& meaning);  ///< a seed
+  /// Any number of times, each with one value.
+  void repeated(const std::string& name, std::vector<std::string>& values, const std::string& meaning);
+
+ private:
+  CLI::App* app_;
+};
+
+/// All commands of the program, and one call of it.
+class Commands {
+ public:
+  /// `interrupted` is set by a signal, and handed to the command that runs.
+  explicit Commands(const std::atomic<bool>& interrupted);
+  ~Commands();
+
+  /// A command, and its arguments, which it is still to name as operands and options. run(arguments, interrupted) runs it.
+  template <class Arguments>
+  std::pair<Command, Arguments&> add(const std::string& name, const std::string& meaning,
+                                     ExitCode (*run)(const Arguments&, const std::atomic<bool>&)) {
+    auto arguments = std::make_shared<Arguments>();
+    return {add_command(name, meaning, [this, arguments, run] { return run(*arguments, interrupted_); }), *arguments};
+  }
+
+  /// What the arguments ask for: a command to run, or the exit code after help, the version or a usage error was printed.
+  std::variant<std::function<ExitCode()>, ExitCode> parse(int argc, char** argv);
+
+ private:
+  Command add_command(const std::string& name, const std::string& meaning, std::function<ExitCode()> run);
+
+  const std::atomic<bool>& interrupted_;
+  std::unique_ptr<CLI::App> app_;
+  std::function<ExitCode()> chosen_;
+};
+
+}  // namespace evenstep::app
