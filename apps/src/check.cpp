@@ -57,7 +57,23 @@ void explain_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
              ms(forecast.largest), forecast.growths);
 }
 
-/// Explains the scenario. False if an expectation must fail.
+/// What must go wrong in a run, as text; empty if nothing is known.
+std::string foreseen(const Scenario& scenario, const std::vector<StrategyPlan>& plans) {
+  if (scenario.expect_stop) return {};
+  const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
+  if (tissue && !scenario.scene.allow_unstable) {
+    const Rate rate = scenario.scene.step_rate;
+    const int least = auto_substeps(*tissue, rate);
+    const int substeps = tissue->substeps > 0 ? tissue->substeps : least;
+    if (period_s(rate) / substeps > step_limit(*tissue).step_s)
+      return fmt::format(
+          "must fail: the step is above its limit, and the run will not start; substeps = \"auto\" or at least {}\n", least);
+  }
+  const std::vector<ExpectationResult> failures = foresee_failures(scenario, plans);
+  return failures.empty() ? "" : "must fail:\n" + verdict_table(failures, false);
+}
+
+/// Explains the scenario. False if it must fail.
 bool explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
@@ -101,9 +117,8 @@ bool explain(const Scenario& scenario) {
   if (scenario.sweep) explain_sweep(*scenario.sweep);
   fmt::print("  expectations {}\n", scenario.expectations.size());
   for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
-  const std::vector<ExpectationResult> failures = foresee_failures(scenario, plans);
-  if (!failures.empty()) fmt::print("must fail:\n{}", verdict_table(failures, false));
-  fmt::print("\n");
+  const std::string failures = foreseen(scenario, plans);
+  fmt::print("{}\n", failures);
   return failures.empty();
 }
 

@@ -269,7 +269,12 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;
       const Result<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
-      if (!factor) error(factor.error());
+      const bool is_count = base_unit(expectation.signal, expectation.metric) == "count";
+      if (!factor && is_count)
+        error(fmt::format("'{}' is a count; write the number alone, {}, without '{}'", expectation.metric, limit->number,
+                          limit->unit));
+      else if (!factor)
+        error(factor.error());
     }
   }
   return errors;

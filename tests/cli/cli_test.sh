@@ -327,6 +327,13 @@ case_check_explains_without_running() {
   no_run_folder
   expect 2 "error" check nowhere.toml
 }
+case_check_fails_what_cannot_start() {
+  local tissue=$source_dir/scenarios/paper/figure-1.toml
+  expect 1 'must fail: the step is above its limit, and the run will not start; substeps = "auto" or at least' check \
+    "$tissue" --set scene.substeps=1
+  expect 0 "expectations" check "$tissue" --set scene.substeps=1 --set scene.allow_unstable=true
+  expect 0 "expectations" check "$source_dir/scenarios/extreme/unstable-step.toml"
+}
 case_check_and_run_say_what_step_and_stiffness_are_stable() {
   local tissue=$source_dir/scenarios/paper/figure-1.toml
   expect 0 "ms in every configuration" check "$tissue"
@@ -400,6 +407,18 @@ case_a_mistyped_command_or_option_gets_a_suggestion() {
   expect 0 "--permute-ties" help run
   expect 2 "--seed: '-1' is no seed; write a whole number from 0 to 18446744073709551615" run x.toml --seed -1
   expect 2 "--seed: '1.5' is no seed" run x.toml --seed 1.5
+}
+case_a_value_that_is_written_wrongly_gets_its_remedy() {
+  scenario '[timing]' 'visualization = "6,5 ms"'
+  expect 2 "x.toml:5:17: error: 'visualization': '6,5 ms' has a comma, and the decimal mark is a point" check x.toml
+  scenario '[scene]' 'kind = spring'
+  expect 2 'in quotes: "spring"' check x.toml
+  scenario '[timing]' 'visualization = 11.1 ms'
+  expect 2 '"11.1 ms"' check x.toml
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "late"' 'max = "1 ms"'
+  expect 2 "'late' is a count; write the number alone, 1, without 'ms'" check x.toml
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "velocity_jmp"' 'max = "1 step"'
+  expect 2 "unknown metric 'velocity_jmp' for signal 'left.force.direct'; did you mean 'velocity_jump'?" check x.toml
 }
 case_a_closed_pipe_is_no_error() {
   set -o pipefail
