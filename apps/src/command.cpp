@@ -37,7 +37,7 @@ std::string mistyped(const CLI::App& program, const std::vector<std::string>& wo
     known.push_back(one->get_name());
     if (!words.empty() && known.back() == words[0]) command = one;
   }
-  if (words.empty() || (!command && words[0].starts_with('-'))) return {};
+  if (words.empty() || words[0].empty() || (!command && words[0].starts_with('-'))) return {};
   if (!command) return named("unknown command", words[0], known);
   known.clear();
   for (const CLI::Option* option : command->get_options()) {

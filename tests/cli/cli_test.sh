@@ -272,7 +272,7 @@ case_a_failure_says_when_and_what_would_do() {
   grep -q "latency $enough would do" out || fail "check does not say what would do"
   expect 0 "expectations" check x.toml --set "remap.latency=\"$enough\""
   "$evenstep" run x.toml --set "remap.latency=\"$enough\"" >out 2>err
-  grep -q "force.*underruns.*FAIL" out && fail "$enough does not do"
+  ! grep -q "force.*underruns.*FAIL" out || fail "$enough does not do"
 }
 case_a_live_run_says_how_late_it_was_and_keeps_what_it_has() {
   local live=$source_dir/scenarios/live/figure-1-spring.toml
