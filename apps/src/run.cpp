@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
@@ -16,7 +15,6 @@
 #include "run_places.h"
 
 namespace evenstep::app {
-namespace fs = std::filesystem;
 namespace {
 
 struct RunArguments {

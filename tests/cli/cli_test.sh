@@ -89,6 +89,9 @@ case_sweep_and_merge() {
   expect 2 "does not go with [sweep.find]" sweep s.toml --stop-after 1
   expect 2 "must be I/N" sweep s.toml --shard 3/2
   expect 2 "has no [sweep]" sweep "$spring"
+  swept ''
+  sed -i 's/equals = 0 }/equals = 0, clock = "wall" }/' s.toml
+  expect 2 "a sweep runs on the virtual clock only" sweep s.toml
 }
 case_sweep_onto_a_full_disk() {
   swept ''
