@@ -73,7 +73,7 @@ std::string simulated_text(const Scenario& scenario, const RunOutcome& outcome) 
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
                    const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
-  fmt::print("{}", verdict_table(outcome.results, colour));
+  if (!outcome.results.empty()) fmt::print("{}", verdict_table(outcome.results, colour));
   if (!outcome.failure.empty()) fmt::print("stopped: {}\n", outcome.failure);
   if (!outcome.remedy.empty() && outcome.exit != ExitCode::pass) fmt::print("remedy: {}\n", outcome.remedy);
   if (!outcome.repeat_difference.empty()) fmt::print("not reproducible: {}\n", outcome.repeat_difference);

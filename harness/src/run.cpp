@@ -224,9 +224,8 @@ void end_early(RunRecord& run) {
   RealTime reached{0};
   for (const StrategyRecord& strategy : run.strategies) {
     if (!strategy.interrupted) return;
-    for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
-      const std::vector<TickRow>& ticks = strategy.devices[d].ticks;
-      if (!ticks.empty()) reached = std::max(reached, ticks.back().at + Duration{1});
+    for (const DeviceRecord& device : strategy.devices) {
+      if (!device.ticks.empty()) reached = std::max(reached, device.ticks.back().at + Duration{1});
     }
   }
   if (!run.strategies.empty()) run.nominal.end = std::min(run.nominal.end, reached);
