@@ -8,6 +8,7 @@
 #include "commands.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hidapi_transport.h"
+#include "evenstep/device/hid/pid_axes.h"
 #include "evenstep/device/hid/pid_layout.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
@@ -26,14 +27,16 @@ struct Ability {
 };
 
 std::string pid_ability(const PidLayout& layout) {
-  std::string axes;
+  std::string positions, forces;
+  const auto has_force = pid_force_axes(layout);
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
-    if (layout.position[axis]) axes += "XYZ"[axis];
+    if (layout.position[axis]) positions += "XYZ"[axis];
+    if (layout.position[axis] && has_force[axis]) forces += "XYZ"[axis];
   }
-  std::string text =
-      fmt::format("force feedback of the PID class: reads {}, renders constant forces", axes.empty() ? "no axis" : axes);
+  const auto or_none = [](const std::string& axes) { return axes.empty() ? "no axis" : axes; };
+  std::string text = fmt::format("force feedback of the PID class: reads {}, renders constant forces", or_none(positions));
   if (layout.set_condition && layout.set_effect.spring) text += " and springs";
-  text += "; driver = \"pid\" with its travel and its full scale in newtons";
+  text += fmt::format(" along {}; driver = \"pid\" with its travel and its full scale in newtons", or_none(forces));
   if (!layout.state) text += "; it does not say whether its motors are on";
   return text;
 }

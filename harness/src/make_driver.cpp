@@ -7,6 +7,7 @@
 #include "evenstep/device/hid/pid_driver.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/reference_driver.h"
+#include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "read_only_device.h"
@@ -43,6 +44,20 @@ SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
   return options;
 }
 
+std::unique_ptr<SimulatedDevice> simulated_board(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
+  SimulatedBoardOptions board;
+  board.kind = *spec.board;
+  board.reports = simulated_options(device);
+  board.travel_m = spec.options.travel_m;
+  board.full_scale_N = spec.options.full_scale_N.value_or(board.full_scale_N);
+  board.full_slope_N_per_m = spec.options.full_slope_N_per_m;
+  board.firmware_rate = spec.firmware_rate;
+  board.pool_effects = spec.pool_effects;
+  board.block_load_error_at = spec.block_load_error_at;
+  board.events = spec.events;
+  return under_hand<SimulatedBoard>(device, clock, board);
+}
+
 // For each alternative of DriverSpec, its simulated device and its driver.
 
 std::unique_ptr<SimulatedDevice> simulated(const ReferenceSpec&, const DeviceSpec& device, const Clock& clock) {
@@ -61,6 +76,7 @@ std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, HidTransport& transpo
 }
 
 std::unique_ptr<SimulatedDevice> simulated(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
+  if (spec.board) return simulated_board(spec, device, clock);
   SimulatedPidOptions pid;
   pid.descriptor.flavour = spec.flavour;
   pid.descriptor.axes = spec.options.travel_m.z > 0 ? 3 : 2;

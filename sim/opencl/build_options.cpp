@@ -60,7 +60,7 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
     if (features.gravity) options += vector("STEP_GRAVITY", constants.gravity);
   }
   cl_device_fp_config config = 0;
-  check_cl(clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
+  check_cl(cl().clGetDeviceInfo(device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, nullptr), "clGetDeviceInfo");
   // GPUs default to 2.5 to 3 ulp for / and sqrt.
   if (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) options += " -cl-fp32-correctly-rounded-divide-sqrt";
   return options;

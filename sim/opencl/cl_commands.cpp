@@ -10,18 +10,18 @@ ClCommands::ClCommands(ClDevice device, std::size_t local_size) : device_(std::m
   cl_int code = CL_SUCCESS;
   const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM, reinterpret_cast<cl_context_properties>(device_.platform),
                                               0};
-  context_ = ClContext(clCreateContext(properties, 1, &device_.device, nullptr, nullptr, &code));
+  context_ = ClContext(cl().clCreateContext(properties, 1, &device_.device, nullptr, nullptr, &code));
   check_cl(code, "clCreateContext");
-  queue_ = ClQueue(clCreateCommandQueue(context_.get(), device_.device, 0, &code));
+  queue_ = ClQueue(cl().clCreateCommandQueue(context_.get(), device_.device, 0, &code));
   check_cl(code, "clCreateCommandQueue");
 }
 
 void ClCommands::build(const std::string& source, const std::string& options) {
   const char* text = source.c_str();
   cl_int code = CL_SUCCESS;
-  program_ = ClProgram(clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
+  program_ = ClProgram(cl().clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
   check_cl(code, "clCreateProgramWithSource");
-  code = clBuildProgram(program_.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
+  code = cl().clBuildProgram(program_.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
   if (code == CL_BUILD_PROGRAM_FAILURE) {
     throw SolverError(
         SolverFault::unavailable, "the OpenCL kernels do not build: " + build_log(),
@@ -32,31 +32,31 @@ void ClCommands::build(const std::string& source, const std::string& options) {
 
 std::string ClCommands::build_log() const {
   std::size_t size = 0;
-  clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
+  cl().clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
   std::string log(size, '\0');
-  clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
+  cl().clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
   return log.c_str();  // up to its first zero
 }
 
 BoundKernel ClCommands::kernel(const char* name) const {
   cl_int code = CL_SUCCESS;
-  ClKernel kernel(clCreateKernel(program_.get(), name, &code));
+  ClKernel kernel(cl().clCreateKernel(program_.get(), name, &code));
   check_cl(code, fmt::format("clCreateKernel({})", name));
   return BoundKernel(std::move(kernel));
 }
 
 void ClCommands::enqueue(const BoundKernel& kernel, std::size_t count) const {
   const std::size_t* local = count % local_size_ == 0 ? &local_size_ : nullptr;
-  check_cl(clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr),
+  check_cl(cl().clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr),
            "clEnqueueNDRangeKernel");
 }
 
-void ClCommands::finish() const { check_cl(clFinish(queue_.get()), "clFinish"); }
+void ClCommands::finish() const { check_cl(cl().clFinish(queue_.get()), "clFinish"); }
 
 ClBuffer ClCommands::buffer(std::size_t bytes, const void* content) const {
   cl_int code = CL_SUCCESS;
   const cl_mem_flags flags = CL_MEM_READ_WRITE | (content ? CL_MEM_COPY_HOST_PTR : 0);
-  ClBuffer result(clCreateBuffer(context_.get(), flags, bytes, const_cast<void*>(content), &code));
+  ClBuffer result(cl().clCreateBuffer(context_.get(), flags, bytes, const_cast<void*>(content), &code));
   check_cl(code, "clCreateBuffer");
   return result;
 }
@@ -67,22 +67,24 @@ ClField ClCommands::field(std::size_t cells) const {
 }
 
 void ClCommands::read(const ClBuffer& from, std::size_t bytes, void* to) const {
-  check_cl(clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, nullptr), "clEnqueueReadBuffer");
+  check_cl(cl().clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, nullptr),
+           "clEnqueueReadBuffer");
 }
 
 void ClCommands::write(const void* from, std::size_t bytes, const ClBuffer& to) const {
-  check_cl(clEnqueueWriteBuffer(queue_.get(), to.get(), CL_TRUE, 0, bytes, from, 0, nullptr, nullptr),
+  check_cl(cl().clEnqueueWriteBuffer(queue_.get(), to.get(), CL_TRUE, 0, bytes, from, 0, nullptr, nullptr),
            "clEnqueueWriteBuffer");
 }
 
 void ClCommands::zero(const ClBuffer& buffer, std::size_t bytes) const {
   const float zero = 0;
-  check_cl(clEnqueueFillBuffer(queue_.get(), buffer.get(), &zero, sizeof zero, 0, bytes, 0, nullptr, nullptr),
+  check_cl(cl().clEnqueueFillBuffer(queue_.get(), buffer.get(), &zero, sizeof zero, 0, bytes, 0, nullptr, nullptr),
            "clEnqueueFillBuffer");
 }
 
 void ClCommands::copy(const ClBuffer& from, const ClBuffer& to, std::size_t bytes) const {
-  check_cl(clEnqueueCopyBuffer(queue_.get(), from.get(), to.get(), 0, 0, bytes, 0, nullptr, nullptr), "clEnqueueCopyBuffer");
+  check_cl(cl().clEnqueueCopyBuffer(queue_.get(), from.get(), to.get(), 0, 0, bytes, 0, nullptr, nullptr),
+           "clEnqueueCopyBuffer");
 }
 
 }  // namespace evenstep::internal

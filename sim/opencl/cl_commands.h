@@ -30,7 +30,7 @@ class BoundKernel {
   }
   template <class Value>
   void set(cl_uint index, const Value& value) const {
-    check_cl(clSetKernelArg(kernel_.get(), index, sizeof value, &value), "clSetKernelArg");
+    check_cl(cl().clSetKernelArg(kernel_.get(), index, sizeof value, &value), "clSetKernelArg");
   }
   /// The index of the argument that is added next.
   cl_uint next() const { return arguments_; }

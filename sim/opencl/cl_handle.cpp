@@ -42,25 +42,25 @@ std::string text_of(const char* call, Query query) {
 
 std::string platform_name(cl_platform_id platform) {
   return text_of("clGetPlatformInfo", [&](std::size_t size, void* bytes, std::size_t* size_out) {
-    return clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, bytes, size_out);
+    return cl().clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, bytes, size_out);
   });
 }
 
 std::string device_name(cl_device_id device) {
   return text_of("clGetDeviceInfo", [&](std::size_t size, void* bytes, std::size_t* size_out) {
-    return clGetDeviceInfo(device, CL_DEVICE_NAME, size, bytes, size_out);
+    return cl().clGetDeviceInfo(device, CL_DEVICE_NAME, size, bytes, size_out);
   });
 }
 
 cl_platform_id choose_platform(const std::string& part) {
   cl_uint count = 0;
-  const cl_int code = clGetPlatformIDs(0, nullptr, &count);
+  const cl_int code = cl().clGetPlatformIDs(0, nullptr, &count);
   if (code != CL_SUCCESS || count == 0) {
     throw SolverError(SolverFault::unavailable, "no OpenCL platform is installed",
                       "install pocl-opencl-icd (runs OpenCL on the processor), or a GPU's driver");
   }
   std::vector<cl_platform_id> platforms(count);
-  check_cl(clGetPlatformIDs(count, platforms.data(), nullptr), "clGetPlatformIDs");
+  check_cl(cl().clGetPlatformIDs(count, platforms.data(), nullptr), "clGetPlatformIDs");
   const std::string wanted = part.empty() ? "Portable Computing Language" : part;
   std::string known;
   for (const cl_platform_id platform : platforms) {
@@ -88,14 +88,14 @@ void check_cl(cl_int code, std::string_view call) {
 ClDevice choose_device(const std::string& platform_part, const std::string& device_part) {
   const cl_platform_id platform = choose_platform(platform_part);
   cl_uint count = 0;
-  if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS || count == 0) {
+  if (cl().clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS || count == 0) {
     throw SolverError(SolverFault::unavailable,
                       fmt::format("the OpenCL platform '{}' has no device", platform_name(platform)),
                       "check its driver; PoCL needs a folder that it can write in POCL_CACHE_DIR, and a driver that it "
                       "knows in POCL_DEVICES");
   }
   std::vector<cl_device_id> devices(count);
-  check_cl(clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(), nullptr), "clGetDeviceIDs");
+  check_cl(cl().clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, count, devices.data(), nullptr), "clGetDeviceIDs");
   std::string known;
   for (const cl_device_id device : devices) {
     const std::string name = device_name(device);

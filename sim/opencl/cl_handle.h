@@ -1,19 +1,18 @@
 #pragma once
 /// Owning OpenCL handles, and errors that contain the names of the call and of the error code.
 
-#define CL_TARGET_OPENCL_VERSION 120
-#include <CL/cl.h>
-
 #include <string>
 #include <string_view>
 #include <utility>
+
+#include "opencl/cl_library.h"
 
 namespace evenstep::internal {
 
 /// Throws SolverError with the call, the error code and, if there is one, the remedy.
 void check_cl(cl_int code, std::string_view call);
 
-template <class Handle, cl_int (*Release)(Handle)>
+template <class Handle, auto Release>
 class ClHandle {
  public:
   ClHandle() = default;
@@ -24,18 +23,18 @@ class ClHandle {
     return *this;
   }
   ~ClHandle() {
-    if (handle_) Release(handle_);
+    if (handle_) (cl().*Release)(handle_);
   }
   Handle get() const { return handle_; }
 
  private:
   Handle handle_ = nullptr;
 };
-using ClContext = ClHandle<cl_context, clReleaseContext>;
-using ClQueue = ClHandle<cl_command_queue, clReleaseCommandQueue>;
-using ClProgram = ClHandle<cl_program, clReleaseProgram>;
-using ClKernel = ClHandle<cl_kernel, clReleaseKernel>;
-using ClBuffer = ClHandle<cl_mem, clReleaseMemObject>;
+using ClContext = ClHandle<cl_context, &ClLibrary::clReleaseContext>;
+using ClQueue = ClHandle<cl_command_queue, &ClLibrary::clReleaseCommandQueue>;
+using ClProgram = ClHandle<cl_program, &ClLibrary::clReleaseProgram>;
+using ClKernel = ClHandle<cl_kernel, &ClLibrary::clReleaseKernel>;
+using ClBuffer = ClHandle<cl_mem, &ClLibrary::clReleaseMemObject>;
 
 /// The device a scene runs on.
 struct ClDevice {

@@ -23,8 +23,8 @@ namespace {
 /// Asked before anything is allocated: some drivers grant more than they have, and fail at the first launch.
 void check_memory(const Scene& scene, const SceneFeatures& features, const ClDevice& device) {
   cl_ulong there = 0, largest = 0;
-  check_cl(clGetDeviceInfo(device.device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof there, &there, nullptr), "clGetDeviceInfo");
-  check_cl(clGetDeviceInfo(device.device, CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof largest, &largest, nullptr),
+  check_cl(cl().clGetDeviceInfo(device.device, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof there, &there, nullptr), "clGetDeviceInfo");
+  check_cl(cl().clGetDeviceInfo(device.device, CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof largest, &largest, nullptr),
            "clGetDeviceInfo");
   const auto& tissue = std::get<TissueScene>(scene.body);
   const double digest_bytes = features.digest ? sizeof(cl_ulong) : 0;

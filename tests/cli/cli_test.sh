@@ -131,6 +131,22 @@ case_trace_going_back() {
   traced t.csv
   expect 2 "t.csv:4" run t.toml
 }
+# loaded PATTERN ARGUMENTS... : whether a shared library of that name is loaded, in the words of the dynamic linker
+loaded() {
+  local pattern=$1
+  shift
+  LD_DEBUG=files LD_DEBUG_OUTPUT=$work/loaded "$evenstep" "$@" >out 2>err || fail "evenstep $*"
+  grep -qE "calling init: .*/$pattern" loaded.*
+  local found=$?
+  rm -f loaded.*
+  return $found
+}
+case_a_run_loads_only_the_libraries_that_it_uses() {
+  loaded 'libfmt' --version || fail "the dynamic linker says nothing: this test sees nothing"
+  ! loaded 'lib(OpenCL|hidapi|udev)' run "$spring" --out spring || fail "a spring's run loads a library for nothing"
+  loaded 'libOpenCL' run "$source_dir/scenarios/paper/figure-1.toml" --out tissue || fail "OpenCL is not seen"
+  loaded 'libhidapi' devices || fail "hidapi is not seen"
+}
 case_no_opencl_platform() {
   mkdir none
   OCL_ICD_VENDORS="$work/none" expect 3 "pocl-opencl-icd" \

@@ -27,6 +27,7 @@ class RecordingTransport final : public HidTransport {
   HidWrite set_feature(std::span<const std::byte> report) override { return note("s", report), device_.set_feature(report); }
   std::span<const std::byte> report_descriptor() const override { return device_.report_descriptor(); }
   const HidDeviceInfo& info() const override { return device_.info(); }
+  std::int64_t refused_later() const override { return device_.refused_later(); }
 
   std::vector<std::string> log;
 

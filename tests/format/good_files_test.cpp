@@ -120,6 +120,10 @@ TEST_CASE("A PID device has the pool and the faults that its file names and a ru
   CHECK(pid.pool_effects == 3);
   CHECK(pid.block_load_error_at == 1);  // the second request
   CHECK(pid.flavour == PidFlavour::array);
+  CHECK(pid.board == BoardKind::openffboard_2);
+  CHECK(pid.options.reversed_force == std::array{true, false, false});
+  CHECK((pid.options.reversed_spring[0] == false && pid.options.reversed_spring[1] == true));
+  CHECK_FALSE(pid.options.reversed_spring[2]);
   CHECK(pid.options.effect_duration->ns == 2'000'000'000);
   const std::vector<ReportFault>& faults = s.devices[0].faults;
   REQUIRE(faults.size() == 4);

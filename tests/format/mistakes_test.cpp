@@ -332,7 +332,7 @@ TEST_CASE("A fault, a pool or a stop that cannot be is named where it stands") {
           {"\"unread\"", "\"unreed\"", "did you mean 'unread'?"},
           {"driver = \"pid\"", "driver = \"reference\"", "'pid' means nothing with driver = \"reference\""},
           {"at_least_step = 1300", "at_least_step = 1401",
-           "scenario.toml:32:17: error: 'at_least_step': 1401 is above at_most_step, 1400; nothing can hold"},
+           "scenario.toml:35:17: error: 'at_least_step': 1401 is above at_most_step, 1400; nothing can hold"},
           {"message = \"at 3 s\"", "message = 3", "'message': must be a string, not 3"},
       });
   CHECK(errors_of(read_text(changed(kPid, "at_least_step = 1300", "at_least_step = 1400"))) == "");

@@ -123,8 +123,11 @@ std::string pid_text(const PidSpec& p) {
   const PidOptions& o = p.options;
   std::string out = fmt::format(" pid {} {} {} scale {} gain {} duration {}", o.travel_m.x, o.travel_m.y, o.travel_m.z,
                                 o.full_scale_N.value_or(-1), o.gain, o.effect_duration ? o.effect_duration->ns : -1);
-  out +=
-      fmt::format(" flavour {} pool {} error {} events", static_cast<int>(p.flavour), p.pool_effects, p.block_load_error_at);
+  out += fmt::format(" flavour {} board {} pool {} error {}", static_cast<int>(p.flavour),
+                     p.board ? static_cast<int>(*p.board) : -1, p.pool_effects, p.block_load_error_at);
+  for (std::size_t axis = 0; axis < pid::kAxes; ++axis)
+    out += fmt::format(" {} {}", o.reversed_force[axis], o.reversed_spring[axis] ? *o.reversed_spring[axis] : -1);
+  out += " events";
   for (const PidDeviceEvent& e : p.events) out += fmt::format(" {} {} {}", static_cast<int>(e.kind), e.at.ns, e.on);
   return out;
 }
@@ -230,6 +233,9 @@ full_scale = "5 N"
 gain = 0.5
 effect_duration = "2 s"
 flavour = "array"
+firmware = "openffboard-2"
+reversed_force = ["x"]
+springs = ["x", "-y"]
 pool = 3
 block_load_error = 2
 [expect_stop]

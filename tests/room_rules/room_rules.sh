@@ -24,12 +24,12 @@ readonly hashed='scheduler|remap|sim|device|reports|text|recordings|scenarios/fo
 # Paths are relative to the root. Line comments are gone by then, except for rules that start with "raw ".
 readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
-  "hidapi only in its transport@$source@^device/src/hid/hidapi_transport@# *include *[<\"]hidapi"
+  "hidapi only in its transport@$source@^(device/src/hid/hidapi_library|tests/fake_hidapi/)@# *include *[<\"]hidapi/"
   "OS clock only in clock@$source@^(clock|tests)/@$os_clock"
   "threads only in live lanes, parallel loops and hidapi transport@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
   "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
-  "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi|toml|spdlog)"
+  "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi/|toml|spdlog)"
   "no fast math@(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh|^sim/.*$source)\$@^\$@$fast_math"
   "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
 )
@@ -110,7 +110,7 @@ prove_rules() {
   expect unseen 0 sim/opencl/tissue_solver.cpp '#include <CL/cl.h>'
   expect unseen 0 sim/src/solver.cpp '// as #include <CL/cl.h> would'
   expect seen 1 device/src/hid/reference_driver.cpp '#include <hidapi/hidapi.h>'
-  expect unseen 1 device/src/hid/hidapi_transport.cpp '#include <hidapi/hidapi.h>'
+  expect unseen 1 device/src/hid/hidapi_library.h '#include <hidapi/hidapi.h>'
   local call
   for call in 'clock_gettime(CLOCK_MONOTONIC, &t);' 'clock_nanosleep(0, 0, &t, 0);' 'nanosleep(&t, 0);' \
     'std::chrono::steady_clock::now();' 'std::chrono::system_clock::now();' 'std::chrono::high_resolution_clock::now();' \

@@ -92,6 +92,20 @@ TEST_CASE("a device is listed once with its strings and descriptor") {
   CHECK(udev_rule(found[0].info) == R"(KERNEL=="hidraw*", KERNELS=="*:1209:0E57.*", TAG+="uaccess")");
 }
 
+TEST_CASE("a device's name cannot control the terminal that it is printed to") {
+  MockedHidraw::Spec spec = reference();
+  spec.name =
+      "a\x1B[2Jb\x7F\xC2\x9B"
+      "c\xC3\xA9";
+  spec.serial =
+      "1\x07"
+      "2";
+  MockedHidraw device(spec);
+  REQUIRE(hid_devices().size() == 1);
+  CHECK(hid_devices()[0].info.product == "a?[2Jb???c\xC3\xA9");
+  CHECK(hid_devices()[0].info.serial == "1?2");
+}
+
 TEST_CASE("a device that the kernel drives too is listed with the input node that does") {
   MockedHidraw::Spec spec = reference();
   spec.force_feedback = "3000";

@@ -1,7 +1,6 @@
 #include "evenstep/device/hid/hidapi_transport.h"
 
 #include <fmt/format.h>
-#include <hidapi/hidapi.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,10 +17,13 @@
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
+#include "hidapi_library.h"
 #include "hidraw_sysfs.h"
 
 namespace evenstep {
 namespace {
+
+using internal::hidapi;
 
 /// The largest report that hidraw delivers (HID_MAX_BUFFER_SIZE is larger).
 constexpr std::size_t kLargestReport = 4096;
@@ -29,6 +31,10 @@ constexpr std::size_t kLargestReport = 4096;
 constexpr std::size_t kMostWaiting = 64;
 /// How long the destructor waits for the queue to be sent.
 constexpr Duration kFarewell{1'000'000'000};
+/// How long whoever asks for it waits: stop() does for each of its reports, some ten, and a write takes 1 to 8 ms.
+constexpr std::chrono::milliseconds kSettles{250};
+/// How long a feature report waits for it. The kernel ends a write over USB after 5 s, and they are tried one by one.
+constexpr std::chrono::seconds kFeatureWaits{60};
 constexpr std::chrono::milliseconds kLookAgain{250};
 
 /// hidapi's list of devices, opening a device and its global error string share unguarded state.
@@ -45,12 +51,23 @@ std::string text_of(const wchar_t* wide) {
 }
 
 struct CloseHid {
-  void operator()(hid_device* device) const { hid_close(device); }
+  void operator()(hid_device* device) const { hidapi().hid_close(device); }
 };
 using HidHandle = std::unique_ptr<hid_device, CloseHid>;
 
 std::string or_else(std::string text, const std::string& name, const char* key) {
   return text.empty() ? internal::hidraw_property(name, key) : text;
+}
+
+/// What a device calls itself goes to terminals and logs, so the characters that control those become '?'.
+std::string printable(std::string text) {
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto before = i > 0 ? static_cast<unsigned char>(text[i - 1]) : 0;
+    if (byte < 0x20 || byte == 0x7F) text[i] = '?';
+    if (before == 0xC2 && byte >= 0x80 && byte < 0xA0) text[i - 1] = text[i] = '?';  // the same in two bytes of UTF-8
+  }
+  return text;
 }
 
 std::string refusal_of(const std::string& path) {
@@ -60,8 +77,9 @@ std::string refusal_of(const std::string& path) {
 HidListing listing_of(const hid_device_info& entry) {
   HidListing listing;
   const std::string name = internal::hidraw_name(entry.path);
-  listing.info = {entry.path, entry.vendor_id, entry.product_id, or_else(text_of(entry.product_string), name, "HID_NAME"),
-                  or_else(text_of(entry.serial_number), name, "HID_UNIQ")};
+  listing.info = {entry.path, entry.vendor_id, entry.product_id,
+                  printable(or_else(text_of(entry.product_string), name, "HID_NAME")),
+                  printable(or_else(text_of(entry.serial_number), name, "HID_UNIQ"))};
   listing.report_descriptor = internal::hidraw_report_descriptor(name);
   listing.refusal = refusal_of(entry.path);
   listing.force_feedback_node = internal::hidraw_force_feedback_node(name);
@@ -80,13 +98,13 @@ struct Handles {
 
 Handles open_handles(const HidDeviceInfo& info) {
   const std::lock_guard lock(hidapi_mutex());
-  Handles handles{HidHandle(hid_open_path(info.path.c_str())), nullptr};
-  if (handles.reader) handles.writer.reset(hid_open_path(info.path.c_str()));
+  Handles handles{HidHandle(hidapi().hid_open_path(info.path.c_str())), nullptr};
+  if (handles.reader) handles.writer.reset(hidapi().hid_open_path(info.path.c_str()));
   if (handles.writer) return handles;
   throw DeviceError(
       fmt::format("{}: cannot be opened: {}; if permission is missing, paste this line into "
                   "/etc/udev/rules.d/70-evenstep.rules and plug the device in again: {}",
-                  info.path, text_of(hid_error(nullptr)), udev_rule(info)));
+                  info.path, text_of(hidapi().hid_error(nullptr)), udev_rule(info)));
 }
 
 bool is_same_device(const HidDeviceInfo& a, const HidDeviceInfo& b) {
@@ -97,15 +115,15 @@ bool is_same_device(const HidDeviceInfo& a, const HidDeviceInfo& b) {
 
 std::vector<HidListing> hid_devices() {
   const std::lock_guard lock(hidapi_mutex());
-  if (hid_init() != 0) throw DeviceError("hidapi cannot be started: " + text_of(hid_error(nullptr)));
+  if (hidapi().hid_init() != 0) throw DeviceError("hidapi cannot be started: " + text_of(hidapi().hid_error(nullptr)));
   std::vector<HidListing> found;
-  hid_device_info* const all = hid_enumerate(0, 0);
+  hid_device_info* const all = hidapi().hid_enumerate(0, 0);
   for (const hid_device_info* entry = all; entry; entry = entry->next) {
     // hidapi has one entry per usage, so a force-feedback device has dozens of entries with the same path.
     const auto same_path = [&](const HidListing& listing) { return listing.info.path == entry->path; };
     if (std::none_of(found.begin(), found.end(), same_path)) found.push_back(listing_of(*entry));
   }
-  hid_free_enumeration(all);
+  hidapi().hid_free_enumeration(all);
   std::sort(found.begin(), found.end(), by_path);
   return found;
 }
@@ -149,7 +167,7 @@ struct HidapiTransport::State {
   void write_one(std::unique_lock<std::mutex>& lock);
   void look_for_device(std::unique_lock<std::mutex>& lock);
   void lose_device();  // `mutex` must be held
-  void wait_until_sent();
+  void wait_until_sent(std::chrono::nanoseconds at_most);
 
   const WallClock& clock;
   const Duration patience;
@@ -164,7 +182,8 @@ struct HidapiTransport::State {
   std::vector<Report> waiting;  // a ring of `count` from `first` on: nothing is allocated after the start
   std::size_t first = 0, count = 0;
   HidWriteTimes times;
-  bool sending = false, rejected_since = false, closing = false;
+  std::int64_t refused = 0;
+  bool sending = false, closing = false;
   Presence presence = Presence::here;
   RealTime lost_at, closed_at;
   std::int64_t times_unplugged = 0;
@@ -184,9 +203,9 @@ void HidapiTransport::State::lose_device() {
 
 /// Feature reports take another way to the device than the output reports that wait, and must not overtake them: a Device
 /// Reset that is sent late would remove the effect that a Create New Effect after it has made.
-void HidapiTransport::State::wait_until_sent() {
+void HidapiTransport::State::wait_until_sent(std::chrono::nanoseconds at_most) {
   std::unique_lock lock(mutex);
-  idle.wait(lock, [&] { return (count == 0 && !sending) || presence != Presence::here; });
+  idle.wait_for(lock, at_most, [&] { return (count == 0 && !sending) || presence != Presence::here; });
 }
 
 /// Whether the descriptor declares such a report. The kernel would send a report of any id and length, and report success.
@@ -203,8 +222,6 @@ HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool new
     ++times.rejected;
     return HidWrite::rejected;
   }
-  const HidWrite answer = rejected_since ? HidWrite::rejected : HidWrite::ok;
-  rejected_since = false;
   if (!is_declared(ReportType::output, report)) {
     ++times.rejected;
     return HidWrite::rejected;
@@ -229,7 +246,7 @@ HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool new
   slot->size = report.size();
   slot->newest = newest;
   work.notify_one();
-  return answer;
+  return HidWrite::ok;
 }
 
 HidWrite HidapiTransport::State::send(const Report& report) {
@@ -237,7 +254,7 @@ HidWrite HidapiTransport::State::send(const Report& report) {
   int written;
   do {
     errno = 0;
-    written = hid_write(writer.get(), bytes, report.size);
+    written = hidapi().hid_write(writer.get(), bytes, report.size);
   } while (written < 0 && errno == EINTR);
   if (written == static_cast<int>(report.size)) return HidWrite::ok;
   return written < 0 && (errno == ENODEV || errno == EIO || errno == ESHUTDOWN) ? HidWrite::gone : HidWrite::rejected;
@@ -271,7 +288,7 @@ void HidapiTransport::State::write_one(std::unique_lock<std::mutex>& lock) {
   if (result == HidWrite::gone) lose_device();
   if (result == HidWrite::ok) return;
   ++times.rejected;
-  rejected_since = true;
+  ++refused;
 }
 
 void HidapiTransport::State::look_for_device(std::unique_lock<std::mutex>& lock) {
@@ -328,7 +345,7 @@ HidRead HidapiTransport::read(std::span<std::byte> buffer) {
   auto* const input = reinterpret_cast<unsigned char*>(state_->input.data());
   errno = 0;
   // The buffer has the largest size there is, because the kernel cuts a longer report silently.
-  const int size = hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
+  const int size = hidapi().hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
   if (size == 0) return {HidRead::Status::nothing};
   if (size < 0 && errno == EINTR) return {HidRead::Status::interrupted};
   if (size < 0) {
@@ -345,10 +362,10 @@ HidWrite HidapiTransport::write(std::span<const std::byte> report) { return stat
 HidWrite HidapiTransport::write_newest(std::span<const std::byte> report) { return state_->put(report, true); }
 
 HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
-  state_->wait_until_sent();
+  state_->wait_until_sent(kFeatureWaits);
   errno = 0;
   auto* const bytes = reinterpret_cast<unsigned char*>(report.data());
-  const int size = hid_get_feature_report(state_->reader.get(), bytes, report.size());
+  const int size = hidapi().hid_get_feature_report(state_->reader.get(), bytes, report.size());
   if (size >= 0) return {HidFeature::Status::ok, static_cast<std::size_t>(size)};
   if (errno == EINTR) return {HidFeature::Status::interrupted};
   return {errno == ENODEV ? HidFeature::Status::gone : HidFeature::Status::rejected};
@@ -356,16 +373,23 @@ HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
 
 HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
   if (!state_->is_declared(ReportType::feature, report)) return HidWrite::rejected;
-  state_->wait_until_sent();
+  state_->wait_until_sent(kFeatureWaits);
   const auto* const bytes = reinterpret_cast<const unsigned char*>(report.data());
   int size;
   do {
     errno = 0;
-    size = hid_send_feature_report(state_->reader.get(), bytes, report.size());
+    size = hidapi().hid_send_feature_report(state_->reader.get(), bytes, report.size());
   } while (size < 0 && errno == EINTR);
   if (size >= 0) return HidWrite::ok;
   return errno == ENODEV ? HidWrite::gone : HidWrite::rejected;
 }
+
+std::int64_t HidapiTransport::refused_later() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->refused;
+}
+
+void HidapiTransport::wait_until_sent() { state_->wait_until_sent(kSettles); }
 
 std::span<const std::byte> HidapiTransport::report_descriptor() const { return state_->listing.report_descriptor; }
 const HidDeviceInfo& HidapiTransport::info() const { return state_->listing.info; }

@@ -2,9 +2,14 @@
 
 #include <cassert>
 #include <initializer_list>
+#include <utility>
+
+#include "descriptor_items.h"
 
 namespace evenstep {
 namespace {
+
+using internal::Items;
 
 constexpr int kData = 0x00, kConstant = 0x01, kVariable = 0x02;
 constexpr int kMaxEffects = 40;
@@ -15,55 +20,6 @@ struct Ids {
 };
 constexpr Ids kMaskIds{0x01, 0x02, 0x10, 0x12, 0x14, 0x16, 0x17, 0x18, 0x19, 0x20, 0x21, 0x22};
 constexpr Ids kArrayIds{1, 2, 1, 2, 3, 4, 5, 6, 7, 1, 2, 3};
-
-/// Appends items, each with as few bytes as its value needs.
-class Items {
- public:
-  std::vector<std::byte> bytes;
-
-  void item(int tag, std::int64_t value, int size) {
-    bytes.push_back(static_cast<std::byte>(tag | (size == 4 ? 3 : size)));
-    for (int i = 0; i < size; ++i) bytes.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFF));
-  }
-  void item(int tag, std::int64_t value) { item(tag, value, value < 0x100 ? 1 : value < 0x10000 ? 2 : 4); }
-  void signed_item(int tag, std::int64_t value) {
-    item(tag, value, value >= -0x80 && value < 0x80 ? 1 : value >= -0x8000 && value < 0x8000 ? 2 : 4);
-  }
-
-  void page(int page) { item(0x04, page); }
-  void usage(int usage) { item(0x08, usage); }
-  void usages(std::initializer_list<int> list) {
-    for (const int one : list) usage(one);
-  }
-  void open(int usage_of_it) {
-    usage(usage_of_it);
-    item(0xA0, 2);
-  }
-  void open_report(int usage_of_it, int id) {
-    open(usage_of_it);
-    item(0x84, id);
-  }
-  void close() { item(0xC0, 0, 0); }
-  void logical(std::int64_t minimum, std::int64_t maximum) {
-    signed_item(0x14, minimum);
-    minimum < 0 ? signed_item(0x24, maximum) : item(0x24, maximum);
-  }
-  void physical(std::int64_t minimum, std::int64_t maximum) {
-    signed_item(0x34, minimum);
-    minimum < 0 ? signed_item(0x44, maximum) : item(0x44, maximum);
-  }
-  void unit(int unit, int exponent_byte) {
-    item(0x64, unit);
-    item(0x54, exponent_byte);
-  }
-  void format(int bits, int count) {
-    item(0x74, bits);
-    item(0x94, count);
-  }
-  void input(int flags) { item(0x80, flags); }
-  void output(int flags) { item(0x90, flags); }
-  void feature(int flags) { item(0xB0, flags); }
-};
 
 class Author {
  public:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "evenstep/device/hid/pid_axes.h"
+
 namespace evenstep {
 namespace {
 
@@ -320,6 +322,14 @@ Result<PidLayout, std::vector<std::string>> pid_layout(const ReportDescriptor& d
   layout.state = state_of(descriptor);
   if (!missing.empty()) return Failure(std::move(missing));
   return layout;
+}
+
+std::array<bool, pid::kAxes> pid_force_axes(const PidLayout& layout) {
+  const PidSetEffect& effect = layout.set_effect;
+  std::array<bool, pid::kAxes> listed{};
+  for (std::size_t axis = 0; axis < pid::kAxes; ++axis) listed[axis] = effect.axis_enable[axis].has_value();
+  if (listed != std::array<bool, pid::kAxes>{}) return listed;
+  return {true, !effect.directions.empty(), false};
 }
 
 bool set_nearest(std::span<std::byte> report, const PidValue& value, std::int64_t wanted) {

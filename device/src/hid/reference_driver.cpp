@@ -30,6 +30,7 @@ DeviceSample ReferenceDriver::read(RealTime now) {
   internal::drain(
       transport_, buffer, [&](std::span<const std::byte> report) { take(report); }, [&] { any_report_ = false; });
   if (!last_.fresh) ++counters_.stale;
+  internal::new_refusals(transport_, refusals_seen_, counters_);  // counted only: every tick sends its force
   return last_;
 }
 

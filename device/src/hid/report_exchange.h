@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <span>
+#include <utility>
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hid_transport.h"
@@ -49,11 +50,31 @@ inline bool is_taken(HidWrite sent, const HidTransport& transport, DeviceCounter
   return sent == HidWrite::ok;
 }
 
-/// Sends a report that a device must get before it is left alone. It is tried three times; a failure is then ignored.
-inline void try_to_send(HidTransport& transport, std::span<const std::byte> report) noexcept {
+/// How many reports were refused after they had been taken, since the last call; they are counted.
+inline std::int64_t new_refusals(const HidTransport& transport, std::int64_t& seen, DeviceCounters& counters) {
+  const std::int64_t refused = transport.refused_later();
+  const std::int64_t since = refused - std::exchange(seen, refused);
+  counters.write_failures += since;
+  return since;
+}
+
+/// Sends a report and waits for what becomes of it; a refused one is tried three times. Not for ticks.
+inline HidWrite send_surely(HidTransport& transport, std::span<const std::byte> report) {
   constexpr int kTries = 3;
+  HidWrite sent = HidWrite::rejected;
+  for (int tries = 0; tries < kTries && sent == HidWrite::rejected; ++tries) {
+    const std::int64_t before = transport.refused_later();
+    sent = transport.write(report);
+    if (sent == HidWrite::ok) transport.wait_until_sent();
+    if (sent == HidWrite::ok && transport.refused_later() != before) sent = HidWrite::rejected;
+  }
+  return sent;
+}
+
+/// Sends a report that a device must get before it is left alone; a failure is ignored.
+inline void try_to_send(HidTransport& transport, std::span<const std::byte> report) noexcept {
   try {
-    for (int tries = 0; tries < kTries && transport.write(report) == HidWrite::rejected; ++tries) continue;
+    send_surely(transport, report);
   } catch (...) {  // a simulated hand may have diverged, but the device must be stopped nevertheless
   }
 }

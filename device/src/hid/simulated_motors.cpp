@@ -1,11 +1,13 @@
 #include "evenstep/device/hid/simulated_motors.h"
 
 #include <algorithm>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 namespace evenstep {
 
 void MotorLog::until(RealTime at) {
-  if (force_N_ > 0) unrenewed_ = std::max(unrenewed_, at - since_);
+  if (drives_) unrenewed_ = std::max(unrenewed_, at - since_);
 }
 
 void MotorLog::heard(RealTime at) {
@@ -13,11 +15,19 @@ void MotorLog::heard(RealTime at) {
   since_ = at;
 }
 
-void MotorLog::render(RealTime at, double force_N) {
+void MotorLog::render(RealTime at, const glm::dvec3& force_N) {
   until(at);
-  if (force_N_ == 0) since_ = at;
-  force_N_ = force_N;
-  largest_N_ = std::max(largest_N_, force_N);
+  if (!drives_) since_ = at;
+  const double length_N = glm::length(force_N);
+  drives_ = length_N > 0;
+  largest_N_ = std::max(largest_N_, length_N);
+  largest_along_N_ = glm::max(largest_along_N_, glm::abs(force_N));
+}
+
+void MotorLog::tell(MotorState& state) const {
+  state.largest_N = largest_N_;
+  state.largest_along_N = largest_along_N_;
+  state.unrenewed = unrenewed_;
 }
 
 }  // namespace evenstep

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <utility>
 
 #include "evenstep/time/reproducible_math.h"
@@ -109,7 +108,7 @@ void SimulatedPidDevice::run_until(RealTime until) {
 
 void SimulatedPidDevice::render(RealTime at) {
   const glm::dvec3 force_N = force_at(reports_.position_m(at));
-  motors_.render(at, glm::length(force_N));
+  motors_.render(at, force_N);
   reports_.feel(at, force_N);
 }
 
@@ -135,8 +134,7 @@ MotorState SimulatedPidDevice::motors() {
     state.effects_allocated = allocated();
     state.actuators_enabled = enabled_ && layout_.device_control;
   }
-  state.largest_N = motors_.largest_N();
-  state.unrenewed = motors_.unrenewed();
+  motors_.tell(state);
   state.effects_ended = effects_ended_;
   return state;
 }
@@ -148,8 +146,9 @@ glm::dvec3 SimulatedPidDevice::force_at(const glm::dvec3& position_m) const {
     if (!effect.playing) continue;
     for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
       if (effect.along[axis] == 0) continue;
-      share[static_cast<int>(axis)] +=
-          effect.is_spring ? spring_force(effect, axis, position_m) : effect.magnitude * effect.gain * effect.along[axis];
+      share[static_cast<int>(axis)] += effect.is_spring
+                                           ? spring_force(effect, axis, position_m) * std::abs(effect.along[axis])
+                                           : effect.magnitude * effect.gain * effect.along[axis];
     }
   }
   for (int axis = 0; axis < 3; ++axis) share[axis] = std::clamp(share[axis], -1.0, 1.0) * gain_ * options_.full_scale_N;
@@ -157,7 +156,7 @@ glm::dvec3 SimulatedPidDevice::force_at(const glm::dvec3& position_m) const {
 }
 
 double SimulatedPidDevice::spring_force(const Effect& effect, std::size_t axis, const glm::dvec3& position_m) const {
-  const Condition& condition = effect.condition;
+  const Condition& condition = effect.conditions[effect.by_axis ? axis : 0];
   const double deflection =
       position_m[static_cast<int>(axis)] / (options_.travel_m[static_cast<int>(axis)] / 2) - condition.center;
   const auto along = static_cast<int>(axis);
@@ -272,7 +271,7 @@ void SimulatedPidDevice::take_effect(std::span<const std::byte> report) {
   if (effect == nullptr) return;
   effect->is_spring = layout.spring && is_chosen(report, *layout.spring);
   effect->gain = fraction(report, layout.gain, 1);
-  effect->along = axes_of(report);
+  effect->along = axes_of(report, effect->is_spring);
   effect->duration.reset();
   if (!layout.duration) return;
   const std::int64_t counts = get(report, *layout.duration).value_or(0);
@@ -281,24 +280,27 @@ void SimulatedPidDevice::take_effect(std::span<const std::byte> report) {
       static_cast<std::int64_t>(std::round(static_cast<double>(counts) * seconds_per_count(layout.duration->field) * 1e9))};
 }
 
-std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::byte> report) const {
+/// The bits of axes select; without one, a direction acts along X and Y. A spring along an axis has no direction.
+std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::byte> report, bool is_spring) const {
   const PidSetEffect& layout = layout_.set_effect;
   std::array<double, pid::kAxes> along{};
-  const bool one_axis =
-      std::none_of(layout.axis_enable.begin(), layout.axis_enable.end(), [](const auto& axis) { return axis.has_value(); });
   const bool by_direction =
       !layout.directions.empty() && (!layout.direction_enable || get(report, *layout.direction_enable) == 1);
+  const auto is_set = [&](const std::optional<PidValue>& axis) { return axis && get(report, *axis) == 1; };
+  const bool any_bit = std::any_of(layout.axis_enable.begin(), layout.axis_enable.end(), is_set);
+  const bool lists_axes =
+      std::any_of(layout.axis_enable.begin(), layout.axis_enable.end(), [](const auto& axis) { return axis.has_value(); });
   double turns = 0;
   if (by_direction) {
     const FieldLayout& field = layout.directions.front().field;
     turns = static_cast<double>(*get(report, layout.directions.front()) - field.logical_minimum) /
             static_cast<double>(field.logical_maximum - field.logical_minimum);
   }
-  const std::array<double, pid::kAxes> direction{sin_of_turn(turns), sin_of_turn(turns + 0.25), 0};
+  // Away from where the direction points: north is the lower end of Y, east the upper one of X.
+  const std::array<double, pid::kAxes> direction{-sin_of_turn(turns), sin_of_turn(turns + 0.25), 0};
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
-    const bool enabled =
-        layout.axis_enable[axis] ? get(report, *layout.axis_enable[axis]) == 1 : one_axis && (by_direction || axis == 0);
-    if (enabled) along[axis] = by_direction ? direction[axis] : 1;
+    const bool enabled = any_bit ? is_set(layout.axis_enable[axis]) : by_direction ? axis < 2 : !lists_axes && axis == 0;
+    if (enabled) along[axis] = by_direction && axis < 2 && !(is_spring && any_bit) ? direction[axis] : 1;
   }
   return along;
 }
@@ -319,7 +321,10 @@ void SimulatedPidDevice::take_condition(std::span<const std::byte> report) {
   condition.saturation_above = fraction(report, layout.positive_saturation, 1);
   condition.saturation_below = fraction(report, layout.negative_saturation, condition.saturation_above);
   condition.dead_band = fraction(report, layout.dead_band, 0);
-  effect->condition = condition;
+  const std::int64_t block = layout.parameter_block ? get(report, *layout.parameter_block).value_or(0) : 0;
+  if (block < 0 || block >= static_cast<std::int64_t>(pid::kAxes)) return;
+  effect->conditions[static_cast<std::size_t>(block)] = condition;
+  effect->by_axis = effect->by_axis || block > 0;
 }
 
 void SimulatedPidDevice::take_operation(std::span<const std::byte> report) {
@@ -411,7 +416,8 @@ HidFeature SimulatedPidDevice::get_feature(std::span<std::byte> report) {
   }
   if (!asks(layout_.pool)) return {HidFeature::Status::rejected};
   std::fill(report.begin() + 1, report.end(), std::byte{0});
-  if (layout_.pool->simultaneous) set_nearest(report, *layout_.pool->simultaneous, options_.simultaneous);
+  const int simultaneous = options_.pool_unready-- > 0 ? 0 : options_.simultaneous;
+  if (layout_.pool->simultaneous) set_nearest(report, *layout_.pool->simultaneous, simultaneous);
   if (layout_.pool->device_managed) set_nearest(report, *layout_.pool->device_managed, options_.device_managed);
   return {HidFeature::Status::ok, layout_.pool->report.size};
 }

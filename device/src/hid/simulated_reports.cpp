@@ -136,6 +136,9 @@ void SimulatedReports::make_faulty_tick(std::int64_t tick) {
       case Kind::write_rejected:
         writes_to_reject_ += fault.amount;
         break;
+      case Kind::write_refused:
+        writes_to_refuse_ += fault.amount;
+        break;
     }
   }
   for (std::int64_t copy = 0; copy < copies && !lost; ++copy) {
@@ -156,6 +159,7 @@ void SimulatedReports::make_faulty_tick(std::int64_t tick) {
 HidWrite SimulatedReports::write_fault(bool& lost) {
   lost = false;
   if (writes_to_reject_ > 0) return --writes_to_reject_, HidWrite::rejected;
+  if (writes_to_refuse_ > 0) return --writes_to_refuse_, ++refused_later_, lost = true, HidWrite::ok;
   if (writes_to_lose_ > 0) --writes_to_lose_, lost = true;
   return HidWrite::ok;
 }

@@ -1,6 +1,5 @@
 #include "evenstep/device/hid/simulated_transport.h"
 
-#include <glm/geometric.hpp>
 #include <utility>
 
 namespace evenstep {
@@ -49,7 +48,7 @@ HidWrite SimulatedTransport::write(std::span<const std::byte> report) {
   if (lost) return HidWrite::ok;
   output_ = *decoded;
   motors_.heard(clock_.now());
-  motors_.render(clock_.now(), glm::length(force_of(output_)));
+  motors_.render(clock_.now(), force_of(output_));
   reports_.feel(clock_.now(), force_of(output_));
   return HidWrite::ok;
 }
@@ -61,8 +60,7 @@ MotorState SimulatedTransport::motors() {
     motors_.until(clock_.now());
     state.force_N = force_of(output_);
   }
-  state.largest_N = motors_.largest_N();
-  state.unrenewed = motors_.unrenewed();
+  motors_.tell(state);
   return state;
 }
 

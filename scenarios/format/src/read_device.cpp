@@ -86,6 +86,7 @@ constexpr std::pair<std::string_view, ReportFault::Kind> kFaults[] = {
     {"unread", ReportFault::Kind::unread},
     {"write-lost", ReportFault::Kind::write_lost},
     {"write-rejected", ReportFault::Kind::write_rejected},
+    {"write-refused", ReportFault::Kind::write_refused},
 };
 
 /// Reads faults, which are given by time in the file and by tick in the device. More ticks than a run of hours has are an
@@ -272,8 +273,8 @@ const std::vector<Field>& device_fields() {
                   "(by amount "
                   "bytes), `unknown-id`: the report of one tick. `unread`: nothing is read until the next tick, as if the "
                   "host hung. "
-                  "`interrupted` reads, `write-lost`, `write-rejected`: amount of them.",
-       .words = "lost|duplicated|late|cut|longer|unknown-id|interrupted|unread|write-lost|write-rejected",
+                  "`interrupted` reads, `write-lost`, `write-rejected` (at once), `write-refused` (later): amount of them.",
+       .words = "lost|duplicated|late|cut|longer|unknown-id|interrupted|unread|write-lost|write-rejected|write-refused",
        .required = true,
        .example = "\"lost\""},
       {.table = "device.faults",

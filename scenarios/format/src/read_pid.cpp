@@ -7,6 +7,31 @@
 namespace evenstep {
 using namespace internal;
 
+namespace {
+
+std::size_t axis_of(char letter) { return static_cast<std::size_t>(letter - 'x'); }
+
+void read_signs(const Table& pid, PidOptions& options, Errors& errors) {
+  for (const Value& axis : pid.at("reversed_force").list) options.reversed_force[axis_of(axis.text[0])] = true;
+  for (const Value& axis : pid.at("springs").list) {
+    const bool reversed = axis.text[0] == '-';
+    auto& known = options.reversed_spring[axis_of(axis.text.back())];
+    if (known && *known != reversed)
+      errors.add(axis.place,
+                 fmt::format("'springs' names both signs of {}; write the one that was measured", axis.text.back()));
+    known = reversed;
+  }
+}
+
+std::optional<BoardKind> board_named(const std::string& name) {
+  for (const NamedBoard& board : simulated_boards()) {
+    if (board.name == name) return board.kind;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
   PidSpec spec;
   const Table pid = device.table("pid");
@@ -19,8 +44,10 @@ PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
   spec.options.springs = device.table("render").text("kind") == "device_spring";
   spec.firmware_rate = pid.rate("firmware_rate");
   spec.options.gain = pid.number("gain");
+  read_signs(pid, spec.options, reading.errors);
   spec.options.effect_duration = pid.duration("effect_duration");
   spec.flavour = pid.text("flavour") == "array" ? PidFlavour::array : PidFlavour::mask;
+  spec.board = board_named(pid.text("firmware"));
   spec.pool_effects = static_cast<int>(pid.integer("pool"));
   if (pid.has("block_load_error")) spec.block_load_error_at = static_cast<int>(pid.integer("block_load_error")) - 1;
   for (const Table& event : device.tables("events")) {
@@ -87,8 +114,23 @@ std::vector<Field> PidSpec::fields() {
        .key = "gain",
        .forms = kNumber,
        .default_toml = "0.25",
-       .meaning = "What the device is told to make of its full scale: its largest force.",
+       .meaning = "The share of its full scale that may be used: its largest force.",
        .range = above(0, 1)},
+      {.table = "device.pid",
+       .key = "reversed_force",
+       .forms = kWord,
+       .shape = Shape::list,
+       .default_toml = "[]",
+       .meaning = "Axes along which the device pushes the other way than Linux and DirectInput mean it; measure it.",
+       .words = "x|y|z"},
+      {.table = "device.pid",
+       .key = "springs",
+       .forms = kWord,
+       .shape = Shape::list,
+       .default_toml = "[]",
+       .meaning = "Axes along which the device may render springs by itself because the sign was measured; `-y`: a positive "
+                  "coefficient pushes away from the center. Without it only `x`, and not if its force is reversed.",
+       .words = "x|y|z|-x|-y|-z"},
       {.table = "device.pid",
        .key = "effect_duration",
        .forms = kDuration,
@@ -102,6 +144,12 @@ std::vector<Field> PidSpec::fields() {
        .default_toml = "\"mask\"",
        .meaning = "Which report descriptor the simulated device has (docs/hid.md).",
        .words = "mask|array"},
+      {.table = "device.pid",
+       .key = "firmware",
+       .forms = kWord,
+       .default_toml = "\"own\"",
+       .meaning = "Whose firmware the simulated device has: `own` with its flavour, or that of a real board (docs/hid.md).",
+       .words = "own|openffboard-1|openffboard-2|arduino|silent-pool|short-replies"},
       {.table = "device.pid",
        .key = "pool",
        .forms = kInteger,

@@ -40,6 +40,11 @@ class HidTransport {
   /// Sends an output report that becomes worthless when a later one comes (a force): while it waits to be sent, a later
   /// report with the same first two bytes (report id, effect block) takes its place. Never blocks.
   virtual HidWrite write_newest(std::span<const std::byte> report) { return write(report); }
+  /// How many of the reports that write() and write_newest() have taken were refused afterwards, by the system or the device
+  /// (stalled, timed out, cut): they had no effect, and nobody sends them again.
+  virtual std::int64_t refused_later() const { return 0; }
+  /// Waits until every report written so far is sent or refused, at most a second. Do not use it in a tick.
+  virtual void wait_until_sent() {}
   /// Feature reports; report[0] is the id to ask for. They are sent after all output reports that were written before them.
   /// `rejected`: the device has no such report. They may block, so do not use them in a tick.
   virtual HidFeature get_feature(std::span<std::byte> /*report*/) { return {}; }

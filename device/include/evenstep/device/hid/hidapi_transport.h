@@ -56,11 +56,13 @@ class HidapiTransport final : public HidTransport {
   ~HidapiTransport() override;
 
   HidRead read(std::span<std::byte> buffer) override;
-  /// Returns at once, so the result is mostly about earlier reports. `rejected` means that one of them was rejected since
-  /// the last call, or that this report was dropped, because the report descriptor has no output report of its id and length
-  /// or because 64 reports are waiting already.
+  /// Returns at once. `rejected` means that this report was dropped, because the report descriptor has no output report of
+  /// its id and length or because 64 reports are waiting already. Whether the system takes it shows in refused_later(): a
+  /// write that fails (stalled, timed out, would block) or takes fewer or more bytes counts; an interrupted one is repeated.
   HidWrite write(std::span<const std::byte> report) override;
   HidWrite write_newest(std::span<const std::byte> report) override;
+  std::int64_t refused_later() const override;
+  void wait_until_sent() override;
   HidFeature get_feature(std::span<std::byte> report) override;
   HidWrite set_feature(std::span<const std::byte> report) override;
   std::span<const std::byte> report_descriptor() const override;

@@ -32,6 +32,7 @@ class ReferenceDriver final : public HapticDevice {
   DeviceSample last_;
   bool any_report_ = false;
   std::uint32_t output_sequence_ = 0;
+  std::int64_t refusals_seen_ = 0;
 };
 
 }  // namespace evenstep

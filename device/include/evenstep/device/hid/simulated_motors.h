@@ -16,6 +16,7 @@ struct MotorState {
   int effects_allocated = 0;
   bool actuators_enabled = false;  ///< for a device that can be told to disable them
   double largest_N = 0;            ///< length of the largest force so far
+  glm::dvec3 largest_along_N{0};   ///< size of the largest force along each axis so far
   Duration unrenewed;              ///< longest time so far that a force was rendered without a new output report
   std::int64_t effects_ended = 0;  ///< how many ended because their duration had passed (the dead man's handle)
 };
@@ -32,15 +33,17 @@ class MotorLog {
  public:
   /// The device has accepted an output report.
   void heard(RealTime at);
-  /// From `at` on the force has this length.
-  void render(RealTime at, double force_N);
+  /// From `at` on this is the force.
+  void render(RealTime at, const glm::dvec3& force_N);
   /// The force has stayed the same up to `at`.
   void until(RealTime at);
-  double largest_N() const { return largest_N_; }
-  Duration unrenewed() const { return unrenewed_; }
+  /// Sets what has been recorded: the largest forces and the longest time without a report.
+  void tell(MotorState& state) const;
 
  private:
-  double force_N_ = 0, largest_N_ = 0;
+  bool drives_ = false;
+  double largest_N_ = 0;
+  glm::dvec3 largest_along_N_{0};
   RealTime since_;  // the last report, or the begin of this force if that came later
   Duration unrenewed_;
 };

@@ -7,9 +7,10 @@
 ///   or an error; it gives no answer to the first `block_load_delay` requests. On a device without these reports, Set Effect
 ///   takes the block that it names.
 /// - An effect plays from Start on for its duration (0xFFFF: for ever); another Start begins anew. Playing effects add up:
-///     constant force    magnitude / largest * effect gain, along the enabled axes, or the direction's X = sin, Y = cos
+///     constant force    magnitude / largest * effect gain, along the enabled axes, or away from where the direction points:
+///                       X = -sin, Y = cos
 ///     spring            coefficient / largest * (center - position) in half travels (or full_slope), saturated, along the
-///                       enabled axes
+///                       same axes; block i of its parameters is for axis i, the first for all if it is the only one
 ///   times device gain and full_scale_N; nothing while paused, without power, safety switch or enabled actuators.
 /// - The actuators are off until they are enabled (on a device without Device Control they are always on). Device Reset
 ///   enables them, frees all blocks and sets the gain to its maximum.
@@ -47,6 +48,7 @@ struct SimulatedPidOptions {
   Rate firmware_rate{4000, 1};
   int pool_effects = 40;          ///< at most 40
   int simultaneous = 40;          ///< number of simultaneous effects in the pool report
+  int pool_unready = 0;           ///< how many pool requests, counted from the first, are answered with 0 instead
   bool device_managed = true;     ///< as in the pool report; false: Create New Effect is answered with an error
   int block_load_delay = 0;       ///< how many Block Load requests after a Create New Effect get no answer
   int block_load_error_at = -1;   ///< which Create New Effect ends in an error, counted from 0; -1: none
@@ -66,6 +68,7 @@ class SimulatedPidDevice final : public SimulatedDevice {
   HidWrite set_feature(std::span<const std::byte> report) override;
   std::span<const std::byte> report_descriptor() const override { return descriptor_; }
   const HidDeviceInfo& info() const override { return info_; }
+  std::int64_t refused_later() const override { return reports_.refused_later(); }
   MotorState motors() override;
 
   /// What the motors do now. A device that is gone does nothing.
@@ -87,7 +90,8 @@ class SimulatedPidDevice final : public SimulatedDevice {
     std::optional<RealTime> ends_at;
     std::array<double, pid::kAxes> along{};
     double gain = 1, magnitude = 0;
-    Condition condition;
+    std::array<Condition, pid::kAxes> conditions;  // by parameter block
+    bool by_axis = false;                          // a block after the first was set
   };
 
   SimulatedPidDevice(const Clock& clock, SimulatedReports reports, SimulatedPidOptions options);
@@ -109,7 +113,7 @@ class SimulatedPidDevice final : public SimulatedDevice {
   void take_control(std::span<const std::byte> report);
   void reset();
   void free(std::size_t block);
-  std::array<double, pid::kAxes> axes_of(std::span<const std::byte> report) const;
+  std::array<double, pid::kAxes> axes_of(std::span<const std::byte> report, bool is_spring) const;
   Effect* effect_of(std::span<const std::byte> report, const PidValue& block);
   std::size_t lowest_free() const;
   std::vector<std::byte> position_report(const SimulatedReport& report) const;

@@ -32,6 +32,7 @@ struct ReportFault {
     unread,          ///< nothing is read before the next tick, as if the host hung: what is queued stays queued
     write_lost,      ///< from the tick on, `amount` output reports are accepted but lost
     write_rejected,  ///< from the tick on, `amount` output reports are rejected
+    write_refused,   ///< from the tick on, `amount` output reports are taken and refused afterwards
   } kind = Kind::lost;
   std::int64_t tick = 0;    ///< >= 0
   std::int64_t amount = 1;  ///< >= 0; late: >= 1
@@ -82,6 +83,7 @@ class SimulatedReports {
   /// What becomes of an output report: ok, rejected, or ok with `lost` set.
   HidWrite write_fault(bool& lost);
   std::int64_t dropped() const { return queue_.dropped(); }
+  std::int64_t refused_later() const { return refused_later_; }
 
  private:
   struct Late {
@@ -103,7 +105,8 @@ class SimulatedReports {
   std::size_t next_fault_ = 0;
   std::int64_t next_tick_ = 0;
   std::int64_t unread_tick_ = -2;  // the last `unread` tick; -2: none
-  std::int64_t interruptions_ = 0, writes_to_lose_ = 0, writes_to_reject_ = 0;
+  std::int64_t interruptions_ = 0, writes_to_lose_ = 0, writes_to_reject_ = 0, writes_to_refuse_ = 0;
+  std::int64_t refused_later_ = 0;
   bool gone_ = false;
 };
 

@@ -29,6 +29,7 @@ class SimulatedTransport final : public SimulatedDevice {
   HidWrite write(std::span<const std::byte> report) override;
   std::span<const std::byte> report_descriptor() const override;
   const HidDeviceInfo& info() const override { return info_; }
+  std::int64_t refused_later() const override { return reports_.refused_later(); }
   MotorState motors() override;
 
   /// The last output report, which is the force that the device would render now; before the first one its sequence is 0.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "evenstep/device/hid/pid_driver.h"
+#include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/format/foreign.h"
 
@@ -40,6 +41,7 @@ struct PidSpec {
 
   PidOptions options;
   PidFlavour flavour = PidFlavour::mask;
+  std::optional<BoardKind> board;  ///< of the simulated device; empty: evenstep's own, with the flavour
   int pool_effects = 40;
   int block_load_error_at = -1;  ///< counted from 0
   Rate firmware_rate{4000, 1};   ///< at which it renders springs by itself

@@ -1,0 +1,103 @@
+#pragma once
+/// Force feedback boards of the PID class as their firmware really behaves, in software. Each is a second reading of the
+/// standard beside SimulatedPidDevice: it takes the bytes of reports apart by what its own firmware knows of them, with no
+/// code of the driver's and without a parser of descriptors. The firmwares were read, not run:
+///
+/// openffboard-1, -2: OpenFFBoard with one and two axes (August 2026). Its state report never has the safety switch set. It
+/// pushes away from where an effect's direction points: X = -sin, Y = cos. Spring blocks are by axis only once a second one
+/// was used; until then the first block acts along the direction, with the direction's sign (-cos along Y), and along any
+/// axis that it was set for. With one axis, Axes Enable and Direction Enable have the logical range 0..0. Its
+/// largest coefficient is 4.06 times full scale over half the travel, unless set otherwise. Stop All Effects also turns the
+/// motors off.
+///
+/// arduino: ArduinoJoystickWithFFBLibrary (January 2024). It takes the first direction for both axes if Direction Enable is
+/// set alone (axis byte 4), otherwise one direction for each axis, enabled or not: X = sin, Y = -cos. It has no state
+/// report, ignores the device gain, and Disable Actuators turns nothing off. With axis byte 4 a spring's first block
+/// acts along the direction while exactly one condition report was counted, modulo 256; otherwise block i acts along axis i.
+/// Off center, a spring's negative coefficient acts on both sides.
+///
+/// silent-pool: a strict reader of the standard whose pool report is never answered.
+/// short-replies: a strict reader whose answers to feature requests lack the last byte.
+///
+/// The strict reader pushes away from where the direction points, as Linux and DirectInput mean it; axis bits count only
+/// without Direction Enable; one condition block acts along the direction, several by axis.
+///
+/// Ticks, hand, queue and faults are those of simulated_reports.h; forces follow a report at once, springs and ends of
+/// effects at `firmware_rate`. Durations are in whole milliseconds of the firmware's clock: an effect ends up to 1 ms + one
+/// firmware tick after its duration.
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "evenstep/clock/clock.h"
+#include "evenstep/device/hid/simulated_motors.h"
+#include "evenstep/device/hid/simulated_pid_device.h"
+#include "evenstep/device/hid/simulated_reports.h"
+
+namespace evenstep {
+
+namespace internal {
+class Firmware;
+}
+
+enum class BoardKind { openffboard_1, openffboard_2, arduino, silent_pool, short_replies };
+struct NamedBoard {
+  std::string_view name;
+  BoardKind kind;
+};
+/// All of them, in the order above.
+const std::vector<NamedBoard>& simulated_boards();
+
+struct SimulatedBoardOptions {
+  BoardKind kind = BoardKind::openffboard_1;
+  SimulatedDeviceOptions reports;
+  glm::dvec3 travel_m{0.4};  ///< positions of +-travel / 2 are the logical range; positions beyond give its ends
+  double full_scale_N = 10;  ///< force of the largest magnitude at full gain
+  /// Slope of the largest coefficient at full gain; empty: what the firmware has if nobody sets it.
+  std::optional<glm::dvec3> full_slope_N_per_m;
+  Rate firmware_rate{4000, 1};
+  int pool_effects = 40;         ///< at most; a firmware may have room for fewer
+  int block_load_error_at = -1;  ///< which Create New Effect ends in an error, counted from 0; -1: none
+  std::vector<PidDeviceEvent> events;
+};
+
+class SimulatedBoard final : public SimulatedDevice {
+ public:
+  SimulatedBoard(const Clock& clock, ProgrammedMotion motion, SimulatedBoardOptions options);
+  SimulatedBoard(const Clock& clock, Hand hand, SimulatedBoardOptions options);
+  ~SimulatedBoard() override;
+
+  HidRead read(std::span<std::byte> buffer) override;
+  HidWrite write(std::span<const std::byte> report) override;
+  HidFeature get_feature(std::span<std::byte> report) override;
+  HidWrite set_feature(std::span<const std::byte> report) override;
+  std::span<const std::byte> report_descriptor() const override { return descriptor_; }
+  const HidDeviceInfo& info() const override { return info_; }
+  std::int64_t refused_later() const override { return reports_.refused_later(); }
+  MotorState motors() override;
+
+ private:
+  SimulatedBoard(const Clock& clock, SimulatedReports reports, SimulatedBoardOptions options);
+  void catch_up();
+  void render(RealTime at);
+  glm::dvec3 force_N(RealTime at);
+  void pass_on_states();
+
+  const Clock& clock_;
+  SimulatedReports reports_;
+  SimulatedBoardOptions options_;
+  std::unique_ptr<internal::Firmware> firmware_;
+  std::vector<std::byte> descriptor_;
+  HidDeviceInfo info_;
+  MotorLog motors_;
+  std::size_t next_event_ = 0;
+  std::int64_t next_firmware_tick_ = 0;
+  bool switch_closed_ = true, has_power_ = true;
+  std::int64_t effects_ended_ = 0;
+};
+
+}  // namespace evenstep

@@ -1,0 +1,189 @@
+#pragma once
+/// What the firmware of a board makes of the bytes that it gets. Everything that boards have in common is SimulatedBoard's.
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../descriptor_items.h"
+#include "evenstep/device/hid/hid_transport.h"
+
+namespace evenstep::internal {
+
+struct FirmwareOptions {
+  int pool_effects = 40;
+  int block_load_error_at = -1;
+};
+
+class Firmware {
+ public:
+  virtual ~Firmware() = default;
+  virtual std::vector<std::byte> report_descriptor() const = 0;
+  virtual HidDeviceInfo info() const = 0;
+  /// Whether it has such an output report. `ms`: its clock.
+  virtual bool take_output(std::span<const std::byte> report, std::int64_t ms) = 0;
+  virtual bool take_feature(std::span<const std::byte> report) = 0;
+  /// Its answer; empty: none.
+  virtual std::vector<std::byte> answer(std::uint8_t id) = 0;
+  /// `share`: the position, -1 to 1 along each axis.
+  virtual std::vector<std::byte> position_report(const glm::dvec3& share) const = 0;
+  /// The state reports that it has sent since the last call, each as the byte after its id.
+  virtual std::vector<std::uint8_t> states() { return {}; }
+  virtual std::vector<std::byte> state_report(std::uint8_t /*state*/) const { return {}; }
+  virtual void see_switches(bool /*safety_switch*/, bool /*actuator_power*/) {}
+
+  /// Ends the effects whose time is over; how many did.
+  virtual int end_effects(std::int64_t ms) = 0;
+  /// Shares of full scale, -1 to 1. `slope`: that of the largest coefficient, as a multiple of full scale over half the
+  /// travel; 0: the firmware's own.
+  virtual glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const = 0;
+  virtual int playing() const = 0;
+  virtual int allocated() const = 0;
+  virtual bool actuators_enabled() const = 0;
+};
+
+std::unique_ptr<Firmware> openffboard(int axes, const FirmwareOptions& options);
+std::unique_ptr<Firmware> arduino_joystick(const FirmwareOptions& options);
+struct StrictQuirks {
+  bool silent_pool = false, short_replies = false;
+};
+std::unique_ptr<Firmware> strict_board(StrictQuirks quirks, const FirmwareOptions& options);
+
+// ---- bytes
+
+inline std::uint8_t byte_at(std::span<const std::byte> report, std::size_t at) {
+  return std::to_integer<std::uint8_t>(report[at]);
+}
+inline std::uint16_t word_at(std::span<const std::byte> report, std::size_t at) {
+  return static_cast<std::uint16_t>(byte_at(report, at) | byte_at(report, at + 1) << 8);
+}
+inline std::int16_t signed_at(std::span<const std::byte> report, std::size_t at) {
+  return static_cast<std::int16_t>(word_at(report, at));
+}
+inline std::vector<std::byte> bytes_of(std::initializer_list<int> values) {
+  std::vector<std::byte> bytes;
+  for (const int value : values) bytes.push_back(static_cast<std::byte>(value));
+  return bytes;
+}
+/// A position in counts of +-32767, little-endian.
+inline void put_position(std::vector<std::byte>& bytes, double share) {
+  const auto counts = static_cast<std::int32_t>(share * 32767 + (share < 0 ? -0.5 : 0.5));
+  bytes.push_back(static_cast<std::byte>(counts & 0xFF));
+  bytes.push_back(static_cast<std::byte>(counts >> 8 & 0xFF));
+}
+
+// ---- descriptors
+
+/// Items that boards' descriptors repeat.
+class BoardItems : public Items {
+ public:
+  static constexpr int kVariable = 0x02, kPadding = 0x03, kArray = 0x00;
+
+  void outputs(std::initializer_list<int> of, int bits, std::int64_t minimum, std::int64_t maximum) {
+    logical(minimum, maximum);
+    format(bits, static_cast<int>(of.size()));
+    usages(of);
+    output(kVariable);
+  }
+  void output_padding(int bits) {
+    format(bits, 1);
+    output(kPadding);
+  }
+  void features(std::initializer_list<int> of, int bits, std::int64_t minimum, std::int64_t maximum) {
+    logical(minimum, maximum);
+    format(bits, static_cast<int>(of.size()));
+    usages(of);
+    feature(kVariable);
+  }
+  void feature_padding(int bits) {
+    format(bits, 1);
+    feature(kPadding);
+  }
+  /// A collection of which one usage is selected, counted from 1.
+  void selector(int around, std::initializer_list<int> of, bool is_feature = false) {
+    open(around);
+    usages(of);
+    logical(1, static_cast<std::int64_t>(of.size()));
+    format(8, 1);
+    is_feature ? feature(kArray) : output(kArray);
+    close();
+  }
+  /// An effect's type: Constant, Ramp, Square, Sine, Triangle, Sawtooth Up and Down, Spring, Damper, Inertia, Friction.
+  void effect_type(bool is_feature = false) {
+    selector(0x25, {0x26, 0x27, 0x30, 0x31, 0x32, 0x33, 0x34, 0x40, 0x41, 0x42, 0x43}, is_feature);
+  }
+  void block_report(int usage_of_it, int id) {
+    open_report(usage_of_it, id);
+    outputs({0x22}, 8, 1, 40);
+  }
+  /// Begins the joystick with `axes` positions of +-32767 after `buttons` bits, in report 1.
+  void joystick(int buttons, int axes) {
+    page(0x01);
+    usage(0x04);
+    item(0xA0, 1);
+    item(0x84, 1);
+    page(0x09);
+    item(0x18, 1);
+    item(0x28, buttons);
+    logical(0, 1);
+    format(1, buttons);
+    input(kVariable);
+    page(0x01);
+    item(0x18, 0x30);
+    item(0x28, 0x30 + axes - 1);
+    logical(-32767, 32767);
+    format(16, axes);
+    input(kVariable);
+    page(0x0F);
+  }
+  void constant_force(int id, int largest) {
+    block_report(0x73, id);
+    outputs({0x70}, 16, -largest, largest);
+    close();
+  }
+  void operation(int id) {
+    block_report(0x77, id);
+    selector(0x78, {0x79, 0x7A, 0x7B});
+    outputs({0x7C}, 8, 0, 255);
+    close();
+  }
+  void block_free(int id) {
+    block_report(0x90, id);
+    close();
+  }
+  void gain(int id) {
+    open_report(0x7D, id);
+    outputs({0x7E}, 8, 0, 255);
+    close();
+  }
+  void create_effect(int id) {
+    open_report(0xAB, id);
+    effect_type(true);
+    page(0x01);
+    features({0x3B}, 10, 0, 511);
+    page(0x0F);
+    feature_padding(6);
+    close();
+  }
+  void block_load(int id) {
+    open_report(0x89, id);
+    features({0x22}, 8, 1, 40);
+    selector(0x8B, {0x8C, 0x8D, 0x8E}, true);
+    features({0xAC}, 16, 0, 65'535);
+    close();
+  }
+  void pool(int id) {
+    open_report(0x7F, id);
+    features({0x80}, 16, 0, 65'535);
+    features({0x83}, 8, 0, 255);
+    features({0xA9, 0xAA}, 1, 0, 1);
+    feature_padding(6);
+    close();
+  }
+};
+
+}  // namespace evenstep::internal

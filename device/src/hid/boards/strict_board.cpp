@@ -1,0 +1,315 @@
+// A firmware that follows the standard to the letter, but for what its quirks say.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "evenstep/time/reproducible_math.h"
+#include "firmware.h"
+
+namespace evenstep::internal {
+namespace {
+
+enum Id : std::uint8_t {
+  kState = 3,
+  kSetEffect = 0x31,
+  kSetCondition = 0x32,
+  kConstantForce = 0x33,
+  kOperation = 0x34,
+  kBlockFree = 0x35,
+  kControl = 0x36,
+  kGain = 0x37,
+  kCreate = 0x41,
+  kLoad = 0x42,
+  kPool = 0x43
+};
+constexpr std::uint8_t kConstant = 1, kSpring = 8;
+constexpr int kInfinite = 0xFFFF;
+constexpr double kMost = 32'767, kPi = 3.14159265358979323846;
+
+struct Condition {
+  double center = 0, positive = 0, negative = 0, positive_saturation = 0, negative_saturation = 0, dead_band = 0;
+  bool was_set = false;
+};
+
+struct Effect {
+  bool allocated = false, plays = false;
+  std::uint8_t type = 0;
+  double gain = 1, magnitude = 0;
+  std::array<double, 2> towards{};  // the direction, along X and Y
+  std::array<bool, 2> enabled{};    // by axis bits; counts only without a direction
+  bool by_direction = false;
+  int duration_ms = kInfinite;
+  std::int64_t started_ms = 0;
+  std::array<Condition, 2> conditions;
+};
+
+class StrictBoard final : public Firmware {
+ public:
+  StrictBoard(StrictQuirks quirks, const FirmwareOptions& options)
+      : quirks_(quirks), options_(options), effects_(static_cast<std::size_t>(std::min(16, options.pool_effects))) {}
+
+  HidDeviceInfo info() const override { return {"", 0x1209, 0x0E59, "evenstep strict board", "simulated"}; }
+  std::vector<std::byte> report_descriptor() const override;
+  bool take_output(std::span<const std::byte> report, std::int64_t ms) override;
+  bool take_feature(std::span<const std::byte> report) override;
+  std::vector<std::byte> answer(std::uint8_t id) override;
+  std::vector<std::byte> position_report(const glm::dvec3& share) const override;
+  std::vector<std::uint8_t> states() override { return std::exchange(states_, {}); }
+  std::vector<std::byte> state_report(std::uint8_t state) const override { return bytes_of({kState, state}); }
+  void see_switches(bool safety_switch, bool actuator_power) override {
+    switch_closed_ = safety_switch;
+    has_power_ = actuator_power;
+    say_state();
+  }
+
+  int end_effects(std::int64_t ms) override;
+  glm::dvec3 force(const glm::dvec3& share, const glm::dvec3& slope) const override;
+  int playing() const override {
+    return count([](const Effect& effect) { return effect.plays; });
+  }
+  int allocated() const override {
+    return count([](const Effect& effect) { return effect.allocated; });
+  }
+  bool actuators_enabled() const override { return enabled_; }
+
+ private:
+  template <class Predicate>
+  int count(Predicate predicate) const {
+    return static_cast<int>(std::count_if(effects_.begin(), effects_.end(), predicate));
+  }
+  void say_state() {
+    states_.push_back(static_cast<std::uint8_t>((paused_ ? 1 : 0) | (enabled_ ? 2 : 0) | (switch_closed_ ? 4 : 0) |
+                                                (has_power_ ? 8 : 0) | (playing() > 0 ? 16 : 0)));
+  }
+  static void set_effect(Effect& effect, std::span<const std::byte> report);
+  static void set_condition(Effect& effect, std::span<const std::byte> report);
+  void operate(Effect& effect, std::span<const std::byte> report, std::int64_t ms);
+  void control(std::uint8_t command);
+  static double along(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope);
+
+  StrictQuirks quirks_;
+  FirmwareOptions options_;
+  std::vector<Effect> effects_;
+  std::vector<std::uint8_t> states_;
+  bool enabled_ = false, paused_ = false, switch_closed_ = true, has_power_ = true;
+  double gain_ = 1;
+  int created_ = 0;
+  std::uint8_t loaded_ = 0, load_status_ = 0;
+};
+
+std::vector<std::byte> StrictBoard::report_descriptor() const {
+  BoardItems at;
+  at.joystick(8, 2);
+  at.open_report(0x92, kState);
+  at.logical(0, 1);
+  at.format(1, 5);
+  at.usages({0x9F, 0xA0, 0xA4, 0xA6, 0x94});
+  at.input(BoardItems::kVariable);
+  at.format(3, 1);
+  at.input(BoardItems::kPadding);
+  at.close();
+
+  at.block_report(0x21, kSetEffect);
+  at.effect_type();
+  at.unit(0x1001, 0x0D);
+  at.outputs({0x50}, 16, 0, 32'767);
+  at.unit(0, 0);
+  at.outputs({0x52}, 8, 0, 255);
+  at.open(0x55);
+  at.page(0x01);
+  at.outputs({0x30, 0x31}, 1, 0, 1);
+  at.close();
+  at.page(0x0F);
+  at.outputs({0x56}, 1, 0, 1);
+  at.output_padding(5);
+  at.open(0x57);
+  at.logical(0, 36'000);
+  at.item(0x08, 0x0A0001, 4);
+  at.item(0x08, 0x0A0002, 4);
+  at.format(16, 2);
+  at.output(BoardItems::kVariable);
+  at.close();
+  at.close();
+
+  at.block_report(0x5F, kSetCondition);
+  at.outputs({0x23}, 8, 0, 1);
+  at.outputs({0x60, 0x61, 0x62}, 16, -32'767, 32'767);
+  at.outputs({0x63, 0x64, 0x65}, 16, 0, 32'767);
+  at.close();
+
+  at.constant_force(kConstantForce, 32'767);
+  at.operation(kOperation);
+  at.block_free(kBlockFree);
+  at.open_report(0x96, kControl);
+  at.usages({0x97, 0x98, 0x99, 0x9A, 0x9B, 0x9C});
+  at.logical(1, 6);
+  at.format(8, 1);
+  at.output(BoardItems::kArray);
+  at.close();
+  at.gain(kGain);
+  at.create_effect(kCreate);
+  at.block_load(kLoad);
+  at.pool(kPool);
+  at.close();
+  return std::move(at.bytes);
+}
+
+std::vector<std::byte> StrictBoard::position_report(const glm::dvec3& share) const {
+  std::vector<std::byte> bytes(2);
+  bytes[0] = std::byte{1};
+  put_position(bytes, share.x);
+  put_position(bytes, share.y);
+  return bytes;
+}
+
+bool StrictBoard::take_output(std::span<const std::byte> report, std::int64_t ms) {
+  if (report.size() < 2) return false;
+  const std::size_t index = byte_at(report, 1);
+  if (report[0] == std::byte{kControl}) return control(byte_at(report, 1)), true;
+  if (report[0] == std::byte{kGain}) return gain_ = byte_at(report, 1) / 255.0, true;
+  if (index == 0 || index > effects_.size() || !effects_[index - 1].allocated) return true;
+  Effect& effect = effects_[index - 1];
+  switch (byte_at(report, 0)) {
+    case kSetEffect:
+      if (report.size() >= 11) set_effect(effect, report);
+      return true;
+    case kSetCondition:
+      if (report.size() >= 15) set_condition(effect, report);
+      return true;
+    case kConstantForce:
+      if (report.size() >= 4) effect.magnitude = signed_at(report, 2) / kMost;
+      return true;
+    case kOperation:
+      if (report.size() >= 4) operate(effect, report, ms);
+      return true;
+    case kBlockFree:
+      effect = {};
+      return true;
+    default:
+      return false;
+  }
+}
+
+void StrictBoard::set_effect(Effect& effect, std::span<const std::byte> report) {
+  effect.type = byte_at(report, 2);
+  effect.duration_ms = word_at(report, 3);
+  effect.gain = byte_at(report, 5) / 255.0;
+  effect.enabled = {(byte_at(report, 6) & 1) != 0, (byte_at(report, 6) & 2) != 0};
+  effect.by_direction = byte_at(report, 6) & 4;
+  // Clockwise from north, which is the far end of Y and its lowest position.
+  const double angle = word_at(report, 7) / 36'000.0 * 2 * kPi;
+  effect.towards = {reproducible::sin(angle), -reproducible::cos(angle)};
+}
+
+void StrictBoard::set_condition(Effect& effect, std::span<const std::byte> report) {
+  if (byte_at(report, 2) >= 2) return;
+  effect.conditions[byte_at(report, 2)] = {.center = signed_at(report, 3) / kMost,
+                                           .positive = signed_at(report, 5) / kMost,
+                                           .negative = signed_at(report, 7) / kMost,
+                                           .positive_saturation = word_at(report, 9) / kMost,
+                                           .negative_saturation = word_at(report, 11) / kMost,
+                                           .dead_band = word_at(report, 13) / kMost,
+                                           .was_set = true};
+}
+
+void StrictBoard::operate(Effect& effect, std::span<const std::byte> report, std::int64_t ms) {
+  const std::uint8_t operation = byte_at(report, 2);
+  if (operation == 2) {
+    for (Effect& other : effects_) other.plays = false;
+  }
+  effect.plays = operation != 3;
+  effect.started_ms = ms;
+  say_state();
+}
+
+void StrictBoard::control(std::uint8_t command) {
+  if (command == 1) enabled_ = true;
+  if (command == 2) enabled_ = false;
+  if (command == 3) {
+    for (Effect& effect : effects_) effect.plays = false;
+  }
+  if (command == 4) {
+    std::fill(effects_.begin(), effects_.end(), Effect{});
+    enabled_ = true;
+    paused_ = false;
+    gain_ = 1;
+  }
+  if (command == 5) paused_ = true;
+  if (command == 6) paused_ = false;
+  say_state();
+}
+
+bool StrictBoard::take_feature(std::span<const std::byte> report) {
+  if (report.size() < 2 || report[0] != std::byte{kCreate}) return false;
+  const auto free = std::find_if(effects_.begin(), effects_.end(), [](const Effect& effect) { return !effect.allocated; });
+  loaded_ = 0;
+  if (created_++ == options_.block_load_error_at) {
+    load_status_ = 3;
+  } else if (free == effects_.end()) {
+    load_status_ = 2;
+  } else {
+    *free = {};
+    free->allocated = true;
+    loaded_ = static_cast<std::uint8_t>(free - effects_.begin() + 1);
+    load_status_ = 1;
+  }
+  return true;
+}
+
+std::vector<std::byte> StrictBoard::answer(std::uint8_t id) {
+  std::vector<std::byte> bytes;
+  if (id == kLoad) bytes = bytes_of({kLoad, loaded_, load_status_, 0xFF, 0xFF});
+  if (id == kPool && !quirks_.silent_pool) bytes = bytes_of({kPool, 0, 0x10, 16, 1});
+  if (quirks_.short_replies && !bytes.empty()) bytes.pop_back();
+  return bytes;
+}
+
+int StrictBoard::end_effects(std::int64_t ms) {
+  int ended = 0;
+  for (Effect& effect : effects_) {
+    if (!effect.plays || effect.duration_ms == kInfinite || ms - effect.started_ms < effect.duration_ms) continue;
+    effect.plays = false;
+    ++ended;
+  }
+  if (ended > 0) say_state();
+  return ended;
+}
+
+glm::dvec3 StrictBoard::force(const glm::dvec3& share, const glm::dvec3& slope) const {
+  glm::dvec3 sum{0};
+  if (!enabled_ || paused_) return sum;
+  for (const Effect& effect : effects_) {
+    for (std::size_t axis = 0; effect.plays && axis < 2; ++axis)
+      sum[static_cast<int>(axis)] += effect.gain * along(effect, axis, share, slope);
+  }
+  for (int axis = 0; axis < 3; ++axis) sum[axis] = std::clamp(sum[axis], -1.0, 1.0) * gain_;
+  return sum;
+}
+
+double StrictBoard::along(const Effect& effect, std::size_t axis, const glm::dvec3& share, const glm::dvec3& slope) {
+  if (effect.type == kConstant)
+    return effect.magnitude * (effect.by_direction ? -effect.towards[axis] : effect.enabled[axis] ? 1.0 : 0.0);
+  if (effect.type != kSpring) return 0;
+  // Several blocks act by axis and are not rotated; a single one acts along the direction.
+  const bool by_axis = effect.conditions[1].was_set || !effect.by_direction;
+  const Condition& condition = effect.conditions[by_axis ? axis : 0];
+  const double x = share.x, y = share.y;
+  const double position = by_axis ? share[static_cast<int>(axis)] : x * effect.towards[0] + y * effect.towards[1];
+  if (by_axis && !effect.by_direction && !effect.enabled[axis]) return 0;
+  const double from_center = position - condition.center;
+  if (std::abs(from_center) <= condition.dead_band) return 0;
+  const double past = from_center - (from_center < 0 ? -condition.dead_band : condition.dead_band);
+  const double steepness = slope[static_cast<int>(axis)] > 0 ? slope[static_cast<int>(axis)] : 1;
+  const double pull = from_center > 0 ? std::min(condition.positive * past * steepness, condition.positive_saturation)
+                                      : std::max(condition.negative * past * steepness, -condition.negative_saturation);
+  return by_axis ? -pull : -pull * effect.towards[axis];
+}
+
+}  // namespace
+
+std::unique_ptr<Firmware> strict_board(StrictQuirks quirks, const FirmwareOptions& options) {
+  return std::make_unique<StrictBoard>(quirks, options);
+}
+
+}  // namespace evenstep::internal

@@ -1,0 +1,313 @@
+// The driver on boards whose firmware reads the standard in its own way. What is asserted is what the motors do.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <random>
+
+#include "evenstep/device/hid/simulated_board.h"
+#include "pid_bench.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+using Catch::Contains;
+using Log = std::vector<std::string>;
+
+namespace {
+
+int axes_of(BoardKind kind) { return kind == BoardKind::openffboard_1 ? 1 : 2; }
+
+/// 10 N over 0.4 m along each axis that has a motor, with the signs of that board as somebody would measure them.
+PidOptions options_for(BoardKind kind) {
+  PidOptions options;
+  options.travel_m = {0.4, axes_of(kind) > 1 ? 0.4 : 0, 0};
+  options.full_scale_N = 10;
+  options.gain = 1;
+  if (kind == BoardKind::arduino) options.reversed_force = {true, true, false};
+  return options;
+}
+
+PidOptions with_springs(BoardKind kind) {
+  PidOptions options = options_for(kind);
+  options.springs = true;
+  options.reversed_spring = {false, false, std::nullopt};
+  options.full_slope_N_per_m = glm::dvec3(50);
+  return options;
+}
+
+struct BoardBench {
+  BoardBench(BoardKind kind, const PidOptions& driver_options, Motion motion = Still{}, SimulatedBoardOptions options = {})
+      : device(clock, ProgrammedMotion{std::move(motion), RealTime{}}, given(kind, driver_options, options)),
+        driver(std::make_unique<PidDriver>(transport, layout_of(device), driver_options)) {}
+  static SimulatedBoardOptions given(BoardKind kind, const PidOptions& driver, SimulatedBoardOptions options) {
+    options.kind = kind;
+    options.travel_m = driver.travel_m;
+    options.full_slope_N_per_m = driver.full_slope_N_per_m;
+    return options;
+  }
+  DeviceSample tick(std::int64_t k, const glm::dvec3& force_N) {
+    clock.wait_until(RealTime{k * kMs});
+    const DeviceSample sample = driver->read(clock.now());
+    driver->write(force_N);
+    return sample;
+  }
+
+  VirtualClock clock;
+  SimulatedBoard device;
+  RecordingTransport transport{device};
+  std::unique_ptr<PidDriver> driver;
+};
+
+/// Counts are cut off several times on their way; a direction of 8 bits is 0.35 degrees off, so that 0.62 % of a force along
+/// X acts along Y and 2e-5 of it is lost.
+constexpr double kRounding_N = 10.0 * 4 / 10'000;
+double astray(BoardKind kind) { return kind == BoardKind::arduino ? 0.0063 : 0; }
+
+void require_rendered(const glm::dvec3& rendered, const glm::dvec3& wanted, BoardKind kind) {
+  const double tolerance = kRounding_N + astray(kind) * (std::abs(wanted.x) + std::abs(wanted.y));
+  for (int axis = 0; axis < 3; ++axis) REQUIRE(std::abs(rendered[axis] - wanted[axis]) <= tolerance);
+}
+
+bool is_still(const MotorState& motors) {
+  return motors.force_N == glm::dvec3(0) && motors.effects_playing == 0 && motors.effects_allocated == 0 &&
+         !motors.actuators_enabled;
+}
+
+}  // namespace
+
+TEST_CASE("on every board the force asked for acts along its axes with its sign and along no other, 200 forces and gains") {
+  std::mt19937_64 random(3);
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    for (const double gain : {1.0, 0.25, 0.01}) {
+      PidOptions options = options_for(kind);
+      options.gain = gain;
+      BoardBench bench(kind, options);
+      bench.driver->start();
+      const double largest_N = bench.driver->largest_force_N();
+      CHECK(largest_N == 10 * gain);
+      for (std::int64_t k = 0; k < 200; ++k) {
+        const auto draw = [&] { return (static_cast<double>(random() >> 11) / (1ll << 52) - 1) * largest_N; };
+        glm::dvec3 force{0};
+        const auto only = random() % 3;  // along X, along Y, along both
+        if (only != 1) force.x = draw();
+        if (only != 0 && axes_of(kind) > 1) force.y = draw();
+        bench.tick(k, force);
+        require_rendered(bench.device.motors().force_N, force, kind);
+      }
+      bench.tick(200, {1e9, 0, 0});
+      require_rendered(bench.device.motors().force_N, {largest_N, 0, 0}, kind);
+      bench.driver->stop();
+      CHECK(is_still(bench.device.motors()));
+    }
+  }
+}
+
+TEST_CASE("on no board a force along one axis ever acted along another") {
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    BoardBench bench(kind, options_for(kind));
+    bench.driver->start();
+    for (std::int64_t k = 0; k < 600; ++k) bench.tick(k, {k < 300 ? 8.0 : -8.0, 0, 0});
+    const MotorState motors = bench.device.motors();
+    CHECK(motors.largest_along_N.x == Approx(8).margin(kRounding_N + 1e-3));
+    CHECK(motors.largest_along_N.y <= 8 * astray(kind) + kRounding_N);
+    CHECK(motors.largest_along_N.z == 0);
+  }
+}
+
+TEST_CASE("Set Effect of a force has Direction Enable alone and that of a spring its axis bit beside it") {
+  // Axis byte, first direction: 90 degrees; for Y 0, and 180 for its spring.
+  const auto set_effects = [](BoardKind kind, std::size_t axis_byte) {
+    BoardBench bench(kind, with_springs(kind));
+    bench.driver->start();
+    const std::string report = kind == BoardKind::silent_pool ? "w 31 " : "w 01 ";
+    Log found;
+    for (const std::string& line : bench.transport.log) {
+      if (line.rfind(report, 0) == 0) found.push_back(line.substr(2 + 3 * axis_byte, 8));
+    }
+    return found;
+  };
+  CHECK(set_effects(BoardKind::openffboard_1, 13) == Log{"02 28 23", "03 28 23"});
+  CHECK(set_effects(BoardKind::openffboard_2, 13) == Log{"04 28 23", "04 00 00", "05 28 23", "06 50 46"});
+  CHECK(set_effects(BoardKind::arduino, 11) == Log{"04 40 00", "04 00 00", "05 40 00", "06 80 00"});
+  CHECK(set_effects(BoardKind::silent_pool, 6) == Log{"04 28 23", "04 00 00", "05 28 23", "06 50 46"});
+}
+
+TEST_CASE("a board that never says that its safety switch is closed is driven all the same") {
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    BoardBench bench(kind, options_for(kind));
+    bench.driver->start();
+    for (std::int64_t k = 0; k < 1000; ++k) REQUIRE(bench.tick(k, {1, 0, 0}).drivable);
+    CHECK(bench.driver->pid_counters().unpowered == 0);
+    CHECK(bench.driver->silence() == PidSilence::none);
+  }
+  BoardBench bench(BoardKind::openffboard_2, options_for(BoardKind::openffboard_2));
+  bench.driver->start();
+  bench.tick(0, {1, 0, 0});
+  CHECK(bench.driver->state().safety_switch == false);  // 1A, after each Create New Effect and Set Effect
+  CHECK(bench.driver->pid_counters().state_reports == 4);
+}
+
+TEST_CASE("a switch that was seen closed cuts when it opens and the driver names it") {
+  using Kind = PidDeviceEvent::Kind;
+  SimulatedBoardOptions options;
+  options.events = {{Kind::safety_switch, RealTime{10 * kMs}, false},
+                    {Kind::safety_switch, RealTime{20 * kMs}, true},
+                    {Kind::actuator_power, RealTime{30 * kMs}, false},
+                    {Kind::actuator_power, RealTime{40 * kMs}, true}};
+  BoardBench bench(BoardKind::silent_pool, options_for(BoardKind::silent_pool), Still{}, options);
+  bench.driver->start();
+  for (std::int64_t k = 0; k < 50; ++k) {
+    const DeviceSample sample = bench.tick(k, {1, 0, 0});
+    const PidSilence expected = k >= 10 && k < 20   ? PidSilence::switch_open
+                                : k >= 30 && k < 40 ? PidSilence::no_power
+                                                    : PidSilence::none;
+    REQUIRE(bench.driver->silence() == expected);
+    REQUIRE(sample.drivable == (expected == PidSilence::none));
+  }
+  const PidCounters& counted = bench.driver->pid_counters();
+  CHECK((counted.cuts_switch == 1 && counted.cuts_power == 1 && counted.cuts_paused == 0 && counted.cuts_actuators == 0));
+  CHECK(bench.driver->own_counters().at("pid_cuts_switch") == 1);
+}
+
+TEST_CASE("on every board a spring of a measured sign pulls towards its center with its slope, 600 times along X and Y") {
+  std::mt19937_64 random(4);
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    for (int axis = 0; axis < axes_of(kind); ++axis) {
+      glm::dvec3 at{0};
+      at[axis] = 0.1;
+      BoardBench bench(kind, with_springs(kind), Still{at});
+      bench.driver->start();
+      // More than 256 reports, which is how far one firmware counts them.
+      for (std::int64_t k = 0; k < 600; ++k) {
+        bench.tick(k, {0, 0, 0});
+        DeviceSpring spring;
+        const double stiffness = 5 + static_cast<double>(random() % 40);
+        // Off center the Arduino library has no right spring to give.
+        if (kind != BoardKind::arduino) spring.center_m[axis] = static_cast<double>(random() % 301) / 1000 - 0.15;
+        spring.below_N_per_m[axis] = spring.above_N_per_m[axis] = stiffness;
+        spring.limit_N[axis] = 10;
+        const DeviceSpring rendered = bench.driver->write_spring(spring);
+        REQUIRE(rendered.above_N_per_m[axis] == Approx(stiffness).margin(0.02));
+        glm::dvec3 expected{0};
+        expected[axis] = std::clamp(stiffness * (spring.center_m[axis] - at[axis]), -10.0, 10.0);
+        require_rendered(bench.device.motors().force_N, expected, kind);
+      }
+      bench.driver->stop();
+      CHECK(is_still(bench.device.motors()));
+    }
+  }
+}
+
+TEST_CASE("a spring whose sign nobody measured is rendered along X alone and not where the force is reversed") {
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    PidOptions options = with_springs(kind);
+    options.reversed_spring = {};
+    BoardBench bench(kind, options, Still{{0.1, 0.1, 0}});
+    bench.driver->start();
+    bench.tick(0, {0, 0, 0});
+    DeviceSpring spring;
+    spring.below_N_per_m = spring.above_N_per_m = {20, 20, 0};
+    spring.limit_N = {10, 10, 0};
+    const DeviceSpring rendered = bench.driver->write_spring(spring);
+    CHECK(rendered.above_N_per_m.y == 0);
+    const bool along_x = kind != BoardKind::arduino;  // whose force is reversed
+    CHECK((rendered.above_N_per_m.x > 0) == along_x);
+    require_rendered(bench.device.motors().force_N, {along_x ? -2 : 0, 0, 0}, kind);
+    CHECK(bench.device.motors().effects_playing == axes_of(kind) + along_x);
+  }
+}
+
+TEST_CASE("a spring measured as reversed is sent with negative coefficients") {
+  PidOptions options = with_springs(BoardKind::openffboard_2);
+  options.reversed_spring = {true, true, std::nullopt};
+  BoardBench bench(BoardKind::openffboard_2, options, Still{{0.1, -0.05, 0}});
+  bench.driver->start();
+  bench.tick(0, {0, 0, 0});
+  DeviceSpring spring;
+  spring.below_N_per_m = spring.above_N_per_m = {20, 20, 0};
+  spring.limit_N = {10, 10, 0};
+  CHECK(bench.driver->write_spring(spring).above_N_per_m.y == Approx(20).margin(0.01));
+  // On a board that is not reversed such a spring pushes away.
+  require_rendered(bench.device.motors().force_N, {2, -1, 0}, BoardKind::openffboard_2);
+}
+
+TEST_CASE("no board is left with a force when its driver hangs, and each ends it by itself") {
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    BoardBench bench(kind, options_for(kind));
+    bench.driver->start();
+    for (std::int64_t k = 0; k < 1000; ++k) bench.tick(k, {3, 0, 0});
+    require_rendered(bench.device.motors().force_N, {3, 0, 0}, kind);
+    // The last Start was at 750 ms; firmware that counts whole milliseconds ends it one later.
+    bench.clock.wait_until(RealTime{1'249 * kMs});
+    CHECK(bench.device.motors().force_N.x > 2.9);
+    bench.clock.wait_until(RealTime{1'252 * kMs});
+    CHECK(bench.device.motors().force_N == glm::dvec3(0));
+    CHECK(bench.device.motors().effects_ended == axes_of(kind));
+  }
+}
+
+TEST_CASE("answers to feature requests may lack their last byte, and a pool may stay silent") {
+  for (const BoardKind kind : {BoardKind::short_replies, BoardKind::silent_pool}) {
+    BoardBench bench(kind, options_for(kind));
+    bench.driver->start();
+    const auto asked = [&](const std::string& line) {
+      return std::count(bench.transport.log.begin(), bench.transport.log.end(), line);
+    };
+    CHECK(asked("g 43") == 1);
+    CHECK(asked("g 42") == 2);
+    CHECK(bench.driver->pid_counters().pool_unknown == (kind == BoardKind::silent_pool));
+    bench.tick(0, {1, -1, 0});
+    require_rendered(bench.device.motors().force_N, {1, -1, 0}, kind);
+  }
+}
+
+TEST_CASE("the pool is asked again while it says less than two, twenty times, and then not believed") {
+  for (const int unready : {0, 1, 5, 19, 20, 1000}) {
+    SimulatedPidOptions device = pid_device(PidFlavour::mask);
+    device.pool_unready = unready;
+    PidBench bench(device);
+    bench.driver->start();
+    CHECK(std::count(bench.transport.log.begin(), bench.transport.log.end(), "g 22") == std::min(20, unready + 1));
+    CHECK(bench.driver->pid_counters().pool_unknown == (unready >= 20));
+    CHECK(bench.device.playing() == 2);
+  }
+}
+
+TEST_CASE("an axis that Axes Enable does not list has no force and is refused by name") {
+  PidOptions options = options_for(BoardKind::openffboard_1);
+  options.travel_m.y = 0.4;  // positions have a Y: a pedal
+  BoardBench bench(BoardKind::openffboard_1, options);
+  CHECK_THROWS_WITH(bench.driver->start(), Contains("no force along Y") && Contains("give it a travel of 0"));
+  CHECK(is_still(bench.device.motors()));
+}
+
+TEST_CASE("start resets twice, stops all and sets the device's gain to its maximum before it enables the actuators") {
+  BoardBench bench(BoardKind::openffboard_2, options_for(BoardKind::openffboard_2));
+  bench.driver->start();
+  const Log begin(bench.transport.log.begin(), bench.transport.log.begin() + 5);
+  CHECK(begin == Log{"w 0C 08", "w 0C 08", "w 0C 04", "w 0D FF", "w 0C 01"});
+}
+
+TEST_CASE("a board without room and one that fails to load are errors of their own and are left still") {
+  for (const auto& [name, kind] : simulated_boards()) {
+    INFO(name);
+    SimulatedBoardOptions full, failing;
+    full.pool_effects = 0;
+    failing.block_load_error_at = 0;
+    using Reason = PidBlockLoadError::Reason;
+    for (const auto& [options, reason] : {std::pair(full, Reason::full), std::pair(failing, Reason::error)}) {
+      BoardBench bench(kind, options_for(kind), Still{}, options);
+      try {
+        bench.driver->start();
+        FAIL("started");
+      } catch (const PidBlockLoadError& error) {
+        CHECK(error.reason == reason);
+      }
+      CHECK(is_still(bench.device.motors()));
+    }
+  }
+}
