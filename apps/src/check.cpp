@@ -6,10 +6,12 @@
 #include "commands.h"
 #include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/sweep.h"
+#include "evenstep/harness/foresee.h"
 #include "evenstep/harness/rendering.h"
 #include "evenstep/harness/saturation_forecast.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/reports/writers.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
 
@@ -64,14 +66,30 @@ std::vector<Diagnostic> explain_saturation(const Scenario& scenario, const std::
   return foretold_errors(scenario, plans, foretold);
 }
 
-/// Returns what of it cannot hold.
-std::vector<Diagnostic> explain(const Scenario& scenario) {
+/// What must go wrong in a run, as text; empty if nothing is known.
+std::string foreseen(const Scenario& scenario, const std::vector<StrategyPlan>& plans) {
+  if (scenario.expect_stop) return {};
+  const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
+  if (tissue && !scenario.scene.allow_unstable) {
+    const Rate rate = scenario.scene.step_rate;
+    const int least = auto_substeps(*tissue, rate);
+    const int substeps = tissue->substeps > 0 ? tissue->substeps : least;
+    if (period_s(rate) / substeps > step_limit(*tissue).step_s)
+      return fmt::format(
+          "must fail: the step is above its limit, and the run will not start; substeps = \"auto\" or at least {}\n", least);
+  }
+  const std::vector<ExpectationResult> failures = foresee_failures(scenario, plans);
+  return failures.empty() ? "" : "must fail:\n" + verdict_table(failures, false);
+}
+
+/// Explains the scenario. False if it must fail.
+bool explain(const Scenario& scenario) {
   fmt::print("{}\n  {}\n", scenario.file, scenario.name);
   if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
   if (scenario.case_spec) {
     explain_case(*scenario.case_spec);
     fmt::print("  expectations {}\n\n", scenario.expectations.size());
-    return {};
+    return true;
   }
   fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration),
              seconds(scenario.warmup), scenario.seed);
@@ -105,12 +123,14 @@ std::vector<Diagnostic> explain(const Scenario& scenario) {
     fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
                plan.predicted_late_forces);
   }
-  std::vector<Diagnostic> errors = explain_saturation(scenario, plans);
+  const std::vector<Diagnostic> saturated = explain_saturation(scenario, plans);
   if (scenario.sweep) explain_sweep(*scenario.sweep);
   fmt::print("  expectations {}\n", scenario.expectations.size());
   for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
-  fmt::print("\n");
-  return errors;
+  const std::string failures = foreseen(scenario, plans);
+  fmt::print("{}\n", failures);
+  print(saturated);
+  return failures.empty() && saturated.empty();
 }
 
 }  // namespace
@@ -167,9 +187,7 @@ ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool
     if (errors.empty() && read->sweep) errors = check_sweep(file, arguments.set);
     if (errors.empty()) {
       try {
-        const std::vector<Diagnostic> foretold = explain(*read);
-        print(foretold);
-        if (!foretold.empty()) code = worse(code, ExitCode::expectation_failed);
+        if (!explain(*read)) code = worse(code, ExitCode::expectation_failed);
         continue;
       } catch (const SolverError& error) {
         errors.push_back({file, 0, 0, std::string(error.what()) + "; " + error.remedy()});

@@ -1,13 +1,64 @@
 #include "command.h"
 
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <limits>
 
 #include "evenstep/harness/version.h"
+#include "evenstep/text/suggest.h"
 
 namespace evenstep::app {
 namespace {
 
 CLI::Range between(Range range) { return CLI::Range(range.least, range.largest); }
+
+/// What is wrong with a seed; empty if nothing is.
+std::string seed_objection(const std::string& text) {
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error == std::errc() && end == text.data() + text.size()) return {};
+  return "'" + text + "' is no seed; write a whole number from 0 to " +
+         std::to_string(std::numeric_limits<std::uint64_t>::max());
+}
+
+std::string named(const char* what, const std::string& typed, const std::vector<std::string>& known) {
+  return what + (" '" + typed + "'") + internal::suggestion(typed, {known.begin(), known.end()});
+}
+
+/// For a call that was not understood: the first word, if it is no command, or the first option that the command does not
+/// have, with the nearest one. Empty if the fault is another one.
+std::string mistyped(const CLI::App& program, const std::vector<std::string>& words) {
+  std::vector<std::string> known;
+  const CLI::App* command = nullptr;
+  for (const CLI::App* one : program.get_subcommands(nullptr)) {
+    known.push_back(one->get_name());
+    if (!words.empty() && known.back() == words[0]) command = one;
+  }
+  if (words.empty() || words[0].empty() || (!command && words[0].starts_with('-'))) return {};
+  if (!command) return named("unknown command", words[0], known);
+  known.clear();
+  for (const CLI::Option* option : command->get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (name.starts_with("--") && name != "--" && std::find(known.begin(), known.end(), name) == known.end())
+      return named((words[0] + " has no option").c_str(), name, known);
+  }
+  return {};
+}
+
+/// "help" and "help COMMAND" are --help and COMMAND --help.
+std::vector<std::string> words_of(int argc, char** argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  if (words.empty() || words[0] != "help") return words;
+  words.erase(words.begin());
+  words.emplace_back("--help");
+  return words;
+}
 
 }  // namespace
 
@@ -57,7 +108,7 @@ void Command::option(const std::string& name, std::optional<std::int64_t>& value
 }
 
 void Command::option(const std::string& name, std::optional<std::uint64_t>& value, const std::string& meaning) {
-  app_->add_option(name, value, meaning);
+  app_->add_option(name, value, meaning)->check(seed_objection, "");
 }
 
 void Command::repeated(const std::string& name, std::vector<std::string>& values, const std::string& meaning) {
@@ -71,7 +122,8 @@ Commands::Commands(const std::atomic<bool>& interrupted)
   app_->set_version_flag("--version", std::string("evenstep ") + kVersion);
   app_->require_subcommand(1);
   app_->footer(
-      "Exit: 0 pass, 1 expectation failed, 2 usage or scenario error, 3 run failed, 4 not reproducible, 130 interrupted.");
+      "Exit: 0 pass, 1 expectation failed or no verdict, 2 usage or scenario error, 3 run failed, 4 not reproducible, "
+      "130 interrupted.");
 }
 
 Commands::~Commands() = default;
@@ -83,11 +135,16 @@ Command Commands::add_command(const std::string& name, const std::string& meanin
 }
 
 std::variant<std::function<ExitCode()>, ExitCode> Commands::parse(int argc, char** argv) {
+  const std::vector<std::string> words = words_of(argc, argv);
   try {
-    app_->parse(argc, argv);
+    app_->parse(std::vector<std::string>(words.rbegin(), words.rend()));  // CLI11 takes them from the back
   } catch (const CLI::ParseError& error) {
     const bool asked_for_help = error.get_exit_code() == 0;
-    app_->exit(error);
+    const std::string mistake = asked_for_help ? "" : mistyped(*app_, words);
+    if (mistake.empty())
+      app_->exit(error);
+    else
+      spdlog::error("evenstep: error: {}", mistake);
     return asked_for_help ? ExitCode::pass : ExitCode::usage;
   }
   return chosen_;

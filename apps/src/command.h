@@ -45,7 +45,7 @@ class Command {
   void option(const std::string& name, std::int64_t& value, Range range, const std::string& meaning);
   void option(const std::string& name, std::optional<std::int64_t>& value, const std::string& meaning);
   void option(const std::string& name, std::optional<std::int64_t>& value, Range range, const std::string& meaning);
-  void option(const std::string& name, std::optional<std::uint64_t>& value, const std::string& meaning);
+  void option(const std::string& name, std::optional<std::uint64_t>& value, const std::string& meaning);  ///< a seed
   /// Any number of times, each with one value.
   void repeated(const std::string& name, std::vector<std::string>& values, const std::string& meaning);
 

@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <system_error>
 
 #include "commands.h"
 
@@ -47,10 +48,17 @@ int command_line(int argc, char** argv) {
   for (app::AddCommand* const add : app::kCommands) add(commands);
   const auto asked = commands.parse(argc, argv);
   if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);
+  // Whoever reads as much as they want of a list, and then closes the pipe, has what they want.
+  const std::string command = argc > 1 ? argv[1] : "";
+  const int closed_pipe = static_cast<int>(command == "list" || command == "schema" ? ExitCode::pass : ExitCode::run_failed);
   try {
     const ExitCode code = std::get<std::function<ExitCode()>>(asked)();
-    if (std::fflush(stdout) != 0) return static_cast<int>(ExitCode::run_failed);
+    if (std::fflush(stdout) != 0) return closed_pipe;
     return static_cast<int>(code);
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::broken_pipe) return closed_pipe;
+    spdlog::error("evenstep: error: {}", error.what());
+    return static_cast<int>(ExitCode::run_failed);
   } catch (const std::exception& error) {
     spdlog::error("evenstep: error: {}", error.what());
     return static_cast<int>(ExitCode::run_failed);

@@ -12,8 +12,8 @@
 
 namespace evenstep::app {
 
-/// The scenario files: files as given, and for a folder all *.toml below it in order of path. If one does not exist, prints
-/// an error and returns nullopt.
+/// The scenario files, each once: files as given, and for a folder all *.toml below it in order of path, but not those in
+/// run folders. If a folder has none, prints an error and returns nullopt.
 std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths);
 void print(const std::vector<Diagnostic>& errors);
 /// Where run folders go without --out: to runs/ in the working directory, or, if that cannot be written, to a folder of the

@@ -4,30 +4,51 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <set>
 
 #include "commands.h"
+#include "evenstep/harness/run_folder.h"
 
 namespace evenstep::app {
 namespace fs = std::filesystem;
 
+namespace {
+
+/// A folder that a run or a study has left; the resolved.toml in it is no scenario of the user's.
+bool is_run_folder(const fs::path& folder) { return fs::exists(folder / kSummaryFile) || fs::exists(folder / kStudyFile); }
+
+std::vector<std::string> scenarios_below(const std::string& folder) {
+  std::vector<std::string> found;
+  for (auto at = fs::recursive_directory_iterator(folder); at != fs::recursive_directory_iterator(); ++at) {
+    if (at->is_directory() && is_run_folder(at->path())) at.disable_recursion_pending();
+    if (at->is_regular_file() && at->path().extension() == ".toml") found.push_back(at->path().string());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+}  // namespace
+
 std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths) {
   std::vector<std::string> files;
+  std::set<fs::path> seen;
+  const auto add = [&](const std::string& file) {
+    std::error_code endless;
+    const fs::path known = fs::weakly_canonical(file, endless);
+    if (seen.insert(endless ? fs::path(file) : known).second) files.push_back(file);
+  };
   for (const std::string& path : paths) {
     std::error_code error;
     if (!fs::is_directory(path, error)) {
-      files.push_back(path);  // if something is wrong with it, the reader will say so
+      add(path);  // if something is wrong with it, the reader will say so
       continue;
     }
-    std::vector<std::string> found;
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path)) {
-      if (entry.is_regular_file() && entry.path().extension() == ".toml") found.push_back(entry.path().string());
-    }
+    const std::vector<std::string> found = scenarios_below(path);
     if (found.empty()) {
       spdlog::error("{}: error: no scenario (*.toml) in this folder", path);
       return std::nullopt;
     }
-    std::sort(found.begin(), found.end());
-    files.insert(files.end(), found.begin(), found.end());
+    for (const std::string& file : found) add(file);
   }
   return files;
 }

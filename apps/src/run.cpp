@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
-#include <map>
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
@@ -14,9 +12,9 @@
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/writers.h"
 #include "progress.h"
+#include "run_places.h"
 
 namespace evenstep::app {
-namespace fs = std::filesystem;
 namespace {
 
 struct RunArguments {
@@ -31,6 +29,7 @@ struct RunArguments {
   bool json = false;
   std::vector<std::string> devices;  ///< NAME=PATH or PATH
   bool forces = false;
+  bool allow_no_expectations = false, allow_degraded = false;
   bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
 };
 
@@ -43,23 +42,9 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   if (arguments.forces) command += " --forces";
   if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
   if (arguments.repeat) command += " --repeat";
+  if (arguments.allow_no_expectations) command += " --allow-no-expectations";
+  if (arguments.allow_degraded) command += " --allow-degraded";
   return command;
-}
-
-/// Where the run folder of each scenario goes. If two scenarios have the same file name, the name of their folder is put in
-/// front.
-std::vector<std::string> run_folders(const std::vector<std::string>& files, const std::string& out) {
-  if (files.size() == 1 && !out.empty()) return {out};
-  std::map<std::string, int> stems;
-  for (const std::string& file : files) ++stems[fs::path(file).stem().string()];
-  std::vector<std::string> folders;
-  for (const std::string& file : files) {
-    const fs::path path(file);
-    std::string name = path.stem().string();
-    if (stems[name] > 1) name = path.parent_path().filename().string() + "-" + name;
-    folders.push_back(((out.empty() ? default_place() : fs::path(out)) / name).string());
-  }
-  return folders;
 }
 
 void print_case(const CaseRecord& record, const RunOutcome& outcome, const std::string& folder) {
@@ -71,10 +56,24 @@ void print_case(const CaseRecord& record, const RunOutcome& outcome, const std::
   fmt::print("figures and data in {}\n", folder);
 }
 
+/// "4 s", or "2.1 of 4 s" for a run that was interrupted or failed.
+std::string simulated_text(const Scenario& scenario, const RunOutcome& outcome) {
+  RealTime reached{0};
+  bool whole = outcome.failure.empty();
+  for (const StrategyRecord& strategy : outcome.record.strategies) {
+    whole = whole && !strategy.interrupted;
+    for (const DeviceRecord& device : strategy.devices) {
+      if (!device.ticks.empty()) reached = std::max(reached, device.ticks.back().at);
+    }
+  }
+  const double all_s = seconds(scenario.run_duration);
+  return whole ? fmt::format("{:.3g} s", all_s) : fmt::format("{:.3g} of {:.3g} s", seconds(reached), all_s);
+}
+
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
                    const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
-  fmt::print("{}", verdict_table(outcome.results, colour));
+  if (!outcome.results.empty()) fmt::print("{}", verdict_table(outcome.results, colour));
   if (!outcome.failure.empty()) fmt::print("stopped: {}\n", outcome.failure);
   if (!outcome.remedy.empty() && outcome.exit != ExitCode::pass) fmt::print("remedy: {}\n", outcome.remedy);
   if (!outcome.repeat_difference.empty()) fmt::print("not reproducible: {}\n", outcome.repeat_difference);
@@ -83,9 +82,9 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   }
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
-    const std::size_t strategies = outcome.record.strategies.size();
-    fmt::print("trace {:016x}   {} strategies, {:.3g} s simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
-               strategies, seconds(scenario.run_duration), outcome.cpu_seconds);
+    fmt::print("{}", live_lines(outcome.record, outcome.metrics));
+    fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
+               outcome.record.strategies.size(), simulated_text(scenario, outcome), outcome.cpu_seconds);
     fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
                outcome.solver_seconds);
     if (outcome.record.clock == "wall" && outcome.repeat_difference.empty() && outcome.exit != ExitCode::interrupted) {
@@ -96,12 +95,11 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   if (outcome.exit != ExitCode::pass) fmt::print("again: {}\n", reproduce);
 }
 
-std::string_view word(ExitCode code) {
-  switch (code) {
+std::string_view words(const RunOutcome& outcome) {
+  switch (outcome.exit) {
     case ExitCode::pass:
-      return "PASS";
     case ExitCode::expectation_failed:
-      return "FAIL";
+      break;
     case ExitCode::usage:
       return "ERROR in the scenario";
     case ExitCode::run_failed:
@@ -110,6 +108,17 @@ std::string_view word(ExitCode code) {
       return "NOT REPRODUCIBLE";
     case ExitCode::interrupted:
       return "INTERRUPTED";
+  }
+  switch (outcome.verdict) {
+    case RunVerdict::pass:
+      return "PASS";
+    case RunVerdict::none:
+      return "NO VERDICT: nothing was asserted; write [[expect]] (--allow-no-expectations exits with 0)";
+    case RunVerdict::degraded:
+      return "DEGRADED: the machine did not keep real time as expected (--allow-degraded exits with 0)";
+    case RunVerdict::fail:
+    case RunVerdict::error:
+      return "FAIL";
   }
   return "";
 }
@@ -163,85 +172,154 @@ void warn_of_devices(const LiveDeviceOptions& options) {
   }
 }
 
-/// Runs one scenario; nullopt if it was left out.
-std::optional<ExitCode> run_one(const std::string& file, const std::string& folder, const RunArguments& arguments,
-                                const std::atomic<bool>& interrupted) {
-  const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
-  if (!read) {
-    print(read.error());
-    return ExitCode::usage;
+/// All that one call does with its scenarios.
+struct Call {
+  const RunArguments& arguments;
+  const std::atomic<bool>& interrupted;
+  bool several = false;  ///< not just one file that was named: --json is a list, and a broken file has a run folder, too
+  std::vector<std::string> summaries;
+};
+
+/// A scenario that cannot be run.
+RunOutcome broken(const std::string& file, const std::vector<Diagnostic>& errors) {
+  RunOutcome outcome;
+  outcome.exit = ExitCode::usage;
+  outcome.record.scenario = outcome.record.file = file;
+  for (const Diagnostic& error : errors) outcome.failure += (outcome.failure.empty() ? "" : "\n") + text(error);
+  return outcome;
+}
+
+RunOptions options_of(const Call& call) {
+  RunOptions options;
+  options.devices = live_devices_of(call.arguments);
+  options.clock = call.arguments.clock == "wall" ? ClockKind::wall : ClockKind::virtual_clock;
+  options.threads = call.arguments.threads;
+  options.repeat = call.arguments.repeat;
+  options.allow_no_expectations = call.arguments.allow_no_expectations;
+  options.allow_degraded = call.arguments.allow_degraded;
+  options.control.permute_ties = call.arguments.permute_ties;
+  options.control.interrupted = &call.interrupted;
+  return options;
+}
+
+/// What is said before a run.
+void introduce(const Scenario& scenario, const RunArguments& arguments) {
+  fmt::print("evenstep {}  {}  ({})  seed {}  clock {}\n", kVersion, scenario.name, scenario.file, scenario.seed,
+             arguments.clock);
+  if (arguments.clock == "wall")
+    fmt::print("runs for {:.3g} s; Ctrl-C ends it earlier and keeps what was recorded until then\n",
+               seconds(scenario.run_duration));
+  std::fflush(stdout);
+  if (!scenario.case_spec) print_limits(scenario);
+}
+
+/// Writes the run folder, and keeps the summary for --json.
+void keep(const std::string& folder, const Scenario& scenario, RunOutcome& outcome, const std::string& reproduce,
+          Call& call) {
+  const std::string error = write_run_folder(folder, scenario, outcome, reproduce);
+  if (!error.empty()) {
+    spdlog::error("error: {}", error);
+    outcome.exit = worse(outcome.exit, ExitCode::run_failed);
   }
+  if (call.arguments.json) call.summaries.push_back(summary_of(outcome));
+}
+
+/// Reports what is wrong with a scenario file.
+RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors, const std::string& folder, Call& call) {
+  print(errors);
+  RunOutcome outcome = broken(file, errors);
+  if (!call.several) return outcome;
+  Scenario unread;
+  unread.file = file;
+  keep(folder, unread, outcome, "evenstep check " + shell_word(file), call);
+  return outcome;
+}
+
+/// Runs one scenario; nullopt if it was left out.
+std::optional<RunOutcome> run_one(const std::string& file, const std::string& folder, Call& call) {
+  const RunArguments& arguments = call.arguments;
+  const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
+  if (!read) return refuse(file, read.error(), folder, call);
   const Scenario& scenario = *read;
   if (leave_out(scenario, arguments)) {
     spdlog::info("{}: left out, it carries the tag \"long\"; --long runs it", file);
     return std::nullopt;
   }
-  if (!arguments.json) {
-    fmt::print("evenstep {}  {}  ({})  seed {}  clock {}\n", kVersion, scenario.name, scenario.file, scenario.seed,
-               arguments.clock);
-    std::fflush(stdout);
-  }
-  if (!arguments.json && !scenario.case_spec) print_limits(scenario);
+  if (!arguments.json) introduce(scenario, arguments);
+  RunOutcome outcome;
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
     spdlog::error("error: {}", objection);
-    return ExitCode::run_failed;
+    outcome.exit = ExitCode::run_failed;
+    return outcome;
   }
-  RunOptions options;
-  options.devices = live_devices_of(arguments);
-  options.clock = arguments.clock == "wall" ? ClockKind::wall : ClockKind::virtual_clock;
-  options.threads = arguments.threads;
-  options.repeat = arguments.repeat;
-  options.control.permute_ties = arguments.permute_ties;
-  options.control.interrupted = &interrupted;
+  RunOptions options = options_of(call);
   if (options.clock == ClockKind::wall) warn_of_devices(options.devices);
-  RunOutcome outcome;
   {
     Progress progress(isatty(STDERR_FILENO));
     options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
     outcome = run_scenario(scenario, options);
   }
-  if (!outcome.errors.empty()) {
-    print(outcome.errors);
-    return outcome.exit;
-  }
+  if (!outcome.errors.empty()) return refuse(file, outcome.errors, folder, call);
   const std::string reproduce = reproduce_command(arguments, scenario);
-  if (const std::string error = write_run_folder(folder, scenario, outcome, reproduce); !error.empty()) {
-    spdlog::error("error: {}", error);
-    outcome.exit = worse(outcome.exit, ExitCode::run_failed);
+  keep(folder, scenario, outcome, reproduce, call);
+  if (!arguments.json) {
+    print_outcome(scenario, outcome, folder, reproduce);
+    fmt::print("{}\n\n", words(outcome));
+    std::fflush(stdout);
   }
-  if (arguments.json) {
-    fmt::print("{}\n", summary_of(outcome));
-    return outcome.exit;
+  return outcome;
+}
+
+/// How many scenarios ended in which way.
+struct Tally {
+  std::size_t passed = 0, failed = 0, undecided = 0, left_out = 0;
+  void add(const std::optional<RunOutcome>& outcome) {
+    const bool decided = !outcome || (outcome->verdict != RunVerdict::none && outcome->verdict != RunVerdict::degraded);
+    ++(!outcome ? left_out : !decided ? undecided : outcome->exit == ExitCode::pass ? passed : failed);
   }
-  print_outcome(scenario, outcome, folder, reproduce);
-  fmt::print("{}\n\n", word(outcome.exit));
-  std::fflush(stdout);
-  return outcome.exit;
+  std::string text(std::size_t files) const {
+    const auto other = [](std::size_t count, const char* what) {
+      return count > 0 ? fmt::format(", {} {}", count, what) : std::string();
+    };
+    return fmt::format("{} scenarios: {} passed, {} failed{}{}{}\n", files, passed, failed,
+                       other(undecided, "without a verdict"), other(left_out, "left out (long)"),
+                       other(files - passed - failed - undecided - left_out, "not run"));
+  }
+};
+
+/// The summaries as one JSON document: that of the run, or a list where there may be several.
+void print_json(const Call& call) {
+  if (!call.several) {
+    for (const std::string& summary : call.summaries) fmt::print("{}\n", summary);
+    return;
+  }
+  fmt::print("[");
+  for (std::size_t i = 0; i < call.summaries.size(); ++i) fmt::print("{}{}", i > 0 ? ",\n" : "", call.summaries[i]);
+  fmt::print("]\n");
 }
 
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted) {
+  if (arguments.forces && (arguments.devices.empty() || arguments.clock != "wall")) {
+    spdlog::error("--forces: error: it lets forces reach a real device; add --clock wall --device PATH, or leave it out");
+    return ExitCode::usage;
+  }
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
-  const std::vector<std::string> folders = run_folders(*files, arguments.out);
+  const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
+  Call call{arguments, interrupted, !one_was_named, {}};
+  const std::vector<std::string> folders = run_places(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
-  std::size_t passed = 0, ran = 0, left_out = 0;
+  Tally tally;
   for (std::size_t i = 0; i < files->size() && !interrupted; ++i) {
-    const std::optional<ExitCode> code = run_one((*files)[i], folders[i], arguments, interrupted);
-    if (!code) {
-      ++left_out;
-      continue;
-    }
-    worst_code = worse(worst_code, *code);
-    passed += *code == ExitCode::pass;
-    ++ran;
+    const std::optional<RunOutcome> outcome = run_one((*files)[i], folders[i], call);
+    tally.add(outcome);
+    if (outcome) worst_code = worse(worst_code, outcome->exit);
   }
   if (interrupted) worst_code = ExitCode::interrupted;
-  if (files->size() > 1 && !arguments.json) {
-    const std::size_t not_run = files->size() - ran - left_out;
-    fmt::print("{} scenarios: {} passed, {} failed{}{}\n", files->size(), passed, ran - passed,
-               left_out > 0 ? fmt::format(", {} left out (long)", left_out) : "",
-               not_run > 0 ? fmt::format(", {} not run", not_run) : "");
-  }
+  if (arguments.json)
+    print_json(call);
+  else if (files->size() > 1)
+    fmt::print("{}", tally.text(files->size()));
   return worst_code;
 }
 
@@ -266,7 +344,12 @@ void add_run(Commands& commands) {
   command.flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
   command.flag("--long", arguments.include_long,
                "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
-  command.flag("--json", arguments.json, "print summary.json of each run instead of tables");
+  command.flag("--allow-no-expectations", arguments.allow_no_expectations,
+               "exit with 0, not 1, if the scenario asserts nothing (verdict: none)");
+  command.flag("--allow-degraded", arguments.allow_degraded,
+               "exit with 0, not 1, if only expectations with clock = \"wall\" fail: the machine was too slow (degraded)");
+  command.flag("--json", arguments.json,
+               "print summary.json instead of tables; for a folder or several files a list of them");
 }
 
 }  // namespace evenstep::app

@@ -108,6 +108,13 @@ SweepPoints::SweepPoints(const std::string& path, const std::vector<std::string>
     errors.push_back({path, 0, 0, "has no [[expect]], so every point would pass; say what must hold"});
     return;
   }
+  for (const Expectation& expectation : base->expectations) {
+    const Place& place = expectation.place;
+    if (expectation.clock == "wall")
+      errors.push_back(
+          {place.file, place.line, place.column, "a sweep runs on the virtual clock only; remove clock = \"wall\""});
+  }
+  if (!errors.empty()) return;
   header_ = header_of(*base);
   header_.scenario = digest_of_scenario(document_);
   for (const SweepAxis& axis : base->sweep->grid) axis_places_.push_back(axis.place);

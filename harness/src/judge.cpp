@@ -8,8 +8,10 @@
 
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/reports/places.h"
 #include "evenstep/reports/rate_bound.h"
 #include "evenstep/reports/saturation.h"
+#include "evenstep/text/suggest.h"
 
 namespace evenstep {
 namespace {
@@ -61,6 +63,16 @@ ExpectationResult start(const Expectation& expectation) {
   result.expect_fail = expectation.expect_fail;
   result.because = expectation.because;
   result.unit = any_limit(expectation).unit;
+  return result;
+}
+
+ExpectationResult skipped(const Expectation& expectation) {
+  ExpectationResult result = start(expectation);
+  for (const auto& [limit, out] : {std::pair(&expectation.min, &result.min), std::pair(&expectation.max, &result.max)}) {
+    if (*limit && (*limit)->unit == result.unit) *out = (*limit)->number;
+  }
+  result.verdict = Verdict::skipped;
+  result.detail = fmt::format("for the {} clock only", expectation.clock);
   return result;
 }
 
@@ -148,6 +160,13 @@ ExpectationResult judge_expectation(const Expectation& expectation, const Scenar
   return result;
 }
 
+/// Says where in the run the expectation fails.
+void add_place(const Expectation& expectation, const Scenario& scenario, const RunRecord& run, ExpectationResult& result) {
+  const auto samples = samples_of(run, result.signal, result.metric);
+  const Result<double> unit = factor_of(any_limit(expectation), expectation, result.signal, scenario, run.nominal);
+  if (samples && unit && !result.expect_fail) locate(result, *samples, *unit);
+}
+
 /// Judges the bound on a rate of underruns: runs the map alone, with the lead and latency of the run, over as many seeds as
 /// are needed.
 ExpectationResult judge_rate(const Expectation& expectation, const Scenario& scenario, const internal::RateSignal& signal,
@@ -220,12 +239,24 @@ std::string_view remedy_of(SaturationCause cause) {
   return "";
 }
 
+ExpectationResult judge_by(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
+                           const Metrics& metrics) {
+  return judge_expectation(expectation, scenario, nominal, metrics, {});
+}
+
 std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& run, const Metrics& metrics) {
   const std::map<std::string, Saturation> saturated = saturations(run);
   std::vector<ExpectationResult> results;
   for (const Expectation& expectation : scenario.expectations) {
-    results.push_back(expectation.confidence ? judge_rates(expectation, scenario, run)
-                                             : judge_expectation(expectation, scenario, run.nominal, metrics, saturated));
+    if (!expectation.clock.empty() && expectation.clock != run.clock) {
+      results.push_back(skipped(expectation));
+      continue;
+    }
+    ExpectationResult& result = results.emplace_back(
+        expectation.confidence ? judge_rates(expectation, scenario, run)
+                               : judge_expectation(expectation, scenario, run.nominal, metrics, saturated));
+    if (result.verdict == Verdict::fail && !expectation.confidence) add_place(expectation, scenario, run, result);
+    if (result.verdict == Verdict::fail && expectation.clock == "wall") result.verdict = Verdict::degraded;
   }
   return results;
 }
@@ -270,8 +301,8 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
       continue;
     }
     if (std::find(known->begin(), known->end(), expectation.metric) == known->end()) {
-      error(fmt::format("unknown metric '{}' for signal '{}'; known: {}", expectation.metric, expectation.signal,
-                        fmt::join(*known, ", ")));
+      error(fmt::format("unknown metric '{}' for signal '{}'{}", expectation.metric, expectation.signal,
+                        internal::suggestion(expectation.metric, {known->begin(), known->end()})));
       continue;
     }
     if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {
@@ -290,7 +321,12 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
       if (!limit) continue;
       const Result<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
-      if (!factor) error(factor.error());
+      const bool is_count = base_unit(expectation.signal, expectation.metric) == "count";
+      if (!factor && is_count)
+        error(fmt::format("'{}' is a count; write the number alone, {}, without '{}'", expectation.metric, limit->number,
+                          limit->unit));
+      else if (!factor)
+        error(factor.error());
     }
   }
   return errors;

@@ -20,6 +20,9 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& 
 bool matches(const std::string& pattern, const std::string& signal);
 /// What to do about a saturated signal.
 std::string_view remedy_of(SaturationCause cause);
+/// One expectation, judged by these measures: an error if they have no value for it.
+ExpectationResult judge_by(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,
+                           const Metrics& metrics);
 
 /// The expectations of a case, each judged over the cells it asks for.
 std::vector<ExpectationResult> judge(const Scenario& scenario, const CaseRecord& record);

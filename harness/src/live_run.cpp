@@ -151,25 +151,26 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   lanes.spawn(device, simulation);
 
   const RealTime end{scenario.run_duration.ns};
-  RunStatus device_status;
+  SlicedRun on_device;
   RunControl quiet = control;
   quiet.progress = nullptr;
   LaneThread device_thread([&] {
     recording.device_grant = request_real_time(kDevicePriority);
     device_clock.wait_until(RealTime{} - kListenBefore);
     devices->forget_queued();
-    device_status = run_in_slices(device, end, name, quiet).status;
-    if (ended_badly(device_status)) simulation.request_stop();
+    on_device = run_in_slices(device, end, name, quiet);
+    if (ended_badly(on_device.status)) simulation.request_stop();
   });
   recording.simulation_grant = request_real_time(kSimulationPriority);
-  const RunStatus simulation_status = run_in_slices(simulation, end, name, control).status;
-  if (ended_badly(simulation_status)) device.request_stop();  // there will be no more forces
+  const SlicedRun in_simulation = run_in_slices(simulation, end, name, control);
+  if (ended_badly(in_simulation.status)) device.request_stop();  // there will be no more forces
   device_thread.join();
   devices->stop_simulated();
-  throw_if_failed(device_status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
-  throw_if_failed(simulation_status, name);
+  throw_if_failed(on_device.status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
+  throw_if_failed(in_simulation.status, name);
 
   recording.record = lanes.finish(merge(simulation.events(), device.events()));
+  recording.record.interrupted = on_device.interrupted || in_simulation.interrupted;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
   recording.timing = timing_of(recording.record, simulation.events(), end);

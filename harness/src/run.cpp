@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <glm/geometric.hpp>
 #include <map>
 #include <optional>
@@ -110,6 +111,7 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
               std::string& difference) {
   const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
   LiveRecording recording = run_live(scenario, *live, options.devices, options.control);
+  run.live = recording.record.name;
   run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
   const bool interrupted = options.control.is_interrupted();
   for (const StrategyPlan& plan : plans) {
@@ -183,16 +185,50 @@ void judge_stop(const Scenario& scenario, const RunFailure& failure, RunOutcome&
 }
 
 void count_results(RunOutcome& outcome) {
-  switch (worst(outcome.results)) {
-    case ExpectationResult::Verdict::pass:
-      break;
-    case ExpectationResult::Verdict::fail:
-      outcome.exit = worse(outcome.exit, ExitCode::expectation_failed);
-      break;
-    case ExpectationResult::Verdict::error:
-      outcome.exit = worse(outcome.exit, ExitCode::usage);
-      break;
+  const ExpectationResult::Verdict judged = worst(outcome.results);
+  if (judged == ExpectationResult::Verdict::fail) outcome.exit = worse(outcome.exit, ExitCode::expectation_failed);
+  if (judged == ExpectationResult::Verdict::error) outcome.exit = worse(outcome.exit, ExitCode::usage);
+}
+
+RunVerdict verdict_of(ExitCode code) {
+  switch (code) {
+    case ExitCode::pass:
+      return RunVerdict::pass;
+    case ExitCode::expectation_failed:
+    case ExitCode::not_reproducible:
+      return RunVerdict::fail;
+    case ExitCode::usage:
+    case ExitCode::run_failed:
+    case ExitCode::interrupted:
+      return RunVerdict::error;
   }
+  return RunVerdict::error;
+}
+
+/// Where nothing failed, whether that says anything: at least one expectation, or [expect_stop], was judged, and the machine
+/// was fast enough.
+void conclude(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
+  outcome.verdict = verdict_of(outcome.exit);
+  if (outcome.exit != ExitCode::pass) return;
+  const ExpectationResult::Verdict judged = worst(outcome.results);
+  if (judged == ExpectationResult::Verdict::skipped && !scenario.expect_stop) outcome.verdict = RunVerdict::none;
+  if (judged == ExpectationResult::Verdict::degraded) outcome.verdict = RunVerdict::degraded;
+  const bool allowed = outcome.verdict == RunVerdict::pass ||
+                       (outcome.verdict == RunVerdict::none && options.allow_no_expectations) ||
+                       (outcome.verdict == RunVerdict::degraded && options.allow_degraded);
+  if (!allowed) outcome.exit = ExitCode::expectation_failed;
+}
+
+/// A run that a signal has ended is measured up to there.
+void end_early(RunRecord& run) {
+  RealTime reached{0};
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (!strategy.interrupted) return;
+    for (const DeviceRecord& device : strategy.devices) {
+      if (!device.ticks.empty()) reached = std::max(reached, device.ticks.back().at + Duration{1});
+    }
+  }
+  if (!run.strategies.empty()) run.nominal.end = std::min(run.nominal.end, reached);
 }
 
 /// If the run stopped as [expect_stop] says, the other expectations are judged by what was recorded until then. After any
@@ -228,6 +264,62 @@ std::string objection_to(const Scenario& scenario, const RunOptions& options) {
   }
   return options.devices.bindings.empty() ? ""
                                           : "a real device cannot wait for a virtual clock; --device needs --clock wall";
+}
+
+/// Everything but the verdict of the run as a whole.
+RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
+  RunOutcome outcome;
+  outcome.errors = check_expectations(scenario);
+  if (const std::string objection = objection_to(scenario, options); !objection.empty())
+    outcome.errors.push_back({scenario.file, 0, 0, objection});
+  outcome.record = start_run(scenario, options);
+  if (!outcome.errors.empty()) {
+    outcome.exit = ExitCode::usage;
+    return outcome;
+  }
+
+  const auto count_seconds = [&, cpu_before = process_cpu_seconds()] {
+    outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
+    for (const StrategyRecord& strategy : outcome.record.strategies)
+      outcome.solver_seconds += strategy.solver.solver_seconds;
+  };
+  try {
+    const auto interrupted = [&] { return options.control.is_interrupted(); };
+    if (scenario.case_spec) {
+      internal::run_case(scenario, options, outcome);
+    } else {
+      std::string& difference = outcome.repeat_difference;
+      run_once(scenario, options, outcome.record, difference);
+      if (options.repeat && !interrupted()) {
+        RunRecord again;
+        run_once(scenario, options, again, difference);
+        difference = compare(outcome.record, again);
+      }
+      end_early(outcome.record);
+      outcome.metrics = measure(outcome.record);
+      if (!interrupted()) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+    }
+    if (interrupted()) {
+      outcome.exit = ExitCode::interrupted;
+      count_seconds();
+      return outcome;
+    }
+  } catch (const RunFailure& failure) {
+    judge_stop(scenario, failure, outcome);
+    judge_stopped(scenario, outcome);
+    count_seconds();
+    return outcome;
+  }
+  count_seconds();
+  if (const auto stopped = interruption(scenario, outcome.record)) {
+    judge_stop(scenario, *stopped, outcome);
+  } else if (scenario.expect_stop) {
+    outcome.failure = fmt::format("the run was expected to stop ({}), but it ran to its end", scenario.expect_stop->reason);
+    outcome.exit = ExitCode::expectation_failed;
+  }
+  count_results(outcome);
+  if (!outcome.repeat_difference.empty()) outcome.exit = worse(outcome.exit, ExitCode::not_reproducible);
+  return outcome;
 }
 
 }  // namespace
@@ -270,57 +362,15 @@ Nominal nominal_of(const Scenario& scenario) {
   return nominal;
 }
 
+const char* name_of(RunVerdict verdict) {
+  constexpr std::array kNames{"pass", "none", "degraded", "fail", "error"};
+  return kNames.at(static_cast<std::size_t>(verdict));
+}
+
 RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {
   const Scenario scenario = with_live_guards(as_read, options.devices.bindings);
-  RunOutcome outcome;
-  outcome.errors = check_expectations(scenario);
-  if (const std::string objection = objection_to(scenario, options); !objection.empty())
-    outcome.errors.push_back({scenario.file, 0, 0, objection});
-  outcome.record = start_run(scenario, options);
-  if (!outcome.errors.empty()) {
-    outcome.exit = ExitCode::usage;
-    return outcome;
-  }
-
-  const auto count_seconds = [&, cpu_before = process_cpu_seconds()] {
-    outcome.cpu_seconds = process_cpu_seconds() - cpu_before;
-    for (const StrategyRecord& strategy : outcome.record.strategies)
-      outcome.solver_seconds += strategy.solver.solver_seconds;
-  };
-  try {
-    const auto interrupted = [&] { return options.control.is_interrupted(); };
-    if (scenario.case_spec) {
-      internal::run_case(scenario, options, outcome);
-    } else {
-      std::string& difference = outcome.repeat_difference;
-      run_once(scenario, options, outcome.record, difference);
-      if (options.repeat && !interrupted()) {
-        RunRecord again;
-        run_once(scenario, options, again, difference);
-        difference = compare(outcome.record, again);
-      }
-      outcome.metrics = measure(outcome.record);
-      if (!interrupted()) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
-    }
-    if (interrupted()) {
-      outcome.exit = ExitCode::interrupted;
-      return outcome;
-    }
-  } catch (const RunFailure& failure) {
-    judge_stop(scenario, failure, outcome);
-    judge_stopped(scenario, outcome);
-    count_seconds();
-    return outcome;
-  }
-  count_seconds();
-  if (const auto stopped = interruption(scenario, outcome.record)) {
-    judge_stop(scenario, *stopped, outcome);
-  } else if (scenario.expect_stop) {
-    outcome.failure = fmt::format("the run was expected to stop ({}), but it ran to its end", scenario.expect_stop->reason);
-    outcome.exit = ExitCode::expectation_failed;
-  }
-  count_results(outcome);
-  if (!outcome.repeat_difference.empty()) outcome.exit = worse(outcome.exit, ExitCode::not_reproducible);
+  RunOutcome outcome = run_and_judge(scenario, options);
+  conclude(scenario, options, outcome);
   return outcome;
 }
 

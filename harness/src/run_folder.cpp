@@ -20,19 +20,15 @@ namespace evenstep {
 namespace fs = std::filesystem;
 namespace {
 
-std::string_view verdict_word(ExitCode code) {
-  switch (code) {
-    case ExitCode::pass:
-      return "pass";
-    case ExitCode::expectation_failed:
-    case ExitCode::not_reproducible:
-      return "fail";
-    case ExitCode::usage:
-    case ExitCode::run_failed:
-    case ExitCode::interrupted:
-      return "error";
+/// Strategy and device of figure 2 to 4: those of the first expectation that fails at a known place, or else the live
+/// strategy and the first device.
+std::pair<std::string, std::string> segment_shown(const Scenario& scenario, const RunOutcome& outcome) {
+  for (const ExpectationResult& result : outcome.results) {
+    const std::size_t first = result.signal.find('.'), last = result.signal.rfind('.');
+    if (result.worst && first != last && !result.signal.starts_with("events."))
+      return {result.signal.substr(last + 1), result.signal.substr(0, first)};
   }
-  return "error";
+  return {name_of(scenario.live), outcome.record.nominal.devices.front().name};
 }
 
 std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
@@ -58,12 +54,13 @@ std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& out
     break;
   }
   for (const Nominal::Device& device : run.nominal.devices) {
-    files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name)});
-    files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name)});
+    files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name, outcome.results)});
+    files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name, outcome.results)});
   }
   if (const auto figure = error_over_time_svg(run)) files.push_back({"error-over-time.svg", *figure});
   if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
-  files.push_back({"figure-2to4.svg", figure_2to4_svg(run, name_of(scenario.live), run.nominal.devices.front().name)});
+  const auto [strategy, device] = segment_shown(scenario, outcome);
+  files.push_back({"figure-2to4.svg", figure_2to4_svg(run, strategy, device, outcome.results)});
   return files;
 }
 
@@ -87,7 +84,7 @@ void write_file(const fs::path& path, const std::string& content) {
 }  // namespace
 
 std::string summary_of(const RunOutcome& outcome) {
-  return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, std::string(verdict_word(outcome.exit)));
+  return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, name_of(outcome.verdict), outcome.failure);
 }
 
 std::string run_folder_objection(const std::string& folder, const std::string& its_file) {

@@ -4,6 +4,7 @@
 
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/measures.h"
+#include "src/failure_marks.h"
 #include "src/judged.h"
 #include "src/line_fit.h"
 #include "src/strategy_looks.h"
@@ -32,8 +33,9 @@ struct Span {
   RealTime from, to;
   bool holds(RealTime t) const { return t >= from && t < to; }
 };
-Span shown_span(const Nominal& nominal) {
-  const RealTime middle = nominal.judged_from + Duration{(nominal.end - nominal.judged_from).ns / 2};
+Span shown_span(const Nominal& nominal, const ExpectationResult* failed) {
+  const RealTime middle =
+      failed ? failed->worst->at : nominal.judged_from + Duration{(nominal.end - nominal.judged_from).ns / 2};
   const Duration half{nominal.segment.ns * kSegmentsShown / 2};
   return {std::max(middle - half, nominal.judged_from), std::min(middle + half, nominal.end)};
 }
@@ -74,7 +76,8 @@ Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, 
   return Range::around(all, 0.08);
 }
 
-std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& panels) {
+std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& panels,
+                 const std::vector<internal::Mark>& marks) {
   internal::Svg svg(kWidth, kHeight, panels.title);
   std::erase_if(curves, [](const Curve& curve) { return curve.value.size() < 3; });
   if (curves.empty()) {
@@ -99,6 +102,9 @@ std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& 
     upper.curve(curves[i].t_s, along(curves[i].value, axis), internal::look_of(run, curves[i].strategy));
     lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), internal::look_of(run, curves[i].strategy));
   }
+  for (const internal::Mark& mark : marks)
+    internal::draw_mark(svg, upper.x_at(mark.at), {kUpper.left, kUpper.top, kUpper.right, kLower.bottom},
+                        (kUpper.bottom + kLower.top) / 2 + 4, mark.text);
   std::vector<std::string> names;
   for (const Curve& curve : curves) names.push_back(curve.strategy);
   internal::draw_legend(svg, {kUpper.left, 44}, run, names);
@@ -111,10 +117,31 @@ const DeviceRecord* find(const StrategyRecord& strategy, const std::string& devi
   return found == strategy.devices.end() ? nullptr : &*found;
 }
 
+/// The first and the worst place of a failure, as far as they are in the picture; `x_of` gives the value on its axis.
+template <class XOf>
+std::vector<internal::Mark> marks_of(const ExpectationResult* failed, const Span& span, XOf x_of) {
+  std::vector<internal::Mark> marks;
+  if (!failed) return marks;
+  const bool one = failed->first->at == failed->worst->at;
+  if (!one && span.holds(failed->first->at)) marks.push_back({x_of(*failed->first), "first failure"});
+  if (span.holds(failed->worst->at)) marks.push_back({x_of(*failed->worst), one ? "failure" : "worst failure"});
+  return marks;
+}
+
+/// The simulation time of the step at which an expectation on the interaction fails.
+double simulated_at(const RunRecord& run, const ExpectationResult& failed, const FailurePlace& place) {
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (failed.signal.ends_with('.' + strategy.name))
+      return internal::simulation_time_s(strategy, static_cast<std::size_t>(place.index), run.nominal.slot_s);
+  }
+  return seconds(place.at);
+}
+
 }  // namespace
 
-std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
-  const Span span = shown_span(run.nominal);
+std::string figure_1a_svg(const RunRecord& run, const std::string& device, std::span<const ExpectationResult> results) {
+  const ExpectationResult* const failed = internal::failed_on(results, device, "interaction");
+  const Span span = shown_span(run.nominal, failed);
   std::vector<Curve> curves;
   for (const StrategyRecord& strategy : run.strategies) {
     Curve curve{strategy.name, strategy.reference, {}, {}, {}};
@@ -128,11 +155,13 @@ std::string figure_1a_svg(const RunRecord& run, const std::string& device) {
   }
   return draw(run, std::move(curves),
               {"Motion of the interaction in simulation time: " + device, "simulation time", "position", "m",
-               step_unit(run.nominal, device + ".interaction.any")});
+               step_unit(run.nominal, device + ".interaction.any")},
+              marks_of(failed, span, [&](const FailurePlace& place) { return simulated_at(run, *failed, place); }));
 }
 
-std::string figure_1b_svg(const RunRecord& run, const std::string& device) {
-  const Span span = shown_span(run.nominal);
+std::string figure_1b_svg(const RunRecord& run, const std::string& device, std::span<const ExpectationResult> results) {
+  const ExpectationResult* const failed = internal::failed_on(results, device, "force");
+  const Span span = shown_span(run.nominal, failed);
   std::vector<Curve> curves;
   for (const StrategyRecord& strategy : run.strategies) {
     Curve curve{strategy.name, strategy.reference, {}, {}, {}};
@@ -148,7 +177,8 @@ std::string figure_1b_svg(const RunRecord& run, const std::string& device) {
   }
   return draw(run, std::move(curves),
               {"Force in real time at the device's ticks: " + device, "real time", "force", "N",
-               step_unit(run.nominal, device + ".force.any")});
+               step_unit(run.nominal, device + ".force.any")},
+              marks_of(failed, span, [](const FailurePlace& place) { return seconds(place.at); }));
 }
 
 }  // namespace evenstep

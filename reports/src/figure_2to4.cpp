@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "evenstep/reports/figures.h"
+#include "src/failure_marks.h"
 #include "src/judged.h"
 #include "src/svg.h"
 
@@ -42,10 +43,17 @@ std::vector<std::size_t> steps_of(const StrategyRecord& strategy, const std::vec
   return steps;
 }
 
-/// The segment in the middle of those judged.
-const SegmentRow* middle_segment(const StrategyRecord& strategy, const std::vector<std::size_t>& judged) {
+/// The segment of the last judged step that began at or before `at`, or the one in the middle of those judged.
+const SegmentRow* shown_segment(const StrategyRecord& strategy, const std::vector<std::size_t>& judged,
+                                std::optional<RealTime> at) {
   if (judged.empty()) return nullptr;
-  const std::int64_t index = strategy.steps[judged[judged.size() / 2]].segment;
+  std::size_t shown = judged[judged.size() / 2];
+  if (at) {
+    const auto after =
+        std::find_if(judged.begin(), judged.end(), [&](std::size_t n) { return strategy.steps[n].begin > *at; });
+    shown = after == judged.begin() ? *after : *std::prev(after);
+  }
+  const std::int64_t index = strategy.steps[shown].segment;
   const auto found = std::find_if(strategy.segments.begin(), strategy.segments.end(),
                                   [&](const SegmentRow& s) { return s.index == index; });
   return found == strategy.segments.end() ? nullptr : &*found;
@@ -61,10 +69,11 @@ std::size_t main_axis(const DeviceRecord& device, const std::vector<std::size_t>
   return best;
 }
 
-std::optional<View> view_of(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device) {
+std::optional<View> view_of(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,
+                            std::optional<RealTime> at) {
   const std::vector<std::size_t> judged = internal::judged_steps(strategy, run.nominal);
   View view;
-  view.segment = middle_segment(strategy, judged);
+  view.segment = shown_segment(strategy, judged, at);
   if (!view.segment) return std::nullopt;
   view.steps = steps_of(strategy, judged, view.segment->index);
   view.mapped = strategy.steps[view.steps.front()].mapped;
@@ -178,19 +187,35 @@ void draw_panels(Svg& svg, const View& view) {
   }
 }
 
+/// The first result that fails for this strategy and device.
+const ExpectationResult* failed_for(std::span<const ExpectationResult> results, const std::string& strategy,
+                                    const std::string& device) {
+  for (const ExpectationResult& result : results) {
+    if (result.worst && result.signal.starts_with(device + '.') && result.signal.ends_with('.' + strategy)) return &result;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
-std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy_name, const std::string& device_name) {
+std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy_name, const std::string& device_name,
+                            std::span<const ExpectationResult> results) {
+  const ExpectationResult* const failed = failed_for(results, strategy_name, device_name);
+  const std::optional<RealTime> at = failed ? std::optional(failed->worst->at) : std::nullopt;
   Svg svg(kWidth, kHeight, fmt::format("One time segment of {}: {}", strategy_name, device_name));
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.name != strategy_name) continue;
     for (const DeviceRecord& device : strategy.devices) {
       if (device.name != device_name) continue;
-      const std::optional<View> view = view_of(run, strategy, device);
+      const std::optional<View> view = view_of(run, strategy, device, at);
       if (!view) break;
       draw_legend(svg);
       draw_rows(svg, internal::Panel(svg, kHand, {view->time_s, "", "s"}, {}), run, strategy, *view);
       draw_panels(svg, *view);
+      if (at) {
+        const double x = internal::Panel(svg, kHand, {view->time_s, "", "s"}, {}).x_at(seconds(*at));
+        internal::draw_mark(svg, x, {kLeft, kHand.top, kRight, kForce.bottom}, kHand.bottom + 22, "worst failure");
+      }
       return std::move(svg).finish();
     }
   }

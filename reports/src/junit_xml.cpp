@@ -16,8 +16,11 @@ std::string attribute(std::string_view name, std::string_view value) {
   return fmt::format(" {}=\"{}\"", name, xml_escape(value));
 }
 
-std::string problem(std::string_view element, const std::string& message, const std::string& text) {
-  return fmt::format("      <{0}{1}{2}>{3}</{0}>\n", element, attribute("type", element), attribute("message", message),
+/// An expectation that does not hold is a failure, also where only the machine was too slow (type "degraded").
+std::string problem(Verdict verdict, const std::string& message, const std::string& text) {
+  const char* const element = verdict == Verdict::error ? "error" : "failure";
+  const char* const type = verdict == Verdict::degraded ? "degraded" : element;
+  return fmt::format("      <{0}{1}{2}>{3}</{0}>\n", element, attribute("type", type), attribute("message", message),
                      xml_escape(text));
 }
 
@@ -26,21 +29,25 @@ std::string testcase(const RunRecord& run, const ExpectationResult& result, cons
   std::string xml = fmt::format("    <testcase{}{}{}{}", attribute("name", name), attribute("classname", run.scenario),
                                 attribute("file", result.file), attribute("line", fmt::format("{}", result.line)));
   if (result.verdict == Verdict::pass) return xml + "/>\n";
+  if (result.verdict == Verdict::skipped)
+    return xml + ">\n      <skipped" + attribute("message", result.detail) + "/>\n    </testcase>\n";
   std::string message = fmt::format("{} {}: {}, limit {}", result.signal, result.metric, internal::value_text(result),
                                     internal::limit_text(result));
   if (result.expect_fail) message += " (was expected to fail)";
   if (!result.detail.empty()) message += ": " + result.detail;
+  if (!result.where.empty()) message += ": " + result.where;
   std::string text = fmt::format("{}:{}: {}\n", result.file, result.line, message);
   if (!result.because.empty()) text += "because: " + result.because + '\n';
   if (!reproduce.empty()) text += "reproduce: " + reproduce + '\n';
-  return xml + ">\n" + problem(result.verdict == Verdict::fail ? "failure" : "error", message, text) + "    </testcase>\n";
+  return xml + ">\n" + problem(result.verdict, message, text) + "    </testcase>\n";
 }
 
 std::string failed_run(const RunRecord& run, const std::string& error, const std::string& reproduce) {
   std::string text = error + '\n';
   if (!reproduce.empty()) text += "reproduce: " + reproduce + '\n';
   return fmt::format("    <testcase{}{}{}>\n{}    </testcase>\n", attribute("name", "run"),
-                     attribute("classname", run.scenario), attribute("file", run.file), problem("error", error, text));
+                     attribute("classname", run.scenario), attribute("file", run.file),
+                     problem(Verdict::error, error, text));
 }
 
 }  // namespace
@@ -52,8 +59,9 @@ std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>
         std::count_if(results.begin(), results.end(), [&](const auto& r) { return r.verdict == verdict; }));
   };
   const std::size_t run_failed = error.empty() ? 0 : 1;
-  const std::string totals = fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\"", results.size() + run_failed,
-                                         count(Verdict::fail), count(Verdict::error) + run_failed);
+  const std::string totals = fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\"",
+                                         results.size() + run_failed, count(Verdict::fail) + count(Verdict::degraded),
+                                         count(Verdict::error) + run_failed, count(Verdict::skipped));
   std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" + totals + ">\n";
   xml += "  <testsuite" + attribute("name", run.scenario) + totals + attribute("file", run.file) + ">\n";
   xml += fmt::format(

@@ -36,6 +36,10 @@ std::string margin_text(const ExpectationResult& result) {
 
 std::string verdict_text(const ExpectationResult& result) {
   switch (result.verdict) {
+    case ExpectationResult::Verdict::skipped:
+      return "not judged";
+    case ExpectationResult::Verdict::degraded:
+      return "DEGRADED";
     case ExpectationResult::Verdict::pass:
       return result.expect_fail ? "pass (fails as expected)" : "pass";
     case ExpectationResult::Verdict::fail:

@@ -352,12 +352,13 @@ std::int64_t skipped_ticks(const std::vector<TickRow>& ticks, const Nominal::Dev
   return index(ticks.back()) - index(ticks.front()) + 1 - static_cast<std::int64_t>(ticks.size());
 }
 
-/// The lateness of all ticks of the strategy that ran live; shadows and runs in virtual time have none.
+/// The lateness of all ticks of the strategy that ran live. Shadows and the ideal twin ran in virtual time, where nothing is
+/// late.
 void put_lateness(Values& values, const RunRecord& run) {
   std::vector<std::int64_t> lateness_ns;
   std::int64_t misses = 0;
   for (const StrategyRecord& strategy : run.strategies) {
-    if (strategy.shadow) continue;
+    if (strategy.name != run.live) continue;
     for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
       const std::vector<TickRow>& ticks = strategy.devices[d].ticks;
       for (const TickRow& tick : ticks) lateness_ns.push_back(tick.lateness.ns);
@@ -369,7 +370,9 @@ void put_lateness(Values& values, const RunRecord& run) {
   put(values, "lateness_p50", percentile_s(lateness_ns, 0.5));
   put(values, "lateness_p99", percentile_s(lateness_ns, 0.99));
   put(values, "lateness_max", nearest_s(lateness_ns.back()));
+  put(values, "ticks_run", static_cast<double>(lateness_ns.size()));
   put(values, "deadline_misses", static_cast<double>(misses));
+  put(values, "deadline_miss_share", static_cast<double>(misses) / static_cast<double>(misses + std::ssize(lateness_ns)));
 }
 
 Values run_values(const RunRecord& run) {

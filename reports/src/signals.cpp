@@ -154,7 +154,9 @@ constexpr std::array kEvents = std::to_array<MetricUnit>({{"sometimes", "count"}
                                                           {"lateness_p50", "s"},
                                                           {"lateness_p99", "s"},
                                                           {"lateness_max", "s"},
-                                                          {"deadline_misses", "count"}});
+                                                          {"ticks_run", "count"},
+                                                          {"deadline_misses", "count"},
+                                                          {"deadline_miss_share", "1"}});
 constexpr std::array kRun = std::to_array<MetricUnit>(
     {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
 

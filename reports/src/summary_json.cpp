@@ -9,6 +9,10 @@ namespace {
 
 const char* verdict_name(ExpectationResult::Verdict verdict) {
   switch (verdict) {
+    case ExpectationResult::Verdict::skipped:
+      return "skipped";
+    case ExpectationResult::Verdict::degraded:
+      return "degraded";
     case ExpectationResult::Verdict::pass:
       return "pass";
     case ExpectationResult::Verdict::fail:
@@ -17,6 +21,11 @@ const char* verdict_name(ExpectationResult::Verdict verdict) {
       return "error";
   }
   return "error";
+}
+
+Json json_of(const std::optional<FailurePlace>& place) {
+  if (!place) return nullptr;
+  return {{"index", place->index}, {"time_ns", (place->at - RealTime{0}).ns}};
 }
 
 Json json_of(const ExpectationResult& result) {
@@ -31,7 +40,10 @@ Json json_of(const ExpectationResult& result) {
           {"file", result.file},
           {"expect_fail", result.expect_fail},
           {"because", result.because},
-          {"detail", result.detail}};
+          {"detail", result.detail},
+          {"where", result.where},
+          {"first", json_of(result.first)},
+          {"worst", json_of(result.worst)}};
 }
 
 Json json_of(const std::map<std::string, double>& values) {
@@ -91,10 +103,11 @@ Json json_of(const std::vector<BinRow>& rows) {
 }  // namespace
 
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
-                         const std::string& version, const std::string& verdict) {
+                         const std::string& version, const std::string& verdict, const std::string& failure) {
   Json out = {{"format", 1},
               {"evenstep", version},
               {"scenario", run.scenario},
+              {"file", run.file},
               {"seed", run.seed},
               {"clock", run.clock},
               {"real_time_granted", run.real_time_granted},
@@ -106,7 +119,8 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
               {"latency", Json::object()},
               {"strategies", Json::object()},
               {"bins", Json::object()},
-              {"left_out", run.left_out}};
+              {"left_out", run.left_out},
+              {"failure", failure}};
   for (const ExpectationResult& result : results) out["expectations"].push_back(json_of(result));
   for (const auto& [signal, values] : metrics) out["metrics"][signal] = json_of(values);
   for (const auto& [signal, saturation] : saturations(run)) out["saturated"][signal] = json_of(saturation);

@@ -3,9 +3,9 @@
 namespace evenstep {
 
 ExpectationResult::Verdict worst(const std::vector<ExpectationResult>& results) {
-  auto verdict = ExpectationResult::Verdict::pass;
+  auto verdict = ExpectationResult::Verdict::skipped;
   for (const ExpectationResult& result : results) {
-    if (result.verdict > verdict) verdict = result.verdict;  // the enum is declared in the order pass, fail, error
+    if (result.verdict > verdict) verdict = result.verdict;  // the enum is declared from the best to the worst
   }
   return verdict;
 }

@@ -26,9 +26,19 @@ Row row_of(const ExpectationResult& result) {
 }
 
 const char* colour_of(ExpectationResult::Verdict verdict) {
-  return verdict == ExpectationResult::Verdict::pass   ? "\x1b[32m"
-         : verdict == ExpectationResult::Verdict::fail ? "\x1b[31m"
-                                                       : "\x1b[35m";
+  switch (verdict) {
+    case ExpectationResult::Verdict::skipped:
+      return "\x1b[90m";
+    case ExpectationResult::Verdict::pass:
+      return "\x1b[32m";
+    case ExpectationResult::Verdict::degraded:
+      return "\x1b[33m";
+    case ExpectationResult::Verdict::fail:
+      return "\x1b[31m";
+    case ExpectationResult::Verdict::error:
+      return "\x1b[35m";
+  }
+  return "";
 }
 
 /// Text of a scenario is printed on a terminal, so control characters (which may start an escape sequence) become '?'.
@@ -67,8 +77,9 @@ std::string verdict_table(const std::vector<ExpectationResult>& results, bool co
   std::string table = line_of(rows[0], widths, nullptr);
   for (std::size_t i = 0; i < results.size(); ++i) {
     table += line_of(rows[i + 1], widths, colour ? colour_of(results[i].verdict) : nullptr);
-    if (results[i].verdict == ExpectationResult::Verdict::pass) continue;
+    if (results[i].verdict <= ExpectationResult::Verdict::pass) continue;
     if (!results[i].detail.empty()) table += "    " + printable(results[i].detail) + '\n';
+    if (!results[i].where.empty()) table += "    " + printable(results[i].where) + '\n';
     if (!results[i].because.empty()) table += "    because: " + printable(results[i].because) + '\n';
   }
   return table;

@@ -89,6 +89,9 @@ case_sweep_and_merge() {
   expect 2 "does not go with [sweep.find]" sweep s.toml --stop-after 1
   expect 2 "must be I/N" sweep s.toml --shard 3/2
   expect 2 "has no [sweep]" sweep "$spring"
+  swept ''
+  sed -i 's/equals = 0 }/equals = 0, clock = "wall" }/' s.toml
+  expect 2 "a sweep runs on the virtual clock only" sweep s.toml
 }
 case_sweep_onto_a_full_disk() {
   swept ''
@@ -221,10 +224,98 @@ case_several_files_worst_wins() {
   [ -s all/fails/summary.json ] && [ -s all/passes/summary.json ] || fail "run folders"
   expect 2 "1 passed" run nowhere.toml passes.toml
 }
+case_nothing_asserted_is_not_a_pass() {
+  scenario 'expect = []' '[run]' 'duration = "0.5 s"'
+  expect 1 "NO VERDICT: nothing was asserted" run x.toml
+  grep -q '"verdict":"none"' runs/x/summary.json || fail "summary verdict"
+  expect 0 "NO VERDICT" run x.toml --allow-no-expectations
+  expect 1 "2 scenarios: 1 passed, 0 failed, 1 without a verdict" run x.toml "$spring" --out two
+}
+case_forces_need_a_device_and_a_wall_clock() {
+  for arguments in "" "--clock wall" "--device /dev/hidraw0"; do
+    expect 2 "add --clock wall --device PATH" run "$spring" --forces $arguments
+  done
+  no_run_folder
+}
+case_run_folders_are_no_scenarios() {
+  scenario '[run]' 'duration = "1 s"'
+  expect 0 "PASS" run .
+  expect 0 "PASS" run .
+  grep -q "resolved" out && fail "its own run folder was run"
+  [ "$(ls runs)" = x ] || fail "folders: $(ls runs)"
+}
+case_a_file_given_twice_runs_once() {
+  scenario '[run]' 'duration = "1 s"'
+  "$evenstep" run x.toml ./x.toml >out 2>err || fail "exit"
+  [ "$(grep -c '^PASS' out)" -eq 1 ] || fail "not one run"
+  [ "$(ls -A runs)" = x ] || fail "folders: $(ls -A runs)"
+}
+case_files_of_one_name_keep_their_runs() {
+  scenario '[run]' 'duration = "1 s"'
+  mkdir -p a/s b/s
+  cp x.toml a/s; mv x.toml b/s
+  expect 0 "2 passed" run a/s/x.toml b/s/x.toml
+  [ "$(echo runs/*)" = "runs/a-s-x runs/b-s-x" ] || fail "folders: $(ls runs)"
+  rm -r runs
+  expect 0 "PASS" run a/s/x.toml
+  expect 0 "runs/x has the run of a/s/x.toml; that of b/s/x.toml goes to runs/s-x" run b/s/x.toml
+  grep -q '"file":"a/s/x.toml"' runs/x/summary.json || fail "the first run is gone"
+  grep -q '"file":"b/s/x.toml"' runs/s-x/summary.json || fail "the second run is not there"
+  expect 0 "figures and data in runs/x" run a/s/../s/x.toml  # the same file
+  expect 0 "figures and data in mine" run b/s/x.toml --out mine
+}
+case_a_broken_file_of_a_folder_is_in_junit_and_json() {
+  mkdir folder
+  scenario '[run]' 'duration = "1 s"'
+  mv x.toml folder/good.toml
+  printf 'format = 1\nnmae = "<x>"\n' >folder/bad.toml
+  expect 2 "2 scenarios: 1 passed, 1 failed" run folder --out all
+  grep -q '<error .*bad.toml:2:1: error: unknown key .*nmae' all/bad/junit.xml || fail "not in JUnit"
+  "$evenstep" run folder --json --out all >out 2>err
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  python3 -c 'import json; bad, good = json.load(open("out"))
+assert bad["verdict"] == "error" and "unknown key" in bad["failure"] and bad["file"] == "folder/bad.toml"
+assert good["verdict"] == "pass" and not good["failure"]' || fail "JSON"
+}
+case_a_failure_says_when_and_what_would_do() {
+  scenario '[remap]' 'latency = "12 ms"'
+  expect 1 "late first at step " run x.toml
+  grep -Eq "^    late first at step [0-9]+, [0-9.]+ s, by [0-9.]+ [mun]s; .*latency [0-9.]+ ms would do" out ||
+    fail "no remedy"
+  grep -q "message=.*late first at step .* would do" runs/x/junit.xml || fail "not in JUnit"
+  grep -q "failure</text>" runs/x/figure-1b-left.svg || fail "not in the figure"
+  grep -q "worst failure</text>" runs/x/figure-2to4.svg || fail "not in the segment"
+  local enough
+  enough=$(sed -nE 's/^    late first .*; latency ([0-9.]+ ms) would do$/\1/p' out | tail -1)
+  expect 1 "must fail:" check x.toml
+  grep -q "latency $enough would do" out || fail "check does not say what would do"
+  expect 0 "expectations" check x.toml --set "remap.latency=\"$enough\""
+  "$evenstep" run x.toml --set "remap.latency=\"$enough\"" >out 2>err
+  ! grep -q "force.*underruns.*FAIL" out || fail "$enough does not do"
+}
+case_a_live_run_says_how_late_it_was_and_keeps_what_it_has() {
+  local live=$source_dir/scenarios/live/figure-1-spring.toml
+  "$evenstep" run --clock wall "$live" --set 'run.duration="60 s"' >out 2>err &
+  local pid=$!
+  for _ in $(seq 300); do grep -q Ctrl-C out && break; sleep 0.1; done
+  grep -q "^runs for 60 s; Ctrl-C ends it earlier and keeps what was recorded until then" out || fail "no introduction"
+  sleep 2
+  kill -INT $pid
+  wait $pid
+  local got=$?
+  [ "$got" -eq 130 ] || fail "exit $got instead of 130"
+  grep -Eq "^live +phase_locked for [0-9.]+ s on the wall clock: [0-9]+ steps, [0-9]+ ticks, [0-9]+ ticks missed" out ||
+    fail "no count of ticks"
+  grep -Eq "^lateness +p50 [0-9.e-]+ ms, p99 [0-9.e-]+ ms, max [0-9.e-]+ ms" out || fail "no lateness"
+  grep -Eq "^left +[0-9]+ samples missing, [0-9]+ forces late of [0-9]+ judged steps; [0-9]+ cuts" out || fail "no counts"
+  grep -Eq " [0-9.]+ of 60 s simulated" out || fail "does not say how far it came"
+  [ -s runs/figure-1-spring/summary.json ] || fail "nothing is kept"
+}
 case_long_scenarios_of_a_folder_run_only_when_asked_for() {
   mkdir folder
   printf '%s\n' 'format = 1' 'tags = ["long"]' '[case]' 'kind = "oscillator"' 'methods = ["symplectic-euler"]' \
-    'values = [1, 3]' 'most_steps = 50' >folder/long.toml
+    'values = [1, 3]' 'most_steps = 50' \
+    '[[expect]]' 'signal = "case.*.*"' 'metric = "cells"' 'equals = 2' >folder/long.toml
   sed 's/"long"/"ci"/' folder/long.toml >folder/short.toml
   expect 0 "2 scenarios: 1 passed, 0 failed, 1 left out (long)" run folder
   expect 0 "2 scenarios: 2 passed, 0 failed" run --long folder
@@ -255,6 +346,13 @@ case_check_explains_without_running() {
   no_run_folder
   expect 2 "error" check nowhere.toml
 }
+case_check_fails_what_cannot_start() {
+  local tissue=$source_dir/scenarios/paper/figure-1.toml
+  expect 1 'must fail: the step is above its limit, and the run will not start; substeps = "auto" or at least' check \
+    "$tissue" --set scene.substeps=1
+  expect 0 "expectations" check "$tissue" --set scene.substeps=1 --set scene.allow_unstable=true
+  expect 0 "expectations" check "$source_dir/scenarios/extreme/unstable-step.toml"
+}
 case_check_and_run_say_what_step_and_stiffness_are_stable() {
   local tissue=$source_dir/scenarios/paper/figure-1.toml
   expect 0 "ms in every configuration" check "$tissue"
@@ -266,7 +364,7 @@ case_check_and_run_say_what_step_and_stiffness_are_stable() {
     --set scene.solver=cpu
     --set 'device.left.grab={ center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }'
     --set 'device.right.grab={ center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }')
-  expect 0 "k_max " run "$tissue" "${small[@]}"
+  expect 0 "k_max " run "$tissue" "${small[@]}" --allow-no-expectations
   grep -q UNSTABLE out && fail "a stable step is called unstable"
   # What is let start above the limit is called so by the run itself; what is not, by the check.
   local above=("${small[@]}" --set scene.substeps=1 --set 'scene.stiffness="200 N/m"')
@@ -319,6 +417,41 @@ case_schema_is_json() {
   "$evenstep" schema >out 2>err || fail "schema"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   python3 -m json.tool out >/dev/null || fail "not JSON"
+}
+case_schema_accepts_every_shipped_scenario() {
+  "$evenstep" schema >schema.json || fail "schema"
+  command -v python3 >/dev/null || { echo "skipped: no python3 to validate with"; exit 77; }
+  python3 "$source_dir/tests/format/validate.py" schema.json "$source_dir/scenarios" "$source_dir/tests/vm" >out 2>err ||
+    fail "not valid"
+  ! grep "^skipped:" out || exit 77
+}
+case_a_mistyped_command_or_option_gets_a_suggestion() {
+  expect 2 "unknown command 'rnu'; did you mean 'run'?" rnu x.toml
+  expect 2 "run has no option '--sed'; did you mean '--seed'?" run x.toml --sed 3
+  expect 2 "run has no option '--sed'; did you mean '--seed'?" run x.toml --sed=3
+  expect 0 "Subcommands:" help
+  expect 0 "--permute-ties" help run
+  expect 2 "--seed: '-1' is no seed; write a whole number from 0 to 18446744073709551615" run x.toml --seed -1
+  expect 2 "--seed: '1.5' is no seed" run x.toml --seed 1.5
+}
+case_a_value_that_is_written_wrongly_gets_its_remedy() {
+  scenario '[timing]' 'visualization = "6,5 ms"'
+  expect 2 "x.toml:5:17: error: 'visualization': '6,5 ms' has a comma, and the decimal mark is a point" check x.toml
+  scenario '[scene]' 'kind = spring'
+  expect 2 'in quotes: "spring"' check x.toml
+  scenario '[timing]' 'visualization = 11.1 ms'
+  expect 2 '"11.1 ms"' check x.toml
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "late"' 'max = "1 ms"'
+  expect 2 "'late' is a count; write the number alone, 1, without 'ms'" check x.toml
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "velocity_jmp"' 'max = "1 step"'
+  expect 2 "unknown metric 'velocity_jmp' for signal 'left.force.direct'; did you mean 'velocity_jump'?" check x.toml
+}
+case_a_closed_pipe_is_no_error() {
+  set -o pipefail
+  (cd "$source_dir" && "$evenstep" list 2>"$work/err" | head -1 >"$work/out") || fail "exit"
+  [ ! -s err ] || fail "an error is printed"
+  "$evenstep" schema 2>err | head -1 >out || fail "exit of schema"
+  [ ! -s err ] || fail "an error is printed by schema"
 }
 case_fit_proposes_a_timing_that_check_accepts() {
   expect 0 "paced = true" fit "$source_dir/scenarios/recorded/small-paced30-basic.csv"
@@ -396,7 +529,7 @@ case_concurrent_timing_runs_and_is_refused_on_a_wall_clock() {
   local lane=(--set timing.order=concurrent --set timing.paced=true --set timing.slowdown=1.5
     --set 'timing.jitter={ step = "lognormal 5 %" }')
   local short=(--set 'run.duration="1 s"' --set 'expect=[]')
-  expect 0 "PASS" run "$spring" "${lane[@]}" "${short[@]}" --repeat
+  expect 0 "NO VERDICT" run "$spring" "${lane[@]}" "${short[@]}" --repeat --allow-no-expectations
   expect 2 "virtual clock only" run --clock wall "$spring" "${lane[@]}" "${short[@]}" \
     --set 'remap.latency="30 ms"' --set 'remap.lead="5 ms"'
 }

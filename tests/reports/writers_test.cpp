@@ -27,15 +27,16 @@ std::size_t occurrences(const std::string& text, const std::string& what) {
 
 }  // namespace
 
-TEST_CASE("the worst verdict wins, in any order: error, fail, pass") {
+TEST_CASE("the worst verdict wins, in any order: error, fail, degraded, pass, skipped; nothing judged is skipped") {
   const auto of = [](Verdict v) {
     ExpectationResult r;
     r.verdict = v;
     return r;
   };
-  CHECK(worst({}) == Verdict::pass);
-  for (const Verdict a : {Verdict::pass, Verdict::fail, Verdict::error}) {
-    for (const Verdict b : {Verdict::pass, Verdict::fail, Verdict::error}) CHECK(worst({of(a), of(b)}) == std::max(a, b));
+  CHECK(worst({}) == Verdict::skipped);
+  const std::vector<Verdict> all{Verdict::skipped, Verdict::pass, Verdict::degraded, Verdict::fail, Verdict::error};
+  for (const Verdict a : all) {
+    for (const Verdict b : all) CHECK(worst({of(a), of(b)}) == std::max(a, b));
   }
 }
 
@@ -48,15 +49,16 @@ TEST_CASE("summary.json opens as the design says") {
   result.file = "x.toml";
   const std::string json = summary_json(run, {{"run", {{"a", 1.5}, {"b", NAN}}}}, {result}, "0.1.0", "pass");
   CHECK(json ==
-        "{\"format\":1,\"evenstep\":\"0.1.0\",\"scenario\":\"s\",\"seed\":1,\"clock\":\"virtual\",\"real_time_granted\":"
+        "{\"format\":1,\"evenstep\":\"0.1.0\",\"scenario\":\"s\",\"file\":\"\",\"seed\":1,\"clock\":\"virtual\",\"real_time_"
+        "granted\":"
         "true,\"verdict\":\"pass\","
         "\"trace_hash\":\"0000000000001234\",\"expectations\":[\n{\"line\":12,\"signal\":\"left.interaction.direct\","
         "\"metric\":\"velocity_jump\","
         "\"value\":4.995,\"unit\":\"step\",\"min\":4,\"max\":null,\"verdict\":\"pass\",\"file\":\"x.toml\",\"expect_fail\":"
         "false,\"because\":\"\","
-        "\"detail\":\"\"}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},\"saturated\":{},\"latency\":{},\"strategies\":{},"
-        "\"bins\":{},\"left_"
-        "out\":[]}\n");
+        "\"detail\":\"\",\"where\":\"\",\"first\":null,\"worst\":null}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},"
+        "\"saturated\":{},\"latency\":{},\"strategies\":{},\"bins\":{},\"left_"
+        "out\":[],\"failure\":\"\"}\n");
 }
 
 TEST_CASE("the same record gives the same bytes") {
@@ -70,7 +72,7 @@ TEST_CASE("JUnit tells failures from errors, with file and line, and how to run 
   CHECK(occurrences(xml, "<testcase ") == 4);
   CHECK(occurrences(xml, "<failure ") == 1);
   CHECK(occurrences(xml, "<error ") == 1);
-  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\"") == 2);  // of all suites, of this one
+  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"0\"") == 2);  // of all suites, of this one
   CHECK_THAT(xml, Contains("file=\"scenarios/a&amp;b.toml\" line=\"20\"") && Contains("reproduce: evenstep run x"));
   CHECK_THAT(xml, Contains("left.force.µ schedule_latency: 13 ms, limit &lt;= 12.842 ms"));
   for (const char c : xml) CHECK((static_cast<unsigned char>(c) >= 0x20 || c == '\n'));
@@ -80,6 +82,21 @@ TEST_CASE("JUnit: a run that failed is an error of its own, also without expecta
   const std::string xml = junit_xml(synthetic::nasty_run(), {}, "the solver gave a NaN", "");
   CHECK_THAT(xml, Contains(" tests=\"1\" failures=\"0\" errors=\"1\"") && Contains("name=\"run\"") &&
                       Contains("message=\"the solver gave a NaN\""));
+}
+
+TEST_CASE("JUnit and the table say what is skipped, what is degraded, and where a limit is broken") {
+  std::vector<ExpectationResult> results = synthetic::nasty_results();
+  results[0].verdict = Verdict::skipped;
+  results[0].detail = "for the wall clock only";
+  results[1].verdict = Verdict::degraded;
+  results[1].where = "late first at step 960, 2.000 s, by 6.66 ms; latency 26.704 ms would do";
+  const std::string xml = junit_xml(synthetic::nasty_run(), results, "", "");
+  CHECK_THAT(xml, Contains(" tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"1\"") &&
+                      Contains("<skipped message=\"for the wall clock only\"/>") && Contains("<failure type=\"degraded\"") &&
+                      Contains("limit &lt;= 12.842 ms: late first at step 960, 2.000 s, by 6.66 ms; latency 26.704 ms"));
+  const std::string table = verdict_table(results, false);
+  CHECK_THAT(table, Contains("not judged") && Contains("DEGRADED") && Contains("\n    late first at step 960, 2.000 s"));
+  CHECK(table.find("for the wall clock only") == std::string::npos);
 }
 
 TEST_CASE("the verdict table has one aligned row per expectation and says what failed") {

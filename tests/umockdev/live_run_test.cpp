@@ -65,6 +65,7 @@ RunOutcome live_run(bool forces, const std::atomic<bool>* interrupted = nullptr,
   for (const Diagnostic& error : read.error_or({})) FAIL(text(error));
   RunOptions options;
   options.clock = ClockKind::wall;
+  options.allow_no_expectations = true;
   options.control.interrupted = interrupted;
   options.devices = {{{"left", "/dev/hidraw0"}}, forces};
   return run_scenario(*read, options);

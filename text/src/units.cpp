@@ -206,6 +206,8 @@ NumberAndUnit split_number(std::string_view text) {
     out.error = take_decimal(rest, out.divisor);
     if (out.error.empty() && out.divisor.mantissa <= 0) out.error = fmt::format("'{}' divides by zero or less", text);
   }
+  if (out.error.empty() && !rest.empty() && rest.front() == ',')
+    out.error = fmt::format("'{}' has a comma, and the decimal mark is a point", text);
   out.unit = trimmed(rest);
   return out;
 }

@@ -167,7 +167,9 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   expectation.metric = expect.text("metric");
   expectation.because = expect.text("because");
   expectation.expect_fail = expect.boolean("expect_fail");
+  if (expect.has("clock")) expectation.clock = expect.text("clock");
   const bool of_case = reading.document.find("case") != nullptr;
+  if (of_case && expect.has("clock")) reading.errors.add(expect.place("clock"), "'clock': a [case] has none; remove it");
   const std::string error = !of_case                     ? signal_error(expectation.signal, names)
                             : reading.scenario.case_spec ? case_signal_error(expectation.signal, names)
                                                          : "";
@@ -263,6 +265,14 @@ const std::vector<Field>& expect_fields() {
        .forms = kBoolean,
        .default_toml = "false",
        .meaning = "A known fault: passing then fails."},
+      {.table = "expect",
+       .key = "clock",
+       .forms = kWord,
+       .meaning =
+           "Judge it on this clock only; on the other one it is skipped. Default: on both. `wall` is for what says how "
+           "well the machine kept real time: if it does not hold, the run is `degraded`, not failed.",
+       .words = "virtual|wall",
+       .example = "\"wall\""},
       {.table = "expect_stop",
        .key = "reason",
        .forms = kWord,

@@ -40,10 +40,14 @@ Json numeric(const Field& field, const char* type) {
 
 Json pattern(const std::string& text) { return {{"type", "string"}, {"pattern", text}}; }
 
-Json table_schema(std::string_view table);
+Json table_schema(std::string_view table, bool whole);
 
-/// The forms of one element.
-Json alternatives(const Field& field) {
+/// Whether a table of this field stands for itself: one of a list does, but for [[device]], which is merged by its name with
+/// that of a file named in `extends`. Any other table may be completed by such a file, or be a part of one.
+bool is_whole(const Field& field) { return field.shape != Shape::one && field.key != "device"; }
+
+/// The forms of one element. `whole`: the table that the field belongs to stands for itself.
+Json alternatives(const Field& field, bool whole) {
   constexpr const char* kTime = "(ns|us|ms|s|min|h)";
   Json out = Json::array();
   if (field.forms & kWord) out.push_back({{"enum", split_words(field.words)}});
@@ -59,7 +63,7 @@ Json alternatives(const Field& field) {
   if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) out.push_back(pattern(unit_pattern(field)));
   if (field.forms & kAnything) out.push_back(Json::object());
   if (field.forms & kOptions) out.push_back({{"type", "object"}});
-  if (field.forms & kTable) out.push_back(table_schema(subtable(field)));
+  if (field.forms & kTable) out.push_back(table_schema(subtable(field), whole || is_whole(field)));
   return out;
 }
 
@@ -68,8 +72,8 @@ Json any_of(Json choices) {
   return {{"anyOf", std::move(choices)}};
 }
 
-Json shaped(const Field& field) {
-  Json one = any_of(alternatives(field));
+Json shaped(const Field& field, bool whole) {
+  Json one = any_of(alternatives(field, whole));
   switch (field.shape) {
     case Shape::one:
       break;
@@ -86,12 +90,12 @@ Json shaped(const Field& field) {
 }
 
 /// All rows of a key (one per kind) as one property: first the hover text, then the allowed values.
-Json property(std::string_view table, std::string_view key) {
+Json property(std::string_view table, std::string_view key, bool whole) {
   Json schemas = Json::array();
   std::vector<std::string> meanings;
   for (const Field& field : fields()) {
     if (field.table != table || field.key != key) continue;
-    const Json schema = shaped(field);
+    const Json schema = shaped(field, whole);
     if (std::find(schemas.begin(), schemas.end(), schema) == schemas.end()) schemas.push_back(schema);
     meanings.push_back(std::string(field.meaning) +
                        (field.default_toml.empty() ? "" : fmt::format(" Default: {}.", field.default_toml)));
@@ -100,20 +104,21 @@ Json property(std::string_view table, std::string_view key) {
           {"allOf", Json::array({any_of(std::move(schemas))})}};
 }
 
-/// The schema allows keys of other kinds; `evenstep check` reports them.
-Json table_schema(std::string_view table) {
+/// The schema allows keys of other kinds, and misses only keys of tables that stand for themselves; `evenstep check` reports
+/// both.
+Json table_schema(std::string_view table, bool whole) {
   Json properties = Json::object(), required = Json::array(), others = false;
   std::string_view last;
   for (const Field& field : fields()) {
     if (field.table != table) continue;
     if (field.key == "*") {
-      others = shaped(field);
+      others = shaped(field, whole);
       continue;
     }
-    if (field.key != last) properties[std::string(field.key)] = property(table, field.key);
+    if (field.key != last) properties[std::string(field.key)] = property(table, field.key, whole);
     last = field.key;
-    // A base file need not be complete, so at the top only those keys are required that every file must have.
-    if (field.required && field.kinds.empty() && (!table.empty() || field.key == "format")) required.push_back(field.key);
+    if (field.required && field.kinds.empty() && (whole || (table.empty() && field.key == "format")))
+      required.push_back(field.key);
   }
   Json out = {{"type", "object"}, {"additionalProperties", std::move(others)}};
   if (!required.empty()) out["required"] = std::move(required);
@@ -127,7 +132,7 @@ Json table_schema(std::string_view table) {
 std::string scenario_schema() {
   const Json schema = {{"$schema", "http://json-schema.org/draft-04/schema#"},
                        {"title", "evenstep scenario"},
-                       {"allOf", Json::array({internal::table_schema("")})}};
+                       {"allOf", Json::array({internal::table_schema("", false)})}};
   return schema.dump(1) + '\n';
 }
 

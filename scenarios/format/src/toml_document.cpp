@@ -107,6 +107,13 @@ toml::array array_of(const Value& value) {
   return array;
 }
 
+/// TOML's reader does not know what most often is wrong with a value that it cannot read.
+std::string_view quotes_hint(std::string_view error) {
+  const bool of_value = error.find("could not determine value type") != std::string_view::npos ||
+                        error.find("expected a comment or whitespace") != std::string_view::npos;
+  return of_value ? "; names, and numbers with a unit, are written in quotes: \"spring\", \"11.1 ms\"" : "";
+}
+
 }  // namespace
 
 Value parse_toml(const std::string& text, const std::string& file, Errors& errors) {
@@ -120,7 +127,8 @@ Value parse_toml(const std::string& text, const std::string& file, Errors& error
     return convert(table, {file, 1, 1});
   } catch (const toml::parse_error& error) {
     const toml::source_region& source = error.source();
-    errors.add({file, source.begin.line, source.begin.column}, std::string(error.description()));
+    errors.add({file, source.begin.line, source.begin.column},
+               fmt::format("{}{}", error.description(), quotes_hint(error.description())));
     return {};
   }
 }

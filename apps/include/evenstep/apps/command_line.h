@@ -3,9 +3,9 @@
 
 namespace evenstep {
 
-/// Exit codes: 0 all expectations hold, 1 an expectation failed, 2 usage or scenario error, 3 the run failed, 4 not
-/// reproducible, 130 interrupted. It takes over SIGINT, SIGTERM, SIGHUP and SIGPIPE of the process, and the default logger
-/// of spdlog, so call it only once per process.
+/// Exit codes: 0 all expectations hold, 1 an expectation failed or there is no verdict, 2 usage or scenario error, 3 the run
+/// failed, 4 not reproducible, 130 interrupted. It takes over SIGINT, SIGTERM, SIGHUP and SIGPIPE of the process, and the
+/// default logger of spdlog, so call it only once per process.
 int command_line(int argc, char** argv);
 
 }  // namespace evenstep

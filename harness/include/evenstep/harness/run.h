@@ -21,9 +21,11 @@ enum class ClockKind { virtual_clock, wall };
 
 struct RunOptions {
   ClockKind clock = ClockKind::virtual_clock;
-  int threads = 0;            ///< how many strategies run at the same time; 0 = one per core
-  LiveDeviceOptions devices;  ///< wall clock only
-  bool repeat = false;        ///< run twice and compare the traces
+  int threads = 0;                     ///< how many strategies run at the same time; 0 = one per core
+  LiveDeviceOptions devices;           ///< wall clock only
+  bool repeat = false;                 ///< run twice and compare the traces
+  bool allow_no_expectations = false;  ///< exit 0 for the verdict `none`
+  bool allow_degraded = false;         ///< exit 0 for the verdict `degraded`
   RunControl control;
 };
 
@@ -38,8 +40,14 @@ enum class ExitCode : int {
 };
 ExitCode worse(ExitCode a, ExitCode b);
 
+/// What a run says of its scenario. none: nothing was asserted. degraded: what was tested holds, but expectations about how
+/// well the machine kept real time (clock = "wall") do not.
+enum class RunVerdict { pass, none, degraded, fail, error };
+const char* name_of(RunVerdict verdict);  ///< "pass", "none", ...
+
 struct RunOutcome {
   ExitCode exit = ExitCode::pass;
+  RunVerdict verdict = RunVerdict::error;
   RunRecord record;
   std::optional<CaseRecord> case_record;  ///< for a scenario with a [case]; `record` then has no strategy
   Metrics metrics;

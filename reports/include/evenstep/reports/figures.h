@@ -3,21 +3,25 @@
 /// Curves are thinned out to the pixels that can be drawn.
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "evenstep/reports/run_record.h"
+#include "evenstep/reports/verdict.h"
 
 namespace evenstep {
 
 /// Figure 1 a: motion of the interaction in simulation time (one curve per strategy), for one device: position along its
 /// main axis, and below it the distance from the fitted line in steps. About six segments around the middle of the judged
-/// span.
-std::string figure_1a_svg(const RunRecord& run, const std::string& device);
+/// span; where one of `results` fails on this signal, around the worst place of the first such result, which is marked.
+std::string figure_1a_svg(const RunRecord& run, const std::string& device, std::span<const ExpectationResult> results = {});
 /// Figure 1 b: force in real time at the device's ticks, and below it its distance from the fitted line.
-std::string figure_1b_svg(const RunRecord& run, const std::string& device);
+std::string figure_1b_svg(const RunRecord& run, const std::string& device, std::span<const ExpectationResult> results = {});
 /// Figures 2 to 4 for one segment of `strategy`: samples of the hand, slots, real steps, emission times, and the lines that
-/// join each step to its slot (3 c) and its force to its emission (4 d).
-std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy, const std::string& device);
+/// join each step to its slot (3 c) and its force to its emission (4 d). The segment is the one in the middle of those
+/// judged, or the one of the worst place of the first of `results` that fails for this strategy and device.
+std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy, const std::string& device,
+                            std::span<const ExpectationResult> results = {});
 
 /// Error over the time of the run, from bins() of 1 s, for every device and strategy: largest deviation and velocity jump
 /// (logarithmic) and underruns so far; interaction on the left, force on the right. Empty if no signal has ten bins, because

@@ -224,6 +224,7 @@ struct RunRecord {
   std::string file;
   std::uint64_t seed = 1;
   std::string clock;  ///< "virtual" | "wall"
+  std::string live;   ///< the strategy that ran on the wall clock; empty if none did
   bool real_time_granted = true;
   Nominal nominal;
   std::vector<StrategyRecord> strategies;

@@ -6,7 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/time/time.h"
+
 namespace evenstep {
+
+/// A step or a device tick at which an expectation fails.
+struct FailurePlace {
+  std::int64_t index = 0;
+  RealTime at;  ///< when the step began, or the tick was due
+};
 
 struct ExpectationResult {
   std::string file;
@@ -18,10 +26,16 @@ struct ExpectationResult {
   bool expect_fail = false;
   std::string because;
   std::string detail;  ///< for errors
-  enum class Verdict { pass, fail, error } verdict = Verdict::pass;
+  /// skipped: the expectation is for the other clock. degraded: it is about how well the machine kept real time
+  /// (clock = "wall") and does not hold, so this run says nothing against what was tested, nor enough for it.
+  enum class Verdict { skipped, pass, degraded, fail, error } verdict = Verdict::pass;
+  /// For a failure of a metric that single samples decide (places.h): the first and the worst of those that break the limit,
+  /// and the same in words, with what would do where that is known: "late first at step 960, 2.000 s, by 6.66 ms; ...".
+  std::optional<FailurePlace> first = {}, worst = {};
+  std::string where = {};
 };
 
-/// The worst of several verdicts: error > fail > pass.
+/// The worst of several verdicts: error > fail > degraded > pass > skipped. `skipped` if nothing was judged.
 ExpectationResult::Verdict worst(const std::vector<ExpectationResult>& results);
 
 }  // namespace evenstep

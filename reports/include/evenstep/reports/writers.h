@@ -13,13 +13,16 @@
 namespace evenstep {
 
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
-                         const std::string& version, const std::string& verdict);
+                         const std::string& version, const std::string& verdict, const std::string& failure = "");
 std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error,
                       const std::string& reproduce);
 /// First column t[s]; then one block per strategy and device (docs/metrics.md). Without RunRecord::keep_rows only the bins.
 std::string series_csv(const RunRecord& run);
 /// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, including the warm-up.
 std::string underruns_csv(const RunRecord& run);
+/// What a run on the wall clock has to say about itself, for people: how long it ran, how late its ticks were, and what was
+/// missed, missing, late, cut or limited. Empty for a run in virtual time.
+std::string live_lines(const RunRecord& run, const Metrics& metrics);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 

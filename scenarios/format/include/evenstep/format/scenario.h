@@ -154,6 +154,7 @@ struct Expectation {
   std::optional<Limit> min, max;
   std::optional<std::array<double, 2>> at;  ///< for a case: judge only the cells whose values lie between these
   bool expect_fail = false;
+  std::string clock;  ///< judged only on this clock, "virtual" or "wall"; empty: on both
   /// For an underrun_rate: the limit must hold for the true rate with this confidence. To find out, the maps alone are run
   /// over `seeds` seeds; 0: as many as are enough if no segment has an underrun.
   std::optional<double> confidence;

@@ -1,0 +1,126 @@
+#include "evenstep/harness/foresee.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "evenstep/harness/run.h"
+#include "evenstep/reports/places.h"
+#include "judge.h"
+
+namespace evenstep {
+namespace {
+
+double nearest_s(Duration d) { return static_cast<double>(d.ns) / 1e9; }
+
+/// The judged steps that `is_bad`, each with how late it is; and by how much the latest one is late.
+struct BadSteps {
+  MetricSamples samples;
+  Duration most;
+};
+template <class Lateness>
+BadSteps bad_steps(const Scenario& scenario, const StrategyPlan& plan, const std::vector<bool>& is_bad, const char* word,
+                   Lateness lateness) {
+  BadSteps found{{MetricSamples::Kind::count, "step", word, {}, {plan.lead, plan.latency}}, {}};
+  for (std::size_t i = 0; i < is_bad.size(); ++i) {
+    const MappedStep& step = plan.sizing.steps[i];
+    if (!is_bad[i] || step.begin < RealTime{scenario.warmup.ns}) continue;
+    const Duration late = lateness(step);
+    found.most = std::max(found.most, late);
+    found.samples.samples.push_back({step.step, step.begin, plan.adapts ? NAN : nearest_s(late)});
+  }
+  return found;
+}
+
+/// Forces that will be late; with a latency that adapts it is not said how late.
+MetricSamples late_of(const Scenario& scenario, const StrategyPlan& plan) {
+  const std::vector<bool> late = late_forces(plan.sizing.steps, plan.lead, latency_of(map_setup(scenario), plan));
+  auto [found, most] = bad_steps(scenario, plan, late, "late",
+                                 [&](const MappedStep& step) { return step.end - (step.slot - plan.lead + plan.latency); });
+  if (!plan.adapts) late_by(found, most);
+  return found;
+}
+
+MetricSamples missing_of(const Scenario& scenario, const StrategyPlan& plan, const SamplingGrid& grid) {
+  const std::vector<bool> missing = interaction_underruns(plan.sizing.steps, grid, plan.lead);
+  auto [found, most] = bad_steps(scenario, plan, missing, "missing its sample", [&](const MappedStep& step) {
+    // The newest sample at the step's begin.
+    const std::int64_t next = first_tick_at_or_after(grid.rate, step.begin + Duration{1}, grid.origin);
+    return step.slot - plan.lead - tick_time(grid.rate, next - 1, grid.origin);
+  });
+  if (!plan.adapts) missing_by(found, most);
+  return found;
+}
+
+/// What the sizing pass knows of one strategy: values of metrics, and where those that count do so.
+struct Foreseen {
+  Metrics metrics;
+  std::map<std::string, std::map<std::string, MetricSamples>> samples;
+
+  void add(const std::string& signal, const std::string& metric, const MetricSamples& counted) {
+    metrics[signal][metric] = static_cast<double>(counted.samples.size());
+    samples[signal].emplace(metric, counted);
+  }
+};
+
+void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& foreseen) {
+  const bool gated = scenario.remap.interaction_underrun == InteractionUnderrun::gate;
+  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  const MetricSamples late = late_of(scenario, plan);
+  for (std::size_t d = 0; d < grids.size(); ++d) {
+    const std::string device = scenario.devices[d].name, strategy = name_of(plan.kind);
+    for (const char* metric : {"late", "underruns"}) foreseen.add(device + ".force." + strategy, metric, late);
+    const std::string buffers = device + ".buffers." + strategy;
+    foreseen.add(buffers, "force_underruns", late);
+    if (gated) continue;
+    const MetricSamples missing = missing_of(scenario, plan, grids[d]);
+    foreseen.add(device + ".interaction." + strategy, "underruns", missing);
+    foreseen.add(buffers, "interaction_underruns", missing);
+    foreseen.add(buffers, "underruns", joined(missing, late));
+  }
+}
+
+void add_sizes(const Scenario& scenario, const StrategyPlan& plan, Foreseen& foreseen) {
+  for (const DeviceSpec& device : scenario.devices) {
+    std::map<std::string, double>& buffers = foreseen.metrics[device.name + ".buffers." + name_of(plan.kind)];
+    buffers["interaction_capacity"] = static_cast<double>(plan.interaction_capacity);
+    buffers["force_capacity"] = static_cast<double>(plan.force_capacity);
+    buffers["predicted_interaction_underruns"] = static_cast<double>(plan.predicted_interaction_underruns);
+    buffers["predicted_late_forces"] = static_cast<double>(plan.predicted_late_forces);
+    buffers["lead"] = nearest_s(plan.lead);
+    buffers["latency"] = nearest_s(plan.latency);
+    buffers["latency_any_phase"] = nearest_s(plan.sizing.any_phase.latency);
+    buffers["latency_this_phase"] = nearest_s(plan.sizing.this_phase.latency);
+  }
+}
+
+}  // namespace
+
+std::vector<ExpectationResult> foresee_failures(const Scenario& scenario, const std::vector<StrategyPlan>& plans) {
+  std::vector<ExpectationResult> failures;
+  if (scenario.expect_stop || scenario.case_spec) return failures;
+  Foreseen foreseen;
+  for (const StrategyPlan& plan : plans) {
+    if (!is_remap(plan.kind)) continue;
+    add_sizes(scenario, plan, foreseen);
+    if (!plan.sizing.steps.empty() && plan.sizing.steps.back().begin >= RealTime{scenario.warmup.ns})
+      add_counts(scenario, plan, foreseen);
+  }
+  for (const Expectation& expectation : scenario.expectations) {
+    // Whether a known fault under a pattern is still there depends on all that it matches, also on what is not foreseen.
+    const bool pattern = expectation.signal.find('*') != std::string::npos;
+    if (expectation.clock == "wall" || expectation.confidence || (pattern && expectation.expect_fail)) continue;
+    ExpectationResult result = internal::judge_by(expectation, scenario, nominal_of(scenario), foreseen.metrics);
+    if (result.verdict != ExpectationResult::Verdict::fail) continue;
+    const auto of_signal = foreseen.samples.find(result.signal);
+    if (of_signal != foreseen.samples.end() && !result.expect_fail) {
+      const auto found = of_signal->second.find(result.metric);
+      if (found != of_signal->second.end()) locate(result, found->second, 1);
+    }
+    failures.push_back(std::move(result));
+  }
+  return failures;
+}
+
+}  // namespace evenstep

@@ -1,0 +1,66 @@
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "evenstep/reports/writers.h"
+
+namespace evenstep {
+namespace {
+
+double value_of(const Metrics& metrics, const std::string& signal, const std::string& metric) {
+  const auto values = metrics.find(signal);
+  if (values == metrics.end()) return 0;
+  const auto value = values->second.find(metric);
+  return value == values->second.end() ? 0 : value->second;
+}
+
+std::string milliseconds(double value_s) { return fmt::format("{:.3g} ms", 1e3 * value_s); }
+
+/// What a device's force guard and its driver count, and how that reads; those that are 0 are left out.
+struct Counted {
+  std::string_view metric, text;
+};
+constexpr Counted kCounted[] = {{"clamped", "clamped"},
+                                {"slewed", "slewed"},
+                                {"saturated", "saturated"},
+                                {"pid_saturated", "saturated by the PID device"},
+                                {"non_finite", "not finite"},
+                                {"lost", "reports lost"},
+                                {"write_failures", "writes failed"},
+                                {"writes_rejected", "writes rejected"},
+                                {"unplugged", "times unplugged"}};
+
+std::string device_line(const Metrics& metrics, const std::string& device, const std::string& strategy) {
+  const std::string force = device + ".force." + strategy, buffers = device + ".buffers." + strategy;
+  double cuts = 0;
+  for (const char* reason : {"cuts_device", "cuts_stale_hand", "cuts_stale_force", "cuts_speed"})
+    cuts += value_of(metrics, force, reason);
+  std::string line =
+      fmt::format("{:<13}{} samples missing, {} forces late of {} judged steps; {} cuts", device,
+                  value_of(metrics, buffers, "interaction_underruns"), value_of(metrics, buffers, "force_underruns"),
+                  value_of(metrics, device + ".interaction." + strategy, "judged"), cuts);
+  for (const Counted& counted : kCounted) {
+    const double count = value_of(metrics, force, std::string(counted.metric));
+    if (count > 0) line += fmt::format(", {} {}", count, counted.text);
+  }
+  return line + '\n';
+}
+
+}  // namespace
+
+std::string live_lines(const RunRecord& run, const Metrics& metrics) {
+  std::string text;
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (strategy.name != run.live) continue;
+    const auto tick = [&](const char* metric) { return value_of(metrics, "events.device.tick", metric); };
+    text += fmt::format("live         {} for {:.3g} s on the wall clock: {} steps, {} ticks, {} ticks missed ({:.3g} %)\n",
+                        strategy.name, seconds(run.nominal.end), strategy.steps.size(), tick("ticks_run"),
+                        tick("deadline_misses"), 100 * tick("deadline_miss_share"));
+    text += fmt::format("lateness     p50 {}, p99 {}, max {}\n", milliseconds(tick("lateness_p50")),
+                        milliseconds(tick("lateness_p99")), milliseconds(tick("lateness_max")));
+    for (const DeviceRecord& device : strategy.devices) text += device_line(metrics, device.name, strategy.name);
+  }
+  return text;
+}
+
+}  // namespace evenstep

@@ -1,0 +1,161 @@
+// What a run as a whole says: pass, none, degraded, fail or error; and what is known before it.
+
+#include "evenstep/harness/foresee.h"
+
+#include <fmt/format.h>
+
+#include "scenarios.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+using Verdict = ExpectationResult::Verdict;
+
+namespace {
+
+RunOutcome outcome_of(const std::string& expectations, const RunOptions& options = {}) {
+  return run_scenario(
+      read("paper/figure-1-spring.toml", {"run.duration=\"0.4 s\"", "run.warmup=\"0.2 s\"", "remap.latency=\"60 ms\"",
+                                          "remap.lead=\"20 ms\"", "expect=[" + expectations + "]"}),
+      options);
+}
+
+const std::string kHolds = "{ signal = \"run\", metric = \"strategies\", equals = 4 }";
+const std::string kHoldsOnWall = "{ signal = \"run\", metric = \"strategies\", equals = 4, clock = \"wall\" }";
+const std::string kFailsOnWall = "{ signal = \"run\", metric = \"strategies\", equals = 5, clock = \"wall\" }";
+const std::string kFailsOnVirtual = "{ signal = \"run\", metric = \"strategies\", equals = 5, clock = \"virtual\" }";
+
+}  // namespace
+
+TEST_CASE("a run that asserts nothing has no verdict, and exits with 1 unless that is allowed") {
+  RunOptions allowed;
+  allowed.allow_no_expectations = true;
+  for (const std::string& nothing : {std::string(), kHoldsOnWall}) {
+    const RunOutcome outcome = outcome_of(nothing);
+    CHECK(outcome.verdict == RunVerdict::none);
+    CHECK(outcome.exit == ExitCode::expectation_failed);
+    CHECK(outcome_of(nothing, allowed).verdict == RunVerdict::none);
+    CHECK(outcome_of(nothing, allowed).exit == ExitCode::pass);
+  }
+  CHECK(outcome_of(kHolds).verdict == RunVerdict::pass);
+  CHECK(outcome_of(kHolds).exit == ExitCode::pass);
+}
+
+TEST_CASE("an expectation for the other clock is skipped, in its place") {
+  const RunOutcome outcome = outcome_of(kFailsOnWall + ", " + kHolds);
+  CHECK(outcome.exit == ExitCode::pass);
+  REQUIRE(outcome.results.size() == 2);
+  CHECK(outcome.results[0].verdict == Verdict::skipped);
+  CHECK(*outcome.results[0].max == 5);
+  CHECK(outcome.results[1].verdict == Verdict::pass);
+  CHECK(outcome_of(kFailsOnVirtual).exit == ExitCode::expectation_failed);
+}
+
+TEST_CASE("what fails only because the machine was late is degraded, and exits with 1 unless that is allowed") {
+  RunOptions options;
+  options.clock = ClockKind::wall;
+  const RunOutcome outcome = outcome_of(kFailsOnWall + ", " + kHolds + ", " + kFailsOnVirtual, options);
+  INFO(outcome.failure);
+  CHECK(outcome.verdict == RunVerdict::degraded);
+  CHECK(outcome.exit == ExitCode::expectation_failed);
+  CHECK(outcome.results.at(0).verdict == Verdict::degraded);
+  CHECK(outcome.results.at(2).verdict == Verdict::skipped);
+  options.allow_degraded = true;
+  CHECK(outcome_of(kFailsOnWall, options).exit == ExitCode::pass);
+  // A failure stays one.
+  const RunOutcome failed =
+      outcome_of(kFailsOnWall + ", { signal = \"run\", metric = \"strategies\", equals = 6 }", options);
+  CHECK(failed.verdict == RunVerdict::fail);
+  CHECK(failed.exit == ExitCode::expectation_failed);
+}
+
+TEST_CASE("on a wall clock the counts add up on any machine: ticks run and missed, lateness of the live ticks alone") {
+  RunOptions options;
+  options.clock = ClockKind::wall;
+  const RunOutcome outcome = outcome_of(kHolds, options);
+  INFO(outcome.failure << outcome.repeat_difference);
+  REQUIRE(outcome.exit == ExitCode::pass);
+  CHECK(outcome.record.live == "phase_locked");
+  const std::vector<TickRow>& ticks = strategy(outcome.record, "phase_locked").devices[0].ticks;
+  const auto& values = outcome.metrics.at("events.device.tick");
+  CHECK(values.at("ticks_run") == static_cast<double>(ticks.size()));
+  const std::int64_t span_ms = (ticks.back().at - ticks.front().at).ns / 1'000'000 + 1;
+  CHECK(values.at("ticks_run") + values.at("deadline_misses") == static_cast<double>(span_ms));
+  Duration most;
+  for (const TickRow& tick : ticks) most = std::max(most, tick.lateness);
+  CHECK(values.at("lateness_max") == Approx(seconds(most)).epsilon(1e-12));
+  // No tick lies less than a period after the one before, so of those in between some ran or are counted as missed.
+  CHECK(values.at("lateness_p50") > 0);
+}
+
+TEST_CASE("a run that is interrupted is measured up to there") {
+  std::atomic<bool> interrupted{false};
+  RunOptions options;
+  options.clock = ClockKind::wall;
+  options.control.interrupted = &interrupted;
+  options.control.progress = [&](const std::string&, double fraction) { interrupted = fraction > 0.05; };
+  const RunOutcome outcome =
+      run_scenario(read("live/figure-1-spring.toml", {"run.duration=\"30 s\"", "run.warmup=\"0.2 s\""}), options);
+  CHECK(outcome.exit == ExitCode::interrupted);
+  REQUIRE(outcome.record.strategies.size() == 1);
+  CHECK(outcome.record.strategies[0].interrupted);
+  const double judged_s = outcome.metrics.at("run").at("judged_s");
+  CHECK(judged_s > 1);
+  CHECK(judged_s < 25);
+  CHECK(outcome.cpu_seconds > 0);
+}
+
+TEST_CASE("a late force that is foreseen fails in the run, at the same steps, and with the latency that would do it holds") {
+  int foreseen = 0, held = 0;
+  for (const char* jitter : {"0.001 %", "5 %", "10 %", "20 %"}) {
+    for (int latency_ms = 11; latency_ms <= 26; latency_ms += 3) {
+      for (const char* signal : {"left.force.phase_locked", "left.buffers.paper", "left.interaction.phase_locked"}) {
+        std::vector<std::string> set{
+            "run.duration=\"1.2 s\"",
+            "run.strategies=[\"paper\", \"phase_locked\"]",
+            "remap.lead=\"0.7 ms\"",
+            fmt::format("remap.latency=\"{} ms\"", latency_ms),
+            fmt::format("timing.jitter={{ visualization = \"lognormal {0}\", step = \"lognormal {0}\" }}", jitter),
+            fmt::format("expect=[{{ signal = \"{}\", metric = \"underruns\", equals = 0 }}]", signal)};
+        const Scenario scenario = read("paper/figure-1-spring.toml", set);
+        const std::vector<ExpectationResult> failures = foresee_failures(scenario, plan(scenario));
+        const RunOutcome outcome = run_scenario(scenario, {});
+        INFO(jitter << " " << latency_ms << " ms " << signal);
+        REQUIRE(outcome.results.size() == 1);
+        REQUIRE((failures.size() == 1) == (outcome.exit == ExitCode::expectation_failed));
+        ++(failures.empty() ? held : foreseen);
+        if (failures.empty()) continue;
+        CHECK(*failures[0].value == *outcome.results[0].value);
+        CHECK(failures[0].where == outcome.results[0].where);
+        // What would do does.
+        const std::string& where = failures[0].where;
+        const std::size_t latency = where.rfind("latency "), lead = where.rfind("lead "), ms = where.rfind(" ms would do");
+        REQUIRE(latency < ms);
+        set.push_back("remap.latency=\"" + where.substr(latency + 8, ms - latency - 8) + " ms\"");
+        if (lead < latency)
+          set.push_back("remap.lead=\"" + where.substr(lead + 5, where.find(" ms", lead) - lead - 5) + " ms\"");
+        CHECK(run_scenario(read("paper/figure-1-spring.toml", set), {}).exit == ExitCode::pass);
+      }
+    }
+  }
+  CHECK(foreseen > 20);
+  CHECK(held > 5);
+}
+
+TEST_CASE("latencies, leads and rings that cannot fit are foreseen; what the plan does not know is not judged") {
+  const auto failures = [](const std::string& expectation, std::vector<std::string> more = {}) {
+    more.insert(more.end(), {"run.duration=\"0.6 s\"", "expect=[" + expectation + "]"});
+    const Scenario scenario = read("paper/figure-1-spring.toml", more);
+    return foresee_failures(scenario, plan(scenario)).size();
+  };
+  const std::string buffers = "signal = \"left.buffers.phase_locked\", ";
+  CHECK(failures("{ " + buffers + "metric = \"latency\", max = \"15 ms\" }") == 1);
+  CHECK(failures("{ " + buffers + "metric = \"latency\", max = \"15.1 ms\" }") == 0);
+  CHECK(failures("{ signal = \"left.buffers.*\", metric = \"latency_any_phase\", max = \"15 ms\" }") == 1);
+  CHECK(failures("{ " + buffers + "metric = \"latency\", max = \"15.1 ms\", expect_fail = true }") == 1);
+  CHECK(failures("{ " + buffers + "metric = \"latency\", max = \"15 ms\", clock = \"wall\" }") == 0);
+  CHECK(failures("{ signal = \"left.interaction.direct\", metric = \"velocity_jump\", max = \"1 step\" }") == 0);
+  CHECK(failures("{ signal = \"*.*.*\", metric = \"underruns\", max = 0, expect_fail = true }",
+                 {"remap.latency=\"12 ms\""}) == 0);
+  CHECK(failures("{ " + buffers + "metric = \"latency\", max = \"15 ms\" }", {"expect_stop={ reason = \"diverged\" }"}) ==
+        0);
+}

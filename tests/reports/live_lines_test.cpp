@@ -1,0 +1,68 @@
+// What a run on the wall clock says about itself.
+
+#include <catch2/catch.hpp>
+
+#include "evenstep/reports/writers.h"
+#include "synthetic.h"
+
+using namespace evenstep;
+using Catch::Contains;
+
+namespace {
+
+/// The reference run as if phase_locked had run live: every tenth tick is 1 ms late, one 7 ms, and two never ran.
+RunRecord live_run() {
+  RunRecord run = synthetic::reference_run();
+  run.clock = "wall";
+  run.live = "phase_locked";
+  for (StrategyRecord& strategy : run.strategies) {
+    strategy.shadow = strategy.name == "direct" || strategy.name == "paper";
+    if (strategy.name != run.live) continue;
+    std::vector<TickRow>& ticks = strategy.devices[0].ticks;
+    for (std::size_t k = 0; k < ticks.size(); k += 10) ticks[k].lateness = Duration{1'000'000};
+    ticks[500].lateness = Duration{7'000'000};
+    ticks.erase(ticks.begin() + 1001, ticks.begin() + 1003);
+  }
+  return run;
+}
+
+}  // namespace
+
+TEST_CASE("lateness is that of exactly the live ticks, without the ideal twin's and the shadows'") {
+  const RunRecord run = live_run();
+  const auto values = measure(run).at("events.device.tick");
+  CHECK(values.at("ticks_run") == 1998);
+  CHECK(values.at("deadline_misses") == 2);
+  CHECK(values.at("deadline_miss_share") == Approx(2.0 / 2000).epsilon(1e-15));
+  CHECK(values.at("lateness_max") == 7e-3);
+  // A tenth of the live ticks is late: 3 % of all that were recorded.
+  CHECK(values.at("lateness_p50") == 0);
+  CHECK(values.at("lateness_p99") == 1e-3);
+  RunRecord every_second = run;
+  for (StrategyRecord& strategy : every_second.strategies) {
+    if (strategy.name != run.live) continue;
+    for (std::size_t k = 0; k < strategy.devices[0].ticks.size(); ++k)
+      strategy.devices[0].ticks[k].lateness = Duration{k % 3 == 0 ? 0 : 2'000'000};
+  }
+  CHECK(measure(every_second).at("events.device.tick").at("lateness_p50") == 2e-3);
+}
+
+TEST_CASE("a live run says how long it ran, how late it was and what it missed, in whole sentences of one line each") {
+  RunRecord run = live_run();
+  run.nominal.end = RealTime{1'234'000'000};
+  StrategyRecord& live = run.strategies[3];
+  live.devices[0].counters = {{"clamped", 3}, {"cuts_speed", 1}, {"cuts_device", 2}, {"slewed", 0}};
+  live.devices[0].steps[200].read = StepRead::underrun;
+  live.steps[201].end = live.steps[201].emission + Duration{1};
+  const std::string text = live_lines(run, measure(run));
+  CHECK_THAT(
+      text,
+      Contains("live         phase_locked for 1.23 s on the wall clock: 900 steps, 1998 ticks, 2 ticks missed (0.1 %)\n"));
+  CHECK_THAT(text, Contains("lateness     p50 0 ms, p99 1 ms, max 7 ms\n"));
+  CHECK_THAT(text, Contains("left         1 samples missing, 1 forces late of 780 judged steps; 3 cuts, 3 clamped\n"));
+}
+
+TEST_CASE("a run in virtual time has nothing to say about the machine") {
+  const RunRecord run = synthetic::reference_run();
+  CHECK(live_lines(run, measure(run)).empty());
+}
