@@ -90,9 +90,9 @@ std::optional<View> view_of(const RunRecord& run, const StrategyRecord& strategy
   }
   view.time_s = internal::Range::around({seconds(from), seconds(to)}, 0.02);
   for (const TickRow& tick : device.ticks) {
-    const double at = seconds(internal::sent_at(tick));
-    if (at < view.time_s.low || at > view.time_s.high) continue;
-    view.tick_s.push_back(at);
+    const double sent_s = seconds(internal::sent_at(tick));
+    if (sent_s < view.time_s.low || sent_s > view.time_s.high) continue;
+    view.tick_s.push_back(sent_s);
     view.tick_position_m.push_back(tick.position_m[axis]);
     view.tick_force_N.push_back(tick.force_N[axis]);
   }
