@@ -18,6 +18,7 @@
 #include <algorithm>
 
 #include "evenstep/remap/sample.h"
+#include "evenstep/remap/timed_ring.h"
 
 namespace evenstep {
 
@@ -37,14 +38,18 @@ inline constexpr Extrapolation kContinueLine{{4'000'000}, {10'000'000}};
 /// (7.7 ms), and it goes on without a limit.
 inline constexpr Extrapolation kPredictHand{{8'000'000}, {INT64_MAX}};
 
-/// The value of `buffer` at a time `at` past `newest`, the last of its first `head` entries, by the equation above. If the
+/// The value at a time `at` past `newest`, the last of the first `head` entries of `ring`, by the equation above. If the
 /// newest value and the one a window before it are equal, the result is exactly that value.
-template <class Buffer, class Entry>
-auto value_beyond(const Buffer& buffer, std::uint64_t head, const Entry& newest, RealTime at, Extrapolation policy) {
+template <class Value>
+Value value_beyond(const TimedRing<Value>& ring, std::uint64_t head, const typename TimedRing<Value>::Entry& newest,
+                   RealTime at, Extrapolation policy) {
+  using Ring = TimedRing<Value>;
   if (policy.none()) return newest.value;
-  const auto before = buffer.at(newest.time - policy.window, head);
-  if (before.status != ReadStatus::inside) return newest.value;
-  return lerp(newest.value, before.value, -ratio(std::min(at - newest.time, policy.furthest), policy.window));
+  const RealTime start = newest.time - policy.window;
+  typename Ring::Entry earlier{}, later = newest;
+  if (ring.find(start, head, earlier, later) != Ring::Place::between) return newest.value;
+  const Value before = lerp(earlier.value, later.value, ratio(start - earlier.time, later.time - earlier.time));
+  return lerp(newest.value, before, -ratio(std::min(at - newest.time, policy.furthest), policy.window));
 }
 
 }  // namespace evenstep

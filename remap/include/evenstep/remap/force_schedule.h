@@ -49,7 +49,7 @@ Reading<Value> ForceSchedule<Value>::at(RealTime at, std::uint64_t head) const {
   const RealTime newest = later.time;
   if (newest <= at) {
     const bool past = emission_ == Emission::linear && newest < at;
-    if (past) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
+    if (past) return {value_beyond(ring_, head, later, at, past_newest_), ReadStatus::underrun, newest};
     return {later.value, ReadStatus::inside, newest};
   }
   const auto place = ring_.find(at, head, earlier, later);

@@ -48,7 +48,7 @@ Reading<Value> SampleBuffer<Value>::at(RealTime at, std::uint64_t head) const {
   if (head == 0) return {};
   if (!ring_.get(head - 1, head, later)) return {Value{}, ReadStatus::overrun, {}};
   const RealTime newest = later.time;
-  if (at > newest) return {value_beyond(*this, head, later, at, past_newest_), ReadStatus::underrun, newest};
+  if (at > newest) return {value_beyond(ring_, head, later, at, past_newest_), ReadStatus::underrun, newest};
   if (at == newest) return {later.value, ReadStatus::inside, newest};
   const typename Ring::Place place = ring_.find(at, head, earlier, later);
   if (place == Ring::Place::before_first) return {later.value, ReadStatus::inside, newest};
