@@ -49,13 +49,15 @@ chmod +x root/init
 cp -- "$here/live.toml" "$here/live-pid.toml" root/scenarios/
 sed 's#\.\./paper/#paper-#' "$scenarios/live/figure-1-spring.toml" >root/scenarios/figure-1-spring.toml
 cp -- "$scenarios/paper/figure-1-spring.toml" root/scenarios/paper-figure-1-spring.toml
-for program in "$@"; do
-  cp -- "$program" root/bin/
-  while read -r library; do
-    mkdir -p "root$(dirname "$library")"
-    cp -L -n "$library" "root$library"
-  done < <(ldd "$program" 2>/dev/null | grep -oE '/[^ ]+')
-done
+# libraries_of FILE : the shared libraries it is linked with
+libraries_of() { ldd "$1" 2>/dev/null | grep -oE '/[^ ]+'; }
+hidapi=$(PATH=$PATH:/usr/sbin:/sbin ldconfig -p | sed -nE 's,.*libhidapi-hidraw\.so\.0 .*=> (/.*),\1,p' | head -n 1)   # opened when it is needed
+[[ $hidapi ]] || { echo "libhidapi-hidraw.so.0 is not installed" >&2; exit 1; }
+while read -r library; do
+  mkdir -p "root$(dirname "$library")"
+  cp -L -n "$library" "root$library"
+done < <(echo "$hidapi"; for file in "$hidapi" "$@"; do libraries_of "$file"; done)
+cp -- "$@" root/bin/
 for program in root/bin/*; do [[ -L $program ]] || strip --strip-debug "$program" 2>/dev/null || true; done
 (cd root && find . | LC_ALL=C sort | cpio --quiet -o -H newc --reproducible | gzip -1 -n) >initrd.gz
 
