@@ -51,7 +51,8 @@ sed 's#\.\./paper/#paper-#' "$scenarios/live/figure-1-spring.toml" >root/scenari
 cp -- "$scenarios/paper/figure-1-spring.toml" root/scenarios/paper-figure-1-spring.toml
 # libraries_of FILE : the shared libraries it is linked with
 libraries_of() { ldd "$1" 2>/dev/null | grep -oE '/[^ ]+'; }
-hidapi=$(PATH=$PATH:/usr/sbin:/sbin ldconfig -p | sed -nE 's,.*libhidapi-hidraw\.so\.0 .*=> (/.*),\1,p' | head -n 1)   # opened when it is needed
+# Opened when it is needed, so no program names it.
+hidapi=$(PATH=$PATH:/usr/sbin:/sbin ldconfig -p | sed -nE 's,.*libhidapi-hidraw\.so\.0 .*=> (/.*),\1,p' | head -n 1)
 [[ $hidapi ]] || { echo "libhidapi-hidraw.so.0 is not installed" >&2; exit 1; }
 while read -r library; do
   mkdir -p "root$(dirname "$library")"
