@@ -10,6 +10,7 @@
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/reports/saturation.h"
 #include "evenstep/reports/writers.h"
 #include "progress.h"
 #include "run_places.h"
@@ -83,6 +84,8 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
     fmt::print("{}", live_lines(outcome.record, outcome.metrics));
+    for (const auto& [signal, saturation] : saturations(outcome.record))
+      fmt::print("saturated    {}: {}\n", signal, text(saturation));
     fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
                outcome.record.strategies.size(), simulated_text(scenario, outcome), outcome.cpu_seconds);
     fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",

@@ -129,12 +129,8 @@ std::string objection_to_shape(const std::string& signal, const Scenario& scenar
   if (found == saturated.end()) return "";
   const DeviceSpec* device = find_device(scenario, parts[0]);
   if (device && device->expects_saturation) return "";
-  const Saturation& met = found->second;
-  const Saturation::Part& first = met.parts.front();
-  return fmt::format(
-      "saturated: {} of {} judged samples ({:.3g} %), {} first at {:.6g} s, so its shape says nothing; {}; or write "
-      "saturation = \"expected\" in the [[device]]",
-      met.saturated, met.judged, 100 * met.share(), name_of(first.cause), seconds(first.first), remedy_of(first.cause));
+  return fmt::format("saturated: {}, so its shape says nothing; {}; or write saturation = \"expected\" in the [[device]]",
+                     text(found->second), remedy_of(found->second.parts.front().cause));
 }
 
 ExpectationResult judge_expectation(const Expectation& expectation, const Scenario& scenario, const Nominal& nominal,

@@ -1,5 +1,7 @@
 #include "evenstep/reports/saturation.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -46,6 +48,12 @@ std::string_view name_of(SaturationCause cause) {
       return "device_position";
   }
   return "";
+}
+
+std::string text(const Saturation& saturation) {
+  const Saturation::Part& first = saturation.parts.front();
+  return fmt::format("{} of {} judged samples ({:.3g} %), {} first at {:.6g} s", saturation.saturated, saturation.judged,
+                     100 * saturation.share(), name_of(first.cause), seconds(first.first));
 }
 
 std::map<std::string, Saturation> saturations(const RunRecord& run) {

@@ -147,6 +147,14 @@ case_a_run_loads_only_the_libraries_that_it_uses() {
   loaded 'libOpenCL' run "$source_dir/scenarios/paper/figure-1.toml" --out tissue || fail "OpenCL is not seen"
   loaded 'libhidapi' devices || fail "hidapi is not seen"
 }
+case_a_run_says_what_was_saturated_asked_or_not() {
+  scenario
+  expect 0 "saturated    left.force.direct: " run x.toml --set 'device.left.force_limit="1 N"' --set 'expect=[]' \
+    --allow-no-expectations
+  grep -q "clamp first at [0-9.]* s" out || fail "not when and by what"
+  expect 0 "trace" run x.toml --set 'expect=[]' --allow-no-expectations
+  ! grep -q "^saturated" out || fail "what is within its limits is called saturated"
+}
 case_no_opencl_platform() {
   mkdir none
   OCL_ICD_VENDORS="$work/none" expect 3 "pocl-opencl-icd" \

@@ -31,6 +31,9 @@ struct Saturation {
   double share() const { return static_cast<double>(saturated) / static_cast<double>(judged); }
 };
 
+/// "800 of 4000 judged samples (20 %), clamp first at 5.106 s"
+std::string text(const Saturation& saturation);
+
 /// By signal ("<device>.interaction.<strategy>", "<device>.force.<strategy>"); signals that met no limit are left out.
 std::map<std::string, Saturation> saturations(const RunRecord& run);
 
