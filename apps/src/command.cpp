@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 #include <limits>
 
 #include "evenstep/harness/version.h"
@@ -121,9 +122,7 @@ Commands::Commands(const std::atomic<bool>& interrupted)
   app_->name("evenstep");
   app_->set_version_flag("--version", std::string("evenstep ") + kVersion);
   app_->require_subcommand(1);
-  app_->footer(
-      "Exit: 0 pass, 1 expectation failed or no verdict, 2 usage or scenario error, 3 run failed, 4 not reproducible, "
-      "130 interrupted.");
+  app_->footer(kExitCodes);
 }
 
 Commands::~Commands() = default;
@@ -132,6 +131,26 @@ Command Commands::add_command(const std::string& name, const std::string& meanin
   CLI::App* const command = app_->add_subcommand(name, meaning);
   command->callback([this, run = std::move(run)] { chosen_ = run; });
   return Command(*command);
+}
+
+void Commands::add_text(const std::string& name, const std::string& meaning,
+                        std::string (*text)(const std::vector<CommandText>&)) {
+  add_command(name, meaning, [this, text] {
+    std::fputs(text(described()).c_str(), stdout);
+    return ExitCode::pass;
+  });
+}
+
+std::vector<CommandText> Commands::described() const {
+  std::vector<CommandText> texts;
+  for (const CLI::App* command : app_->get_subcommands(nullptr)) {
+    CommandText& text = texts.emplace_back(CommandText{command->get_name(), command->get_description(), {}});
+    for (const CLI::Option* option : command->get_options()) {
+      text.arguments.push_back({option->nonpositional() ? option->get_name(false, true) : option->get_name(),
+                                option->nonpositional(), option->get_items_expected_max() > 0, option->get_description()});
+    }
+  }
+  return texts;
 }
 
 std::variant<std::function<ExitCode()>, ExitCode> Commands::parse(int argc, char** argv) {

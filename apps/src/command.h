@@ -20,6 +20,10 @@ class App;
 
 namespace evenstep::app {
 
+inline constexpr const char* kExitCodes =
+    "Exit: 0 pass, 1 expectation failed or no verdict, 2 usage or scenario error, 3 run failed, 4 not reproducible, "
+    "130 interrupted.";
+
 /// The numbers an option accepts, both ends included.
 struct Range {
   std::int64_t least, largest;
@@ -53,6 +57,18 @@ class Command {
   CLI::App* app_;
 };
 
+/// What a command accepts, in words: for the manual page and the shell's completion.
+struct CommandText {
+  struct Argument {
+    std::string names;  ///< "--out", "--help, -h", or an operand's name
+    bool is_option = false;
+    bool takes_value = false;  ///< of an option
+    std::string meaning;
+  };
+  std::string name, meaning;
+  std::vector<Argument> arguments;
+};
+
 /// All commands of the program, and one call of it.
 class Commands {
  public:
@@ -68,10 +84,14 @@ class Commands {
     return {add_command(name, meaning, [this, arguments, run] { return run(*arguments, interrupted_); }), *arguments};
   }
 
+  /// A command without arguments that prints what is made of all commands.
+  void add_text(const std::string& name, const std::string& meaning, std::string (*text)(const std::vector<CommandText>&));
+
   /// What the arguments ask for: a command to run, or the exit code after help, the version or a usage error was printed.
   std::variant<std::function<ExitCode()>, ExitCode> parse(int argc, char** argv);
 
  private:
+  std::vector<CommandText> described() const;
   Command add_command(const std::string& name, const std::string& meaning, std::function<ExitCode()> run);
 
   const std::atomic<bool>& interrupted_;

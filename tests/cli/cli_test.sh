@@ -155,6 +155,28 @@ case_a_run_says_what_was_saturated_asked_or_not() {
   expect 0 "trace" run x.toml --set 'expect=[]' --allow-no-expectations
   ! grep -q "^saturated" out || fail "what is within its limits is called saturated"
 }
+case_completion_and_the_manual_know_every_command_and_option() {
+  local command option commands
+  expect 0 "complete" completion
+  mv out completion
+  expect 0 ".TH EVENSTEP 1" manual
+  sed 's/\\-/-/g' out >manual
+  commands=$("$evenstep" --help | sed -n '/^Subcommands:/,$p' | sed -nE 's/^  ([a-z]+) .*/\1/p')
+  [ "$(wc -w <<<"$commands")" -ge 14 ] || fail "commands: $commands"
+  complete_line() {  # complete_line WORDS... : what the shell offers for the last of them
+    bash -c 'source ./completion; COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)); _evenstep
+             printf "%s\n" "${COMPREPLY[@]}"' - "$@"
+  }
+  for command in $commands; do
+    complete_line evenstep "${command:0:2}" | grep -qx "$command" || fail "the shell does not complete $command"
+    grep -qx "\.SS $command" manual || fail "the manual lacks $command"
+    for option in $("$evenstep" "$command" --help | grep -oE '^  (-h,)?--[a-z-]+' | grep -oE -- '--[a-z-]+'); do
+      complete_line evenstep "$command" "$option" | grep -qx -- "$option" || fail "the shell does not complete $command $option"
+      sed -n "/^\.SS $command\$/,/^\.S/p" manual | grep -qE -- "$option( |\$)" || fail "the manual lacks $command $option"
+    done
+  done
+  [ -z "$(complete_line evenstep run x)" ] || fail "files are left to the shell"
+}
 case_no_opencl_platform() {
   mkdir none
   OCL_ICD_VENDORS="$work/none" expect 3 "pocl-opencl-icd" \
