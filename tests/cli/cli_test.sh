@@ -171,7 +171,8 @@ case_completion_and_the_manual_know_every_command_and_option() {
     complete_line evenstep "${command:0:2}" | grep -qx "$command" || fail "the shell does not complete $command"
     grep -qx "\.SS $command" manual || fail "the manual lacks $command"
     for option in $("$evenstep" "$command" --help | grep -oE '^  (-h,)?--[a-z-]+' | grep -oE -- '--[a-z-]+'); do
-      complete_line evenstep "$command" "$option" | grep -qx -- "$option" || fail "the shell does not complete $command $option"
+      complete_line evenstep "$command" "$option" | grep -qx -- "$option" ||
+        fail "the shell does not complete $command $option"
       sed -n "/^\.SS $command\$/,/^\.S/p" manual | grep -qE -- "$option( |\$)" || fail "the manual lacks $command $option"
     done
   done
