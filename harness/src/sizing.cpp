@@ -46,16 +46,14 @@ void walk(const MapSetup& setup, StrategyKind kind, Next next, Visit visit) {
   const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});
   const RealTime end = setup.end;
   std::int64_t n = 0;
-  std::vector<RealTime> slots;
   for (const SegmentTiming* segment = next(); segment != nullptr && segment->begin < end; segment = next()) {
     map->boundary(n, segment->begin);
-    slots.resize(segment->steps.size());
-    const bool mapped = map->slots(n, slots);
-    for (std::size_t i = 0; mapped && i < slots.size(); ++i) {
-      const auto& [began, ended] = segment->steps[i];
-      if (ended < end) visit({n + static_cast<std::int64_t>(i), began, ended, slots[i], segment->index});
+    for (const auto& [began, ended] : segment->steps) {
+      const Slot slot = map->read(n, began);
+      map->emission(n, ended);
+      if (slot.kind == SlotKind::mapped && ended < end) visit({n, began, ended, slot.read, segment->index});
+      ++n;
     }
-    n += std::ssize(slots);
   }
 }
 
@@ -72,7 +70,7 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, co
     if (pause.before_steps) pushed.end(segment.visualization->end);
     for (const Interval& step : segment.steps) {
       RealTime began = pushed.begin(step.begin);
-      const Slot slot = map->read(n, began);
+      const Slot slot = map->read(n, began, pushed.by());
       if (slot.kind == SlotKind::mapped) {
         const RealTime launched = began;
         for (const SamplingGrid& grid : setup.grids) began = std::max(began, gate.opens(slot.read, grid));

@@ -61,7 +61,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       // An event of its own, so that it comes after the sample of the same instant.
       co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");
       const RealTime launched = scheduler.now();
-      const Slot slot = map.read(n, launched);  // 3 c: the slot's time
+      const Slot slot = map.read(n, launched, pushed.by());  // 3 c: the slot's time
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
         Reading<glm::dvec3> hand = exchange.hand(tool, slot);  // 3 a: the buffered hand
         while (exchange.must_wait(tool, hand)) {

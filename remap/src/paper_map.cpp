@@ -15,21 +15,11 @@ void PaperMap::boundary(std::int64_t n, RealTime begin) {
   begin_ = begin;
 }
 
-inline RealTime PaperMap::slot_of(std::int64_t n) const {
+std::optional<RealTime> PaperMap::slot(std::int64_t n) {
+  if (step_count_ == 0) return std::nullopt;
   const double step_count = static_cast<double>(step_count_);
   const double into_segment_ns = static_cast<double>(n - first_step_) * *estimator_.length_ns() / step_count;
   return begin_ + Duration{internal::floor_ns(into_segment_ns)};
-}
-
-std::optional<RealTime> PaperMap::slot(std::int64_t n) {
-  if (step_count_ == 0) return std::nullopt;
-  return slot_of(n);
-}
-
-bool PaperMap::slots(std::int64_t n, std::span<RealTime> out) {
-  if (step_count_ == 0) return false;
-  for (RealTime& one : out) one = slot_of(n++);
-  return true;
 }
 
 }  // namespace evenstep

@@ -3,126 +3,111 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
-#include <utility>
 
 namespace evenstep {
 namespace {
 
-constexpr double kMaxGain = 0.7;         // w; the loop is stable below 1.035 (docs/numerics.md)
-constexpr double kMaxSlopeChange = 0.5;  // rho < 1: the map is strictly monotone
-constexpr double kHang_segments = 8;     // a lag that would take 16 segments to catch up at 1.5 times the pace
+// Chosen by measurement on the recordings and on random schedules (docs/numerics.md).
+constexpr double kMostJump = 0.07;       // A / P
+constexpr double kPull = 3;              // k N^: an error is pulled out within a segment, to e^-3
+constexpr double kMostPull = 0.25;       // k
+constexpr double kVelocityPull = 0.3;    // how much of the missing velocity a step makes up for; stable below 2
+constexpr double kSlowest = 0.1;         // v / P > 0: the map is strictly monotone
+constexpr double kFastest = 3;           // v / P
+constexpr double kHang_segments = 4;     // a segment that long, and longer than H, says nothing about the pace
+constexpr double kFall = 0.9;            // of P at one boundary, below which v falls along
 constexpr double kLeastPeriod_ns = 1.0;
-// How far T/N must be off P to count as another pace. For two segments in a row: 10 % jitter (3.7 % of T, and P itself
-// moves by 2.5 %) never reached this limit in 10^6 segments; V halved or N doubled (16.7 %) does reach it. One segment
-// alone must be further off: 10 % jitter reaches that limit 7 times in 10^6 segments.
-constexpr double kNewPace = 0.16;
-constexpr double kSamePace = 0.06;
-constexpr double kOddSegment = 0.2;
-
-double within_slope_change(double slope_ns, double period_ns) {
-  return std::clamp(slope_ns, (1 - kMaxSlopeChange) * period_ns, (1 + kMaxSlopeChange) * period_ns);
-}
 
 }  // namespace
 
 void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
   assert(!started_ || (n >= first_step_ && begin >= boundary_));
   const std::int64_t steps = started_ ? n - first_step_ : 0;
-  const bool acquiring = period_ns_ == 0;
-  if (steps == 0 && !acquiring) return;
-  if (steps > 0) {
-    const double length_ns = static_cast<double>((begin - boundary_).ns);
-    if (acquiring)
-      acquire(begin, length_ns, static_cast<double>(steps));
-    else
-      track(begin, length_ns, static_cast<double>(steps));
-  }
+  if (steps == 0 && pace_ns_ > 0) return;
+  if (steps > 0) learn(begin, steps);
   started_ = true;
   first_step_ = n;
   boundary_ = begin;
 }
 
-void PhaseLockedMap::acquire(RealTime begin, double length_ns, double steps) {
-  origin_ = begin;
-  remainder_ns_ = 0;
-  period_ns_ = slope_ns_ = std::max(length_ns / steps, kLeastPeriod_ns);
-}
-
-void PhaseLockedMap::track(RealTime begin, double length_ns, double steps) {
-  advance(steps);
-  const double error_ns = static_cast<double>((begin - origin_).ns) - remainder_ns_;
-  const double measured_ns = length_ns / steps;
-  const double off = measured_ns / period_ns_ - 1;
-  const Segment before = std::exchange(last_, {length_ns, steps, period_ns_});
-  const bool restart = pace_moved(before, measured_ns);
-  if (restart) {
-    ++pace_changes_;
-    period_ns_ = last_.period_ns = std::max((before.length_ns + length_ns) / (before.steps + steps), kLeastPeriod_ns);
-  }
-  const double w = std::min(2 * std::numbers::pi * bandwidth_Hz_ * period_ns_ * steps * 1e-9, kMaxGain);
-  const LoopGains gains = loop_gains(w);
-  const double pull_ns = gains.slope * error_ns / steps;
-  if (std::abs(pull_ns) > kMaxSlopeChange * period_ns_) {
-    relock(begin, error_ns, measured_ns, steps);
-    return;
-  }
-  const bool phase_only = restart || closing(error_ns, w);
-  closing_ns_ = phase_only ? error_ns : 0;
-  if (!phase_only) period_ns_ += gains.period * error_ns / steps;
-  slope_ns_ = within_slope_change(period_ns_ + pull_ns, period_ns_);
-  const bool odd = std::abs(off) > kOddSegment && (off > 0) == (error_ns > 0);
-  if (odd && std::abs(measured_ns - period_ns_) > std::abs(pull_ns)) {
-    slope_ns_ = within_slope_change(measured_ns, period_ns_);
+void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
+  const bool acquiring = pace_ns_ == 0;
+  const double longest_ns = acquiring ? INFINITY : std::max(horizon_ns_, kHang_segments * lengths_ns_ / count_);
+  const double measured_ns = static_cast<double>((end - boundary_).ns);
+  const double length_ns = std::min(measured_ns, longest_ns);
+  const double fade = horizon_ns_ / (horizon_ns_ + length_ns);
+  lengths_ns_ = fade * lengths_ns_ + length_ns;
+  steps_ = fade * steps_ + static_cast<double>(steps);
+  count_ = fade * count_ + 1;
+  idle_ns_ = fade * idle_ns_ + std::max(0.0, static_cast<double>((end - last_end_).ns));
+  const double pace_before_ns = pace_ns_;
+  pace_ns_ = std::max(lengths_ns_ / steps_, kLeastPeriod_ns);
+  if (measured_ns <= longest_ns) learn_places(length_ns, steps);
+  if (acquiring) {
+    // The slot of the next step is the boundary, one pace on.
+    velocity_ns_ = pace_ns_;
+    origin_ = end;
+    remainder_ns_ = -pace_ns_;
+  } else if (pace_ns_ < kFall * pace_before_ns) {
+    velocity_ns_ *= pace_ns_ / pace_before_ns;
   }
 }
 
-/// phi <- slot(n), which keeps the map continuous.
-void PhaseLockedMap::advance(double steps) {
-  const double advanced_ns = remainder_ns_ + steps * slope_ns_;
+void PhaseLockedMap::learn_places(double length_ns, std::int64_t steps) {
+  const double slot_ns = length_ns / static_cast<double>(steps);
+  const std::size_t places = std::min(static_cast<std::size_t>(steps), kPlaces);
+  for (std::size_t i = 0; i < places; ++i) {
+    const double place_ns = begins_ns_[i] - static_cast<double>(i) * slot_ns;
+    usual_ns_[i] += i < known_ ? (place_ns - usual_ns_[i]) / count_ : place_ns;
+  }
+  known_ = std::max(known_, places);
+}
+
+double PhaseLockedMap::usual_ns(std::int64_t i) const {
+  return known_ == 0 ? 0 : usual_ns_[std::min(static_cast<std::size_t>(i), known_ - 1)];
+}
+
+void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
+  if (!started_) return;
+  const std::int64_t i = n - first_step_;
+  if (static_cast<std::size_t>(i) < kPlaces) begins_ns_[static_cast<std::size_t>(i)] = static_cast<double>((begin - boundary_).ns);
+  if (pace_ns_ == 0) return;
+  const double target_ns = this->target_ns(i, begin);
+  const double error_ns = static_cast<double>((boundary_ - origin_).ns) + target_ns - remainder_ns_ - pace_ns_;
+  if (error_ns <= horizon_ns_) return follow(error_ns);
+  const double whole_ns = std::floor(target_ns);
+  origin_ = boundary_ + Duration{static_cast<std::int64_t>(whole_ns)};
+  remainder_ns_ = target_ns - whole_ns;
+  velocity_ns_ = pace_ns_;
+}
+
+/// Where the slot of this step ought to be, from the boundary on.
+double PhaseLockedMap::target_ns(std::int64_t i, RealTime begin) const {
+  const double even_ns = static_cast<double>(i) * pace_ns_;
+  const double late_ns = static_cast<double>((begin - boundary_).ns) - even_ns - usual_ns(i);
+  const double idle_ns = idle_ns_ / count_;
+  return even_ns + late_ns - std::clamp(late_ns, -idle_ns, idle_ns);
+}
+
+void PhaseLockedMap::follow(double error_ns) {
+  const double most_ns = kMostJump * pace_ns_;
+  const double pull = std::min(kPull * count_ / steps_, kMostPull);
+  const double bend_ns = most_ns / (pull * pull);  // beyond it a constant most_ns brakes later than the pull would
+  const double size_ns = std::abs(error_ns);
+  const double faster_ns = size_ns <= bend_ns ? pull * size_ns : std::sqrt(2 * most_ns * (size_ns - bend_ns / 2));
+  const double slowest_ns = std::max(kSlowest * pace_ns_, kLeastPeriod_ns), fastest_ns = kFastest * pace_ns_;
+  const double wanted_ns = std::clamp(pace_ns_ + std::copysign(faster_ns, error_ns), slowest_ns, fastest_ns);
+  velocity_ns_ = std::clamp(velocity_ns_, slowest_ns, fastest_ns);
+  velocity_ns_ += std::clamp(kVelocityPull * (wanted_ns - velocity_ns_), -most_ns, most_ns);
+  const double advanced_ns = remainder_ns_ + velocity_ns_;
   const double whole_ns = std::floor(advanced_ns);
   origin_ = origin_ + Duration{static_cast<std::int64_t>(whole_ns)};
   remainder_ns_ = advanced_ns - whole_ns;
 }
 
-bool PhaseLockedMap::pace_moved(const Segment& before, double measured_ns) const {
-  if (before.steps == 0) return false;
-  const double first = before.length_ns / before.steps / before.period_ns - 1;
-  const double second = measured_ns / before.period_ns - 1;
-  return std::min(std::abs(first), std::abs(second)) > kNewPace && std::abs(first - second) < kSamePace;
-}
-
-/// Whether the error is still only one of phase. P was just measured, so as long as the error shrinks by at least half of
-/// what the loop's pull on the phase alone would achieve, it says nothing about P.
-bool PhaseLockedMap::closing(double error_ns, double w) const {
-  const double shrunk = 1 - w / std::numbers::sqrt2;
-  return error_ns * closing_ns_ > 0 && std::abs(error_ns) <= shrunk * std::abs(closing_ns_);
-}
-
-void PhaseLockedMap::relock(RealTime begin, double error_ns, double measured_ns, double steps) {
-  period_ns_ = std::max(within_slope_change(measured_ns, period_ns_), kLeastPeriod_ns);
-  slope_ns_ = period_ns_ * (error_ns > 0 ? 1 + kMaxSlopeChange : 1 - kMaxSlopeChange);
-  closing_ns_ = error_ns;
-  if (error_ns > kHang_segments * period_ns_ * steps) {
-    origin_ = begin;
-    remainder_ns_ = 0;
-    slope_ns_ = period_ns_;
-  }
-}
-
-inline RealTime PhaseLockedMap::slot_of(std::int64_t n) const {
-  return origin_ + Duration{internal::floor_ns(remainder_ns_ + static_cast<double>(n - first_step_) * slope_ns_)};
-}
-
-std::optional<RealTime> PhaseLockedMap::slot(std::int64_t n) {
-  if (period_ns_ == 0) return std::nullopt;
-  return slot_of(n);
-}
-
-bool PhaseLockedMap::slots(std::int64_t n, std::span<RealTime> out) {
-  if (period_ns_ == 0) return false;
-  for (RealTime& one : out) one = slot_of(n++);
-  return true;
+std::optional<RealTime> PhaseLockedMap::slot(std::int64_t) {
+  if (pace_ns_ == 0) return std::nullopt;
+  return origin_;
 }
 
 }  // namespace evenstep

@@ -14,13 +14,11 @@ class PaperMap final : public SlotMap {
  public:
   PaperMap(Duration lead, const AdaptiveLatency& latency, double weight) : SlotMap(lead, latency), estimator_(weight) {}
   void boundary(std::int64_t n, RealTime begin) override;
-  bool slots(std::int64_t n, std::span<RealTime> out) override;
 
  protected:
   std::optional<RealTime> slot(std::int64_t n) override;
 
  private:
-  RealTime slot_of(std::int64_t n) const;  // only once there are slots
   SegmentEstimator estimator_;
   bool started_ = false;
   std::int64_t first_step_ = 0;  // n_k

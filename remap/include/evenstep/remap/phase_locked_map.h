@@ -1,84 +1,79 @@
 #pragma once
-/// The default map: a second-order phase-locked loop that follows the segment boundaries. Its slots are strictly monotone
-/// and, while it is in lock, continuous.
+/// The default map: it learns the pace of the segments and the usual place of each step in its segment, sees at every step
+/// how late it begins, and follows with a velocity that changes by at most 7 % of the pace from step to step. Its slots are
+/// strictly monotone.
 ///
-///   at boundary (n, B):  e = B - slot(n);  w = min(2 pi BW T^, 0.7)
-///                        P += w^2 e / N_prev
-///                        slope = clamp(P + sqrt(2) w e / N_prev, (1 - rho) P, (1 + rho) P)      rho = 0.5
-///   in between:          slot(n) = phi + (n - n0) slope;  phi <- slot(n) at the next boundary   (continuous)
+///   at boundary (n, B), of a segment of length T with N steps, step i of which began at S_i:
+///       w = H / (H + T);   sums of T, N and 1 <- w sum + (T, N, 1);   P = sum T / sum N;   N^ = sum N / sum 1
+///       u_i += (S_i - B_prev - i T / N - u_i) / sum 1        the usual distance of step i from its segment's even line
+///       z   = the mean time from the last step's end to the boundary, in the same weights: idle time, which makes up for lateness
+///   at the begin S of step i of a segment that began at B:
+///       late = S - (B + i P + u_i), made smaller by z (0 if |late| <= z)
+///       e = B + i P + late - (R + P)                         how far a step of P would leave the slot R behind
+///       k = min(3 / N^, 0.25);   A = 0.07 P
+///       V = clamp(P + k e, 0.1 P, 3 P), where for a large e the pull is that which A can still brake: sqrt(2 A (e - A / (2 k^2)))
+///       v += clamp(0.3 (V - v), -A, A);   R += v
 ///
-/// P is the estimated time per step, phi the slot of the first step n0 of the segment, BW the bandwidth, T_prev and N_prev
-/// the length and step count of the segment that just ended, and T^ = P N_prev. Stable for w < 1.035
-/// (4 - 2 sqrt(2) w - w^2 > 0). phi is an integer nanosecond plus a remainder below 1 ns, so the map does not lose
-/// precision in a long run. P and phase are first acquired from the first complete segment with steps.
+/// P is the pace (time per step), R the slot, v the distance between slots, and H = 1 / bandwidth the horizon of the pace.
+/// Weights by time make the pace right for any N: T grows with N by an offset, so T / N of one segment says nothing about
+/// it. Because lateness shows at the first step after a pause, and not only at the next boundary, the slots have caught up
+/// before the next pause: docs/numerics.md derives the constants. Slots are integer nanoseconds plus a remainder below
+/// 1 ns, so the map does not lose precision in a long run. Everything is first acquired from the first complete segment.
 ///
-/// Out of lock, that is when the slope would have to exceed its clamp (|e| > rho T^ / (sqrt(2) w), 28 ms in the reference
-/// case), the phase no longer says anything about the pace, and integrating it would drive P to 0, where the loop has no
-/// gain. In that case
-///   P <- clamp(T_prev / N_prev, (1 - rho) P, (1 + rho) P);   slope = (1 + rho) P if behind, (1 - rho) P if ahead
-/// Only a lag of more than 8 T^ (a hang, which cannot be hidden) is jumped over: phi <- B, slope = P; still monotone.
+/// The velocity jump |R(n+1) - 2 R(n) + R(n-1)| is at most A, except that
+///   - v is held within 0.1 P and 3 P, and is scaled along with P where P falls by more than a tenth at one boundary (it
+///     was learned from a start that was not the pace);
+///   - a lag of more than H (a hang, which cannot be hidden) is jumped over: the slot steps forward to where it ought to be.
+///     A segment longer than H and than four times the mean counts as that long, and no u_i is learned from it.
 ///
-/// A new pace (the visualization time V or the step count N changes; docs/numerics.md, "A change of pace"), with
-/// m = T_prev / N_prev as measured:
-///   one segment with m more than 20 % off P, and e of the same sign:  the slope is made at least (or at most) m, so that
-///     e stays as it is if the pace lasts; after a single long or short segment the next one corrects the whole error
-///   two in a row more than 16 % off P and within 6 % of P of each other:  P <- (T + T) / (N + N), phi stays
-///   after that, for as long as e shrinks like (1 - sqrt(2) w):  P is left alone (it was just measured; e is only phase)
+/// Without a cycle every step may be a segment of its own, or segments may begin anywhere: u_i is then 0 or its mean, and
+/// the slots follow the begins of the steps.
 ///
-/// Outside its domain: a segment without steps changes nothing (its length becomes part of the next one's error); a period
-/// that would fall below 1 ns per step (steps that take no time) is held at 1 ns.
+/// Outside its domain: a segment without steps changes nothing (its length becomes part of the next one's lateness); a pace
+/// or velocity below 1 ns per step (steps that take no time) is held at 1 ns; steps after the 256th of a segment have the
+/// usual distance of the 256th.
 
-#include <numbers>
+#include <array>
 
 #include "evenstep/remap/slot_map.h"
 
 namespace evenstep {
 
-/// The effect of the error e at a boundary: P grows by period * e / N, and the slope becomes P + slope * e / N.
-struct LoopGains {
-  double period = 0;
-  double slope = 0;
-};
-constexpr LoopGains loop_gains(double w) { return {w * w, std::numbers::sqrt2 * w}; }
-
 class PhaseLockedMap final : public SlotMap {
  public:
   PhaseLockedMap(Duration lead, const AdaptiveLatency& latency, double bandwidth_Hz = 2.0)
-      : SlotMap(lead, latency), bandwidth_Hz_(bandwidth_Hz) {}
+      : SlotMap(lead, latency), horizon_ns_(1e9 / bandwidth_Hz) {}
   void boundary(std::int64_t n, RealTime begin) override;
-  bool slots(std::int64_t n, std::span<RealTime> out) override;
-  double period_ns() const { return period_ns_; }              ///< P, ns per step; 0 while acquiring
-  std::int64_t pace_changes() const { return pace_changes_; }  ///< how often two segments of a new pace replaced P
+  double period_ns() const { return pace_ns_; }  ///< P, ns per step; 0 while acquiring
 
  protected:
+  void began(std::int64_t n, RealTime begin) override;
+  void ended(std::int64_t, RealTime end) override { last_end_ = end; }
   std::optional<RealTime> slot(std::int64_t n) override;
 
  private:
-  RealTime slot_of(std::int64_t n) const;  // only once there are slots
-  /// A complete segment, and the P that held when it ended.
-  struct Segment {
-    double length_ns = 0;
-    double steps = 0;  // 0 = none yet
-    double period_ns = 0;
-  };
-  void acquire(RealTime begin, double length_ns, double steps);
-  void track(RealTime begin, double length_ns, double steps);
-  void advance(double steps);
-  bool pace_moved(const Segment& before, double measured_ns) const;
-  bool closing(double error_ns, double w) const;
-  void relock(RealTime begin, double error_ns, double measured_ns, double steps);
+  static constexpr std::size_t kPlaces = 256;
 
-  double bandwidth_Hz_;
+  void learn(RealTime end, std::int64_t steps);
+  void learn_places(double length_ns, std::int64_t steps);
+  double usual_ns(std::int64_t i) const;
+  double target_ns(std::int64_t i, RealTime begin) const;
+  void follow(double error_ns);
+
+  double horizon_ns_;  // H
   bool started_ = false;
-  std::int64_t first_step_ = 0;  // n0
+  std::int64_t first_step_ = 0;  // of the current segment
   RealTime boundary_;            // B of the current segment
-  RealTime origin_;              // integer part of phi
-  double remainder_ns_ = 0;      // phi - origin_, in [0, 1)
-  double period_ns_ = 0;         // P
-  double slope_ns_ = 0;
-  Segment last_;
-  std::int64_t pace_changes_ = 0;
-  double closing_ns_ = 0;  // while only the phase is corrected: e of the boundary before; 0 = loop as usual
+  RealTime last_end_;
+  // Sums over segments that fade with time.
+  double lengths_ns_ = 0, steps_ = 0, count_ = 0, idle_ns_ = 0;
+  double pace_ns_ = 0;                          // P
+  std::array<double, kPlaces> usual_ns_{};      // u_i
+  std::array<double, kPlaces> begins_ns_{};     // S_i - B of the current segment
+  std::size_t known_ = 0;                       // how many u_i are known
+  RealTime origin_;                             // integer part of the last slot
+  double remainder_ns_ = 0;                     // slot - origin_, in [0, 1)
+  double velocity_ns_ = 0;                      // v
 };
 
 }  // namespace evenstep

@@ -2,9 +2,9 @@
 /// The map between real time and simulation time (paper, Figure 3 c and Figure 4 d): every step n has a slot time; it
 /// reads the hand at R(n) = slot(n) - c and its force is emitted at F(n) = R(n) + L. One map serves both directions.
 ///
-/// Causality: a map is told `boundary(n, begin)` and nothing else. The length and the step count of a segment are known
-/// only when it ends. Until it has seen a complete segment the map is "acquiring": it has no slots yet, so steps read the
-/// newest sample, emit their force when they are done, and are not judged.
+/// Causality: a map is told `boundary(n, begin)`, and the begin and the end of each step, and nothing else. The length and
+/// the step count of a segment are known only when it ends. Until it has seen a complete segment the map is "acquiring": it
+/// has no slots yet, so steps read the newest sample, emit their force when they are done, and are not judged.
 ///
 /// L is fixed, or adapts to the times at which steps end (adaptive_latency.h); c is fixed.
 ///
@@ -12,7 +12,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/time/time.h"
@@ -47,20 +46,21 @@ class SlotMap {
   virtual void boundary(std::int64_t n, RealTime begin) = 0;
 
   /// R(n) for the step about to run, which really began at `began`. Steps count from 0. For every n, read(n) and then
-  /// emission(n) must be called once each; any other order fails an assertion.
-  Slot read(std::int64_t n, RealTime began);
+  /// emission(n) must be called once each; any other order fails an assertion. `postponed`: by how much a gate has pushed
+  /// back the steps so far; a map that learned from times with these waits in them would wait ever longer.
+  Slot read(std::int64_t n, RealTime began, Duration postponed = {});
   /// F(n) of the step just read: R(n) + L, or `ended` if its slot is not mapped. A time that would not come after F(n-1)
   /// (only the slots of `paper` can step back) becomes F(n-1) + 1 ns, and emission_repairs() counts it.
   RealTime emission(std::int64_t n, RealTime ended);
-  /// Writes slot(n), slot(n + 1), ... with lead 0 to `out`, without taking a step: a pass over a whole recording asks this
-  /// once per segment. Returns false while the map has no slots.
-  virtual bool slots(std::int64_t n, std::span<RealTime> out);
   std::int64_t emission_repairs() const { return latency_.repairs(); }
 
   Duration lead() const { return lead_; }
   const AdaptiveLatency& latency() const { return latency_; }
 
  protected:
+  /// Step n begins or has ended, as it would have without a gate. Comes before slot(n), or after it.
+  virtual void began(std::int64_t, RealTime) {}
+  virtual void ended(std::int64_t, RealTime) {}
   /// slot(n), floored to ns; nullopt while acquiring.
   virtual std::optional<RealTime> slot(std::int64_t n) = 0;
   virtual SlotKind unmapped_kind() const { return SlotKind::acquiring; }
@@ -70,6 +70,7 @@ class SlotMap {
   AdaptiveLatency latency_;
   std::int64_t next_step_ = 0;
   bool step_open_ = false;  // between read(n) and emission(n)
+  Duration postponed_;
   Slot current_;
 };
 
