@@ -15,6 +15,7 @@ constexpr double kVelocityPull = 0.3;    // how much of the missing velocity a s
 constexpr double kSlowest = 0.1;         // v / P > 0: the map is strictly monotone
 constexpr double kFastest = 3;           // v / P
 constexpr double kHang_segments = 4;     // a segment that long, and longer than H, says nothing about the pace
+constexpr double kLeastWeight = 1.0 / 8;  // of a segment in the usual places
 constexpr double kFall = 0.9;            // of P at one boundary, below which v falls along
 constexpr double kLeastPeriod_ns = 1.0;
 
@@ -32,16 +33,15 @@ void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
 
 void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   const bool acquiring = pace_ns_ == 0;
-  const double longest_ns = acquiring ? INFINITY : std::max(horizon_ns_, kHang_segments * lengths_ns_ / count_);
+  const double longest_ns = acquiring ? INFINITY : std::max(horizon_ns_, kHang_segments * past_.length_ns / past_.count);
   const double measured_ns = static_cast<double>((end - boundary_).ns);
+  const double idle_ns = std::max(0.0, static_cast<double>((end - last_end_).ns));
   const double length_ns = std::min(measured_ns, longest_ns);
   const double fade = horizon_ns_ / (horizon_ns_ + length_ns);
-  lengths_ns_ = fade * lengths_ns_ + length_ns;
-  steps_ = fade * steps_ + static_cast<double>(steps);
-  count_ = fade * count_ + 1;
-  idle_ns_ = fade * idle_ns_ + std::max(0.0, static_cast<double>((end - last_end_).ns));
+  past_ = {fade * past_.count + 1, fade * past_.length_ns + length_ns, fade * past_.steps + static_cast<double>(steps),
+           fade * past_.idle_ns + idle_ns};
   const double pace_before_ns = pace_ns_;
-  pace_ns_ = std::max(lengths_ns_ / steps_, kLeastPeriod_ns);
+  pace_ns_ = std::max(past_.length_ns / past_.steps, kLeastPeriod_ns);
   if (measured_ns <= longest_ns) learn_places(length_ns, steps);
   if (acquiring) {
     // The slot of the next step is the boundary, one pace on.
@@ -56,9 +56,10 @@ void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
 void PhaseLockedMap::learn_places(double length_ns, std::int64_t steps) {
   const double slot_ns = length_ns / static_cast<double>(steps);
   const std::size_t places = std::min(static_cast<std::size_t>(steps), kPlaces);
+  const double weight = std::max(kLeastWeight, 1 / past_.count);
   for (std::size_t i = 0; i < places; ++i) {
     const double place_ns = begins_ns_[i] - static_cast<double>(i) * slot_ns;
-    usual_ns_[i] += i < known_ ? (place_ns - usual_ns_[i]) / count_ : place_ns;
+    usual_ns_[i] += i < known_ ? weight * (place_ns - usual_ns_[i]) : place_ns;
   }
   known_ = std::max(known_, places);
 }
@@ -85,13 +86,13 @@ void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
 double PhaseLockedMap::target_ns(std::int64_t i, RealTime begin) const {
   const double even_ns = static_cast<double>(i) * pace_ns_;
   const double late_ns = static_cast<double>((begin - boundary_).ns) - even_ns - usual_ns(i);
-  const double idle_ns = idle_ns_ / count_;
+  const double idle_ns = past_.idle_ns / past_.count;
   return even_ns + late_ns - std::clamp(late_ns, -idle_ns, idle_ns);
 }
 
 void PhaseLockedMap::follow(double error_ns) {
   const double most_ns = kMostJump * pace_ns_;
-  const double pull = std::min(kPull * count_ / steps_, kMostPull);
+  const double pull = std::min(kPull * past_.count / past_.steps, kMostPull);
   const double bend_ns = most_ns / (pull * pull);  // beyond it a constant most_ns brakes later than the pull would
   const double size_ns = std::abs(error_ns);
   const double faster_ns = size_ns <= bend_ns ? pull * size_ns : std::sqrt(2 * most_ns * (size_ns - bend_ns / 2));

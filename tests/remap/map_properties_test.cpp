@@ -65,24 +65,26 @@ const char* p2_inverse(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// A copy of the map that is not told the boundary goes on along the old line.
+/// From step to step the velocity changes by at most 7 % of the pace, in the places where phase_locked_map.h promises it.
 const char* p3_continuous(const Schedule& schedule, Draw) {
   PhaseLockedMap map = locked_map();
-  std::int64_t n = 0;
+  std::int64_t n = 0, velocity_ns = 0;
+  std::optional<RealTime> last;
+  double pace_ns = 0;
   for (const Segment& segment : schedule) {
-    PhaseLockedMap untold = map;
     map.boundary(n, segment.begin);
-    PhaseLockedMap told = map;
-    const Slot before = untold.read(n, {}), after = told.read(n, {});
-    if (before.kind == SlotKind::mapped) {
-      const Duration step = after.read - before.read;
-      const bool hang = after.read == segment.begin - kLead && step.ns > 0;
-      // 1 ns: two floors of one number.
-      if (std::abs(step.ns) > 1 && !hang) return "the old line and the new one do not meet";
-    }
-    for (std::size_t i = 0; i < segment.steps.size(); ++i, ++n) {
-      map.read(n, {});
-      map.emission(n, {});
+    for (const StepTimes& step : segment.steps) {
+      const Slot slot = map.read(n, step.begin);
+      map.emission(n++, step.end);
+      if (slot.kind != SlotKind::mapped) continue;
+      const std::int64_t before_ns = velocity_ns;
+      velocity_ns = last ? (slot.read - *last).ns : 0;
+      last = slot.read;
+      const double period_ns = map.period_ns(), before = static_cast<double>(before_ns);
+      const bool fell = period_ns < 0.9 * pace_ns, hang = velocity_ns > 500'000'000;
+      pace_ns = period_ns;
+      if (before_ns == 0 || fell || hang || before < 0.1 * period_ns || before > 3 * period_ns) continue;
+      if (static_cast<double>(std::abs(velocity_ns - before_ns)) > 0.07 * period_ns + 2) return "the velocity jumps";
     }
   }
   return nullptr;
@@ -244,60 +246,55 @@ const char* p9_equivariant(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// One step per segment, lengths that grow by r: the jump of paper goes to r / weight, the lag of phase_locked to r /
-/// w^2.
+/// One step per segment, lengths that grow by r: the jump of paper goes to r / weight, the lag of phase_locked to
+/// r ((1 / 0.3 - 1 + H / T) / 0.25 - H / T): docs/numerics.md.
 const char* p11_drift(Draw draw) {
   const double weight = 0.2 + 0.8 * draw.unit();
   const double bandwidth_Hz = 1.5 + 2 * draw.unit();
   const std::int64_t drift = draw.between(100, 1000) * (2 * draw.between(0, 1) - 1);
+  constexpr std::int64_t kSegments = 300;  // the start decays as 0.8^300, or (H / (H + T))^300
   PaperMap paper({}, {}, weight);
   PhaseLockedMap locked({}, {}, bandwidth_Hz);
   RealTime begin;
-  Duration length{40'000'000};  // w >= 0.37; it changes by 0.2 % in 80 segments
+  Duration length{40'000'000};
   std::int64_t jump = 0, lag = 0;
-  for (std::int64_t n = 0; n <= 80; ++n) {  // the start decays as 0.8^80, or exp(-0.37 * 80 / 1.42)
+  for (std::int64_t n = 0; n <= kSegments; ++n) {
     PaperMap untold = paper;
     paper.boundary(n, begin);
     locked.boundary(n, begin);
-    if (n == 80) jump = (paper.read(n, {}).read - untold.read(n, {}).read).ns;
-    const RealTime read = locked.read(n, {}).read;
-    lag = (begin - read).ns;
-    if (n < 80) paper.read(n, {});
+    if (n == kSegments) jump = (paper.read(n, {}).read - untold.read(n, {}).read).ns;
+    lag = (begin - locked.read(n, begin).read).ns;
+    if (n < kSegments) paper.read(n, {});
     paper.emission(n, {});
-    locked.emission(n, {});
+    locked.emission(n, begin + length);
     begin = begin + length;
     length += Duration{drift};
   }
   const double r = static_cast<double>(drift);
-  const double w = std::min(2 * std::numbers::pi * bandwidth_Hz * static_cast<double>(length.ns) * 1e-9, 0.7);
   if (std::abs(static_cast<double>(jump) - r / weight) > 2) return "the jump of paper is not r / weight";  // 2 floors
-  if (std::abs(static_cast<double>(lag) - r / (w * w)) > 2 + 0.01 * std::abs(r) / (w * w)) {
-    return "the lag of phase_locked is not r / w^2";
-  }
+  const double segments = 1e9 / bandwidth_Hz / static_cast<double>(length.ns);
+  const double expected = r * ((1 / 0.3 - 1 + segments) / 0.25 - segments);
+  if (std::abs(static_cast<double>(lag) - expected) > 2 + 0.02 * std::abs(expected)) return "the lag of phase_locked";
   return nullptr;
 }
 
-/// The largest entry of the loop's matrix (e, P) -> (e, P), unclamped, to the power 2^14, by its own gains.
-double after_16384_segments(double w, double steps) {
-  const LoopGains gains = loop_gains(w);
-  const auto segment = [&](double e, double p) {
-    p += gains.period * e / steps;
-    return std::array<double, 2>{e - steps * (p + gains.slope * e / steps), p};
-  };
-  const std::array<double, 2> a = segment(1, 0), b = segment(0, 1);
-  std::array<double, 4> m{a[0], b[0], a[1], b[1]};
-  for (int i = 0; i < 14; ++i) {
+/// The largest entry of the matrix of (distance from a line, velocity off its pace), as in follow(), to the power 2^12.
+double after_4096_steps(double velocity_pull, double pull) {
+  const double vp = velocity_pull * pull;
+  std::array<double, 4> m{1 - vp, 1 - velocity_pull, -vp, 1 - velocity_pull};
+  for (int i = 0; i < 12; ++i) {
     m = {m[0] * m[0] + m[1] * m[2], m[0] * m[1] + m[1] * m[3], m[2] * m[0] + m[3] * m[2], m[2] * m[1] + m[3] * m[3]};
     for (const double entry : m)
       if (std::abs(entry) > 1e100) return 1e100;
   }
   return std::max({std::abs(m[0]), std::abs(m[1]), std::abs(m[2]), std::abs(m[3])});
 }
+/// det = 1 - q and trace = 2 - q - q k: stable for 0 < q < 2 and 2 q + q k < 4.
 const char* p12_stable(Draw draw) {
-  const double steps = static_cast<double>(draw.between(1, 40));
-  // Slowest decay per segment: 1 - 0.005 / 1.4 near the limit, 1 - w / sqrt(2) for small w: e^-58 and e^-116.
-  if (!(after_16384_segments(0.01 + 1.02 * draw.unit(), steps) < 1e-12)) return "w < 1.03 does not decay";
-  if (!(after_16384_segments(1.04 + 3 * draw.unit(), steps) > 1e12)) return "w > 1.04 does not diverge";
+  const double k = 0.02 + 2 * draw.unit();
+  const double limit = 4 / (2 + k);
+  if (!(after_4096_steps(limit * (0.02 + 0.96 * draw.unit()), k) < 1)) return "below the limit it does not decay";
+  if (!(after_4096_steps(limit * (1.02 + draw.unit()), k) > 1e12)) return "above the limit it does not diverge";
   return nullptr;
 }
 
@@ -323,7 +320,7 @@ const char* p15_deterministic(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// Only boundaries and step counts matter to mapped steps: not when steps run inside their segment, in which order, how
+/// Only boundaries and step counts matter to mapped steps of paper: not when steps run inside their segment, in which order, how
 /// V and the steps share it, nor whether two segments are one with V = 0 in its middle, as long as its boundary is
 /// told.
 const char* p16_only_boundaries(const Schedule& schedule, Draw draw) {
@@ -342,9 +339,6 @@ const char* p16_only_boundaries(const Schedule& schedule, Draw draw) {
     });
   };
   if (!agree(place(paper_map(), schedule), place(paper_map(), changed))) return "paper depends on more than boundaries";
-  if (!agree(place(locked_map(), schedule), place(locked_map(), changed))) {
-    return "phase_locked depends on more than boundaries";
-  }
   return nullptr;
 }
 
@@ -369,7 +363,30 @@ const char* causal(const Schedule& schedule, Draw draw) {
     return true;
   };
   if (!agree(place(paper_map(), schedule), place(paper_map(), changed))) return "paper looked ahead";
-  if (!agree(place(locked_map(), schedule), place(locked_map(), changed))) return "phase_locked looked ahead";
+  return nullptr;
+}
+/// The same for phase_locked, which sees the begin of every step: changing anything after the begin of step n changes no
+/// read up to and of step n, and no emission before it.
+const char* causal_in_segments(const Schedule& schedule, Draw draw) {
+  const std::size_t count = step_count(schedule);
+  if (count == 0) return nullptr;
+  const auto from = static_cast<std::size_t>(draw.between(0, static_cast<std::int64_t>(count) - 1));
+  Schedule changed = schedule;
+  std::size_t n = 0;
+  Duration later{};
+  for (Segment& segment : changed) {
+    segment.begin = segment.begin + later;
+    for (StepTimes& step : segment.steps) {
+      step.begin = step.begin + later;
+      if (n++ >= from) later += Duration{draw.between(0, 20'000'000)};
+      step.end = step.end + later;
+    }
+  }
+  const std::vector<Placed> a = place(locked_map(), schedule), b = place(locked_map(), changed);
+  for (n = 0; n <= from; ++n) {
+    if (a[n].slot.kind != b[n].slot.kind) return "phase_locked acquired earlier or later";
+    if (a[n].slot.kind == SlotKind::mapped && a[n].slot.read != b[n].slot.read) return "phase_locked looked ahead";
+  }
   return nullptr;
 }
 
@@ -377,7 +394,7 @@ const char* causal(const Schedule& schedule, Draw draw) {
 
 TEST_CASE("P1 phase_locked is strictly monotone: 100,000 schedules") { for_all(kMany, p1_monotone); }
 TEST_CASE("P2 the force schedule is the inverse of the map: 100,000 schedules") { for_all(kMany, p2_inverse); }
-TEST_CASE("P3 phase_locked is continuous at every boundary but after a hang: 100,000 schedules") {
+TEST_CASE("P3 the velocity of phase_locked changes by at most 7 % of the pace per step: 100,000 schedules") {
   for_all(kMany, p3_continuous);
 }
 TEST_CASE("P3 paper jumps by T_k - T^_k at every boundary, to the ns: 100,000 timings") { for_all_draws(kMany, p3_paper); }
@@ -386,13 +403,16 @@ TEST_CASE("P7 on periodic timing a hand of constant velocity stays on its line: 
   for_all_draws(kMany, p7_exact);
 }
 TEST_CASE("P9 maps move with time and scale with it: 100,000 schedules") { for_all(kMany, p9_equivariant); }
-TEST_CASE("P11 under drift paper jumps by r / weight and phase_locked lags by r / w^2, 100,000 draws") {
+TEST_CASE("P11 under drift paper jumps by r / weight, and phase_locked lags as derived: 100,000 draws") {
   for_all_draws(kMany, p11_drift);
 }
-TEST_CASE("P12 the loop decays for w < 1.03 and diverges for w > 1.04: 100,000 draws") { for_all_draws(kMany, p12_stable); }
+TEST_CASE("P12 the follower decays below the limit of its gains and diverges above: 100,000 draws") { for_all_draws(kMany, p12_stable); }
 TEST_CASE("P15 maps repeat bit for bit, in one run or in pieces: 100,000 schedules") { for_all(kMany, p15_deterministic); }
-TEST_CASE("P16 maps know nothing but boundaries and step counts: 100,000 schedules") { for_all(kMany, p16_only_boundaries); }
-TEST_CASE("what happens later changes no slot: 100,000 schedules") { for_all(kMany, causal); }
+TEST_CASE("P16 paper knows nothing but boundaries and step counts: 100,000 schedules") { for_all(kMany, p16_only_boundaries); }
+TEST_CASE("what happens later changes no slot: 100,000 schedules") {
+  for_all(kMany, causal);
+  for_all(kMany, causal_in_segments);
+}
 
 TEST_CASE("P1 on a million schedules", "[million]") { for_all(kVeryMany, p1_monotone); }
 TEST_CASE("P2 on a million schedules", "[million]") { for_all(kVeryMany, p2_inverse); }
@@ -405,7 +425,10 @@ TEST_CASE("P11 on a million draws", "[million]") { for_all_draws(kVeryMany, p11_
 TEST_CASE("P12 on a million draws", "[million]") { for_all_draws(kVeryMany, p12_stable); }
 TEST_CASE("P15 on a million schedules", "[million]") { for_all(kVeryMany, p15_deterministic); }
 TEST_CASE("P16 on a million schedules", "[million]") { for_all(kVeryMany, p16_only_boundaries); }
-TEST_CASE("what happens later changes no slot on a million schedules", "[million]") { for_all(kVeryMany, causal); }
+TEST_CASE("what happens later changes no slot on a million schedules", "[million]") {
+  for_all(kVeryMany, causal);
+  for_all(kVeryMany, causal_in_segments);
+}
 
 TEST_CASE("a failing schedule is shrunk to its first failing segment, and written out with it") {
   Draw draw(4);

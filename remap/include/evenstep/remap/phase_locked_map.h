@@ -5,7 +5,7 @@
 ///
 ///   at boundary (n, B), of a segment of length T with N steps, step i of which began at S_i:
 ///       w = H / (H + T);   sums of T, N and 1 <- w sum + (T, N, 1);   P = sum T / sum N;   N^ = sum N / sum 1
-///       u_i += (S_i - B_prev - i T / N - u_i) / sum 1        the usual distance of step i from its segment's even line
+///       u_i += max(1/8, 1 / sum 1) (S_i - B_prev - i T / N - u_i)      the usual distance of step i from its segment's even line
 ///       z   = the mean time from the last step's end to the boundary, in the same weights: idle time, which makes up for lateness
 ///   at the begin S of step i of a segment that began at B:
 ///       late = S - (B + i P + u_i), made smaller by z (0 if |late| <= z)
@@ -54,6 +54,10 @@ class PhaseLockedMap final : public SlotMap {
  private:
   static constexpr std::size_t kPlaces = 256;
 
+  /// Sums over segments.
+  struct Segments {
+    double count = 0, length_ns = 0, steps = 0, idle_ns = 0;
+  };
   void learn(RealTime end, std::int64_t steps);
   void learn_places(double length_ns, std::int64_t steps);
   double usual_ns(std::int64_t i) const;
@@ -65,8 +69,7 @@ class PhaseLockedMap final : public SlotMap {
   std::int64_t first_step_ = 0;  // of the current segment
   RealTime boundary_;            // B of the current segment
   RealTime last_end_;
-  // Sums over segments that fade with time.
-  double lengths_ns_ = 0, steps_ = 0, count_ = 0, idle_ns_ = 0;
+  Segments past_;                // fading with time
   double pace_ns_ = 0;                          // P
   std::array<double, kPlaces> usual_ns_{};      // u_i
   std::array<double, kPlaces> begins_ns_{};     // S_i - B of the current segment
