@@ -14,7 +14,8 @@ constexpr double kMostPull = 0.25;       // k
 constexpr double kVelocityPull = 0.3;    // how much of the missing velocity a step makes up for; stable below 2
 constexpr double kSlowest = 0.1;         // v / P > 0: the map is strictly monotone
 constexpr double kFastest = 3;           // v / P
-constexpr double kHang_segments = 4;     // a segment that long, and longer than H, says nothing about the pace
+constexpr double kHang_segments = 4;     // a segment longer than that, and than H, says little about the pace
+constexpr double kHungCounts_segments = 2;
 constexpr double kLeastWeight = 1.0 / 8;  // of a segment in the usual places
 constexpr double kFall = 0.9;            // of P at one boundary, below which v falls along
 constexpr double kLeastPeriod_ns = 1.0;
@@ -33,16 +34,17 @@ void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
 
 void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   const bool acquiring = pace_ns_ == 0;
-  const double longest_ns = acquiring ? INFINITY : std::max(horizon_ns_, kHang_segments * past_.length_ns / past_.count);
   const double measured_ns = static_cast<double>((end - boundary_).ns);
+  const double mean_ns = acquiring ? measured_ns : past_.length_ns / past_.count;
+  const bool hung = measured_ns > std::max(horizon_ns_, kHang_segments * mean_ns);
+  const double length_ns = hung ? kHungCounts_segments * mean_ns : measured_ns;
   const double idle_ns = std::max(0.0, static_cast<double>((end - last_end_).ns));
-  const double length_ns = std::min(measured_ns, longest_ns);
   const double fade = horizon_ns_ / (horizon_ns_ + length_ns);
   past_ = {fade * past_.count + 1, fade * past_.length_ns + length_ns, fade * past_.steps + static_cast<double>(steps),
            fade * past_.idle_ns + idle_ns};
   const double pace_before_ns = pace_ns_;
   pace_ns_ = std::max(past_.length_ns / past_.steps, kLeastPeriod_ns);
-  if (measured_ns <= longest_ns) learn_places(length_ns, steps);
+  if (!hung) learn_places(length_ns, steps);
   if (acquiring) {
     // The slot of the next step is the boundary, one pace on.
     velocity_ns_ = pace_ns_;

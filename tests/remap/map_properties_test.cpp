@@ -252,7 +252,7 @@ const char* p11_drift(Draw draw) {
   const double weight = 0.2 + 0.8 * draw.unit();
   const double bandwidth_Hz = 1.5 + 2 * draw.unit();
   const std::int64_t drift = draw.between(100, 1000) * (2 * draw.between(0, 1) - 1);
-  constexpr std::int64_t kSegments = 300;  // the start decays as 0.8^300, or (H / (H + T))^300
+  constexpr std::int64_t kSegments = 160;  // the start decays as 0.8^160, or (H / (H + T))^160
   PaperMap paper({}, {}, weight);
   PhaseLockedMap locked({}, {}, bandwidth_Hz);
   RealTime begin;

@@ -74,18 +74,18 @@ TEST_CASE("a step of V, of N or of all run times: latency, jump and recovery as 
   };
   const auto all = [](double factor) { return Pace{11'100'000 * factor, 15, kStep_ns * factor}; };
   const Row rows[]{
-      {"V x 2", {22'200'000}, 0, 0, 0},
-      {"V x 1/2", {5'550'000}, 0, 0, 0},
-      {"V x 3", {33'300'000}, 0, 0, 0},
-      {"V gone", {0}, 0, 0, 0},
-      {"N 15 to 30", {11'100'000, 30}, 0, 0, 0},
-      {"N 15 to 8", {11'100'000, 8}, 0, 0, 0},
-      {"T x 0.5", all(0.5), 0, 0, 0},
-      {"T x 0.75", all(0.75), 0, 0, 0},
-      {"T x 1.25", all(1.25), 0, 0, 0},
-      {"T x 1.5", all(1.5), 0, 0, 0},
-      {"T x 2", all(2), 0, 0, 0},
-      {"T x 3", all(3), 0, 0, 0}};
+      {"V x 2", {22'200'000}, 24.493, 0.082, 25},
+      {"V x 1/2", {5'550'000}, 13.512, 0.084, 21},
+      {"V x 3", {33'300'000}, 38.906, 0.101, 30},
+      {"V gone", {0}, 14.269, 0.105, 28},
+      {"N 15 to 30", {11'100'000, 30}, 16.159, 0.083, 17},
+      {"N 15 to 8", {11'100'000, 8}, 18.280, 0.072, 20},
+      {"T x 0.5", all(0.5), 16.190, 0.141, 26},
+      {"T x 0.75", all(0.75), 14.284, 0.094, 17},
+      {"T x 1.25", all(1.25), 17.256, 0.071, 15},
+      {"T x 1.5", all(1.5), 22.117, 0.078, 21},
+      {"T x 2", all(2), 38.510, 0.095, 26},
+      {"T x 3", all(3), 91.800, 0.157, 26}};
   for (const Row& row : rows) {
     const Outcome result = outcome(row.to);
     INFO(row.change);
@@ -97,7 +97,7 @@ TEST_CASE("a step of V, of N or of all run times: latency, jump and recovery as 
   }
 }
 
-TEST_CASE("a longer V needs 2.6 ms more than its pause at most, from 1.1 V to 3 V") {
+TEST_CASE("a longer V needs at most 6 ms more than its pause, from 1.1 V to 3 V") {
   // V' + s + h less what the read of the last step before it had to spare: the pause bound. The map learns of the pause
   // when it is over, and has caught up before the next one.
   for (int percent = 110; percent <= 300; percent += 5) {

@@ -24,7 +24,7 @@
 ///   - v is held within 0.1 P and 3 P, and is scaled along with P where P falls by more than a tenth at one boundary (it
 ///     was learned from a start that was not the pace);
 ///   - a lag of more than H (a hang, which cannot be hidden) is jumped over: the slot steps forward to where it ought to be.
-///     A segment longer than H and than four times the mean counts as that long, and no u_i is learned from it.
+///     A segment longer than H and than four times the mean counts as twice the mean, and no u_i is learned from it.
 ///
 /// Without a cycle every step may be a segment of its own, or segments may begin anywhere: u_i is then 0 or its mean, and
 /// the slots follow the begins of the steps.
