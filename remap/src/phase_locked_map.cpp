@@ -67,7 +67,11 @@ void PhaseLockedMap::learn_places(double length_ns, std::int64_t steps) {
 }
 
 double PhaseLockedMap::usual_ns(std::int64_t i) const {
-  return known_ == 0 ? 0 : usual_ns_[std::min(static_cast<std::size_t>(i), known_ - 1)];
+  if (known_ == 0) return 0;
+  const auto place = static_cast<std::size_t>(i);
+  if (place < kPlaces) return usual_ns_[std::min(place, known_ - 1)];
+  const double per_step_ns = (usual_ns_[known_ - 1] - usual_ns_[0]) / static_cast<double>(kPlaces - 1);
+  return usual_ns_[0] + static_cast<double>(i) * per_step_ns;
 }
 
 void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
