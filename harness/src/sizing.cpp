@@ -78,7 +78,7 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, co
       }
       const RealTime ended = pushed.end(step.end);
       if (slot.kind == SlotKind::mapped && ended < end) steps.push_back({n, began, ended, slot.read, segment.index});
-      map->emission(n, ended);
+      map->emission(n, ended, pushed.by());
       ++n;
     }
     if (pause.after_steps) pushed.end(segment.visualization->end);

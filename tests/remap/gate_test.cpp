@@ -9,7 +9,7 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// What the loop tells the map as the begin of a segment.
+/// What the loop tells the map as the begin of a segment and as begin and end of a step.
 enum class Told : std::uint8_t {
   work_time,  ///< real begin - shift: what the simulator would do if it never waited
   real_time,  ///< naive: the waits are learned as if they were work
@@ -39,7 +39,7 @@ Gated run_gated(SlotMap&& map, const Schedule& schedule, Told told) {
     ended = began;
     for (const StepTimes& step : segment.steps) {
       RealTime begin = step.begin + shift;
-      const Slot slot = map.read(n, begin);
+      const Slot slot = map.read(n, begin, told == Told::work_time ? shift : Duration{});
       if (slot.kind == SlotKind::mapped) {
         const RealTime sampled = tick_time(kDevice, first_tick_at_or_after(kDevice, slot.read));
         if (sampled > begin) {
@@ -52,7 +52,7 @@ Gated run_gated(SlotMap&& map, const Schedule& schedule, Told told) {
       const ReadStatus status = samples.at(slot.read).status;  // overrun: older than the run, or than 200 ms
       if (slot.kind == SlotKind::mapped) run.underruns += status != ReadStatus::inside && status != ReadStatus::overrun;
       ended = step.end + shift;
-      map.emission(n++, ended);
+      map.emission(n++, ended, told == Told::work_time ? shift : Duration{});
       run.most_shift = std::max(run.most_shift, shift);
     }
   }
@@ -146,8 +146,8 @@ TEST_CASE("idle time absorbs the shift of a gated run: paced, 10 % jitter") {
   }
 }
 
-TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jitter from 33.33 to 34.24 ms") {
-  // Each wait lengthens T, a longer T moves the slots of the last steps towards the boundary, and they wait again.
+TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jitter paper from 33.33 to 34.24 ms") {
+  // phase_locked is dragged on too, but less: a late step moves its later slots. Each wait lengthens T, a longer T moves the slots of the last steps towards the boundary, and they wait again.
   double paper_ms = 0, locked_ms = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     Draw draw(seed);
@@ -156,12 +156,12 @@ TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jit
     const Gated locked = run_gated(PhaseLockedMap({}, {}), schedule, Told::real_time);
     CHECK(paper.underruns + locked.underruns == 0);
     CHECK(paper.mean_length_ms > 1.02 * ungated_ms(schedule));
-    CHECK(locked.mean_length_ms > 1.02 * ungated_ms(schedule));
+    CHECK(locked.mean_length_ms > 1.002 * ungated_ms(schedule));
     paper_ms += paper.mean_length_ms / 5;
     locked_ms += locked.mean_length_ms / 5;
   }
   CHECK(paper_ms == Approx(34.24).margin(0.01));
-  CHECK(locked_ms == Approx(34.28).margin(0.01));
+  CHECK(locked_ms == Approx(33.43).margin(0.01));
 }
 
 TEST_CASE("told the gated boundaries a periodic simulator of 29.95 Hz is dragged to the device's grid, T = 33.5 ms") {

@@ -51,7 +51,7 @@ class SlotMap {
   Slot read(std::int64_t n, RealTime began, Duration postponed = {});
   /// F(n) of the step just read: R(n) + L, or `ended` if its slot is not mapped. A time that would not come after F(n-1)
   /// (only the slots of `paper` can step back) becomes F(n-1) + 1 ns, and emission_repairs() counts it.
-  RealTime emission(std::int64_t n, RealTime ended);
+  RealTime emission(std::int64_t n, RealTime ended, Duration postponed = {});
   std::int64_t emission_repairs() const { return latency_.repairs(); }
 
   Duration lead() const { return lead_; }
@@ -70,7 +70,6 @@ class SlotMap {
   AdaptiveLatency latency_;
   std::int64_t next_step_ = 0;
   bool step_open_ = false;  // between read(n) and emission(n)
-  Duration postponed_;
   Slot current_;
 };
 
