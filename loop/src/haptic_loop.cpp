@@ -74,7 +74,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       const RealTime began = scheduler.now();
       pushed.wait(began - launched);
       solver.begins(began);
-      co_await scheduler.external(pushed.end(step.end), &solver, "step");  // 4 b: a constant amount of simulation time
+      co_await scheduler.external(pushed.end(step.end), &solver, "step");       // 4 b: a constant amount of simulation time
       const RealTime emission = map.emission(n, scheduler.now(), pushed.by());  // 4 d: the inverse of 3 c
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
         exchange.respond(tool, emission, solver.contact(tool));  // 4 e: evenly

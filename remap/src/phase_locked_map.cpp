@@ -8,17 +8,19 @@ namespace evenstep {
 namespace {
 
 // Chosen by measurement on the recordings and on random schedules (docs/numerics.md).
-constexpr double kMostJump = 0.07;       // A / P
-constexpr double kPull = 3;              // k N^: an error is pulled out within a segment, to e^-3
-constexpr double kMostPull = 0.25;       // k
-constexpr double kVelocityPull = 0.3;    // how much of the missing velocity a step makes up for; stable below 2
-constexpr double kSlowest = 0.1;         // v / P > 0: the map is strictly monotone
-constexpr double kFastest = 3;           // v / P
-constexpr double kHang_segments = 4;     // a segment longer than that, and than H, says little about the pace
+constexpr double kMostJump = 0.07;     // A / P
+constexpr double kPull = 3;            // k N^: an error is pulled out within a segment, to e^-3
+constexpr double kMostPull = 0.25;     // k
+constexpr double kVelocityPull = 0.3;  // how much of the missing velocity a step makes up for; stable below 2
+constexpr double kSlowest = 0.1;       // v / P > 0: the map is strictly monotone
+constexpr double kFastest = 3;         // v / P
+constexpr double kHang_segments = 4;   // a segment longer than that, and than H, says little about the pace
 constexpr double kHungCounts_segments = 2;
 constexpr double kLeastWeight = 1.0 / 8;  // of a segment in the usual places
-constexpr double kFall = 0.9;            // of P at one boundary, below which v falls along
+constexpr double kFall = 0.9;             // of P at one boundary, below which v falls along
 constexpr double kLeastPeriod_ns = 1.0;
+// A slot that is a whole number of ns may come out less by the rounding of sums; it must not be floored to 1 ns less.
+constexpr double kRounding_ns = 0x1p-10;
 
 }  // namespace
 
@@ -77,7 +79,8 @@ double PhaseLockedMap::usual_ns(std::int64_t i) const {
 void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
   if (!started_) return;
   const std::int64_t i = n - first_step_;
-  if (static_cast<std::size_t>(i) < kPlaces) begins_ns_[static_cast<std::size_t>(i)] = static_cast<double>((begin - boundary_).ns);
+  if (static_cast<std::size_t>(i) < kPlaces)
+    begins_ns_[static_cast<std::size_t>(i)] = static_cast<double>((begin - boundary_).ns);
   if (pace_ns_ == 0) return;
   const double target_ns = this->target_ns(i, begin);
   const double error_ns = static_cast<double>((boundary_ - origin_).ns) + target_ns - remainder_ns_ - pace_ns_;
@@ -114,7 +117,7 @@ void PhaseLockedMap::follow(double error_ns) {
 
 std::optional<RealTime> PhaseLockedMap::slot(std::int64_t) {
   if (pace_ns_ == 0) return std::nullopt;
-  return origin_;
+  return origin_ + Duration{remainder_ns_ + kRounding_ns >= 1 ? 1 : 0};
 }
 
 }  // namespace evenstep

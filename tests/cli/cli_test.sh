@@ -65,13 +65,13 @@ case_include_cycle() {
   expect 2 "b.toml" run a.toml
   grep -q "a.toml -> b.toml -> a.toml" err || fail "does not name the chain"
 }
-swept() {  # a sweep of six points, of which those at 14 ms fail
+swept() {  # a sweep of six points, of which those at 9 ms fail
   printf '%s\n' '# a' 'format = 1' "extends = [\"$spring\"]" 'name = "s"' \
     'expect = [{ signal = "left.force.phase_locked", metric = "underruns", equals = 0 }]' \
     '[run]' 'duration = "0.5 s"' 'strategies = ["phase_locked"]' \
     '[timing]' 'jitter = { step = "lognormal 10 %" }' \
     '[remap]' 'lead = "1 ms"' \
-    '[sweep]' 'seeds = "0..3"' 'grid = { "remap.latency" = ["14 ms", "40 ms"] }' "$1" >s.toml
+    '[sweep]' 'seeds = "0..3"' 'grid = { "remap.latency" = ["9 ms", "40 ms"] }' "$1" >s.toml
 }
 case_sweep_and_merge() {
   swept ''
@@ -104,7 +104,7 @@ case_sweep_onto_a_full_disk() {
 }
 case_shrink() {
   swept ''
-  expect 0 "again: evenstep run" shrink s.toml --seed 0 --set remap.latency="14 ms"
+  expect 0 "again: evenstep run" shrink s.toml --seed 0 --set remap.latency="9 ms"
   expect 1 "FAIL" run runs/shrunk/s-shrunk.toml
   expect 2 "nothing to shrink" shrink s.toml --seed 0 --set remap.latency="40 ms"
 }

@@ -147,7 +147,8 @@ TEST_CASE("idle time absorbs the shift of a gated run: paced, 10 % jitter") {
 }
 
 TEST_CASE("told the gated boundaries a map slows the simulator down: at 10 % jitter paper from 33.33 to 34.24 ms") {
-  // phase_locked is dragged on too, but less: a late step moves its later slots. Each wait lengthens T, a longer T moves the slots of the last steps towards the boundary, and they wait again.
+  // phase_locked is dragged on too, but less: a late step moves its later slots. Each wait lengthens T, a longer T moves the
+  // slots of the last steps towards the boundary, and they wait again.
   double paper_ms = 0, locked_ms = 0;
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     Draw draw(seed);

@@ -81,7 +81,7 @@ const char* p3_continuous(const Schedule& schedule, Draw) {
       velocity_ns = last ? (slot.read - *last).ns : 0;
       last = slot.read;
       const double period_ns = map.period_ns(), before = static_cast<double>(before_ns);
-      const bool fell = period_ns < 0.9 * pace_ns, hang = velocity_ns > 500'000'000;
+      const bool fell = period_ns<0.9 * pace_ns, hang = velocity_ns> 500'000'000;
       pace_ns = period_ns;
       if (before_ns == 0 || fell || hang || before < 0.1 * period_ns || before > 3 * period_ns) continue;
       if (static_cast<double>(std::abs(velocity_ns - before_ns)) > 0.07 * period_ns + 2) return "the velocity jumps";
@@ -320,9 +320,8 @@ const char* p15_deterministic(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// Only boundaries and step counts matter to mapped steps of paper: not when steps run inside their segment, in which order, how
-/// V and the steps share it, nor whether two segments are one with V = 0 in its middle, as long as its boundary is
-/// told.
+/// Only boundaries and step counts matter to mapped steps of paper: not when steps run inside their segment, in which order,
+/// how V and the steps share it, nor whether two segments are one with V = 0 in its middle, as long as its boundary is told.
 const char* p16_only_boundaries(const Schedule& schedule, Draw draw) {
   Schedule changed = schedule;
   for (Segment& segment : changed) {
@@ -406,9 +405,13 @@ TEST_CASE("P9 maps move with time and scale with it: 100,000 schedules") { for_a
 TEST_CASE("P11 under drift paper jumps by r / weight, and phase_locked lags as derived: 100,000 draws") {
   for_all_draws(kMany, p11_drift);
 }
-TEST_CASE("P12 the follower decays below the limit of its gains and diverges above: 100,000 draws") { for_all_draws(kMany, p12_stable); }
+TEST_CASE("P12 the follower decays below the limit of its gains and diverges above: 100,000 draws") {
+  for_all_draws(kMany, p12_stable);
+}
 TEST_CASE("P15 maps repeat bit for bit, in one run or in pieces: 100,000 schedules") { for_all(kMany, p15_deterministic); }
-TEST_CASE("P16 paper knows nothing but boundaries and step counts: 100,000 schedules") { for_all(kMany, p16_only_boundaries); }
+TEST_CASE("P16 paper knows nothing but boundaries and step counts: 100,000 schedules") {
+  for_all(kMany, p16_only_boundaries);
+}
 TEST_CASE("what happens later changes no slot: 100,000 schedules") {
   for_all(kMany, causal);
   for_all(kMany, causal_in_segments);

@@ -188,7 +188,7 @@ TEST_CASE("the velocity of phase_locked changes by at most 7 % of its pace from 
         if (last) {
           const std::int64_t now_ns = (slot.read - *last).ns;
           const double period_ns = map.period_ns(), velocity_ns = static_cast<double>(before_ns);
-          const bool fell = period_ns < 0.9 * pace_ns, hang = now_ns > 500'000'000;
+          const bool fell = period_ns<0.9 * pace_ns, hang = now_ns> 500'000'000;
           const bool outside = velocity_ns < 0.1 * period_ns || velocity_ns > 3 * period_ns;
           if (before_ns > 0 && !fell && !hang && !outside) {
             ++judged;
@@ -296,7 +296,8 @@ TEST_CASE("phase_locked is even again after any hang, burst or change of pace: 2
     const double ahead_ns = std::max(0.0, run.last_ahead_ns());
     // The pace is forgotten by H / (H + T) per segment, from a factor of 1000 to 1e-9: ln 1e12 = 28. A slot that is ahead
     // waits at a tenth of the pace. Margin: twice.
-    const double segments = 28 * (5e8 / static_cast<double>(length.ns) + 8) + ahead_ns / (0.5 * static_cast<double>(length.ns));
+    const double segments =
+        28 * (5e8 / static_cast<double>(length.ns) + 8) + ahead_ns / (0.5 * static_cast<double>(length.ns));
     for (double k = 0; k < 2 * segments; ++k) run.segment(length, steps);
     INFO("seed " << seed);
     REQUIRE(run.segment(length, steps) <= 3);
@@ -326,6 +327,31 @@ TEST_CASE("steps in zero time are held at 1 ns per step, and the map recovers") 
   CHECK(map.period_ns() >= 1);
   for (int k = 0; k < 1500; ++k) run.segment({33'333'330}, 15);
   CHECK(run.segment({33'333'330}, 15) <= 2);
+}
+
+TEST_CASE("on whole ns the slots of an even schedule are its begins: 100,000 steps") {
+  PhaseLockedMap map({}, {});
+  std::int64_t wrong = 0;
+  for (std::int64_t n = 0; n < 100'000; ++n) {
+    const RealTime now{n * 2'000'000};
+    if (n % 15 == 0) map.boundary(n, now);
+    const Slot slot = step(map, n, now, now + Duration{2'000'000});
+    wrong += slot.kind == SlotKind::mapped && slot.read != now;
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("a cold start, one step of 250 ms and then steps of 2 ms, is not 1 s ahead: each step a segment") {
+  PhaseLockedMap map({}, {});
+  RealTime now{};
+  std::int64_t most_ns = 0;
+  for (std::int64_t n = 0; n < 600; ++n) {
+    const RealTime end = now + Duration{n == 0 ? 250'000'000 : 2'000'000};
+    map.boundary(n, now);
+    most_ns = std::max(most_ns, (step(map, n, now, end).read - now).ns);
+    now = end;
+  }
+  CHECK(most_ns < 1'000'000'000);
 }
 
 TEST_CASE("without a cycle, each step a segment of its own, the slots follow the begins of the steps") {

@@ -80,7 +80,7 @@ TEST_CASE("the reference case needs 12.842 ms and any path 2.482 ms in every win
     const SizeStrategy& one = strategy(record, name);
     CHECK(std::abs(one.any_phase.latency.ns - 12'842'222) <= 1);
     CHECK(std::abs(one.latency_this_phase.ns - 12'693'333) <= 1);  // a tick at the begin of segment 0
-    CHECK(one.lead.ns == 260'000);
+    CHECK(std::abs(one.lead.ns - 260'000) <= 1);
     CHECK(one.interaction_capacity == 14);
     CHECK(one.force_capacity == 7);
     // Half a slot, the mean of 4499 distances: they are one pause of 10.4 ms short, 2.3 us each.
@@ -99,7 +99,7 @@ TEST_CASE("interpolated forces need one slot more and no half slot of a staircas
   REQUIRE(record.linear);
   CHECK(std::abs(record.linear->best_line.latency.ns - 15'064'445) <= 1);
   for (const SizeStrategy& one : record.strategies) {
-    CHECK(one.any_phase.latency.ns == 15'064'446);
+    CHECK(std::abs(one.any_phase.latency.ns - 15'064'446) <= 2);
     CHECK(one.any_phase.total_delay == one.any_phase.latency);
     CHECK(one.any_phase.stiffness_limit_N_per_m == Approx(64.2).margin(0.1));
   }

@@ -198,7 +198,7 @@ TEST_CASE(
         stem + ".toml",
         fmt::format("format = 1\n[run]\nwarmup = \"1 s\"\nstrategies = [\"phase_locked\"]\n[timing]\ntrace = "
                     "\"{}/scenarios/recorded/{}.csv\"\n[scene]\nkind = \"spring\"\n[[device]]\nname = \"left\"\n[remap]\n"
-                    "lead = \"12 ms\"\nlatency = \"38 ms\"\n[[expect]]\nsignal = \"left.force.phase_locked\"\nmetric = "
+                    "lead = \"2 ms\"\nlatency = \"18 ms\"\n[[expect]]\nsignal = \"left.force.phase_locked\"\nmetric = "
                     "\"underruns\"\nequals = 0\n",
                     EVENSTEP_SOURCE_DIR, name));
     ShrinkOptions options;
@@ -234,7 +234,7 @@ TEST_CASE("A rate of underruns over many seeds shrinks by a seed that underruns 
                  fmt::format("metric = \"underrun_rate\", max = \"5 %\", confidence = \"95 %\", seeds = {}", seeds));
     return folder.write(name, text);
   };
-  const std::string path = with("rate.toml", "22 ms", 20);
+  const std::string path = with("rate.toml", "18 ms", 20);
   const Scenario scenario = *read_scenario(path);
   const std::vector<StrategyPlan> plans = plan(scenario);
   std::optional<std::uint64_t> clean, hit;

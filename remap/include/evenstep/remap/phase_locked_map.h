@@ -5,14 +5,15 @@
 ///
 ///   at boundary (n, B), of a segment of length T with N steps, step i of which began at S_i:
 ///       w = H / (H + T);   sums of T, N and 1 <- w sum + (T, N, 1);   P = sum T / sum N;   N^ = sum N / sum 1
-///       u_i += max(1/8, 1 / sum 1) (S_i - B_prev - i T / N - u_i)      the usual distance of step i from its segment's even line
-///       z   = the mean time from the last step's end to the boundary, in the same weights: idle time, which makes up for lateness
+///       u_i += max(1/8, 1 / sum 1) (S_i - B_prev - i T / N - u_i)      the usual distance of step i from its segment's even
+///       line z   = the mean time from the last step's end to the boundary, in the same weights: idle time, which makes up
+///       for lateness
 ///   at the begin S of step i of a segment that began at B:
 ///       late = S - (B + i P + u_i), made smaller by z (0 if |late| <= z)
 ///       e = B + i P + late - (R + P)                         how far a step of P would leave the slot R behind
 ///       k = min(3 / N^, 0.25);   A = 0.07 P
-///       V = clamp(P + k e, 0.1 P, 3 P), where for a large e the pull is that which A can still brake: sqrt(2 A (e - A / (2 k^2)))
-///       v += clamp(0.3 (V - v), -A, A);   R += v
+///       V = clamp(P + k e, 0.1 P, 3 P), where for a large e the pull is that which A can still brake: sqrt(2 A (e - A / (2
+///       k^2))) v += clamp(0.3 (V - v), -A, A);   R += v
 ///
 /// P is the pace (time per step), R the slot, v the distance between slots, and H = 1 / bandwidth the horizon of the pace.
 /// Weights by time make the pace right for any N: T grows with N by an offset, so T / N of one segment says nothing about
@@ -69,14 +70,14 @@ class PhaseLockedMap final : public SlotMap {
   std::int64_t first_step_ = 0;  // of the current segment
   RealTime boundary_;            // B of the current segment
   RealTime last_end_;
-  Segments past_;                // fading with time
-  double pace_ns_ = 0;                          // P
-  std::array<double, kPlaces> usual_ns_{};      // u_i
-  std::array<double, kPlaces> begins_ns_{};     // S_i - B of the current segment
-  std::size_t known_ = 0;                       // how many u_i are known
-  RealTime origin_;                             // integer part of the last slot
-  double remainder_ns_ = 0;                     // slot - origin_, in [0, 1)
-  double velocity_ns_ = 0;                      // v
+  Segments past_;                            // fading with time
+  double pace_ns_ = 0;                       // P
+  std::array<double, kPlaces> usual_ns_{};   // u_i
+  std::array<double, kPlaces> begins_ns_{};  // S_i - B of the current segment
+  std::size_t known_ = 0;                    // how many u_i are known
+  RealTime origin_;                          // integer part of the last slot
+  double remainder_ns_ = 0;                  // slot - origin_, in [0, 1)
+  double velocity_ns_ = 0;                   // v
 };
 
 }  // namespace evenstep
