@@ -8,6 +8,7 @@
 #include "evenstep/harness/underrun_rate.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
+#include "evenstep/remap/jump_bound.h"
 #include "evenstep/remap/step_cycle.h"
 #include "evenstep/remap/step_windows.h"
 #include "evenstep/reports/rate_bound.h"
@@ -60,6 +61,26 @@ Least least_of(const RunningLine& line) {
   return {best.latency, best.latency_culprit};
 }
 Least least_of(const RunningPath& path) { return {path.least().latency, path.least().latency_culprit}; }
+
+/// The largest |R(n+1) - 2 R(n) + R(n-1)| among steps that begin at `from` or later.
+class VelocityJump {
+ public:
+  explicit VelocityJump(RealTime from) : from_(from) {}
+  void add(std::span<const MappedStep> steps) {
+    for (const MappedStep& step : steps) {
+      if (step.begin < from_) continue;
+      if (seen_ >= 2) most_ns_ = std::max(most_ns_, std::abs((step.slot - last_).ns - (last_ - before_).ns));
+      ++seen_;
+      before_ = last_;
+      last_ = step.slot;
+    }
+  }
+  std::int64_t most_ns() const { return most_ns_; }
+
+ private:
+  RealTime from_, before_, last_;
+  std::int64_t seen_ = 0, most_ns_ = 0;
+};
 
 /// Computes everything for one input. It does not store the steps; each computation is a pass over the segments.
 class Sizer {
@@ -148,7 +169,30 @@ class Sizer {
     return need;
   }
 
+  /// The bounds of jump_bound.h take several passes over the steps with dozens of operations each.
+  static constexpr std::int64_t kMostPathSteps = 100'000;
+
+  std::vector<StepTimes> due_steps(bool linear) const {
+    std::vector<StepTimes> steps;
+    if (steps_ > kMostPathSteps) return steps;
+    steps.reserve(static_cast<std::size_t>(steps_));
+    each_due_step(linear, [&](std::int64_t, RealTime begin, RealTime end) { steps.push_back({begin, end}); });
+    return steps;
+  }
+
+  SizePath path(std::span<const StepTimes> steps, double jump) const {
+    const Duration most{static_cast<std::int64_t>(jump * static_cast<double>(slot_.ns))};
+    return {jump, least_latency_with_jump(steps, most) + sampling_term()};
+  }
+
+  void add_paths(bool linear, SizeBounds& bounds) const {
+    const std::vector<StepTimes> steps = due_steps(linear);
+    if (steps.empty()) return;
+    for (const double jump : {0.005, 0.02, 0.05, 0.1, 0.15, 0.35}) bounds.paths.push_back(path(steps, jump));
+  }
+
   SizeBounds bounds(bool linear) {
+    PauseBound pause(slot_);
     RunningLine line, line_window;
     RunningPath path, path_window;
     std::vector<Duration> line_windows, path_windows;
@@ -164,14 +208,18 @@ class Sizer {
         line_window.restart();
         path_window.restart();
       }
+      pause.add(begin, end);
       line_window.add(n, begin, end);
       path_window.add(n, begin, end);
       path.add(n, begin, end);
     });
     if (line_windows.empty()) close_window();
     line.append(line_window);
-    return {bound(linear, line, std::move(line_windows), &Mending::blame),
-            bound(linear, path, std::move(path_windows), &Mending::blame_run_time)};
+    SizeBounds bounds{bound(linear, line, std::move(line_windows), &Mending::blame),
+                      bound(linear, path, std::move(path_windows), &Mending::blame_run_time),
+                      pause.latency() + sampling_term()};
+    add_paths(linear, bounds);
+    return bounds;
   }
 
   SizeStrategy strategy(StrategyKind kind) {
@@ -181,9 +229,11 @@ class Sizer {
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;
+    VelocityJump jump(first_begin_ + Duration{1'000'000'000});
     each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);
+      jump.add(steps);
       std::size_t from = 0;
       for (std::size_t i = 0; i < steps.size(); ++i) {
         if (!border.begins(steps[i].begin)) continue;
@@ -198,6 +248,9 @@ class Sizer {
     if (open && windows.empty()) windows.push_back(window.budget().latency);
     const LatencyBudget least = any.budget();
     SizeStrategy out{name_of(kind)};
+    if (slot_.ns > 0) out.velocity_jump = static_cast<double>(jump.most_ns()) / static_cast<double>(slot_.ns);
+    if (const std::vector<StepTimes> steps = due_steps(emission == Emission::linear); !steps.empty())
+      out.path = path(steps, out.velocity_jump);
     out.lead = least.lead;
     out.latency_this_phase = here.budget().latency;
     out.lead_this_phase = here.budget().lead;

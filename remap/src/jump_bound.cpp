@@ -168,12 +168,9 @@ Duration least_latency_with_jump(std::span<const StepTimes> steps, Duration jump
 }
 
 Duration pause_bound(std::span<const StepTimes> steps, Duration slot) {
-  Duration most;
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    most = std::max(most, steps[n].end - steps[n].begin);
-    if (n > 0) most = std::max(most, steps[n].end - steps[n - 1].begin - slot);
-  }
-  return most;
+  PauseBound bound(slot);
+  for (const StepTimes& step : steps) bound.add(step.begin, step.end);
+  return bound.latency();
 }
 
 }  // namespace evenstep

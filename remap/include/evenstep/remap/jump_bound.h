@@ -13,6 +13,8 @@
 /// traces longer than a quarter of an hour), and are rounded inwards where an edge is cut, so a path always exists at the
 /// L returned; a test compares it with an independent linear program. O(n c) per trial of L, with c corners: a few dozen.
 
+#include <algorithm>
+#include <optional>
 #include <span>
 
 #include "evenstep/time/time.h"
@@ -27,5 +29,21 @@ Duration least_latency_with_jump(std::span<const StepTimes> steps, Duration jump
 /// knows how long the pause before step n will be:  max over n of E_n - S_{n-1} - slot. Steps in order. Without the
 /// sampling term; at least the longest step.
 Duration pause_bound(std::span<const StepTimes> steps, Duration slot);
+
+/// pause_bound with the steps given one at a time.
+class PauseBound {
+ public:
+  explicit PauseBound(Duration slot) : slot_(slot) {}
+  void add(RealTime begin, RealTime end) {
+    most_ = std::max(most_, end - begin);
+    if (before_) most_ = std::max(most_, end - *before_ - slot_);
+    before_ = begin;
+  }
+  Duration latency() const { return most_; }
+
+ private:
+  Duration slot_, most_;
+  std::optional<RealTime> before_;
+};
 
 }  // namespace evenstep

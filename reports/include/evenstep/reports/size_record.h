@@ -54,9 +54,18 @@ struct SizeRate {
   std::optional<SizeRateNeed> sure;
 };
 
+/// The least latency of any path whose velocity jump is at most `jump` (remap/jump_bound.h).
+struct SizePath {
+  double jump = 0;  ///< in mean slots
+  Duration latency;
+};
+
 struct SizeStrategy {
   std::string name;
   SizeNeed any_phase;
+  /// The largest velocity jump of its read times, in mean slots, after the first second.
+  double velocity_jump = 0;
+  std::optional<SizePath> path;  ///< any path at that jump; empty where there are too many steps
   Duration lead;  ///< c that belongs to any_phase
   Duration latency_this_phase, lead_this_phase;
   std::int64_t lead_culprit = -1;
@@ -64,9 +73,11 @@ struct SizeStrategy {
   std::optional<SizeRate> rate;
 };
 
-/// Both bounds are for the same emission.
+/// All bounds are for the same emission.
 struct SizeBounds {
   SizeNeed best_line, taut_string;
+  Duration pause;               ///< the pause bound (remap/jump_bound.h)
+  std::vector<SizePath> paths;  ///< at rising jumps; empty where there are too many steps
 };
 
 /// The repeating cycle as found in the step times alone (remap/step_cycle.h).
@@ -100,6 +111,8 @@ struct SizeRecord {
 
 /// Text for people. Times are in ms with six decimals, that is to the ns.
 std::string size_text(const SizeRecord& record);
+/// A figure: latency against velocity jump, the curve of the bounds and a point per map. Empty without a curve.
+std::string size_svg(const SizeRecord& record);
 /// One JSON object; docs/sizing.md lists its keys. Times are in whole ns.
 std::string size_json(const SizeRecord& record);
 
