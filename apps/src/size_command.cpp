@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "commands.h"
 #include "evenstep/campaigns/size.h"
@@ -11,7 +12,7 @@ namespace {
 struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping, rate, confidence;
+  std::string sampling, emission, damping, rate, confidence, figure;
   bool json = false;
 };
 
@@ -81,6 +82,21 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options) {
   return size_scenario(*read, options);
 }
 
+/// False on an error, which is then printed.
+bool write_figure(const std::string& path, const SizeRecord& record) {
+  const std::string figure = size_svg(record);
+  if (figure.empty()) {
+    print({{path, 0, 0, "there is no curve to draw: too many steps, or none; size a part of the recording"}});
+    return false;
+  }
+  std::ofstream file(path, std::ios::binary);
+  file << figure;
+  file.close();
+  if (file) return true;
+  print({{path, 0, 0, "cannot be written; give --figure a file in a folder that exists"}});
+  return false;
+}
+
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
@@ -89,6 +105,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {
     print(result.errors);
     return ExitCode::usage;
   }
+  if (!arguments.figure.empty() && !write_figure(arguments.figure, result.record)) return ExitCode::usage;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
 }
@@ -107,6 +124,7 @@ void add_size(Commands& commands) {
   command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.flag("--json", arguments.json, "the numbers instead of the table");
 }
 

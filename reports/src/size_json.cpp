@@ -30,10 +30,16 @@ Json json_of(const SizeNeed& need) {
   return out;
 }
 
+Json json_of(const SizePath& path) { return {{"velocity_jump", json_number(path.jump)}, {"latency_ns", path.latency.ns}}; }
+
 void put_bounds(Json& top, const SizeBounds& bounds, const std::string& suffix) {
   top["best_line_latency" + suffix + "_ns"] = bounds.best_line.latency.ns;
   top["taut_string_latency" + suffix + "_ns"] = bounds.taut_string.latency.ns;
   top["window_latency" + suffix + "_ns"] = json_of(bounds.best_line.windows);
+  top["pause_bound" + suffix + "_ns"] = bounds.pause.ns;
+  Json paths = Json::array();
+  for (const SizePath& path : bounds.paths) paths.push_back(json_of(path));
+  top["any_path" + suffix] = paths;
   top["best_line" + suffix] = json_of(bounds.best_line);
   top["taut_string" + suffix] = json_of(bounds.taut_string);
 }
@@ -63,6 +69,8 @@ Json json_of(const SizeStrategy& strategy) {
               {"lead_culprit_step", strategy.lead_culprit},
               {"interaction_capacity", strategy.interaction_capacity},
               {"force_capacity", strategy.force_capacity}};
+  out["velocity_jump"] = json_number(strategy.velocity_jump);
+  if (strategy.path) out["any_path_at_this_jump_ns"] = strategy.path->latency.ns;
   put_need(out, strategy.any_phase);
   if (strategy.rate) out["rate"] = json_of(*strategy.rate);
   return out;

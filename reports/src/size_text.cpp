@@ -48,6 +48,33 @@ std::string table(const SizeRecord& record) {
          "underruns.\n";
 }
 
+double times(Duration latency, Duration bound) {
+  return bound.ns > 0 ? static_cast<double>(latency.ns) / static_cast<double>(bound.ns) : 0;
+}
+
+/// Latency against velocity jump: the bounds, and each map beside them.
+std::string jumps(const SizeRecord& record) {
+  const SizeBounds& bounds = record.linear ? *record.linear : record.held;
+  if (bounds.best_line.latency.ns == 0) return "";
+  std::string out = fmt::format("\n  {:<13} {:>13} {:>12} {:>24} {:>24}\n", "", "latency, ms", "jump, steps",
+                                "times any path so smooth", "times the pause bound");
+  out += fmt::format("  {:<13} {:>13.6f}\n", "pause bound", ms(bounds.pause));
+  out += fmt::format("  {:<13} {:>13.6f} {:>12}\n", "best line", ms(bounds.best_line.latency), 0);
+  for (const SizePath& path : bounds.paths)
+    out += fmt::format("  {:<13} {:>13.6f} {:>12}\n", "any path", ms(path.latency), path.jump);
+  for (const SizeStrategy& strategy : record.strategies) {
+    const Duration latency = strategy.any_phase.latency;
+    const std::string smooth = strategy.path ? fmt::format("{:.2f}", times(latency, strategy.path->latency)) : "-";
+    out += fmt::format("  {:<13} {:>13.6f} {:>12.4f} {:>24} {:>24.2f}\n", strategy.name, ms(latency), strategy.velocity_jump,
+                       smooth, times(latency, bounds.pause));
+  }
+  if (bounds.paths.empty()) out += "  Too many steps for the least latencies of any path.\n";
+  return out +
+         "  The pause bound is what a map of even slots needs that does not know a pause before it is over; a path may "
+         "know\n"
+         "  everything. A map near them is not to blame: the machine is.\n";
+}
+
 std::string late(const SizeCulprit& culprit) {
   const std::string pause = fmt::format("the pause before it took {:.3f} ms more than usual", ms(culprit.pause_excess));
   const std::string run = fmt::format("its run {}{:.3f} ms more than usual", culprit.pause_excess.ns == 0 ? "took " : "",
@@ -121,7 +148,7 @@ std::string rates(const SizeRecord& record) {
 }  // namespace
 
 std::string size_text(const SizeRecord& record) {
-  return heading(record) + table(record) + (record.rate ? rates(record) : "") + culprits(record) +
+  return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
          (record.cycle ? cycle_text(record) : "");
 }
 

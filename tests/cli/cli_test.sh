@@ -515,6 +515,8 @@ case_size_of_a_recording_and_of_a_scenario() {
   grep -q " 12.842223 " out || fail "not the latency of the reference case"
   expect 0 "device period 0.125 ms" size "$trace" --sampling "8 kHz"
   expect 0 "90 % sure" size "$trace" --rate "5 %" --confidence "90 %"
+  expect 0 "times the pause bound" size "$trace" --figure curve.svg
+  grep -q "any path" curve.svg || fail "no figure"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   "$evenstep" size "$trace" --json --sampling "1 ms" >out 2>err || fail "exit"
   python3 -c 'import csv, json; d = json.load(open("out"))
@@ -535,6 +537,7 @@ case_size_refuses_bad_input() {
   expect 2 "there is no step in it" size drawn.csv
   expect 2 '"5" is no period' size drawn.csv --sampling 5
   expect 2 "must be above 0 % and below 100 %" size drawn.csv --rate "100 %"
+  expect 2 "cannot be written" size "$source_dir/scenarios/recorded/small-paced30-basic.csv" --figure nowhere/curve.svg
   expect 2 "goes with --rate" size drawn.csv --confidence "95 %"
   expect 2 "must be above 0 N s/m" size drawn.csv --damping "0 N s/m"
   expect 2 "belong to a recording" size "$spring" --sampling "1 ms"

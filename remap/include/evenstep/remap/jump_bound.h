@@ -14,7 +14,6 @@
 /// L returned; a test compares it with an independent linear program. O(n c) per trial of L, with c corners: a few dozen.
 
 #include <algorithm>
-#include <optional>
 #include <span>
 
 #include "evenstep/time/time.h"
@@ -36,14 +35,16 @@ class PauseBound {
   explicit PauseBound(Duration slot) : slot_(slot) {}
   void add(RealTime begin, RealTime end) {
     most_ = std::max(most_, end - begin);
-    if (before_) most_ = std::max(most_, end - *before_ - slot_);
+    if (any_) most_ = std::max(most_, end - before_ - slot_);
+    any_ = true;
     before_ = begin;
   }
   Duration latency() const { return most_; }
 
  private:
   Duration slot_, most_;
-  std::optional<RealTime> before_;
+  bool any_ = false;
+  RealTime before_;  // the begin of the step before
 };
 
 }  // namespace evenstep

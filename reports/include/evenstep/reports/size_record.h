@@ -66,7 +66,7 @@ struct SizeStrategy {
   /// The largest velocity jump of its read times, in mean slots, after the first second.
   double velocity_jump = 0;
   std::optional<SizePath> path;  ///< any path at that jump; empty where there are too many steps
-  Duration lead;  ///< c that belongs to any_phase
+  Duration lead;                 ///< c that belongs to any_phase
   Duration latency_this_phase, lead_this_phase;
   std::int64_t lead_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
