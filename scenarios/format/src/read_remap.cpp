@@ -157,7 +157,7 @@ const std::vector<Field>& remap_fields() {
        .key = "bandwidth",
        .forms = kRate,
        .default_toml = "\"2 Hz\"",
-       .meaning = "Bandwidth of the loop of strategy `phase_locked`.",
+       .meaning = "How fast strategy `phase_locked` learns the pace: segments count less by e in about 1 / bandwidth.",
        .range = above(0, 1000)},
       {.table = "remap",
        .key = "latency",

@@ -76,7 +76,7 @@ TEST_CASE("on every recording the default map's velocity jump is below 0.15 step
 
 TEST_CASE("the curve is in the text, in the JSON and in the figure, with each map beside it") {
   const SizeRecord record = sized("paperlike-free-basic");
-  CHECK_THAT(size_text(record), Contains("pause bound          19.279947") && Contains("times the pause bound"));
+  CHECK_THAT(size_text(record), Contains("pause bound ") && Contains("19.279947") && Contains("times the pause bound"));
   CHECK_THAT(size_json(record), Contains("\"pause_bound_ns\":19279947") &&
                                     Contains("\"any_path\":[{\"velocity_jump\":0.005") &&
                                     Contains("\"any_path_at_this_jump_ns\":"));
