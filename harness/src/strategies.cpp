@@ -104,7 +104,7 @@ std::unique_ptr<SlotMap> direct_map(const MapSetup&, Duration, const AdaptiveLat
 }
 
 std::unique_ptr<SlotMap> paper_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
-  return std::make_unique<PaperMap>(lead, latency, setup.remap.estimate_weight);
+  return std::make_unique<PaperMap>(lead, latency, setup.remap.estimate_weight, setup.remap.estimate_steps);
 }
 
 std::unique_ptr<SlotMap> phase_locked_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {

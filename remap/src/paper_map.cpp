@@ -8,7 +8,8 @@ void PaperMap::boundary(std::int64_t n, RealTime begin) {
   assert(!started_ || (n >= first_step_ && begin >= begin_));
   if (started_ && n > first_step_) {
     estimator_.segment(begin - begin_);
-    step_count_ = n - first_step_;
+    const auto steps = static_cast<double>(n - first_step_);
+    step_count_ += step_count_ == 0 ? steps : count_weight_ * (steps - step_count_);
   }
   started_ = true;
   first_step_ = n;
@@ -17,8 +18,7 @@ void PaperMap::boundary(std::int64_t n, RealTime begin) {
 
 std::optional<RealTime> PaperMap::slot(std::int64_t n) {
   if (step_count_ == 0) return std::nullopt;
-  const double step_count = static_cast<double>(step_count_);
-  const double into_segment_ns = static_cast<double>(n - first_step_) * *estimator_.length_ns() / step_count;
+  const double into_segment_ns = static_cast<double>(n - first_step_) * *estimator_.length_ns() / step_count_;
   return begin_ + Duration{internal::floor_ns(into_segment_ns)};
 }
 

@@ -308,7 +308,8 @@ std::string describe(const Scenario& s) {
       out += fmt::format(" foreign {} {}", foreign->part.name, foreign->part.options);
     out += "\n";
   }
-  out += fmt::format("remap {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight, s.remap.bandwidth_Hz,
+  out += fmt::format("remap {} {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight,
+                     s.remap.estimate_steps == StepCount::last ? "last" : "average", s.remap.bandwidth_Hz,
                      at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
                      name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
                      s.remap.filter_window.ns, s.remap.filter_force);

@@ -30,7 +30,7 @@ TEST_CASE("a weight that is not above 0 and at most 1 stops on an assertion") {
 }
 
 TEST_CASE("paper splits the estimate into as many slots as the segment before had steps, from the measured boundary") {
-  PaperMap map({}, {}, 0.5);
+  PaperMap map({}, {}, 0.5, StepCount::last);
   map.boundary(0, RealTime{1000});
   for (std::int64_t n = 0; n < 4; ++n) {
     CHECK(map.read(n, {}).kind == SlotKind::acquiring);
@@ -45,6 +45,45 @@ TEST_CASE("paper splits the estimate into as many slots as the segment before ha
   for (std::int64_t n = 10; n < 16; ++n) {
     CHECK(map.read(n, {}).read.ns == 2000 + 500 * (n - 10) / 6);
     map.emission(n, {});
+  }
+}
+
+TEST_CASE("paper averages the step count in the weights of the length, unless it is told to take the last one") {
+  PaperMap map({}, {}, 0.5);
+  map.boundary(0, RealTime{0});
+  std::int64_t n = 0;
+  for (; n < 4; ++n) {
+    map.read(n, {});
+    map.emission(n, {});
+  }
+  map.boundary(n, RealTime{400});  // T^ = 400, N^ = 4
+  for (; n < 12; ++n) {
+    CHECK(map.read(n, {}).read.ns == 400 + 100 * (n - 4));
+    map.emission(n, {});
+  }
+  map.boundary(n, RealTime{1000});  // T = 600, N = 8: T^ = 500, N^ = 6
+  for (; n < 15; ++n) {
+    CHECK(map.read(n, {}).read.ns == 1000 + 500 * (n - 12) / 6);
+    map.emission(n, {});
+  }
+}
+
+TEST_CASE("where N varies the averaged count needs a fraction of the latency and of the jump of the last one: 50 seeds") {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Draw draw(seed);
+    Schedule schedule;
+    RealTime now{};
+    for (std::int64_t k = 0; k < 300; ++k) {  // 1.5 ms steps without a pause, 8 to 60 of them
+      Segment segment{now, {}};
+      for (std::int64_t i = draw.between(8, 60); i > 0; --i) {
+        segment.steps.push_back({now, now + Duration{1'500'000}, k, 0});
+        now = now + Duration{1'500'000};
+      }
+      schedule.push_back(segment);
+    }
+    const std::vector<Placed> average = place(PaperMap({}, {}, 0.1), schedule);
+    const std::vector<Placed> last = place(PaperMap({}, {}, 0.1, StepCount::last), schedule);
+    CHECK(velocity_jump(average, 1000, 1.5e6) < 0.5 * velocity_jump(last, 1000, 1.5e6));
   }
 }
 

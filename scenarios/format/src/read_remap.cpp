@@ -127,7 +127,9 @@ void read_remap(ScenarioReading& reading) {
   if (!reading.sound("remap")) return;
   const Table remap = reading.section("remap");
   RemapSpec& spec = reading.scenario.remap;
-  spec.estimate_weight = remap.table("estimate").number("weight");
+  const Table estimate = remap.table("estimate");
+  spec.estimate_weight = estimate.number("weight");
+  spec.estimate_steps = estimate.text("steps") == "last" ? StepCount::last : StepCount::average;
   const Rate bandwidth = remap.rate("bandwidth");
   spec.bandwidth_Hz = static_cast<double>(bandwidth.num) / static_cast<double>(bandwidth.den);
   const auto budget = [&](std::string_view key) -> Budget {
@@ -241,6 +243,13 @@ const std::vector<Field>& remap_fields() {
        .default_toml = "0.1",
        .meaning = "Weight of the newest segment.",
        .range = above(0, 1)},
+      {.table = "remap.estimate",
+       .key = "steps",
+       .forms = kWord,
+       .default_toml = "\"average\"",
+       .meaning = "How many steps the next segment is taken to have: `average`, as the length is averaged, or as many as the "
+                  "`last` one.",
+       .words = "average|last"},
       {.table = "remap.underrun",
        .key = "interaction",
        .forms = kWord,

@@ -19,6 +19,7 @@
 #include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
+#include "evenstep/remap/paper_map.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/sim/scene.h"
 #include "evenstep/text/diagnostic.h"
@@ -103,6 +104,7 @@ const char* name_of(ForceUnderrun policy);
 
 struct RemapSpec {
   double estimate_weight = 0.1;
+  StepCount estimate_steps = StepCount::average;
   double bandwidth_Hz = 2.0;
   Budget latency;
   AdaptiveLatencyOptions adapt;  ///< for an adaptive latency; its emission follows from the devices
