@@ -308,11 +308,11 @@ std::string describe(const Scenario& s) {
       out += fmt::format(" foreign {} {}", foreign->part.name, foreign->part.options);
     out += "\n";
   }
-  out += fmt::format("remap {} {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight,
-                     s.remap.estimate_steps == StepCount::last ? "last" : "average", s.remap.bandwidth_Hz,
-                     at(s.remap.latency), at(s.remap.lead), name_of(s.remap.interaction_underrun),
-                     name_of(s.remap.force_underrun), s.remap.predict_window.ns, s.remap.filter.index(),
-                     s.remap.filter_window.ns, s.remap.filter_force);
+  out +=
+      fmt::format("remap {} {} {} {} {} {} {} predict {} filter {} {} {}\n", s.remap.estimate_weight,
+                  s.remap.estimate_steps == StepCount::last ? "last" : "average", s.remap.bandwidth_Hz, at(s.remap.latency),
+                  at(s.remap.lead), name_of(s.remap.interaction_underrun), name_of(s.remap.force_underrun),
+                  s.remap.predict_window.ns, s.remap.filter.index(), s.remap.filter_window.ns, s.remap.filter_force);
   if (s.remap.foreign) out += fmt::format(" foreign {} {}\n", s.remap.foreign->name, s.remap.foreign->options);
   const AdaptiveLatencyOptions& adapt = s.remap.adapt;
   out += fmt::format(" adapt {} {} {} {} {} {}\n", at(adapt.start), at(adapt.least), at(adapt.most), at(adapt.window),

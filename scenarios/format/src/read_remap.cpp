@@ -247,8 +247,9 @@ const std::vector<Field>& remap_fields() {
        .key = "steps",
        .forms = kWord,
        .default_toml = "\"average\"",
-       .meaning = "How many steps the next segment is taken to have: `average`, as the length is averaged, or as many as the "
-                  "`last` one.",
+       .meaning =
+           "How many steps the next segment is taken to have: `average`, as the length is averaged, or as many as the "
+           "`last` one.",
        .words = "average|last"},
       {.table = "remap.underrun",
        .key = "interaction",
