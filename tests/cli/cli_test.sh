@@ -308,6 +308,21 @@ case_a_broken_file_of_a_folder_is_in_junit_and_json() {
 assert bad["verdict"] == "error" and "unknown key" in bad["failure"] and bad["file"] == "folder/bad.toml"
 assert good["verdict"] == "pass" and not good["failure"]' || fail "JSON"
 }
+case_a_broken_file_named_alone_is_in_json_and_in_the_place_it_was_given() {
+  printf 'format = 1\nnmae = "<x>"\n' >bad.toml
+  expect 2 "bad.toml:2:1: error: unknown key" run bad.toml
+  no_run_folder
+  expect 2 "bad.toml:2:1: error: unknown key" run bad.toml --out place
+  grep -q '<error .*bad.toml:2:1: error: unknown key .*nmae' place/junit.xml || fail "not in JUnit"
+  expect 2 '"verdict":"error"' run bad.toml --json
+  no_run_folder
+}
+case_a_device_that_does_not_answer_the_pool_is_named() {
+  "$evenstep" run "$source_dir/scenarios/safety/exit-pid.toml" >out 2>err
+  ! grep -q "how many effects" out || fail "it did answer"
+  "$evenstep" run "$source_dir/scenarios/safety/exit-pid.toml" --set 'device.left.pid.firmware="silent-pool"' >out 2>err
+  [ "$(grep -c "^left  *did not say, or not believably, how many effects" out)" = 1 ] || fail "it is not named once"
+}
 case_a_failure_says_when_and_what_would_do() {
   scenario '[remap]' 'latency = "12 ms"'
   expect 1 "late first at step " run x.toml
@@ -470,12 +485,22 @@ case_a_value_that_is_written_wrongly_gets_its_remedy() {
   expect 2 "x.toml:5:17: error: 'visualization': '6,5 ms' has a comma, and the decimal mark is a point" check x.toml
   scenario '[scene]' 'kind = spring'
   expect 2 'in quotes: "spring"' check x.toml
-  scenario '[timing]' 'visualization = 11.1 ms'
-  expect 2 '"11.1 ms"' check x.toml
+  for bare in '11.1 ms' 11.1ms 11ms 30Hz; do
+    scenario '[timing]' "visualization = $bare"
+    expect 2 'numbers with a unit, are written in quotes: "spring", "11.1 ms"' check x.toml
+  done
+  scenario '[timing]' 'steps = "1 ms"'
+  expect 2 "x.toml:5:9: error: 'steps': \"1 ms\" must be a whole number, or a list of them, without quotes or unit: 1" \
+    check x.toml
   scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "late"' 'max = "1 ms"'
   expect 2 "'late' is a count; write the number alone, 1, without 'ms'" check x.toml
   scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "velocity_jmp"' 'max = "1 step"'
-  expect 2 "unknown metric 'velocity_jmp' for signal 'left.force.direct'; did you mean 'velocity_jump'?" check x.toml
+  expect 2 "x.toml:6:10: error: unknown metric 'velocity_jmp' for signal 'left.force.direct'; did you mean 'velocity_jump'" \
+    check x.toml
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "late"' 'min = 0' '  max = "1 ms"'
+  expect 2 "x.toml:8:9: error: 'late' is a count" check x.toml
+  scenario 'expect = [{ signal = "left.force.direct", metric = "ltae", max = 1 }]'
+  expect 2 "x.toml:4:52: error: unknown metric 'ltae' for signal 'left.force.direct'; did you mean 'late'?" check x.toml
 }
 case_a_closed_pipe_is_no_error() {
   set -o pipefail

@@ -150,6 +150,9 @@ struct StudySpec {
 
 struct Expectation {
   Place place;
+  struct {
+    Place signal, metric, min, max;
+  } written;  ///< where its parts are; of `equals` min and max
   std::string signal, metric, because;
   std::optional<Limit> min, max;
   std::optional<std::array<double, 2>> at;  ///< for a case: judge only the cells whose values lie between these
