@@ -34,7 +34,7 @@ TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, st
   info_.iterations = iterations_of(scene_);
   info_.limit = step_limit(scene_);
   info_.substeps = scene_.substeps > 0 ? scene_.substeps : auto_substeps(scene_, scene.step_rate);
-  info_.left_out = left_out(features_, info_.name == "opencl");
+  info_.left_out = internal::left_out(features_);
   nominal_substep_s_ = substep_s_ = period_s(scene.step_rate) / info_.substeps;
   if (substep_s_ > info_.limit->step_s && !scene.allow_unstable) {
     throw SolverError(
