@@ -31,39 +31,6 @@ std::pair<std::string, std::string> segment_shown(const Scenario& scenario, cons
   return {name_of(scenario.live), outcome.record.nominal.devices.front().name};
 }
 
-std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
-  const RunRecord& run = outcome.record;
-  std::vector<FolderFile> files;
-  files.push_back({kSummaryFile, summary_of(outcome)});
-  files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
-  files.push_back({"resolved.toml", scenario.resolved_toml});
-  if (outcome.case_record) {
-    files.push_back({"cells.csv", cells_csv(*outcome.case_record)});
-    files.push_back({"strip.svg", case_strip_svg(*outcome.case_record, scenario.name)});
-  }
-  if (run.strategies.empty()) return files;  // the run failed before it began
-  files.push_back({"series.csv", series_csv(run)});
-  files.push_back({"underruns.csv", underruns_csv(run)});
-  if (run.keep_rows) {
-    const std::vector<std::byte> events = events_bin(run);
-    files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
-  }
-  for (const StrategyRecord& strategy : run.strategies) {
-    if (strategy.reference) continue;
-    files.push_back({"timing.csv", format_timing_csv(recorded_timing(strategy))});
-    break;
-  }
-  for (const Nominal::Device& device : run.nominal.devices) {
-    files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name, outcome.results)});
-    files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name, outcome.results)});
-  }
-  if (const auto figure = error_over_time_svg(run)) files.push_back({"error-over-time.svg", *figure});
-  if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
-  const auto [strategy, device] = segment_shown(scenario, outcome);
-  files.push_back({"figure-2to4.svg", figure_2to4_svg(run, strategy, device, outcome.results)});
-  return files;
-}
-
 fs::path absolute_folder(const std::string& folder) {
   fs::path path = fs::absolute(folder).lexically_normal();
   return path.has_filename() ? path : path.parent_path();  // "runs/x/" means "runs/x"
@@ -82,6 +49,44 @@ void write_file(const fs::path& path, const std::string& content) {
 }
 
 }  // namespace
+
+std::vector<FolderFile> data_files(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
+  const RunRecord& run = outcome.record;
+  std::vector<FolderFile> files;
+  files.push_back({kSummaryFile, summary_of(outcome)});
+  files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
+  files.push_back({"resolved.toml", scenario.resolved_toml});
+  if (outcome.case_record) files.push_back({"cells.csv", cells_csv(*outcome.case_record)});
+  if (run.strategies.empty()) return files;  // the run failed before it began
+  files.push_back({"series.csv", series_csv(run)});
+  files.push_back({"underruns.csv", underruns_csv(run)});
+  if (run.keep_rows) {
+    const std::vector<std::byte> events = events_bin(run);
+    files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
+  }
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (strategy.reference) continue;
+    files.push_back({"timing.csv", format_timing_csv(recorded_timing(strategy))});
+    break;
+  }
+  return files;
+}
+
+std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outcome) {
+  const RunRecord& run = outcome.record;
+  std::vector<FolderFile> files;
+  if (outcome.case_record) files.push_back({"strip.svg", case_strip_svg(*outcome.case_record, scenario.name)});
+  if (run.strategies.empty()) return files;
+  for (const Nominal::Device& device : run.nominal.devices) {
+    files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name, outcome.results)});
+    files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name, outcome.results)});
+  }
+  if (const auto figure = error_over_time_svg(run)) files.push_back({"error-over-time.svg", *figure});
+  if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
+  const auto [strategy, device] = segment_shown(scenario, outcome);
+  files.push_back({"figure-2to4.svg", figure_2to4_svg(run, strategy, device, outcome.results)});
+  return files;
+}
 
 std::string summary_of(const RunOutcome& outcome) {
   return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, name_of(outcome.verdict), outcome.failure);
@@ -108,7 +113,9 @@ std::string run_folder_objection(const std::string& folder, const std::string& i
 
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce) {
-  return write_folder(folder, files_of(scenario, outcome, reproduce));
+  std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
+  for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
+  return write_folder(folder, files);
 }
 
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files) {

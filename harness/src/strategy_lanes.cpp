@@ -7,6 +7,7 @@
 #include "evenstep/harness/rendering.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/reports/run_failure.h"
+#include "judge.h"
 #include "strategies.h"
 #include "undelayed_solver.h"
 
@@ -90,8 +91,17 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   return record;
 }
 
+/// Whether an expectation asks for the energy of this strategy's solver.
+bool asks_for_energy(const Scenario& scenario, StrategyKind kind) {
+  return std::any_of(scenario.expectations.begin(), scenario.expectations.end(), [&](const Expectation& expectation) {
+    return expectation.metric.starts_with("energy_") &&
+           internal::matches(expectation.signal, std::string("solver.") + name_of(kind));
+  });
+}
+
 Scene scene_of(const Scenario& scenario, StrategyKind kind) {
   Scene scene = scenario.scene;
+  scene.needs_energy = scene.needs_energy && asks_for_energy(scenario, kind);
   scene.variable_step = traits_of(kind).varies_step;
   return scene;
 }

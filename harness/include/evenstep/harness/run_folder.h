@@ -12,6 +12,11 @@ namespace evenstep {
 inline constexpr const char* kSummaryFile = "summary.json";  ///< a folder with this file is a run folder
 inline constexpr const char* kStudyFile = "study.json";      ///< a folder with this file is one of `evenstep study`
 
+struct FolderFile {
+  std::string name;
+  std::string content;
+};
+
 /// Why `folder` cannot be written, with the remedy; empty if it can, because it does not exist, is empty, or contains
 /// `its_file`. To be called before a long run, not after it.
 std::string run_folder_objection(const std::string& folder, const std::string& its_file = kSummaryFile);
@@ -19,12 +24,12 @@ std::string run_folder_objection(const std::string& folder, const std::string& i
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce);
 
-struct FolderFile {
-  std::string name;
-  std::string content;
-};
 /// Writes a folder with any files. An older folder is replaced if it contains a file with the name of the first one.
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files);
+
+/// The files of a run folder, summary.json first; its figures.
+std::vector<FolderFile> data_files(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce);
+std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outcome);
 
 /// The text of summary.json.
 std::string summary_of(const RunOutcome& outcome);
