@@ -62,8 +62,7 @@ void explain_solver(const Scenario& scenario, Facts& facts) {
   const std::string stability = stability_lines(scenario);
   facts.add("stability", stability, stability);
   const std::vector<std::string> absent = left_out(scenario.scene);
-  facts.add("left_out", absent,
-            absent.empty() ? "" : fmt::format("  left out     {}\n", fmt::join(absent, ", ")));
+  facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  left out     {}\n", fmt::join(absent, ", ")));
 }
 
 void explain_case(const CaseSpec& spec, Facts& facts) {
@@ -89,13 +88,13 @@ void explain_sweep(const SweepSpec& sweep, Facts& facts) {
 
 void explain_device(const DeviceSpec& device, Facts& facts) {
   const bool linear = device.emission == Emission::linear;
-  std::string lines = fmt::format("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name, device.rate.num,
-                                  device.rate.den, ms(device.phase), linear ? "linear" : "hold");
+  std::string lines = fmt::format("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name,
+                                  device.rate.num, device.rate.den, ms(device.phase), linear ? "linear" : "hold");
   if (device.hand) {
-    lines += fmt::format(
-        "               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
-        device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(), device.hand->total_stiffness_N_per_m(),
-        ms(device.force_delay));
+    lines +=
+        fmt::format("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
+                    device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(),
+                    device.hand->total_stiffness_N_per_m(), ms(device.force_delay));
   }
   facts.add_to_list("devices",
                     {{"name", device.name},
@@ -110,8 +109,7 @@ void explain_device(const DeviceSpec& device, Facts& facts) {
 std::string adaptation_lines(const Scenario& scenario, const StrategyPlan& plan, Json& json) {
   const AdaptiveLatencyOptions& adapt = scenario.remap.adapt;
   const AdaptationForecast forecast = forecast_adaptation(scenario, plan);
-  json["adaptive"] = {
-      {"mean_s", forecast.mean_s}, {"largest_ns", forecast.largest.ns}, {"growths", forecast.growths}};
+  json["adaptive"] = {{"mean_s", forecast.mean_s}, {"largest_ns", forecast.largest.ns}, {"growths", forecast.growths}};
   return fmt::format(
              "               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, {:.6g} ms above all needs of {:.6g} s, slew "
              "{:.6g} %\n",
@@ -127,9 +125,9 @@ void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts&
                {"latency_ns", plan.latency.ns},
                {"interaction_capacity", plan.interaction_capacity},
                {"force_capacity", plan.force_capacity}};
-  std::string lines = fmt::format("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n",
-                                  name_of(plan.kind), ms(plan.lead), ms(plan.latency), plan.interaction_capacity,
-                                  plan.force_capacity);
+  std::string lines =
+      fmt::format("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
+                  ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
   if (plan.adapts) lines += adaptation_lines(scenario, plan, json);
   for (const DeviceSpec& device : scenario.devices) {
     const std::string rendering = rendering_line(scenario, plan, device);
@@ -180,8 +178,8 @@ bool explain_failures(const Scenario& scenario, const std::vector<StrategyPlan>&
     const int least = auto_substeps(*tissue, rate);
     const int substeps = tissue->substeps > 0 ? tissue->substeps : least;
     if (period_s(rate) / substeps > step_limit(*tissue).step_s) {
-      const std::string why = fmt::format(
-          "the step is above its limit, and the run will not start; substeps = \"auto\" or at least {}", least);
+      const std::string why =
+          fmt::format("the step is above its limit, and the run will not start; substeps = \"auto\" or at least {}", least);
       facts.add_to_list("must_fail", {{"why", why}}, fmt::format("must fail: {}\n", why));
       return true;
     }
@@ -227,10 +225,9 @@ void explain_run(const Scenario& scenario, Facts& facts) {
              {"step_ns", nominal.step_run_time.ns},
              {"slot_ns", nominal.slot.ns},
              {"recorded_segments", recorded}},
-            fmt::format(
-                "  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n",
-                ms(nominal.segment), ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
-                recorded == 0 ? "" : fmt::format(" (means of {} recorded segments)", recorded)));
+            fmt::format("  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n",
+                        ms(nominal.segment), ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
+                        recorded == 0 ? "" : fmt::format(" (means of {} recorded segments)", recorded)));
 }
 
 /// Explains the scenario. The errors are what a run could not judge; `verdict` says whether it must fail.
@@ -249,8 +246,7 @@ std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
   for (const StrategyPlan& plan : plans) explain_strategy(scenario, plan, facts);
   std::vector<Diagnostic> saturated = explain_saturation(scenario, plans, facts);
   if (scenario.sweep) explain_sweep(*scenario.sweep, facts);
-  facts.add("expectations", scenario.expectations.size(),
-            fmt::format("  expectations {}\n", scenario.expectations.size()));
+  facts.add("expectations", scenario.expectations.size(), fmt::format("  expectations {}\n", scenario.expectations.size()));
   for (const std::string& line : explain_rates(scenario))
     facts.add_to_list("rates", line, fmt::format("               {}\n", line));
   if (explain_failures(scenario, plans, facts) || !saturated.empty()) facts.add("verdict", "must fail", "");

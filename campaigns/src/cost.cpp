@@ -21,7 +21,7 @@ using internal::ToolPath;
 
 constexpr int kChildren = 7;
 constexpr std::int64_t kLongestPath = 100'000;
-/// The first run is this long; from its CPU time follows how long the measured ones are.
+/// The first run is at least this long; from its CPU time follows how long the measured ones are.
 constexpr Duration kFirstRun{100'000'000};
 
 bool is_tissue(const Scenario& scenario) { return std::holds_alternative<TissueScene>(scenario.scene.body); }
@@ -213,13 +213,15 @@ class Measurement {
   void shorten() {
     short_ = scenario_;
     short_.interrupt.reset();
-    short_.run_duration = std::min(scenario_.run_duration, kFirstRun);
+    // What is judged, and drawn, is part of it.
+    const Duration judged_too{scenario_.warmup.ns / 4 * 5};
+    short_.run_duration = std::min(scenario_.run_duration, std::max(kFirstRun, judged_too));
     const double first_s = timed([&] { record_run(short_, plans_, one_thread()); });
     const double times = std::clamp(options_.run_seconds / std::max(first_s, 1e-9), 1.0, 1e6);
     if (short_.run_duration.ns < scenario_.run_duration.ns) {
       const double ns = static_cast<double>(short_.run_duration.ns) * times;
-      short_.run_duration = Duration{static_cast<std::int64_t>(
-          std::min(ns, static_cast<double>(scenario_.run_duration.ns)))};
+      short_.run_duration =
+          Duration{static_cast<std::int64_t>(std::min(ns, static_cast<double>(scenario_.run_duration.ns)))};
     }
     report_.run = fmt::format("{:.3g} of {:.3g} s, {} strategies, one thread", seconds(short_.run_duration),
                               seconds(scenario_.run_duration), plans_.size());
@@ -249,8 +251,7 @@ class Measurement {
     }
     if (short_.needs_undelayed && !costs_little(short_.scene))
       add_variant("undelayed solver", "an error against the undelayed force").scenario.needs_undelayed = false;
-    if (short_.keep_rows)
-      add_variant("events", "[run] keep = \"all\": events.bin").scenario.keep_rows = false;
+    if (short_.keep_rows) add_variant("events", "[run] keep = \"all\": events.bin").scenario.keep_rows = false;
     if (plans_.size() > 1) add_variant("threads", "--threads: CPU time that side by side costs; it saves time by the clock");
     return variants;
   }

@@ -44,8 +44,8 @@ struct StepResult {
 StepResult one_step(Side& side, const std::array<glm::dvec3, kMaxTools>& tools_m) {
   const std::span tools(tools_m.data(), static_cast<std::size_t>(side.scene.tool_count));
   StepResult result;
-  result.response = side.scene.variable_step ? side.solver->step(tools, period_s(side.scene.step_rate))
-                                             : side.solver->step(tools);
+  result.response =
+      side.scene.variable_step ? side.solver->step(tools, period_s(side.scene.step_rate)) : side.solver->step(tools);
   if (side.scene.needs_state_digest) result.digest = side.solver->state_digest();
   return result;
 }
@@ -89,8 +89,7 @@ class Race {
   }
   double timed(Side& side, std::vector<StepResult>& results) {
     const double began_s = process_cpu_seconds();
-    for (std::size_t n = 0; n < results.size(); ++n)
-      results[n] = one_step(side, path_[static_cast<std::size_t>(at_) + n]);
+    for (std::size_t n = 0; n < results.size(); ++n) results[n] = one_step(side, path_[static_cast<std::size_t>(at_) + n]);
     return process_cpu_seconds() - began_s;
   }
 

@@ -21,7 +21,7 @@ using ToolPath = std::vector<std::array<glm::dvec3, kMaxTools>>;  ///< per step,
 
 struct StepPairs {
   std::vector<double> with_s, without_s;  ///< CPU time per pair
-  bool same_bits = true;  ///< forces after every step; the particles' digest too where both sides have one
+  bool same_bits = true;                  ///< forces after every step; the particles' digest too where both sides have one
   bool compared_particles = false;
   std::int64_t steps = 0;  ///< of each side
 };

@@ -502,6 +502,66 @@ case_a_value_that_is_written_wrongly_gets_its_remedy() {
   scenario 'expect = [{ signal = "left.force.direct", metric = "ltae", max = 1 }]'
   expect 2 "x.toml:4:52: error: unknown metric 'ltae' for signal 'left.force.direct'; did you mean 'late'?" check x.toml
 }
+need_python() { command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; }
+case_list_says_the_same_as_json() {
+  need_python
+  (cd "$source_dir" && "$evenstep" list scenarios/paper scenarios/timing >"$work/text" && "$evenstep" list --json \
+    scenarios/paper scenarios/timing) >out 2>err || fail "exit"
+  python3 - <<'CHECK' || fail "not the same"
+import json
+listed, text = json.load(open("out")), open("text").read()
+rows = [line.split() for line in text.splitlines() if line]
+for scenario in listed["scenarios"]:
+    assert f'{scenario["file"]:<48} {scenario["name"]}\n' in text, scenario
+for table in ("strategies", "solvers", "methods", "motions"):
+    assert [table] + listed[table] in rows, table
+for signal, metrics in listed["metrics"].items():
+    assert [signal] + list(metrics) in rows, signal
+assert len(rows) == len(listed["scenarios"]) + 4 + len(listed["metrics"])
+assert "back-and-forth" in listed["motions"] and listed["metrics"]["DEVICE.force.STRATEGY"]["jump_max"] == "N"
+CHECK
+}
+case_check_says_the_same_as_json_and_exits_alike() {
+  need_python
+  mkdir folder
+  scenario '[remap]' 'latency = "12 ms"' '[[device]]' 'name = "left"' 'force_limit = "1 N"' \
+    'motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"] }'
+  cp x.toml folder/fails.toml
+  printf 'format = 1\nnmae = "x"\n' >folder/refused.toml
+  cp x.toml folder/open.toml
+  sed -i 's/12 ms/40 ms/; s/1 N/1 kN/' folder/open.toml
+  "$evenstep" check folder >text 2>err; local code=$?
+  expect $code '"verdict": "refused"' check folder --json
+  python3 - <<'CHECK' || fail "not the same"
+import json
+text = open("text").read()
+fails, opened, refused = json.load(open("out"))
+assert fails["verdict"] == "must fail" and opened["verdict"] == "open" and refused["verdict"] == "refused"
+assert [one["line"] for one in refused["errors"] if one["message"].startswith("unknown key 'nmae'")] == [2]
+assert fails["must_fail"] and all(one["why"] in text for one in fails["must_fail"])
+assert fails["saturation"][0]["cause"] == "clamp" and fails["errors"][0]["line"] > 0
+assert not opened["must_fail"] and not opened["saturation"] and not opened["errors"]
+for one in (fails, opened):
+    assert "left out     " + ", ".join(one["left_out"]) + "\n" in text
+    assert f'  expectations {one["expectations"]}\n' in text and one["name"] in text and one["scene"] in text
+    for strategy in one["strategies"]:
+        assert f'{strategy["name"]:<12} lead {strategy["lead_ns"] / 1e6:.6f} ms, latency ' in text
+CHECK
+  expect 0 '"verdict": "open"' check folder/open.toml --json
+  python3 -c 'import json; assert json.load(open("out"))["file"] == "folder/open.toml"' || fail "not one object"
+}
+case_check_cost_measures_each_part_and_says_that_no_bit_changed() {
+  scenario '[run]' 'duration = "1 s"'
+  expect 0 "  left out     what it would add" check x.toml --cost
+  grep -Eq "^    strategy paper +(not measurable,|[0-9.]+) % of the run \[.*; trace hashes of 3 strategies equal; " out ||
+    fail "no strategy"
+  grep -Eq "^    OpenCL .*not loaded: no solver needs it" out || fail "no library"
+  ! grep -q "differ" out || fail "bits"
+  need_python
+  "$evenstep" check x.toml --cost --json >out 2>err || fail "exit"
+  python3 -c 'import json; cost = json.load(open("out"))["cost"]
+assert cost["same_bits"] and {"figures", "threads", "hidapi"} <= {part["part"] for part in cost["parts"]}' || fail "JSON"
+}
 case_a_closed_pipe_is_no_error() {
   set -o pipefail
   (cd "$source_dir" && "$evenstep" list 2>"$work/err" | head -1 >"$work/out") || fail "exit"

@@ -112,8 +112,8 @@ TEST_CASE("A spring's run names every part once, keeps its bits, and loads no li
   const CostReport report = measure_costs(scenario, quick());
   const auto parts = by_name(report);
   CHECK(report.same_bits());
-  for (const char* kept : {"strategy ideal", "strategy direct", "strategy paper", "strategy phase_locked", "metrics", "figures",
-                           "other files", "events", "threads"}) {
+  for (const char* kept : {"strategy ideal", "strategy direct", "strategy paper", "strategy phase_locked", "metrics",
+                           "figures", "other files", "events", "threads"}) {
     INFO(kept);
     REQUIRE(parts.count(kept) == 1);
     CHECK(parts.at(kept).is_kept);

@@ -52,8 +52,8 @@ struct CostReport {
   bool same_bits() const;  ///< of all parts
 };
 
-/// Measures all parts of a scenario, which must not be a [case]. Throws RunFailure and SolverError for a scenario that cannot
-/// run to its end. If it is interrupted, the report ends early.
+/// Measures all parts of a scenario, which must not be a [case]. Throws RunFailure and SolverError for a scenario that
+/// cannot run to its end. If it is interrupted, the report ends early.
 CostReport measure_costs(const Scenario& scenario, const CostOptions& options);
 
 /// A table for people; a JSON object (docs/metrics.md).
