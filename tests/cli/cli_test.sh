@@ -556,6 +556,9 @@ case_check_cost_measures_each_part_and_says_that_no_bit_changed() {
   grep -Eq "^    strategy paper +(not measurable,|[0-9.]+) % of the run \[.*; trace hashes of 3 strategies equal; " out ||
     fail "no strategy"
   grep -Eq "^    OpenCL .*not loaded: no solver needs it" out || fail "no library"
+  expect 0 "nothing is measured: the run stops: " check "$source_dir/scenarios/extreme/unstable-step.toml" --cost
+  expect 3 "nothing is measured: the run stops: " check "$source_dir/scenarios/paper/figure-1.toml" --cost \
+    --set scene.substeps=1
   ! grep -q "differ" out || fail "bits"
   need_python
   "$evenstep" check x.toml --cost --json >out 2>err || fail "exit"
