@@ -12,7 +12,6 @@
 namespace evenstep {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastSamples = 3;  // any two points lie on a line, so fewer than three judge nothing
 
 /// cos and sin of 2 pi i / count, computed by reproducible functions, because the bits of a summary must not depend on the C
