@@ -9,6 +9,8 @@
 #include "src/vec3.h"
 
 namespace evenstep {
+using internal::kNone;
+
 namespace {
 
 constexpr double kDecay = 0.98;             // over five eighths of the run; a ratio above this is no decay

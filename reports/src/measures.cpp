@@ -10,6 +10,8 @@
 #include "src/vec3.h"
 
 namespace evenstep {
+using internal::kNone;
+
 namespace {
 
 constexpr std::size_t kLeastSamples = 3;  // any two points lie on a line, so fewer than three judge nothing

@@ -11,7 +11,6 @@
 namespace evenstep::internal {
 namespace {
 
-
 double mean(const std::vector<double>& values) {
   double sum = 0;
   for (const double value : values) sum += value;
