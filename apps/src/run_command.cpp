@@ -84,6 +84,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
     fmt::print("{}", live_lines(outcome.record, outcome.metrics));
+    fmt::print("{}", growth_lines(outcome.metrics, outcome.results));
     for (const auto& [signal, saturation] : saturations(outcome.record))
       fmt::print("saturated    {}: {}\n", signal, text(saturation));
     fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,

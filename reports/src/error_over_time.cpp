@@ -137,14 +137,13 @@ Range count_range(const std::vector<Curve>& curves) {
   return {-kMargin * most, most * 1.08};
 }
 
-/// "direct: deviation bounded (0 to 0.1), error linear (0.9 to 1.1)"
+/// "direct: deviation bounded (0), error linear (0.9 to 1.1)"
 std::string growth_line(const Signal& signal, const std::string& strategy, const Metrics& metrics) {
   std::string line;
   for (const auto& [error, interval] : growths_of(metrics, signal.name + "." + strategy)) {
     const bool drawn = error == kBinnedErrors.front().name || (signal.error && error == signal.error->name);
     if (!drawn) continue;
-    line += fmt::format("{} {} {} ({:.1f} to {:.1f})", line.empty() ? strategy + ":" : ",", short_name(error),
-                        growth_name(interval), interval.low, interval.high);
+    line += fmt::format("{} {} {}", line.empty() ? strategy + ":" : ",", short_name(error), growth_text(interval));
   }
   return line;
 }

@@ -13,7 +13,7 @@ namespace evenstep {
 namespace {
 
 constexpr std::size_t kLeastBins = 10;
-constexpr double kMaterial = 1.25;  // an error that grows by less than a quarter over the whole run counts as bounded
+constexpr double kMaterial = 1.25;  // an error that grows by less than a quarter counts as bounded
 
 // The noise of neighbouring bins may be related. What matters for a trend is its strength at the lowest frequencies, which is
 // estimated from the first six cosines over the run; two of them for the unknowns of the fit.
@@ -46,10 +46,14 @@ Series difference(Series values, const Series& other) {
   return values;
 }
 
+double mean_of(const Series& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
 Series minus_mean(Series values) {
-  double mean = 0;
-  for (const double value : values) mean += value;
-  mean /= static_cast<double>(values.size());
+  const double mean = mean_of(values);
   for (double& value : values) value -= mean;
   return values;
 }
@@ -70,6 +74,7 @@ double slow_power(const Series& values) {
 struct Walk {
   double share = 0;  ///< see kWalkLow
   double drift = 0;  ///< mean change over its standard error
+  double reach = 0;  ///< how far such a walk gets in the whole time (standard deviation)
 };
 
 Walk walk_of(const Series& values) {
@@ -81,7 +86,17 @@ Walk walk_of(const Series& values) {
   const double variance = sum_of_squares(changes) / count;
   const double slow = slow_power(changes) / kCosines;
   if (!(variance > 0) || !(slow > 0)) return {};
-  return {slow / variance, mean * std::sqrt(count / slow)};
+  return {slow / variance, mean * std::sqrt(count / slow), std::sqrt(count * slow)};
+}
+
+/// Whether no bin has an error larger by a quarter than some bin before it.
+bool never_grows(std::span<const double> rms) {
+  double least = rms.front();
+  for (const double value : rms) {
+    least = std::min(least, value);
+    if (value > kMaterial * least) return false;
+  }
+  return true;
 }
 
 /// The logarithms, without their mean. A bin without any error counts as a billionth of the largest.
@@ -111,7 +126,8 @@ const char* growth_name(const GrowthInterval& interval) {
 }
 
 std::string growth_text(const GrowthInterval& interval) {
-  return fmt::format("{} (exponent {:.1f} to {:.1f})", growth_name(interval), interval.low, interval.high);
+  if (interval.high == interval.low) return fmt::format("{} ({:g})", growth_name(interval), interval.low);
+  return fmt::format("{} ({:g} to {:g})", growth_name(interval), interval.low, interval.high);
 }
 
 GrowthFit::GrowthFit(std::vector<double> t_s) : t_s_(std::move(t_s)) {
@@ -137,11 +153,14 @@ GrowthFit::GrowthFit(std::vector<double> t_s) : t_s_(std::move(t_s)) {
 std::optional<GrowthInterval> GrowthFit::operator()(std::span<const double> rms) const {
   if (rms.size() != t_s_.size() || rms.size() < kLeastBins) return std::nullopt;
   if (!std::all_of(rms.begin(), rms.end(), [](double value) { return std::isfinite(value); })) return std::nullopt;
+  if (never_grows(rms)) return GrowthInterval{0, 0};
   const double most = *std::max_element(rms.begin(), rms.end());
-  if (!(most > 0)) return GrowthInterval{0, 0};
   std::vector<double> possible = around_curves(logarithms(rms, most));
-  const Walk walk = walk_of(Series(rms.begin(), rms.end()));
-  if (walk.share >= kWalkLow && walk.share <= kWalkHigh) possible.push_back(std::abs(walk.drift) > kStudent6 ? 1 : 0.5);
+  Series scaled(rms.begin(), rms.end());
+  for (double& value : scaled) value /= most;
+  const Walk walk = walk_of(scaled);
+  if (walk.share >= kWalkLow && walk.share <= kWalkHigh && walk.reach > (kMaterial - 1) * mean_of(scaled))
+    possible.push_back(std::abs(walk.drift) > kStudent6 ? 1 : 0.5);
   if (possible.empty()) return GrowthInterval{0, kMostExponent};
   const auto [low, high] = std::minmax_element(possible.begin(), possible.end());
   return GrowthInterval{*low, *high};
@@ -153,7 +172,8 @@ std::vector<double> GrowthFit::around_curves(const Series& logs) const {
   for (const Shape& shape : shapes_) misfit.push_back(sum_of_squares(difference(logs, shape.logarithm)));
   const auto least = static_cast<std::size_t>(std::min_element(misfit.begin(), misfit.end()) - misfit.begin());
   const Series residual = least == 0 ? logs : difference(logs, shapes_[least - 1].logarithm);
-  if (logs.size() >= kBinsToTellWalks && walk_of(residual).share > kResidualWalks) return {};
+  const Walk walk = walk_of(residual);
+  if (logs.size() >= kBinsToTellWalks && walk.share > kResidualWalks && walk.reach > kMaterial - 1) return {};
   const double noise =
       std::max({slow_power(residual) / kDegrees, misfit[least] / static_cast<double>(logs.size() - 3), kLeastNoise});
   std::vector<double> possible;

@@ -1,5 +1,11 @@
 #include "src/growth_values.h"
 
+#include <fmt/format.h>
+
+#include <set>
+
+#include "evenstep/reports/writers.h"
+
 namespace evenstep {
 namespace internal {
 
@@ -35,6 +41,19 @@ std::vector<std::pair<const char*, GrowthInterval>> growths_of(const Metrics& me
       growths.push_back({error.name, {low->second, high->second}});
   }
   return growths;
+}
+
+std::string growth_lines(const Metrics& metrics, const std::vector<ExpectationResult>& results) {
+  std::set<std::string> asserted;
+  for (const ExpectationResult& result : results) asserted.insert(result.signal);
+  std::string lines;
+  for (const std::string& signal : asserted) {
+    std::string line;
+    for (const auto& [error, interval] : growths_of(metrics, signal))
+      line += fmt::format("{} {} {}", line.empty() ? "" : ",", error, growth_text(interval));
+    if (!line.empty()) lines += fmt::format("growth       {}:{}\n", signal, line);
+  }
+  return lines;
 }
 
 }  // namespace evenstep
