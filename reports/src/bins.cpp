@@ -43,8 +43,7 @@ Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord
   for (const std::size_t n : steps) {
     const StepSample& sample = device.steps[n];
     timeline.at.push_back(strategy.steps[n].begin);
-    if (sample.true_position_m)
-      add(timeline.error, strategy.steps[n].begin, sample.position_m, *sample.true_position_m);
+    if (sample.true_position_m) add(timeline.error, strategy.steps[n].begin, sample.position_m, *sample.true_position_m);
     if (sample.read == StepRead::underrun) timeline.underruns.push_back(strategy.steps[n].begin);
   }
   return timeline;
@@ -56,8 +55,7 @@ Timeline force_timeline(const StrategyRecord& strategy, std::size_t device_index
   const std::vector<std::size_t> ticks = internal::judged_ticks(device, nominal);
   Timeline timeline;
   timeline.series = internal::force_series(device, ticks, nominal.judged_from);
-  timeline.pieces =
-      internal::straight_ticks(strategy, device, internal::nominal_device(nominal, device.name), ticks);
+  timeline.pieces = internal::straight_ticks(strategy, device, internal::nominal_device(nominal, device.name), ticks);
   for (const std::size_t k : ticks) {
     const TickRow& tick = device.ticks[k];
     timeline.at.push_back(tick.at);

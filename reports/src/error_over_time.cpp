@@ -42,7 +42,8 @@ struct Signal {
   std::vector<std::pair<std::string, std::vector<BinRow>>> strategies;
 };
 
-/// A forces' distance from the ideal twin's says more than that from the force without any delay, which contains the latency.
+/// A forces' distance from the ideal twin's says more than that from the force without any delay, which contains the
+/// latency.
 const BinnedError* shown_error(const std::vector<std::pair<std::string, std::vector<BinRow>>>& strategies) {
   const BinnedError* shown = nullptr;
   for (const BinnedError& error : std::span(kBinnedErrors).subspan(1)) {
@@ -148,8 +149,8 @@ std::string growth_line(const Signal& signal, const std::string& strategy, const
   return line;
 }
 
-void draw_signal(internal::Svg& svg, const RunRecord& run, const Metrics& metrics, const Signal& signal,
-                 const Range& time_s, const Column& column, double top) {
+void draw_signal(internal::Svg& svg, const RunRecord& run, const Metrics& metrics, const Signal& signal, const Range& time_s,
+                 const Column& column, double top) {
   svg.text({column.left, top + 12}, signal.name, internal::Svg::Anchor::start, 13, true);
   double y = top + 12;
   for (const auto& [strategy, rows] : signal.strategies) {
@@ -185,9 +186,11 @@ std::optional<std::string> error_over_time_svg(const RunRecord& run, const Metri
   const Range time_s{0, seconds(run.nominal.end - RealTime{})};
   std::vector<std::pair<const Column*, Signal>> signals;
   for (const Nominal::Device& device : run.nominal.devices) {
-    for (const Column& column : kColumns) signals.emplace_back(&column, signal_of(run, all, device.name + "." + column.kind));
+    for (const Column& column : kColumns)
+      signals.emplace_back(&column, signal_of(run, all, device.name + "." + column.kind));
   }
-  const bool any_error = std::any_of(signals.begin(), signals.end(), [](const auto& s) { return s.second.error != nullptr; });
+  const bool any_error =
+      std::any_of(signals.begin(), signals.end(), [](const auto& s) { return s.second.error != nullptr; });
   const double block = 60 + kLine * static_cast<double>(run.strategies.size()) + kPanelDistance * (any_error ? 4 : 3);
   internal::Svg svg(kWidth, kHead + block * static_cast<double>(run.nominal.devices.size()), "Error against run time");
   internal::draw_legend(svg, {kColumns.front().left, 44}, run, internal::in_drawing_order(run));

@@ -15,19 +15,19 @@ namespace {
 constexpr std::size_t kLeastBins = 10;
 constexpr double kMaterial = 1.25;  // an error that grows by less than a quarter counts as bounded
 
-// The noise of neighbouring bins may be related. What matters for a trend is its strength at the lowest frequencies, which is
-// estimated from the first six cosines over the run; two of them for the unknowns of the fit.
+// The noise of neighbouring bins may be related. What matters for a trend is its strength at the lowest frequencies, which
+// is estimated from the first six cosines over the run; two of them for the unknowns of the fit.
 constexpr int kCosines = 6;
 constexpr double kDegrees = kCosines - 2;
-constexpr double kStudent4 = 2.776;  // 97.5 % of Student's t with 4 degrees of freedom
-constexpr double kStudent6 = 2.447;  // with 6
+constexpr double kStudent4 = 2.776;    // 97.5 % of Student's t with 4 degrees of freedom
+constexpr double kStudent6 = 2.447;    // with 6
 constexpr double kLeastNoise = 1e-12;  // of the logarithm, squared: what rounding may leave
 
 constexpr int kMostTenths = 50;
 constexpr double kMostExponent = kMostTenths / 10.0;
 
-// The share of a series' changes from bin to bin that is there at the lowest frequencies, over the share that those would have
-// if the changes were independent of each other: 1 for a random walk, 0 for noise around a curve.
+// The share of a series' changes from bin to bin that is there at the lowest frequencies, over the share that those would
+// have if the changes were independent of each other: 1 for a random walk, 0 for noise around a curve.
 constexpr double kWalkLow = 1.237 / kCosines;    // 2.5 % of chi-square with 6 degrees of freedom
 constexpr double kWalkHigh = 10.645 / kCosines;  // 90 %: what is above is smoother than a walk
 constexpr double kResidualWalks = 0.6;           // residuals above it are a walk
@@ -44,6 +44,12 @@ double sum_of_squares(const Series& values) {
 Series difference(Series values, const Series& other) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] -= other[i];
   return values;
+}
+
+double squared_distance(const Series& a, const Series& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return sum;
 }
 
 double mean_of(const Series& values) {
@@ -169,7 +175,7 @@ std::optional<GrowthInterval> GrowthFit::operator()(std::span<const double> rms)
 /// The exponents for which the series may be noise around a curve. The best of all curves says how strong the noise is.
 std::vector<double> GrowthFit::around_curves(const Series& logs) const {
   std::vector<double> misfit{sum_of_squares(logs)};
-  for (const Shape& shape : shapes_) misfit.push_back(sum_of_squares(difference(logs, shape.logarithm)));
+  for (const Shape& shape : shapes_) misfit.push_back(squared_distance(logs, shape.logarithm));
   const auto least = static_cast<std::size_t>(std::min_element(misfit.begin(), misfit.end()) - misfit.begin());
   const Series residual = least == 0 ? logs : difference(logs, shapes_[least - 1].logarithm);
   const Walk walk = walk_of(residual);

@@ -104,16 +104,19 @@ const Kind kKinds[] = {
     {"walk", "square root", walk_above<0>},
     {"walk above noise of a tenth", "square root", walk_above<10>},
     {"walk above noise of a half", "square root", walk_above<50>},
-    {"strength sqrt t", "square root", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return std::sqrt(t); }); }},
+    {"strength sqrt t", "square root",
+     [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return std::sqrt(t); }); }},
     {"drift above noise of 5 %", "linear", drift<5>},
     {"drift above noise of 20 %", "linear", drift<20>},
     {"drift above noise of 100 %", "linear", drift<100>},
     {"strength t", "linear", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return t; }); }},
     {"strength 0.2 + t", "linear", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return 0.2 + t; }); }},
     {"strength 1 + t", "linear", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return 1 + t; }); }},
-    {"strength 1 + 0.3 t", "linear", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return 1 + 0.3 * t; }); }},
+    {"strength 1 + 0.3 t", "linear",
+     [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return 1 + 0.3 * t; }); }},
     {"strength t^2", "undetermined", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return t * t; }); }},
-    {"strength exp 5 t", "undetermined", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return std::exp(5 * t); }); }},
+    {"strength exp 5 t", "undetermined",
+     [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return std::exp(5 * t); }); }},
 };
 
 struct Rates {
@@ -140,8 +143,8 @@ TEST_CASE("how often each growth is named", "[.rates]") {
   for (const Kind& kind : kKinds) {
     for (const std::size_t bins : {20, 60, 119}) {
       const Rates rates = rates_of(kind, bins, 1000);
-      fmt::print("{:40} {:3} bins: {:12} named {:5.1f} %, falsely {:4.1f} %\n", kind.name, bins, kind.truth, 100 * rates.named,
-                 100 * rates.falsely);
+      fmt::print("{:40} {:3} bins: {:12} named {:5.1f} %, falsely {:4.1f} %\n", kind.name, bins, kind.truth,
+                 100 * rates.named, 100 * rates.falsely);
     }
   }
 }
@@ -159,8 +162,8 @@ TEST_CASE("growth: what is plain is named, by nine in ten series of 119 bins; a 
   for (const Kind& kind : kKinds) {
     const std::string name = kind.name;
     double least = 0;
-    for (const char* plain : {"noise", "strength sqrt t", "drift above noise of 5 %", "drift above noise of 20 %", "strength t",
-                              "strength 0.2 + t"})
+    for (const char* plain : {"noise", "strength sqrt t", "drift above noise of 5 %", "drift above noise of 20 %",
+                              "strength t", "strength 0.2 + t"})
       least = name == plain ? 0.88 : least;
     if (name == "walk" || name == "walk above noise of a tenth") least = 1 / 7.0;
     CAPTURE(name);
@@ -211,7 +214,8 @@ TEST_CASE("growth: fewer than ten bins and values that are not finite have none;
   std::mt19937_64 bits(1);
   for (int i = 0; i < 2000; ++i) {
     Numbers rms;
-    for (int b = 0; b < 40; ++b) rms.push_back(bits() % 3 == 0 ? 0.0 : std::ldexp(1.0, static_cast<int>(bits() % 2000) - 1000));
+    for (int b = 0; b < 40; ++b)
+      rms.push_back(bits() % 3 == 0 ? 0.0 : std::ldexp(1.0, static_cast<int>(bits() % 2000) - 1000));
     const GrowthInterval interval = fit(rms).value();
     REQUIRE((interval.low >= 0 && interval.low <= interval.high && interval.high <= 5));
     const GrowthInterval again = fit(rms).value();

@@ -89,15 +89,15 @@ struct BinLayout {
   std::int64_t count = 0;
 };
 /// They follow the length of the judged time: 60 to 119 bins of whole segments, or of whole ways there and back if a device
-/// goes back and forth at least twenty times; fewer if there are fewer of them, and twenty parts of the time if there are not
-/// even twenty segments. None is so short that four steps (or ticks) do not fit.
+/// goes back and forth at least twenty times; fewer if there are fewer of them, and twenty parts of the time if there are
+/// not even twenty segments. None is so short that four steps (or ticks) do not fit.
 BinLayout bin_layout(const RunRecord& run);
 
 /// Error over the time of the run: one row per bin and signal.
 struct BinRow {
   double from_s = 0, to_s = 0;
   double deviation_max = 0, deviation_rms = 0, velocity_jump = 0;
-  std::optional<double> error_rms = {};                ///< interaction: from the true position; force: from the undelayed one
+  std::optional<double> error_rms = {};  ///< interaction: from the true position; force: from the undelayed one
   std::optional<double> deviation_from_ideal_rms = {};  ///< force only
   std::int64_t underruns_so_far = 0;
 };
@@ -109,10 +109,10 @@ struct BinnedError {
   const char* name;
   std::optional<double> (*rms)(const BinRow& row);
 };
-inline constexpr std::array kBinnedErrors = std::to_array<BinnedError>(
-    {{"deviation", [](const BinRow& row) { return std::optional(row.deviation_rms); }},
-     {"error", [](const BinRow& row) { return row.error_rms; }},
-     {"deviation_from_ideal", [](const BinRow& row) { return row.deviation_from_ideal_rms; }}});
+inline constexpr std::array kBinnedErrors =
+    std::to_array<BinnedError>({{"deviation", [](const BinRow& row) { return std::optional(row.deviation_rms); }},
+                                {"error", [](const BinRow& row) { return row.error_rms; }},
+                                {"deviation_from_ideal", [](const BinRow& row) { return row.deviation_from_ideal_rms; }}});
 /// How each of these errors of a signal grows, as its metrics say; without those that the signal does not have.
 std::vector<std::pair<const char*, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal);
 
