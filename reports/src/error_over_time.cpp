@@ -42,7 +42,7 @@ struct Signal {
   std::vector<std::pair<std::string, std::vector<BinRow>>> strategies;
 };
 
-/// A forces' distance from the ideal twin's says more than that from the force without any delay, which contains the
+/// A force's distance from the ideal twin's says more than that from the force without any delay, which contains the
 /// latency.
 const BinnedError* shown_error(const std::vector<std::pair<std::string, std::vector<BinRow>>>& strategies) {
   const BinnedError* shown = nullptr;
