@@ -11,7 +11,7 @@ namespace evenstep {
 namespace {
 
 constexpr std::int64_t kLeastBins = 20, kWantedBins = 60;
-constexpr std::int64_t kLeastSamples = 4;  // of a bin: a line needs three
+constexpr std::int64_t kSamplesOfABin = 4;  // of a bin: a line needs three
 
 /// Squares of an error and when it was.
 struct Squares {
@@ -179,7 +179,7 @@ BinLayout bin_layout(const RunRecord& run) {
     const std::int64_t count = period.ns > 0 ? judged.ns / period.ns : 0;
     if (count >= kLeastBins) width = period * std::max<std::int64_t>(count / kWantedBins, 1);
   }
-  width = std::max(width, std::min(judged, sample * kLeastSamples));
+  width = std::max(width, std::min(judged, sample * kSamplesOfABin));
   // A rest that is shorter than half a bin is added to the last one.
   return {run.nominal.judged_from, width, std::max<std::int64_t>((judged.ns + width.ns / 2) / width.ns, 1)};
 }
