@@ -83,7 +83,8 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   }
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
-    fmt::print("{}{}", live_lines(outcome.record, outcome.metrics), device_notes(outcome.record));
+    fmt::print("{}{}{}", live_lines(outcome.record, outcome.metrics), growth_lines(outcome.metrics, outcome.results),
+               device_notes(outcome.record));
     for (const auto& [signal, saturation] : saturations(outcome.record))
       fmt::print("saturated    {}: {}\n", signal, text(saturation));
     fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,

@@ -81,7 +81,7 @@ std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outc
     files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name, outcome.results)});
     files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name, outcome.results)});
   }
-  if (const auto figure = error_over_time_svg(run)) files.push_back({"error-over-time.svg", *figure});
+  if (const auto figure = error_over_time_svg(run, outcome.metrics)) files.push_back({"error-over-time.svg", *figure});
   if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
   const auto [strategy, device] = segment_shown(scenario, outcome);
   files.push_back({"figure-2to4.svg", figure_2to4_svg(run, strategy, device, outcome.results)});

@@ -25,6 +25,8 @@ std::string underruns_csv(const RunRecord& run);
 std::string live_lines(const RunRecord& run, const Metrics& metrics);
 /// For people: the devices that did not say what their driver asked of them, a line each.
 std::string device_notes(const RunRecord& run);
+/// How the errors of each signal that was asserted grow over the judged time; one line per signal, for people.
+std::string growth_lines(const Metrics& metrics, const std::vector<ExpectationResult>& results);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 
