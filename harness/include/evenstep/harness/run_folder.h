@@ -11,6 +11,7 @@ namespace evenstep {
 
 inline constexpr const char* kSummaryFile = "summary.json";  ///< a folder with this file is a run folder
 inline constexpr const char* kStudyFile = "study.json";      ///< a folder with this file is one of `evenstep study`
+inline constexpr const char* kStudyFigure = "error-against-cost.svg";  ///< of a study of the felt force, in its folder
 
 /// Why `folder` cannot be written, with the remedy; empty if it can, because it does not exist, is empty, or contains
 /// `its_file`. To be called before a long run, not after it.
