@@ -11,7 +11,8 @@ namespace evenstep {
 
 FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal) {
   if (goal.quantity != StudyQuantity::force)
-    return {false, fmt::format("a study of the felt force cannot tell what meets {}; write such as \"1 % force\"", goal.text)};
+    return {false,
+            fmt::format("a study of the felt force cannot tell what meets {}; write such as \"1 % force\"", goal.text)};
   const double most_N = goal.most * study.reference.scale_N;
   if (!(study.reference.estimate_N <= most_N))
     return {false, fmt::format("cannot tell what meets {}: the reference itself may be off by {:.3g} %", goal.text,

@@ -40,7 +40,8 @@ double step_cost_s(Solver& solver, const Scenario& scenario, Rate rate) {
 /// Rounded to two digits.
 std::string about(double cpu_s) {
   if (cpu_s < 0.1) return "less than 0.1 CPU s";
-  return cpu_s >= 100 ? fmt::format("about {:.0f} CPU s", std::round(cpu_s / 10) * 10) : fmt::format("about {:.2g} CPU s", cpu_s);
+  return cpu_s >= 100 ? fmt::format("about {:.0f} CPU s", std::round(cpu_s / 10) * 10)
+                      : fmt::format("about {:.2g} CPU s", cpu_s);
 }
 
 std::string step_text(double seconds) {
@@ -113,7 +114,8 @@ std::vector<std::string> cost_lines(const Scenario& scenario, const std::vector<
   }
   for (const StudyRun& run : cells) {
     std::string reason;
-    const std::optional<double> cost_s = cell_cost_s(scenario, run, work, end_s / period_s(scenario.scene.step_rate), reason);
+    const std::optional<double> cost_s =
+        cell_cost_s(scenario, run, work, end_s / period_s(scenario.scene.step_rate), reason);
     total_s += cost_s.value_or(0);
     lines.push_back(fmt::format("point       {}  {}", name_of(scenario, run),
                                 cost_s ? about(*cost_s) + fmt::format(" for {} strategies", work.strategies) : reason));

@@ -103,8 +103,7 @@ FeltTicks judged_ticks(const StrategyRecord& record, const JudgedSpan& span) {
     std::vector<FeltTick>& judged = ticks.emplace_back();
     for (const TickRow& tick : device.ticks) {
       if (tick.at < span.from || tick.at >= span.end) continue;
-      judged.push_back(
-          {tick.at, glm::dvec3(tick.force_N[0], tick.force_N[1], tick.force_N[2]), !tick.saturated.none()});
+      judged.push_back({tick.at, glm::dvec3(tick.force_N[0], tick.force_N[1], tick.force_N[2]), !tick.saturated.none()});
     }
   }
   return ticks;

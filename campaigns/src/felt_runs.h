@@ -1,6 +1,6 @@
 #pragma once
-/// The runs of a felt-force study (evenstep/reports/felt_study_record.h): what the force of a device is at each of its judged
-/// ticks, with an ideal device or with that of the scenario; and the forces of a method on even steps.
+/// The runs of a felt-force study (evenstep/reports/felt_study_record.h): what the force of a device is at each of its
+/// judged ticks, with an ideal device or with that of the scenario; and the forces of a method on even steps.
 
 #include <array>
 #include <glm/vec3.hpp>
@@ -53,8 +53,8 @@ struct EvenForces {
 /// Ends early, with what there is, when it is interrupted.
 EvenForces step_evenly(Solver& solver, const Scenario& scenario, Rate rate, Duration lead, RealTime until,
                        const RunControl& control);
-/// What a device plays of them for a hand at its place at `t_s`: a line between neighbours, or the last one. Before the first
-/// and after the last that one.
+/// What a device plays of them for a hand at its place at `t_s`: a line between neighbours, or the last one. Before the
+/// first and after the last that one.
 glm::dvec3 played_N(const EvenForces& forces, std::size_t tool, double t_s, Emission emission);
 
 }  // namespace evenstep::internal

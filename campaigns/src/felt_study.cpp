@@ -47,7 +47,9 @@ class Sum {
     most_ = std::max(most_, square);
     ++count_;
   }
-  FeltError error() const { return {std::sqrt(sum_ / static_cast<double>(std::max<std::int64_t>(count_, 1))), std::sqrt(most_)}; }
+  FeltError error() const {
+    return {std::sqrt(sum_ / static_cast<double>(std::max<std::int64_t>(count_, 1))), std::sqrt(most_)};
+  }
 
  private:
   double sum_ = 0, most_ = 0;
@@ -132,7 +134,8 @@ class FeltStudy {
     const std::string file = kept ? internal::reference_file(control_.cache_folder, key) : "";
     std::string objection;
     const bool stored = kept && internal::read_reference(file, key, reference_, objection);
-    if (!objection.empty()) announce(fmt::format("the stored reference {} is not used: {}; it is computed again", file, objection));
+    if (!objection.empty())
+      announce(fmt::format("the stored reference {} is not used: {}; it is computed again", file, objection));
     for (const std::string& line :
          internal::cost_lines(scenario_, cells_, plan, {strategies_.size(), leads().size(), stored ? file : ""}))
       announce(line);
@@ -188,7 +191,7 @@ class FeltStudy {
       const std::map<std::int64_t, EvenForces> even = step_and_time(changed, run, point);
       points.assign(strategies_.size(), point);
       for (std::size_t s = 0; s < points.size(); ++s) points[s].strategy = name_of(strategies_[s].plan.kind);
-      if (point.state != StudyCell::State::measured) return points;
+      if (point.state != StudyCell::State::measured || interrupted()) return points;
       parallel_for(points.size(), 0, [&](std::size_t s) {
         compare(changed, strategies_[s], even.at(strategies_[s].plan.lead.ns), points[s]);
       });
@@ -305,16 +308,20 @@ std::string felt_study_objection(const Scenario& scenario) {
     return "a foreign scene has no reference; a study of the felt force needs one of evenstep's own";
   const bool any = std::any_of(scenario.strategies.begin(), scenario.strategies.end(),
                                [](StrategyKind kind) { return !traits_of(kind).knows_motion; });
+  const internal::JudgedSpan span = internal::judged_span(scenario);
+  if (!(span.from < span.end)) return "the run judges nothing: its warm-up ends when it does";
   if (!any) return "'ideal' alone is what the others are compared with; name another strategy in [run] strategies";
   for (const DeviceSpec& device : scenario.devices) {
     if (device.hand)
-      return fmt::format("'{}' is held by a hand that feels the force, so nobody knows where it would be without an error; "
-                         "write a programmed motion",
-                         device.name);
+      return fmt::format(
+          "'{}' is held by a hand that feels the force, so nobody knows where it would be without an error; "
+          "write a programmed motion",
+          device.name);
     if (!std::holds_alternative<ForceRender>(device.render))
-      return fmt::format("'{}' computes its force from a local model, which has no latency of its own; write render = "
-                         "{{ kind = \"force\" }}",
-                         device.name);
+      return fmt::format(
+          "'{}' computes its force from a local model, which has no latency of its own; write render = "
+          "{{ kind = \"force\" }}",
+          device.name);
     if (!knows_newtons(device.driver))
       return fmt::format("nobody knows the force of '{}' in newtons; write its full_scale", device.name);
   }

@@ -23,7 +23,7 @@ using internal::StudyPlan;
 using internal::StudyRun;
 using internal::StudyTrace;
 
-constexpr double kDivergedTimes = 10;   // a cell has diverged if its error is this many times the reference's motion
+constexpr double kDivergedTimes = 10;  // a cell has diverged if its error is this many times the reference's motion
 
 double step_limit_s(const Scenario& scenario, Method method) {
   TissueScene tissue = std::get<TissueScene>(scenario.scene.body);

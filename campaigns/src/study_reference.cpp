@@ -34,7 +34,8 @@ void extrapolate(StudyTrace& coarse, const StudyTrace& fine, int order) {
   }
 }
 
-StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, const ReferenceMethod& candidate, int substeps) {
+StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, const ReferenceMethod& candidate,
+                               int substeps) {
   StudyTrace first = run_reference(scenario, plan, candidate.method, substeps);
   StudyTrace second = run_reference(scenario, plan, candidate.method, substeps * 2);
   const StudyTrace third = run_reference(scenario, plan, candidate.method, substeps * 4);

@@ -53,8 +53,8 @@ struct StudyReferenceRun {
   StudyTrace trace;
   StudyReference info;
 };
-/// A method of references. The substep of the coarsest of its three runs is at most the method's limit / `limit_parts`, where
-/// the method shows its order.
+/// A method of references. The substep of the coarsest of its three runs is at most the method's limit / `limit_parts`,
+/// where the method shows its order.
 struct ReferenceMethod {
   Method method;
   int order;

@@ -138,8 +138,10 @@ void draw_legend(Svg& svg, const FeltStudyRecord& study, const Lines& all) {
   for (const char* line : {"Latency: strategy + device. Each force", "is compared at its own latency.",
                            "Bars: least to greatest of the repeats."})
     svg.text({at.x, at.y += 15}, line, Svg::Anchor::start, 11);
-  std::ptrdiff_t missing = std::count_if(study.points.begin(), study.points.end(), [](const FeltPoint& p) { return !shown(p); });
-  if (missing > 0) svg.text({at.x, at.y += 20}, fmt::format("{} points without a place here", missing), Svg::Anchor::start, 11);
+  std::ptrdiff_t missing =
+      std::count_if(study.points.begin(), study.points.end(), [](const FeltPoint& p) { return !shown(p); });
+  if (missing > 0)
+    svg.text({at.x, at.y += 20}, fmt::format("{} points without a place here", missing), Svg::Anchor::start, 11);
 }
 
 struct Part {
@@ -170,7 +172,8 @@ void draw_parts(Svg& svg, const FeltStudyRecord& study, const Lines& all) {
       if (line.strategy == s) points.insert(points.end(), line.points.begin(), line.points.end());
     }
     const double high = static_cast<double>(points.size()) - 0.5;
-    Panel panel(svg, box, {{-0.5, std::max(high, 0.5)}, "", "", false}, {range, s == 0 ? "rms" : "", s == 0 ? "N" : "", true});
+    Panel panel(svg, box, {{-0.5, std::max(high, 0.5)}, "", "", false},
+                {range, s == 0 ? "rms" : "", s == 0 ? "N" : "", true});
     panel.draw_axes(false, false);
     svg.text({left, kPartsTop - 8}, all.strategies[s], Svg::Anchor::start, 12, true, colour_of(s));
     for (std::size_t i = 0; i < points.size(); ++i) {

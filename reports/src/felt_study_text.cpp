@@ -103,9 +103,8 @@ Json json_of(const FeltPoint& point) {
   out["remap"] = json_of(point.remap);
   out["device"] = json_of(point.device);
   out["saturated"] = point.saturated;
-  out["cpu_s_per_s"] = {{"min", json_number(point.cpu.min)},
-                        {"median", json_number(point.cpu.median)},
-                        {"max", json_number(point.cpu.max)}};
+  out["cpu_s_per_s"] = {
+      {"min", json_number(point.cpu.min)}, {"median", json_number(point.cpu.median)}, {"max", json_number(point.cpu.max)}};
   out["repeats"] = point.repeats;
   return out;
 }

@@ -129,7 +129,8 @@ void refuse_for_felt_force(const Table& study, const Scenario& scenario, Errors&
   if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
     for (const char* key : {"methods", "solvers", "step_sizes", "iterations"}) {
       if (study.has(key))
-        errors.add(study.place(key), fmt::format("'{}' is that of a tissue, and this scene has no step to choose; remove it", key));
+        errors.add(study.place(key),
+                   fmt::format("'{}' is that of a tissue, and this scene has no step to choose; remove it", key));
     }
   }
   if (!study.has("step_sizes")) return;
@@ -175,7 +176,7 @@ void read_study(ScenarioReading& reading) {
     reading.errors.add(study.place("error"),
                        "error = \"state\" compares the steps of a tissue, and this scene has none; write error = "
                        "\"felt-force\" or kind = \"tissue\"");
-  } else if (steps_within(spec.duration, scenario.scene.step_rate) < 1) {
+  } else if (study.has("duration") && steps_within(spec.duration, scenario.scene.step_rate) < 1) {
     reading.errors.add(study.place("duration"), fmt::format("'duration': {} is less than one step of the scene, {:.6g} ms",
                                                             in_ms(spec.duration), 1e3 * period_s(scenario.scene.step_rate)));
   } else {
@@ -198,18 +199,18 @@ const std::vector<Field>& study_fields() {
       {.table = "study",
        .key = "duration",
        .forms = kSpan,
-       .meaning =
-           "Simulated time that is judged. `felt-force`: from the end of the warm-up on, by default all that the run judges. "
-           "`state`: from the begin of the first motion on, by default 64 ms.",
+       .meaning = "Simulated time that is judged. `felt-force`: from the end of the warm-up on, by default all that the run "
+                  "judges. "
+                  "`state`: from the begin of the first motion on, by default 64 ms.",
        .range = above(0, kLongestRun_s),
        .example = "\"0.2 s\""},
       {.table = "study",
        .key = "methods",
        .forms = kWord,
        .shape = Shape::list,
-       .meaning =
-           "Methods to compare, as in [scene] `method`. Default: `felt-force` symplectic-euler, rk4 and implicit-euler, `state` "
-           "all of them.",
+       .meaning = "Methods to compare, as in [scene] `method`. Default: `felt-force` symplectic-euler, rk4 and "
+                  "implicit-euler, `state` "
+                  "all of them.",
        .words = method_words(),
        .example = "[\"symplectic-euler\", \"rk4\"]"},
       {.table = "study",
@@ -224,8 +225,10 @@ const std::vector<Field>& study_fields() {
        .forms = kDuration | kRate,
        .shape = Shape::list,
        .meaning =
-           "Of the methods: whole parts of the scene's step, or (`state` only) multiples of it. Default of `felt-force`: for "
-           "each method the step of substeps = \"auto\", its half and its quarter. Default of `state`: halvings of the scene's; "
+           "Of the methods: whole parts of the scene's step, or (`state` only) multiples of it. Default of `felt-force`: "
+           "for "
+           "each method the step of substeps = \"auto\", its half and its quarter. Default of `state`: halvings of the "
+           "scene's; "
            "for explicit methods from the first one above the limit to the fourth below it, for implicit ones down to an "
            "eighth.",
        .range = above(0),

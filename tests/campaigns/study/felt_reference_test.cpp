@@ -1,10 +1,10 @@
 // The reference of the felt force, and the file in which it is kept.
+#include <unistd.h>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <iterator>
-#include <unistd.h>
 
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/reports/run_failure.h"
@@ -31,9 +31,13 @@ struct Folder {
 };
 
 Scenario block(const std::vector<std::string>& set = {}) {
-  std::vector<std::string> all{"study.error=felt-force", "study.duration=\"20 ms\"", "run.duration=\"60 ms\"",
-                               "run.warmup=\"32 ms\"", "study.methods=[\"symplectic-euler\"]",
-                               "study.solvers=[\"cpu-double\"]", "study.step_sizes=[\"0.5 ms\"]"};
+  std::vector<std::string> all{"study.error=felt-force",
+                               "study.duration=\"20 ms\"",
+                               "run.duration=\"60 ms\"",
+                               "run.warmup=\"32 ms\"",
+                               "study.methods=[\"symplectic-euler\"]",
+                               "study.solvers=[\"cpu-double\"]",
+                               "study.step_sizes=[\"0.5 ms\"]"};
   all.insert(all.end(), set.begin(), set.end());
   return small_study(all);
 }
@@ -109,11 +113,11 @@ TEST_CASE("A reference is not taken for that of another scene, motion, span or v
   CHECK_FALSE(differs({}));
   CHECK_FALSE(differs({"scene.method=rk4"}));  // the reference has a method of its own
   CHECK_FALSE(differs({"run.seed=7"}));        // and no timing
-  for (const char* set : {"scene.stiffness=\"21 N/m\"", "scene.mass=\"0.11 g\"", "scene.spacing=\"6 mm\"",
-                          "scene.lattice=[5, 5, 6]", "scene.axial_damping=\"5 mN s/m\"", "scene.damping=\"1e-4 N s/m\"",
-                          "scene.fixed=left", "scene.gravity=[\"0 m/s^2\", \"0 m/s^2\", \"-1 m/s^2\"]",
-                          "device.left.grab.radius=\"7.5 mm\"", "device.left.motion.velocity=[\"0.1 m/s\", \"0 m/s\", \"0.06 m/s\"]",
-                          "study.duration=\"21 ms\""}) {
+  for (const char* set :
+       {"scene.stiffness=\"21 N/m\"", "scene.mass=\"0.11 g\"", "scene.spacing=\"6 mm\"", "scene.lattice=[5, 5, 6]",
+        "scene.axial_damping=\"5 mN s/m\"", "scene.damping=\"1e-4 N s/m\"", "scene.fixed=left",
+        "scene.gravity=[\"0 m/s2\", \"0 m/s2\", \"-1 m/s2\"]", "device.left.grab.radius=\"7.5 mm\"",
+        "device.left.motion.velocity=[\"0.1 m/s\", \"0 m/s\", \"0.06 m/s\"]", "study.duration=\"21 ms\""}) {
     INFO(set);
     CHECK(differs({set}));
   }
@@ -148,7 +152,8 @@ TEST_CASE("The reference of the felt force agrees with one of a quarter of its s
   const Scenario scenario = block();
   const ReferencePlan coarse_plan = plan_reference(scenario, 1), fine_plan = plan_reference(scenario, 64);
   REQUIRE(period_s(fine_plan.rate) < period_s(coarse_plan.rate) / 2);
-  const FeltReference coarse = solve_felt_reference(scenario, coarse_plan, {}), fine = solve_felt_reference(scenario, fine_plan, {});
+  const FeltReference coarse = solve_felt_reference(scenario, coarse_plan, {}),
+                      fine = solve_felt_reference(scenario, fine_plan, {});
   double sum = 0;
   int count = 0;
   for (double t = 0.032; t < 0.052; t += 0.00037, ++count) {

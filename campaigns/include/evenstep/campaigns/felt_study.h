@@ -1,6 +1,7 @@
 #pragma once
 /// `evenstep study`, [study] error = "felt-force": the error of the force that the hand feels against CPU time, for every
-/// strategy, method and step of a scenario, over what the run itself judges. Definition: evenstep/reports/felt_study_record.h.
+/// strategy, method and step of a scenario, over what the run itself judges. Definition:
+/// evenstep/reports/felt_study_record.h.
 
 #include <atomic>
 #include <functional>

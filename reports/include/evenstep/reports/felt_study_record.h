@@ -8,8 +8,9 @@
 /// is split along a chain of runs; each is compared with f* at its own mean age, so that latency alone is no error:
 ///   A  f*, the reference
 ///   B  the same method and step, on even steps that read the motion itself     discretisation d(k) = B(t - a) - f*(t - a)
-///   C  the strategy in the timing of the scenario, with an ideal device        remap          r(k) = C(k) - f*(t - a) - d(k)
-///   D  the strategy with the scenario's device: felt(k) is what its motors do  device         v(k) = e(k) - d(k) - r(k)
+///   C  the strategy in the timing of the scenario, with an ideal device        remap          r(k) = C(k) - f*(t - a) -
+///   d(k) D  the strategy with the scenario's device: felt(k) is what its motors do  device         v(k) = e(k) - d(k) -
+///   r(k)
 /// So e = d + r + v at every tick. Squares of rms values do not add up exactly, because the parts are correlated. a is that
 /// of C in d and r, and that of D in e.
 
@@ -39,19 +40,19 @@ struct FeltPoint {
   double latency_s = 0;         ///< mean age of what a force answers, with an ideal device; the greatest of the devices
   double device_latency_s = 0;  ///< what the scenario's device adds to it
   std::int64_t saturated = 0;   ///< judged ticks at which force or position met a limit
-  StudyCost cpu;                ///< CPU seconds of the solver per simulated second; strategies of one method and step share it
+  StudyCost cpu;  ///< CPU seconds of the solver per simulated second; strategies of one method and step share it
   int repeats = 0;
 };
 
 struct FeltReferenceInfo {
-  std::string method;        ///< "rk4"; "none": the scene has no motion to integrate
-  int method_order = 0;      ///< on which the extrapolation relies; 0: none was needed
+  std::string method;          ///< "rk4"; "none": the scene has no motion to integrate
+  int method_order = 0;        ///< on which the extrapolation relies; 0: none was needed
   double coarsest_step_s = 0;  ///< of three runs, each with half the step of the one before; tools move at its multiples
-  double scale_N = 0;        ///< rms of the force over judged ticks of all devices
-  double estimate_N = NAN;   ///< its own error, at most
-  bool stored = false;       ///< read from a file of an earlier study
-  std::string file;          ///< where it is kept; empty: nowhere
-  double cpu_s = 0;          ///< CPU time that it took, or took when it was computed
+  double scale_N = 0;          ///< rms of the force over judged ticks of all devices
+  double estimate_N = NAN;     ///< its own error, at most
+  bool stored = false;         ///< read from a file of an earlier study
+  std::string file;            ///< where it is kept; empty: nowhere
+  double cpu_s = 0;            ///< CPU time that it took, or took when it was computed
 };
 
 struct FeltStudyRecord {
