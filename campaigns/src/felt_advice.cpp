@@ -1,11 +1,8 @@
 // The advice what to use for a given error of the felt force, and the folder of such a study.
 #include <fmt/format.h>
 
-#include <sstream>
-
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/harness/run_folder.h"
-#include "evenstep/time/digest.h"
 
 namespace evenstep {
 
@@ -35,21 +32,6 @@ FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal) {
     return {false, fmt::format("none meets {}{}", goal.text, least ? "; the least error has " + name(*least) : "")};
   return {true, fmt::format("cheapest for {}: {}, latency {:.3g} ms, {:.3g} CPU seconds per simulated second", goal.text,
                             name(*best), 1e3 * (best->latency_s + best->device_latency_s), best->cpu.median)};
-}
-
-std::uint64_t subject_of(const Scenario& scenario) {
-  std::istringstream lines(scenario.resolved_toml);
-  std::uint64_t digest = 0;
-  bool counts = false;  // not before the first table: name, because and tags
-  for (std::string line; std::getline(lines, line);) {
-    const std::size_t first = line.find_first_not_of(" \t");
-    if (first != std::string::npos && line[first] == '[') {
-      const std::string name = line.substr(line.find_first_not_of('[', first));
-      counts = !(name.starts_with("study") || name.starts_with("sweep") || name.starts_with("expect"));
-    }
-    if (counts) digest = mix(digest, name_digest(line));
-  }
-  return digest;
 }
 
 std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study) {

@@ -145,12 +145,6 @@ FeltTicks with_device(const Scenario& scenario, const StrategyPlan& plan, const 
   return judged_ticks(record, judged_span(scenario));
 }
 
-/// By how much a force that is written at a tick is older when the hand feels it at a tick.
-Duration delay_at_ticks(const DeviceSpec& device) {
-  const std::int64_t ticks = first_tick_at_or_after(device.rate, RealTime{device.force_delay.ns});
-  return {instant_ns(device.rate, ticks)};
-}
-
 }  // namespace
 
 JudgedSpan judged_span(const Scenario& scenario) {
@@ -178,8 +172,7 @@ std::vector<double> mean_ages_s(const Scenario& scenario, const StrategyPlan& pl
   for (std::size_t tool = 0; tool < ticks.size(); ++tool) {
     double sum_s = 0;
     for (const FeltTick& tick : ticks[tool]) sum_s += seconds(tick.at) + tick.force_N.x;
-    const double delay_s = model == DeviceModel::scenario ? seconds(delay_at_ticks(scenario.devices[tool])) : 0;
-    ages_s.push_back(ticks[tool].empty() ? 0 : sum_s / static_cast<double>(ticks[tool].size()) + delay_s);
+    ages_s.push_back(ticks[tool].empty() ? 0 : sum_s / static_cast<double>(ticks[tool].size()));
   }
   return ages_s;
 }

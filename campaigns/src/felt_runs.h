@@ -40,7 +40,7 @@ FeltTicks felt_ticks(const Scenario& scenario, const StrategyPlan& plan, DeviceM
 
 /// Per device: the mean over its judged ticks of their time minus the time at which the hand was where the force of the tick
 /// has it, s. It is found by running the strategy on a spring with a hand that moves evenly, whose force tells the time; so
-/// it includes whatever the strategy does to the signal.
+/// it includes whatever the strategy does to the signal. Without [[device]] delay: a tick is when the motors get a force.
 std::vector<double> mean_ages_s(const Scenario& scenario, const StrategyPlan& plan, DeviceModel model,
                                 const RunControl& control);
 

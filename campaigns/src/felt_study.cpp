@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "evenstep/clock/wall_clock.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/scheduler/parallel_for.h"
@@ -283,8 +284,12 @@ class FeltStudy {
     point.discretisation = discretisation.error();
     point.remap = remap.error();
     point.device = device.error();
-    point.latency_s = *std::max_element(judged.ideal_age_s.begin(), judged.ideal_age_s.end());
-    point.device_latency_s = *std::max_element(judged.age_s.begin(), judged.age_s.end()) - point.latency_s;
+    double latency_s = 0;
+    for (std::size_t tool = 0; tool < felt.size(); ++tool) {
+      point.latency_s = std::max(point.latency_s, judged.ideal_age_s[tool]);
+      latency_s = std::max(latency_s, judged.age_s[tool] + seconds(scenario_.devices[tool].force_delay));
+    }
+    point.device_latency_s = latency_s - point.latency_s;
     if (!(point.total.rms_N <= kDivergedTimes * record_.reference.scale_N)) {
       point.state = StudyCell::State::diverged;
       point.reason = fmt::format("the error is {:.3g} times the force", point.total.rms_N / record_.reference.scale_N);

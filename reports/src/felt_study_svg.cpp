@@ -18,11 +18,12 @@ using internal::Svg;
 
 constexpr double kWidth = 1100, kLegend = 860;
 constexpr internal::Box kCost{90, 50, 840, 430};
-constexpr double kPartsTop = 500, kPartsHeight = 190, kPartsLeft = 90, kGap = 26, kRight = 1080;
+constexpr internal::Box kParts{90, 530, 1080, 730};
 
-constexpr std::array kColours{internal::colour::kVermilion, internal::colour::kBlue,   internal::colour::kBlack,
-                              internal::colour::kGreen,     internal::colour::kOrange, internal::colour::kPurple,
-                              internal::colour::kSkyBlue,   internal::colour::kGrey};
+// The first three are those of direct, paper and phase_locked in the figures of a run.
+constexpr std::array kColours{internal::colour::kVermilion, internal::colour::kSkyBlue, internal::colour::kBlack,
+                              internal::colour::kGreen,     internal::colour::kPurple,  internal::colour::kOrange,
+                              internal::colour::kBlue,      internal::colour::kGrey};
 constexpr std::array kDashes{"", "7 3", "2 3", "12 3 2 3", "1 5", "10 6"};
 
 /// The points of one strategy with one solver, method and number of iterations.
@@ -105,11 +106,13 @@ void draw_cost(Svg& svg, const FeltStudyRecord& study, const Lines& all) {
       y.push_back(std::max(std::log10(point->total.rms_N), error.low));
     }
     const char* colour = colour_of(line.strategy);
+    // Points that coincide must all be visible, so the first are the largest.
+    const double radius = 3.5 + 1.5 * static_cast<double>(all.strategies.size() - 1 - line.strategy);
     panel.curve(x, y, {colour, 1.8, dash_of(line.method), 1});
     for (std::size_t i = 0; i < x.size(); ++i) {
       svg.line(panel.at(std::log10(line.points[i]->cpu.min), y[i]), panel.at(std::log10(line.points[i]->cpu.max), y[i]),
                {colour, 1, "", 0.6});
-      svg.dot(panel.at(x[i], y[i]), 4, colour);
+      svg.dot(panel.at(x[i], y[i]), radius, colour);
     }
   }
 }
@@ -117,7 +120,7 @@ void draw_cost(Svg& svg, const FeltStudyRecord& study, const Lines& all) {
 std::string latency_of(const FeltStudyRecord& study, const std::string& strategy) {
   for (const FeltPoint& point : study.points) {
     if (point.strategy == strategy && point.state == StudyCell::State::measured)
-      return fmt::format("latency {:.3f} + {:.3f} ms", point.latency_s * 1e3, point.device_latency_s * 1e3);
+      return fmt::format("latency {}", latency_text(point));
   }
   return "no point";
 }
@@ -149,62 +152,29 @@ struct Part {
   FeltError FeltPoint::*error;
   const char* colour;
 };
-constexpr std::array kParts{Part{"discretisation", &FeltPoint::discretisation, internal::colour::kBlue},
-                            Part{"remap", &FeltPoint::remap, internal::colour::kOrange},
-                            Part{"device", &FeltPoint::device, internal::colour::kGreen}};
+constexpr std::array kPartsOf{Part{"discretisation", &FeltPoint::discretisation, internal::colour::kBlue},
+                              Part{"remap", &FeltPoint::remap, internal::colour::kOrange},
+                              Part{"device", &FeltPoint::device, internal::colour::kGreen}};
 
-/// For each strategy a panel; in it for each point, from the cheapest method's coarsest step on, the parts beside the whole.
-void draw_parts(Svg& svg, const FeltStudyRecord& study, const Lines& all) {
-  std::vector<double> errors;
-  for (const FeltPoint& point : study.points) {
-    if (!shown(point)) continue;
-    errors.push_back(point.total.rms_N);
-    for (const Part& part : kParts) errors.push_back((point.*part.error).rms_N);
+/// One point: its parts as bars, its whole error as a line across.
+void draw_point(Svg& svg, const Panel& panel, double x, const FeltPoint& point, double low) {
+  const auto at = [&](double newtons, double aside) {
+    return panel.at(x + aside, newtons > 0 ? std::max(std::log10(newtons), low) : low);
+  };
+  for (std::size_t p = 0; p < kPartsOf.size(); ++p) {
+    const Point top = at((point.*kPartsOf[p].error).rms_N, 0.24 * (static_cast<double>(p) - 1));
+    svg.line({top.x, kParts.bottom}, top, {kPartsOf[p].colour, 4, "", 0.85});
   }
-  const Range range = decades(errors);
-  const auto count = static_cast<double>(std::max<std::size_t>(all.strategies.size(), 1));
-  const double width = (kRight - kPartsLeft - kGap * (count - 1)) / count;
-  for (std::size_t s = 0; s < all.strategies.size(); ++s) {
-    const double left = kPartsLeft + static_cast<double>(s) * (width + kGap);
-    const internal::Box box{left, kPartsTop, left + width, kPartsTop + kPartsHeight};
-    std::vector<const FeltPoint*> points;
-    for (const Line& line : all.lines) {
-      if (line.strategy == s) points.insert(points.end(), line.points.begin(), line.points.end());
-    }
-    const double high = static_cast<double>(points.size()) - 0.5;
-    Panel panel(svg, box, {{-0.5, std::max(high, 0.5)}, "", "", false},
-                {range, s == 0 ? "rms" : "", s == 0 ? "N" : "", true});
-    panel.draw_axes(false, false);
-    svg.text({left, kPartsTop - 8}, all.strategies[s], Svg::Anchor::start, 12, true, colour_of(s));
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const auto at = [&](double newtons, double aside) {
-        return panel.at(static_cast<double>(i) + aside, std::max(newtons > 0 ? std::log10(newtons) : range.low, range.low));
-      };
-      const Point whole = at(points[i]->total.rms_N, 0);
-      svg.line({whole.x - 0.42 * width / (high + 0.5), whole.y}, {whole.x + 0.42 * width / (high + 0.5), whole.y},
-               {internal::colour::kBlack, 1.6, "", 1});
-      for (std::size_t p = 0; p < kParts.size(); ++p) {
-        const double aside = 0.24 * (static_cast<double>(p) - 1);
-        const Point top = at((points[i]->*kParts[p].error).rms_N, aside);
-        svg.line({top.x, kPartsTop + kPartsHeight}, top, {kParts[p].colour, 3, "", 0.85});
-      }
-      const std::string step = fmt::format("{:.3g}", points[i]->substep_s * 1e3);
-      svg.text({panel.x_at(static_cast<double>(i)), kPartsTop + kPartsHeight + 14}, step, Svg::Anchor::middle, 9);
-    }
-    double from = 0;
-    for (const Line& line : all.lines) {
-      if (line.strategy != s) continue;
-      const auto steps = static_cast<double>(line.points.size());
-      svg.text({panel.x_at(from + steps / 2 - 0.5), kPartsTop + kPartsHeight + 28}, line.points.front()->method,
-               Svg::Anchor::middle, 10);
-      from += steps;
-    }
-  }
-  Point at{kPartsLeft, kPartsTop - 32};
+  svg.line(at(point.total.rms_N, -0.42), at(point.total.rms_N, 0.42), {internal::colour::kBlack, 1.6, "", 1});
+  svg.text({panel.x_at(x), kParts.bottom + 13}, fmt::format("{:.3g}", point.substep_s * 1e3), Svg::Anchor::middle, 9);
+}
+
+void draw_parts_legend(Svg& svg) {
+  Point at{kParts.left, kParts.top - 36};
   svg.line(at, {at.x + 20, at.y}, {internal::colour::kBlack, 1.6, "", 1});
   svg.text({at.x + 26, at.y + 4}, "felt error");
   at.x += 110;
-  for (const Part& part : kParts) {
+  for (const Part& part : kPartsOf) {
     svg.line({at.x, at.y + 5}, {at.x, at.y - 7}, {part.colour, 4, "", 0.85});
     svg.text({at.x + 10, at.y + 4}, part.name);
     at.x += 120;
@@ -212,21 +182,49 @@ void draw_parts(Svg& svg, const FeltStudyRecord& study, const Lines& all) {
   svg.text({at.x, at.y + 4}, "below each point: its step in ms", Svg::Anchor::start, 11);
 }
 
+/// Every point beside the others, by strategy and method.
+void draw_parts(Svg& svg, const FeltStudyRecord& study, const Lines& all) {
+  std::vector<double> errors;
+  double count = 0;
+  for (const FeltPoint& point : study.points) {
+    if (!shown(point)) continue;
+    ++count;
+    errors.push_back(point.total.rms_N);
+    for (const Part& part : kPartsOf) errors.push_back((point.*part.error).rms_N);
+  }
+  const Range range = decades(errors);
+  Panel panel(svg, kParts, {{-0.5, std::max(count, 1.0) - 0.5}, "", "", false}, {range, "rms", "N", true});
+  panel.draw_axes(false, false);
+  double x = 0;
+  std::size_t strategy = all.strategies.size();  // none yet
+  for (const Line& line : all.lines) {
+    const double from = panel.x_at(x - 0.5), middle = panel.x_at(x + static_cast<double>(line.points.size()) / 2 - 0.5);
+    if (line.strategy != strategy) {
+      strategy = line.strategy;
+      svg.line({from, kParts.top - 20}, {from, kParts.bottom}, {internal::colour::kBlack, 1, "", 1});
+      svg.text({from + 5, kParts.top - 7}, all.strategies[strategy], Svg::Anchor::start, 12, true, colour_of(strategy));
+    }
+    svg.text({middle, kParts.bottom + 27}, line.points.front()->method, Svg::Anchor::middle, 10);
+    for (const FeltPoint* point : line.points) draw_point(svg, panel, x++, *point, range.low);
+  }
+  draw_parts_legend(svg);
+}
+
 }  // namespace
 
 std::string felt_study_svg(const FeltStudyRecord& study) {
   const Lines all = lines_of(study);
-  Svg svg(kWidth, kPartsTop + kPartsHeight + 82,
+  Svg svg(kWidth, kParts.bottom + 82,
           fmt::format("Error against cost: {}", study.scenario.empty() ? study.file : study.scenario));
   draw_cost(svg, study, all);
   draw_legend(svg, study, all);
   draw_parts(svg, study, all);
-  const double foot = kPartsTop + kPartsHeight + 56;
-  svg.text({kPartsLeft, foot},
+  const double foot = kParts.bottom + 52;
+  svg.text({kParts.left, foot},
            fmt::format("{}. Judged: {:.6g} s to {:.6g} s of {:.6g} s, {} ticks; {:.3g} N rms.", study.scene,
                        study.judged_from_s, study.judged_to_s, study.run_to_s, study.ticks, study.reference.scale_N),
            Svg::Anchor::start, 10);
-  svg.text({kPartsLeft, foot + 14},
+  svg.text({kParts.left, foot + 14},
            fmt::format("{}, {} processors. {}, evenstep {}.", study.machine, study.cpus, study.compiler, study.version),
            Svg::Anchor::start, 10);
   return std::move(svg).finish();

@@ -22,15 +22,11 @@ std::string step_text(double seconds) {
 std::string force_text(double newtons) {
   if (newtons >= 1) return fmt::format("{:.3g} N", newtons);
   if (newtons >= 1e-3) return fmt::format("{:.3g} mN", newtons * 1e3);
-  return newtons >= 1e-6 ? fmt::format("{:.3g} uN", newtons * 1e6) : fmt::format("{:.2g} nN", newtons * 1e9);
+  return newtons >= 1e-6 ? fmt::format("{:.3g} uN", newtons * 1e6) : fmt::format("{:.3g} nN", newtons * 1e9);
 }
 
 std::string error_text(const FeltError& error) {
   return fmt::format("{} ({})", force_text(error.rms_N), force_text(error.max_N));
-}
-
-std::string latency_text(const FeltPoint& point) {
-  return fmt::format("{:.3f}+{:.3f} ms", point.latency_s * 1e3, point.device_latency_s * 1e3);
 }
 
 Row row_of(const FeltPoint& point) {
@@ -121,6 +117,11 @@ Json json_of(const FeltReferenceInfo& reference) {
 }
 
 }  // namespace
+
+std::string latency_text(const FeltPoint& point) {
+  const auto ms = [](double seconds) { return std::round(seconds * 1e6) / 1e3 + 0.0; };  // + 0.0: no "-0"
+  return fmt::format("{:.3f} + {:.3f} ms", ms(point.latency_s), ms(point.device_latency_s));
+}
 
 std::string felt_study_table(const FeltStudyRecord& study) {
   std::string out = fmt::format(

@@ -38,6 +38,7 @@ Scenario block(const std::vector<std::string>& set = {}) {
                                "scene.solver=cpu",
                                "scene.lattice=[5, 5, 5]",
                                "scene.particles=125",
+                               "scene.stiffness=\"5 N/m\"",
                                "device.left.grab={ center = [\"10 mm\", \"10 mm\", \"20 mm\"], radius = \"5.5 mm\" }",
                                "device.right.grab={ center = [\"0 mm\", \"0 mm\", \"20 mm\"], radius = \"5.5 mm\" }",
                                "study.solvers=[\"cpu-double\"]",
@@ -240,8 +241,9 @@ TEST_CASE("What a solver refuses is a point with its reason, and so is what dive
   CHECK(point_of(refused, "direct", 0).state == State::refused);
   CHECK(point_of(refused, "direct", 1).state == State::measured);
   CHECK_THAT(felt_study_table(refused), Contains("refused: "));
-  const FeltStudyRecord diverged = run_felt_study(
-      block({"study.methods=[\"symplectic-euler\"]", "study.step_sizes=[\"450 Hz\"]", "scene.allow_unstable=true"}));
+  const FeltStudyRecord diverged =
+      run_felt_study(block({"study.methods=[\"symplectic-euler\"]", "study.step_sizes=[\"450 Hz\"]",
+                            "scene.allow_unstable=true", "scene.stiffness=\"50 N/m\""}));
   for (const FeltPoint& point : diverged.points) CHECK(point.state == State::diverged);
 }
 

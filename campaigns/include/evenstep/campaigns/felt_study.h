@@ -39,9 +39,6 @@ struct FeltAdvice {
 };
 FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal);
 
-/// Digest of everything in the resolved scenario that its runs depend on: not of its name, [study], [sweep] and [[expect]].
-std::uint64_t subject_of(const Scenario& scenario);
-
 /// Writes study.json, study.csv, error-against-cost.svg and resolved.toml, all or nothing. Returns what went wrong; empty if
 /// nothing did.
 std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study);

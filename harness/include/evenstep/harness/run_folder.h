@@ -16,6 +16,7 @@ inline constexpr const char* kStudyFigure = "error-against-cost.svg";  ///< of a
 /// Why `folder` cannot be written, with the remedy; empty if it can, because it does not exist, is empty, or contains
 /// `its_file`. To be called before a long run, not after it.
 std::string run_folder_objection(const std::string& folder, const std::string& its_file = kSummaryFile);
+/// With the figure of a study of the felt force, if the folder `<folder>-study` beside it has one of this very scenario.
 /// Returns what went wrong; empty if nothing did.
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce);
@@ -26,6 +27,9 @@ struct FolderFile {
 };
 /// Writes a folder with any files. An older folder is replaced if it contains a file with the name of the first one.
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files);
+
+/// Digest of everything in the resolved scenario that its runs depend on: not of its name, [study], [sweep] and [[expect]].
+std::uint64_t subject_of(const Scenario& scenario);
 
 /// The text of summary.json.
 std::string summary_of(const RunOutcome& outcome);

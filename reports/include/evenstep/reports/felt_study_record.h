@@ -71,6 +71,8 @@ struct FeltStudyRecord {
   bool interrupted = false;       ///< points are missing
 };
 
+/// "15.064 + 0.250 ms": that of the strategy, and what the device adds.
+std::string latency_text(const FeltPoint& point);
 std::string felt_study_table(const FeltStudyRecord& study);
 /// One row per point; the fields of a point that was not measured are empty.
 std::string felt_study_csv(const FeltStudyRecord& study);
