@@ -118,7 +118,7 @@ std::vector<std::string> cost_lines(const Scenario& scenario, const std::vector<
         cell_cost_s(scenario, run, work, end_s / period_s(scenario.scene.step_rate), reason);
     total_s += cost_s.value_or(0);
     lines.push_back(fmt::format("point       {}  {}", name_of(scenario, run),
-                                cost_s ? about(*cost_s) + fmt::format(" for {} strategies", work.strategies) : reason));
+                                cost_s ? about(*cost_s) + " with every strategy" : reason));
   }
   lines.push_back(fmt::format("all         {} on this machine, as a few steps of each suggest", about(total_s)));
   return lines;

@@ -22,6 +22,7 @@ std::string step_text(double seconds) {
 std::string force_text(double newtons) {
   if (newtons >= 1) return fmt::format("{:.3g} N", newtons);
   if (newtons >= 1e-3) return fmt::format("{:.3g} mN", newtons * 1e3);
+  if (newtons > 0 && newtons < 1e-10) return "<0.1 nN";  // rounding
   return newtons >= 1e-6 ? fmt::format("{:.3g} uN", newtons * 1e6) : fmt::format("{:.3g} nN", newtons * 1e9);
 }
 

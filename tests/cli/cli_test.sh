@@ -427,7 +427,8 @@ assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["co
 }
 case_study_of_the_felt_force_keeps_its_reference() {
   local block=$source_dir/scenarios/stiff/study-block.toml
-  local felt=("${small_study[@]}" --set study.error=felt-force --set 'run.warmup="48 ms"' --set 'run.duration="80 ms"'
+  local felt=("${small_study[@]}" --set study.error=felt-force --set 'run.warmup="96 ms"' --set 'run.duration="0.12 s"'
+    --set 'device.left.motion.delay="64 ms"'
     --set 'study.solvers=["cpu"]' --set 'study.step_sizes=["0.5 ms"]' --set 'study.iterations=[5]')
   XDG_CACHE_HOME=$work/cache expect 0 "felt error" study "$block" "${felt[@]}" --out f --advise "5 % force"
   grep -q "^cheapest for 5 % force: phase_locked" out || fail "no advice"
@@ -454,7 +455,7 @@ case_study_refuses_bad_input() {
   expect 1 "cannot tell what meets 1e-20 % force" study "$block" "${small_study[@]}" \
     --set 'study.methods=["symplectic-euler"]' --advise "1e-20 % force"
   expect 2 "--advise: error: \"1 kg\"" study "$block" --advise "1 kg"
-  expect 2 "'error': error = \"state\" compares the steps of a tissue" study "$spring" --set study.error=state
+  expect 2 "error: error = \"state\" compares the steps of a tissue" study "$spring" --set study.error=state
   expect 2 "a study of the felt force knows no other error" study "$spring" --advise "1 % energy"
   expect 2 "no such file" study nowhere.toml
   expect 2 "'repeats': 0 is out of range" study "$block" --set study.repeats=0

@@ -230,7 +230,7 @@ TEST_CASE("The cost is announced before anything else: of the reference, of each
   run_felt_study(block(), control);
   REQUIRE(lines.size() == 1 + 9 + 1);
   CHECK_THAT(lines.front(), Contains("reference") && Contains("CPU s"));
-  for (std::size_t i = 1; i < 10; ++i) CHECK_THAT(lines[i], Contains("point") && Contains("CPU s for 2 strategies"));
+  for (std::size_t i = 1; i < 10; ++i) CHECK_THAT(lines[i], Contains("point") && Contains("CPU s with every strategy"));
   CHECK_THAT(lines.back(), Contains("all") && Contains("CPU s"));
 }
 
