@@ -148,7 +148,8 @@ TEST_CASE("Where a reference cannot be kept the study goes on, and says so") {
   CHECK(told.study.points[0].state == StudyCell::State::measured);
 }
 
-TEST_CASE("The reference of the felt force agrees with one of a quarter of its steps to within the error that it states") {
+TEST_CASE("The reference of the felt force agrees with one of a quarter of its steps to within the error that it states",
+          "[sweep]") {
   const Scenario scenario = block();
   const ReferencePlan coarse_plan = plan_reference(scenario, 1), fine_plan = plan_reference(scenario, 64);
   REQUIRE(period_s(fine_plan.rate) < period_s(coarse_plan.rate) / 2);

@@ -131,8 +131,9 @@ TEST_CASE("A device that answers at its ticks makes direct older by the wait for
   const FeltPoint direct = point_of(run_felt_study(scenario), "direct");
   CHECK(direct.device_latency_s > 0.2e-3);  // half a millisecond on the average over all phases
   CHECK(direct.device_latency_s < 0.8e-3);
-  // Its jitter is error: within a millisecond, so within k v 1 ms.
-  CHECK(direct.device.max_N < 200 * 0.1 * 1.0e-3);
+  // Its jitter is error: each wait is shorter than a period of 1 ms, and its mean is the latency.
+  const double farthest_s = std::max(direct.device_latency_s, 1e-3 - direct.device_latency_s);
+  CHECK(direct.device.max_N < 200 * 0.1 * farthest_s + 1e-6);
   CHECK(direct.device.rms_N > 1e-4);
 }
 
@@ -160,7 +161,8 @@ TEST_CASE("A guard that limits the force is the device's part, and is counted") 
              Contains("met a limit"));
 }
 
-TEST_CASE("The parts add up: no felt error is larger than its parts together, and none of them exceeds the others and it") {
+TEST_CASE("The parts add up: no felt error is larger than its parts together, and none of them exceeds the others and it",
+          "[sweep]") {
   const FeltStudyRecord study = run_felt_study(block());
   CHECK(study.points.size() == 2 * 9);  // two strategies, three methods, three steps
   for (const FeltPoint& point : study.points) {
@@ -175,7 +177,7 @@ TEST_CASE("The parts add up: no felt error is larger than its parts together, an
   }
 }
 
-TEST_CASE("Of a tissue a shorter step has less discretisation, the strategy decides on the remap, and rk4 is at the floor") {
+TEST_CASE("Of a tissue a shorter step has less discretisation, and the strategy decides on the remap", "[sweep]") {
   const FeltStudyRecord study = run_felt_study(block({"study.methods=[\"symplectic-euler\", \"implicit-euler\"]"}));
   for (const char* strategy : {"direct", "phase_locked"}) {
     for (const std::size_t method : {0, 3}) {
@@ -218,7 +220,7 @@ TEST_CASE("Figure 1 has three methods by three steps, over its own judged motion
   CHECK(seconds(span.from) > 0.3);  // the hands have been at their speed since then
 }
 
-TEST_CASE("The cost is announced before anything else: of the reference, of each point, and of all together") {
+TEST_CASE("The cost is announced before anything else: of the reference, of each point, and of all together", "[sweep]") {
   std::vector<std::string> lines;
   double begun = -1;
   FeltStudyControl control;
@@ -270,6 +272,8 @@ TEST_CASE("An interrupted study of the felt force has the points so far, and say
   CHECK(study.interrupted);
   CHECK(study.points.size() == 2);  // a cell, with two strategies
   CHECK_THAT(felt_study_table(study), Contains("interrupted: points are missing"));
+  interrupted = true;
+  CHECK(run_felt_study(block(), control).points.empty());  // not even a reference
 }
 
 TEST_CASE("There is no study of a force whose hand gives way to it, of a local model, or of the ideal alone") {
