@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/writers.h"
+#include "evenstep/time/digest.h"
 
 namespace evenstep {
 namespace fs = std::filesystem;
@@ -31,6 +34,11 @@ std::pair<std::string, std::string> segment_shown(const Scenario& scenario, cons
   return {name_of(scenario.live), outcome.record.nominal.devices.front().name};
 }
 
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
 fs::path absolute_folder(const std::string& folder) {
   fs::path path = fs::absolute(folder).lexically_normal();
   return path.has_filename() ? path : path.parent_path();  // "runs/x/" means "runs/x"
@@ -39,6 +47,14 @@ fs::path absolute_folder(const std::string& folder) {
 /// Whether the folder may be replaced: it does not exist, is empty, or is one of ours.
 bool replaceable(const fs::path& folder, const std::string& its_file) {
   return !fs::exists(folder) || (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / its_file)));
+}
+
+/// The figure of a study of the felt force of this scenario that is stored beside the run folder; empty if there is none.
+std::string stored_study(const std::string& folder, const Scenario& scenario) {
+  const fs::path study = absolute_folder(folder).string() + "-study";
+  const std::string subject = fmt::format("\"subject\":\"{:016x}\"", subject_of(scenario));
+  if (content_of(study / kStudyFile).find(subject) == std::string::npos) return {};
+  return content_of(study / kStudyFigure);
 }
 
 void write_file(const fs::path& path, const std::string& content) {
@@ -88,6 +104,21 @@ std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outc
   return files;
 }
 
+std::uint64_t subject_of(const Scenario& scenario) {
+  std::istringstream lines(scenario.resolved_toml);
+  std::uint64_t digest = 0;
+  bool counts = false;  // not before the first table: name, because and tags
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first != std::string::npos && line[first] == '[') {
+      const std::string name = line.substr(line.find_first_not_of('[', first));
+      counts = !(name.starts_with("study") || name.starts_with("sweep") || name.starts_with("expect"));
+    }
+    if (counts) digest = mix(digest, name_digest(line));
+  }
+  return digest;
+}
+
 std::string summary_of(const RunOutcome& outcome) {
   return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, name_of(outcome.verdict), outcome.failure);
 }
@@ -115,6 +146,7 @@ std::string write_run_folder(const std::string& folder, const Scenario& scenario
                              const std::string& reproduce) {
   std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
   for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
+  if (const std::string figure = stored_study(folder, scenario); !figure.empty()) files.push_back({kStudyFigure, figure});
   return write_folder(folder, files);
 }
 

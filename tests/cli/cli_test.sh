@@ -440,6 +440,26 @@ assert len(d["cells"]) == len(r) == 51
 assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
 }
+case_study_of_the_felt_force_keeps_its_reference() {
+  local block=$source_dir/scenarios/stiff/study-block.toml
+  local felt=("${small_study[@]}" --set study.error=felt-force --set 'run.warmup="96 ms"' --set 'run.duration="0.12 s"'
+    --set 'device.left.motion.delay="64 ms"'
+    --set 'study.solvers=["cpu"]' --set 'study.step_sizes=["0.5 ms"]' --set 'study.iterations=[5]')
+  XDG_CACHE_HOME=$work/cache expect 0 "felt error" study "$block" "${felt[@]}" --out f --advise "5 % force"
+  grep -q "^cheapest for 5 % force: phase_locked" out || fail "no advice"
+  grep -q "^  reference   .*CPU s" out && grep -q "^  all  .*CPU s" out || fail "the cost was not announced"
+  compgen -G "$work/cache/evenstep/reference-*.txt" >/dev/null || fail "no reference below XDG_CACHE_HOME"
+  XDG_CACHE_HOME=$work/cache expect 0 "reference   stored: " study "$block" "${felt[@]}" --out f
+  expect 0 "now stored" study "$block" "${felt[@]}" --out f --cache here
+  compgen -G "here/reference-*.txt" >/dev/null || fail "no reference below --cache"
+  for file in study.json study.csv resolved.toml error-against-cost.svg; do [ -s "f/$file" ] || fail "no $file"; done
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  "$evenstep" study "$block" "${felt[@]}" --cache here --json --out u >out 2>err || fail "exit"
+  python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv")))
+assert len(d["points"]) == len(r) == 3
+assert all(float(x["felt_rms_N"]) == p["total"]["rms_N"] for p, x in zip(d["points"], r))
+assert d["error"] == "felt-force" and d["reference"]["stored"]' || fail "JSON or CSV"
+}
 case_study_says_that_a_solver_is_unavailable() {
   local block=$source_dir/scenarios/stiff/study-block.toml
   OCL_ICD_VENDORS=$work/none expect 0 "unavailable: no OpenCL platform is installed" study "$block" "${small_study[@]}" \
@@ -450,7 +470,8 @@ case_study_refuses_bad_input() {
   expect 1 "cannot tell what meets 1e-20 % force" study "$block" "${small_study[@]}" \
     --set 'study.methods=["symplectic-euler"]' --advise "1e-20 % force"
   expect 2 "--advise: error: \"1 kg\"" study "$block" --advise "1 kg"
-  expect 2 "only a tissue has steps to compare" study "$spring"
+  expect 2 "error: error = \"state\" compares the steps of a tissue" study "$spring" --set study.error=state
+  expect 2 "a study of the felt force knows no other error" study "$spring" --advise "1 % energy"
   expect 2 "no such file" study nowhere.toml
   expect 2 "'repeats': 0 is out of range" study "$block" --set study.repeats=0
 }

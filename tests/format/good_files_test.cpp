@@ -193,13 +193,18 @@ local_model = "settled"
 
 TEST_CASE("A study has the steps, methods and solvers that its file names, the coarsest step first, or all there are") {
   const Scenario plain = good(kTissue);
-  CHECK(plain.study.duration.ns == 64'000'000);
-  CHECK(plain.study.methods == std::vector<Method>(kAllMethods.begin(), kAllMethods.end()));
+  CHECK(plain.study.error == StudyError::felt_force);
+  CHECK(plain.study.duration == plain.run_duration - plain.warmup);
+  CHECK(plain.study.methods == std::vector<Method>{Method::symplectic_euler, Method::rk4, Method::implicit_euler});
   CHECK(plain.study.solvers == std::vector<SolverKind>{SolverKind::cpu_float});
   CHECK(plain.study.steps.empty());
   CHECK(plain.study.iterations.empty());
   CHECK(plain.study.repeats == 5);
-  const Scenario s = good(with_study(R"(duration = "3 segments"
+  const Scenario state = good(with_study("error = \"state\""));
+  CHECK(state.study.duration.ns == 64'000'000);
+  CHECK(state.study.methods == std::vector<Method>(kAllMethods.begin(), kAllMethods.end()));
+  const Scenario s = good(with_study(R"(error = "state"
+duration = "3 segments"
 methods = ["rk4", "vertex-block-descent"]
 solvers = ["opencl", "cpu-double"]
 step_sizes = ["900 Hz", "450 Hz", "150 Hz", "225 Hz"]

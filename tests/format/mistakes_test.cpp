@@ -426,7 +426,7 @@ TEST_CASE("A tissue must fit its lattice and its devices") {
 
 TEST_CASE("A study must name steps that meet, and a scene that has steps") {
   const auto with = [](const std::string& keys) {
-    return errors_of(read_text(std::string(kTissue) + "[study]\n" + keys + "\n"));
+    return errors_of(read_text(std::string(kTissue) + "[study]\n" + keys + "\nerror = \"state\"\n"));
   };
   CHECK(with("") == "");
   struct {
@@ -456,8 +456,24 @@ TEST_CASE("A study must name steps that meet, and a scene that has steps") {
     INFO(row.keys);
     CHECK_THAT(with(row.keys), Contains(row.error));
   }
-  CHECK_THAT(errors_of(read_text(std::string(kSpring) + "[study]\n")),
-             Contains("[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a"));
+  CHECK_THAT(errors_of(read_text(std::string(kSpring) + "[study]\nerror = \"state\"\n")),
+             Contains("error = \"state\" compares the steps of a tissue, and this scene has none"));
+}
+
+TEST_CASE("A study of the felt force takes the run's own steps and judged time, and of a scene without steps nothing more") {
+  const auto with = [](const char* scene, const std::string& keys) {
+    return errors_of(read_text(std::string(scene) + "[study]\n" + keys + "\n"));
+  };
+  CHECK(with(kTissue, "") == "");
+  CHECK(with(kSpring, "") == "");
+  CHECK(with(kSpring, "error = \"felt-force\"\nrepeats = 2") == "");
+  CHECK_THAT(with(kTissue, "error = \"felt\""), Contains("'error': \"felt\" must be \"felt-force\" or \"state\""));
+  CHECK_THAT(with(kTissue, "duration = \"1000 s\""), Contains("'duration': 1000000 ms is more than the"));
+  CHECK_THAT(with(kTissue, "duration = \"2 ms\""), Contains("is less than one step of the scene"));
+  CHECK_THAT(with(kTissue, "step_sizes = [\"450 Hz\", \"225 Hz\"]"),
+             Contains("longer than the scene's does not fit the [timing]"));
+  CHECK_THAT(with(kSpring, "methods = [\"rk4\"]"), Contains("'methods' is that of a tissue"));
+  CHECK_THAT(with(kSpring, "solvers = [\"cpu\"]"), Contains("'solvers' is that of a tissue"));
 }
 
 TEST_CASE("A hand that cannot be integrated, or that no strategy or study can use, is refused with the remedy") {

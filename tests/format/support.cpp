@@ -316,8 +316,8 @@ std::string describe(const Scenario& s) {
   const AdaptiveLatencyOptions& adapt = s.remap.adapt;
   out += fmt::format(" adapt {} {} {} {} {} {}\n", at(adapt.start), at(adapt.least), at(adapt.most), at(adapt.window),
                      at(adapt.margin), adapt.slew_ppm);
-  out += fmt::format("study {} repeats {} iterations {}", at(s.study.duration), s.study.repeats,
-                     fmt::join(s.study.iterations, ","));
+  out += fmt::format("study {} {} repeats {} iterations {}", static_cast<int>(s.study.error), at(s.study.duration),
+                     s.study.repeats, fmt::join(s.study.iterations, ","));
   for (const Method method : s.study.methods) out += fmt::format(" {}", name_of(method));
   for (const SolverKind solver : s.study.solvers) out += fmt::format(" {}", name_of(solver));
   for (const StudyStep& step : s.study.steps) out += fmt::format(" {}/{}", step.steps, step.substeps);

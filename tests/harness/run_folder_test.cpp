@@ -2,6 +2,7 @@
 
 #include "evenstep/harness/run_folder.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -47,6 +48,27 @@ TEST_CASE("a run folder holds every file, and nothing is left beside it") {
                                                     "figure-2to4.svg", "error-over-time.svg", "underruns.csv"});
     for (const auto& entry : fs::directory_iterator(folder)) CHECK(entry.file_size() >= 45);  // a header alone
   }
+}
+
+TEST_CASE("a run has the figure of the study beside it, if that is one of the same scenario, and of no other") {
+  const TemporaryFolder temporary;
+  const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
+  const Scenario same = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\"", "study.repeats=3"});
+  const Scenario other = read("paper/figure-1-spring.toml", {"run.duration=\"0.7 s\""});
+  CHECK(subject_of(same) == subject_of(scenario));
+  CHECK(subject_of(other) != subject_of(scenario));
+  const RunOutcome outcome = run_scenario(scenario, {});
+  const std::string folder = (temporary.path / "run").string(), figure = folder + "/" + kStudyFigure;
+  const auto store = [&](const Scenario& studied) {
+    const std::string json = fmt::format("{{\"subject\":\"{:016x}\"}}\n", subject_of(studied));
+    REQUIRE(write_folder(folder + "-study", {{kStudyFile, json}, {kStudyFigure, "<svg/>"}}) == "");
+  };
+  store(other);
+  CHECK(write_run_folder(folder, scenario, outcome, "evenstep run x") == "");
+  CHECK_FALSE(fs::exists(figure));
+  store(same);
+  CHECK(write_run_folder(folder + "/", scenario, outcome, "evenstep run x") == "");
+  CHECK(fs::file_size(figure) == 6);
 }
 
 TEST_CASE("a run that keeps no rows has no events, but shows its error over time") {
