@@ -1,6 +1,7 @@
 // Files that are missing, too large or wrong themselves, and files that a scenario names.
 #include <catch2/catch.hpp>
 
+#include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
+#include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 

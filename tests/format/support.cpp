@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 
@@ -340,33 +339,11 @@ std::string describe(const Scenario& s) {
                            at(s.nominal.step_run_time));
 }
 
-Scenario good(const std::string& text, const ReadOptions& options) {
-  ReadResult result = read_text(text, options);
-  INFO(errors_of(result));
-  REQUIRE(result);
-  return *std::move(result);
-}
-
 std::string with_timing(const std::string& timing) {
   std::string text = kSpring;
   text.erase(text.find("warmup"), text.find("[timing]") - text.find("warmup"));
   const std::size_t from = text.find("segment = "), to = text.find("[scene]");
   return text.replace(from, to - from, timing + "\n");
-}
-
-void check_round_trip(const Scenario& scenario) {
-  const Folder folder;
-  const ReadResult again = read_scenario(folder.write("resolved.toml", scenario.resolved_toml));
-  INFO(scenario.resolved_toml << errors_of(again));
-  REQUIRE(again);
-  CHECK(describe(*again) == describe(scenario));
-  CHECK(again->resolved_toml == scenario.resolved_toml);
-}
-
-std::string changed(std::string base, const std::string& from, const std::string& to) {
-  const std::size_t at = base.find(from);
-  REQUIRE(at != std::string::npos);
-  return base.replace(at, from.size(), to);
 }
 
 }  // namespace evenstep::test

@@ -22,17 +22,11 @@ class Folder {
 
 /// Reads `text` as scenario.toml in a temporary folder.
 ReadResult read_text(const std::string& text, const ReadOptions& options = {});
-/// The scenario that `text` is; a failed check if it is none.
-Scenario good(const std::string& text, const ReadOptions& options = {});
-/// What is stored as resolved.toml must be the same scenario.
-void check_round_trip(const Scenario& scenario);
 /// All errors, one per line, with file names cut to their last part.
 std::string errors_of(const ReadResult& result);
 /// Every value of a scenario except its file name and places, one per line. Two scenarios are equal if these texts are.
 std::string describe(const Scenario& scenario);
 
-/// `base` with the first `from` replaced by `to`.
-std::string changed(std::string base, const std::string& from, const std::string& to);
 /// kSpring with [timing] replaced, and no warm-up.
 std::string with_timing(const std::string& timing);
 

@@ -1,6 +1,7 @@
 // What a [timing] table or a recording says: nominal times, step sizes, and the length of a run.
 #include <catch2/catch.hpp>
 
+#include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 
