@@ -1,5 +1,5 @@
 // What each feature of a tissue costs: process CPU of a step with it over one without, 20,270 particles, one substep, forces
-// read after every step. Prints the table that sim/src/feature_costs.h holds, for `cpu` float and for OpenCL on PoCL basic:
+// read after every step. Prints a table for `cpu` float and for OpenCL on PoCL basic:
 //   POCL_DEVICES=basic build/bench/bench_feature_costs [ROUNDS]
 // In every round each scene makes a few steps; the ratio is the median over the rounds.
 #include <algorithm>

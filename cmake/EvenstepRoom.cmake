@@ -15,6 +15,12 @@ if(EVENSTEP_SANITIZE)
   include(EvenstepSanitize)
 endif()
 
+# evenstep_alone(SOURCE ...) : these sources are never compiled together with others of their target, so that a name in an
+# unnamed namespace of theirs may be another's, too.
+function(evenstep_alone)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
 function(evenstep_room name)
   cmake_parse_arguments(ROOM "" "ROOT" "SOURCES;SEES;PUBLIC_LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   if(NOT ROOM_ROOT)

@@ -1,9 +1,13 @@
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "evenstep/campaigns/cost.h"
 #include "evenstep/campaigns/size.h"
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/harness/foresee.h"
@@ -14,123 +18,240 @@
 #include "evenstep/reports/writers.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
+#include "progress.h"
 
 namespace evenstep::app {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 double ms(Duration d) { return static_cast<double>(d.ns) * 1e-6; }
 
-void explain_solver(const Scenario& scenario) {
-  const Rate rate = scenario.scene.step_rate;
-  fmt::print("  step size    1 / ({}/{} Hz) = {:.6g} ms of simulation time\n", rate.num, rate.den, 1e3 * period_s(rate));
-  fmt::print("  scene        {}\n", describe(scenario.scene));
-  fmt::print("{}", stability_lines(scenario));
+/// What is known of a scenario: every fact is a line for people and a value for programs.
+class Facts {
+ public:
+  void add(const std::string& key, Json value, const std::string& lines) {
+    json_[key] = std::move(value);
+    text_ += lines;
+  }
+  void add_to_list(const std::string& key, Json value, const std::string& lines) {
+    json_[key].push_back(std::move(value));
+    text_ += lines;
+  }
+  const std::string& text() const { return text_; }
+  const Json& json() const { return json_; }
+
+ private:
+  std::string text_;
+  Json json_ = Json::object();
+};
+
+Json json_of(const std::vector<Diagnostic>& errors) {
+  Json list = Json::array();
+  for (const Diagnostic& error : errors)
+    list.push_back({{"file", error.file}, {"line", error.line}, {"column", error.column}, {"message", error.message}});
+  return list;
 }
 
-void explain_case(const CaseSpec& spec) {
+void explain_solver(const Scenario& scenario, Facts& facts) {
+  const Rate rate = scenario.scene.step_rate;
+  facts.add("step_s", period_s(rate),
+            fmt::format("  step size    1 / ({}/{} Hz) = {:.6g} ms of simulation time\n", rate.num, rate.den,
+                        1e3 * period_s(rate)));
+  facts.add("scene", describe(scenario.scene), fmt::format("  scene        {}\n", describe(scenario.scene)));
+  const std::string stability = stability_lines(scenario);
+  facts.add("stability", stability, stability);
+  const std::vector<std::string> absent = left_out(scenario.scene);
+  facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  left out     {}\n", fmt::join(absent, ", ")));
+}
+
+void explain_case(const CaseSpec& spec, Facts& facts) {
   std::vector<std::string> methods, solvers;
   for (const Method method : spec.methods) methods.emplace_back(name_of(method));
   for (const SolverKind solver : spec.solvers) solvers.emplace_back(name_of(solver));
-  fmt::print("  case         {}, {} values from {} to {}\n", spec.kind, spec.values.size(), spec.values.front(),
-             spec.values.back());
-  fmt::print("  methods      {}\n  solvers      {}\n", fmt::join(methods, ", "), fmt::join(solvers, ", "));
+  facts.add("case", {{"kind", spec.kind}, {"values", spec.values}},
+            fmt::format("  case         {}, {} values from {} to {}\n", spec.kind, spec.values.size(), spec.values.front(),
+                        spec.values.back()));
+  facts.add("methods", methods, fmt::format("  methods      {}\n", fmt::join(methods, ", ")));
+  facts.add("solvers", solvers, fmt::format("  solvers      {}\n", fmt::join(solvers, ", ")));
 }
 
-void explain_sweep(const SweepSpec& sweep) {
+void explain_sweep(const SweepSpec& sweep, Facts& facts) {
   std::size_t points = sweep.seeds.size();
   std::string of = fmt::format("{} seed{}", points, points == 1 ? "" : "s");
   for (const SweepAxis& axis : sweep.grid) {
     points *= axis.values.size();
     of += fmt::format(" x {} of {}", axis.values.size(), axis.path);
   }
-  fmt::print("  sweep        {} points: {}\n", points, of);
+  facts.add("sweep_points", points, fmt::format("  sweep        {} points: {}\n", points, of));
 }
 
-void explain_adaptation(const Scenario& scenario, const StrategyPlan& plan) {
+void explain_device(const DeviceSpec& device, Facts& facts) {
+  const bool linear = device.emission == Emission::linear;
+  std::string lines = fmt::format("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name,
+                                  device.rate.num, device.rate.den, ms(device.phase), linear ? "linear" : "hold");
+  if (device.hand) {
+    lines +=
+        fmt::format("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
+                    device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(),
+                    device.hand->total_stiffness_N_per_m(), ms(device.force_delay));
+  }
+  facts.add_to_list("devices",
+                    {{"name", device.name},
+                     {"period_s", period_s(device.rate)},
+                     {"phase_ns", device.phase.ns},
+                     {"emission", linear ? "linear" : "hold"},
+                     {"hand", device.hand.has_value()},
+                     {"force_delay_ns", device.force_delay.ns}},
+                    lines);
+}
+
+std::string adaptation_lines(const Scenario& scenario, const StrategyPlan& plan, Json& json) {
   const AdaptiveLatencyOptions& adapt = scenario.remap.adapt;
   const AdaptationForecast forecast = forecast_adaptation(scenario, plan);
-  fmt::print(
-      "               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, {:.6g} ms above all needs of {:.6g} s, slew "
-      "{:.6g} %\n",
-      ms(adapt.start), ms(adapt.least), ms(adapt.most), ms(adapt.margin), seconds(adapt.window),
-      static_cast<double>(adapt.slew_ppm) * 1e-4);
-  fmt::print("               mean {:.6f} ms, largest {:.6f} ms, grows {} times on this timing\n", 1e3 * forecast.mean_s,
-             ms(forecast.largest), forecast.growths);
+  json["adaptive"] = {{"mean_s", forecast.mean_s}, {"largest_ns", forecast.largest.ns}, {"growths", forecast.growths}};
+  return fmt::format(
+             "               adaptive: from {:.6f} ms, {:.6f} to {:.6f} ms, {:.6g} ms above all needs of {:.6g} s, slew "
+             "{:.6g} %\n",
+             ms(adapt.start), ms(adapt.least), ms(adapt.most), ms(adapt.margin), seconds(adapt.window),
+             static_cast<double>(adapt.slew_ppm) * 1e-4) +
+         fmt::format("               mean {:.6f} ms, largest {:.6f} ms, grows {} times on this timing\n",
+                     1e3 * forecast.mean_s, ms(forecast.largest), forecast.growths);
 }
 
-/// Prints what will be saturated, and returns the expectations that cannot be judged for it.
-std::vector<Diagnostic> explain_saturation(const Scenario& scenario, const std::vector<StrategyPlan>& plans) {
+void explain_strategy(const Scenario& scenario, const StrategyPlan& plan, Facts& facts) {
+  Json json = {{"name", name_of(plan.kind)},
+               {"lead_ns", plan.lead.ns},
+               {"latency_ns", plan.latency.ns},
+               {"interaction_capacity", plan.interaction_capacity},
+               {"force_capacity", plan.force_capacity}};
+  std::string lines =
+      fmt::format("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
+                  ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
+  if (plan.adapts) lines += adaptation_lines(scenario, plan, json);
+  for (const DeviceSpec& device : scenario.devices) {
+    const std::string rendering = rendering_line(scenario, plan, device);
+    json["rendering"][device.name] = rendering;
+    lines += fmt::format("               {}: {}\n", device.name, rendering);
+  }
+  if (!plan.sizing.steps.empty()) {
+    const auto& [steps, any, here] = plan.sizing;
+    json["latency_any_phase_ns"] = any.latency.ns;
+    json["lead_any_phase_ns"] = any.lead.ns;
+    json["latency_this_phase_ns"] = here.latency.ns;
+    json["lead_this_phase_ns"] = here.lead.ns;
+    json["samples_missing"] = plan.predicted_interaction_underruns;
+    json["forces_late"] = plan.predicted_late_forces;
+    lines += fmt::format(
+        "               least: any device phase {:.6f} ms (lead {:.6f}, step {}), this phase {:.6f} ms (lead {:.6f}, step "
+        "{})\n",
+        ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
+    lines += fmt::format("               with these: {} samples missing, {} forces late\n",
+                         plan.predicted_interaction_underruns, plan.predicted_late_forces);
+  }
+  facts.add_to_list("strategies", std::move(json), lines);
+}
+
+/// Says what will be saturated, and returns the expectations that cannot be judged for it.
+std::vector<Diagnostic> explain_saturation(const Scenario& scenario, const std::vector<StrategyPlan>& plans, Facts& facts) {
   const std::vector<ForetoldSaturation> foretold = foretell_saturation(scenario);
-  for (const ForetoldSaturation& one : foretold)
-    fmt::print("  saturation   {}{}\n", text(one), one.expected ? " (expected)" : "");
+  facts.add("saturation", Json::array(), "");
+  for (const ForetoldSaturation& one : foretold) {
+    facts.add_to_list("saturation",
+                      {{"device", one.device},
+                       {"cause", name_of(one.cause)},
+                       {"first_ns", one.first.ns},
+                       {"limit", one.limit},
+                       {"expected", one.expected}},
+                      fmt::format("  saturation   {}{}\n", text(one), one.expected ? " (expected)" : ""));
+  }
   return foretold_errors(scenario, plans, foretold);
 }
 
-/// What must go wrong in a run, as text; empty if nothing is known.
-std::string foreseen(const Scenario& scenario, const std::vector<StrategyPlan>& plans) {
-  if (scenario.expect_stop) return {};
+/// Says what must go wrong in a run; false if nothing is known.
+bool explain_failures(const Scenario& scenario, const std::vector<StrategyPlan>& plans, Facts& facts) {
+  facts.add("must_fail", Json::array(), "");
+  if (scenario.expect_stop) return false;
   const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
   if (tissue && !scenario.scene.allow_unstable) {
     const Rate rate = scenario.scene.step_rate;
     const int least = auto_substeps(*tissue, rate);
     const int substeps = tissue->substeps > 0 ? tissue->substeps : least;
-    if (period_s(rate) / substeps > step_limit(*tissue).step_s)
-      return fmt::format(
-          "must fail: the step is above its limit, and the run will not start; substeps = \"auto\" or at least {}\n", least);
+    if (period_s(rate) / substeps > step_limit(*tissue).step_s) {
+      const std::string why =
+          fmt::format("the step is above its limit, and the run will not start; substeps = \"auto\" or at least {}", least);
+      facts.add_to_list("must_fail", {{"why", why}}, fmt::format("must fail: {}\n", why));
+      return true;
+    }
   }
   const std::vector<ExpectationResult> failures = foresee_failures(scenario, plans);
-  return failures.empty() ? "" : "must fail:\n" + verdict_table(failures, false);
+  if (failures.empty()) return false;
+  for (const ExpectationResult& failure : failures) {
+    facts.add_to_list("must_fail",
+                      {{"signal", failure.signal},
+                       {"metric", failure.metric},
+                       {"file", failure.file},
+                       {"line", failure.line},
+                       {"column", failure.column},
+                       {"value", failure.value ? Json(*failure.value) : Json(nullptr)},
+                       {"unit", failure.unit},
+                       {"min", failure.min ? Json(*failure.min) : Json(nullptr)},
+                       {"max", failure.max ? Json(*failure.max) : Json(nullptr)},
+                       {"why", failure.where}},
+                      "");
+  }
+  facts.add("verdict", "must fail", "must fail:\n" + verdict_table(failures, false));
+  return true;
 }
 
-/// Explains the scenario. False if it must fail.
-bool explain(const Scenario& scenario) {
-  fmt::print("{}\n  {}\n", scenario.file, scenario.name);
-  if (!scenario.because.empty()) fmt::print("  because      {}\n", scenario.because);
-  if (scenario.case_spec) {
-    explain_case(*scenario.case_spec);
-    fmt::print("  expectations {}\n\n", scenario.expectations.size());
-    return true;
-  }
-  fmt::print("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration),
-             seconds(scenario.warmup), scenario.seed);
+void explain_head(const Scenario& scenario, Facts& facts) {
+  facts.add("file", scenario.file, scenario.file + "\n");
+  facts.add("name", scenario.name, "  " + scenario.name + "\n");
+  facts.add("because", scenario.because,
+            scenario.because.empty() ? "" : fmt::format("  because      {}\n", scenario.because));
+  facts.add("verdict", "open", "");
+}
+
+void explain_run(const Scenario& scenario, Facts& facts) {
+  facts.add("run",
+            {{"duration_ns", scenario.run_duration.ns}, {"judged_from_ns", scenario.warmup.ns}, {"seed", scenario.seed}},
+            fmt::format("  run          {:.6g} s, judged from {:.6g} s, seed {}\n", seconds(scenario.run_duration),
+                        seconds(scenario.warmup), scenario.seed));
   const NominalUnits& nominal = scenario.nominal;
-  fmt::print(
-      "  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n", ms(nominal.segment),
-      ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
-      scenario.timing.trace.empty() ? "" : fmt::format(" (means of {} recorded segments)", scenario.timing.trace.size()));
-  explain_solver(scenario);
-  for (const DeviceSpec& device : scenario.devices) {
-    fmt::print("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name, device.rate.num, device.rate.den,
-               ms(device.phase), device.emission == Emission::linear ? "linear" : "hold");
-    if (!device.hand) continue;
-    fmt::print("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
-               device.hand->total_mass_kg(), device.hand->total_damping_N_s_per_m(), device.hand->total_stiffness_N_per_m(),
-               ms(device.force_delay));
+  const std::size_t recorded = scenario.timing.trace.size();
+  facts.add("timing",
+            {{"segment_ns", nominal.segment.ns},
+             {"visualization_ns", nominal.visualization.ns},
+             {"step_ns", nominal.step_run_time.ns},
+             {"slot_ns", nominal.slot.ns},
+             {"recorded_segments", recorded}},
+            fmt::format("  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n",
+                        ms(nominal.segment), ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
+                        recorded == 0 ? "" : fmt::format(" (means of {} recorded segments)", recorded)));
+}
+
+/// Explains the scenario. The errors are what a run could not judge; `verdict` says whether it must fail.
+std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
+  explain_head(scenario, facts);
+  if (scenario.case_spec) {
+    explain_case(*scenario.case_spec, facts);
+    facts.add("expectations", scenario.expectations.size(),
+              fmt::format("  expectations {}\n\n", scenario.expectations.size()));
+    return {};
   }
+  explain_run(scenario, facts);
+  explain_solver(scenario, facts);
+  for (const DeviceSpec& device : scenario.devices) explain_device(device, facts);
   const std::vector<StrategyPlan> plans = plan(scenario);
-  for (const StrategyPlan& plan : plans) {
-    fmt::print("  {:<12} lead {:.6f} ms, latency {:.6f} ms, rings {} samples, {} forces\n", name_of(plan.kind),
-               ms(plan.lead), ms(plan.latency), plan.interaction_capacity, plan.force_capacity);
-    if (plan.adapts) explain_adaptation(scenario, plan);
-    for (const DeviceSpec& device : scenario.devices)
-      fmt::print("               {}: {}\n", device.name, rendering_line(scenario, plan, device));
-    if (plan.sizing.steps.empty()) continue;
-    const auto& [steps, any, here] = plan.sizing;
-    fmt::print(
-        "               least: any device phase {:.6f} ms (lead {:.6f}, step {}), this phase {:.6f} ms (lead {:.6f}, step "
-        "{})\n",
-        ms(any.latency), ms(any.lead), any.latency_culprit, ms(here.latency), ms(here.lead), here.latency_culprit);
-    fmt::print("               with these: {} samples missing, {} forces late\n", plan.predicted_interaction_underruns,
-               plan.predicted_late_forces);
-  }
-  const std::vector<Diagnostic> saturated = explain_saturation(scenario, plans);
-  if (scenario.sweep) explain_sweep(*scenario.sweep);
-  fmt::print("  expectations {}\n", scenario.expectations.size());
-  for (const std::string& line : explain_rates(scenario)) fmt::print("               {}\n", line);
-  const std::string failures = foreseen(scenario, plans);
-  fmt::print("{}\n", failures);
-  print(saturated);
-  return failures.empty() && saturated.empty();
+  for (const StrategyPlan& plan : plans) explain_strategy(scenario, plan, facts);
+  std::vector<Diagnostic> saturated = explain_saturation(scenario, plans, facts);
+  if (scenario.sweep) explain_sweep(*scenario.sweep, facts);
+  facts.add("expectations", scenario.expectations.size(), fmt::format("  expectations {}\n", scenario.expectations.size()));
+  for (const std::string& line : explain_rates(scenario))
+    facts.add_to_list("rates", line, fmt::format("               {}\n", line));
+  if (explain_failures(scenario, plans, facts) || !saturated.empty()) facts.add("verdict", "must fail", "");
+  facts.add("errors", json_of(saturated), "\n");
+  return saturated;
 }
 
 }  // namespace
@@ -175,27 +296,79 @@ namespace {
 
 struct CheckArguments {
   std::vector<std::string> paths, set;
+  bool cost = false;
+  bool json = false;
 };
 
-ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool>&) {
+/// Measures what the parts of the run cost.
+ExitCode explain_cost(const Scenario& scenario, const std::atomic<bool>& interrupted, Facts& facts) {
+  const auto not_measured = [&](const std::string& why) {
+    facts.add("cost", nullptr, fmt::format("  cost         nothing is measured: {}\n\n", why));
+  };
+  if (scenario.case_spec) {
+    not_measured("a [case] runs its solvers without a loop");
+    return ExitCode::pass;
+  }
+  CostOptions options;
+  options.interrupted = &interrupted;
+  CountProgress progress(isatty(STDERR_FILENO));
+  options.progress = [&, done = 0](const std::string& part) mutable { progress.update(++done, 0, part); };
+  CostReport report;
+  try {
+    report = measure_costs(scenario, options);
+  } catch (const std::runtime_error& stop) {  // of the solver or of the run
+    not_measured(fmt::format("the run stops: {}", stop.what()));
+    return scenario.expect_stop ? ExitCode::pass : ExitCode::run_failed;
+  }
+  facts.add("cost", Json::parse(cost_json(report)), cost_text(report) + "\n");
+  if (interrupted) return ExitCode::interrupted;
+  if (report.same_bits()) return ExitCode::pass;
+  spdlog::error("{}: error: a part that must not change a bit changes some (\"differ\" above); please report it",
+                scenario.file);
+  return ExitCode::not_reproducible;
+}
+
+/// One scenario; what is wrong with it goes into the facts and to stderr.
+ExitCode check_one(const std::string& file, const CheckArguments& arguments, const std::atomic<bool>& interrupted,
+                   Facts& facts) {
+  const ReadResult read = read_scenario(file, {arguments.set, std::nullopt});
+  std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
+  if (errors.empty() && read->sweep) errors = check_sweep(file, arguments.set);
+  if (errors.empty()) {
+    try {
+      errors = explain(*read, facts);
+      ExitCode code = facts.json()["verdict"] == "open" ? ExitCode::pass : ExitCode::expectation_failed;
+      if (arguments.cost) code = worse(code, explain_cost(*read, interrupted, facts));
+      print(errors);
+      return code;
+    } catch (const SolverError& error) {
+      errors = {{file, 0, 0, std::string(error.what()) + "; " + error.remedy()}};
+    }
+  }
+  print(errors);
+  facts.add("file", file, "");
+  facts.add("verdict", "refused", "");
+  facts.add("errors", json_of(errors), "");
+  return ExitCode::usage;
+}
+
+ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool>& interrupted) {
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;
+  Json documents = Json::array();
   for (const std::string& file : *files) {
-    const ReadResult read = read_scenario(file, {arguments.set, std::nullopt});
-    std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
-    if (errors.empty() && read->sweep) errors = check_sweep(file, arguments.set);
-    if (errors.empty()) {
-      try {
-        if (!explain(*read)) code = worse(code, ExitCode::expectation_failed);
-        continue;
-      } catch (const SolverError& error) {
-        errors.push_back({file, 0, 0, std::string(error.what()) + "; " + error.remedy()});
-      }
-    }
-    print(errors);
-    code = worse(code, ExitCode::usage);
+    if (interrupted) return ExitCode::interrupted;
+    Facts facts;
+    code = worse(code, check_one(file, arguments, interrupted, facts));
+    if (arguments.json)
+      documents.push_back(facts.json());
+    else
+      fmt::print("{}", facts.text());
+    std::fflush(stdout);
   }
+  const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
+  if (arguments.json) fmt::print("{}\n", (one_was_named ? documents.front() : documents).dump(2));
   return code;
 }
 
@@ -206,6 +379,9 @@ void add_check(Commands& commands) {
       commands.add<CheckArguments>("check", "read and explain scenarios, run nothing", check_scenarios);
   command.operands("scenario", arguments.paths, "scenario files, or folders of them");
   command.repeated("--set", arguments.set, "path=value, overrides the file");
+  command.flag("--cost", arguments.cost,
+               "also measure what each part of the run costs here, kept or left out, in pairs with it and without it");
+  command.flag("--json", arguments.json, "print the facts as JSON; for a folder or several files a list of them");
 }
 
 }  // namespace evenstep::app

@@ -1,17 +1,75 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "evenstep/format/fields.h"
 #include "evenstep/reports/measures.h"
 
 namespace evenstep::app {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 struct ListArguments {
   std::vector<std::string> paths;
+  bool json = false;
 };
+
+/// The kinds of motion, from the table of keys.
+std::vector<std::string_view> motions() {
+  const std::vector<internal::Field>& rows = internal::fields();
+  const auto kind = std::find_if(rows.begin(), rows.end(), [](const internal::Field& row) {
+    return row.table == "device.motion" && row.key == "kind";
+  });
+  return internal::split_words(kind->words);
+}
+
+/// What a scenario can name.
+Json names() {
+  Json out = {{"strategies", Json::array()}, {"solvers", Json::array()}, {"methods", Json::array()}};
+  for (const StrategyTraits& strategy : kAllStrategies) out["strategies"].push_back(strategy.name);
+  for (const SolverKind solver : kAllSolvers) out["solvers"].push_back(name_of(solver));
+  for (const Method method : kAllMethods) out["methods"].push_back(name_of(method));
+  out["motions"] = motions();
+  for (const char* signal :
+       {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY", "closed_loop.DEVICE.STRATEGY",
+        "solver.STRATEGY", "events.device.tick", "run", "case.METHOD.SOLVER"}) {
+    for (const std::string& metric : metrics_of_signal(signal).value_or(std::vector<std::string>{}))
+      out["metrics"][signal][metric] = base_unit(signal, metric);
+  }
+  return out;
+}
+
+/// The scenarios in these files; prints what is wrong with others.
+Json scenarios(const std::vector<std::string>& files, ExitCode& code) {
+  Json out = Json::array();
+  for (const std::string& file : files) {
+    const ReadResult read = read_scenario(file);
+    if (read)
+      out.push_back({{"file", file}, {"name", read->name}, {"tags", read->tags}});
+    else
+      code = ExitCode::usage;
+    print(read.error_or({}));
+  }
+  return out;
+}
+
+void print_tables(const Json& listed) {
+  for (const Json& scenario : listed["scenarios"])
+    fmt::print("{:<48} {}\n", scenario["file"].get<std::string>(), scenario["name"].get<std::string>());
+  if (!listed["scenarios"].empty()) fmt::print("\n");
+  for (const char* table : {"strategies", "solvers", "methods", "motions"})
+    fmt::print("{:<11} {}\n", table, fmt::join(listed[table].get<std::vector<std::string>>(), " "));
+  for (const auto& [signal, metrics] : listed["metrics"].items()) {
+    fmt::print("{:<28}", signal);
+    for (const auto& [metric, unit] : metrics.items()) fmt::print(" {}", metric);
+    fmt::print("\n");
+  }
+}
 
 ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
   const std::vector<std::string> folders = !arguments.paths.empty() ? arguments.paths
@@ -21,29 +79,12 @@ ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
   const std::optional<std::vector<std::string>> files = scenario_files(folders);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;
-  for (const std::string& file : *files) {
-    const ReadResult read = read_scenario(file);
-    if (read)
-      fmt::print("{:<48} {}\n", file, read->name);
-    else
-      code = ExitCode::usage;
-    print(read.error_or({}));
-  }
-  if (!files->empty()) fmt::print("\n");
-  fmt::print("strategies ");
-  for (const StrategyTraits& strategy : kAllStrategies) fmt::print(" {}", strategy.name);
-  fmt::print("\n");
-  fmt::print("solvers     opencl cpu cpu-double\n");
-  fmt::print("methods    ");
-  for (const Method method : kAllMethods) fmt::print(" {}", name_of(method));
-  fmt::print("\n");
-  fmt::print("motions     still constant-velocity sine ramp-stop stick-slip recorded minimum-jerk hand\n");
-  for (const char* signal :
-       {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY", "closed_loop.DEVICE.STRATEGY",
-        "solver.STRATEGY", "events.device.tick", "run", "case.METHOD.SOLVER"}) {
-    const auto metrics = metrics_of_signal(signal);
-    if (metrics) fmt::print("{:<28} {}\n", signal, fmt::join(*metrics, " "));
-  }
+  Json listed = {{"scenarios", scenarios(*files, code)}};
+  listed.update(names());
+  if (arguments.json)
+    fmt::print("{}\n", listed.dump(2));
+  else
+    print_tables(listed);
   return code;
 }
 
@@ -53,6 +94,7 @@ void add_list(Commands& commands) {
   auto [command, arguments] =
       commands.add<ListArguments>("list", "what a scenario can name: scenarios found, strategies, solvers, metrics", list);
   command.optional_operands("folder", arguments.paths, "where to look for scenarios (default: scenarios)");
+  command.flag("--json", arguments.json, "print the same as one JSON document, with the tags and the metrics' units");
 }
 
 }  // namespace evenstep::app

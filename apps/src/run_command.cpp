@@ -83,7 +83,8 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
   }
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
-    fmt::print("{}", live_lines(outcome.record, outcome.metrics));
+    fmt::print("{}{}{}", live_lines(outcome.record, outcome.metrics), growth_lines(outcome.metrics, outcome.results),
+               device_notes(outcome.record));
     for (const auto& [signal, saturation] : saturations(outcome.record))
       fmt::print("saturated    {}: {}\n", signal, text(saturation));
     fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
@@ -179,7 +180,7 @@ void warn_of_devices(const LiveDeviceOptions& options) {
 struct Call {
   const RunArguments& arguments;
   const std::atomic<bool>& interrupted;
-  bool several = false;  ///< not just one file that was named: --json is a list, and a broken file has a run folder, too
+  bool several = false;  ///< not just one file that was named: --json is a list
   std::vector<std::string> summaries;
 };
 
@@ -231,7 +232,11 @@ void keep(const std::string& folder, const Scenario& scenario, RunOutcome& outco
 RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors, const std::string& folder, Call& call) {
   print(errors);
   RunOutcome outcome = broken(file, errors);
-  if (!call.several) return outcome;
+  // A single file that was only mistyped leaves the older run in its usual place alone.
+  if (!call.several && call.arguments.out.empty()) {
+    if (call.arguments.json) call.summaries.push_back(summary_of(outcome));
+    return outcome;
+  }
   Scenario unread;
   unread.file = file;
   keep(folder, unread, outcome, "evenstep check " + shell_word(file), call);

@@ -4,9 +4,11 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 
 #include "commands.h"
+#include "evenstep/campaigns/felt_study.h"
 #include "evenstep/campaigns/stiffness_limit.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
@@ -19,7 +21,7 @@ namespace {
 struct StudyArguments {
   std::string file;
   std::vector<std::string> set;
-  std::string out, advise;
+  std::string out, advise, cache;
   bool json = false;
 };
 
@@ -34,6 +36,18 @@ StudyRecord measure(const Scenario& scenario, const std::atomic<bool>& interrupt
   control.interrupted = &interrupted;
   control.progress = [&](double fraction) { progress.update("study", fraction); };
   return run_study(scenario, control);
+}
+
+/// Where references are kept: --cache, or the user's folder for such things; empty if there is none.
+std::string cache_folder(const StudyArguments& arguments) {
+  if (!arguments.cache.empty()) return arguments.cache;
+  const auto below = [](const char* name, const char* rest) -> std::string {
+    const char* const folder = std::getenv(name);
+    const bool usable = folder != nullptr && std::filesystem::path(folder).is_absolute();
+    return usable ? (std::filesystem::path(folder) / rest).string() : "";
+  };
+  const std::string named = below("XDG_CACHE_HOME", "evenstep");
+  return named.empty() ? below("HOME", ".cache/evenstep") : named;
 }
 
 /// Prints what is studied. Returns false, with an error, if the folder cannot be written.
@@ -70,6 +84,40 @@ ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenari
   return interrupted ? ExitCode::interrupted : code;
 }
 
+/// The error of the force that the hand feels.
+ExitCode felt_study(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
+                    const std::atomic<bool>& interrupted) {
+  const std::string folder = folder_for(arguments);
+  if (!begin(arguments, scenario, folder)) return ExitCode::run_failed;
+  FeltStudyRecord record;
+  {
+    Progress progress(isatty(STDERR_FILENO));
+    FeltStudyControl control;
+    control.interrupted = &interrupted;
+    control.cache_folder = cache_folder(arguments);
+    control.progress = [&](double fraction) { progress.update("study", fraction); };
+    control.announce = [&](const std::string& line) {
+      fmt::print(arguments.json ? stderr : stdout, "  {}\n", line);
+      std::fflush(stdout);
+    };
+    record = run_felt_study(scenario, control);
+  }
+  fmt::print("{}", arguments.json ? felt_study_json(record) : felt_study_table(record));
+  ExitCode code = ExitCode::pass;
+  if (goal) {
+    const FeltAdvice advice = advise(record, *goal);
+    fmt::print(arguments.json ? stderr : stdout, "{}\n", advice.text);
+    if (!advice.found) code = ExitCode::expectation_failed;
+  }
+  if (const std::string error = write_felt_study_folder(folder, scenario, record); !error.empty()) {
+    spdlog::error("error: {}", error);
+    code = ExitCode::run_failed;
+  } else if (!arguments.json) {
+    fmt::print("figure and data in {}\n", folder);
+  }
+  return interrupted ? ExitCode::interrupted : code;
+}
+
 /// The other kind of study: how stiff the scene may be.
 ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scenario, const std::atomic<bool>& interrupted) {
   const std::string folder = folder_for(arguments);
@@ -86,6 +134,22 @@ ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scena
   return interrupted ? ExitCode::interrupted : ExitCode::pass;
 }
 
+/// What keeps a scenario that was read from being studied.
+std::vector<Diagnostic> objections(const Scenario& scenario, const std::optional<StudyGoal>& goal) {
+  std::string objection;
+  if (scenario.study.stiffness_limit) {
+    if (goal) objection = "--advise picks among steps, and [study] stiffness_limit compares none; leave one out";
+  } else if (scenario.study.error == StudyError::felt_force) {
+    objection = felt_study_objection(scenario);
+    if (goal && goal->quantity != StudyQuantity::force)
+      objection = "--advise: a study of the felt force knows no other error; write such as \"1 % force\"";
+  } else if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
+    objection = "error = \"state\" compares the steps of a tissue; write kind = \"tissue\"";
+  }
+  if (objection.empty()) return {};
+  return {{scenario.file, 0, 0, objection}};
+}
+
 /// Exits with 1 if nothing meets the goal of --advise.
 ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted) {
   std::optional<StudyGoal> goal;
@@ -98,22 +162,14 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
     goal = *parsed;
   }
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
-  std::vector<Diagnostic> errors = read.error_or({});
-  const bool limits = read && read->study.stiffness_limit;
-  if (limits && goal) {
-    errors.push_back(
-        {arguments.file, 0, 0, "--advise picks among steps, and [study] stiffness_limit compares none; leave one out"});
-  } else if (read && !limits && !std::holds_alternative<TissueScene>(read->scene.body)) {
-    errors.push_back({arguments.file, 0, 0,
-                      "only a tissue has steps to compare; a study needs kind = \"tissue\" or, with a hand "
-                      "that feels the force, [study] stiffness_limit = { from = \"20 N/m\", to = \"30000 N/m\" }"});
-  }
+  const std::vector<Diagnostic> errors = read ? objections(*read, goal) : read.error();
   if (!errors.empty()) {
     print(errors);
     return ExitCode::usage;
   }
   try {
-    if (limits) return stiffness_limits(arguments, *read, interrupted);
+    if (read->study.stiffness_limit) return stiffness_limits(arguments, *read, interrupted);
+    if (read->study.error == StudyError::felt_force) return felt_study(arguments, *read, goal, interrupted);
     return study_scenario(arguments, *read, goal, interrupted);
   } catch (const RunFailure& failure) {
     spdlog::error("{}: error: {}; {}", arguments.file, failure.what(), failure.remedy);
@@ -125,13 +181,16 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
 
 void add_study(Commands& commands) {
   auto [command, arguments] = commands.add<StudyArguments>(
-      "study", "error against run time of a tissue, or the largest stable stiffness in a hand", study);
-  command.operand("scenario", arguments.file, "a scenario file with kind = \"tissue\", or with [study] stiffness_limit");
+      "study", "error of the felt force against cost, or of a tissue's state, or the largest stable stiffness", study);
+  command.operand("scenario", arguments.file, "a scenario file; its [study] says what is measured");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set study.repeats=9");
   command.option("--advise", arguments.advise,
                  "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
                  "and step; exit 1 if none reaches it");
   command.option("--out", arguments.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
+  command.option("--cache", arguments.cache,
+                 "folder in which references are kept, so that each is computed once; default $XDG_CACHE_HOME/evenstep or "
+                 "~/.cache/evenstep");
   command.flag("--json", arguments.json, "print study.json instead of the table");
 }
 

@@ -1,46 +1,29 @@
 #include "evenstep/campaigns/study.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
 #include <stdexcept>
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/loop/solver_step.h"
 #include "evenstep/sim/stability.h"
+#include "study_machine.h"
 #include "study_trace.h"
 
 namespace evenstep {
 namespace {
 
+using internal::cost_of;
+using internal::kLeastTimed_s;
+using internal::kMostCell_s;
 using internal::StudyPlan;
 using internal::StudyRun;
 using internal::StudyTrace;
 
-constexpr double kLeastTimed_s = 0.02;  // CPU time of a repeat, which goes through the motion often enough for it
-constexpr double kMostCell_s = 20;      // CPU time after which a cell is not repeated any more
-constexpr double kDivergedTimes = 10;   // a cell has diverged if its error is this many times the reference's motion
-
-std::string machine_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    if (line.rfind("model name", 0) == 0) return line.substr(std::min(line.find(": ") + 2, line.size()));
-  }
-  return "unknown";
-}
-
-std::string compiler_name() {
-#if defined(__clang__)
-  return fmt::format("clang {}", __clang_version__);
-#else
-  return fmt::format("g++ {}", __VERSION__);
-#endif
-}
+constexpr double kDivergedTimes = 10;  // a cell has diverged if its error is this many times the reference's motion
 
 double step_limit_s(const Scenario& scenario, Method method) {
   TissueScene tissue = std::get<TissueScene>(scenario.scene.body);
@@ -90,12 +73,6 @@ StudyCell::State state_of(SolverFault fault) {
   return fault == SolverFault::unavailable ? StudyCell::State::unavailable : StudyCell::State::refused;
 }
 
-StudyCost cost_of(std::vector<double> seconds) {
-  std::sort(seconds.begin(), seconds.end());
-  const std::size_t n = seconds.size();
-  return {seconds.front(), (seconds[(n - 1) / 2] + seconds[n / 2]) / 2, seconds.back()};
-}
-
 class Study {
  public:
   Study(const Scenario& scenario, const StudyControl& control)
@@ -137,11 +114,11 @@ class Study {
     record_.scenario = scenario_.name;
     record_.file = scenario_.file;
     record_.version = kVersion;
-    record_.machine = machine_name();
-    record_.compiler = compiler_name();
-    record_.cpus = ::sysconf(_SC_NPROCESSORS_ONLN);
-    double load = 0;
-    if (::getloadavg(&load, 1) == 1) record_.load = load;
+    const internal::StudyMachine machine = internal::study_machine();
+    record_.machine = machine.name;
+    record_.compiler = machine.compiler;
+    record_.cpus = machine.cpus;
+    record_.load = machine.load;
     record_.repeats = scenario_.study.repeats;
     const auto& tissue = std::get<TissueScene>(scenario_.scene.body);
     record_.particles = tissue.particle_count;

@@ -11,35 +11,6 @@
 namespace evenstep::internal {
 namespace {
 
-/// Explicit methods, the most accurate first. The substep of the coarsest run is at most the method's limit / `limit_parts`,
-/// where the method shows its order.
-struct Candidate {
-  Method method;
-  int order;
-  int limit_parts;
-};
-constexpr std::array kCandidates{Candidate{Method::rk4, 4, 8}, Candidate{Method::velocity_verlet, 2, 16},
-                                 Candidate{Method::symplectic_euler, 1, 32}};
-
-/// The errors of the extrapolations fall by 2^q from one to the next, so the error of the last one is their difference
-/// divided by 2^q - 1. That is at most twice the difference for q >= 0.6. A smooth motion has q > order, a contact that
-/// opens or closes about 1.
-constexpr double kSafety = 2;
-
-/// The substeps of the coarsest run; the finest has four times as many.
-int coarsest_substeps(const Scenario& scenario, const Candidate& candidate, int finest_cell) {
-  TissueScene tissue = std::get<TissueScene>(scenario.scene.body);
-  tissue.method = candidate.method;
-  const double needed = std::ceil(period_s(scenario.scene.step_rate) * candidate.limit_parts / step_limit(tissue).step_s);
-  if (needed * 4 > kMaxSubsteps) {
-    throw RunFailure("limit",
-                     fmt::format("a reference needs {:g} substeps per step of the scene, at most {} are possible",
-                                 needed * 4, kMaxSubsteps),
-                     "a shorter [scene] step_size, less stiffness or more mass");
-  }
-  return std::min(std::max(static_cast<int>(needed), finest_cell), kMaxSubsteps / 4);
-}
-
 StudyTrace run_reference(const Scenario& scenario, const StudyPlan& plan, Method method, int substeps) {
   const StudyStep step{substeps, 1};
   const auto solver = make_study_solver(scenario, {SolverKind::cpu_double, method, 0, step}, true);
@@ -63,7 +34,8 @@ void extrapolate(StudyTrace& coarse, const StudyTrace& fine, int order) {
   }
 }
 
-StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, const Candidate& candidate, int substeps) {
+StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, const ReferenceMethod& candidate,
+                               int substeps) {
   StudyTrace first = run_reference(scenario, plan, candidate.method, substeps);
   StudyTrace second = run_reference(scenario, plan, candidate.method, substeps * 2);
   const StudyTrace third = run_reference(scenario, plan, candidate.method, substeps * 4);
@@ -73,7 +45,7 @@ StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, 
   StudyReference info{name_of(candidate.method), candidate.order, period_s(scenario.scene.step_rate) / substeps};
   info.scale = rms(second, nullptr);
   info.estimate = error_of(first, second, info.scale);
-  for (const StudyQuantity q : kStudyQuantities) info.estimate[q] *= kSafety;
+  for (const StudyQuantity q : kStudyQuantities) info.estimate[q] *= kReferenceSafety;
   for (const StudyQuantity q : kStudyQuantities) {
     if (step[q] > 0 && next_step[q] > 0) info.order[q] = std::log2(step[q] / next_step[q]);
   }
@@ -82,9 +54,22 @@ StudyReferenceRun extrapolated(const Scenario& scenario, const StudyPlan& plan, 
 
 }  // namespace
 
+int coarsest_substeps(const Scenario& scenario, const ReferenceMethod& candidate, int finest_cell) {
+  TissueScene tissue = std::get<TissueScene>(scenario.scene.body);
+  tissue.method = candidate.method;
+  const double needed = std::ceil(period_s(scenario.scene.step_rate) * candidate.limit_parts / step_limit(tissue).step_s);
+  if (needed * 4 > kMaxSubsteps) {
+    throw RunFailure("limit",
+                     fmt::format("a reference needs {:g} substeps per step of the scene, at most {} are possible",
+                                 needed * 4, kMaxSubsteps),
+                     "a shorter [scene] step_size, less stiffness or more mass");
+  }
+  return std::min(std::max(static_cast<int>(needed), finest_cell), kMaxSubsteps / 4);
+}
+
 StudyReferenceRun solve_reference(const Scenario& scenario, const StudyPlan& plan, int finest) {
   std::string reasons, remedy;
-  for (const Candidate& candidate : kCandidates) {
+  for (const ReferenceMethod& candidate : kReferenceMethods) {
     try {
       return extrapolated(scenario, plan, candidate, coarsest_substeps(scenario, candidate, finest));
     } catch (const SolverError& error) {

@@ -66,10 +66,11 @@ double StudyPlan::duration_s(const Scenario& scenario) const {
 
 std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyRun& run, bool measured) {
   Scene scene = scenario.scene;
-  auto& tissue = std::get<TissueScene>(scene.body);
-  tissue.method = run.method;
-  tissue.iterations = run.iterations;
-  tissue.substeps = run.step.substeps;
+  if (auto* tissue = std::get_if<TissueScene>(&scene.body)) {
+    tissue->method = run.method;
+    tissue->iterations = run.iterations;
+    tissue->substeps = run.step.substeps;
+  }
   scene.step_rate = reduced_rate(scene.step_rate.num, static_cast<__int128>(scene.step_rate.den) * run.step.steps);
   scene.needs_energy = measured;
   scene.needs_state_digest = false;

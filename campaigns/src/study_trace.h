@@ -29,7 +29,8 @@ struct StudyRun {
   int iterations = 0;
   StudyStep step;
 };
-/// Throws SolverError. `measured`: the solver also computes the energy.
+/// Throws SolverError. `measured`: the solver also computes the energy. Of `run`, a scene that is no tissue takes the solver
+/// and the length of its steps.
 std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyRun& run, bool measured);
 
 /// The values at the samples that are compared.
@@ -52,6 +53,24 @@ struct StudyReferenceRun {
   StudyTrace trace;
   StudyReference info;
 };
+/// A method of references. The substep of the coarsest of its three runs is at most the method's limit / `limit_parts`,
+/// where the method shows its order.
+struct ReferenceMethod {
+  Method method;
+  int order;
+  int limit_parts;
+};
+/// Explicit ones, the most accurate first.
+inline constexpr std::array kReferenceMethods{ReferenceMethod{Method::rk4, 4, 8},
+                                              ReferenceMethod{Method::velocity_verlet, 2, 16},
+                                              ReferenceMethod{Method::symplectic_euler, 1, 32}};
+/// The errors of the extrapolations fall by 2^q from one to the next, so the error of the last one is their difference
+/// divided by 2^q - 1. That is at most twice the difference for q >= 0.6. A smooth motion has q > order, a contact that
+/// opens or closes about 1.
+inline constexpr double kReferenceSafety = 2;
+/// The substeps of the coarsest run per step of the scene; the finest has four times as many. Throws RunFailure.
+int coarsest_substeps(const Scenario& scenario, const ReferenceMethod& method, int finest_cell);
+
 /// Throws RunFailure. `finest`: substeps per step of the scene in the finest cell; the reference is finer.
 StudyReferenceRun solve_reference(const Scenario& scenario, const StudyPlan& plan, int finest);
 

@@ -11,7 +11,7 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr double kLost = 1e3;
+constexpr double kRunAway = 1e3;
 
 TissueScene block(const CellSpec& cell, int edge) {
   TissueScene tissue;
@@ -82,7 +82,7 @@ class EdgeTrial final : public Trial {
     observe_every = 10;
   }
   bool observe(std::int64_t, const ToolResponse&, Solver& solver) override {
-    return largest(solver.particle_state().displacement_m) <= kLost * amplitude_m_;
+    return largest(solver.particle_state().displacement_m) <= kRunAway * amplitude_m_;
   }
   void judge(Solver&, CaseCell&) override {}
 
@@ -108,7 +108,7 @@ class StiffInSoftTrial final : public Trial {
     steps = 2;
   }
   bool observe(std::int64_t, const ToolResponse&, Solver& solver) override {
-    return largest(solver.particle_state().displacement_m) <= kLost * amplitude_m_;
+    return largest(solver.particle_state().displacement_m) <= kRunAway * amplitude_m_;
   }
   void judge(Solver& solver, CaseCell& cell) override {
     const auto& limit = solver.info().limit;
@@ -141,7 +141,7 @@ class EnergyTrial final : public Trial {
   bool observe(std::int64_t n, const ToolResponse&, Solver& solver) override {
     const double energy_J = solver.verdict().energy_J;
     if (n == 1) first_J_ = energy_J;
-    if (!(energy_J <= kLost * first_J_)) return false;
+    if (!(energy_J <= kRunAway * first_J_)) return false;
     Half& half = halves_[2 * n > steps ? 1 : 0];
     half.sum_J += energy_J;
     half.squares += energy_J * energy_J;
@@ -191,7 +191,7 @@ class CrushedTrial final : public Trial {
   bool observe(std::int64_t n, const ToolResponse&, Solver& solver) override {
     energy_J_ = solver.verdict().energy_J;
     if (n == 1) first_J_ = energy_J_;
-    return energy_J_ <= kLost * first_J_ && largest(solver.particle_state().displacement_m) < INFINITY;
+    return energy_J_ <= kRunAway * first_J_ && largest(solver.particle_state().displacement_m) < INFINITY;
   }
   void judge(Solver&, CaseCell& cell) override {
     cell.metrics["energy_left"] = cell.metrics["energy_left_min"] = energy_J_ / first_J_;

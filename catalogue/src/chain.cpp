@@ -10,16 +10,16 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr double kSpacing_m = 5e-3, kMass_kg = 1.25e-4, kStiffness_N_per_m = 50;  // as the paper's tissue
+constexpr double kRest_m = 5e-3, kMass_kg = 1.25e-4, kStiffness_N_per_m = 50;  // as the paper's tissue
 constexpr int kModes = 3;
-constexpr double kMode_m = kSpacing_m;  // three such modes strain a chain of 16 or more by less than 1, so it stays linear
+constexpr double kMode_m = kRest_m;  // three such modes strain a chain of 16 or more by less than 1, so it stays linear
 
 /// n particles between two fixed ones.
 TissueScene fixed_chain(const CellSpec& cell, int n) {
   TissueScene tissue;
   tissue.lattice = {n + 2, 1, 1};
   tissue.particle_count = n + 2;
-  tissue.spacing_m = kSpacing_m;
+  tissue.spacing_m = kRest_m;
   tissue.particle_mass_kg = kMass_kg;
   tissue.stiffness_N_per_m = kStiffness_N_per_m;
   tissue.fixed = FixedFaces::none();
@@ -150,7 +150,7 @@ class WaveTrial final : public Trial {
  private:
   double shape(std::size_t i) const { return std::sin(std::numbers::pi * mode_ * static_cast<double>(i) / (n_ + 1)); }
 
-  static constexpr double kWave_m = kSpacing_m;  // strains the chain by less than a third
+  static constexpr double kWave_m = kRest_m;  // strains the chain by less than a third
   int n_, mode_;
   LinearMap map_;
   double sound_angle_ = 1, tolerance_ = 0, error_ = 0, before_ = 0, before_that_ = 0, cross_ = 0, square_ = 0;

@@ -11,14 +11,14 @@ namespace {
 
 using Real = LinearMap::Real;
 
-constexpr double kLost = 1e3;  // diverged at so many times what a correct run can reach
-constexpr double kSpacing_m = 1.0 / 128;
+constexpr double kDiverged = 1e3;  // diverged at so many times what a correct run can reach
+constexpr double kSite_m = 1.0 / 128;
 
 TissueScene chain(const CellSpec& cell, int sites) {
   TissueScene tissue;
   tissue.lattice = {sites, 1, 1};
   tissue.particle_count = sites;
-  tissue.spacing_m = kSpacing_m;
+  tissue.spacing_m = kSite_m;
   tissue.particle_mass_kg = 1e-3;
   tissue.fixed = FixedFaces::none();
   tissue.method = cell.method;
@@ -44,13 +44,13 @@ class MassRatioTrial final : public Trial {
     scene.step_rate = {1000, 1};
     const double h_s = period_s(scene.step_rate), reduced_kg = light_kg_ * (ratio_ / (1 + ratio_));
     tissue.stiffness_N_per_m = kStep * kStep * reduced_kg / (h_s * h_s);
-    const double half = 0.5 * kSpacing_m;
+    const double half = 0.5 * kSite_m;
     tissue.regions = {{{half, -half, -half}, {3 * half, half, half}, tissue.stiffness_N_per_m, heavy_kg_}};
-    tissue.initial_displacement_m = {glm::dvec3(-0.25 * kSpacing_m, 0, 0), glm::dvec3(0)};
+    tissue.initial_displacement_m = {glm::dvec3(-0.25 * kSite_m, 0, 0), glm::dvec3(0)};
     const auto w2 =
         static_cast<Real>(tissue.stiffness_N_per_m) * (1 + 1 / static_cast<Real>(ratio_)) / static_cast<Real>(light_kg_);
     map_ = linear_map(cell.method, w2, 0, h_s);
-    start_ = {0.25L * kSpacing_m, 0};
+    start_ = {0.25L * kSite_m, 0};
     stiffness_ = tissue.stiffness_N_per_m;
     bound_ = cell.method == Method::symplectic_euler ? 1 / (1 - kStep / 2) : 1;
     scene.body = std::move(tissue);
@@ -61,8 +61,8 @@ class MassRatioTrial final : public Trial {
     const ParticleState state = solver.particle_state();
     const double x = state.displacement_m[1].x - state.displacement_m[0].x;
     const double v1 = state.velocity_m_per_s[0].x, v2 = state.velocity_m_per_s[1].x;
-    if (!(std::abs(x) <= kLost * kSpacing_m)) return false;
-    error_ = std::max(error_, std::abs(static_cast<double>(x - map_.power(static_cast<Real>(n), start_).x)) / kSpacing_m);
+    if (!(std::abs(x) <= kDiverged * kSite_m)) return false;
+    error_ = std::max(error_, std::abs(static_cast<double>(x - map_.power(static_cast<Real>(n), start_).x)) / kSite_m);
     momentum_ = std::max(momentum_, std::abs(light_kg_ * v1 + heavy_kg_ * v2));
     largest_ = std::max(largest_, light_kg_ * std::abs(v1) + heavy_kg_ * std::abs(v2));
     energy_ = std::max(energy_, (stiffness_ * x * x + light_kg_ * v1 * v1 + heavy_kg_ * v2 * v2) / 2);
@@ -117,7 +117,7 @@ class WallTrial final : public Trial {
   bool observe(std::int64_t, const ToolResponse& response, Solver& solver) override {
     const ParticleState state = solver.particle_state();
     const double v = state.velocity_m_per_s[0].x;
-    if (!(std::abs(v) <= kLost * kSpeed_m_per_s)) return false;
+    if (!(std::abs(v) <= kDiverged * kSpeed_m_per_s)) return false;
     const bool touches =
         response.force_N[0].x != 0 || response.force_N[1].x != 0 || std::abs(state.displacement_m[0].x) > kGap_m;
     if (!touches && was_touching_) {
@@ -190,7 +190,7 @@ class HangingTrial final : public Trial {
     tissue.particle_mass_kg = kMass_kg;
     tissue.stiffness_N_per_m = cell.value;
     tissue.gravity_m_per_s2 = {kGravity_m_per_s2, 0, 0};
-    tissue.tools = {{glm::dvec3(0), kSpacing_m / 2}};
+    tissue.tools = {{glm::dvec3(0), kSite_m / 2}};
     // Half the step limit of the stiffest mode, the slowest mode critically damped, and forty times its time constant to
     // come to rest.
     const double stiffest = 2 * std::sqrt(cell.value / kMass_kg);
@@ -231,7 +231,7 @@ class MovingTargetTrial final : public Trial {
     tissue.particle_mass_kg = 1e-3;
     // The damper is critical, so the oscillation that the start excites has decayed before anything is judged.
     const double damping = 2 * std::sqrt(cell.value * tissue.particle_mass_kg);
-    tissue.tools = {{glm::dvec3(0), kSpacing_m / 2, CouplingKind::spring, cell.value, damping}};
+    tissue.tools = {{glm::dvec3(0), kSite_m / 2, CouplingKind::spring, cell.value, damping}};
     scene.body = std::move(tissue);
     scene.tool_count = 1;
     scene.step_rate = {1000, 1};
@@ -246,7 +246,7 @@ class MovingTargetTrial final : public Trial {
     std::array<glm::dvec3, 1> hand_m{};
     hands(n - 1, hand_m);
     const double off_m = std::abs(solver.particle_state().displacement_m[0].x - hand_m[0].x);
-    if (!(off_m <= kLost * kTravel_m)) return false;
+    if (!(off_m <= kDiverged * kTravel_m)) return false;
     if (2 * n > steps) error_ = std::max(error_, off_m / kTravel_m);
     return true;
   }
@@ -266,7 +266,7 @@ class PressTrial final : public Trial {
     tissue.fixed.x_min = true;
     tissue.stiffness_N_per_m = kSpring_N_per_m;
     tissue.damping_per_s = 0.2 * std::sqrt((kSpring_N_per_m + kProbe_N_per_m) / tissue.particle_mass_kg);
-    tissue.tools = {{{kSpacing_m + kRadius_m, 0, 0}, kRadius_m, CouplingKind::probe, kProbe_N_per_m, 0}};
+    tissue.tools = {{{kSite_m + kRadius_m, 0, 0}, kRadius_m, CouplingKind::probe, kProbe_N_per_m, 0}};
     scene.body = std::move(tissue);
     scene.tool_count = 1;
     scene.step_rate = {static_cast<std::int64_t>(1000 * cell.value), 1};

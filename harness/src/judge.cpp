@@ -288,41 +288,43 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
   std::vector<Diagnostic> errors;
   const Nominal nominal = nominal_of(scenario);
   for (const Expectation& expectation : scenario.expectations) {
-    const auto error = [&](std::string message) {
-      errors.push_back({expectation.place.file, expectation.place.line, expectation.place.column, std::move(message)});
+    const auto error = [&](const Place& place, std::string message) {
+      errors.push_back({place.file, place.line, place.column, std::move(message)});
     };
+    const auto& at = expectation.written;
     const std::optional<std::vector<std::string>> known = metrics_of_signal(expectation.signal);
     if (!known) {
-      error(fmt::format("unknown signal '{}'", expectation.signal));
+      error(at.signal, fmt::format("unknown signal '{}'", expectation.signal));
       continue;
     }
     if (std::find(known->begin(), known->end(), expectation.metric) == known->end()) {
-      error(fmt::format("unknown metric '{}' for signal '{}'{}", expectation.metric, expectation.signal,
-                        internal::suggestion(expectation.metric, {known->begin(), known->end()})));
+      error(at.metric, fmt::format("unknown metric '{}' for signal '{}'{}", expectation.metric, expectation.signal,
+                                   internal::suggestion(expectation.metric, {known->begin(), known->end()})));
       continue;
     }
     if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {
-      error(fmt::format("'{}' is in newtons, and PID knows none; write full_scale in pid = {{ ... }} of device \"{}\"",
+      error(at.signal,
+            fmt::format("'{}' is in newtons, and PID knows none; write full_scale in pid = {{ ... }} of device \"{}\"",
                         expectation.signal, device->name));
       continue;
     }
     if (expectation.metric == "deviation_from_ideal" && has_hand(scenario)) {
       error(
+          at.metric,
           "'deviation_from_ideal' has no value here: its twin reads the programmed motion, and a hand that feels the force "
-          "has "
-          "none");
+          "has none");
       continue;
     }
     if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
-    for (const std::optional<Limit>& limit : {expectation.min, expectation.max}) {
+    for (const auto& [limit, place] : {std::pair(expectation.min, at.min), std::pair(expectation.max, at.max)}) {
       if (!limit) continue;
       const Result<double> factor = factor_of(*limit, expectation, expectation.signal, scenario, nominal);
+      if (factor) continue;
       const bool is_count = base_unit(expectation.signal, expectation.metric) == "count";
-      if (!factor && is_count)
-        error(fmt::format("'{}' is a count; write the number alone, {}, without '{}'", expectation.metric, limit->number,
-                          limit->unit));
-      else if (!factor)
-        error(factor.error());
+      error(place, is_count ? fmt::format("'{}' is a count; write the number alone, {}, without '{}'", expectation.metric,
+                                          limit->number, limit->unit)
+                            : factor.error());
+      break;  // `equals` is both limits
     }
   }
   return errors;

@@ -21,9 +21,22 @@
 namespace evenstep {
 namespace {
 
-bool asks_for(const Scenario& scenario, std::string_view metric) {
-  return std::any_of(scenario.expectations.begin(), scenario.expectations.end(),
-                     [&](const Expectation& expectation) { return expectation.metric == metric; });
+/// Whether an expectation asks how far this strategy's forces are from the ideal twin's.
+bool asks_for_twin(const Scenario& scenario, StrategyKind kind) {
+  for (const Expectation& expectation : scenario.expectations) {
+    if (expectation.metric != "deviation_from_ideal") continue;
+    for (const DeviceSpec& device : scenario.devices) {
+      if (internal::matches(expectation.signal, device.name + ".force." + name_of(kind))) return true;
+    }
+  }
+  return false;
+}
+
+/// The scenario of a twin that is no strategy of the run: only its forces are used.
+Scenario for_twins(Scenario scenario) {
+  scenario.scene.needs_energy = scenario.scene.needs_state_digest = false;
+  scenario.keep_rows = scenario.needs_undelayed = false;
+  return scenario;
 }
 
 /// The hash of the pairs (name, chained hash), in the order of the names.
@@ -72,18 +85,20 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   for (std::size_t i = 0; i < plans.size(); ++i) {
     if (traits_of(plans[i].kind).knows_motion) twin_of_lead.emplace(plans[i].lead.ns, i);
   }
-  if (asks_for(scenario, "deviation_from_ideal")) {
-    for (const StrategyPlan& plan : plans) {
-      if (twin_of_lead.try_emplace(plan.lead.ns, all.size()).second) all.push_back(ideal_twin(scenario, plan));
-    }
+  for (const StrategyPlan& plan : plans) {
+    if (!traits_of(plan.kind).knows_motion && asks_for_twin(scenario, plan.kind) &&
+        twin_of_lead.try_emplace(plan.lead.ns, all.size()).second)
+      all.push_back(ideal_twin(scenario, plan));
   }
+  const Scenario unjudged = for_twins(scenario);
   std::vector<StrategyRecord> records(all.size());
   RunControl unseen = options.control;  // without progress, because several twins have the same name
   unseen.progress = nullptr;
   std::vector<std::optional<RunFailure>> failures(all.size());
   parallel_for(all.size(), options.threads, [&](std::size_t i) {
     try {
-      records[i] = run_strategy(scenario, all[i], i < plans.size() ? options.control : unseen);
+      const bool listed = i < plans.size();
+      records[i] = run_strategy(listed ? scenario : unjudged, all[i], listed ? options.control : unseen);
     } catch (const RunFailure& failure) {
       failures[i] = failure;
     }
@@ -131,6 +146,13 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   difference = found ? "the recorded run and its virtual twin differ: " + found->text : "hashes differ, events do not";
 }
 
+void finish(RunRecord& run) {
+  run.trace_hash = hash_of(run.strategies);
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (run.left_out.empty()) run.left_out = strategy.solver.left_out;
+  }
+}
+
 /// If it throws, `run` contains what was recorded until then.
 void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& run, std::string& difference) {
   run = start_run(scenario, options);
@@ -139,10 +161,7 @@ void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& ru
     run_wall(scenario, plans, options, run, difference);
   else
     run_virtual(scenario, plans, options, run);
-  run.trace_hash = hash_of(run.strategies);
-  for (const StrategyRecord& strategy : run.strategies) {
-    if (run.left_out.empty()) run.left_out = strategy.solver.left_out;
-  }
+  finish(run);
 }
 
 std::string compare(const RunRecord& a, const RunRecord& b) {
@@ -365,6 +384,13 @@ Nominal nominal_of(const Scenario& scenario) {
 const char* name_of(RunVerdict verdict) {
   constexpr std::array kNames{"pass", "none", "degraded", "fail", "error"};
   return kNames.at(static_cast<std::size_t>(verdict));
+}
+
+RunRecord record_run(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options) {
+  RunRecord run = start_run(scenario, options);
+  run_virtual(scenario, plans, options, run);
+  finish(run);
+  return run;
 }
 
 RunOutcome run_scenario(const Scenario& as_read, const RunOptions& options) {

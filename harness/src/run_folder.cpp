@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/writers.h"
+#include "evenstep/time/digest.h"
 
 namespace evenstep {
 namespace fs = std::filesystem;
@@ -31,37 +34,9 @@ std::pair<std::string, std::string> segment_shown(const Scenario& scenario, cons
   return {name_of(scenario.live), outcome.record.nominal.devices.front().name};
 }
 
-std::vector<FolderFile> files_of(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
-  const RunRecord& run = outcome.record;
-  std::vector<FolderFile> files;
-  files.push_back({kSummaryFile, summary_of(outcome)});
-  files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
-  files.push_back({"resolved.toml", scenario.resolved_toml});
-  if (outcome.case_record) {
-    files.push_back({"cells.csv", cells_csv(*outcome.case_record)});
-    files.push_back({"strip.svg", case_strip_svg(*outcome.case_record, scenario.name)});
-  }
-  if (run.strategies.empty()) return files;  // the run failed before it began
-  files.push_back({"series.csv", series_csv(run)});
-  files.push_back({"underruns.csv", underruns_csv(run)});
-  if (run.keep_rows) {
-    const std::vector<std::byte> events = events_bin(run);
-    files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
-  }
-  for (const StrategyRecord& strategy : run.strategies) {
-    if (strategy.reference) continue;
-    files.push_back({"timing.csv", format_timing_csv(recorded_timing(strategy))});
-    break;
-  }
-  for (const Nominal::Device& device : run.nominal.devices) {
-    files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name, outcome.results)});
-    files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name, outcome.results)});
-  }
-  if (const auto figure = error_over_time_svg(run)) files.push_back({"error-over-time.svg", *figure});
-  if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
-  const auto [strategy, device] = segment_shown(scenario, outcome);
-  files.push_back({"figure-2to4.svg", figure_2to4_svg(run, strategy, device, outcome.results)});
-  return files;
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 fs::path absolute_folder(const std::string& folder) {
@@ -74,6 +49,14 @@ bool replaceable(const fs::path& folder, const std::string& its_file) {
   return !fs::exists(folder) || (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / its_file)));
 }
 
+/// The figure of a study of the felt force of this scenario that is stored beside the run folder; empty if there is none.
+std::string stored_study(const std::string& folder, const Scenario& scenario) {
+  const fs::path study = absolute_folder(folder).string() + "-study";
+  const std::string subject = fmt::format("\"subject\":\"{:016x}\"", subject_of(scenario));
+  if (content_of(study / kStudyFile).find(subject) == std::string::npos) return {};
+  return content_of(study / kStudyFigure);
+}
+
 void write_file(const fs::path& path, const std::string& content) {
   std::ofstream out(path, std::ios::binary);
   out.write(content.data(), static_cast<std::streamsize>(content.size()));
@@ -82,6 +65,59 @@ void write_file(const fs::path& path, const std::string& content) {
 }
 
 }  // namespace
+
+std::vector<FolderFile> data_files(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
+  const RunRecord& run = outcome.record;
+  std::vector<FolderFile> files;
+  files.push_back({kSummaryFile, summary_of(outcome)});
+  files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
+  files.push_back({"resolved.toml", scenario.resolved_toml});
+  if (outcome.case_record) files.push_back({"cells.csv", cells_csv(*outcome.case_record)});
+  if (run.strategies.empty()) return files;  // the run failed before it began
+  files.push_back({"series.csv", series_csv(run)});
+  files.push_back({"underruns.csv", underruns_csv(run)});
+  if (run.keep_rows) {
+    const std::vector<std::byte> events = events_bin(run);
+    files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
+  }
+  for (const StrategyRecord& strategy : run.strategies) {
+    if (strategy.reference) continue;
+    files.push_back({"timing.csv", format_timing_csv(recorded_timing(strategy))});
+    break;
+  }
+  return files;
+}
+
+std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outcome) {
+  const RunRecord& run = outcome.record;
+  std::vector<FolderFile> files;
+  if (outcome.case_record) files.push_back({"strip.svg", case_strip_svg(*outcome.case_record, scenario.name)});
+  if (run.strategies.empty()) return files;
+  for (const Nominal::Device& device : run.nominal.devices) {
+    files.push_back({fmt::format("figure-1a-{}.svg", device.name), figure_1a_svg(run, device.name, outcome.results)});
+    files.push_back({fmt::format("figure-1b-{}.svg", device.name), figure_1b_svg(run, device.name, outcome.results)});
+  }
+  if (const auto figure = error_over_time_svg(run, outcome.metrics)) files.push_back({"error-over-time.svg", *figure});
+  if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
+  const auto [strategy, device] = segment_shown(scenario, outcome);
+  files.push_back({"figure-2to4.svg", figure_2to4_svg(run, strategy, device, outcome.results)});
+  return files;
+}
+
+std::uint64_t subject_of(const Scenario& scenario) {
+  std::istringstream lines(scenario.resolved_toml);
+  std::uint64_t digest = 0;
+  bool counts = false;  // not before the first table: name, because and tags
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first != std::string::npos && line[first] == '[') {
+      const std::string name = line.substr(line.find_first_not_of('[', first));
+      counts = !(name.starts_with("study") || name.starts_with("sweep") || name.starts_with("expect"));
+    }
+    if (counts) digest = mix(digest, name_digest(line));
+  }
+  return digest;
+}
 
 std::string summary_of(const RunOutcome& outcome) {
   return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, name_of(outcome.verdict), outcome.failure);
@@ -108,7 +144,10 @@ std::string run_folder_objection(const std::string& folder, const std::string& i
 
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce) {
-  return write_folder(folder, files_of(scenario, outcome, reproduce));
+  std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
+  for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
+  if (const std::string figure = stored_study(folder, scenario); !figure.empty()) files.push_back({kStudyFigure, figure});
+  return write_folder(folder, files);
 }
 
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files) {

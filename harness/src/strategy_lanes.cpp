@@ -1,7 +1,5 @@
 #include "evenstep/harness/strategy_lanes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -9,6 +7,7 @@
 #include "evenstep/harness/rendering.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/reports/run_failure.h"
+#include "judge.h"
 #include "strategies.h"
 #include "undelayed_solver.h"
 
@@ -87,19 +86,22 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   record.steps_over_limit = verdict.steps_over_limit;
   record.step_over_limit_max = verdict.step_over_limit_max;
   record.has_energy = scene.needs_energy && accounts_energy(scene);
-  for (const auto& [feature, cost_percent] : info.left_out) {
-    // Not measured here: sim/src/feature_costs.h.
-    constexpr const char* kOf = "of a step of 20,270 particles on an AMD EPYC (Zen 3, 2 cores)";
-    record.left_out.push_back(!cost_percent        ? feature
-                              : *cost_percent <= 0 ? fmt::format("{} (less than 1 % {})", feature, kOf)
-                                                   : fmt::format("{} (+{} % {})", feature, *cost_percent, kOf));
-  }
+  record.left_out = info.left_out;
   record.solver_seconds = seconds;
   return record;
 }
 
+/// Whether an expectation asks for the energy of this strategy's solver.
+bool asks_for_energy(const Scenario& scenario, StrategyKind kind) {
+  return std::any_of(scenario.expectations.begin(), scenario.expectations.end(), [&](const Expectation& expectation) {
+    return expectation.metric.starts_with("energy_") &&
+           internal::matches(expectation.signal, std::string("solver.") + name_of(kind));
+  });
+}
+
 Scene scene_of(const Scenario& scenario, StrategyKind kind) {
   Scene scene = scenario.scene;
+  scene.needs_energy = scene.needs_energy && asks_for_energy(scenario, kind);
   scene.variable_step = traits_of(kind).varies_step;
   return scene;
 }

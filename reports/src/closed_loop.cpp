@@ -9,9 +9,10 @@
 #include "src/vec3.h"
 
 namespace evenstep {
+using internal::kNone;
+
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDecay = 0.98;             // over five eighths of the run; a ratio above this is no decay
 constexpr double kDecayFromMiddle = 0.992;  // the same decay over two eighths: 0.98^(2/5) = 0.99195
 constexpr double kAtRest_m = 5e-6;          // peak to peak; anything less does not count as an oscillation

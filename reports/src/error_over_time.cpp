@@ -1,6 +1,9 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/measures.h"
@@ -13,13 +16,13 @@ namespace {
 using internal::Axis;
 using internal::Range;
 
-constexpr double kBin_s = 1;
 constexpr std::size_t kLeastBins = 10;
 constexpr double kMargin = 0.05;  // share of the span below the lowest value, so that broad curves stay inside
 constexpr double kDecades = 9;    // the most that are shown: below a billionth of the largest error there is only rounding
 
-// Per device a block of three panels (deviation, jump, underruns) in two columns (interaction, force).
-constexpr double kWidth = 1100, kHead = 58, kBlock = 540, kPanelHeight = 140, kPanelDistance = 160;
+// Per device a block in two columns (interaction, force): the name, a line for each strategy on how its errors grow, and the
+// panels (deviation, another error if there is one, jump, underruns).
+constexpr double kWidth = 1100, kHead = 74, kPanelHeight = 140, kPanelDistance = 160, kLine = 14;
 struct Column {
   const char* kind;
   double left, right;
@@ -35,38 +38,61 @@ struct Curve {
 struct Signal {
   std::string name, unit;
   double unit_size = 1;
+  const BinnedError* error = nullptr;  ///< the error that is drawn beside the deviation; none of these bins need have it
   std::vector<std::pair<std::string, std::vector<BinRow>>> strategies;
 };
 
+/// A force's distance from the ideal twin's says more than that from the force without any delay, which contains the
+/// latency.
+const BinnedError* shown_error(const std::vector<std::pair<std::string, std::vector<BinRow>>>& strategies) {
+  const BinnedError* shown = nullptr;
+  for (const BinnedError& error : std::span(kBinnedErrors).subspan(1)) {
+    for (const auto& [strategy, rows] : strategies) {
+      if (std::any_of(rows.begin(), rows.end(), [&](const BinRow& row) { return error.rms(row).has_value(); }))
+        shown = &error;
+    }
+  }
+  return shown;
+}
+
 Signal signal_of(const RunRecord& run, const std::map<std::string, std::vector<BinRow>>& all, const std::string& name) {
   const std::optional<double> step = step_unit(run.nominal, name + ".any");
-  Signal signal{name, step ? "step" : base_unit(name + ".any", "deviation_max"), step.value_or(1), {}};
+  Signal signal{name, step ? "step" : base_unit(name + ".any", "deviation_max"), step.value_or(1), nullptr, {}};
   for (const std::string& strategy : internal::in_drawing_order(run)) {
     const auto found = all.find(name + "." + strategy);
     if (found != all.end()) signal.strategies.emplace_back(strategy, found->second);
   }
+  signal.error = shown_error(signal.strategies);
   return signal;
 }
 
+/// "from ideal", as it fits beside a panel
+std::string short_name(std::string_view error) {
+  return error == "deviation_from_ideal" ? "from ideal" : std::string(error);
+}
+
 /// The value of a bin is drawn in its middle; a missing bin interrupts the curve.
-std::vector<Curve> error_curves(const Signal& signal, double BinRow::*error, double end_s) {
+template <class Value>
+std::vector<Curve> error_curves(const Signal& signal, Value value_of) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
     Curve& curve = curves.emplace_back(Curve{strategy, {}, {}});
     for (std::size_t b = 0; b < rows.size(); ++b) {
-      if (b > 0 && rows[b].from_s - rows[b - 1].from_s > 1.5 * kBin_s) {
+      const double width_s = rows[b].to_s - rows[b].from_s;
+      if (b > 0 && rows[b].from_s - rows[b - 1].to_s > width_s / 2) {
         curve.t_s.push_back(rows[b].from_s);
         curve.value.push_back(NAN);
       }
-      curve.t_s.push_back((rows[b].from_s + std::min(rows[b].from_s + kBin_s, end_s)) / 2);
-      curve.value.push_back(rows[b].*error / signal.unit_size);
+      curve.t_s.push_back((rows[b].from_s + rows[b].to_s) / 2);
+      const std::optional<double> value = value_of(rows[b]);
+      curve.value.push_back(value ? *value / signal.unit_size : NAN);
     }
   }
   return curves;
 }
 
 /// The underruns up to the end of each bin; 0 at the begin of the first.
-std::vector<Curve> underrun_curves(const Signal& signal, double end_s) {
+std::vector<Curve> underrun_curves(const Signal& signal) {
   std::vector<Curve> curves;
   for (const auto& [strategy, rows] : signal.strategies) {
     Curve& curve = curves.emplace_back(Curve{strategy, {}, {}});
@@ -74,7 +100,7 @@ std::vector<Curve> underrun_curves(const Signal& signal, double end_s) {
     curve.t_s.push_back(rows.front().from_s);
     curve.value.push_back(0);
     for (const BinRow& row : rows) {
-      curve.t_s.push_back(std::min(row.from_s + kBin_s, end_s));
+      curve.t_s.push_back(row.to_s);
       curve.value.push_back(static_cast<double>(row.underruns_so_far));
     }
   }
@@ -112,16 +138,26 @@ Range count_range(const std::vector<Curve>& curves) {
   return {-kMargin * most, most * 1.08};
 }
 
-void draw_signal(internal::Svg& svg, const RunRecord& run, const Signal& signal, const Range& time_s, const Column& column,
-                 double top) {
+/// "direct: deviation bounded (0), error linear (0.9 to 1.1)"
+std::string growth_line(const Signal& signal, const std::string& strategy, const Metrics& metrics) {
+  std::string line;
+  for (const auto& [error, interval] : growths_of(metrics, signal.name + "." + strategy)) {
+    const bool drawn = error == kBinnedErrors.front().name || (signal.error && error == signal.error->name);
+    if (!drawn) continue;
+    line += fmt::format("{} {} {}", line.empty() ? strategy + ":" : ",", short_name(error), growth_text(interval));
+  }
+  return line;
+}
+
+void draw_signal(internal::Svg& svg, const RunRecord& run, const Metrics& metrics, const Signal& signal, const Range& time_s,
+                 const Column& column, double top) {
   svg.text({column.left, top + 12}, signal.name, internal::Svg::Anchor::start, 13, true);
-  std::vector<Curve> deviation = error_curves(signal, &BinRow::deviation_max, time_s.high);
-  std::vector<Curve> jump = error_curves(signal, &BinRow::velocity_jump, time_s.high);
-  const std::vector<Curve> underruns = underrun_curves(signal, time_s.high);
-  const Axis deviation_axis{to_decades(deviation), "deviation max", signal.unit, true};
-  const Axis jump_axis{to_decades(jump), "velocity jump", signal.unit, true};
-  const Axis underrun_axis{count_range(underruns), "underruns so far", "count"};
-  double y = top + 22;
+  double y = top + 12;
+  for (const auto& [strategy, rows] : signal.strategies) {
+    y += kLine;
+    svg.text({column.left, y}, growth_line(signal, strategy, metrics), internal::Svg::Anchor::start, 11);
+  }
+  y += 10;
   const auto panel = [&](const std::vector<Curve>& curves, const Axis& axis, bool last) {
     internal::Panel drawn(svg, {column.left, y, column.right, y + kPanelHeight}, {time_s, "run time", "s"}, axis);
     drawn.draw_axes(last, last);
@@ -129,26 +165,40 @@ void draw_signal(internal::Svg& svg, const RunRecord& run, const Signal& signal,
       drawn.curve(curves[i].t_s, curves[i].value, internal::look_of(run, curves[i].strategy));
     y += kPanelDistance;
   };
-  panel(deviation, deviation_axis, false);
-  panel(jump, jump_axis, false);
-  panel(underruns, underrun_axis, true);
+  const auto errors = [&](const char* name, auto value_of) {
+    std::vector<Curve> curves = error_curves(signal, value_of);
+    const Axis axis{to_decades(curves), name, signal.unit, true};
+    panel(curves, axis, false);
+  };
+  errors("deviation max", [](const BinRow& row) { return std::optional(row.deviation_max); });
+  if (signal.error) errors(fmt::format("{} RMS", short_name(signal.error->name)).c_str(), signal.error->rms);
+  errors("velocity jump", [](const BinRow& row) { return std::optional(row.velocity_jump); });
+  const std::vector<Curve> underruns = underrun_curves(signal);
+  panel(underruns, {count_range(underruns), "underruns so far", "count"}, true);
 }
 
 }  // namespace
 
-std::optional<std::string> error_over_time_svg(const RunRecord& run) {
-  const auto all = bins(run, kBin_s);
+std::optional<std::string> error_over_time_svg(const RunRecord& run, const Metrics& metrics) {
+  const auto all = bins(run);
   const bool enough = std::any_of(all.begin(), all.end(), [](const auto& s) { return s.second.size() >= kLeastBins; });
   if (!enough) return std::nullopt;
   const Range time_s{0, seconds(run.nominal.end - RealTime{})};
-  const std::vector<Nominal::Device>& devices = run.nominal.devices;
-  internal::Svg svg(kWidth, kHead + kBlock * static_cast<double>(devices.size()), "Error against run time");
+  std::vector<std::pair<const Column*, Signal>> signals;
+  for (const Nominal::Device& device : run.nominal.devices) {
+    for (const Column& column : kColumns)
+      signals.emplace_back(&column, signal_of(run, all, device.name + "." + column.kind));
+  }
+  const bool any_error =
+      std::any_of(signals.begin(), signals.end(), [](const auto& s) { return s.second.error != nullptr; });
+  const double block = 60 + kLine * static_cast<double>(run.strategies.size()) + kPanelDistance * (any_error ? 4 : 3);
+  internal::Svg svg(kWidth, kHead + block * static_cast<double>(run.nominal.devices.size()), "Error against run time");
   internal::draw_legend(svg, {kColumns.front().left, 44}, run, internal::in_drawing_order(run));
-  for (std::size_t d = 0; d < devices.size(); ++d) {
-    for (const Column& column : kColumns) {
-      draw_signal(svg, run, signal_of(run, all, devices[d].name + "." + column.kind), time_s, column,
-                  kHead + kBlock * static_cast<double>(d));
-    }
+  svg.text({kColumns.front().left, 64}, "growth of the RMS like t^p, in brackets the p that are possible (95 %)",
+           internal::Svg::Anchor::start, 11);
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    draw_signal(svg, run, metrics, signals[i].second, time_s, *signals[i].first,
+                kHead + block * static_cast<double>(i / kColumns.size()));
   }
   return std::move(svg).finish();
 }

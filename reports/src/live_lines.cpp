@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <set>
 #include <string_view>
 
 #include "evenstep/reports/writers.h"
@@ -60,6 +61,21 @@ std::string live_lines(const RunRecord& run, const Metrics& metrics) {
                         milliseconds(tick("lateness_p99")), milliseconds(tick("lateness_max")));
     for (const DeviceRecord& device : strategy.devices) text += device_line(metrics, device.name, strategy.name);
   }
+  return text;
+}
+
+std::string device_notes(const RunRecord& run) {
+  std::set<std::string> silent;
+  for (const StrategyRecord& strategy : run.strategies) {
+    for (const DeviceRecord& device : strategy.devices) {
+      const auto unknown = device.counters.find("pid_pool_unknown");
+      if (unknown != device.counters.end() && unknown->second > 0) silent.insert(device.name);
+    }
+  }
+  std::string text;
+  for (const std::string& device : silent)
+    text += fmt::format(
+        "{:<13}did not say, or not believably, how many effects it plays at once; it is driven all the same\n", device);
   return text;
 }
 

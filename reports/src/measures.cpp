@@ -10,9 +10,10 @@
 #include "src/vec3.h"
 
 namespace evenstep {
+using internal::kNone;
+
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastSamples = 3;  // any two points lie on a line, so fewer than three judge nothing
 
 /// cos and sin of 2 pi i / count, computed by reproducible functions, because the bits of a summary must not depend on the C

@@ -7,15 +7,15 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::int64_t kNone = -1;
+constexpr std::int64_t kNoPiece = -1;
 
 /// The number of the straight piece that contains all of [from, to].
 std::int64_t piece_of(const Nominal::Turns& turns, RealTime from, RealTime to) {
   const Duration since = from - turns.first;
-  if (since.ns < 0) return kNone;
+  if (since.ns < 0) return kNoPiece;
   const Duration period = turns.straight + turns.turn;
   const std::int64_t piece = since.ns / period.ns;
-  return to <= turns.first + period * piece + turns.straight ? piece : kNone;
+  return to <= turns.first + period * piece + turns.straight ? piece : kNoPiece;
 }
 
 /// A read is made of the samples around it. The older one may have been taken up to two periods before: it is up to one
@@ -37,12 +37,12 @@ std::vector<std::int64_t> pieces_of_steps(const StrategyRecord& strategy, const 
 template <class Number>
 std::vector<Window> runs_of(std::size_t count, Number number) {
   std::vector<Window> runs;
-  std::int64_t last = kNone;
+  std::int64_t last = kNoPiece;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int64_t piece = number(i);
-    if (piece != kNone && piece == last)
+    if (piece != kNoPiece && piece == last)
       runs.back().end = i + 1;
-    else if (piece != kNone)
+    else if (piece != kNoPiece)
       runs.push_back({i, i + 1});
     last = piece;
   }
@@ -54,7 +54,7 @@ std::vector<Window> all_of(std::size_t count) { return count == 0 ? std::vector<
 /// The last step whose force is there at each of these instants, which must not decrease.
 template <class At>
 std::vector<std::int64_t> last_steps(const StrategyRecord& strategy, std::size_t count, At at) {
-  std::vector<std::int64_t> last(count, kNone);
+  std::vector<std::int64_t> last(count, kNoPiece);
   std::int64_t next = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const auto there = [&](const StepRow& step) { return std::max(step.emission, step.end) <= at(i); };
@@ -89,11 +89,11 @@ std::vector<Window> straight_ticks(const StrategyRecord& strategy, const DeviceR
       last_steps(strategy, ticks.size(), [&](std::size_t i) { return at(i) - strategy.force_memory; });
   const Duration period = period_ceil(nominal->rate);
   return runs_of(ticks.size(), [&](std::size_t i) {
-    if (oldest[i] < 1) return kNone;
+    if (oldest[i] < 1) return kNoPiece;
     const auto first = static_cast<std::size_t>(oldest[i] - 1);
     const auto last = std::min(static_cast<std::size_t>(newest[i] + 1), pieces.size() - 1);
     const std::int64_t piece = piece_of(*nominal->turns, at(i) - period - period, at(i));
-    return pieces[first] == piece && pieces[last] == piece ? piece : kNone;
+    return pieces[first] == piece && pieces[last] == piece ? piece : kNoPiece;
   });
 }
 

@@ -92,11 +92,23 @@ Json json_of(const Saturation& saturation) {
 Json json_of(const std::vector<BinRow>& rows) {
   Json out = Json::array();
   for (const BinRow& bin : rows) {
-    out.push_back({{"from_s", json_number(bin.from_s)},
-                   {"deviation_max", json_number(bin.deviation_max)},
-                   {"velocity_jump", json_number(bin.velocity_jump)},
-                   {"underruns_so_far", bin.underruns_so_far}});
+    Json row = {{"from_s", json_number(bin.from_s)},
+                {"to_s", json_number(bin.to_s)},
+                {"deviation_max", json_number(bin.deviation_max)},
+                {"velocity_jump", json_number(bin.velocity_jump)}};
+    for (const BinnedError& error : kBinnedErrors) {
+      if (const auto rms = error.rms(bin)) row[std::string(error.name) + "_rms"] = json_number(*rms);
+    }
+    row["underruns_so_far"] = bin.underruns_so_far;
+    out.push_back(std::move(row));
   }
+  return out;
+}
+
+Json json_of(const std::vector<std::pair<const char*, GrowthInterval>>& growths) {
+  Json out = Json::object();
+  for (const auto& [error, interval] : growths)
+    out[error] = {{"name", growth_name(interval)}, {"exponent", {json_number(interval.low), json_number(interval.high)}}};
   return out;
 }
 
@@ -118,6 +130,7 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
               {"saturated", Json::object()},
               {"latency", Json::object()},
               {"strategies", Json::object()},
+              {"growth", Json::object()},
               {"bins", Json::object()},
               {"left_out", run.left_out},
               {"failure", failure}};
@@ -128,7 +141,10 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
     out["latency"][strategy.name] = json_of(strategy.latency);
     out["strategies"][strategy.name] = json_of(strategy);
   }
-  for (const auto& [signal, rows] : bins(run)) out["bins"][signal] = json_of(rows);
+  for (const auto& [signal, rows] : bins(run)) {
+    if (const auto growths = growths_of(metrics, signal); !growths.empty()) out["growth"][signal] = json_of(growths);
+    out["bins"][signal] = json_of(rows);
+  }
   return json_text(out, "expectations") + '\n';
 }
 

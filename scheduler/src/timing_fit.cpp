@@ -268,7 +268,9 @@ void fit_hits(TimingFit& fit) {
   };
   if (spikes) fit.timing.spikes = Spikes{rate(static_cast<double>(fit.alike)), {std::llround(cluster.center)}};
   if (static_cast<std::int64_t>(others.size()) < kLeastTail) return;
-  const double least = others.front(), most = others.back(), tail = fit_tail(others, least, most);
+  // Steps longer by less than half a nanosecond would give a cost of 0, of which there is no Pareto law.
+  const double least = std::max(others.front(), 1.0), most = std::max(others.back(), least);
+  const double tail = fit_tail(others, least, most);
   fit.timing.preemption =
       Preemption{rate(static_cast<double>(others.size())), {std::llround(least)}, {std::llround(most)}, tail};
   const double q = std::pow(least / most, tail);

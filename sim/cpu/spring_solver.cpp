@@ -18,8 +18,7 @@ class SpringSolver final : public Solver {
     }
     info_.name = "cpu-double";
     info_.particles = 0;
-    for (const char* feature : {"particles", "substeps", "variable step", "state digest", "energy"})
-      info_.left_out.push_back({feature, std::nullopt});
+    info_.left_out = evenstep::left_out(scene);
   }
   /// The length of the step does not matter: the spring has no memory.
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double>) override {

@@ -3,10 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <string_view>
 #include <utility>
-
-#include "src/feature_costs.h"
 
 namespace evenstep::internal {
 
@@ -38,10 +35,10 @@ SceneFeatures every_feature(const Scene& scene) {
   return features;
 }
 
-std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl) {
+std::vector<std::string> left_out(const SceneFeatures& features) {
   const auto none = [](const std::array<bool, kMaxTools>& tools) { return !tools[0] && !tools[1]; };
   const auto tool = [&](std::size_t n) { return features.grab[n] || features.spring[n] || features.probe[n]; };
-  std::vector<LeftOut> all;
+  std::vector<std::string> all;
   for (const auto& [absent, name] :
        {std::pair{!features.regions, "regions"}, std::pair{!features.damping, "damping"},
         std::pair{!features.axial_damping, "axial damping"}, std::pair{!features.gravity, "gravity"},
@@ -50,12 +47,29 @@ std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl) {
         std::pair{none(features.spring), "spring coupling"}, std::pair{none(features.probe), "probe"},
         std::pair{!features.local_model, "local model"}, std::pair{!features.variable_step, "variable step"},
         std::pair{!features.energy, "energy"}, std::pair{!features.digest, "state digest"}}) {
-    if (!absent) continue;
-    const auto cost = std::find_if(kFeatureCosts.begin(), kFeatureCosts.end(),
-                                   [&, name = name](const FeatureCost& c) { return std::string_view(c.feature) == name; });
-    all.push_back({name, opencl ? cost->opencl_percent : cost->cpu_percent});
+    if (absent) all.emplace_back(name);
   }
   return all;
+}
+
+std::optional<SceneFeatures> features_with(const std::string& feature, const Scene& scene) {
+  SceneFeatures features = features_of(scene);
+  const std::size_t tools = std::min<std::size_t>(std::get<TissueScene>(scene.body).tools.size(), kMaxTools);
+  const std::array<bool, kMaxTools> there{tools > 0, tools > 1};
+  if ((feature == "spring coupling" || feature == "probe") && tools == 0) return std::nullopt;
+  if (feature == "spring coupling") features.spring = there;
+  if (feature == "probe") features.probe = there;
+  const std::pair<const char*, bool*> flags[] = {{"regions", &features.regions},
+                                                 {"damping", &features.damping},
+                                                 {"axial damping", &features.axial_damping},
+                                                 {"gravity", &features.gravity},
+                                                 {"energy", &features.energy},
+                                                 {"local model", &features.local_model},
+                                                 {"state digest", &features.digest},
+                                                 {"variable step", &features.variable_step}};
+  for (const auto& [name, flag] : flags) *flag = *flag || feature == name;
+  if (left_out(features) == left_out(features_of(scene))) return std::nullopt;
+  return features;
 }
 
 void check_method(Method method, const std::string& solver) {

@@ -3,6 +3,7 @@
 /// code, no array and no launch.
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,9 @@ SceneFeatures features_of(const Scene& scene);
 /// does not change a bit.
 SceneFeatures every_feature(const Scene& scene);
 /// The features that are left out, in a fixed order.
-std::vector<LeftOut> left_out(const SceneFeatures& features, bool opencl);
+std::vector<std::string> left_out(const SceneFeatures& features);
+/// The scene's features and the one of this name, for the tools that there are. Nullopt if it cannot be neutral.
+std::optional<SceneFeatures> features_with(const std::string& feature, const Scene& scene);
 
 /// Throws SolverError (unavailable) for a method that the solver does not have.
 void check_method(Method method, const std::string& solver);

@@ -43,9 +43,7 @@ class ModeSolver final : public Solver {
         contacts_(contact_count(scene)) {
     info_.name = "cpu-double";
     info_.substeps = substeps(step_s_);
-    for (const char* feature : {"particles", "energy"}) info_.left_out.push_back({feature, std::nullopt});
-    if (!variable_) info_.left_out.push_back({"variable step", std::nullopt});
-    if (!digest_) info_.left_out.push_back({"state digest", std::nullopt});
+    info_.left_out = evenstep::left_out(scene);
   }
 
   ToolResponse step(std::span<const glm::dvec3> positions_m, std::optional<double> step_s) override {

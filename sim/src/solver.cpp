@@ -68,8 +68,8 @@ std::unique_ptr<Solver> solver_of(const WallScene&, SolverKind, const Scene& sce
 std::unique_ptr<Solver> solver_of(const ModeScene&, SolverKind, const Scene& scene, const SolverOptions&) {
   return internal::make_mode_solver(scene);
 }
-std::unique_ptr<Solver> solver_of(const TissueScene&, SolverKind kind, const Scene& scene, const SolverOptions& options) {
-  const internal::SceneFeatures features = internal::features_of(scene);
+std::unique_ptr<Solver> tissue_solver(const internal::SceneFeatures& features, SolverKind kind, const Scene& scene,
+                                      const SolverOptions& options) {
   switch (kind) {
     case SolverKind::cpu_float:
       return internal::make_cpu_tissue_float(scene, features);
@@ -80,12 +80,43 @@ std::unique_ptr<Solver> solver_of(const TissueScene&, SolverKind kind, const Sce
   }
   return nullptr;
 }
+std::unique_ptr<Solver> solver_of(const TissueScene&, SolverKind kind, const Scene& scene, const SolverOptions& options) {
+  return tissue_solver(internal::features_of(scene), kind, scene, options);
+}
 std::unique_ptr<Solver> solver_of(const ForeignScene& foreign, SolverKind, const Scene&, const SolverOptions&) {
   throw SolverError(SolverFault::unavailable, "the solver '" + foreign.name + "' is not registered",
                     "register it in the program that runs the scenario");
 }
 
+// What their solvers leave out.
+
+std::vector<std::string> left_out_of(const SpringScene&, const Scene&) {
+  return {"particles", "substeps", "variable step", "state digest", "energy"};
+}
+std::vector<std::string> left_out_of(const WallScene&, const Scene& scene) { return left_out_of(SpringScene{}, scene); }
+std::vector<std::string> left_out_of(const ModeScene&, const Scene& scene) {
+  std::vector<std::string> names{"particles", "energy"};
+  if (!scene.variable_step) names.emplace_back("variable step");
+  if (!scene.needs_state_digest) names.emplace_back("state digest");
+  return names;
+}
+std::vector<std::string> left_out_of(const TissueScene&, const Scene& scene) {
+  return internal::left_out(internal::features_of(scene));
+}
+std::vector<std::string> left_out_of(const ForeignScene&, const Scene&) { return {}; }
+
 }  // namespace
+
+std::vector<std::string> left_out(const Scene& scene) {
+  return std::visit([&](const auto& body) { return left_out_of(body, scene); }, scene.body);
+}
+
+std::unique_ptr<Solver> make_solver_with(const std::string& feature, SolverKind kind, const Scene& scene,
+                                         const SolverOptions& options) {
+  if (!std::holds_alternative<TissueScene>(scene.body)) return nullptr;
+  const auto features = internal::features_with(feature, scene);
+  return features ? tissue_solver(*features, kind, scene, options) : nullptr;
+}
 
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options) {
   if (scene.tool_count < 0 || scene.tool_count > kMaxTools) {

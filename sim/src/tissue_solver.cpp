@@ -14,7 +14,7 @@
 namespace evenstep::internal {
 namespace {
 
-bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 /// It depends on the device which NaN an operation returns, but forces are hashed: so always report the same NaN.
 double canonical(double value) { return std::isnan(value) ? std::numeric_limits<double>::quiet_NaN() : value; }
@@ -34,7 +34,7 @@ TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, st
   info_.iterations = iterations_of(scene_);
   info_.limit = step_limit(scene_);
   info_.substeps = scene_.substeps > 0 ? scene_.substeps : auto_substeps(scene_, scene.step_rate);
-  info_.left_out = left_out(features_, info_.name == "opencl");
+  info_.left_out = internal::left_out(features_);
   nominal_substep_s_ = substep_s_ = period_s(scene.step_rate) / info_.substeps;
   if (substep_s_ > info_.limit->step_s && !scene.allow_unstable) {
     throw SolverError(
@@ -96,7 +96,7 @@ ToolResponse TissueSolver::step(std::span<const glm::dvec3> positions_m, std::op
   const ToolResponse response = sum_forces();
   if (!contacts_.empty()) foresee_touches();
   for (std::size_t tool = 0; tool < contacts_.size(); ++tool) contacts_[tool] = contact(tool);
-  for (std::size_t tool = 0; tool < tools; ++tool) note_finite(finite(response.force_N[tool]));
+  for (std::size_t tool = 0; tool < tools; ++tool) note_finite(is_finite(response.force_N[tool]));
   if (features_.energy) balance_energy(std::span(moved_m.data(), tools), response);
   last_response_ = response;
   ++steps_;
@@ -119,7 +119,7 @@ void TissueSolver::move_tools(std::span<const glm::dvec3> moved_m) {
 void TissueSolver::check_position(std::size_t tool, const glm::dvec3& position_m) const {
   const glm::dvec3 away_m = origin_m_.empty() ? position_m : position_m - origin_m_[tool];
   const double reach_m = std::max({std::abs(away_m.x), std::abs(away_m.y), std::abs(away_m.z)});
-  if (finite(position_m) && reach_m <= FLT_MAX) return;
+  if (is_finite(position_m) && reach_m <= FLT_MAX) return;
   throw SolverError(SolverFault::bad_input, fmt::format("step {}: the position of tool {} is not finite", steps_, tool),
                     "check the device's reports or the recorded motion");
 }

@@ -17,8 +17,7 @@ class WallSolver final : public Solver {
     if (std::isnan(wall_.hardening_m) || wall_.hardening_m < 0)
       throw SolverError(SolverFault::bad_scene, "the wall's hardening length is negative", "a length, or 0 for none");
     info_.name = "cpu-double";
-    for (const char* feature : {"particles", "substeps", "variable step", "state digest", "energy"})
-      info_.left_out.push_back({feature, std::nullopt});
+    info_.left_out = evenstep::left_out(scene);
   }
 
   /// The length of the step does not matter: the wall has no memory.

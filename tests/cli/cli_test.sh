@@ -308,6 +308,21 @@ case_a_broken_file_of_a_folder_is_in_junit_and_json() {
 assert bad["verdict"] == "error" and "unknown key" in bad["failure"] and bad["file"] == "folder/bad.toml"
 assert good["verdict"] == "pass" and not good["failure"]' || fail "JSON"
 }
+case_a_broken_file_named_alone_is_in_json_and_in_the_place_it_was_given() {
+  printf 'format = 1\nnmae = "<x>"\n' >bad.toml
+  expect 2 "bad.toml:2:1: error: unknown key" run bad.toml
+  no_run_folder
+  expect 2 "bad.toml:2:1: error: unknown key" run bad.toml --out place
+  grep -q '<error .*bad.toml:2:1: error: unknown key .*nmae' place/junit.xml || fail "not in JUnit"
+  expect 2 '"verdict":"error"' run bad.toml --json
+  no_run_folder
+}
+case_a_device_that_does_not_answer_the_pool_is_named() {
+  "$evenstep" run "$source_dir/scenarios/safety/exit-pid.toml" >out 2>err
+  ! grep -q "how many effects" out || fail "it did answer"
+  "$evenstep" run "$source_dir/scenarios/safety/exit-pid.toml" --set 'device.left.pid.firmware="silent-pool"' >out 2>err
+  [ "$(grep -c "^left  *did not say, or not believably, how many effects" out)" = 1 ] || fail "it is not named once"
+}
 case_a_failure_says_when_and_what_would_do() {
   scenario '[remap]' 'latency = "12 ms"'
   expect 1 "late first at step " run x.toml
@@ -425,6 +440,26 @@ assert len(d["cells"]) == len(r) == 51
 assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
 }
+case_study_of_the_felt_force_keeps_its_reference() {
+  local block=$source_dir/scenarios/stiff/study-block.toml
+  local felt=("${small_study[@]}" --set study.error=felt-force --set 'run.warmup="96 ms"' --set 'run.duration="0.12 s"'
+    --set 'device.left.motion.delay="64 ms"'
+    --set 'study.solvers=["cpu"]' --set 'study.step_sizes=["0.5 ms"]' --set 'study.iterations=[5]')
+  XDG_CACHE_HOME=$work/cache expect 0 "felt error" study "$block" "${felt[@]}" --out f --advise "5 % force"
+  grep -q "^cheapest for 5 % force: phase_locked" out || fail "no advice"
+  grep -q "^  reference   .*CPU s" out && grep -q "^  all  .*CPU s" out || fail "the cost was not announced"
+  compgen -G "$work/cache/evenstep/reference-*.txt" >/dev/null || fail "no reference below XDG_CACHE_HOME"
+  XDG_CACHE_HOME=$work/cache expect 0 "reference   stored: " study "$block" "${felt[@]}" --out f
+  expect 0 "now stored" study "$block" "${felt[@]}" --out f --cache here
+  compgen -G "here/reference-*.txt" >/dev/null || fail "no reference below --cache"
+  for file in study.json study.csv resolved.toml error-against-cost.svg; do [ -s "f/$file" ] || fail "no $file"; done
+  command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
+  "$evenstep" study "$block" "${felt[@]}" --cache here --json --out u >out 2>err || fail "exit"
+  python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv")))
+assert len(d["points"]) == len(r) == 3
+assert all(float(x["felt_rms_N"]) == p["total"]["rms_N"] for p, x in zip(d["points"], r))
+assert d["error"] == "felt-force" and d["reference"]["stored"]' || fail "JSON or CSV"
+}
 case_study_says_that_a_solver_is_unavailable() {
   local block=$source_dir/scenarios/stiff/study-block.toml
   OCL_ICD_VENDORS=$work/none expect 0 "unavailable: no OpenCL platform is installed" study "$block" "${small_study[@]}" \
@@ -435,7 +470,8 @@ case_study_refuses_bad_input() {
   expect 1 "cannot tell what meets 1e-20 % force" study "$block" "${small_study[@]}" \
     --set 'study.methods=["symplectic-euler"]' --advise "1e-20 % force"
   expect 2 "--advise: error: \"1 kg\"" study "$block" --advise "1 kg"
-  expect 2 "only a tissue has steps to compare" study "$spring"
+  expect 2 "error: error = \"state\" compares the steps of a tissue" study "$spring" --set study.error=state
+  expect 2 "a study of the felt force knows no other error" study "$spring" --advise "1 % energy"
   expect 2 "no such file" study nowhere.toml
   expect 2 "'repeats': 0 is out of range" study "$block" --set study.repeats=0
 }
@@ -470,12 +506,85 @@ case_a_value_that_is_written_wrongly_gets_its_remedy() {
   expect 2 "x.toml:5:17: error: 'visualization': '6,5 ms' has a comma, and the decimal mark is a point" check x.toml
   scenario '[scene]' 'kind = spring'
   expect 2 'in quotes: "spring"' check x.toml
-  scenario '[timing]' 'visualization = 11.1 ms'
-  expect 2 '"11.1 ms"' check x.toml
+  for bare in '11.1 ms' 11.1ms 11ms 30Hz; do
+    scenario '[timing]' "visualization = $bare"
+    expect 2 'numbers with a unit, are written in quotes: "spring", "11.1 ms"' check x.toml
+  done
+  scenario '[timing]' 'steps = "1 ms"'
+  expect 2 "x.toml:5:9: error: 'steps': \"1 ms\" must be a whole number, or a list of them, without quotes or unit: 1" \
+    check x.toml
   scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "late"' 'max = "1 ms"'
   expect 2 "'late' is a count; write the number alone, 1, without 'ms'" check x.toml
   scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "velocity_jmp"' 'max = "1 step"'
-  expect 2 "unknown metric 'velocity_jmp' for signal 'left.force.direct'; did you mean 'velocity_jump'?" check x.toml
+  expect 2 "x.toml:6:10: error: unknown metric 'velocity_jmp' for signal 'left.force.direct'; did you mean 'velocity_jump'" \
+    check x.toml
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "late"' 'min = 0' '  max = "1 ms"'
+  expect 2 "x.toml:8:9: error: 'late' is a count" check x.toml
+  scenario 'expect = [{ signal = "left.force.direct", metric = "ltae", max = 1 }]'
+  expect 2 "x.toml:4:52: error: unknown metric 'ltae' for signal 'left.force.direct'; did you mean 'late'?" check x.toml
+}
+need_python() { command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }; }
+case_list_says_the_same_as_json() {
+  need_python
+  (cd "$source_dir" && "$evenstep" list scenarios/paper scenarios/timing >"$work/text" && "$evenstep" list --json \
+    scenarios/paper scenarios/timing) >out 2>err || fail "exit"
+  python3 - <<'CHECK' || fail "not the same"
+import json
+listed, text = json.load(open("out")), open("text").read()
+rows = [line.split() for line in text.splitlines() if line]
+for scenario in listed["scenarios"]:
+    assert f'{scenario["file"]:<48} {scenario["name"]}\n' in text, scenario
+for table in ("strategies", "solvers", "methods", "motions"):
+    assert [table] + listed[table] in rows, table
+for signal, metrics in listed["metrics"].items():
+    assert [signal] + list(metrics) in rows, signal
+assert len(rows) == len(listed["scenarios"]) + 4 + len(listed["metrics"])
+assert "back-and-forth" in listed["motions"] and listed["metrics"]["DEVICE.force.STRATEGY"]["jump_max"] == "N"
+CHECK
+}
+case_check_says_the_same_as_json_and_exits_alike() {
+  need_python
+  mkdir folder
+  scenario '[remap]' 'latency = "12 ms"' '[[device]]' 'name = "left"' 'force_limit = "1 N"' \
+    'motion = { kind = "constant-velocity", velocity = ["0.1 m/s", "0 m/s", "0 m/s"] }'
+  cp x.toml folder/fails.toml
+  printf 'format = 1\nnmae = "x"\n' >folder/refused.toml
+  cp x.toml folder/open.toml
+  sed -i 's/12 ms/40 ms/; s/1 N/1 kN/' folder/open.toml
+  "$evenstep" check folder >text 2>err; local code=$?
+  expect $code '"verdict": "refused"' check folder --json
+  python3 - <<'CHECK' || fail "not the same"
+import json
+text = open("text").read()
+fails, opened, refused = json.load(open("out"))
+assert fails["verdict"] == "must fail" and opened["verdict"] == "open" and refused["verdict"] == "refused"
+assert [one["line"] for one in refused["errors"] if one["message"].startswith("unknown key 'nmae'")] == [2]
+assert fails["must_fail"] and all(one["why"] in text for one in fails["must_fail"])
+assert fails["saturation"][0]["cause"] == "clamp" and fails["errors"][0]["line"] > 0
+assert not opened["must_fail"] and not opened["saturation"] and not opened["errors"]
+for one in (fails, opened):
+    assert "left out     " + ", ".join(one["left_out"]) + "\n" in text
+    assert f'  expectations {one["expectations"]}\n' in text and one["name"] in text and one["scene"] in text
+    for strategy in one["strategies"]:
+        assert f'{strategy["name"]:<12} lead {strategy["lead_ns"] / 1e6:.6f} ms, latency ' in text
+CHECK
+  expect 0 '"verdict": "open"' check folder/open.toml --json
+  python3 -c 'import json; assert json.load(open("out"))["file"] == "folder/open.toml"' || fail "not one object"
+}
+case_check_cost_measures_each_part_and_says_that_no_bit_changed() {
+  scenario '[run]' 'duration = "1 s"'
+  expect 0 "  left out     what it would add" check x.toml --cost
+  grep -Eq "^    strategy paper +(not measurable,|[0-9.]+) % of the run \[.*; trace hashes of 3 strategies equal; " out ||
+    fail "no strategy"
+  grep -Eq "^    OpenCL .*not loaded: no solver needs it" out || fail "no library"
+  expect 0 "nothing is measured: the run stops: " check "$source_dir/scenarios/extreme/unstable-step.toml" --cost
+  expect 3 "nothing is measured: the run stops: " check "$source_dir/scenarios/paper/figure-1.toml" --cost \
+    --set scene.substeps=1
+  ! grep -q "differ" out || fail "bits"
+  need_python
+  "$evenstep" check x.toml --cost --json >out 2>err || fail "exit"
+  python3 -c 'import json; cost = json.load(open("out"))["cost"]
+assert cost["same_bits"] and {"figures", "threads", "hidapi"} <= {part["part"] for part in cost["parts"]}' || fail "JSON"
 }
 case_a_closed_pipe_is_no_error() {
   set -o pipefail

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "checked.h"
 #include "evenstep/format/scenario.h"
 #include "support.h"
 
@@ -8,13 +9,6 @@ using namespace evenstep::test;
 using Catch::Contains;
 
 namespace {
-
-/// `base` with the first `from` replaced by `to`.
-std::string changed(std::string base, const std::string& from, const std::string& to) {
-  const std::size_t at = base.find(from);
-  REQUIRE(at != std::string::npos);
-  return base.replace(at, from.size(), to);
-}
 
 struct Mistake {
   const char* from;
@@ -426,7 +420,7 @@ TEST_CASE("A tissue must fit its lattice and its devices") {
 
 TEST_CASE("A study must name steps that meet, and a scene that has steps") {
   const auto with = [](const std::string& keys) {
-    return errors_of(read_text(std::string(kTissue) + "[study]\n" + keys + "\n"));
+    return errors_of(read_text(std::string(kTissue) + "[study]\n" + keys + "\nerror = \"state\"\n"));
   };
   CHECK(with("") == "");
   struct {
@@ -456,8 +450,24 @@ TEST_CASE("A study must name steps that meet, and a scene that has steps") {
     INFO(row.keys);
     CHECK_THAT(with(row.keys), Contains(row.error));
   }
-  CHECK_THAT(errors_of(read_text(std::string(kSpring) + "[study]\n")),
-             Contains("[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a"));
+  CHECK_THAT(errors_of(read_text(std::string(kSpring) + "[study]\nerror = \"state\"\n")),
+             Contains("error = \"state\" compares the steps of a tissue, and this scene has none"));
+}
+
+TEST_CASE("A study of the felt force takes the run's own steps and judged time, and of a scene without steps nothing more") {
+  const auto with = [](const char* scene, const std::string& keys) {
+    return errors_of(read_text(std::string(scene) + "[study]\n" + keys + "\n"));
+  };
+  CHECK(with(kTissue, "") == "");
+  CHECK(with(kSpring, "") == "");
+  CHECK(with(kSpring, "error = \"felt-force\"\nrepeats = 2") == "");
+  CHECK_THAT(with(kTissue, "error = \"felt\""), Contains("'error': \"felt\" must be \"felt-force\" or \"state\""));
+  CHECK_THAT(with(kTissue, "duration = \"1000 s\""), Contains("'duration': 1000000 ms is more than the"));
+  CHECK_THAT(with(kTissue, "duration = \"2 ms\""), Contains("is less than one step of the scene"));
+  CHECK_THAT(with(kTissue, "step_sizes = [\"450 Hz\", \"225 Hz\"]"),
+             Contains("longer than the scene's does not fit the [timing]"));
+  CHECK_THAT(with(kSpring, "methods = [\"rk4\"]"), Contains("'methods' is that of a tissue"));
+  CHECK_THAT(with(kSpring, "solvers = [\"cpu\"]"), Contains("'solvers' is that of a tissue"));
 }
 
 TEST_CASE("A hand that cannot be integrated, or that no strategy or study can use, is refused with the remedy") {
@@ -556,51 +566,6 @@ TEST_CASE("A file of an unknown format, with a syntax error or a duplicate key i
                           {"steps = 15", "a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s.t.u.v.w.x.y.z.a.b.c.d.e.f.g.h.i.j = 1",
                            "scenario.toml:11:1: error: more than 32 dots in one line"},
                       });
-}
-
-TEST_CASE("A file that is not there, a folder, or one past the size limit is refused") {
-  const Folder folder;
-  CHECK_THAT(errors_of(read_scenario(folder.path("none.toml"))), Contains("none.toml: error: no such file"));
-  CHECK_THAT(errors_of(read_scenario(folder.path("no/none.toml"))), Contains("there is no folder"));
-  CHECK_THAT(errors_of(read_scenario(folder.path(""))), Contains("is a directory"));
-  const std::string head = kSpring;
-  const std::size_t limit = 1 << 20;
-  const std::string full = head + std::string(limit - head.size(), '\n');
-  CHECK(errors_of(read_scenario(folder.write("full.toml", full))) == "");
-  CHECK_THAT(errors_of(read_scenario(folder.write("over.toml", full + "\n"))),
-             Contains("over.toml: error: is larger than 1048576 bytes"));
-  CHECK_THAT(errors_of(read_scenario(folder.write("empty.toml", ""))), Contains("empty.toml:1:1: error: no 'format'"));
-}
-
-TEST_CASE("A trace or a motion file that is wrong is reported with its own line, one that is missing where it is named") {
-  const Folder folder;
-  folder.write("bad.csv", "segment,kind,index,begin_ns,end_ns\n0,step,0,5,4\n");
-  folder.write("idle.csv", "segment,kind,index,begin_ns,end_ns\n0,idle,0,0,4\n");
-  folder.write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n0,1,1,1\n1,nan,0,0\n2,1,2\n3,1,2,3 \n4,1e4,0,0\n");
-  folder.write("head.csv", "t,x,y,z\n");
-  folder.write("none_at_all.csv", "t_s,x_m,y_m,z_m\n");
-  std::string timing = kSpring;
-  timing.replace(timing.find("segment = "), timing.find("[scene]") - timing.find("segment = "), "trace = \"bad.csv\"\n");
-  const auto with = [&](const std::string& text) { return errors_of(read_scenario(folder.write("s.toml", text))); };
-  CHECK_THAT(with(timing), Contains("bad.csv:2:12: error: ends at 4 ns"));
-  CHECK_THAT(with(changed(timing, "bad.csv", "nothere.csv")),
-             Contains("s.toml:9:9: error: 'trace': '") && Contains("nothere.csv' no such file"));
-  CHECK_THAT(with(changed(timing, "bad.csv", "idle.csv")),
-             Contains("s.toml:9:9: error: 'trace': '") && Contains("holds no step"));
-  CHECK_THAT(with(changed(timing, "bad.csv", "")), Contains("'trace': names no file"));
-  std::string motion = kSpring;
-  motion.replace(motion.find("motion = "), motion.find("[[expect]]") - motion.find("motion = "),
-                 "motion = { kind = \"recorded\", file = \"hand.csv\" }\n");
-  const std::string errors = with(motion);
-  CHECK_THAT(errors, Contains("hand.csv:3:1: error: 0 s is not later than the row before"));
-  CHECK_THAT(errors, Contains("hand.csv:4:3: error: 'nan' is not a number"));
-  CHECK_THAT(errors, Contains("hand.csv:5:1: error: 3 cells, where a row has 4"));
-  CHECK_THAT(errors, Contains("hand.csv:6:7: error: '3 ' is not a number"));
-  CHECK_THAT(errors, Contains("hand.csv:7:3: error: '1e4' is not a number between -1000 and 1000"));
-  CHECK_THAT(with(changed(motion, "hand.csv", "nothere.csv")),
-             Contains("s.toml:17:") && Contains("nothere.csv' no such file"));
-  CHECK_THAT(with(changed(motion, "hand.csv", "head.csv")), Contains("the first line must be t_s,x_m,y_m,z_m"));
-  CHECK_THAT(with(changed(motion, "hand.csv", "none_at_all.csv")), Contains("no rows"));
 }
 
 TEST_CASE("The limit of an underrun rate with a confidence is a share: another unit is refused where it is written") {

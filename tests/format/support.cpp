@@ -317,8 +317,8 @@ std::string describe(const Scenario& s) {
   const AdaptiveLatencyOptions& adapt = s.remap.adapt;
   out += fmt::format(" adapt {} {} {} {} {} {}\n", at(adapt.start), at(adapt.least), at(adapt.most), at(adapt.window),
                      at(adapt.margin), adapt.slew_ppm);
-  out += fmt::format("study {} repeats {} iterations {}", at(s.study.duration), s.study.repeats,
-                     fmt::join(s.study.iterations, ","));
+  out += fmt::format("study {} {} repeats {} iterations {}", static_cast<int>(s.study.error), at(s.study.duration),
+                     s.study.repeats, fmt::join(s.study.iterations, ","));
   for (const Method method : s.study.methods) out += fmt::format(" {}", name_of(method));
   for (const SolverKind solver : s.study.solvers) out += fmt::format(" {}", name_of(solver));
   for (const StudyStep& step : s.study.steps) out += fmt::format(" {}/{}", step.steps, step.substeps);
@@ -338,6 +338,13 @@ std::string describe(const Scenario& s) {
   if (s.interrupt) out += fmt::format("interrupt {}\n", s.interrupt->ns);
   return out + fmt::format("nominal {} {} {} {}\n", at(s.nominal.segment), at(s.nominal.visualization), at(s.nominal.slot),
                            at(s.nominal.step_run_time));
+}
+
+std::string with_timing(const std::string& timing) {
+  std::string text = kSpring;
+  text.erase(text.find("warmup"), text.find("[timing]") - text.find("warmup"));
+  const std::size_t from = text.find("segment = "), to = text.find("[scene]");
+  return text.replace(from, to - from, timing + "\n");
 }
 
 }  // namespace evenstep::test

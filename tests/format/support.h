@@ -27,6 +27,9 @@ std::string errors_of(const ReadResult& result);
 /// Every value of a scenario except its file name and places, one per line. Two scenarios are equal if these texts are.
 std::string describe(const Scenario& scenario);
 
+/// kSpring with [timing] replaced, and no warm-up.
+std::string with_timing(const std::string& timing);
+
 extern const char* const kSpring;  ///< this and the next ones: a valid scenario of each kind
 extern const char* const kTissue;
 extern const char* const kPid;

@@ -15,14 +15,14 @@ namespace {
 const char* const kBase = "segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = 15\n";
 
 /// kSpring with this [timing].
-std::string with_timing(const std::string& timing) {
+std::string spring_with(const std::string& timing) {
   std::string text = kSpring;
   const std::size_t from = text.find("segment = "), to = text.find("[scene]");
   return text.replace(from, to - from, timing + "\n");
 }
 
-Scenario good(const std::string& timing) {
-  const ReadResult result = read_text(with_timing(timing));
+Scenario read_back(const std::string& timing) {
+  const ReadResult result = read_text(spring_with(timing));
   INFO(timing << "\n" << errors_of(result));
   REQUIRE(result);
   const Folder folder;
@@ -33,16 +33,16 @@ Scenario good(const std::string& timing) {
   return *result;
 }
 
-ProgrammedTiming timing_of(const std::string& more) { return good(kBase + more).timing.programmed; }
+ProgrammedTiming timing_of(const std::string& more) { return read_back(kBase + more).timing.programmed; }
 
-struct Mistake {
+struct TimingMistake {
   std::string timing;
   const char* error;  ///< with its place; [timing] is line 8 and its first key line 9
 };
-void check_each(const std::vector<Mistake>& mistakes) {
+void check_timings(const std::vector<TimingMistake>& mistakes) {
   for (const auto& [timing, error] : mistakes) {
     INFO(timing);
-    const ReadResult result = read_text(with_timing(timing));
+    const ReadResult result = read_text(spring_with(timing));
     CHECK_FALSE(result);
     CHECK_THAT(errors_of(result), Contains(error));
   }
@@ -104,7 +104,7 @@ TEST_CASE("A scenario without models is periodic; each model alone makes it vary
 }
 
 TEST_CASE("Nominal segment and slot are means with what the models add; V and s stay as written") {
-  const auto nominal = [](const std::string& timing) { return good(timing).nominal; };
+  const auto nominal = [](const std::string& timing) { return read_back(timing).nominal; };
   // 1.482222 ms * 20 % more; slot = T / 15.
   const NominalUnits first = nominal(std::string(kBase) + "first_step = \"20 %\"");
   CHECK(first.segment.ns == 33'333'333 + 296'444);
@@ -120,30 +120,30 @@ TEST_CASE("Nominal segment and slot are means with what the models add; V and s 
   for (const char* model : {"regimes = { factor = 2, mean_length = \"8 segments\" }", "drift = \"5 %/s\"",
                             "changes = [{ at = \"1 s\", visualization = \"20 ms\" }]"}) {
     CHECK(nominal(std::string(kBase) + model).segment.ns == 33'333'333);
-    CHECK(good(std::string(kBase) + model).scene.step_rate == Rate{450, 1});
+    CHECK(read_back(std::string(kBase) + model).scene.step_rate == Rate{450, 1});
   }
   // The grid is the mean where segments wait for it.
   const std::string paced = "step = \"1 ms\"\npaced = true\nfirst_step = \"20 %\"\njitter = { step = \"lognormal 10 %\" }";
   CHECK(nominal(kBase + paced).segment.ns == 33'333'333);
-  CHECK(good(kBase + paced).scene.step_rate == Rate{450, 1});
+  CHECK(read_back(kBase + paced).scene.step_rate == Rate{450, 1});
 }
 
 TEST_CASE("A concurrent visualization takes its steps from `steps` or from `step`, its segments from V or from the grid") {
-  const Scenario asked = good("order = \"concurrent\"\nvisualization = \"11.1 ms\"\nsteps = 15");
+  const Scenario asked = read_back("order = \"concurrent\"\nvisualization = \"11.1 ms\"\nsteps = 15");
   CHECK(asked.timing.programmed.order == SegmentOrder::concurrent);
   CHECK(asked.nominal.segment.ns == 11'100'000);
   CHECK(asked.nominal.slot.ns == 740'000);
   CHECK(asked.scene.step_rate == Rate{50'000, 37});  // 15 / 11.1 ms
-  const Scenario given = good("order = \"concurrent\"\nvisualization = \"11.1 ms\"\nstep = \"2 ms\"");
+  const Scenario given = read_back("order = \"concurrent\"\nvisualization = \"11.1 ms\"\nstep = \"2 ms\"");
   CHECK(given.nominal.segment.ns == 11'100'000);
   CHECK(given.nominal.slot.ns == 2'000'000);
   CHECK(given.scene.step_rate == Rate{500, 1});
-  const Scenario paced = good(std::string(kBase) + "order = \"concurrent\"\npaced = true\nslowdown = 1.5");
+  const Scenario paced = read_back(std::string(kBase) + "order = \"concurrent\"\npaced = true\nslowdown = 1.5");
   CHECK(paced.nominal.segment.ns == 33'333'333);
   CHECK(paced.scene.step_rate == Rate{450, 1});
   CHECK(paced.timing.programmed.slowdown == 1.5);
   // 2 ms for 22.233 ms, 4 ms for 11.1: 33.333 / (11.117 + 2.775) ms.
-  const Scenario slowed = good(
+  const Scenario slowed = read_back(
       "order = \"concurrent\"\nsegment = \"30 Hz\"\npaced = true\nvisualization = \"11.1 ms\"\nstep = \"2 ms\"\n"
       "slowdown = 2");
   CHECK(slowed.nominal.slot.ns == Approx(33.333333e6 / (22.233333 / 2 + 11.1 / 4)).margin(1));
@@ -152,7 +152,7 @@ TEST_CASE("A concurrent visualization takes its steps from `steps` or from `step
 TEST_CASE("Models that make no sense where they stand are refused with place and remedy") {
   const std::string base = kBase, fixed = base + "step = \"1 ms\"\n";
   const std::string lane = "order = \"concurrent\"\nvisualization = \"11.1 ms\"\n";
-  check_each({
+  check_timings({
       {base + "first_step = 20", "scenario.toml:12:14: error: 'first_step': 20 has no unit; write a ratio such as \"20 %\""},
       {base + "first_step = \"-20 %\"", "'first_step': \"-20 %\" is out of range; it must be at least 0"},
       {base + "drift = \"10 %\"", "scenario.toml:12:9: error: 'drift': '%' is a unit of ratio, not of ratio per time"},
@@ -226,7 +226,7 @@ TEST_CASE("Models that make no sense where they stand are refused with place and
 
 TEST_CASE("A paced schedule whose steps fill the segment is accepted: its mean work is the segment, to the nanosecond") {
   for (const int steps : {1, 12, 15, 700}) {
-    good(
+    read_back(
         fmt::format("segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = {}\npaced = true\n"
                     "jitter = {{ step = \"lognormal 10 %\" }}",
                     steps));

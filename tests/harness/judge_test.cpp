@@ -129,6 +129,34 @@ TEST_CASE("an unknown metric, or the unit step without a speed, is a scenario er
   CHECK_THAT(no_step.errors.at(0).message, Catch::Contains("no unit 'step'"));
 }
 
+TEST_CASE("energy and ideal twin are computed for the strategies that an expectation asks about, and for no other") {
+  std::vector<std::string> set = small_tissue("cpu");
+  set.push_back("run.duration=\"0.45 s\"");
+  const auto run = [&](const std::string& energy, const std::string& twin) {
+    std::vector<std::string> asked = set;
+    asked.push_back("expect=[{ signal = \"" + energy + "\", metric = \"energy_growth\", max = 1 }, { signal = \"" + twin +
+                    "\", metric = \"deviation_from_ideal\", max = \"1 N\" }]");
+    RunOutcome outcome = run_scenario(read("paper/figure-1.toml", asked), {});
+    CHECK(outcome.exit == ExitCode::pass);
+    return outcome;
+  };
+  const RunOutcome all = run("solver.*", "*.force.*"), some = run("solver.paper", "right.force.paper");
+  for (const char* name : {"ideal", "direct", "paper", "phase_locked"}) {
+    INFO(name);
+    const std::string solver = std::string("solver.") + name, force = std::string("right.force.") + name;
+    CHECK(all.metrics.at(solver).count("energy_growth") == 1);
+    CHECK(some.metrics.at(solver).count("energy_growth") == (name == std::string("paper")));
+    CHECK(all.metrics.at(force).count("deviation_from_ideal") == (name != std::string("ideal")));
+    // The run's own `ideal` is the twin of the two that remap; that of `direct` would be one more.
+    const bool has_twin = name == std::string("paper") || name == std::string("phase_locked");
+    CHECK(some.metrics.at(force).count("deviation_from_ideal") == has_twin);
+    CHECK(strategy(all.record, name).trace_hash == strategy(some.record, name).trace_hash);
+  }
+  CHECK(all.metrics.at("solver.paper").at("energy_growth") == some.metrics.at("solver.paper").at("energy_growth"));
+  CHECK(all.metrics.at("right.force.paper").at("deviation_from_ideal") ==
+        some.metrics.at("right.force.paper").at("deviation_from_ideal"));
+}
+
 TEST_CASE("an expectation that judged no sample is an error, never a pass") {
   std::vector<std::string> set =
       expecting("{ signal = \"left.interaction.phase_locked\", metric = \"velocity_jump\", max = \"1 step\" }");

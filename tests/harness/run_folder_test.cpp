@@ -2,6 +2,7 @@
 
 #include "evenstep/harness/run_folder.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -44,14 +45,35 @@ TEST_CASE("a run folder holds every file, and nothing is left beside it") {
     CHECK(names_in(temporary.path) == std::set<std::string>{"run"});
     CHECK(names_in(folder) == std::set<std::string>{"summary.json", "junit.xml", "series.csv", "timing.csv", "events.bin",
                                                     "resolved.toml", "figure-1a-left.svg", "figure-1b-left.svg",
-                                                    "figure-2to4.svg", "underruns.csv"});
+                                                    "figure-2to4.svg", "error-over-time.svg", "underruns.csv"});
     for (const auto& entry : fs::directory_iterator(folder)) CHECK(entry.file_size() >= 45);  // a header alone
   }
 }
 
-TEST_CASE("a run of ten seconds and more shows its error over time; one that keeps no rows has no events") {
+TEST_CASE("a run has the figure of the study beside it, if that is one of the same scenario, and of no other") {
   const TemporaryFolder temporary;
-  const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"10.5 s\""});
+  const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
+  const Scenario same = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\"", "study.repeats=3"});
+  const Scenario other = read("paper/figure-1-spring.toml", {"run.duration=\"0.7 s\""});
+  CHECK(subject_of(same) == subject_of(scenario));
+  CHECK(subject_of(other) != subject_of(scenario));
+  const RunOutcome outcome = run_scenario(scenario, {});
+  const std::string folder = (temporary.path / "run").string(), figure = folder + "/" + kStudyFigure;
+  const auto store = [&](const Scenario& studied) {
+    const std::string json = fmt::format("{{\"subject\":\"{:016x}\"}}\n", subject_of(studied));
+    REQUIRE(write_folder(folder + "-study", {{kStudyFile, json}, {kStudyFigure, "<svg/>"}}) == "");
+  };
+  store(other);
+  CHECK(write_run_folder(folder, scenario, outcome, "evenstep run x") == "");
+  CHECK_FALSE(fs::exists(figure));
+  store(same);
+  CHECK(write_run_folder(folder + "/", scenario, outcome, "evenstep run x") == "");
+  CHECK(fs::file_size(figure) == 6);
+}
+
+TEST_CASE("a run that keeps no rows has no events, but shows its error over time") {
+  const TemporaryFolder temporary;
+  const Scenario scenario = read("paper/figure-1-spring.toml", {"run.duration=\"0.6 s\""});
   RunOutcome outcome = run_scenario(scenario, {});
   outcome.record.keep_rows = false;
   const std::string folder = (temporary.path / "run").string();

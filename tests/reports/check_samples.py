@@ -23,7 +23,7 @@ assert third["value"] is None and third["verdict"] == "error"
 assert summary["metrics"]["left.interaction.direct"]["velocity_jump"] is None   # a NaN position
 assert 0 < summary["metrics"]["left.interaction.paper"]["velocity_jump"] < 1e-9
 assert summary["latency"]["paper"]["latency_ns"] == 12842223
-assert len(summary["bins"]["left.interaction.paper"]) == 1
+assert len(summary["bins"]["left.interaction.paper"]) == 22   # segments judged
 
 with open(folder / "series.csv", newline="", encoding="utf-8") as file:
     rows = list(csv.reader(file))

@@ -166,18 +166,42 @@ std::vector<double> heights(const std::string& svg) {
 
 }  // namespace
 
-TEST_CASE("error over time: three panels of interaction and of force with every strategy, from ten bins on") {
-  CHECK_FALSE(error_over_time_svg(RunRecord{}));
-  CHECK_FALSE(error_over_time_svg(synthetic::reference_run({9'200'000'000})));  // judged from 0.27 s on: nine bins
-  const std::string svg = error_over_time_svg(synthetic::reference_run({9'500'000'000})).value();
-  CHECK(occurrences(svg, "<polyline") == 6 * 4);
-  for (const char* text :
-       {"left.interaction", "left.force", "ideal", "direct", "paper", "phase_locked", "deviation max [step]",
-        "velocity jump [step]", "underruns so far [count]", "run time [s]", ">10⁻⁶<", ">10⁰<"})
+TEST_CASE("error over time: panels of interaction and of force with every strategy, whatever the run's length") {
+  CHECK_FALSE(error_over_time_svg(RunRecord{}, {}));
+  for (const std::int64_t duration_ns : {600'000'000LL, 1'000'000'000LL, 9'500'000'000LL}) {  // judged from 0.27 s on
+    const RunRecord run = synthetic::reference_run({duration_ns});
+    const std::string svg = error_over_time_svg(run, measure(run)).value();
+    CHECK(occurrences(svg, "<polyline") == 6 * 4);
+    for (const char* text :
+         {"left.interaction", "left.force", "ideal", "direct", "paper", "phase_locked", "deviation max [step]",
+          "velocity jump [step]", "underruns so far [count]", "run time [s]", ">10⁰<", ">direct: deviation "})
+      CHECK_THAT(svg, Contains(text));
+    CHECK_THAT(svg, !Contains(">10⁻⁸<"));  // 1e-10 m are 4.5e-7 step
+    for (const double size : numbers_after(svg, "font-size=\"")) CHECK(size >= 11);
+    for (const double x : numbers_after(svg, "<text x=\"")) CHECK((x > 0 && x < 1100));
+  }
+}
+
+TEST_CASE("error over time: another error that is known has a panel and its growth beside the deviation") {
+  RunRecord run = synthetic::reference_run({4'000'000'000});
+  for (StrategyRecord& strategy : run.strategies) {
+    const double end_s = seconds(run.nominal.end);
+    for (std::size_t n = 0; n < strategy.steps.size(); ++n) {
+      StepSample& sample = strategy.devices[0].steps[n];
+      sample.true_position_m = sample.position_m;
+      sample.true_position_m->at(2) += 1e-3 * seconds(strategy.steps[n].begin) / end_s;  // a drift
+      strategy.twin_force_N.push_back(sample.force_N);
+      strategy.twin_force_N.back()[0] += n % 2 ? 0.1 : -0.1;  // stays
+    }
+  }
+  const Metrics metrics = measure(run);
+  CHECK(std::string(growth_name(growths_of(metrics, "left.interaction.paper").at(1).second)) == "linear");
+  CHECK(metrics.at("left.interaction.paper").at("error_growth") == 1);
+  CHECK(metrics.at("left.force.paper").at("deviation_from_ideal_growth") == 0);
+  const std::string svg = error_over_time_svg(run, metrics).value();
+  CHECK(occurrences(svg, "<polyline") == 8 * 4);
+  for (const char* text : {"error RMS [step]", "from ideal RMS [step]", ", error linear (1)<", ", from ideal bounded (0)<"})
     CHECK_THAT(svg, Contains(text));
-  CHECK_THAT(svg, !Contains(">10⁻⁸<"));  // 1e-10 m are 4.5e-7 step
-  for (const double size : numbers_after(svg, "font-size=\"")) CHECK(size >= 11);
-  for (const double x : numbers_after(svg, "<text x=\"")) CHECK((x > 0 && x < 1100));
 }
 
 TEST_CASE("error over time: one block per device; SI units where there is no step") {
@@ -189,13 +213,14 @@ TEST_CASE("error over time: one block per device; SI units where there is no ste
     strategy.devices.push_back(strategy.devices[0]);
     strategy.devices[1].name = "right";
   }
-  const std::string svg = error_over_time_svg(run).value();
+  const std::string svg = error_over_time_svg(run, {}).value();
   CHECK(occurrences(svg, "<polyline") == 2 * 6 * 4);
   CHECK(occurrences(svg, "deviation max [step]") == 2);
   CHECK_THAT(svg, Contains("right.force") && Contains("deviation max [m]") && Contains("velocity jump [N]"));
   const std::vector<double> ys = heights(svg);
-  for (const double y : ys) CHECK((y > 58 && y < 58 + 2 * 540));
-  const auto above = std::count_if(ys.begin(), ys.end(), [](double y) { return y < 58 + 540; });
+  constexpr double kHead = 74, kBlock = 60 + 4 * 14 + 3 * 160;
+  for (const double y : ys) CHECK((y > kHead && y < kHead + 2 * kBlock));
+  const auto above = std::count_if(ys.begin(), ys.end(), [](double y) { return y < kHead + kBlock; });
   CHECK(2 * above == static_cast<std::ptrdiff_t>(ys.size()));
 }
 
@@ -204,7 +229,7 @@ TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without
   run.strategies.resize(1);
   StrategyRecord& only = run.strategies[0];
   for (StepSample& sample : only.devices[0].steps) sample.position_m = {1, 2, 3};  // still: no error at all
-  const std::string still = error_over_time_svg(run).value();
+  const std::string still = error_over_time_svg(run, {}).value();
   CHECK(occurrences(still, "<polyline") == 6);
   CHECK_THAT(still, !Contains("nan") && !Contains("inf"));
   for (std::size_t n = 0; n < only.steps.size(); ++n) {
@@ -212,7 +237,7 @@ TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without
     only.steps[n].acquiring = at > 4 && at < 6.5;  // one bin whole
     if (at > 9 && at < 9.1) only.devices[0].steps[n].position_m[0] = NAN;
   }
-  const std::string broken = error_over_time_svg(run).value();
+  const std::string broken = error_over_time_svg(run, {}).value();
   // Deviation and jump fall into three pieces, the count does not.
   CHECK(occurrences(broken, "<polyline") == 2 * 3 + 1 + 3);
   CHECK_THAT(broken, !Contains("nan") && !Contains("inf"));

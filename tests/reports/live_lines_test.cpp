@@ -62,6 +62,16 @@ TEST_CASE("a live run says how long it ran, how late it was and what it missed, 
   CHECK_THAT(text, Contains("left         1 samples missing, 1 forces late of 780 judged steps; 3 cuts, 3 clamped\n"));
 }
 
+TEST_CASE("a device that did not say how many effects it plays at once is named once, whatever the clock") {
+  RunRecord run = synthetic::reference_run();
+  CHECK(device_notes(run).empty());
+  for (StrategyRecord& strategy : run.strategies) strategy.devices[0].counters["pid_pool_unknown"] = 0;
+  CHECK(device_notes(run).empty());
+  for (StrategyRecord& strategy : run.strategies) strategy.devices[0].counters["pid_pool_unknown"] = 1;
+  CHECK(device_notes(run) ==
+        "left         did not say, or not believably, how many effects it plays at once; it is driven all the same\n");
+}
+
 TEST_CASE("a run in virtual time has nothing to say about the machine") {
   const RunRecord run = synthetic::reference_run();
   CHECK(live_lines(run, measure(run)).empty());

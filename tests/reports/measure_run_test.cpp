@@ -413,7 +413,8 @@ TEST_CASE("bins: the worst bin is the whole run's jump, a fault stands in its ow
   const std::size_t fault = step_at(from_s + 2.5);
   paper.devices[0].steps[fault].position_m[1] = 1e-3;
   for (const double t : {0.1, 0.2, 3.3}) paper.devices[0].steps[step_at(from_s + t)].read = StepRead::underrun;
-  const auto rows = bins(run).at("left.interaction.paper");
+  const BinLayout of_a_second{run.nominal.judged_from, {1'000'000'000}, 5};
+  const auto rows = bins(run, of_a_second).at("left.interaction.paper");
   REQUIRE(rows.size() == 5);  // 4.73 s from the end of warm-up
   double worst = 0;
   for (std::size_t b = 0; b < rows.size(); ++b) {
@@ -427,7 +428,7 @@ TEST_CASE("bins: the worst bin is the whole run's jump, a fault stands in its ow
   CHECK(rows[2].velocity_jump == value(run, "left.interaction.paper", "velocity_jump"));
   const std::vector<std::int64_t> expected{2, 2, 2, 3, 3};
   for (std::size_t b = 0; b < rows.size(); ++b) CHECK(rows[b].underruns_so_far == expected[b]);
-  CHECK(bins(run).at("left.force.paper").size() == 5);
+  CHECK(bins(run, of_a_second).at("left.force.paper").size() == 5);
 }
 
 TEST_CASE("no jump is lost at the edge of a bin: every place of a fault") {
@@ -439,9 +440,57 @@ TEST_CASE("no jump is lost at the edge of a bin: every place of a fault") {
     RunRecord only = run;
     only.strategies = {paper};
     double worst = 0;
-    const std::vector<BinRow> rows = bins(only, 0.1).at("left.interaction.paper");
+    const std::vector<BinRow> rows = bins(only, {run.nominal.judged_from, {100'000'000}, 8}).at("left.interaction.paper");
     for (const BinRow& row : rows) worst = std::max(worst, row.velocity_jump);
     CHECK(worst == Approx(2e-3).epsilon(1e-9));
     paper.devices[0].steps[n].position_m[1] = before;
+  }
+}
+
+TEST_CASE("bins follow the length of the run: 60 to 119 of whole segments, fewer where there are fewer, at least twenty") {
+  RunRecord run;
+  run.nominal = synthetic::nominal({0});
+  run.strategies.push_back(synthetic::strategy("paper", run.nominal.judged_from, {}, {}));
+  for (std::int64_t ms = 1; ms < 1'000'000; ms = ms * 21 / 20 + 1) {
+    run.nominal.end = run.nominal.judged_from + Duration{ms * 1'000'000};
+    run.strategies[0].steps.assign(static_cast<std::size_t>(1 + ms * 450 / 1000), {.begin = run.nominal.judged_from});
+    run.strategies[0].devices[0].steps.resize(run.strategies[0].steps.size());
+    const BinLayout layout = bin_layout(run);
+    const std::int64_t segments = ms * 1'000'000 / run.nominal.segment.ns;
+    if (ms >= 20 * 9) CHECK((layout.count >= 20 && layout.count <= 120));  // four steps last 8.9 ms
+    if (segments >= 20) CHECK(layout.width.ns % run.nominal.segment.ns == 0);
+    if (segments >= 60) CHECK(layout.count >= 60);
+    CHECK(layout.count >= 1);
+    CHECK(layout.width.ns * layout.count <= ms * 1'000'000 + layout.width.ns / 2);
+    CHECK(layout.width.ns * (2 * layout.count + 1) > 2 * ms * 1'000'000);  // the last bin is at most half as long again
+  }
+  run.nominal.end = run.nominal.judged_from;  // nothing is judged
+  CHECK(bin_layout(run).count == 0);
+  run.nominal.end = run.nominal.judged_from + Duration{-5};
+  CHECK(bin_layout(run).count == 0);
+}
+
+TEST_CASE("bins are whole ways there and back where there are twenty of them, or four samples long where these are rare") {
+  RunRecord run = synthetic::reference_run({30'000'000'000});
+  CHECK(bin_layout(run).width.ns % run.nominal.segment.ns == 0);
+  run.nominal.devices[0].turns = Nominal::Turns{{}, {400'000'000}, {100'000'000}};
+  CHECK(bin_layout(run).width.ns == 1'000'000'000);
+  run.nominal.devices[0].turns = Nominal::Turns{{}, {4'000'000'000}, {100'000'000}};  // only three times
+  CHECK(bin_layout(run).width.ns % run.nominal.segment.ns == 0);
+  run.nominal.devices[0].rate = {1, 1};
+  CHECK(bin_layout(run).width.ns == 4'000'000'000);
+}
+
+TEST_CASE("the bins together are what the run as a whole is judged by") {
+  RunRecord run = synthetic::reference_run({3'000'000'000});
+  for (const char* signal : {"left.interaction.direct", "left.force.direct"}) {
+    const std::vector<BinRow> rows = bins(run).at(signal);
+    double worst = 0;
+    for (const BinRow& row : rows) worst = std::max(worst, row.deviation_max);
+    CHECK(rows.size() >= 60);
+    CHECK(worst == value(run, signal, "deviation_max"));
+    CHECK(rows.front().from_s == seconds(run.nominal.judged_from));
+    CHECK(rows.back().to_s == seconds(run.nominal.end));
+    for (std::size_t b = 1; b < rows.size(); ++b) CHECK(rows[b].from_s == rows[b - 1].to_s);
   }
 }

@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
   write("junit.xml", junit_xml(run, results, synthetic::kNastyText, "evenstep run 'a&b.toml' --seed 1"));
   write("series.csv", series_csv(run));
   write("underruns.csv", underruns_csv(run));
-  write("error-over-time.svg", error_over_time_svg(synthetic::reference_run({12'000'000'000})).value());
+  write("error-over-time.svg", error_over_time_svg(synthetic::reference_run({12'000'000'000}), {}).value());
   write("figure-1a.svg", figure_1a_svg(run, "left"));
   write("figure-1b.svg", figure_1b_svg(run, "left"));
   write("figure-2to4.svg", figure_2to4_svg(run, "paper", "left"));

@@ -57,7 +57,7 @@ TEST_CASE("summary.json opens as the design says") {
         "\"value\":4.995,\"unit\":\"step\",\"min\":4,\"max\":null,\"verdict\":\"pass\",\"file\":\"x.toml\",\"expect_fail\":"
         "false,\"because\":\"\","
         "\"detail\":\"\",\"where\":\"\",\"first\":null,\"worst\":null}],\"metrics\":{\"run\":{\"a\":1.5,\"b\":null}},"
-        "\"saturated\":{},\"latency\":{},\"strategies\":{},\"bins\":{},\"left_"
+        "\"saturated\":{},\"latency\":{},\"strategies\":{},\"growth\":{},\"bins\":{},\"left_"
         "out\":[],\"failure\":\"\"}\n");
 }
 
@@ -150,9 +150,9 @@ TEST_CASE("series.csv names how a step read, shows variable steps, and holds bin
   only.variable_step = false;
   run.keep_rows = false;
   const std::vector<std::string> bins_only = lines(series_csv(run));
-  REQUIRE(bins_only.size() == 1 + 2 + 2);
+  REQUIRE(bins_only.size() == 1 + 52 + 52);  // 52 segments are judged
   CHECK(bins_only[0] == rows[0]);
-  CHECK(std::vector(bins_only.begin() + 1, bins_only.end()) == std::vector(rows.end() - 4, rows.end()));
+  CHECK(std::vector(bins_only.begin() + 1, bins_only.end()) == std::vector(rows.end() - 104, rows.end()));
 }
 
 TEST_CASE("underruns.csv: the header always, then every row") {

@@ -149,7 +149,7 @@ TEST_CASE("A scheduler destroyed with work in flight waits for it, 200 times at 
   }
 }
 
-struct FailingWork final : Work {
+struct LosingWork final : Work {
   void run() override { throw std::runtime_error("out of memory"); }
 };
 
@@ -159,7 +159,7 @@ TEST_CASE("What work throws on the worker's thread fails the run on a wall clock
     std::unique_ptr<Executor> executor =
         inlined ? std::unique_ptr<Executor>(std::make_unique<InlineExecutor>()) : std::make_unique<WorkerExecutor>(*clock);
     Scheduler scheduler(*clock, *executor);
-    FailingWork work;
+    LosingWork work;
     scheduler.spawn(work_then_stop(scheduler, work));
     const RunStatus status = scheduler.run(kNever);
     CHECK(status.end == RunEnd::failed);

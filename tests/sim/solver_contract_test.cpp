@@ -144,11 +144,8 @@ TEST_CASE("A position that is not finite is refused and leaves the run as it was
 TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
   const auto names = [](const Scene& scene) {
     const auto solver = make_solver(SolverKind::cpu_float, scene);
-    std::vector<std::string> found;
-    for (const LeftOut& absent : solver->info().left_out) {
-      CHECK(absent.cost_percent.has_value());
-      found.push_back(absent.feature);
-    }
+    std::vector<std::string> found = solver->info().left_out;
+    CHECK(found == left_out(scene));
     std::sort(found.begin(), found.end());
     return found;
   };
@@ -176,6 +173,32 @@ TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
   CHECK(names(scene_of(bare, 1e-3)) == Names{"axial damping", "damping", "energy", "fixed particles", "grab", "gravity",
                                              "local model", "probe", "regions", "spring coupling", "tools",
                                              "variable step"});
+}
+
+TEST_CASE("A feature that is left out can be compiled in alone, and changes no bit", "[contract]") {
+  for (const SolverKind kind : kAllSolvers) {
+    Scene scene = scene_of(small_block(), 1e-3);
+    scene.needs_state_digest = false;
+    std::vector<std::string> neutral;
+    for (const std::string& feature : left_out(scene)) {
+      INFO(name_of(kind) << ", " << feature);
+      const auto with = make_solver_with(feature, kind, scene);
+      if (!with) continue;
+      neutral.push_back(feature);
+      const auto absent = with->info().left_out;
+      CHECK(std::find(absent.begin(), absent.end(), feature) == absent.end());
+      CHECK(absent.size() + 1 == left_out(scene).size());
+      const auto plain = make_solver(kind, scene);
+      for (int n = 0; n < 20; ++n)
+        REQUIRE(same_bits(step(*plain, 2, wandering_tools(n)), step(*with, 2, wandering_tools(n))));
+      CHECK((with->state_digest() != 0) == (feature == "state digest"));
+      CHECK(with->contacts().empty() == (feature != "local model"));
+    }
+    CHECK(neutral == left_out(scene));
+    CHECK_FALSE(make_solver_with("grab", kind, scene));  // it has one
+    CHECK_FALSE(make_solver_with("second tool", kind, scene));
+    CHECK_FALSE(make_solver_with("state digest", kind, Scene{}));  // a spring
+  }
 }
 
 TEST_CASE("Solvers built and run on four threads at once make the runs that they make alone", "[contract]") {

@@ -73,11 +73,10 @@ struct MockedHidraw::State {
   std::chrono::nanoseconds time_to_write{0};
   bool present = false;
 
-  std::vector<std::string> ptys_used;
   std::vector<int> ptys_kept;
 
   void add();
-  void never_reuse_a_pty();
+  void keep_pty();
   std::string node() const { return "hidraw" + std::to_string(number); }
   std::string path() const { return "/dev/" + node(); }
 };
@@ -189,7 +188,7 @@ void MockedHidraw::State::add() {
     fcntl(device_end, F_SETPIPE_SZ, 64 * 4096);         // of at most a page: 64 of them
   } else {
     device_end = umockdev_testbed_get_dev_fd(testbed, path().c_str());
-    ptys_used.push_back(ptsname(device_end));
+    keep_pty();
   }
   const std::lock_guard lock(mutex);
   present = true;
@@ -227,24 +226,16 @@ void MockedHidraw::unplug() {
     umockdev_testbed_remove_device(state_->testbed, ("/sys" + path).c_str());
 }
 
-/// umockdev stops the program when it meets the name of a pty for the second time, and the kernel gives the lowest free
-/// number away again. So whoever had a number before keeps it busy.
-void MockedHidraw::State::never_reuse_a_pty() {
-  umockdev_testbed_disable(testbed);
-  for (;;) {
-    const int pty = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
-    if (pty < 0) throw std::runtime_error("no pty");
-    if (std::find(ptys_used.begin(), ptys_used.end(), ptsname(pty)) == ptys_used.end()) {
-      close(pty);
-      break;
-    }
-    ptys_kept.push_back(pty);
-  }
+/// umockdev stops the program when it meets the name of a pty for the second time, and the kernel gives a number away again
+/// as soon as neither end is open. So one end stays open, which hides no hang-up of the other.
+void MockedHidraw::State::keep_pty() {
+  umockdev_testbed_disable(testbed);  // the path is a real one
+  ptys_kept.push_back(open(ptsname(device_end), O_RDWR | O_NOCTTY | O_CLOEXEC));
   umockdev_testbed_enable(testbed);
+  if (ptys_kept.back() < 0) throw std::runtime_error("no other end of the pty");
 }
 
 void MockedHidraw::plug_in() {
-  state_->never_reuse_a_pty();
   umockdev_testbed_detach_ioctl(state_->testbed, state_->path().c_str(), nullptr);
   g_object_unref(state_->handler);
   state_->add();

@@ -11,7 +11,7 @@ namespace {
 
 using internal::Items;
 
-constexpr int kData = 0x00, kConstant = 0x01, kVariable = 0x02;
+constexpr int kData = 0x00, kConst = 0x01, kVariable = 0x02;
 constexpr int kMaxEffects = 40;
 
 /// The ids of the reports. The array flavour uses the same number for an output report and a feature report.
@@ -71,7 +71,7 @@ class Author {
   }
   void input_padding(int bits) {
     at_.format(bits, 1);
-    at_.input(kConstant | kVariable);
+    at_.input(kConst | kVariable);
   }
 
   void state() {
@@ -178,13 +178,13 @@ class Author {
       at_.close();
       at_.page(0x0F);
     } else {
-      at_.output(kConstant | kVariable);
+      at_.output(kConst | kVariable);
     }
     at_.format(1, 1);
     if (options_.direction) at_.usage(0x56);
-    at_.output(options_.direction ? kVariable : kConstant | kVariable);
+    at_.output(options_.direction ? kVariable : kConst | kVariable);
     at_.format(7 - options_.axes, 1);
-    at_.output(kConstant | kVariable);
+    at_.output(kConst | kVariable);
   }
 
   void directions() {
@@ -215,7 +215,7 @@ class Author {
     at_.logical(0, 3);
     at_.format(8, 1);
     if (options_.parameter_block) at_.usage(0x23);
-    at_.output(options_.parameter_block ? kVariable : kConstant | kVariable);
+    at_.output(options_.parameter_block ? kVariable : kConst | kVariable);
     if (options_.center) condition_values(-magnitude(), magnitude(), {0x60});
     condition_values(-magnitude(), magnitude(), {0x61});
     if (options_.negative_coefficient) condition_values(-magnitude(), magnitude(), {0x62});
@@ -286,7 +286,7 @@ class Author {
     at_.feature(kVariable);
     at_.page(0x0F);
     at_.format(6, 1);
-    at_.feature(kConstant | kVariable);
+    at_.feature(kConst | kVariable);
     at_.close();
   }
 
@@ -323,7 +323,7 @@ class Author {
     at_.usages({0xA9, 0xAA});
     at_.feature(kVariable);
     at_.format(6, 1);
-    at_.feature(kConstant | kVariable);
+    at_.feature(kConst | kVariable);
     at_.close();
   }
 

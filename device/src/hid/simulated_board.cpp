@@ -8,7 +8,7 @@
 namespace evenstep {
 namespace {
 
-constexpr std::uint64_t kIsState = 0x100;  // above the byte of a state report
+constexpr std::uint64_t kStateReport = 0x100;  // above the byte of a state report
 
 std::unique_ptr<internal::Firmware> firmware_of(const SimulatedBoardOptions& options) {
   const internal::FirmwareOptions own{options.pool_effects, options.block_load_error_at};
@@ -84,7 +84,7 @@ void SimulatedBoard::catch_up() {
 }
 
 void SimulatedBoard::pass_on_states() {
-  for (const std::uint8_t state : firmware_->states()) reports_.push(kIsState | state);
+  for (const std::uint8_t state : firmware_->states()) reports_.push(kStateReport | state);
 }
 
 glm::dvec3 SimulatedBoard::force_N(RealTime at) {

@@ -11,7 +11,7 @@ namespace evenstep {
 namespace {
 
 // The bits of a state report; its block lies above them.
-constexpr std::uint64_t kPaused = 1, kEnabled = 2, kSafety = 4, kPower = 8, kPlaying = 16, kIsState = 32;
+constexpr std::uint64_t kActuatorsPaused = 1, kEnabled = 2, kSafety = 4, kPower = 8, kPlaying = 16, kIsState = 32;
 constexpr int kBlockShift = 8;
 
 double fraction(std::span<const std::byte> report, const PidValue& value) {
@@ -206,7 +206,7 @@ std::vector<std::byte> SimulatedPidDevice::position_report(const SimulatedReport
 void SimulatedPidDevice::say_state(std::size_t block) {
   if (!layout_.state) return;
   const bool plays = layout_.state->block && block != 0 ? effects_[block].playing : playing() > 0;
-  reports_.push(kIsState | (paused_ ? kPaused : 0) | (enabled_ ? kEnabled : 0) | (safety_ ? kSafety : 0) |
+  reports_.push(kIsState | (paused_ ? kActuatorsPaused : 0) | (enabled_ ? kEnabled : 0) | (safety_ ? kSafety : 0) |
                 (power_ ? kPower : 0) | (plays ? kPlaying : 0) | std::uint64_t{block} << kBlockShift);
 }
 
@@ -217,7 +217,7 @@ std::vector<std::byte> SimulatedPidDevice::state_report(std::uint64_t state) con
   const auto put = [&](const std::optional<PidValue>& value, std::uint64_t content) {
     if (value) set_nearest(bytes, *value, static_cast<std::int64_t>(content));
   };
-  put(layout.paused, (state & kPaused) != 0);
+  put(layout.paused, (state & kActuatorsPaused) != 0);
   put(layout.actuators_enabled, (state & kEnabled) != 0);
   put(layout.safety_switch, (state & kSafety) != 0);
   put(layout.actuator_power, (state & kPower) != 0);

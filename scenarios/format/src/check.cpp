@@ -157,7 +157,10 @@ std::string text_error(const Field& field, const std::string& text) {
   if (field.forms & (kDuration | kSpan | kRate)) return time_or_rate_error(field, text);
   if (field.forms & kLimit) return parse_limit(text).error_or("");
   if (field.forms & kQuantity) return parsed(field, parse_si(text, field.dimension), text);
-  return fmt::format("\"{}\" must be {}, without quotes", text, describe_forms(field));
+  const std::string must = fmt::format("\"{}\" must be {}, without quotes", text, describe_forms(field));
+  const NumberAndUnit split = split_number(text);
+  if (!(field.forms & (kInteger | kNumber)) || !split.error.empty() || split.divisor.mantissa != 1) return must;
+  return must + fmt::format("{}: {}", split.unit.empty() ? "" : " or unit", to_double(split.number));
 }
 
 /// What is wrong with a value; empty if nothing is.

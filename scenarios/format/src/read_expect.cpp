@@ -111,11 +111,14 @@ void read_limits(const Table& expect, Expectation& expectation, const NominalUni
   if (expect.has("equals")) {
     if (bounded) errors.add(expect.place("equals"), "'equals' is min and max in one; remove the other");
     expectation.min = expectation.max = read_limit(expect, "equals");
+    expectation.written.min = expectation.written.max = expect.place("equals");
     return;
   }
   if (!bounded) errors.add(expectation.place, "[[expect]] has no limit; write min, max or equals");
   if (expect.has("min")) expectation.min = read_limit(expect, "min");
   if (expect.has("max")) expectation.max = read_limit(expect, "max");
+  expectation.written.min = expect.place("min");
+  expectation.written.max = expect.place("max");
   if (expectation.min && expectation.max && contradict(*expectation.min, *expectation.max, nominal)) {
     errors.add(expect.place("min"),
                fmt::format("'min': {} {} is above max, {} {}; nothing can hold", expectation.min->number,
@@ -165,6 +168,8 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   expectation.place = value.place;
   expectation.signal = expect.text("signal");
   expectation.metric = expect.text("metric");
+  expectation.written.signal = expect.place("signal");
+  expectation.written.metric = expect.place("metric");
   expectation.because = expect.text("because");
   expectation.expect_fail = expect.boolean("expect_fail");
   if (expect.has("clock")) expectation.clock = expect.text("clock");

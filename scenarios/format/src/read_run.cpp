@@ -112,7 +112,7 @@ const std::vector<Field>& run_fields() {
        .key = "keep",
        .forms = kWord,
        .default_toml = "\"all\"",
-       .meaning = "`summary`: series.csv has the 1 s bins only and there is no events.bin: for runs of many minutes.",
+       .meaning = "`summary`: series.csv has the bins only and there is no events.bin: for runs of many minutes.",
        .words = "all|summary"},
   };
   return rows;

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "evenstep/text/rational.h"
@@ -10,6 +11,9 @@
 
 namespace evenstep::internal {
 namespace {
+
+constexpr Duration kStateDuration{64'000'000};
+constexpr std::array kFeltMethods{Method::symplectic_euler, Method::rk4, Method::implicit_euler};
 
 /// The names of a list, each once, in the file's order.
 std::vector<std::string> names_of(const Table& study, std::string_view key, Errors& errors) {
@@ -96,11 +100,46 @@ void read_stiffness_limit(const Table& study, Scenario& scenario, Errors& errors
         study.place("stiffness_limit"),
         "'stiffness_limit' needs a hand that feels the force: a programmed motion is stable at any stiffness; write "
         "motion = { kind = \"hand\", mass = \"0.2 kg\", damping = \"1 N s/m\", offset = [\"5 mm\", \"0 mm\", \"0 mm\"] }");
-  for (const char* key : {"methods", "solvers", "step_sizes", "iterations", "repeats", "duration"}) {
+  for (const char* key : {"error", "methods", "solvers", "step_sizes", "iterations", "repeats", "duration"}) {
     if (study.has(key))
       errors.add(study.place(key), fmt::format("'{}' does not go with 'stiffness_limit', which runs the scenario as it is; "
                                                "remove one of them",
                                                key));
+  }
+}
+
+/// The duration, and what is wrong with it.
+void read_duration(const Table& study, Scenario& scenario, Errors& errors) {
+  StudySpec& spec = scenario.study;
+  const bool felt = spec.error == StudyError::felt_force;
+  const Duration judged = std::max(scenario.run_duration - scenario.warmup, Duration{});
+  spec.duration = felt ? judged : kStateDuration;
+  if (!study.has("duration")) return;
+  spec.duration = study.span("duration", scenario.nominal, errors);
+  if (felt && spec.duration > judged) {
+    errors.add(study.place("duration"),
+               fmt::format("'duration': {} is more than the {} that the run judges; leave it out, or write a longer [run] "
+                           "duration",
+                           in_ms(spec.duration), in_ms(judged)));
+  }
+}
+
+/// What does not go with the error of the felt force.
+void refuse_for_felt_force(const Table& study, const Scenario& scenario, Errors& errors) {
+  if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
+    for (const char* key : {"methods", "solvers", "step_sizes", "iterations"}) {
+      if (study.has(key))
+        errors.add(study.place(key),
+                   fmt::format("'{}' is that of a tissue, and this scene has no step to choose; remove it", key));
+    }
+  }
+  if (!study.has("step_sizes")) return;
+  for (std::size_t i = 0; i < scenario.study.steps.size(); ++i) {
+    if (scenario.study.steps[i].steps == 1) continue;
+    errors.add(study.place("step_sizes"),
+               "'step_sizes': a step that is longer than the scene's does not fit the [timing], which says when each step "
+               "runs; write whole parts of the scene's step, or error = \"state\"");
+    return;
   }
 }
 
@@ -112,10 +151,17 @@ void read_study(ScenarioReading& reading) {
   const Table study = reading.section("study");
   Scenario& scenario = reading.scenario;
   StudySpec& spec = scenario.study;
-  spec.duration = study.span("duration", scenario.nominal, reading.errors);
-  for (const std::string& name : names_of(study, "methods", reading.errors))
-    spec.methods.push_back(
-        *std::find_if(kAllMethods.begin(), kAllMethods.end(), [&](Method m) { return name == name_of(m); }));
+  spec.error = study.text("error") == "state" ? StudyError::state : StudyError::felt_force;
+  read_duration(study, scenario, reading.errors);
+  if (study.has("methods")) {
+    for (const std::string& name : names_of(study, "methods", reading.errors))
+      spec.methods.push_back(
+          *std::find_if(kAllMethods.begin(), kAllMethods.end(), [&](Method m) { return name == name_of(m); }));
+  } else if (spec.error == StudyError::state) {
+    spec.methods.assign(kAllMethods.begin(), kAllMethods.end());
+  } else {
+    spec.methods.assign(kFeltMethods.begin(), kFeltMethods.end());
+  }
   for (const std::string& name : names_of(study, "solvers", reading.errors))
     spec.solvers.push_back(
         *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind s) { return name == name_of(s); }));
@@ -126,35 +172,47 @@ void read_study(ScenarioReading& reading) {
   const Value* written = reading.document.find("study");
   if (written == nullptr) return;
   if (study.has("stiffness_limit")) return read_stiffness_limit(study, scenario, reading.errors);
-  if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
-    reading.errors.add(written->place,
-                       "[study] compares the steps of a tissue; remove it, write kind = \"tissue\", or look for a "
-                       "'stiffness_limit'");
-  } else if (steps_within(spec.duration, scenario.scene.step_rate) < 1) {
+  if (spec.error == StudyError::state && !std::holds_alternative<TissueScene>(scenario.scene.body)) {
+    reading.errors.add(study.place("error"),
+                       "error = \"state\" compares the steps of a tissue, and this scene has none; write error = "
+                       "\"felt-force\" or kind = \"tissue\"");
+  } else if (study.has("duration") && steps_within(spec.duration, scenario.scene.step_rate) < 1) {
     reading.errors.add(study.place("duration"), fmt::format("'duration': {} is less than one step of the scene, {:.6g} ms",
                                                             in_ms(spec.duration), 1e3 * period_s(scenario.scene.step_rate)));
   } else {
     read_steps(study, scenario, reading.errors);
   }
+  if (spec.error == StudyError::felt_force) refuse_for_felt_force(study, scenario, reading.errors);
 }
 
 // clang-format off: a row reads as a row
 const std::vector<Field>& study_fields() {
   static const std::vector<Field> rows{
       {.table = "study",
+       .key = "error",
+       .forms = kWord,
+       .default_toml = "\"felt-force\"",
+       .meaning =
+           "`felt-force`: of the force that the hand feels, with every strategy, in the timing of the run and over what it "
+           "judges. `state`: of positions, forces and energy of a tissue, on even steps without strategies and devices.",
+       .words = "felt-force|state"},
+      {.table = "study",
        .key = "duration",
        .forms = kSpan,
-       .default_toml = "\"64 ms\"",
-       .meaning = "Simulated time that is judged, from the begin of the first motion on.",
-       .range = above(0, kLongestRun_s)},
+       .meaning = "Simulated time that is judged. `felt-force`: from the end of the warm-up on, by default all that the run "
+                  "judges. "
+                  "`state`: from the begin of the first motion on, by default 64 ms.",
+       .range = above(0, kLongestRun_s),
+       .example = "\"0.2 s\""},
       {.table = "study",
        .key = "methods",
        .forms = kWord,
        .shape = Shape::list,
-       .default_toml = "[\"symplectic-euler\", \"velocity-verlet\", \"rk4\", \"implicit-euler\", \"implicit-midpoint\", "
-                       "\"vertex-block-descent\"]",
-       .meaning = "Methods to compare, as in [scene] `method`.",
-       .words = method_words()},
+       .meaning = "Methods to compare, as in [scene] `method`. Default: `felt-force` symplectic-euler, rk4 and "
+                  "implicit-euler, `state` "
+                  "all of them.",
+       .words = method_words(),
+       .example = "[\"symplectic-euler\", \"rk4\"]"},
       {.table = "study",
        .key = "solvers",
        .forms = kWord,
@@ -167,8 +225,12 @@ const std::vector<Field>& study_fields() {
        .forms = kDuration | kRate,
        .shape = Shape::list,
        .meaning =
-           "Of the methods: whole parts of the scene's step, or multiples of it. Default: halvings of it; for explicit "
-           "methods from the first one above the limit to the fourth below it, for implicit ones down to an eighth.",
+           "Of the methods: whole parts of the scene's step, or (`state` only) multiples of it. Default of `felt-force`: "
+           "for "
+           "each method the step of substeps = \"auto\", its half and its quarter. Default of `state`: halvings of the "
+           "scene's; "
+           "for explicit methods from the first one above the limit to the fourth below it, for implicit ones down to an "
+           "eighth.",
        .range = above(0),
        .example = "[\"1 ms\", \"0.5 ms\"]"},
       {.table = "study",

@@ -109,8 +109,10 @@ toml::array array_of(const Value& value) {
 
 /// TOML's reader does not know what most often is wrong with a value that it cannot read.
 std::string_view quotes_hint(std::string_view error) {
-  const bool of_value = error.find("could not determine value type") != std::string_view::npos ||
-                        error.find("expected a comment or whitespace") != std::string_view::npos;
+  constexpr std::string_view kOfValue[] = {"could not determine value type", "expected a comment or whitespace",
+                                           "while parsing decimal integer", "while parsing floating-point"};
+  const bool of_value = std::any_of(std::begin(kOfValue), std::end(kOfValue),
+                                    [&](std::string_view known) { return error.find(known) != std::string_view::npos; });
   return of_value ? "; names, and numbers with a unit, are written in quotes: \"spring\", \"11.1 ms\"" : "";
 }
 

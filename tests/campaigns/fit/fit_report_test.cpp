@@ -265,6 +265,7 @@ TEST_CASE("2000 odd recordings: no number is nan or infinite, and what is propos
     const std::string objection = table_objection(fit);
     const std::string table = fitted_table(fit);
     INFO("seed " << seed << "\n" << table << objection);
+    REQUIRE(fit.timing.visualization >= Duration{0});
     for (const char* wrong : {"nan", "inf "}) REQUIRE_THAT(table, !Contains(wrong));
     REQUIRE(read_table("[timing]\n" + table).ok() == objection.empty());
     ++(objection.empty() ? models : replays);

@@ -59,6 +59,8 @@ struct RunOutcome {
   double solver_seconds = 0;       ///< launch + wait, summed over strategies
 };
 RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options);
+/// The record of these strategies in virtual time; nothing is measured or judged. Throws RunFailure.
+RunRecord record_run(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options);
 
 /// Checks that the signals and metrics of the expectations exist, and that `step` has a meaning where it is used. Returns
 /// all errors, by position.

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "evenstep/reports/measures.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/reports/verdict.h"
 
@@ -23,10 +24,10 @@ std::string figure_1b_svg(const RunRecord& run, const std::string& device, std::
 std::string figure_2to4_svg(const RunRecord& run, const std::string& strategy, const std::string& device,
                             std::span<const ExpectationResult> results = {});
 
-/// Error over the time of the run, from bins() of 1 s, for every device and strategy: largest deviation and velocity jump
-/// (logarithmic) and underruns so far; interaction on the left, force on the right. Empty if no signal has ten bins, because
-/// there would be little to see.
-std::optional<std::string> error_over_time_svg(const RunRecord& run);
+/// Error over the time of the run, from bins(), for every device and strategy: largest deviation, RMS of another error where
+/// it is known, velocity jump (logarithmic) and underruns so far; interaction on the left, force on the right. Above them
+/// stands how the errors grow, as `metrics` say. Empty if no signal has ten bins, because there would be little to see.
+std::optional<std::string> error_over_time_svg(const RunRecord& run, const Metrics& metrics);
 
 /// An adaptive latency, and the latency that the steps needed, over the time of the run: one panel for each strategy whose
 /// latency adapts. Empty if there is none.

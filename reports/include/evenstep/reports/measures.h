@@ -2,12 +2,15 @@
 /// Numbers about a finished run. docs/metrics.md has the exact definitions; names and units may be added but never change.
 /// Every metric that has a value is computed, whether an expectation asks for it or not.
 
+#include <array>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "evenstep/reports/growth.h"
 #include "evenstep/reports/run_record.h"
 
 namespace evenstep {
@@ -79,12 +82,38 @@ std::optional<Oscillation> oscillation(std::span<const double> t, std::span<cons
 /// The oscillation of a device during its judged ticks.
 std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal);
 
-/// Error over the time of the run: one row per bin (1 s) and signal.
+/// The bins of a run, in real time: [origin + b * width, + width) for b < count, the last one to the end of the run.
+struct BinLayout {
+  RealTime origin;
+  Duration width;
+  std::int64_t count = 0;
+};
+/// They follow the length of the judged time: 60 to 119 bins of whole segments, or of whole ways there and back if a device
+/// goes back and forth at least twenty times; fewer if there are fewer of them, and twenty parts of the time if there are
+/// not even twenty segments. None is so short that four steps (or ticks) do not fit.
+BinLayout bin_layout(const RunRecord& run);
+
+/// Error over the time of the run: one row per bin and signal.
 struct BinRow {
-  double from_s = 0;
-  double deviation_max = 0, velocity_jump = 0;
+  double from_s = 0, to_s = 0;
+  double deviation_max = 0, deviation_rms = 0, velocity_jump = 0;
+  std::optional<double> error_rms = {};  ///< interaction: from the true position; force: from the undelayed one
+  std::optional<double> deviation_from_ideal_rms = {};  ///< force only
   std::int64_t underruns_so_far = 0;
 };
-std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, double bin_s = 1.0);
+std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run);
+std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, const BinLayout& layout);
+
+/// An error in the bins of a signal: its name, "deviation", and its RMS there.
+struct BinnedError {
+  const char* name;
+  std::optional<double> (*rms)(const BinRow& row);
+};
+inline constexpr std::array kBinnedErrors =
+    std::to_array<BinnedError>({{"deviation", [](const BinRow& row) { return std::optional(row.deviation_rms); }},
+                                {"error", [](const BinRow& row) { return row.error_rms; }},
+                                {"deviation_from_ideal", [](const BinRow& row) { return row.deviation_from_ideal_rms; }}});
+/// How each of these errors of a signal grows, as its metrics say; without those that the signal does not have.
+std::vector<std::pair<const char*, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal);
 
 }  // namespace evenstep

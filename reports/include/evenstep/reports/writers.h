@@ -23,6 +23,10 @@ std::string underruns_csv(const RunRecord& run);
 /// What a run on the wall clock has to say about itself, for people: how long it ran, how late its ticks were, and what was
 /// missed, missing, late, cut or limited. Empty for a run in virtual time.
 std::string live_lines(const RunRecord& run, const Metrics& metrics);
+/// For people: the devices that did not say what their driver asked of them, a line each.
+std::string device_notes(const RunRecord& run);
+/// How the errors of each signal that was asserted grow over the judged time; one line per signal, for people.
+std::string growth_lines(const Metrics& metrics, const std::vector<ExpectationResult>& results);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 

@@ -54,14 +54,6 @@ struct ParticleState {
   std::vector<glm::dvec3> displacement_m, velocity_m_per_s;
 };
 
-/// A feature that the scene does not need and that its solver therefore leaves out: no kernel code, no array, no launch.
-struct LeftOut {
-  std::string feature;
-  /// What it would add to the CPU time of a substep, as measured at 20,270 particles (docs/performance.md); empty if the
-  /// scene is a spring.
-  std::optional<int> cost_percent;
-};
-
 /// What a solver reports about a finished run.
 struct SolverVerdict {
   bool non_finite = false;
@@ -87,7 +79,9 @@ struct SolverInfo {
   Method method = Method::symplectic_euler;
   int iterations = 0;              ///< for methods that iterate; otherwise 0
   std::optional<StepLimit> limit;  ///< empty for the spring; StepLimit::step_s is infinite for implicit methods
-  std::vector<LeftOut> left_out;
+  /// The features that the scene does not need and that the solver therefore leaves out (no kernel code, no array, no
+  /// launch): evenstep::left_out.
+  std::vector<std::string> left_out;
 };
 
 enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
@@ -148,5 +142,17 @@ struct SolverOptions {
 /// holds nothing, a surface without a normal. Spring, wall and mode are a few operations in double, whatever the kind of
 /// solver. OpenCL kernels are built and warmed up before this returns (a first launch can take 250 ms).
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
+
+/// The features that the solver of this scene leaves out, in a fixed order. Nothing is built.
+std::vector<std::string> left_out(const Scene& scene);
+/// The scene's solver with one of the features that it leaves out compiled in, with neutral coefficients: its forces are the
+/// same, bit for bit, so what the feature costs can be measured. Null for a feature without a neutral form ("tools", "grab",
+/// "fixed particles": with one of these it would be another scene) and for scenes other than a tissue. Throws SolverError
+/// like make_solver.
+std::unique_ptr<Solver> make_solver_with(const std::string& feature, SolverKind kind, const Scene& scene,
+                                         const SolverOptions& options = {});
+/// Loads OpenCL and opens the device that a solver with these options would use, as make_solver does when it is needed.
+/// Throws SolverError.
+void open_opencl(const SolverOptions& options = {});
 
 }  // namespace evenstep

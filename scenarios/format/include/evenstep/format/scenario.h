@@ -140,11 +140,19 @@ struct StiffnessSearch {
   int seeds = 1;
   bool scales_mass = false;  ///< scales a tissue's masses too, so that its frequencies stay the same
 };
+/// The error that a study measures.
+enum class StudyError {
+  felt_force,  ///< of the force that the hand feels, over what the run judges: evenstep/campaigns/felt_study.h
+  state        ///< of positions, forces and energy of a tissue on an even schedule: evenstep/campaigns/study.h
+};
 struct StudySpec {
-  Duration duration;  ///< simulated, from the begin of the first motion
+  StudyError error = StudyError::felt_force;
+  /// Simulated. Of the felt force: from the end of the warm-up on, at most all that the run judges. Of the state: from the
+  /// begin of the first motion on.
+  Duration duration;
   std::vector<Method> methods;
   std::vector<SolverKind> solvers;
-  std::vector<StudyStep> steps;  ///< coarsest first; empty: halvings around each method's limit
+  std::vector<StudyStep> steps;  ///< coarsest first; empty: the study chooses for each method
   std::vector<int> iterations;   ///< for methods that iterate; empty: each method's default
   int repeats = 5;
   std::optional<StiffnessSearch> stiffness_limit;  ///< if given, the study is this search and ignores the members above
@@ -152,6 +160,9 @@ struct StudySpec {
 
 struct Expectation {
   Place place;
+  struct {
+    Place signal, metric, min, max;
+  } written;  ///< where its parts are; of `equals` min and max
   std::string signal, metric, because;
   std::optional<Limit> min, max;
   std::optional<std::array<double, 2>> at;  ///< for a case: judge only the cells whose values lie between these

@@ -1,0 +1,46 @@
+#pragma once
+/// `evenstep study`, [study] error = "felt-force": the error of the force that the hand feels against CPU time, for every
+/// strategy, method and step of a scenario, over what the run itself judges. Definition:
+/// evenstep/reports/felt_study_record.h.
+
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "evenstep/campaigns/study.h"
+#include "evenstep/format/scenario.h"
+#include "evenstep/reports/felt_study_record.h"
+
+namespace evenstep {
+
+struct FeltStudyControl {
+  const std::atomic<bool>* interrupted = nullptr;
+  std::function<void(double fraction)> progress;
+  /// Lines for people, before anything long begins: what it will cost, and what was wrong with a stored reference.
+  std::function<void(const std::string& line)> announce;
+  /// Folder in which references are kept. Empty: none is read or kept.
+  std::string cache_folder;
+};
+
+/// Why there is no such study of the scenario, with the remedy; empty if there is. It takes devices whose motion is
+/// programmed and that play the scheduled force, and at least one strategy that does not know the motion.
+std::string felt_study_objection(const Scenario& scenario);
+
+/// Errors are reproducible, costs are not. Throws RunFailure if there is no reference or if a run fails for another reason
+/// than its method and step; std::invalid_argument if felt_study_objection has one. If it is interrupted, it returns the
+/// points so far.
+FeltStudyRecord run_felt_study(const Scenario& scenario, const FeltStudyControl& control = {});
+
+/// The cheapest point that meets a goal such as "1 % force", as a sentence; `found` is false if none does. A share is one of
+/// the rms force.
+struct FeltAdvice {
+  bool found = false;
+  std::string text;
+};
+FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal);
+
+/// Writes study.json, study.csv, error-against-cost.svg and resolved.toml, all or nothing. Returns what went wrong; empty if
+/// nothing did.
+std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study);
+
+}  // namespace evenstep

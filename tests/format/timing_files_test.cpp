@@ -1,0 +1,155 @@
+// What a [timing] table or a recording says: nominal times, step sizes, and the length of a run.
+#include <catch2/catch.hpp>
+
+#include "checked.h"
+#include "evenstep/format/scenario.h"
+#include "support.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+using Catch::Contains;
+
+TEST_CASE("Each form of the timing table gives its exact nominal times") {
+  struct {
+    const char* timing;
+    Rate segment;
+    std::int64_t T, V, slot, s;
+    Rate steps;
+  } const rows[] = {
+      {"segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = 15\nstep = \"real\"",
+       {30, 1},
+       33'333'333,
+       11'100'000,
+       2'222'222,
+       1'482'222,
+       {450, 1}},
+      {"segment = \"32 ms\"\nvisualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"",
+       {125, 4},
+       32'000'000,
+       8'000'000,
+       2'000'000,
+       1'500'000,
+       {500, 1}},
+      {"segment = \"40 ms\"\nvisualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"",
+       {25, 1},
+       40'000'000,
+       8'000'000,
+       2'500'000,
+       1'500'000,
+       {400, 1}},
+      {"visualization = \"8 ms\"\nsteps = 16\nstep = \"1.5 ms\"",
+       {125, 4},
+       32'000'000,
+       8'000'000,
+       2'000'000,
+       1'500'000,
+       {500, 1}},
+      {"visualization = \"8 ms\"\nsteps = [1, 2]\nstep = \"1 ms\"",
+       {2000, 19},
+       9'500'000,
+       8'000'000,
+       6'333'333,
+       1'000'000,
+       {3000, 19}},
+      {"segment = \"1/3 Hz\"\nvisualization = \"0 s\"\nsteps = [1, 2]",
+       {1, 3},
+       3'000'000'000,
+       0,
+       2'000'000'000,
+       2'000'000'000,
+       {1, 2}},
+      {"segment = \"30 Hz\"\nvisualization = \"11.1 ms\"\nsteps = [14, 15]\norder = \"steps-first\"",
+       {30, 1},
+       33'333'333,
+       11'100'000,
+       2'298'850,
+       1'533'333,
+       {435, 1}},
+  };
+  for (const auto& row : rows) {
+    INFO(row.timing);
+    const Scenario s = good(with_timing(row.timing));
+    CHECK(s.timing.programmed.segment == row.segment);
+    CHECK(s.nominal.segment.ns == row.T);
+    CHECK(s.nominal.visualization.ns == row.V);
+    CHECK(s.nominal.slot.ns == row.slot);
+    CHECK(s.nominal.step_run_time.ns == row.s);
+    CHECK(s.scene.step_rate == row.steps);
+    check_round_trip(s);
+  }
+  CHECK(good(with_timing(rows[0].timing)).timing.real_steps);
+  CHECK(good(with_timing(rows[6].timing)).timing.programmed.order == SegmentOrder::steps_first);
+}
+
+TEST_CASE("The widest timing numbers neither overflow nor lose the segment") {
+  // Most steps, finest rates, longest segment: every product stays within 128 bits (read_timing.cpp).
+  const Scenario slow =
+      good(with_timing("visualization = \"8 s\"\nsteps = 1000000\nstep = \"1 us\""), {{"run.duration=1e6 s"}, {}});
+  CHECK(slow.nominal.segment.ns == 9'000'000'000);
+  CHECK(slow.scene.step_rate == Rate{1'000'000, 9});
+  const Scenario odd = good(with_timing("segment = \"8.999999999 s\"\nvisualization = \"1 ns\"\nsteps = 1000000"),
+                            {{"run.duration=1e6 s"}, {}});
+  CHECK(odd.timing.programmed.segment == Rate{1'000'000'000, 8'999'999'999});
+  const Scenario fast = good(with_timing("segment = \"99999.999999999 Hz\"\nvisualization = \"1 ns\"\nsteps = 9000"));
+  CHECK(fast.nominal.step_run_time.ns == 1);
+  CHECK(fast.nominal.segment.ns == 10'000);
+}
+
+TEST_CASE("A step size is taken from a duration or a rate as it is written") {
+  const auto rate_of = [](const std::string& size) {
+    return good(kSpring, {{"scene.step_size=" + size}, {}}).scene.step_rate;
+  };
+  CHECK(rate_of("2 ms") == Rate{500, 1});
+  CHECK(rate_of("450 Hz") == Rate{450, 1});
+  CHECK(rate_of("1000/3 Hz") == Rate{1000, 3});
+  CHECK(rate_of("fill") == Rate{450, 1});
+}
+
+TEST_CASE("A trace gives the means of the recording as nominal times, and its length as the duration") {
+  const Folder folder;
+  // Two segments of 30 and 34 us; V 10 and 12 us, one idle; 2 + 3 steps of 4 us.
+  folder.write(
+      "recorded/x.csv",
+      "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n0,step,1,14200,18200\n"
+      "0,idle,0,18200,30100\n1,visualization,0,30100,42100\n1,step,0,42100,46100\n1,step,1,46100,50100\n1,step,2,50100,"
+      "54100\n1,idle,0,54100,64100\n");
+  std::string text = with_timing("trace = \"../recorded/x.csv\"");
+  text.replace(text.find("duration = \"4 s\""), 16, "");
+  const ReadResult result = read_scenario(folder.write("sub/s.toml", text));
+  INFO(errors_of(result));
+  REQUIRE(result);
+  const Scenario& s = *result;
+  CHECK(s.run_duration.ns == 64'000);
+  CHECK(s.nominal.segment.ns == 32'000);
+  CHECK(s.nominal.visualization.ns == 11'000);
+  CHECK(s.nominal.slot.ns == 12'800);
+  CHECK(s.nominal.step_run_time.ns == 4'000);
+  CHECK(s.scene.step_rate == Rate{78'125, 1});  // 5 steps in 64 us
+  CHECK(s.timing.trace.size() == 2);
+  check_round_trip(s);
+  CHECK_THAT(errors_of(read_scenario(folder.path("sub/s.toml"), {{"run.duration=65 us"}, {}})),
+             Contains("--set run.duration=65 us: error: 'duration': the trace ends at 0.064 ms"));
+}
+
+TEST_CASE("A run of a trace that ends with a step is 1 ns longer than the trace, so that this step ends within it") {
+  const Folder folder;
+  const std::string rows =
+      "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,10000\n0,step,0,10000,14000\n1,step,0,20000,64000\n";
+  folder.write("x.csv", rows);
+  std::string text = with_timing("trace = \"x.csv\"");
+  text.replace(text.find("duration = \"4 s\""), 16, "");
+  const std::string path = folder.write("s.toml", text);
+  const auto duration_ns = [&](const ReadOptions& options = {}) {
+    const ReadResult result = read_scenario(path, options);
+    INFO(errors_of(result));
+    REQUIRE(result);
+    CHECK(result->nominal.slot.ns == 32'000);  // 2 steps in 64 us, as before
+    return result->run_duration.ns;
+  };
+  CHECK(duration_ns() == 64'001);
+  CHECK(duration_ns({{"run.duration=64 us"}, {}}) == 64'000);
+  folder.write("x.csv", rows + "1,visualization,0,64000,64001\n");
+  CHECK(read_scenario(path)->run_duration.ns == 64'001);
+  folder.write("x.csv", rows + "1,idle,0,64000,64001\n");
+  CHECK(read_scenario(path)->run_duration.ns == 64'001);
+}
