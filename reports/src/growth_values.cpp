@@ -30,8 +30,8 @@ std::map<std::string, double> growth_values(const std::vector<BinRow>& rows, Gro
 
 }  // namespace internal
 
-std::vector<std::pair<const char*, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal) {
-  std::vector<std::pair<const char*, GrowthInterval>> growths;
+std::vector<std::pair<std::string_view, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal) {
+  std::vector<std::pair<std::string_view, GrowthInterval>> growths;
   const auto values = metrics.find(signal);
   if (values == metrics.end()) return growths;
   for (const BinnedError& error : kBinnedErrors) {

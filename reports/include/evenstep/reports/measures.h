@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -106,7 +107,7 @@ std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, const BinL
 
 /// An error in the bins of a signal: its name, "deviation", and its RMS there.
 struct BinnedError {
-  const char* name;
+  std::string_view name;
   std::optional<double> (*rms)(const BinRow& row);
 };
 inline constexpr std::array kBinnedErrors =
@@ -114,6 +115,6 @@ inline constexpr std::array kBinnedErrors =
                                 {"error", [](const BinRow& row) { return row.error_rms; }},
                                 {"deviation_from_ideal", [](const BinRow& row) { return row.deviation_from_ideal_rms; }}});
 /// How each of these errors of a signal grows, as its metrics say; without those that the signal does not have.
-std::vector<std::pair<const char*, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal);
+std::vector<std::pair<std::string_view, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal);
 
 }  // namespace evenstep
