@@ -1,6 +1,7 @@
 #pragma once
 /// Numbers about a finished run. docs/metrics.md has the exact definitions; names and units may be added but never change.
-/// Every metric that has a value is computed, whether an expectation asks for it or not.
+/// Every metric that has a value is computed, whether an expectation asks for it or not; but the growths of errors, which are
+/// fits and take longer than all others together, are added where they are wanted.
 
 #include <array>
 #include <map>
@@ -21,6 +22,10 @@ namespace evenstep {
 /// "events.<lane>.<name>", "run".
 using Metrics = std::map<std::string, std::map<std::string, double>>;
 Metrics measure(const RunRecord& run);
+/// Adds "<error>_growth" and "<error>_growth_min" of each error that can be fitted (growth.h).
+void add_growths(const RunRecord& run, Metrics& metrics);
+/// Whether it is one of these metrics.
+bool is_growth(std::string_view metric);
 
 /// All metrics that a signal of this form can have, whether or not this run has values for them. So an expectation on one
 /// that has judged no sample can be told from a misspelt one; it is an error, never a pass. Empty if the form of the signal
