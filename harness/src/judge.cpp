@@ -310,8 +310,9 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     }
     if (compares_with_twin(expectation.metric) && has_hand(scenario)) {
       error(at.metric,
-            fmt::format("'{}' has no value here: the twin reads the programmed motion, and a hand that feels the force has none",
-                        expectation.metric));
+            fmt::format(
+                "'{}' has no value here: the twin reads the programmed motion, and a hand that feels the force has none",
+                expectation.metric));
       continue;
     }
     if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal
