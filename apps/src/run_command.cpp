@@ -199,6 +199,7 @@ RunOptions options_of(const Call& call) {
   options.clock = call.arguments.clock == "wall" ? ClockKind::wall : ClockKind::virtual_clock;
   options.threads = call.arguments.threads;
   options.repeat = call.arguments.repeat;
+  options.growths = true;
   options.allow_no_expectations = call.arguments.allow_no_expectations;
   options.allow_degraded = call.arguments.allow_degraded;
   options.control.permute_ties = call.arguments.permute_ties;

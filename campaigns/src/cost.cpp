@@ -183,7 +183,10 @@ class Measurement {
       announce(fmt::format("run {} of {}", round + 1, options_.run_pairs));
       RunOutcome outcome;
       const double base_s = timed([&] { outcome.record = record_run(short_, plans_, one_thread()); });
-      const std::array made_s{timed([&] { outcome.metrics = measure(outcome.record); }),
+      const std::array made_s{timed([&] {
+                                outcome.metrics = measure(outcome.record);
+                                add_growths(outcome.record, outcome.metrics);
+                              }),
                               timed([&] { figures(short_, outcome); }), timed([&] { data_files(short_, outcome, ""); })};
       for (std::size_t n = 0; n < outputs.size(); ++n)
         outputs[n].push_back(100 * made_s[n] / (base_s + made_s[0] + made_s[1] + made_s[2]));
@@ -242,7 +245,7 @@ class Measurement {
       std::vector<StrategyPlan>& others = add_variant(part, "[run] strategies").plans;
       others.erase(others.begin() + static_cast<std::ptrdiff_t>(n));
     }
-    const auto asks_for_twins = [](const Expectation& one) { return one.metric == "deviation_from_ideal"; };
+    const auto asks_for_twins = [](const Expectation& one) { return compares_with_twin(one.metric); };
     std::vector<Expectation>& asked = short_.expectations;
     if (std::any_of(asked.begin(), asked.end(), asks_for_twins)) {
       Variant& variant = add_variant("ideal twins", "deviation_from_ideal: those that [run] strategies does not name");

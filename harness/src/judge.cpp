@@ -308,11 +308,11 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
                         expectation.signal, device->name));
       continue;
     }
-    if (expectation.metric == "deviation_from_ideal" && has_hand(scenario)) {
-      error(
-          at.metric,
-          "'deviation_from_ideal' has no value here: its twin reads the programmed motion, and a hand that feels the force "
-          "has none");
+    if (compares_with_twin(expectation.metric) && has_hand(scenario)) {
+      error(at.metric,
+            fmt::format(
+                "'{}' has no value here: the twin reads the programmed motion, and a hand that feels the force has none",
+                expectation.metric));
       continue;
     }
     if (expectation.signal.find('*') != std::string::npos) continue;  // units are checked later, for each matching signal

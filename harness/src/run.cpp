@@ -24,7 +24,7 @@ namespace {
 /// Whether an expectation asks how far this strategy's forces are from the ideal twin's.
 bool asks_for_twin(const Scenario& scenario, StrategyKind kind) {
   for (const Expectation& expectation : scenario.expectations) {
-    if (expectation.metric != "deviation_from_ideal") continue;
+    if (!compares_with_twin(expectation.metric)) continue;
     for (const DeviceSpec& device : scenario.devices) {
       if (internal::matches(expectation.signal, device.name + ".force." + name_of(kind))) return true;
     }
@@ -250,15 +250,22 @@ void end_early(RunRecord& run) {
   if (!run.strategies.empty()) run.nominal.end = std::min(run.nominal.end, reached);
 }
 
+void measure(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
+  outcome.metrics = evenstep::measure(outcome.record);
+  const auto asks = [](const Expectation& expectation) { return is_growth(expectation.metric); };
+  if (options.growths || std::any_of(scenario.expectations.begin(), scenario.expectations.end(), asks))
+    add_growths(outcome.record, outcome.metrics);
+}
+
 /// If the run stopped as [expect_stop] says, the other expectations are judged by what was recorded until then. After any
 /// other stop nothing is judged.
-void judge_stopped(const Scenario& scenario, RunOutcome& outcome) {
+void judge_stopped(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
   if (outcome.exit != ExitCode::pass || scenario.case_spec) {
     outcome.record.strategies.clear();
     return;
   }
   outcome.record.trace_hash = hash_of(outcome.record.strategies);
-  outcome.metrics = measure(outcome.record);
+  measure(scenario, options, outcome);
   outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
   count_results(outcome);
 }
@@ -315,7 +322,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
         difference = compare(outcome.record, again);
       }
       end_early(outcome.record);
-      outcome.metrics = measure(outcome.record);
+      measure(scenario, options, outcome);
       if (!interrupted()) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
     }
     if (interrupted()) {
@@ -325,7 +332,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
     }
   } catch (const RunFailure& failure) {
     judge_stop(scenario, failure, outcome);
-    judge_stopped(scenario, outcome);
+    judge_stopped(scenario, options, outcome);
     count_seconds();
     return outcome;
   }

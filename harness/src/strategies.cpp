@@ -175,6 +175,8 @@ std::vector<StrategyPlan> plan(const Scenario& scenario) {
   return plans;
 }
 
+bool compares_with_twin(std::string_view metric) { return metric.starts_with("deviation_from_ideal"); }
+
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of) {
   StrategyPlan twin{StrategyKind::ideal, of.lead, of.latency};
   // The twin reads the motion in closed form, so its interaction ring is only written. Forces wait from the end of their

@@ -1,23 +1,15 @@
 // A study of the felt force as a table, as CSV and as JSON.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
+#include <cmath>
 #include <iterator>
 
 #include "evenstep/reports/felt_study_record.h"
-#include "evenstep/reports/json.h"
+#include "src/study_table.h"
 #include "src/text.h"
 
 namespace evenstep {
 namespace {
-
-constexpr std::size_t kColumns = 9;
-using Row = std::array<std::string, kColumns>;
-
-std::string step_text(double seconds) {
-  return seconds >= 0.9995e-3 ? fmt::format("{:.4g} ms", seconds * 1e3) : fmt::format("{:.4g} us", seconds * 1e6);
-}
 
 std::string force_text(double newtons) {
   if (newtons >= 1) return fmt::format("{:.3g} N", newtons);
@@ -30,8 +22,9 @@ std::string error_text(const FeltError& error) {
   return fmt::format("{} ({})", force_text(error.rms_N), force_text(error.max_N));
 }
 
-Row row_of(const FeltPoint& point) {
-  Row row{point.strategy, "", fmt::format("{}, {}", point.method, point.solver), step_text(point.substep_s)};
+internal::StudyRow row_of(const FeltPoint& point) {
+  internal::StudyRow row{point.strategy, "", fmt::format("{}, {}", point.method, point.solver),
+                         internal::step_text(point.substep_s)};
   if (point.iterations > 0) row[2] += fmt::format(", {} it", point.iterations);
   if (point.state != StudyCell::State::measured) {
     row[4] = fmt::format("{}: {}", name_of(point.state), point.reason);
@@ -42,26 +35,8 @@ Row row_of(const FeltPoint& point) {
   row[5] = error_text(point.discretisation);
   row[6] = error_text(point.remap);
   row[7] = error_text(point.device);
-  row[8] = fmt::format("{:.3g} ({:.3g} .. {:.3g})", point.cpu.median, point.cpu.min, point.cpu.max);
+  row[8] = internal::cost_text(point.cpu);
   return row;
-}
-
-std::string aligned(const std::vector<Row>& rows) {
-  std::array<std::size_t, kColumns> widths{};
-  for (const Row& row : rows) {
-    for (std::size_t c = 0; c < kColumns; ++c) {
-      if (c != 4 || !row[5].empty()) widths[c] = std::max(widths[c], row[c].size());  // a reason may be longer
-    }
-  }
-  std::string out;
-  for (const Row& row : rows) {
-    std::string line = "  ";
-    for (std::size_t c = 0; c < kColumns; ++c)
-      line += row[c] + std::string(row[c].size() < widths[c] ? widths[c] - row[c].size() + 2 : 2, ' ');
-    line.erase(line.find_last_not_of(' ') + 1);
-    out += line + '\n';
-  }
-  return out;
 }
 
 std::string span_text(const FeltStudyRecord& study) {
@@ -72,10 +47,11 @@ std::string span_text(const FeltStudyRecord& study) {
 }
 
 std::string reference_text(const FeltReferenceInfo& reference) {
-  std::string out = reference.method_order > 0
-                        ? fmt::format("{}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}",
-                                      reference.method, step_text(reference.coarsest_step_s), reference.method_order)
-                        : fmt::format("the scene itself every {}", step_text(reference.coarsest_step_s));
+  std::string out =
+      reference.method_order > 0
+          ? fmt::format("{}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}",
+                        reference.method, internal::step_text(reference.coarsest_step_s), reference.method_order)
+          : fmt::format("the scene itself every {}", internal::step_text(reference.coarsest_step_s));
   out += fmt::format("; its own error {} of {} rms", force_text(reference.estimate_N), force_text(reference.scale_N));
   if (reference.stored) return out + fmt::format("; stored, {:.3g} CPU s when it was computed", reference.cpu_s);
   return out + fmt::format("; {:.3g} CPU s{}", reference.cpu_s, reference.file.empty() ? "" : ", now stored");
@@ -100,8 +76,7 @@ Json json_of(const FeltPoint& point) {
   out["remap"] = json_of(point.remap);
   out["device"] = json_of(point.device);
   out["saturated"] = point.saturated;
-  out["cpu_s_per_s"] = {
-      {"min", json_number(point.cpu.min)}, {"median", json_number(point.cpu.median)}, {"max", json_number(point.cpu.max)}};
+  out["cpu_s_per_s"] = internal::json_of(point.cpu);
   out["repeats"] = point.repeats;
   return out;
 }
@@ -132,14 +107,14 @@ std::string felt_study_table(const FeltStudyRecord& study) {
       "  reference    {}\n\n",
       study.machine, study.cpus, study.load, study.compiler, study.scene, span_text(study), study.ticks,
       reference_text(study.reference));
-  std::vector<Row> rows{{"strategy", "latency", "method", "step", "felt error", "discretisation", "remap", "device",
-                         "CPU s per s (min .. max)"}};
+  std::vector<internal::StudyRow> rows{{"strategy", "latency", "method", "step", "felt error", "discretisation", "remap",
+                                        "device", "CPU s per s (min .. max)"}};
   bool saturated = false;
   for (const FeltPoint& point : study.points) {
     rows.push_back(row_of(point));
     saturated |= point.saturated > 0;
   }
-  out += aligned(rows);
+  out += internal::aligned(rows);
   out +=
       "  errors: rms (greatest) over the ticks, each strategy against the force at its own latency; at every tick the felt\n"
       "  error is the sum of the three parts. latency: of the strategy + of the device, mean\n";

@@ -4,7 +4,6 @@
 
 #include "evenstep/reports/measures.h"
 #include "src/closed_loop.h"
-#include "src/growth_values.h"
 #include "src/judged.h"
 #include "src/line_measures.h"
 #include "src/saturated_samples.h"
@@ -402,8 +401,6 @@ Metrics measure(const RunRecord& run) {
     for (const auto& [event, count] : strategy.event_counts)
       metrics["events." + event]["sometimes"] += static_cast<double>(count);
   }
-  internal::GrowthFits fits;
-  for (const auto& [signal, rows] : bins(run)) metrics[signal].merge(internal::growth_values(rows, fits));
   if (run.clock == "wall") put_lateness(metrics["events.device.tick"], run);
   metrics["run"] = run_values(run);
   return metrics;

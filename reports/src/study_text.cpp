@@ -1,22 +1,13 @@
 // A study as a table, as CSV and as JSON.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <iterator>
 
-#include "evenstep/reports/json.h"
-#include "evenstep/reports/study_record.h"
+#include "src/study_table.h"
 #include "src/text.h"
 
 namespace evenstep {
 namespace {
-
-constexpr std::size_t kColumns = 9;
-using Row = std::array<std::string, kColumns>;
-
-std::string step_text(double seconds) {
-  return seconds >= 0.9995e-3 ? fmt::format("{:.4g} ms", seconds * 1e3) : fmt::format("{:.4g} us", seconds * 1e6);
-}
 
 std::string error_text(const StudyCell& cell, StudyQuantity q, const StudyValues& estimate) {
   if (!std::isfinite(cell.error[q])) return "-";
@@ -24,9 +15,9 @@ std::string error_text(const StudyCell& cell, StudyQuantity q, const StudyValues
                      cell.at_floor(q, estimate) ? "*" : "");
 }
 
-Row row_of(const StudyCell& cell, const StudyValues& estimate) {
-  Row row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "",
-          step_text(cell.substep_s)};
+internal::StudyRow row_of(const StudyCell& cell, const StudyValues& estimate) {
+  internal::StudyRow row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "",
+                         internal::step_text(cell.substep_s)};
   if (cell.state == StudyCell::State::unavailable) row[2] = row[3] = "";  // it is unavailable at any step
   if (cell.state != StudyCell::State::measured) {
     row[4] = fmt::format("{}: {}", name_of(cell.state), cell.reason);
@@ -35,7 +26,7 @@ Row row_of(const StudyCell& cell, const StudyValues& estimate) {
   for (const StudyQuantity q : kStudyQuantities) row[4 + static_cast<std::size_t>(q)] = error_text(cell, q, estimate);
   const double order = cell.order[StudyQuantity::position];
   row[7] = std::isfinite(order) ? fmt::format("{:.2f}", order) : "";
-  row[8] = fmt::format("{:.3g} ({:.3g} .. {:.3g})", cell.cpu.median, cell.cpu.min, cell.cpu.max);
+  row[8] = internal::cost_text(cell.cpu);
   return row;
 }
 
@@ -46,33 +37,10 @@ bool said_before(const StudyRecord& study, const StudyCell& cell) {
   return before.solver == cell.solver && before.method == cell.method && before.reason == cell.reason;
 }
 
-std::string aligned(const std::vector<Row>& rows) {
-  std::array<std::size_t, kColumns> widths{};
-  for (const Row& row : rows) {
-    const bool reason = row[5].empty();  // a reason may extend over the columns of the numbers
-    for (std::size_t c = 0; c < kColumns; ++c) {
-      if (c != 4 || !reason) widths[c] = std::max(widths[c], row[c].size());
-    }
-  }
-  std::string out;
-  for (const Row& row : rows) {
-    std::string line = "  ";
-    for (std::size_t c = 0; c < kColumns; ++c)
-      line += row[c] + std::string(row[c].size() < widths[c] ? widths[c] - row[c].size() + 2 : 2, ' ');
-    line.erase(line.find_last_not_of(' ') + 1);
-    out += line + '\n';
-  }
-  return out;
-}
-
 Json json_of(const StudyValues& values) {
   Json out = Json::object();
   for (const StudyQuantity q : kStudyQuantities) out[name_of(q)] = json_number(values[q]);
   return out;
-}
-
-Json json_of(const StudyCost& cost) {
-  return {{"min", json_number(cost.min)}, {"median", json_number(cost.median)}, {"max", json_number(cost.max)}};
 }
 
 Json json_of(const StudyCell& cell, const StudyValues& estimate) {
@@ -88,8 +56,8 @@ Json json_of(const StudyCell& cell, const StudyValues& estimate) {
   out["error"] = json_of(cell.error);
   out["order"] = json_of(cell.order);
   for (const StudyQuantity q : kStudyQuantities) out["at_floor"][name_of(q)] = cell.at_floor(q, estimate);
-  out["cpu_s_per_s"] = json_of(cell.cpu);
-  out["wall_s_per_s"] = json_of(cell.wall);
+  out["cpu_s_per_s"] = internal::json_of(cell.cpu);
+  out["wall_s_per_s"] = internal::json_of(cell.wall);
   out["repeats"] = cell.repeats;
   return out;
 }
@@ -145,13 +113,13 @@ std::string study_table(const StudyRecord& study) {
       "               its own error: position {} m, force {}, energy {} (of {:.3g} m, {:.3g} N, {:.3g} J rms)\n\n",
       study.machine, study.cpus, study.load, study.compiler,
       study.opencl_device.empty() ? "" : fmt::format("; OpenCL {}", study.opencl_device), study.particles,
-      study.stiffness_N_per_m, step_text(study.step_limit_s), study.duration_s * 1e3, study.samples, step_text(study.step_s),
-      reference.method, step_text(reference.coarsest_substep_s), reference.method_order,
-      reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
+      study.stiffness_N_per_m, internal::step_text(study.step_limit_s), study.duration_s * 1e3, study.samples,
+      internal::step_text(study.step_s), reference.method, internal::step_text(reference.coarsest_substep_s),
+      reference.method_order, reference.order[StudyQuantity::position], reference.order[StudyQuantity::force],
       reference.order[StudyQuantity::energy], estimate(StudyQuantity::position), estimate(StudyQuantity::force),
       estimate(StudyQuantity::energy), reference.scale[StudyQuantity::position], reference.scale[StudyQuantity::force],
       reference.scale[StudyQuantity::energy]);
-  std::vector<Row> rows{
+  std::vector<internal::StudyRow> rows{
       {"solver", "method", "iterations", "step", "position", "force", "energy", "order", "CPU s per s (min .. max)"}};
   bool any_at_floor = false, any_backwards = false;
   for (const StudyCell& cell : study.cells) {
@@ -161,7 +129,7 @@ std::string study_table(const StudyRecord& study) {
     for (const StudyQuantity q : kStudyQuantities)
       any_at_floor |= cell.state == StudyCell::State::measured && cell.at_floor(q, reference.estimate);
   }
-  out += aligned(rows);
+  out += internal::aligned(rows);
   if (any_at_floor) out += "  * at the reference's floor: not above the reference's own error\n";
   if (any_backwards)
     out += "  a negative order: the shorter step has the larger error; in float rounding adds up, step by step\n";

@@ -105,7 +105,7 @@ Json json_of(const std::vector<BinRow>& rows) {
   return out;
 }
 
-Json json_of(const std::vector<std::pair<const char*, GrowthInterval>>& growths) {
+Json json_of(const std::vector<std::pair<std::string_view, GrowthInterval>>& growths) {
   Json out = Json::object();
   for (const auto& [error, interval] : growths)
     out[error] = {{"name", growth_name(interval)}, {"exponent", {json_number(interval.low), json_number(interval.high)}}};

@@ -64,22 +64,22 @@ std::string xml_escape(std::string_view text) {
 }
 
 std::size_t display_width(std::string_view text) {
-  struct Range {
+  struct Points {
     char32_t first, last;
   };
   static constexpr std::array kZero =
-      std::to_array<Range>({{0x300, 0x36F}, {0x200B, 0x200F}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}});
-  static constexpr std::array kWide = std::to_array<Range>({{0x1100, 0x115F},
-                                                            {0x2E80, 0xA4CF},
-                                                            {0xAC00, 0xD7A3},
-                                                            {0xF900, 0xFAFF},
-                                                            {0xFE30, 0xFE6F},
-                                                            {0xFF00, 0xFF60},
-                                                            {0xFFE0, 0xFFE6},
-                                                            {0x1F300, 0x1FAFF},
-                                                            {0x20000, 0x3FFFD}});
+      std::to_array<Points>({{0x300, 0x36F}, {0x200B, 0x200F}, {0x20D0, 0x20FF}, {0xFE00, 0xFE0F}});
+  static constexpr std::array kWide = std::to_array<Points>({{0x1100, 0x115F},
+                                                             {0x2E80, 0xA4CF},
+                                                             {0xAC00, 0xD7A3},
+                                                             {0xF900, 0xFAFF},
+                                                             {0xFE30, 0xFE6F},
+                                                             {0xFF00, 0xFF60},
+                                                             {0xFFE0, 0xFFE6},
+                                                             {0x1F300, 0x1FAFF},
+                                                             {0x20000, 0x3FFFD}});
   const auto in = [](const auto& ranges, char32_t c) {
-    return std::any_of(ranges.begin(), ranges.end(), [c](Range r) { return c >= r.first && c <= r.last; });
+    return std::any_of(ranges.begin(), ranges.end(), [c](Points p) { return c >= p.first && c <= p.last; });
   };
   std::size_t width = 0;
   while (!text.empty()) {

@@ -85,8 +85,11 @@ TEST_CASE("a hand has no nominal speed, no true position and no ideal twin") {
       text += error.message;
     return text;
   };
-  CHECK_THAT(errors("{ signal = \"left.force.direct\", metric = \"deviation_from_ideal\", max = \"1 N\" }"),
-             Catch::Contains("a hand that feels the force has none"));
+  for (const char* metric : {"deviation_from_ideal", "deviation_from_ideal_growth", "deviation_from_ideal_growth_min"}) {
+    CHECK_THAT(errors(std::string("{ signal = \"left.force.direct\", metric = \"") + metric + "\", max = 1 }"),
+               Catch::Contains(std::string("'") + metric + "' has no value here") &&
+                   Catch::Contains("a hand that feels the force has none"));
+  }
   CHECK_THAT(errors("{ signal = \"left.interaction.direct\", metric = \"velocity_jump\", max = \"1 step\" }"),
              Catch::Contains("has no unit 'step'"));
   CHECK(errors("{ signal = \"closed_loop.left.direct\", metric = \"energy_min\", min = \"-3 mJ\" }").empty());

@@ -157,6 +157,29 @@ TEST_CASE("energy and ideal twin are computed for the strategies that an expecta
         some.metrics.at("right.force.paper").at("deviation_from_ideal"));
 }
 
+TEST_CASE("how errors grow is measured if it is asked for, with the twin and the undelayed force that it needs") {
+  const auto scenario = [](const std::string& expect) {
+    return read("paper/figure-1-spring.toml",
+                {"run.strategies=[\"direct\"]", "run.duration=\"1 s\"", "expect=[" + expect + "]"});
+  };
+  const auto asked = [](const std::string& metric) {
+    return "{ signal = \"left.force.direct\", metric = \"" + metric + "\", max = 5 }";
+  };
+  RunOptions options;
+  options.allow_no_expectations = true;
+  CHECK(growths_of(run_scenario(scenario(""), options).metrics, "left.force.direct").empty());
+  options.growths = true;
+  CHECK(growths_of(run_scenario(scenario(""), options).metrics, "left.force.direct").size() == 2);  // of two errors
+  for (const char* metric : {"deviation_growth", "error_growth", "deviation_from_ideal_growth", "error_growth_min"}) {
+    INFO(metric);
+    const RunOutcome outcome = run_scenario(scenario(asked(metric)), {});
+    CHECK(outcome.exit == ExitCode::pass);
+    CHECK(outcome.metrics.at("left.force.direct").count("deviation_from_ideal") ==
+          (metric == std::string("deviation_from_ideal_growth")));
+    CHECK(scenario(asked(metric)).needs_undelayed == std::string(metric).starts_with("error_"));
+  }
+}
+
 TEST_CASE("an expectation that judged no sample is an error, never a pass") {
   std::vector<std::string> set =
       expecting("{ signal = \"left.interaction.phase_locked\", metric = \"velocity_jump\", max = \"1 step\" }");

@@ -17,6 +17,12 @@ std::size_t occurrences(const std::string& text, const std::string& what) {
   return count;
 }
 
+Metrics with_growths(const RunRecord& run) {
+  Metrics metrics = measure(run);
+  add_growths(run, metrics);
+  return metrics;
+}
+
 }  // namespace
 
 TEST_CASE("ticks are round, inside the range, and two to twice as many as wanted: 15 decades") {
@@ -170,7 +176,7 @@ TEST_CASE("error over time: panels of interaction and of force with every strate
   CHECK_FALSE(error_over_time_svg(RunRecord{}, {}));
   for (const std::int64_t duration_ns : {600'000'000LL, 1'000'000'000LL, 9'500'000'000LL}) {  // judged from 0.27 s on
     const RunRecord run = synthetic::reference_run({duration_ns});
-    const std::string svg = error_over_time_svg(run, measure(run)).value();
+    const std::string svg = error_over_time_svg(run, with_growths(run)).value();
     CHECK(occurrences(svg, "<polyline") == 6 * 4);
     for (const char* text :
          {"left.interaction", "left.force", "ideal", "direct", "paper", "phase_locked", "deviation max [step]",
@@ -194,7 +200,7 @@ TEST_CASE("error over time: another error that is known has a panel and its grow
       strategy.twin_force_N.back()[0] += n % 2 ? 0.1 : -0.1;  // stays
     }
   }
-  const Metrics metrics = measure(run);
+  const Metrics metrics = with_growths(run);
   CHECK(std::string(growth_name(growths_of(metrics, "left.interaction.paper").at(1).second)) == "linear");
   CHECK(metrics.at("left.interaction.paper").at("error_growth") == 1);
   CHECK(metrics.at("left.force.paper").at("deviation_from_ideal_growth") == 0);

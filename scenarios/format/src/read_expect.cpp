@@ -188,7 +188,8 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop."))
     reading.scenario.scene.needs_energy = true;
   // These metrics need a second solver that makes a step of the tissue at every tick.
-  for (const char* metric : {"error_max", "error_rms", "error_share", "error_at_stop", "onset_delay", "ghost_force"})
+  for (const char* metric : {"error_max", "error_rms", "error_share", "error_at_stop", "error_growth", "error_growth_min",
+                             "onset_delay", "ghost_force"})
     reading.scenario.needs_undelayed |=
         expectation.metric == metric && expectation.signal.find(".interaction.") == std::string::npos;
   reading.scenario.expectations.push_back(std::move(expectation));

@@ -134,7 +134,7 @@ TEST_CASE("A spring's run names every part once, keeps its bits, and loads no li
   CHECK_FALSE(has_loaded("libhidapi"));
 }
 
-TEST_CASE("A tissue's run: what is asked for is kept, everything else is left out, and no part changes a bit") {
+TEST_CASE("A tissue's run: what is asked for is kept, everything else is left out, and no part changes a bit", "[sweep]") {
   std::vector<std::string> set = small_tissue("cpu");
   const Scenario scenario = read("paper/figure-1.toml", set);
   const CostReport report = measure_costs(scenario, quick());

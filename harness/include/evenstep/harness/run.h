@@ -24,6 +24,7 @@ struct RunOptions {
   int threads = 0;                     ///< how many strategies run at the same time; 0 = one per core
   LiveDeviceOptions devices;           ///< wall clock only
   bool repeat = false;                 ///< run twice and compare the traces
+  bool growths = false;                ///< measure how errors grow, even if no expectation asks for it
   bool allow_no_expectations = false;  ///< exit 0 for the verdict `none`
   bool allow_degraded = false;         ///< exit 0 for the verdict `degraded`
   RunControl control;

@@ -70,5 +70,7 @@ AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyP
 std::vector<StrategyPlan> plan(const Scenario& scenario);
 /// The plan of the twin with which deviation_from_ideal compares the strategy `of`.
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of);
+/// Whether the metric is about this comparison.
+bool compares_with_twin(std::string_view metric);
 
 }  // namespace evenstep

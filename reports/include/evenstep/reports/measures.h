@@ -1,12 +1,14 @@
 #pragma once
 /// Numbers about a finished run. docs/metrics.md has the exact definitions; names and units may be added but never change.
-/// Every metric that has a value is computed, whether an expectation asks for it or not.
+/// Every metric that has a value is computed, whether an expectation asks for it or not; but the growths of errors, which
+/// are fits and take longer than all others together, are added where they are wanted.
 
 #include <array>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -20,6 +22,10 @@ namespace evenstep {
 /// "events.<lane>.<name>", "run".
 using Metrics = std::map<std::string, std::map<std::string, double>>;
 Metrics measure(const RunRecord& run);
+/// Adds "<error>_growth" and "<error>_growth_min" of each error that can be fitted (growth.h).
+void add_growths(const RunRecord& run, Metrics& metrics);
+/// Whether it is one of these metrics.
+bool is_growth(std::string_view metric);
 
 /// All metrics that a signal of this form can have, whether or not this run has values for them. So an expectation on one
 /// that has judged no sample can be told from a misspelt one; it is an error, never a pass. Empty if the form of the signal
@@ -106,7 +112,7 @@ std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, const BinL
 
 /// An error in the bins of a signal: its name, "deviation", and its RMS there.
 struct BinnedError {
-  const char* name;
+  std::string_view name;
   std::optional<double> (*rms)(const BinRow& row);
 };
 inline constexpr std::array kBinnedErrors =
@@ -114,6 +120,6 @@ inline constexpr std::array kBinnedErrors =
                                 {"error", [](const BinRow& row) { return row.error_rms; }},
                                 {"deviation_from_ideal", [](const BinRow& row) { return row.deviation_from_ideal_rms; }}});
 /// How each of these errors of a signal grows, as its metrics say; without those that the signal does not have.
-std::vector<std::pair<const char*, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal);
+std::vector<std::pair<std::string_view, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal);
 
 }  // namespace evenstep

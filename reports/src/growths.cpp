@@ -1,16 +1,21 @@
-#include "src/growth_values.h"
-
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 
+#include "evenstep/reports/measures.h"
 #include "evenstep/reports/writers.h"
 
 namespace evenstep {
-namespace internal {
+namespace {
 
-std::map<std::string, double> growth_values(const std::vector<BinRow>& rows, GrowthFits& fits) {
-  std::map<std::string, double> values;
+std::string growth_of(const BinnedError& error) { return std::string(error.name) + "_growth"; }
+std::string least_growth_of(const BinnedError& error) { return growth_of(error) + "_min"; }
+
+/// The curves of a fit depend only on the times of the bins, which most signals of a run have in common.
+using GrowthFits = std::map<std::vector<double>, GrowthFit>;
+
+void add_growths(const std::vector<BinRow>& rows, GrowthFits& fits, std::map<std::string, double>& values) {
   for (const BinnedError& error : kBinnedErrors) {
     std::vector<double> t_s, rms;
     for (const BinRow& row : rows) {
@@ -22,21 +27,31 @@ std::map<std::string, double> growth_values(const std::vector<BinRow>& rows, Gro
     if (rms.empty()) continue;
     const auto interval = fits.try_emplace(t_s, t_s).first->second(rms);
     if (!interval) continue;
-    values[std::string(error.name) + "_growth"] = interval->high;
-    values[std::string(error.name) + "_growth_min"] = interval->low;
+    values[growth_of(error)] = interval->high;
+    values[least_growth_of(error)] = interval->low;
   }
-  return values;
 }
 
-}  // namespace internal
+}  // namespace
 
-std::vector<std::pair<const char*, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal) {
-  std::vector<std::pair<const char*, GrowthInterval>> growths;
+void add_growths(const RunRecord& run, Metrics& metrics) {
+  GrowthFits fits;
+  for (const auto& [signal, rows] : bins(run)) add_growths(rows, fits, metrics[signal]);
+}
+
+bool is_growth(std::string_view metric) {
+  return std::any_of(kBinnedErrors.begin(), kBinnedErrors.end(), [&](const BinnedError& error) {
+    return metric == growth_of(error) || metric == least_growth_of(error);
+  });
+}
+
+std::vector<std::pair<std::string_view, GrowthInterval>> growths_of(const Metrics& metrics, const std::string& signal) {
+  std::vector<std::pair<std::string_view, GrowthInterval>> growths;
   const auto values = metrics.find(signal);
   if (values == metrics.end()) return growths;
   for (const BinnedError& error : kBinnedErrors) {
-    const auto high = values->second.find(std::string(error.name) + "_growth");
-    const auto low = values->second.find(std::string(error.name) + "_growth_min");
+    const auto high = values->second.find(growth_of(error));
+    const auto low = values->second.find(least_growth_of(error));
     if (high != values->second.end() && low != values->second.end())
       growths.push_back({error.name, {low->second, high->second}});
   }

@@ -1,0 +1,23 @@
+#pragma once
+/// What the tables of both studies have in common.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "evenstep/reports/json.h"
+#include "evenstep/reports/study_record.h"
+
+namespace evenstep::internal {
+
+/// A row. The first of the numbers is column 4; of a cell that was not measured it is the reason, and column 5 is empty.
+using StudyRow = std::array<std::string, 9>;
+
+/// The rows below each other, columns as wide as their widest text. A reason may extend over the columns after it.
+std::string aligned(const std::vector<StudyRow>& rows);
+
+std::string step_text(double seconds);         ///< "2.222 ms", "69.44 us"
+std::string cost_text(const StudyCost& cost);  ///< "0.28 (0.27 .. 0.31)"
+Json json_of(const StudyCost& cost);           ///< min, median, max
+
+}  // namespace evenstep::internal
