@@ -17,13 +17,6 @@ SizeRecord sized(const std::string& recording, const SizeOptions& options = {}) 
   return result.record;
 }
 
-const SizeStrategy& strategy(const SizeRecord& record, const std::string& name) {
-  const auto found = std::find_if(record.strategies.begin(), record.strategies.end(),
-                                  [&](const SizeStrategy& one) { return one.name == name; });
-  REQUIRE(found != record.strategies.end());
-  return *found;
-}
-
 double times(Duration latency, Duration bound) { return static_cast<double>(latency.ns) / static_cast<double>(bound.ns); }
 
 }  // namespace

@@ -42,14 +42,6 @@ std::vector<MappedStep> mapped(SlotMap&& map, const std::vector<SegmentTiming>& 
   return steps;
 }
 
-const SizeStrategy& strategy(const SizeRecord& record, const std::string& name) {
-  for (const SizeStrategy& one : record.strategies) {
-    if (one.name == name) return one;
-  }
-  FAIL("no strategy " << name);
-  return record.strategies.front();
-}
-
 std::string written(const std::vector<SegmentTiming>& segments, bool visualizations) {
   std::string text = "segment,kind,index,begin_ns,end_ns\n";
   const auto row = [&](std::int64_t segment, const char* kind, std::size_t index, Interval interval) {

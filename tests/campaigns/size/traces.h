@@ -20,6 +20,14 @@ inline std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, std::
   return segments;
 }
 
+inline const SizeStrategy& strategy(const SizeRecord& record, const std::string& name) {
+  for (const SizeStrategy& one : record.strategies) {
+    if (one.name == name) return one;
+  }
+  FAIL("no strategy " << name);
+  return record.strategies.front();
+}
+
 /// Free running or paced, with jitter, spikes and dropped visualizations, by seed.
 inline ProgrammedTiming random_timing(std::uint64_t seed) {
   const RandomStream stream(seed, "size.test");
