@@ -126,7 +126,7 @@ TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at
   }
 }
 
-TEST_CASE("told how far a gate has pushed the steps back, a map has the slots of a run without waits: 1000 schedules") {
+TEST_CASE("told how far a gate has pushed the steps back, a map has the slots of a run without waits, 1000 schedules") {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     CAPTURE(seed);
     Draw draw(seed);
