@@ -8,7 +8,7 @@
 namespace evenstep::bench {
 namespace {
 
-constexpr double kMaxGain = 0.7;  // w; period_first is stable below 1.035
+constexpr double kMaxGain = 0.7;  // w; with P updated first the loop is stable below 1.035
 constexpr double kLeastPeriod_ns = 1;
 constexpr double kMaxSlopeChange = 0.5;
 constexpr double kHang_segments = 8;
@@ -20,31 +20,30 @@ double within_slope_change(double slope_ns, double period_ns) {
   return std::clamp(slope_ns, (1 - kMaxSlopeChange) * period_ns, (1 + kMaxSlopeChange) * period_ns);
 }
 
+double gain(double bandwidth_Hz, double length_ns) {
+  return std::min(2 * std::numbers::pi * bandwidth_Hz * length_ns * 1e-9, kMaxGain);
+}
 double pull_of(double w, double error_ns, double steps) { return std::numbers::sqrt2 * w * error_ns / steps; }
 
 }  // namespace
 
 void BoundaryLoop::boundary(std::int64_t n, RealTime begin) {
   const std::int64_t steps = started_ ? n - first_step_ : 0;
-  if (steps == 0 && period_ns_ > 0) return;
+  if (steps == 0 && acquired_) return;
   if (steps > 0) {
     const double length_ns = static_cast<double>((begin - boundary_).ns), count = static_cast<double>(steps);
-    if (period_ns_ == 0) {
-      acquire(begin, length_ns, count);
-    } else {
+    if (acquired_) {
       advance(count);
       track(begin, static_cast<double>((begin - origin_).ns) - remainder_ns_, length_ns, count);
+    } else {
+      acquired_ = true;
+      origin_ = begin;
+      period_ns_ = slope_ns_ = std::max(length_ns / count, kLeastPeriod_ns);
     }
   }
   started_ = true;
   first_step_ = n;
   boundary_ = begin;
-}
-
-void BoundaryLoop::acquire(RealTime begin, double length_ns, double steps) {
-  origin_ = begin;
-  remainder_ns_ = 0;
-  period_ns_ = slope_ns_ = std::max(length_ns / steps, kLeastPeriod_ns);
 }
 
 void BoundaryLoop::advance(double steps) {
@@ -55,19 +54,22 @@ void BoundaryLoop::advance(double steps) {
 }
 
 std::optional<RealTime> BoundaryLoop::slot(std::int64_t n) {
-  if (period_ns_ == 0) return std::nullopt;
+  if (!acquired_) return std::nullopt;
   return origin_ + Duration{internal::floor_ns(remainder_ns_ + static_cast<double>(n - first_step_) * slope_ns_)};
 }
 
-double BoundaryLoop::gain(double steps) const {
-  return std::min(2 * std::numbers::pi * bandwidth_Hz_ * period_ns_ * steps * 1e-9, kMaxGain);
+DelayLockedLoop::DelayLockedLoop(double bandwidth_Hz, Duration segment)
+    : w_(gain(bandwidth_Hz, static_cast<double>(segment.ns))) {}
+
+void DelayLockedLoop::track(RealTime, double error_ns, double, double steps) {
+  slope_ns_ = period_ns_ + pull_of(w_, error_ns, steps);
+  period_ns_ += w_ * w_ * error_ns / steps;
 }
 
-void SecondOrderLoop::track(RealTime, double error_ns, double, double steps) {
-  const double w = gain(steps);
-  const double next_ns = std::max(period_ns_ + w * w * error_ns / steps, kLeastPeriod_ns);
-  slope_ns_ = (order_ == Order::jack ? period_ns_ : next_ns) + pull_of(w, error_ns, steps);
-  period_ns_ = next_ns;
+void BareLoop::track(RealTime, double error_ns, double, double steps) {
+  const double w = gain(bandwidth_Hz_, period_ns_ * steps);
+  period_ns_ = std::max(period_ns_ + w * w * error_ns / steps, kLeastPeriod_ns);
+  slope_ns_ = period_ns_ + pull_of(w, error_ns, steps);
 }
 
 void FormerMap::track(RealTime begin, double error_ns, double length_ns, double steps) {
@@ -77,7 +79,7 @@ void FormerMap::track(RealTime begin, double error_ns, double length_ns, double 
   const bool restart = pace_moved(before, measured_ns);
   if (restart)
     period_ns_ = last_.period_ns = std::max((before.length_ns + length_ns) / (before.steps + steps), kLeastPeriod_ns);
-  const double w = gain(steps);
+  const double w = gain(bandwidth_Hz_, period_ns_ * steps);
   const double pull_ns = pull_of(w, error_ns, steps);
   if (std::abs(pull_ns) > kMaxSlopeChange * period_ns_) return relock(begin, error_ns, measured_ns, steps);
   const bool phase_only = restart || closing(error_ns, w);

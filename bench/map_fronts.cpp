@@ -31,21 +31,6 @@ constexpr Duration kSamplingTerm{999'999};  // h - 1 ns
 
 double milliseconds(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
 
-struct MapKind {
-  const char* name;
-  std::function<std::unique_ptr<SlotMap>(double bandwidth_Hz)> make;
-};
-
-const std::vector<MapKind>& map_kinds() {
-  using Order = SecondOrderLoop::Order;
-  static const std::vector<MapKind> kinds{
-      {"phase_locked", [](double Hz) { return std::make_unique<PhaseLockedMap>(Duration{}, Duration{}, Hz); }},
-      {"former", [](double Hz) { return std::make_unique<FormerMap>(Hz); }},
-      {"DLL of JACK", [](double Hz) { return std::make_unique<SecondOrderLoop>(Hz, Order::jack); }},
-      {"bare loop", [](double Hz) { return std::make_unique<SecondOrderLoop>(Hz, Order::period_first); }}};
-  return kinds;
-}
-
 struct Recording {
   std::vector<SegmentTiming> segments;
   std::vector<StepTimes> steps;
@@ -59,11 +44,28 @@ struct Recording {
     }
     if (steps.size() > 1) slot = {(steps.back().begin - steps.front().begin).ns / (std::ssize(steps) - 1)};
   }
+  Duration mean_segment() const { return {(end - segments.front().begin).ns / std::ssize(segments)}; }
   double in_slots(std::int64_t ns) const { return static_cast<double>(ns) / static_cast<double>(slot.ns); }
 };
 
+struct MapKind {
+  const char* name;
+  std::function<std::unique_ptr<SlotMap>(const Recording&, double bandwidth_Hz)> make;
+};
+
+const std::vector<MapKind>& map_kinds() {
+  static const std::vector<MapKind> kinds{
+      {"phase_locked",
+       [](const Recording&, double Hz) { return std::make_unique<PhaseLockedMap>(Duration{}, Duration{}, Hz); }},
+      {"former", [](const Recording&, double Hz) { return std::make_unique<FormerMap>(Hz); }},
+      {"DLL of JACK",
+       [](const Recording& of, double Hz) { return std::make_unique<DelayLockedLoop>(Hz, of.mean_segment()); }},
+      {"bare loop", [](const Recording&, double Hz) { return std::make_unique<BareLoop>(Hz); }}};
+  return kinds;
+}
+
 FrontPoint measured(const Recording& recording, const MapKind& kind, double bandwidth_Hz) {
-  const std::unique_ptr<SlotMap> map = kind.make(bandwidth_Hz);
+  const std::unique_ptr<SlotMap> map = kind.make(recording, bandwidth_Hz);
   RunningNeeds needs({{SamplingGrid{}}}, Emission::hold, RunningNeeds::Phase::any);
   VelocityJump jump(recording.steps.front().begin + Duration{1'000'000'000});
   each_mapped_step(*map, recording.end, recording.segments, [&](std::span<const MappedStep> steps) {
