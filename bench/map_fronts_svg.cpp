@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "src/svg.h"
 
@@ -33,34 +34,37 @@ Point on(const Panel& panel, const FrontPoint& point) {
   return panel.at(x, std::log10(point.latency_ms));
 }
 
-/// From the least to the largest latency of the maps and bounds, with some room.
+/// From the least to the largest latency of the maps and of any path with a jump like theirs, with some room.
 Range latencies_of(const Fronts& fronts) {
   std::vector<double> all{std::log10(fronts.pause_ms)};
   for (const MapFront& map : fronts.maps)
     for (const FrontPoint& point : map.points) all.push_back(std::log10(point.latency_ms));
   for (const FrontPoint& point : fronts.any_path)
-    if (std::log10(point.jump) >= kJumps.low) all.push_back(std::log10(point.latency_ms));
+    if (std::log10(point.jump) >= kJumps.low && point.jump < 0.3) all.push_back(std::log10(point.latency_ms));
   const auto [least, most] = std::minmax_element(all.begin(), all.end());
   const double middle = (*least + *most) / 2, half = std::max((*most - *least) / 2 + 0.06, 0.15);
   return {middle - half, middle + half};
 }
 
-/// Lines and numbers at 1, 2 and 5 times a power of ten.
+/// Lines and numbers at decades of the jump and round latencies.
 void draw_grid(Svg& svg, const Panel& panel, const Box& box, Range latencies) {
-  for (double decade = -3; decade <= 4; ++decade) {
-    for (const double mantissa : {1.0, 1.5, 2.0, 3.0, 5.0, 7.0}) {
-      const double value = mantissa * std::pow(10.0, decade), at = std::log10(value);
-      char number[32];
-      std::snprintf(number, sizeof number, "%g", value);
-      const bool few = latencies.high - latencies.low > 0.6 && (mantissa == 1.5 || mantissa == 3 || mantissa == 7);
-      if (at >= latencies.low && at <= latencies.high && !few) {
-        svg.line({box.left, panel.y_at(at)}, {box.right, panel.y_at(at)}, {internal::colour::kGrid, 1});
-        svg.text({box.left - 6, panel.y_at(at) + 4}, number, Svg::Anchor::end, 11);
-      }
-      if (mantissa != 1 || at < kJumps.low || at > kJumps.high) continue;
-      svg.line({panel.x_at(at), box.top}, {panel.x_at(at), box.bottom}, {internal::colour::kGrid, 1});
-      svg.text({panel.x_at(at), box.bottom + 15}, number, Svg::Anchor::middle, 11);
+  const auto number = [](double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return std::string(text);
+  };
+  const std::vector<double> wide{1, 2, 5}, narrow{1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8};
+  for (double decade = -2; decade <= 4; ++decade) {
+    for (const double mantissa : latencies.high - latencies.low > 0.6 ? wide : narrow) {
+      const double value = mantissa * std::pow(10.0, decade), y = panel.y_at(std::log10(value));
+      if (y < box.top || y > box.bottom) continue;
+      svg.line({box.left, y}, {box.right, y}, {internal::colour::kGrid, 1});
+      svg.text({box.left - 6, y + 4}, number(value), Svg::Anchor::end, 11);
     }
+    const double x = panel.x_at(decade);
+    if (decade > kJumps.high) continue;
+    svg.line({x, box.top}, {x, box.bottom}, {internal::colour::kGrid, 1});
+    svg.text({x, box.bottom + 15}, number(std::pow(10.0, decade)), Svg::Anchor::middle, 11);
   }
   svg.rect(box, "none", internal::colour::kGrey);
 }
@@ -69,11 +73,11 @@ void draw_map(Svg& svg, const Panel& panel, const MapFront& map, const Stroke& s
   std::vector<Point> points;
   for (const FrontPoint& point : map.points) points.push_back(on(panel, point));
   svg.polyline(points, stroke);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const bool usual = map.points[i].bandwidth_Hz == kUsual_Hz;
-    svg.dot(points[i], usual ? 5 : 3, stroke.colour);
-    if (!usual) svg.dot(points[i], 1.8, "#ffffff");
+  for (const Point& point : points) {
+    svg.dot(point, 3, stroke.colour);
+    svg.dot(point, 1.8, "#ffffff");
   }
+  svg.dot(on(panel, at_bandwidth(map, kUsual_Hz)), 5, stroke.colour);
 }
 
 void draw_panel(Svg& svg, const Fronts& fronts, double left, double top) {
@@ -87,14 +91,16 @@ void draw_panel(Svg& svg, const Fronts& fronts, double left, double top) {
     panel.curve({kJumps.low, kJumps.high}, {line, line}, kLineStroke);
   } else {
     char text[64];
-    std::snprintf(text, sizeof text, "plain line: %.0f ms", fronts.best_line_ms);
-    svg.text({box.right - 6, box.top + 14}, text, Svg::Anchor::end, 11, false, internal::colour::kGrey);
+    std::snprintf(text, sizeof text, "line: %.0f ms", fronts.best_line_ms);
+    svg.text({box.right, top + 17}, text, Svg::Anchor::end, 11, false, internal::colour::kGrey);
   }
   panel.curve({kJumps.low, kJumps.high}, {pause, pause}, kPauseStroke);
-  std::vector<Point> path;
-  for (const FrontPoint& point : fronts.any_path)
-    if (std::log10(point.jump) >= kJumps.low - 1e-9 && std::log10(point.jump) <= kJumps.high + 1e-9)
-      path.push_back(on(panel, point));
+  std::vector<Point> path;  // what of it is in the panel
+  for (const FrontPoint& point : fronts.any_path) {
+    const double jump = std::log10(point.jump);
+    if (jump < kJumps.low - 1e-9 || jump > kJumps.high + 1e-9 || std::log10(point.latency_ms) < latencies.low) continue;
+    path.push_back(on(panel, point));
+  }
   svg.polyline(path, kPathStroke);
   for (std::size_t i = fronts.maps.size(); i-- > 0;) draw_map(svg, panel, fronts.maps[i], kMapStrokes[i]);
 }
@@ -109,7 +115,7 @@ void draw_legend(Svg& svg, const Fronts& fronts, double left, double top) {
   };
   entry("any path with that jump, knowing the whole recording", kPathStroke, false);
   entry("pause bound", kPauseStroke, false);
-  entry("plain line (jump 0)", kLineStroke, false);
+  entry("plain line (jump 0); its latency in the corner if it is above", kLineStroke, false);
   const char* const kMeaning[]{": the default map", ": the default map before", " on segment boundaries",
                                ": the former one without rules"};
   for (std::size_t i = 0; i < fronts.maps.size(); ++i) entry(fronts.maps[i].name + kMeaning[i], kMapStrokes[i], true);
