@@ -66,7 +66,8 @@ const std::vector<MapKind>& map_kinds() {
 
 FrontPoint measured(const Recording& recording, const MapKind& kind, double bandwidth_Hz) {
   const std::unique_ptr<SlotMap> map = kind.make(recording, bandwidth_Hz);
-  RunningNeeds needs({{SamplingGrid{}}}, Emission::hold, RunningNeeds::Phase::any);
+  const SamplingGrid device;  // 1 kHz
+  RunningNeeds needs({&device, 1}, Emission::hold, RunningNeeds::Phase::any);
   VelocityJump jump(recording.steps.front().begin + Duration{1'000'000'000});
   each_mapped_step(*map, recording.end, recording.segments, [&](std::span<const MappedStep> steps) {
     needs.add(steps);
@@ -129,18 +130,18 @@ void print_rows(const std::vector<Fronts>& all) {
   }
 }
 
-/// The default map's jump over the smaller one of the bare loop and the former map, all at 2 Hz.
+/// All maps at 2 Hz, and the default map's jump over the lesser one of the former map and the bare loop.
 void print_comparison(const std::vector<Fronts>& all) {
-  std::printf("\nat %g Hz: latency ms, jump slots; the jump of phase_locked over the least of the others\n%-30s", kUsual_Hz,
-              "recording");
-  for (const char* name : {"bare loop", "former", "phase_locked"}) std::printf(" %20s", name);
+  std::printf("\nat %g Hz: latency ms, jump slots; jump of phase_locked / the lesser of former and bare loop\n%-30s",
+              kUsual_Hz, "recording");
+  for (const MapKind& kind : map_kinds()) std::printf(" %17s", kind.name);
   std::printf(" %8s\n", "times");
   for (const Fronts& one : all) {
-    const FrontPoint now = at_bandwidth(one.maps[0], kUsual_Hz), former = at_bandwidth(one.maps[1], kUsual_Hz),
-                     bare = at_bandwidth(one.maps[3], kUsual_Hz);
     std::printf("%-30s", one.recording.c_str());
-    for (const FrontPoint& point : {bare, former, now}) std::printf(" %11.3f %8.4f", point.latency_ms, point.jump);
-    std::printf(" %8.2f\n", now.jump / std::min(bare.jump, former.jump));
+    for (const MapFront& map : one.maps)
+      std::printf(" %8.3f %8.4f", at_bandwidth(map, kUsual_Hz).latency_ms, at_bandwidth(map, kUsual_Hz).jump);
+    const auto jump = [&](std::size_t map) { return at_bandwidth(one.maps[map], kUsual_Hz).jump; };
+    std::printf(" %8.2f\n", jump(0) / std::min(jump(1), jump(3)));
   }
 }
 
