@@ -404,5 +404,5 @@ TEST_CASE("with N redrawn, jitter, hangs and pauses: 3 times the best line in 99
   const Ratio usual = ratios[ratios.size() * 99 / 100], worst = ratios.back();
   WARN("99th percentile " << usual.times_best_line << ", worst " << worst.times_best_line << " of seed " << worst.seed);
   CHECK(usual.times_best_line <= 3);
-  CHECK(worst.times_best_line < 50);
+  CHECK(worst.times_best_line < 30);  // measured 26.6; docs/numerics.md says what it consists of
 }
