@@ -27,6 +27,11 @@ void put_memory(const Scenario& scenario, const StrategyPlan& plan, StrategyReco
   }
 }
 
+std::unique_ptr<SlotMap> map_of(const Scenario& scenario, const StrategyPlan& plan) {
+  const MapSetup setup = map_setup(scenario);
+  return make_map(setup, plan.kind, plan.lead, latency_of(setup, plan));
+}
+
 StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) {
   StrategyRecord record;
   record.name = name_of(plan.kind);
@@ -155,7 +160,7 @@ StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan,
       scene_(scene_of(scenario, plan.kind)),
       exchange_(exchange),
       solver_(std::move(solver)),
-      map_(make_map(map_setup(scenario), plan.kind, plan.lead, latency_of(map_setup(scenario), plan))),
+      map_(map_of(scenario, plan)),
       timing_(std::move(timing)),
       record_(start_record(scenario, plan)),
       step_(*solver_, scene_),

@@ -144,7 +144,7 @@ TEST_CASE("phase_locked stays within 2 ns of the exact line for a million period
   CHECK(worst > 0);
 }
 
-TEST_CASE("phase_locked is exact to 4 ns on any timing that repeats, wherever its pauses are: 400 timings") {
+TEST_CASE("phase_locked is exact to 4 ns on any timing that repeats, wherever its pauses are, 400 timings") {
   // Roundings of 1 ns: boundary, begin, usual place, slot.
   Draw draw(1);
   for (int trial = 0; trial < 400; ++trial) {
