@@ -173,6 +173,11 @@ bool explain_failures(const Scenario& scenario, const std::vector<StrategyPlan>&
   facts.add("must_fail", Json::array(), "");
   if (scenario.expect_stop) return false;
   const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
+  if (tissue && scenario.solver == SolverKind::opencl && !built_with_opencl()) {
+    const char* why = "this evenstep is built without OpenCL; solver = \"cpu\" computes the same bits";
+    facts.add_to_list("must_fail", {{"why", why}}, fmt::format("must fail: {}\n", why));
+    return true;
+  }
   if (tissue && !scenario.scene.allow_unstable) {
     const Rate rate = scenario.scene.step_rate;
     const int least = auto_substeps(*tissue, rate);

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "commands.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/text/suggest.h"
 
@@ -63,16 +64,17 @@ std::vector<std::string> words_of(int argc, char** argv) {
 
 }  // namespace
 
+// Operands are paths.
 void Command::operand(const std::string& name, std::string& value, const std::string& meaning) {
-  required_option(name, value, meaning);
+  app_->add_option(name, value, meaning)->required()->transform(here_or_installed, "");
 }
 
 void Command::operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning) {
-  app_->add_option(name, values, meaning)->required();
+  app_->add_option(name, values, meaning)->required()->transform(here_or_installed, "");
 }
 
 void Command::optional_operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning) {
-  app_->add_option(name, values, meaning);
+  app_->add_option(name, values, meaning)->transform(here_or_installed, "");
 }
 
 void Command::flag(const std::string& name, bool& value, const std::string& meaning) {

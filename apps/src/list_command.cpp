@@ -72,10 +72,9 @@ void print_tables(const Json& listed) {
 }
 
 ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
-  const std::vector<std::string> folders = !arguments.paths.empty() ? arguments.paths
-                                           : std::filesystem::is_directory("scenarios")
-                                               ? std::vector<std::string>{"scenarios"}
-                                               : std::vector<std::string>{};
+  std::vector<std::string> folders = arguments.paths;
+  const std::string usual = here_or_installed("scenarios");
+  if (folders.empty() && std::filesystem::is_directory(usual)) folders.push_back(usual);
   const std::optional<std::vector<std::string>> files = scenario_files(folders);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;
@@ -93,7 +92,7 @@ ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
 void add_list(Commands& commands) {
   auto [command, arguments] =
       commands.add<ListArguments>("list", "what a scenario can name: scenarios found, strategies, solvers, metrics", list);
-  command.optional_operands("folder", arguments.paths, "where to look for scenarios (default: scenarios)");
+  command.optional_operands("folder", arguments.paths, "where to look for scenarios (default: scenarios, here or installed)");
   command.flag("--json", arguments.json, "print the same as one JSON document, with the tags and the metrics' units");
 }
 
