@@ -40,6 +40,8 @@ case_the_program_has_a_version_and_finds_its_scenarios() {
   local version
   version=$(sed -nE 's/^project\(evenstep VERSION ([0-9.]+).*/\1/p' "$source_dir/CMakeLists.txt")
   [[ $("$prefix/bin/evenstep" --version) == "evenstep $version" ]] || fail "another version than $version"
+  grep -qx "version: $version" "$source_dir/CITATION.cff" || fail "CITATION.cff names another version"
+  [[ $(grep -m1 '^## ' "$source_dir/CHANGELOG.md") == "## $version" ]] || fail "CHANGELOG.md begins with another version"
   quietly "$prefix/bin/evenstep" run scenarios/paper/figure-1-spring.toml
   grep -q PASS log || { cat log; fail "no verdict"; }
   quietly "$prefix/bin/evenstep" list
