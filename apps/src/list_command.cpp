@@ -92,7 +92,7 @@ ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
 void add_list(Commands& commands) {
   auto [command, arguments] =
       commands.add<ListArguments>("list", "what a scenario can name: scenarios found, strategies, solvers, metrics", list);
-  command.optional_operands("folder", arguments.paths, "where to look for scenarios (default: scenarios, here or installed)");
+  command.optional_operands("folder", arguments.paths, "where to look for scenarios (default: scenarios)");
   command.flag("--json", arguments.json, "print the same as one JSON document, with the tags and the metrics' units");
 }
 

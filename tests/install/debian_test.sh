@@ -35,7 +35,8 @@ cp -l -- "$cache"/*.deb "$debian/var/cache/apt/archives/" 2>/dev/null || true
 cp -L /etc/resolv.conf "$debian/etc/" 2>/dev/null || true
 apt-config dump | grep -iE '^Acquire::[a-z]+::Proxy ' >"$debian/etc/apt/apt.conf.d/proxy" || true
 mount -t proc proc "$debian/proc" || skip "proc cannot be mounted"
-within() { chroot "$debian" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
+environment=(env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive)
+within() { chroot "$debian" "${environment[@]}" "$@"; }
 
 cpack_command=$(tail -1 <<<"$commands")
 cpack_command=${cpack_command/build\//$build_dir/}
@@ -44,7 +45,10 @@ ls -- "$debian"/packages/*.deb
 for package in "$debian"/packages/*.deb; do
   dpkg-deb --field "$package" Package Version Depends Recommends Installed-Size
 done
-listing() { within find / -xdev \( -path /proc -o -path /packages -o -path /var -o -path /root -o -path /tmp \) -prune -o -print | sort; }
+listing() {
+  local elsewhere='-path ./proc -o -path ./packages -o -path ./var -o -path ./root -o -path ./tmp'
+  (cd -- "$debian" && find . \( $elsewhere \) -prune -o -print | sort)
+}
 
 quietly within apt-get update
 # What the packages stand on comes first, so that afterwards exactly theirs must be gone.
@@ -56,7 +60,8 @@ quietly within sh -c 'apt-get install -y /packages/*.deb'
 quietly within sh -c 'cd /root && evenstep run scenarios/paper/figure-1.toml'
 grep PASS "$work/log" || fail "Figure 1 has no verdict"
 tar -C "$source_dir" -c examples/scheduler | within tar -C /root -x
-quietly within sh -c 'cd /root/examples/scheduler && cmake -G Ninja -B build && cmake --build build && ctest --test-dir build'
+quietly within sh -c 'cd /root/examples/scheduler && cmake -G Ninja -B build && cmake --build build &&
+  ctest --test-dir build'
 quietly within apt-get purge -y evenstep libevenstep-dev
 listing >"$work/after"
 diff -- "$work/before" "$work/after" || fail "the packages leave files behind (> new)"

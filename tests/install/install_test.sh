@@ -18,7 +18,6 @@ refused() {
   if "$@" >log 2>&1; then fail "this should be refused: $*"; fi
   tr -s ' \n' ' ' <log | grep -qF -- "$text" || { cat log; fail "it does not say '$text': $*"; }
 }
-cmake_here() { cmake -D CMAKE_CXX_COMPILER_LAUNCHER="${CMAKE_CXX_COMPILER_LAUNCHER-}" "$@"; }
 
 # Other people's packages that evenstep uses, switched off: as on a machine that has only a compiler and CMake.
 without_packages=()
@@ -69,15 +68,15 @@ get_property(imported DIRECTORY PROPERTY IMPORTED_TARGETS)
 list(SORT imported)
 message(STATUS "imported: ${imported}")
 END
-  quietly cmake_here -S . -B build -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS="remap;scheduler" "${without_packages[@]}"
-  grep -qx -- '-- imported: Threads::Threads;evenstep::clock;evenstep::evenstep;evenstep::remap;evenstep::scheduler;evenstep::time' log ||
-    { cat log; fail "other targets"; }
+  quietly cmake -S . -B build -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS="remap;scheduler" "${without_packages[@]}"
+  local targets='Threads::Threads;evenstep::clock;evenstep::evenstep;evenstep::remap;evenstep::scheduler;evenstep::time'
+  grep -qx -- "-- imported: $targets" log || { cat log; fail "other targets"; }
   refused "without the component 'solver'; it has: time, clock" \
-    cmake_here -S . -B build -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS="remap;solver"
+    cmake -S . -B build -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS="remap;solver"
   refused 'dependency fmt could not be found' \
-    cmake_here -S . -B build2 -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS=harness "${without_packages[@]}"
+    cmake -S . -B build2 -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS=harness "${without_packages[@]}"
   refused 'compatible with requested version "0.3"' \
-    cmake_here -S . -B build3 -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS=remap -D VERSION=0.3
+    cmake -S . -B build3 -D CMAKE_PREFIX_PATH="$prefix" -D COMPONENTS=remap -D VERSION=0.3
 }
 case_pkg_config_finds_it() {
   command -v pkg-config >/dev/null || { echo "skipped: pkg-config is not installed"; exit 77; }
@@ -156,7 +155,7 @@ if(targets)
 endif()
 END
   echo 'int mine() { return __cplusplus == 201703L ? 1 : 2; }' >mine.cpp
-  quietly cmake_here -S . -B build -D EVENSTEP_SOURCE="$source_dir"
+  quietly cmake -S . -B build -D EVENSTEP_SOURCE="$source_dir"
   [[ -s before ]] || fail "nothing was compared"
   diff before after || fail "evenstep changes these settings of its parent (< before, > after)"
   grep -q '^CMAKE_BUILD_TYPE:STRING=$' build/CMakeCache.txt || fail "CMAKE_BUILD_TYPE of the parent is set"
@@ -179,19 +178,19 @@ target_link_libraries(two_lanes PRIVATE evenstep::scheduler evenstep::remap)
 enable_testing()
 add_test(NAME two_lanes COMMAND two_lanes)
 END
-  quietly cmake_here -S . -B build -D FETCHCONTENT_SOURCE_DIR_EVENSTEP="$source_dir" -D CMAKE_UNITY_BUILD=ON \
+  quietly cmake -S . -B build -D FETCHCONTENT_SOURCE_DIR_EVENSTEP="$source_dir" -D CMAKE_UNITY_BUILD=ON \
     -D TWO_LANES="$source_dir/examples/scheduler/two_lanes.cpp" -D CMAKE_CXX_FLAGS=-Werror "${without_packages[@]}"
   quietly cmake --build build --parallel 2
   quietly ctest --test-dir build --no-tests=error
 }
 case_components_that_are_not_there_and_tests_of_a_part_are_refused() {
-  refused "there is no 'solver'; there are: all apps" cmake_here -S "$source_dir" -B build -D EVENSTEP_COMPONENTS=solver
+  refused "there is no 'solver'; there are: all apps" cmake -S "$source_dir" -B build -D EVENSTEP_COMPONENTS=solver
   refused 'The tests and benchmarks need all of evenstep' \
-    cmake_here -S "$source_dir" -B build2 -D EVENSTEP_COMPONENTS=remap -D EVENSTEP_BUILD_TESTS=ON
+    cmake -S "$source_dir" -B build2 -D EVENSTEP_COMPONENTS=remap -D EVENSTEP_BUILD_TESTS=ON
   refused 'set EVENSTEP_OPENCL to OFF' \
-    cmake_here -S "$source_dir" -B build3 -D EVENSTEP_COMPONENTS=sim -D OPENCL_INCLUDE_DIR=OPENCL_INCLUDE_DIR-NOTFOUND \
+    cmake -S "$source_dir" -B build3 -D EVENSTEP_COMPONENTS=sim -D OPENCL_INCLUDE_DIR=OPENCL_INCLUDE_DIR-NOTFOUND \
     -D CMAKE_FIND_ROOT_PATH=/nowhere -D CMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY
-  quietly cmake_here -S "$source_dir" -B build4 -D EVENSTEP_OPENCL=OFF -D EVENSTEP_HIDAPI=OFF \
+  quietly cmake -S "$source_dir" -B build4 -D EVENSTEP_OPENCL=OFF -D EVENSTEP_HIDAPI=OFF \
     -D CMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER
 }
 # The commands of docs/install.md, as they stand there, and the project that its listings make.
@@ -200,7 +199,7 @@ case_the_page_says_what_works() {
 }
 case_example() {
   cp -r -- "$1" example
-  quietly cmake_here -S example -B build -D CMAKE_PREFIX_PATH="$prefix" -D CMAKE_BUILD_TYPE=Release
+  quietly cmake -S example -B build -D CMAKE_PREFIX_PATH="$prefix" -D CMAKE_BUILD_TYPE=Release
   quietly cmake --build build
   PATH=$prefix/bin:$PATH quietly ctest --test-dir build --no-tests=error --output-on-failure
 }

@@ -1,23 +1,22 @@
 # shellcheck shell=bash disable=SC2154
-# The commands and listings of docs/install.md, run as they stand there, in the home of a user who has nothing yet. Sourced by
-# install_test.sh. Only what builds all of evenstep is not run again: of that block the last line.
+# The commands and listings of docs/install.md, run as they stand there, in the home of a user who has nothing yet. Sourced
+# by install_test.sh. Only what builds all of evenstep is not run again: of that block the last line.
 page=$source_dir/docs/install.md
 
 # block NAME : the lines of the block below <!-- page: NAME -->
 block() {
-  awk -v mark="<!-- page: $1 -->" '$0 == mark { found = 1 } found && /^```/ { if (inside) exit; inside = 1; next } inside' "$page"
+  awk -v mark="<!-- page: $1 -->" \
+    '$0 == mark { found = 1 } found && /^```/ { if (inside) exit; inside = 1; next } inside' "$page"
 }
-# all_blocks_are known...
 named=$(sed -nE 's/^<!-- page: (.*) -->$/\1/p' "$page" | tr '\n' ' ')
 [[ $named == 'all run small CMakeLists.txt main.cpp find pkg-config fetch debian ' ]] || fail "other blocks: $named"
 [[ $(grep -c '^```[a-z]' "$page") == 9 ]] || fail "a block without a name"
 
 export HOME=$here
-run_block() { block "$1" >"$1.sh"; quietly bash -euo pipefail "$here/$1.sh"; }
 
 [[ $(block all | head -2) == $'cmake --preset release\ncmake --build build' ]] || fail "another way to build"
-(cd -- "$(dirname -- "$build_dir")" && block all | tail -1 | sed "s@ build @ $(basename -- "$build_dir") @" >"$here/all.sh" &&
-  quietly bash "$here/all.sh")
+block all | tail -1 | sed "s@ build @ $(basename -- "$build_dir") @" >all.sh
+(cd -- "$(dirname -- "$build_dir")" && quietly bash "$here/all.sh")
 mkdir -p elsewhere
 (cd elsewhere && block run >"$here/run.sh" && quietly bash -euo pipefail "$here/run.sh")
 
