@@ -5,7 +5,7 @@
 
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
-#include "evenstep/reports/run_failure.h"
+#include "foreign_map.h"
 
 namespace evenstep {
 namespace {
@@ -115,11 +115,6 @@ std::unique_ptr<SlotMap> even_map(const MapSetup& setup, Duration lead, const Ad
   return std::make_unique<EvenMap>(RealTime{0}, setup.step_rate, lead, latency.latency());
 }
 
-std::unique_ptr<SlotMap> foreign_map(const MapSetup& setup, Duration, const AdaptiveLatency&) {
-  throw RunFailure("solver", "the map '" + setup.remap.foreign->name + "' is not registered",
-                   "register it in the program that runs the scenario");
-}
-
 void link_remap(const RemapSpec& remap, LinkSpec& link) {
   link.gate = remap.interaction_underrun == InteractionUnderrun::gate;
   if (remap.interaction_underrun == InteractionUnderrun::extrapolate) link.interaction = kContinueLine;
@@ -149,7 +144,7 @@ const Strategy kStrategies[] = {
     {StrategyKind::predict, plan_predict, phase_locked_map, link_predict, {"#cc79a7", 2, "12 4 2 4"}},
     {StrategyKind::filtered, plan_direct, direct_map, link_filtered, {"#e69f00", 2, "6 3"}},
     {StrategyKind::variable_step, plan_direct, direct_map, link_direct, {"#0072b2", 2, "1 3"}},
-    {StrategyKind::foreign, plan_remap, foreign_map, link_remap, {"#009e73", 2, "9 4"}},
+    {StrategyKind::foreign, plan_remap, internal::foreign_map, link_remap, {"#009e73", 2, "9 4"}},
 };
 
 }  // namespace
