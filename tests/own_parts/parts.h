@@ -26,7 +26,7 @@ class MySpring final : public evenstep::ForeignSolver {
 };
 
 /// Reads the hand as it is, and drives its motors as it is told.
-class MyArm final : public evenstep::HapticDevice {
+class MyArm : public evenstep::HapticDevice {
  public:
   explicit MyArm(evenstep::SimulatedGrip& grip) : grip_(grip) {}
   evenstep::DeviceSample read(evenstep::RealTime) override { return {.position_m = grip_.hand_m(), .fresh = true}; }

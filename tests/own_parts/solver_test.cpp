@@ -103,7 +103,6 @@ TEST_CASE("An expectation on energy is an error with the reason if the solver ha
   REQUIRE(without.errors.size() == 1);
   CHECK_THAT(without.errors[0].message, Contains("the solver 'full' has no energy") &&
                                             Contains("it lacks state_digest, energy, particles, reset"));
-  CHECK(without.errors[0].column > 0);
   // A spring gives back what is put into it: the trapezoid of a linear force is exact.
   const RunOutcome has = run({scene_of("full"), energy}, with({.energy = true}));
   CHECK(has.exit == ExitCode::pass);
@@ -163,11 +162,11 @@ TEST_CASE("A solver is told the length of every step, nominal or not") {
     return std::make_unique<Noting>(lengths);
   });
   record({scene_of("noting"), R"(run.strategies=["direct"])"}, mine);
-  REQUIRE(lengths.size() == 449);
+  REQUIRE(lengths.size() == 225);
   for (const double length : lengths) REQUIRE(length == lengths.front());
   lengths.clear();
   record({scene_of("noting"), R"(run.strategies=["variable_step"])"}, mine);
-  REQUIRE(lengths.size() == 449);
+  REQUIRE(lengths.size() == 225);
   CHECK(lengths[14] == Approx(1.4822e-3).epsilon(1e-3));
   CHECK(lengths[15] == Approx(1.4822e-3 + 11.1e-3).epsilon(1e-3));  // a visualization lies between
 }
@@ -198,9 +197,9 @@ TEST_CASE("--repeat names a solver that is not reproducible, in its forces or on
 }
 
 TEST_CASE("Threads and the order of simultaneous events change nothing for a solver of the program") {
-  const std::string two = R"(device=[{ name = "a", motion = { kind = "sine", amplitude = ["2 cm", "0 m", "0 m"],
-    frequency = "1 Hz" } }, { name = "b", phase = "0.5 ms", motion = { kind = "sine", amplitude = ["0 m", "2 cm", "0 m"],
-    frequency = "1.3 Hz" } }])";
+  const std::string sine = R"({ kind = "sine", amplitude = ["2 cm", "1 cm", "0 m"], frequency = "1.3 Hz" })";
+  const std::string two = fmt::format(
+      R"(device=[{{ name = "a", motion = {} }}, {{ name = "b", phase = "0.5 ms", motion = {} }}])", sine, sine);
   RunOptions options;
   options.threads = 1;
   const RunRecord one = record({kMySpring, two}, registry(), options);
@@ -263,8 +262,8 @@ TEST_CASE("A reset is the solver's own, or another solver") {
 }
 
 TEST_CASE("A force of the schedule without delay is the solver's own at the ticks") {
-  const RunRecord run = record({kMySpring, R"(expect=[{ signal = "left.force.phase_locked",
-    metric = "error_max", max = "100 N" }])"});
+  const RunRecord run =
+      record({kMySpring, R"(expect=[{ signal = "left.force.phase_locked", metric = "error_max", max = "100 N" }])"});
   const TickRow& tick = strategy(run, "phase_locked").devices[0].ticks.back();
   REQUIRE(tick.undelayed_N);
   CHECK((*tick.undelayed_N)[0] == -200 * tick.position_m[0]);

@@ -14,9 +14,9 @@ namespace own_parts {
 
 inline const std::string kFigure1 = std::string(EVENSTEP_SOURCE_DIR) + "/scenarios/paper/figure-1-spring.toml";
 
-/// Figure 1, one second of it and without its expectations, with these keys set.
+/// Figure 1, half a second of it and without its expectations, with these keys set.
 inline evenstep::ReadResult read(std::vector<std::string> set, const evenstep::Registry& registry) {
-  set.insert(set.begin(), {"run.duration=\"1 s\"", "expect=[]"});
+  set.insert(set.begin(), {"run.duration=\"0.5 s\"", "expect=[]"});
   return evenstep::read_scenario(kFigure1, {set, std::nullopt, registry});
 }
 
