@@ -233,10 +233,10 @@ void explain_run(const Scenario& scenario, Facts& facts) {
              {"recorded_segments", recorded}},
             fmt::format("  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n",
                         ms(nominal.segment), ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
-                        recorded == 0             ? ""
-                        : scenario.timing.source ? fmt::format(" (means of {} segments of '{}')", recorded,
-                                                               scenario.timing.source->name)
-                                                  : fmt::format(" (means of {} recorded segments)", recorded)));
+                        recorded == 0 ? ""
+                        : scenario.timing.source
+                            ? fmt::format(" (means of {} segments of '{}')", recorded, scenario.timing.source->name)
+                            : fmt::format(" (means of {} recorded segments)", recorded)));
 }
 
 /// Explains the scenario. The errors are what a run could not judge; `verdict` says whether it must fail.
@@ -364,8 +364,7 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
   return ExitCode::usage;
 }
 
-ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool>& interrupted,
-                         const Registry& registry) {
+ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;

@@ -58,9 +58,9 @@ First first_of_steps(const Scenario& scenario, const StrategyRecord& a, const St
                                   : ""};
     if (mine.begin != other.begin || mine.end != other.end || !same_read(a, b, n)) return {mine.begin, ""};
     if (!same_force(a, b, n))
-      return {mine.end,
-              scene ? fmt::format("the solver '{}' gave another force for the same positions at step {}", scene->name, n)
-                    : ""};
+      return {
+          mine.end,
+          scene ? fmt::format("the solver '{}' gave another force for the same positions at step {}", scene->name, n) : ""};
   }
   // Forces and times are equal, so what differs is what the solver says of its state.
   if (!scene || a.trace_hash == b.trace_hash) return {};

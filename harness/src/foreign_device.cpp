@@ -9,7 +9,8 @@ namespace {
 
 class NamedDevice final : public HapticDevice {
  public:
-  NamedDevice(const ForeignDriverSpec& spec, const DeviceRequest& request) : name_(request.name), device_name_(request.device) {
+  NamedDevice(const ForeignDriverSpec& spec, const DeviceRequest& request)
+      : name_(request.name), device_name_(request.device) {
     if (!spec.make) throw failed("is not registered with this program");
     device_ = guarded([&] { return spec.make(request); });
     if (!device_) throw failed("cannot be made: its factory returned nothing");

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "culprit.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
 #include "evenstep/harness/sizing.h"
@@ -15,7 +16,6 @@
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/parallel_for.h"
-#include "culprit.h"
 #include "judge.h"
 #include "run_case.h"
 
@@ -150,9 +150,9 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   const StrategyRecord twin = replay(scenario, *live, recording, options.control);
   if (twin.trace_hash == recording.record.trace_hash) return;
   const auto found = first_difference({recording.record}, {twin});
-  difference = found ? "the recorded run and its virtual twin differ: " + found->text +
-                           culprit_of(scenario, recording.record, twin)
-                     : "hashes differ, events do not";
+  difference =
+      found ? "the recorded run and its virtual twin differ: " + found->text + culprit_of(scenario, recording.record, twin)
+            : "hashes differ, events do not";
 }
 
 void finish(RunRecord& run) {

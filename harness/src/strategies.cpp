@@ -10,6 +10,7 @@
 namespace evenstep {
 namespace {
 
+using internal::foreign_map;
 using internal::Strategy;
 
 /// Ring capacity for a strategy that reads the newest sample and plays each force at once: it needs only the current entry
@@ -144,7 +145,7 @@ const Strategy kStrategies[] = {
     {StrategyKind::predict, plan_predict, phase_locked_map, link_predict, {"#cc79a7", 2, "12 4 2 4"}},
     {StrategyKind::filtered, plan_direct, direct_map, link_filtered, {"#e69f00", 2, "6 3"}},
     {StrategyKind::variable_step, plan_direct, direct_map, link_direct, {"#0072b2", 2, "1 3"}},
-    {StrategyKind::foreign, plan_remap, internal::foreign_map, link_remap, {"#009e73", 2, "9 4"}},
+    {StrategyKind::foreign, plan_remap, foreign_map, link_remap, {"#009e73", 2, "9 4"}},
 };
 
 }  // namespace

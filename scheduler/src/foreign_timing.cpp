@@ -14,7 +14,8 @@ std::string at(RealTime time) { return std::to_string(time.ns) + " ns"; }
 
 /// What is wrong with a segment after those whose last one began at `before` and whose last step ended at `steps_end`.
 std::optional<std::string> fault_of(const SegmentTiming& segment, std::optional<RealTime> before, RealTime steps_end) {
-  if (!before && segment.begin != RealTime{0}) return "begins at " + at(segment.begin) + ", and the first must begin at 0 ns";
+  if (!before && segment.begin != RealTime{0})
+    return "begins at " + at(segment.begin) + ", and the first must begin at 0 ns";
   if (before && segment.begin <= *before)
     return "begins at " + at(segment.begin) + ", not after the one before it at " + at(*before);
   RealTime last = segment.begin;
@@ -40,8 +41,8 @@ std::optional<std::string> fault_of(const SegmentTiming& segment, std::optional<
 
 auto parts_of(const SegmentTiming& segment) {
   const auto seen = segment.visualization.value_or(Interval{});
-  return std::tuple(segment.begin, segment.end, segment.visualization.has_value(), seen.begin, seen.end,
-                    segment.concurrent, segment.steps.size());
+  return std::tuple(segment.begin, segment.end, segment.visualization.has_value(), seen.begin, seen.end, segment.concurrent,
+                    segment.steps.size());
 }
 
 bool same(const SegmentTiming& a, const SegmentTiming& b) {
@@ -71,7 +72,8 @@ Result<std::vector<SegmentTiming>, std::string> draw_timing(StepTiming& source, 
       return Failure("it has more than " + std::to_string(kMostDrawnPieces) + " segments and steps before " + at(end));
     drawn.push_back(std::move(segment));
   }
-  if (steps == 0 || drawn.back().end <= RealTime{0}) return Failure(std::string("it has no step, so there is nothing to run"));
+  if (steps == 0 || drawn.back().end <= RealTime{0})
+    return Failure(std::string("it has no step, so there is nothing to run"));
   return drawn;
 }
 

@@ -14,9 +14,9 @@ namespace {
 
 std::vector<std::string> lacking(const SolverCapabilities& has) {
   std::vector<std::string> names;
-  for (const auto& [there, name] : {std::pair{has.contacts, "contacts"}, std::pair{has.state_digest, "state_digest"},
-                                    std::pair{has.energy, "energy"}, std::pair{has.particles, "particles"},
-                                    std::pair{has.reset, "reset"}}) {
+  for (const auto& [there, name] :
+       {std::pair{has.contacts, "contacts"}, std::pair{has.state_digest, "state_digest"}, std::pair{has.energy, "energy"},
+        std::pair{has.particles, "particles"}, std::pair{has.reset, "reset"}}) {
     if (!there) names.emplace_back(name);
   }
   return names;

@@ -1,9 +1,8 @@
 // Many runs with parts of the program's own: study, sweep and shrink.
-#include <cmath>
 #include <unistd.h>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
-
 
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/campaigns/shrink.h"
@@ -16,8 +15,7 @@ using Catch::Contains;
 
 namespace {
 
-const std::string kSine =
-    R"(device.left.motion={ kind = "sine", amplitude = ["2 cm", "0 m", "0 m"], frequency = "2 Hz" })";
+const std::string kSine = R"(device.left.motion={ kind = "sine", amplitude = ["2 cm", "0 m", "0 m"], frequency = "2 Hz" })";
 
 FeltStudyRecord study(const std::string& scene, const Registry& mine) {
   const ReadResult scenario = read({scene, kSine, R"(run.strategies=["direct", "phase_locked"])"}, mine);

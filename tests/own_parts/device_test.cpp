@@ -10,7 +10,6 @@ using Catch::Contains;
 
 namespace {
 
-
 std::vector<std::string> arm(const std::string& name, std::vector<std::string> more = {}) {
   std::vector<std::string> set{"device.left.driver=\"foreign\"",
                                fmt::format("device.left.foreign={{ name = \"{}\" }}", name)};
@@ -69,8 +68,7 @@ TEST_CASE("A hand on a device of the program's feels its force, after the delay 
       "device.left.delay=\"3 ms\"", R"(run.strategies=["phase_locked"])"};
   const RunRecord own = record(hand), mine = record(arm("my-arm", hand));
   const auto &theirs = own.strategies[0].devices[0].ticks, &ours = mine.strategies[0].devices[0].ticks;
-  for (std::size_t k = 0; k < ours.size(); ++k)
-    REQUIRE(std::abs(ours[k].position_m[0] - theirs[k].position_m[0]) < 1e-7);
+  for (std::size_t k = 0; k < ours.size(); ++k) REQUIRE(std::abs(ours[k].position_m[0] - theirs[k].position_m[0]) < 1e-7);
   // The hand is held back: it does not follow its path of 2 cm.
   double farthest = 0;
   for (const TickRow& tick : ours) farthest = std::max(farthest, tick.position_m[0]);
@@ -89,10 +87,10 @@ TEST_CASE("The guard clamps, slews and cuts before a device of the program's is 
     };
     return told;
   });
-  const RunRecord run = record(arm("mine", {"device.left.force_limit=\"2 N\"", "device.left.slew_limit=\"50 N/s\"",
-                                            "device.left.guard={ speed_limit = \"0.05 m/s\" }",
-                                            R"(run.strategies=["phase_locked"])"}),
-                               mine);
+  const RunRecord run =
+      record(arm("mine", {"device.left.force_limit=\"2 N\"", "device.left.slew_limit=\"50 N/s\"",
+                          "device.left.guard={ speed_limit = \"0.05 m/s\" }", R"(run.strategies=["phase_locked"])"}),
+             mine);
   CHECK(most_N > 0);
   CHECK(most_N <= 2);
   CHECK(most_change_N <= 50e-3 * (1 + 1e-9));
@@ -150,8 +148,8 @@ TEST_CASE("--repeat names a device that is not reproducible") {
 TEST_CASE("On the wall clock a device of the program's runs simulated, and the run replays") {
   RunOptions wall;
   wall.clock = ClockKind::wall;
-  const RunRecord run = record(arm("my-arm", {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.4 s\""}),
-                               registry(), wall);
+  const RunRecord run =
+      record(arm("my-arm", {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.4 s\""}), registry(), wall);
   CHECK(strategy(run, "phase_locked").devices[0].counters.at("motors_left") == 0);
   CHECK(strategy(run, "phase_locked").steps.size() > 100);
 }

@@ -96,13 +96,12 @@ TEST_CASE("What a solver lacks is left out and named, whatever it has") {
 }
 
 TEST_CASE("An expectation on energy is an error with the reason if the solver has none, and is judged if it has") {
-  const std::string energy =
-      R"(expect=[{ signal = "solver.phase_locked", metric = "energy_growth", max = "1e-9" }])";
+  const std::string energy = R"(expect=[{ signal = "solver.phase_locked", metric = "energy_growth", max = "1e-9" }])";
   const RunOutcome without = run({scene_of("full"), energy}, with({.contacts = true}));
   CHECK(without.exit == ExitCode::usage);
   REQUIRE(without.errors.size() == 1);
-  CHECK_THAT(without.errors[0].message, Contains("the solver 'full' has no energy") &&
-                                            Contains("it lacks state_digest, energy, particles, reset"));
+  CHECK_THAT(without.errors[0].message,
+             Contains("the solver 'full' has no energy") && Contains("it lacks state_digest, energy, particles, reset"));
   // A spring gives back what is put into it: the trapezoid of a linear force is exact.
   const RunOutcome has = run({scene_of("full"), energy}, with({.energy = true}));
   CHECK(has.exit == ExitCode::pass);
@@ -198,8 +197,8 @@ TEST_CASE("--repeat names a solver that is not reproducible, in its forces or on
 
 TEST_CASE("Threads and the order of simultaneous events change nothing for a solver of the program") {
   const std::string sine = R"({ kind = "sine", amplitude = ["2 cm", "1 cm", "0 m"], frequency = "1.3 Hz" })";
-  const std::string two = fmt::format(
-      R"(device=[{{ name = "a", motion = {} }}, {{ name = "b", phase = "0.5 ms", motion = {} }}])", sine, sine);
+  const std::string two =
+      fmt::format(R"(device=[{{ name = "a", motion = {} }}, {{ name = "b", phase = "0.5 ms", motion = {} }}])", sine, sine);
   RunOptions options;
   options.threads = 1;
   const RunRecord one = record({kMySpring, two}, registry(), options);
@@ -221,9 +220,8 @@ TEST_CASE("A solver that fails stops the run with its name, its step and its own
   const auto failing = [](const std::function<double(std::int64_t)>& at_step) {
     return run({scene_of("odd")}, with_odd(at_step));
   };
-  const RunOutcome thrown = failing([](std::int64_t n) -> double {
-    return n < 7 ? 0 : throw std::runtime_error("mesh inverted");
-  });
+  const RunOutcome thrown =
+      failing([](std::int64_t n) -> double { return n < 7 ? 0 : throw std::runtime_error("mesh inverted"); });
   CHECK(thrown.exit == ExitCode::run_failed);
   CHECK_THAT(thrown.failure, Contains("the solver 'odd', step 7: mesh inverted"));
   const RunOutcome other = failing([](std::int64_t n) -> double { return n < 7 ? 0 : throw 3; });

@@ -1,8 +1,8 @@
 #pragma once
 // Runs of the paper's figure 1 on a spring, with parts of the program's own in it.
 
-#include <catch2/catch.hpp>
 #include <fmt/format.h>
+#include <catch2/catch.hpp>
 
 #include <string>
 #include <vector>

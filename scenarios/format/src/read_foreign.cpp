@@ -57,9 +57,9 @@ Foreign read_foreign(const Table& table) {
 }
 
 void add_unregistered(const char* kind, const Foreign& part, const std::vector<std::string_view>& known, Errors& errors) {
-  errors.add(part.place, fmt::format("the {} '{}' is not registered{}", kind, part.name,
-                                     known.empty() ? "; this needs a program that registers it"
-                                                   : suggestion(part.name, known)));
+  errors.add(part.place,
+             fmt::format("the {} '{}' is not registered{}", kind, part.name,
+                         known.empty() ? "; this needs a program that registers it" : suggestion(part.name, known)));
 }
 
 }  // namespace evenstep::internal

@@ -222,8 +222,8 @@ void read_scene(ScenarioReading& reading) {
     if (kind == "mode") scene.body = read_mode(table, reading.errors);
     if (kind == "foreign") {
       const Foreign part = read_foreign(table);
-      scene.body = ForeignScene{part.name, part.options,
-                                registered("solver", part, reading.registry.solvers(), reading.errors)};
+      scene.body =
+          ForeignScene{part.name, part.options, registered("solver", part, reading.registry.solvers(), reading.errors)};
       reading.scenario.scene_place = part.place;
     }
     return read_grabs(reading, nullptr);

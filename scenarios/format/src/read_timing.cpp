@@ -103,9 +103,10 @@ void read_source(ScenarioReading& reading, const Table& timing) {
   if (!drawn) return refuse(drawn.error());
   const std::int64_t differs = again ? first_unequal(*drawn, *again) : 0;
   if (differs >= 0)
-    return refuse(fmt::format("segment {} is another one when it is asked again with the same seed; it must not depend on "
-                              "anything but its options and the seed",
-                              differs));
+    return refuse(
+        fmt::format("segment {} is another one when it is asked again with the same seed; it must not depend on "
+                    "anything but its options and the seed",
+                    differs));
   spec.trace = *std::move(drawn);
   set_nominal_of_trace(reading.scenario);
 }
@@ -435,8 +436,7 @@ const std::vector<Field>& timing_fields() {
        .forms = kTable,
        .meaning = "A source that the program has registered; then [timing] holds nothing else."},
   };
-  static const std::vector<Field> all =
-      joined(joined(rows, timing_model_fields()), foreign_rows("timing.foreign", ""));
+  static const std::vector<Field> all = joined(joined(rows, timing_model_fields()), foreign_rows("timing.foreign", ""));
   return all;
 }
 // clang-format on

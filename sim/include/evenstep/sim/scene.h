@@ -158,7 +158,8 @@ struct SolverRequest;
 struct ForeignScene {
   std::string name;
   std::string options = "{}";
-  std::function<std::unique_ptr<ForeignSolver>(const SolverRequest&)> make;  ///< a SolverFactory; may be called by any thread
+  std::function<std::unique_ptr<ForeignSolver>(const SolverRequest&)>
+      make;  ///< a SolverFactory; may be called by any thread
 
   static constexpr bool kAccountsEnergy = true;  // if it has the capability: SolverInfo::lacks
   static constexpr bool kCostsLittle = false;

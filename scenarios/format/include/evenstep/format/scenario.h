@@ -117,7 +117,7 @@ struct RemapSpec {
   Budget lead;
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
-  Duration predict_window;         ///< how far back `predict` looks to find the hand's velocity
+  Duration predict_window;   ///< how far back `predict` looks to find the hand's velocity
   FilterSpec filter;         ///< for strategy `filtered`; filter_at adds the samples of an average
   Duration filter_window;    ///< for a moving average
   bool filter_force = true;  ///< filters the force at the ticks; false: the interaction at the steps
