@@ -67,7 +67,8 @@ int main(int argc, char** argv) {
   Scenario scenario;
   scenario.devices.emplace_back();
   scenario.run_duration = replay_duration(segments);
-  const std::vector<SamplingGrid> grids = sampling_grids(scenario);
+  const MapSetup setup = map_setup(scenario);
+  const std::vector<SamplingGrid>& grids = setup.grids;
   std::vector<MappedStep> mapped;
 
   std::printf("%-52s %8s %8s\n", "three million steps, CPU ms", "least", "median");
@@ -78,7 +79,7 @@ int main(int argc, char** argv) {
     const std::string name = name_of(kind);
     measure((name + ": the map over all steps").c_str(), repetitions, [&] {
       mapped.clear();
-      each_mapped_step(scenario, kind, segments,
+      each_mapped_step(setup, kind, segments,
                        [&](std::span<const MappedStep> some) { mapped.insert(mapped.end(), some.begin(), some.end()); });
     });
     measure((name + ": least latency and rings, any phase").c_str(), repetitions,

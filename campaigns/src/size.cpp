@@ -11,6 +11,7 @@
 #include "evenstep/remap/jump_bound.h"
 #include "evenstep/remap/step_cycle.h"
 #include "evenstep/remap/step_windows.h"
+#include "evenstep/remap/velocity_jump.h"
 #include "evenstep/reports/rate_bound.h"
 #include "size_mend.h"
 #include "size_rate.h"
@@ -61,26 +62,6 @@ Least least_of(const RunningLine& line) {
   return {best.latency, best.latency_culprit};
 }
 Least least_of(const RunningPath& path) { return {path.least().latency, path.least().latency_culprit}; }
-
-/// The largest |R(n+1) - 2 R(n) + R(n-1)| among steps that begin at `from` or later.
-class VelocityJump {
- public:
-  explicit VelocityJump(RealTime from) : from_(from) {}
-  void add(std::span<const MappedStep> steps) {
-    for (const MappedStep& step : steps) {
-      if (step.begin < from_) continue;
-      if (seen_ >= 2) most_ns_ = std::max(most_ns_, std::abs((step.slot - last_).ns - (last_ - before_).ns));
-      ++seen_;
-      before_ = last_;
-      last_ = step.slot;
-    }
-  }
-  std::int64_t most_ns() const { return most_ns_; }
-
- private:
-  RealTime from_, before_, last_;
-  std::int64_t seen_ = 0, most_ns_ = 0;
-};
 
 /// Computes everything for one input. It does not store the steps; each computation is a pass over the segments.
 class Sizer {

@@ -39,18 +39,16 @@ struct GateModel {
   }
 };
 
-/// The haptic loop without its lanes and without a gate: visits every mapped step that ends within the run, with lead 0.
-/// `next` returns the segments one by one, and a null pointer at the end.
+/// The haptic loop without its lanes and without a gate: visits every mapped step that ends before `end`. `next` returns
+/// the segments one by one, and a null pointer at the end.
 template <class Next, class Visit>
-void walk(const MapSetup& setup, StrategyKind kind, Next next, Visit visit) {
-  const std::unique_ptr<SlotMap> map = make_map(setup, kind, {}, Duration{});
-  const RealTime end = setup.end;
+void walk(SlotMap& map, RealTime end, Next next, Visit visit) {
   std::int64_t n = 0;
   for (const SegmentTiming* segment = next(); segment != nullptr && segment->begin < end; segment = next()) {
-    map->boundary(n, segment->begin);
+    map.boundary(n, segment->begin);
     for (const auto& [began, ended] : segment->steps) {
-      const Slot slot = map->read(n, began);
-      map->emission(n, ended);
+      const Slot slot = map.read(n, began);
+      map.emission(n, ended);
       if (slot.kind == SlotKind::mapped && ended < end) visit({n, began, ended, slot.read, segment->index});
       ++n;
     }
@@ -94,7 +92,7 @@ std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spe
   } else {
     SegmentTiming segment;
     walk(
-        setup, kind, [&] { return timing->next(segment) ? &segment : nullptr; },
+        *make_map(setup, kind, {}, Duration{}), setup.end, [&] { return timing->next(segment) ? &segment : nullptr; },
         [&](const MappedStep& step) { steps.push_back(step); });
   }
   return steps;
@@ -145,11 +143,16 @@ std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timin
 
 void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit) {
+  each_mapped_step(*make_map(setup, kind, {}, Duration{}), setup.end, segments, visit);
+}
+
+void each_mapped_step(SlotMap& map, RealTime end, std::span<const SegmentTiming> segments,
+                      const std::function<void(std::span<const MappedStep>)>& visit) {
   constexpr std::size_t kAtATime = 256;  // so few that they stay in the first-level cache
   std::array<MappedStep, kAtATime> steps;
   std::size_t next = 0, count = 0;
   walk(
-      setup, kind, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
+      map, end, [&] { return next < segments.size() ? &segments[next++] : nullptr; },
       [&](const MappedStep& step) {
         steps[count++] = step;
         if (count < kAtATime) return;

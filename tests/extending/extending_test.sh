@@ -46,7 +46,9 @@ build() {
   rm -rf "$copy"
   copy_tree "$copy"
   for kind in "${!allowed[@]}"; do
-    (cd "$copy" && git apply "$here/$kind.patch") || fail "$kind.patch does not apply beside the others"
+    # Without the ceiling git would find the repository around the build folder, and leave out files that are not below it.
+    (cd "$copy" && GIT_CEILING_DIRECTORIES=$(realpath "$1") git apply "$here/$kind.patch") ||
+      fail "$kind.patch does not apply beside the others"
   done
   cmake -S "$copy" -B "$copy/build" -G Ninja -DEVENSTEP_BUILD_TESTS=OFF >"$1/configure.log" 2>&1 ||
     { cat "$1/configure.log"; fail "the copy cannot be configured"; }

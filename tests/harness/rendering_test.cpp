@@ -249,7 +249,7 @@ TEST_CASE("a device's own delay is in its loop, beside the schedule's") {
         Approx(loop_record(prompt, remap, prompt.devices[0]).delay_s + 2.5e-3));
 }
 
-TEST_CASE("a model that is stiffer than its tissue swings faster with the tissue's mass: by the root of its factor") {
+TEST_CASE("a model that is stiffer than its tissue swings faster with the tissue's mass, by the root of its factor") {
   const Scenario scenario = read("closed-loop/slow-tissue-smith.toml");
   const auto mode = [&](double factor) {
     SmithRender render = std::get<SmithRender>(scenario.devices[0].render);

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # layout_test.sh SOURCE_DIR CASE : runs one case; exits 1 on failure, 77 when it cannot run here (its output says why).
 set -uo pipefail
-format=$1/scripts/format.sh
+sources=$1
+format=$sources/scripts/format.sh
 work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-layout-XXXXXX")
 trap 'rm -rf "$work"' EXIT
-cp "$1/.clang-format" "$work"
+cp "$sources/.clang-format" "$work"
 
 fail() { printf 'FAILED: %s\n' "$1"; exit 1; }
 # in_copy MODE : the check of the files in $work
@@ -42,6 +43,13 @@ case_another_layout_is_seen_and_mended() {
   in_copy fix
   in_copy layout
   ((status == 0)) || fail "it is not mended"
+}
+# Catch2 indents the name of a test that failed by what comes before the first ": ", and aborts where the 79 columns of its
+# lines have no room left.
+case_catch2_can_print_the_name_of_every_test() {
+  local names
+  names=$(grep -rhoE 'TEST_CASE\("[^"]+' "$sources/tests" --include='*.cpp' | sed -nE 's/^TEST_CASE\("(.{74,}): .*/\1/p')
+  [[ ! $names ]] || fail "\": \" comes too late in: $names"
 }
 case_what_is_built_is_not_looked_at() {
   mkdir "$work/build" "$work/build-dev"

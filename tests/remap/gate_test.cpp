@@ -126,6 +126,27 @@ TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at
   }
 }
 
+TEST_CASE("told how far a gate has pushed the steps back, a map has the slots of a run without waits, 1000 schedules") {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    CAPTURE(seed);
+    Draw draw(seed);
+    PhaseLockedMap waits({}, {}), free({}, {});
+    std::int64_t n = 0;
+    Duration pushed;
+    for (const Segment& segment : jittered(draw, 0.1, 20)) {
+      for (PhaseLockedMap* map : {&waits, &free}) map->boundary(n, segment.begin);
+      for (const StepTimes& step : segment.steps) {
+        const Slot waited = waits.read(n, step.begin + pushed, pushed), unhindered = free.read(n, step.begin);
+        REQUIRE(waited.kind == unhindered.kind);
+        if (waited.kind == SlotKind::mapped) REQUIRE(waited.read == unhindered.read);
+        if (n % 3 == 0) pushed += Duration{500'000};
+        waits.emission(n, step.end + pushed, pushed);
+        free.emission(n++, step.end);
+      }
+    }
+  }
+}
+
 TEST_CASE("idle time absorbs the shift of a gated run: paced, 10 % jitter") {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Draw draw(seed);

@@ -393,7 +393,7 @@ const char* causal_in_segments(const Schedule& schedule, Draw draw) {
 
 TEST_CASE("P1 phase_locked is strictly monotone: 100,000 schedules") { for_all(kMany, p1_monotone); }
 TEST_CASE("P2 the force schedule is the inverse of the map: 100,000 schedules") { for_all(kMany, p2_inverse); }
-TEST_CASE("P3 the velocity of phase_locked changes by at most 7 % of the pace per step: 100,000 schedules") {
+TEST_CASE("P3 the velocity of phase_locked changes by at most 7 % of the pace per step, 100,000 schedules") {
   for_all(kMany, p3_continuous);
 }
 TEST_CASE("P3 paper jumps by T_k - T^_k at every boundary, to the ns: 100,000 timings") { for_all_draws(kMany, p3_paper); }
@@ -402,7 +402,7 @@ TEST_CASE("P7 on periodic timing a hand of constant velocity stays on its line: 
   for_all_draws(kMany, p7_exact);
 }
 TEST_CASE("P9 maps move with time and scale with it: 100,000 schedules") { for_all(kMany, p9_equivariant); }
-TEST_CASE("P11 under drift paper jumps by r / weight, and phase_locked lags as derived: 100,000 draws") {
+TEST_CASE("P11 under drift paper jumps by r / weight, and phase_locked lags as derived, 100,000 draws") {
   for_all_draws(kMany, p11_drift);
 }
 TEST_CASE("P12 the follower decays below the limit of its gains and diverges above: 100,000 draws") {

@@ -68,7 +68,7 @@ TEST_CASE("paper averages the step count in the weights of the length, unless it
   }
 }
 
-TEST_CASE("where N varies the averaged count needs a fraction of the latency and of the jump of the last one: 50 seeds") {
+TEST_CASE("where N varies the averaged count needs a fraction of the latency and of the jump of the last one, 50 seeds") {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Draw draw(seed);
     Schedule schedule;

@@ -1,6 +1,7 @@
 #include "evenstep/remap/phase_locked_map.h"
 
 #include <catch2/catch.hpp>
+#include <thread>
 
 #include "evenstep/remap/buffer_oracle.h"
 #include "schedules.h"
@@ -44,54 +45,68 @@ class PeriodicRun {
   double last_ = 0;
 };
 
-/// Segments of V and N steps of one length, N from `draw_steps`, with jitter, hangs of up to 1 s, long steps and idle time.
+/// What a schedule of V = 11.1 ms and N steps of 1.482 ms has besides: the standard deviation of both lengths, and how often
+/// a pause has a hang of up to 1 s, a step takes up to 20 ms more, and (20 times as often) a segment idles for up to 30 ms.
+struct Disturbance {
+  double jitter = 0, hangs = 0, long_steps = 0;
+};
+
+/// The least latency of the map over that of the best line, both without the device's h - 1 ns, after 20 segments. N is
+/// from `draw_steps`. Nothing is kept: a schedule may have 400,000 steps.
 template <class Steps>
-Schedule varying(Draw& draw, std::int64_t count, double jitter, double hangs, double long_steps, Steps draw_steps) {
-  Schedule schedule;
+double times_best_line(Draw& draw, std::int64_t segments, const Disturbance& disturbance, Steps draw_steps) {
+  PhaseLockedMap map({}, {});
+  RunningLine line;
+  Duration delay{INT64_MIN}, lead{INT64_MIN};
   RealTime now{};
-  const auto jittered = [&](double ns) { return Duration{std::llround(jitter > 0 ? ns * draw.lognormal(jitter) : ns)}; };
+  const double sigma = Draw::sigma(disturbance.jitter);
+  const auto jittered = [&](double ns) { return Duration{std::llround(sigma > 0 ? ns * draw.lognormal_of(sigma) : ns)}; };
   const auto longest = [](double ns, double share) { return Duration{std::llround(ns * share)}; };
-  for (std::int64_t k = 0; k < count; ++k) {
-    Segment segment{now, {}};
+  for (std::int64_t k = 0, n = 0; k < segments; ++k) {
+    map.boundary(n, now);
     now = now + jittered(11'100'000);
-    if (draw.unit() < hangs) now = now + longest(1e9, draw.unit());
-    for (std::int64_t i = draw_steps(draw); i > 0; --i) {
+    if (draw.unit() < disturbance.hangs) now = now + longest(1e9, draw.unit());
+    for (std::int64_t i = draw_steps(draw); i > 0; --i, ++n) {
       RealTime end = now + jittered(1'482'222);
-      if (draw.unit() < long_steps) end = end + longest(20e6, draw.unit());
-      segment.steps.push_back({now, end, k, 0});
+      if (draw.unit() < disturbance.long_steps) end = end + longest(20e6, draw.unit());
+      const RealTime slot = step(map, n, now, end).read;
+      if (k >= 20) {
+        line.add(n, now, end);
+        delay = std::max(delay, end - slot);
+        lead = std::max(lead, slot - now);
+      }
       now = end;
     }
-    if (draw.unit() < 20 * long_steps) now = now + longest(30e6, draw.unit());
-    schedule.push_back(std::move(segment));
+    if (draw.unit() < 20 * disturbance.long_steps) now = now + longest(30e6, draw.unit());
   }
-  return schedule;
+  return static_cast<double>((delay + lead).ns) / static_cast<double>(line.best().latency.ns);
 }
 
-/// The least latency of the map over that of the best line, both without the device's h - 1 ns, after 20 segments.
-double times_best_line(const Schedule& schedule) {
-  const std::vector<Placed> placed = place(PhaseLockedMap({}, {}), schedule);
-  std::size_t from = 0;
-  for (std::size_t k = 0; k < 20; ++k) from += schedule[k].steps.size();
-  std::vector<StepTimes> steps;
-  Duration delay{INT64_MIN}, lead{INT64_MIN};
-  for (std::size_t n = from; n < placed.size(); ++n) {
-    steps.push_back(placed[n].real);
-    delay = std::max(delay, placed[n].real.end - placed[n].slot.read);
-    lead = std::max(lead, placed[n].slot.read - placed[n].real.begin);
-  }
-  return static_cast<double>((delay + lead).ns) / static_cast<double>(best_line(steps).latency.ns);
+/// One schedule of 200 to 400 segments, N redrawn within a random part of 1 to 1,000.
+double times_best_line_of_random_schedule(std::uint64_t seed) {
+  Draw draw(seed);
+  const std::int64_t segments = draw.between(200, 400), most = draw.between(1, 1000), least = draw.between(1, most);
+  const double jitter = 0.2 * draw.unit(), hangs = 0.01 * draw.unit(), long_steps = 0.002 * draw.unit();
+  return times_best_line(draw, segments, {jitter, hangs, long_steps}, [&](Draw& d) { return d.between(least, most); });
 }
 
-std::vector<double> ratios_of_random_schedules(std::uint64_t count) {
-  std::vector<double> ratios;
-  for (std::uint64_t seed = 0; seed < count; ++seed) {
-    Draw draw(seed);
-    const std::int64_t segments = draw.between(200, 400), most = draw.between(1, 1000), least = draw.between(1, most);
-    const double jitter = 0.2 * draw.unit(), hangs = 0.01 * draw.unit(), long_steps = 0.002 * draw.unit();
-    const auto steps = [&](Draw& d) { return d.between(least, most); };
-    ratios.push_back(times_best_line(varying(draw, segments, jitter, hangs, long_steps, steps)));
-  }
-  std::sort(ratios.begin(), ratios.end());
+struct Ratio {
+  double times_best_line = 0;
+  std::uint64_t seed = 0;
+};
+
+/// For seeds 0 to `count` - 1, in ascending order; half of the seeds on a second thread.
+std::vector<Ratio> ratios_of_random_schedules(std::uint64_t count) {
+  std::vector<Ratio> ratios(count);
+  const auto every_second = [&](std::uint64_t first) {
+    for (std::uint64_t seed = first; seed < count; seed += 2)
+      ratios[seed] = {times_best_line_of_random_schedule(seed), seed};
+  };
+  std::thread odd(every_second, 1);
+  every_second(0);
+  odd.join();
+  std::sort(ratios.begin(), ratios.end(),
+            [](const Ratio& a, const Ratio& b) { return a.times_best_line < b.times_best_line; });
   return ratios;
 }
 
@@ -129,7 +144,7 @@ TEST_CASE("phase_locked stays within 2 ns of the exact line for a million period
   CHECK(worst > 0);
 }
 
-TEST_CASE("phase_locked is exact to 4 ns on any timing that repeats, wherever its pauses are: 400 timings") {
+TEST_CASE("phase_locked is exact to 4 ns on any timing that repeats, wherever its pauses are, 400 timings") {
   // Roundings of 1 ns: boundary, begin, usual place, slot.
   Draw draw(1);
   for (int trial = 0; trial < 400; ++trial) {
@@ -375,19 +390,19 @@ TEST_CASE("with any N phase_locked needs no more than the best line: {1, 30} and
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       Draw draw(seed);
       const auto steps = [&](Draw& d) { return d.between(0, 1) == 0 ? 1 : most; };
-      CHECK(times_best_line(varying(draw, 400, 0, 0, 0, steps)) < 1.2);
+      CHECK(times_best_line(draw, 400, {}, steps) < 1.2);
     }
   }
 }
 
 TEST_CASE("with N redrawn within 1 to 1000, jitter, hangs and pauses: 3 times the best line in 99 of 100 of 100 schedules") {
-  const std::vector<double> ratios = ratios_of_random_schedules(100);
-  CHECK(ratios[98] <= 3);
+  CHECK(ratios_of_random_schedules(100)[98].times_best_line <= 3);
 }
 
-TEST_CASE("with N redrawn, jitter, hangs and pauses: 3 times the best line in 99 of 100 of 10,000 schedules", "[million]") {
-  const std::vector<double> ratios = ratios_of_random_schedules(10'000);
-  CHECK(ratios[ratios.size() * 99 / 100] <= 3);
-  INFO("worst " << ratios.back());
-  CHECK(ratios.back() < 50);
+TEST_CASE("with N redrawn, jitter, hangs and pauses: 3 times the best line in 99 of 100 of 100,000 schedules", "[million]") {
+  const std::vector<Ratio> ratios = ratios_of_random_schedules(100'000);
+  const Ratio usual = ratios[ratios.size() * 99 / 100], worst = ratios.back();
+  WARN("99th percentile " << usual.times_best_line << ", worst " << worst.times_best_line << " of seed " << worst.seed);
+  CHECK(usual.times_best_line <= 3);
+  CHECK(worst.times_best_line < 30);  // measured 26.6; docs/numerics.md says what it consists of
 }

@@ -35,8 +35,10 @@ class Draw {
   }
   double unit() { return static_cast<double>(next() >> 11) * 0x1p-53; }
   /// Mean 1, coefficient of variation `variation`.
-  double lognormal(double variation) {
-    const double sigma = std::sqrt(std::log1p(variation * variation));
+  double lognormal(double variation) { return lognormal_of(sigma(variation)); }
+  /// Of the logarithm, for many draws.
+  static double sigma(double variation) { return std::sqrt(std::log1p(variation * variation)); }
+  double lognormal_of(double sigma) {
     const double normal = std::sqrt(-2 * std::log(1 - unit())) * std::cos(2 * std::numbers::pi * unit());
     return std::exp(sigma * normal - 0.5 * sigma * sigma);
   }

@@ -42,6 +42,9 @@ std::vector<MappedStep> run_steps(const MapSetup& setup, const TimingSpec& timin
 /// Visits the mapped steps without a gate, over these segments: in order, a few at a time, without keeping them.
 void each_mapped_step(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments,
                       const std::function<void(std::span<const MappedStep>)>& visit);
+/// The same with any map that has not been told anything yet, and lead 0; for the steps that end before `end`.
+void each_mapped_step(SlotMap& map, RealTime end, std::span<const SegmentTiming> segments,
+                      const std::function<void(std::span<const MappedStep>)>& visit);
 /// size_map for a gate with this lead: steps begin when their sample is there, and everything after them is pushed back. In
 /// the budgets, `lead` is the one with which no step would wait, and `latency` the least for the given lead.
 Sizing size_gated_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind kind, Duration lead);

@@ -1,0 +1,34 @@
+#pragma once
+/// The figure of bench_map_fronts: a panel per recording, least latency against velocity jump.
+
+#include <string>
+#include <vector>
+
+namespace evenstep::bench {
+
+/// A map at one bandwidth; or any path, without one.
+struct FrontPoint {
+  double bandwidth_Hz = 0;
+  double jump = 0;  ///< the largest, in mean slots
+  double latency_ms = 0;
+};
+struct MapFront {
+  std::string name;
+  std::vector<FrontPoint> points;
+};
+inline const FrontPoint& at_bandwidth(const MapFront& map, double bandwidth_Hz) {
+  std::size_t i = 0;
+  while (map.points[i].bandwidth_Hz != bandwidth_Hz) ++i;
+  return map.points[i];
+}
+
+struct Fronts {
+  std::string recording;
+  double best_line_ms = 0, pause_ms = 0;
+  std::vector<FrontPoint> any_path;  ///< at rising jumps
+  std::vector<MapFront> maps;
+};
+
+std::string fronts_svg(const std::vector<Fronts>& all);
+
+}  // namespace evenstep::bench
