@@ -35,15 +35,15 @@ struct Lag : ForeignSolver {
 };
 
 /// The shipped scenario of this folder with its parts, in a folder of its own.
-struct Work {
-  Work() : folder(std::filesystem::temp_directory_path() / fmt::format("own-parts-{}", getpid())) {
-    std::filesystem::create_directories(folder);
+struct Folder {
+  Folder() : root(std::filesystem::temp_directory_path() / fmt::format("own-parts-{}", getpid())) {
+    std::filesystem::create_directories(root);
     for (const char* name : {"own_parts.toml", "too_late.toml"})
-      std::filesystem::copy_file(std::filesystem::path(EVENSTEP_SOURCE_DIR) / "tests/own_parts" / name, folder / name);
+      std::filesystem::copy_file(std::filesystem::path(EVENSTEP_SOURCE_DIR) / "tests/own_parts" / name, root / name);
   }
-  ~Work() { std::filesystem::remove_all(folder); }
-  std::string path(const char* name) const { return (folder / name).string(); }
-  std::filesystem::path folder;
+  ~Folder() { std::filesystem::remove_all(root); }
+  std::string path(const char* name) const { return (root / name).string(); }
+  std::filesystem::path root;
 };
 
 std::string bytes_of(const std::string& path) {
@@ -74,7 +74,7 @@ TEST_CASE("The reference of a foreign solver of order 1 is as near to its equati
 }
 
 TEST_CASE("A sweep over the options of a solver writes the same bytes on one thread and on two") {
-  const Work work;
+  const Folder work;
   SweepOptions options;
   options.registry = registry();
   std::array<std::string, 2> lines;
@@ -93,7 +93,7 @@ TEST_CASE("A sweep over the options of a solver writes the same bytes on one thr
 }
 
 TEST_CASE("A failing run over a timing source shrinks to a scenario with a recording and the program's other parts") {
-  const Work work;
+  const Folder work;
   ShrinkOptions options;
   options.registry = registry();
   options.folder = work.path("shrunk");
