@@ -2,6 +2,7 @@
 # Builds and runs the benchmarks and prints their tables, least and median of the repetitions (docs/performance.md):
 #   scripts/bench.sh                  all
 #   scripts/bench.sh scheduler        the tables named: scheduler paths sizing solver features figure-1
+#   scripts/bench.sh fronts           latency against jump of all maps on the recordings, and its figure in docs/images
 # EVENSTEP_BENCH_REPETITIONS (9) says how often each number is taken; the repetitions of one table are interleaved.
 set -euo pipefail
 repo=$(dirname -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")")
@@ -43,6 +44,10 @@ for table in "${tables[@]}"; do
   case $table in
     scheduler) measure scheduler_events ;;
     paths) measure core_paths ;;
+    fronts)
+      compile 'building bench_map_fronts' bench_map_fronts
+      "$build/bench/bench_map_fronts" "$repo/scenarios/recorded" "$repo/docs/images/latency-jump-fronts.svg"
+      ;;
     sizing)
       compile 'building bench_sizing' bench_sizing
       "$build/bench/bench_sizing" "$repetitions"
@@ -61,6 +66,6 @@ for table in "${tables[@]}"; do
       POCL_DEVICES=${POCL_DEVICES:-basic} "$build/bench/bench_figure_1" "$repo/scenarios/paper/figure-1.toml" \
         "$repetitions"
       ;;
-    *) fail "no table '$table': scheduler paths sizing solver features figure-1" ;;
+    *) fail "no table '$table': scheduler paths sizing solver features figure-1 fronts" ;;
   esac
 done

@@ -16,6 +16,7 @@ constexpr double kSlowest = 0.1;       // v / P > 0: the map is strictly monoton
 constexpr double kFastest = 3;         // v / P
 constexpr double kHang_segments = 4;   // a segment longer than that, and than H, says little about the pace
 constexpr double kHungCounts_segments = 2;
+constexpr double kStart_paces = 4;        // a first segment that took so much longer per step than the next is forgotten
 constexpr double kLeastWeight = 1.0 / 8;  // of a segment in the usual places
 constexpr double kFall = 0.9;             // of P at one boundary, below which v falls along
 constexpr double kLeastPeriod_ns = 1.0;
@@ -37,7 +38,11 @@ void PhaseLockedMap::boundary(std::int64_t n, RealTime begin) {
 void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   const bool acquiring = pace_ns_ == 0;
   const double measured_ns = static_cast<double>((end - boundary_).ns);
-  const double mean_ns = acquiring ? measured_ns : past_.length_ns / past_.count;
+  if (past_.count == 1 && pace_ns_ > kStart_paces * measured_ns / static_cast<double>(steps)) {  // the past is a start
+    past_ = {};
+    known_ = 0;
+  }
+  const double mean_ns = past_.count == 0 ? measured_ns : past_.length_ns / past_.count;
   const bool hung = measured_ns > std::max(horizon_ns_, kHang_segments * mean_ns);
   const double length_ns = hung ? kHungCounts_segments * mean_ns : measured_ns;
   const double idle_ns = std::max(0.0, static_cast<double>((end - last_end_).ns));
@@ -84,6 +89,7 @@ void PhaseLockedMap::began(std::int64_t n, RealTime begin) {
   if (pace_ns_ == 0) return;
   const double target_ns = this->target_ns(i, begin);
   const double error_ns = static_cast<double>((boundary_ - origin_).ns) + target_ns - remainder_ns_ - pace_ns_;
+  if (runs_ahead_of_start(i, error_ns)) velocity_ns_ = 0;  // follow() raises it to the slowest
   if (error_ns <= horizon_ns_) return follow(error_ns);
   const double whole_ns = std::floor(target_ns);
   origin_ = boundary_ + Duration{static_cast<std::int64_t>(whole_ns)};
@@ -97,6 +103,14 @@ double PhaseLockedMap::target_ns(std::int64_t i, RealTime begin) const {
   const double late_ns = static_cast<double>((begin - boundary_).ns) - even_ns - usual_ns(i);
   const double idle_ns = past_.idle_ns / past_.count;
   return even_ns + late_ns - std::clamp(late_ns, -idle_ns, idle_ns);
+}
+
+/// While the pace is known from one segment alone: whether that was a start (kernels compile), because now steps come four
+/// times as fast, and the slots lead by more than one of its steps.
+bool PhaseLockedMap::runs_ahead_of_start(std::int64_t i, double error_ns) const {
+  const std::size_t place = std::min(static_cast<std::size_t>(i), kPlaces - 1);
+  const double slow_ns = static_cast<double>(place) * pace_ns_ / kStart_paces;
+  return past_.count == 1 && error_ns < -pace_ns_ && begins_ns_[place] - begins_ns_[0] < slow_ns;
 }
 
 void PhaseLockedMap::follow(double error_ns) {

@@ -129,7 +129,8 @@ TEST_CASE("the damping that a limited force renders is not judged either") {
   CHECK(outcome.results[0].verdict == Verdict::error);
 }
 
-TEST_CASE("there and back a perfect map stays perfect to the nanosecond, whatever the turns, the latency and the device") {
+TEST_CASE("there and back a perfect map stays perfect to the nanosecond, whatever the turns, the latency and the device",
+          "[sweep]") {
   // Periodic timing: each straight piece is a line. One sample of a turn among those judged would bend it by up to
   // 3 v / turn slot^2, 1e-2 steps and more.
   std::mt19937_64 random(7);
@@ -193,7 +194,7 @@ TEST_CASE("what a filter or a predictor still remembers of a turn is not judged"
   }
 }
 
-TEST_CASE("ten minutes at 0.1 m/s pass with the expectations of four seconds") {
+TEST_CASE("ten minutes at 0.1 m/s pass with the expectations of four seconds", "[sweep]") {
   const RunOutcome outcome =
       run_scenario(read("paper/figure-1-spring.toml", {"run.duration=\"600 s\"", "run.keep=\"summary\""}), {});
   REQUIRE(outcome.failure.empty());

@@ -71,8 +71,10 @@ const char* p3_continuous(const Schedule& schedule, Draw) {
   std::int64_t n = 0, velocity_ns = 0;
   std::optional<RealTime> last;
   double pace_ns = 0;
+  int segments = 0;
   for (const Segment& segment : schedule) {
     map.boundary(n, segment.begin);
+    segments += segment.steps.empty() ? 0 : 1;
     for (const StepTimes& step : segment.steps) {
       const Slot slot = map.read(n, step.begin);
       map.emission(n++, step.end);
@@ -83,7 +85,8 @@ const char* p3_continuous(const Schedule& schedule, Draw) {
       const double period_ns = map.period_ns(), before = static_cast<double>(before_ns);
       const bool fell = period_ns<0.9 * pace_ns, hang = velocity_ns> 500'000'000;
       pace_ns = period_ns;
-      if (before_ns == 0 || fell || hang || before < 0.1 * period_ns || before > 3 * period_ns) continue;
+      const bool start = segments <= 5 && static_cast<double>(velocity_ns) < 0.18 * period_ns;
+      if (before_ns == 0 || fell || hang || start || before < 0.1 * period_ns || before > 3 * period_ns) continue;
       if (static_cast<double>(std::abs(velocity_ns - before_ns)) > 0.07 * period_ns + 2) return "the velocity jumps";
     }
   }

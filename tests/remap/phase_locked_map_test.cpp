@@ -195,8 +195,10 @@ TEST_CASE("the velocity of phase_locked changes by at most 7 % of its pace from 
     std::int64_t n = 0, before_ns = 0;
     std::optional<RealTime> last;
     double pace_ns = 0;
+    int segments = 0;
     for (const Segment& segment : random_schedule(draw, 12)) {
       map.boundary(n, segment.begin);
+      segments += segment.steps.empty() ? 0 : 1;
       for (const StepTimes& one : segment.steps) {
         const Slot slot = step(map, n++, one.begin, one.end);
         if (slot.kind != SlotKind::mapped) continue;
@@ -205,7 +207,8 @@ TEST_CASE("the velocity of phase_locked changes by at most 7 % of its pace from 
           const double period_ns = map.period_ns(), velocity_ns = static_cast<double>(before_ns);
           const bool fell = period_ns<0.9 * pace_ns, hang = now_ns> 500'000'000;
           const bool outside = velocity_ns < 0.1 * period_ns || velocity_ns > 3 * period_ns;
-          if (before_ns > 0 && !fell && !hang && !outside) {
+          const bool start = segments <= 5 && static_cast<double>(now_ns) < 0.18 * period_ns;
+          if (before_ns > 0 && !fell && !hang && !outside && !start) {
             ++judged;
             REQUIRE(static_cast<double>(std::abs(now_ns - before_ns)) <= 0.07 * period_ns + 2);
           } else {
@@ -369,6 +372,29 @@ TEST_CASE("a cold start, one step of 250 ms and then steps of 2 ms, is not 1 s a
   CHECK(most_ns < 1'000'000'000);
 }
 
+TEST_CASE("a first segment of up to 3 s, while kernels compile, is forgotten: 1000 random ones") {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    Draw draw(seed);
+    PhaseLockedMap map({}, {});
+    PeriodicRun run(map);
+    run.start({});
+    const std::int64_t steps = draw.between(1, 40);
+    const Duration first{draw.between(33'333'330, 3'000'000'000)};
+    run.segment(first, steps);
+    double ahead_ns = 0;
+    for (int k = 0; k < 30; ++k) {
+      run.segment({33'333'330}, steps);
+      ahead_ns = std::max(ahead_ns, run.last_ahead_ns());
+    }
+    INFO("seed " << seed << ": " << steps << " steps, first segment " << first.ns << " ns");
+    // A step of its pace shows that it was a start; the others of their segment run on at a tenth of it. Below four times
+    // the length it is no start.
+    const double share = 0.1 + 1 / static_cast<double>(steps);
+    CHECK(ahead_ns < std::max(3 * 33'333'330.0, share * static_cast<double>(first.ns)));
+    CHECK(run.segment({33'333'330}, steps) < 33'333'330 / 4.0);  // 1 s later
+  }
+}
+
 TEST_CASE("without a cycle, each step a segment of its own, the slots follow the begins of the steps") {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     Draw draw(seed);
@@ -404,5 +430,5 @@ TEST_CASE("with N redrawn, jitter, hangs and pauses: 3 times the best line in 99
   const Ratio usual = ratios[ratios.size() * 99 / 100], worst = ratios.back();
   WARN("99th percentile " << usual.times_best_line << ", worst " << worst.times_best_line << " of seed " << worst.seed);
   CHECK(usual.times_best_line <= 3);
-  CHECK(worst.times_best_line < 30);  // measured 26.6; docs/numerics.md says what it consists of
+  CHECK(worst.times_best_line < 11);  // measured 10.3; docs/numerics.md says what it consists of
 }

@@ -19,11 +19,15 @@
 /// Weights by time make the pace right for any N: T grows with N by an offset, so T / N of one segment says nothing about
 /// it. Because lateness shows at the first step after a pause, and not only at the next boundary, the slots have caught up
 /// before the next pause: docs/numerics.md derives the constants. Slots are integer nanoseconds plus a remainder below
-/// 1 ns, so the map does not lose precision in a long run. Everything is first acquired from the first complete segment.
+/// 1 ns, so the map does not lose precision in a long run. Everything is first acquired from the first complete segment. If
+/// that took four times as long per step as the second (kernels compile), it is forgotten then.
 ///
 /// The velocity jump |R(n+1) - 2 R(n) + R(n-1)| is at most A, except that
 ///   - v is held within 0.1 P and 3 P, and is scaled along with P where P falls by more than a tenth at one boundary (it
 ///     was learned from a start that was not the pace);
+///   - as long as P is known from one segment alone, v falls to 0.1 P at once where the steps come four times as fast and
+///   the
+///     slots lead by more than P;
 ///   - a lag of more than H (a hang, which cannot be hidden) is jumped over: the slot steps forward to where it ought to be.
 ///     A segment longer than H and than four times the mean counts as twice the mean, and no u_i is learned from it.
 ///
@@ -63,6 +67,7 @@ class PhaseLockedMap final : public SlotMap {
   void learn_places(double length_ns, std::int64_t steps);
   double usual_ns(std::int64_t i) const;
   double target_ns(std::int64_t i, RealTime begin) const;
+  bool runs_ahead_of_start(std::int64_t i, double error_ns) const;
   void follow(double error_ns);
 
   double horizon_ns_;  // H
