@@ -99,7 +99,7 @@ case_pkg_config_finds_it() {
 case_a_parent_keeps_its_settings_and_targets() {
   cat >CMakeLists.txt <<'END'
 cmake_minimum_required(VERSION 3.25)
-project(parent LANGUAGES CXX)
+project(parent VERSION 7.1 LANGUAGES CXX)
 set(CMAKE_CXX_STANDARD 17)
 set(CMAKE_CXX_FLAGS "-DPARENT")
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
@@ -121,7 +121,7 @@ endfunction()
 function(look out)
   get_cmake_property(variables VARIABLES)
   list(FILTER variables INCLUDE REGEX "^(CMAKE|CPACK|BUILD|CTEST)_")
-  list(FILTER variables EXCLUDE REGEX "^CMAKE_(ARG|CURRENT_FUNCTION|INSTALL_|MATCH|HAVE_|.*_COMPILER_LAUNCHER_)")
+  list(FILTER variables EXCLUDE REGEX "^CMAKE_(ARG|CURRENT_FUNCTION|MATCH|HAVE_LIBC_PTHREAD)")
   list(SORT variables)
   set(seen "")
   foreach(variable IN LISTS variables)
