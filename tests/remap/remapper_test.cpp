@@ -78,12 +78,12 @@ TEST_CASE("constant velocity in, straight line out, both directions, 12.842 ms h
         }
       },
       [&](RealTime now) {
-        const Reading<Vector> reading = remap.interaction(now);
+        const Reading<Vector> reading = remap.begin_step(now).hand;
         hand = reading.value;
         in.push_back(hand);
         if (in.size() > 30) inside = inside && reading.status == ReadStatus::inside;
       },
-      [&](RealTime now) { remap.response(now, hand); },  // a spring of 1 N/m
+      [&](RealTime now) { remap.end_step(now, hand); },  // a spring of 1 N/m
       [&](RealTime now) { remap.segment(now); });
   CHECK(inside);
   REQUIRE(in.size() == 90 * 15);
@@ -122,7 +122,7 @@ TEST_CASE("a remapper that adapts finds the least latency by itself, held and in
         const double age = seconds(now) - remap.force(now).value;
         off = std::max(off, std::abs(age - latency_s));
       },
-      [&](RealTime now) { hand = remap.interaction(now).value; }, [&](RealTime now) { remap.response(now, hand); },
+      [&](RealTime now) { hand = remap.begin_step(now).hand.value; }, [&](RealTime now) { remap.end_step(now, hand); },
       [&](RealTime now) { remap.segment(now); });
   CHECK(off <= (held ? 0.5 / 450 : 0) + 1e-6);  // held for a slot: the age is the latency, and up to one slot more
 }
@@ -141,7 +141,7 @@ TEST_CASE("a remapper allocates nothing after construction") {
         remap.sample(now, position_m(now));
         sum += remap.force(now).value[0];
       },
-      [&](RealTime now) { sum += remap.interaction(now).value[0]; }, [&](RealTime now) { remap.response(now, {}); },
+      [&](RealTime now) { sum += remap.begin_step(now).hand.value[0]; }, [&](RealTime now) { remap.end_step(now, {}); },
       [&](RealTime now) { remap.segment(now); });
   const std::size_t after = allocations;
   CHECK(after == before);
