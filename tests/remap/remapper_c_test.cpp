@@ -346,3 +346,17 @@ TEST_CASE("the structs of the C header keep their layout, and the library its ve
   static_assert(sizeof(evenstep_remap_read) == 32 && offsetof(evenstep_remap_read, has_slot) == 24);
   static_assert(sizeof(evenstep_remap_counts) == 120 && offsetof(evenstep_remap_counts, force_empty) == 112);
 }
+
+TEST_CASE("a first segment of 60 years does not carry the slots out of time") {
+  double value[3] = {};
+  const Handle handle;
+  const auto step = [&](std::int64_t at) {
+    REQUIRE(evenstep_remap_begin_step(handle, at, value, nullptr) == EVENSTEP_REMAP_OK);
+    REQUIRE(evenstep_remap_end_step(handle, at, value, nullptr) == EVENSTEP_REMAP_OK);
+  };
+  REQUIRE(evenstep_remap_segment(handle, -EVENSTEP_REMAP_FURTHEST_NS) == EVENSTEP_REMAP_OK);
+  step(-EVENSTEP_REMAP_FURTHEST_NS);
+  REQUIRE(evenstep_remap_segment(handle, EVENSTEP_REMAP_FURTHEST_NS) == EVENSTEP_REMAP_OK);
+  for (int n = 0; n < 1'000; ++n) step(EVENSTEP_REMAP_FURTHEST_NS);  // the slots go on by a tenth of the pace each
+  CHECK(counts_of(handle).steps == 1'001);
+}
