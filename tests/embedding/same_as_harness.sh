@@ -3,7 +3,8 @@
 # run` for the same timing, motion and spring. Of the forces both only have the rounding of doubles.
 set -euo pipefail
 "$3" run "$1/scenarios/paper/figure-1-spring.toml" --out "$4" >/dev/null
-measured=$(sed -nE 's/.*"signal":"left.interaction.phase_locked","metric":"velocity_jump","value":([0-9.e+-]+).*/\1/p' "$4/summary.json")
+signal='"signal":"left.interaction.phase_locked","metric":"velocity_jump"'
+measured=$(sed -nE "s/.*$signal,\"value\":([0-9.e+-]+).*/\1/p" "$4/summary.json")
 embed=$("$2")
 echo "evenstep: velocity jump $measured step; the example: $embed"
 [[ $measured && $embed == "velocity jump: $(printf '%.2g' "$measured") step in, "* ]]
