@@ -226,6 +226,21 @@ TEST_CASE("a remapper counts what its ticks played: before the first force, betw
   CHECK(force.extrapolated == 0);
 }
 
+TEST_CASE("a step without a slot reads the newest sample itself, under every policy, and its force is never late") {
+  const Extrapolation policy = GENERATE(kHoldNewest, kContinueLine);
+  Remapper<double> remap({.past_newest_sample = policy});
+  for (int at = 0; at < 10; ++at) remap.sample({at * 1'000'000}, at);
+  const auto [slot, hand] = remap.begin_step({15'000'000});
+  CHECK(slot.kind == SlotKind::acquiring);
+  CHECK(slot.read == RealTime{15'000'000});
+  CHECK(hand.status == ReadStatus::inside);
+  CHECK(hand.value == 9);
+  CHECK(hand.newest == RealTime{9'000'000});
+  const StepEmission emission = remap.end_step({17'000'000}, 1);
+  CHECK(emission.at == RealTime{17'000'000});
+  CHECK(emission.late == Duration{});
+}
+
 TEST_CASE("the times of std::chrono become evenstep's exactly") {
   using namespace std::chrono_literals;
   static_assert(duration(15ms + 65us) == Duration{15'065'000});
