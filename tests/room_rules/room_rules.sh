@@ -17,7 +17,7 @@ readonly threads='\b(std::(jthread|thread|async)|pthread_create)\b'
 readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\('
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
-readonly with_threads='scheduler/src/(live_lanes|parallel_for)|device/src/hid/hidapi_transport|tests/'
+readonly with_threads='scheduler/src/(live_lanes|parallel_for)|device/src/hid/hidapi_transport|tests/|examples/'
 readonly hashed='scheduler|remap|sim|device|reports|text|recordings|scenarios/format|catalogue|loop|harness|campaigns'
 
 # name @ which files (regular expression on the path) @ where it is allowed @ what must not be there
@@ -25,7 +25,7 @@ readonly hashed='scheduler|remap|sim|device|reports|text|recordings|scenarios/fo
 readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^(device/src/hid/hidapi_library|tests/fake_hidapi/)@# *include *[<\"]hidapi/"
-  "OS clock only in clock@$source@^(clock|tests)/@$os_clock"
+  "OS clock only in clock@$source@^(clock|tests|examples)/@$os_clock"
   "threads only in live lanes, parallel loops and hidapi transport@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
   "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
@@ -118,6 +118,7 @@ prove_rules() {
     expect seen 2 scheduler/src/scheduler.cpp "$call"
     expect unseen 2 clock/src/wall_clock.cpp "$call"
     expect unseen 2 tests/clock/wall_test.cpp "$call"
+    expect unseen 2 examples/embed/embed.cpp "$call"
   done
   for call in 'std::thread t(f);' 'std::jthread t(f);' 'std::async(f);' 'pthread_create(&t, 0, f, 0);'; do
     expect seen 3 harness/src/run.cpp "$call"
@@ -125,6 +126,7 @@ prove_rules() {
     expect unseen 3 scheduler/src/live_lanes.cpp "$call"
     expect unseen 3 device/src/hid/hidapi_transport.cpp "$call"
     expect unseen 3 tests/scheduler/lanes_test.cpp "$call"
+    expect unseen 3 examples/embed/embed.cpp "$call"
   done
   expect unseen 3 scheduler/src/scheduler.cpp 'std::this_thread::get_id();'
   for call in 'std::normal_distribution<double> d;' 'std::uniform_int_distribution<int> d;' \
