@@ -12,32 +12,17 @@
 #include <utility>
 
 #include "evenstep/scheduler/live_lanes.h"
+#include "src/leave_loop.h"
 
 namespace evenstep {
+
+using internal::leave_loop;
+
 namespace {
 
 thread_local const BlockingClock* clock_of_this_thread = nullptr;
 
-void leave_loop() {
-  if (std::uncaught_exceptions() == 0) throw Stopped{};  // thrown out of a destructor it would end the program
-}
-
 }  // namespace
-
-void WallBlockingClock::sleep_until(RealTime at) {
-  const bool is_last = std::max(at, now()) >= end_;
-  while (!stopped_.load(std::memory_order_acquire)) {
-    if (clock_.wait_until(is_last ? end_ : at) == Wake::notified) continue;
-    if (!is_last) return;
-    break;
-  }
-  leave_loop();
-}
-
-void WallBlockingClock::request_stop() noexcept {
-  stopped_.store(true, std::memory_order_release);
-  clock_.notify();
-}
 
 /// The loop's clock, and the baton: whoever has it runs, the other waits.
 struct SteppedThread::State final : BlockingClock {
@@ -49,7 +34,7 @@ struct SteppedThread::State final : BlockingClock {
 
   Scheduler& scheduler;
   const SteppedThreadOptions options;
-  const Body body;
+  const BlockingLoop loop;
   Sleep asked;                 // written by the thread before it hands over
   std::exception_ptr failure;  // likewise
 
@@ -61,7 +46,7 @@ struct SteppedThread::State final : BlockingClock {
   std::optional<LaneThread> thread;  // the scheduler's alone, and so is is_stuck
   bool is_stuck = false;
 
-  State(Scheduler& s, SteppedThreadOptions o, Body b) : scheduler(s), options(o), body(std::move(b)) {}
+  State(Scheduler& s, SteppedThreadOptions o, BlockingLoop l) : scheduler(s), options(o), loop(std::move(l)) {}
 
   // ---- The loop's side
 
@@ -78,10 +63,10 @@ struct SteppedThread::State final : BlockingClock {
     }
     if (stopping) leave_loop();
   }
-  void run_body() {
+  void run_loop() {
     clock_of_this_thread = this;
     try {
-      body(*this);
+      loop(*this);
     } catch (const Stopped&) {
     } catch (...) {
       failure = std::current_exception();
@@ -98,7 +83,7 @@ struct SteppedThread::State final : BlockingClock {
     std::unique_lock lock(mutex);
     if (stopping) return false;
     pass_to(Holder::thread);
-    if (!thread) thread.emplace([this] { run_body(); });
+    if (!thread) thread.emplace([this] { run_loop(); });
     if (!wait_for(lock, [this] { return baton == Holder::scheduler; })) {
       stopping = is_stuck = true;
       throw std::runtime_error(stuck());
@@ -138,8 +123,8 @@ struct SteppedThread::State final : BlockingClock {
   }
   std::string who() const { return std::string("the stepped thread '") + options.name.text + "'"; }
   std::string stuck() const {
-    return who() + " did not come back to sleep_until() within " + std::to_string(options.real_time_limit->ns) +
-           " ns of real time, at " + std::to_string(scheduler.now().ns) +
+    return who() + " did not come back to sleep_until() within " + std::to_string(options.real_time_limit->ns / 1'000'000) +
+           " ms of real time, at " + std::to_string(scheduler.now().ns) +
            " ns: it spins, or waits for something else than its clock (a lock, a queue, another thread: the scheduler lets "
            "nothing else run meanwhile); if its work takes that long, raise real_time_limit";
   }
@@ -161,8 +146,8 @@ Task SteppedThread::lane(Scheduler& scheduler, std::shared_ptr<State> state) {
   }
 }
 
-SteppedThread::SteppedThread(Scheduler& scheduler, SteppedThreadOptions options, Body body)
-    : state_(std::make_shared<State>(scheduler, options, std::move(body))) {
+SteppedThread::SteppedThread(Scheduler& scheduler, SteppedThreadOptions options, BlockingLoop loop)
+    : state_(std::make_shared<State>(scheduler, options, std::move(loop))) {
   if (clock_of_this_thread != nullptr)
     throw std::logic_error("a stepped thread cannot start another: start all of them before the run");
   scheduler.spawn(lane(scheduler, state_));

@@ -8,10 +8,12 @@
 ///     }
 ///   }
 ///
-/// Such a loop need not become a coroutine to be tested. In the program it gets a WallBlockingClock; under test it is the
-/// body of a SteppedThread (stepped_thread.h), and its time is that of a Scheduler.
+/// Such a loop need not become a coroutine to be tested. In the program it runs as a WallThread, or with a WallBlockingClock
+/// on a thread that the program has; under test as a SteppedThread (stepped_thread.h), and its time is a scheduler's.
 
 #include <atomic>
+#include <functional>
+#include <memory>
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/scheduler/lane.h"
@@ -40,7 +42,9 @@ class BlockingClock {
   virtual void sleep_until(RealTime at) = 0;
 };
 
-/// The same loop in real time. Each thread has a clock of its own, all with the same epoch, so that their instants compare.
+using BlockingLoop = std::function<void(BlockingClock&)>;
+
+/// Real time. Each thread has a clock of its own, all with the same epoch, so that their instants compare.
 class WallBlockingClock final : public BlockingClock {
  public:
   /// sleep_until() throws Stopped at `end`, if it would sleep until then or longer.
@@ -57,6 +61,20 @@ class WallBlockingClock final : public BlockingClock {
   WallClock clock_;
   RealTime end_;
   std::atomic<bool> stopped_{false};
+};
+
+/// Runs a loop in real time on a thread of its own, beside all others.
+class WallThread {
+ public:
+  WallThread(WallEpoch epoch, RealTime end, BlockingLoop loop);
+  ~WallThread();  ///< request_stop(), then waits
+  void request_stop() noexcept;
+  /// Waits until the loop has ended; rethrows once what has left it, but for Stopped.
+  void join();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace evenstep

@@ -7,8 +7,8 @@
 ///
 /// On both clocks now() is the key time of the event being run: for a timer its scheduled time, for a completion its stamp.
 /// How late the event really ran is Arrival::lateness(). A stamp that would sort before the last event run becomes that
-/// event's time + 1 ns. Not thread-safe, except for completed() and request_stop(). A loop that cannot become a coroutine runs
-/// on a thread that the scheduler steps: stepped_thread.h.
+/// event's time + 1 ns. Not thread-safe, except for completed() and request_stop(). A loop that cannot become a coroutine
+/// runs on a thread that the scheduler steps: stepped_thread.h.
 
 #include <array>
 #include <atomic>

@@ -19,7 +19,6 @@
 /// std::logic_error: a stepped thread that starts another, or calls run() of its own scheduler; sleep_until() from any other
 /// thread than the loop's.
 
-#include <functional>
 #include <memory>
 #include <optional>
 
@@ -29,8 +28,8 @@
 namespace evenstep {
 
 struct SteppedThreadOptions {
-  EventName name = "sleep";   ///< of its events, and of the thread in errors
-  Lane lane = Lane::launch;   ///< of a sleep that names none
+  EventName name = "sleep";  ///< of its events, and of the thread in errors
+  Lane lane = Lane::launch;  ///< of a sleep that names none
   /// How long one step may take in real time. Far more than any step needs, because a loaded host must not change a
   /// result. nullopt: no limit, for a debugger.
   std::optional<Duration> real_time_limit = Duration{60'000'000'000};
@@ -38,10 +37,8 @@ struct SteppedThreadOptions {
 
 class SteppedThread {
  public:
-  using Body = std::function<void(BlockingClock&)>;
-
   /// As Scheduler::spawn: the loop runs up to its first sleep at once, and that sleep is its first event. Only before run().
-  SteppedThread(Scheduler& scheduler, SteppedThreadOptions options, Body body);
+  SteppedThread(Scheduler& scheduler, SteppedThreadOptions options, BlockingLoop loop);
   /// Ends the loop: sleep_until() throws Stopped, and the destructors of the loop have run when this returns. If the loop
   /// does not end within `real_time_limit`, nothing can end it: a message to stderr, and std::terminate(). A scheduler that
   /// is destroyed first does the same.
