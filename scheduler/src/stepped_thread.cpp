@@ -12,17 +12,11 @@
 #include <utility>
 
 #include "evenstep/scheduler/live_lanes.h"
-#include "src/leave_loop.h"
+#include "src/loop_thread.h"
 
 namespace evenstep {
 
-using internal::leave_loop;
-
-namespace {
-
-thread_local const BlockingClock* clock_of_this_thread = nullptr;
-
-}  // namespace
+using internal::clock_of_this_thread;
 
 /// The loop's clock, and the baton: whoever has it runs, the other waits.
 struct SteppedThread::State final : BlockingClock {
@@ -61,13 +55,11 @@ struct SteppedThread::State final : BlockingClock {
       pass_to(Holder::scheduler);
       handed_over.wait(lock, [this] { return baton == Holder::thread; });
     }
-    if (stopping) leave_loop();
+    if (stopping) internal::leave_loop();
   }
   void run_loop() {
-    clock_of_this_thread = this;
     try {
-      loop(*this);
-    } catch (const Stopped&) {
+      internal::run_until_stopped(loop, *this);
     } catch (...) {
       failure = std::current_exception();
     }

@@ -2,7 +2,7 @@
 
 #include "evenstep/scheduler/blocking_clock.h"
 #include "evenstep/scheduler/live_lanes.h"
-#include "src/leave_loop.h"
+#include "src/loop_thread.h"
 
 namespace evenstep {
 
@@ -13,7 +13,7 @@ void WallBlockingClock::sleep_until(RealTime at) {
     if (!is_last) return;
     break;
   }
-  leave_loop();
+  internal::leave_loop();
 }
 
 void WallBlockingClock::request_stop() noexcept {
@@ -23,16 +23,9 @@ void WallBlockingClock::request_stop() noexcept {
 
 struct WallThread::State {
   State(WallEpoch epoch, RealTime end, BlockingLoop l) : clock(epoch, end), loop(std::move(l)) {}
-  void run() {
-    try {
-      loop(clock);
-    } catch (const Stopped&) {
-    }
-  }
-
   WallBlockingClock clock;
   const BlockingLoop loop;
-  LaneThread thread{[this] { run(); }};  // last, because it begins here
+  LaneThread thread{[this] { internal::run_until_stopped(loop, clock); }};  // last, because it begins here
 };
 
 WallThread::WallThread(WallEpoch epoch, RealTime end, BlockingLoop loop)

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "evenstep/scheduler/live_lanes.h"
+#include "evenstep/scheduler/loop_clock.h"
 #include "rig.h"
 #include "wall_test_clock.h"
 
@@ -387,6 +388,51 @@ TEST_CASE("A loop on the wall's clock that sleeps for ever is stopped from anoth
   time.request_stop();
   loop.join();
   CHECK(stopped_twice);
+}
+
+TEST_CASE("A wall thread's loop ends with its thread, or at its end, and join() rethrows what else has left it") {
+  std::vector<std::string> log;
+  const WallEpoch epoch = WallEpoch::in({0});
+  {
+    const WallThread loop(epoch, kNever, [&](BlockingClock& time) { endless(time, log, "endless"); });
+  }
+  CHECK(log == std::vector<std::string>{"endless"});
+  WallThread until_end(epoch, {1'000'000}, [&](BlockingClock& time) { endless(time, log, "until its end"); });
+  until_end.join();
+  CHECK(log.back() == "until its end");
+  WallThread failing(epoch, kNever, [](BlockingClock&) { throw std::domain_error("cable lost"); });
+  CHECK_THROWS_WITH(failing.join(), "cable lost");
+}
+
+// ---- As a clock of std::chrono
+
+template <class Clock>
+void chrono_loop(std::vector<std::int64_t>& seen) {
+  static_assert(Clock::is_steady && std::is_same_v<typename Clock::time_point::clock, Clock>);
+  static_assert(
+      std::is_same_v<typename Clock::time_point::duration, typename Clock::duration> &&
+      std::is_same_v<std::chrono::duration<typename Clock::rep, typename Clock::period>, typename Clock::duration>);
+  auto next = Clock::now();
+  for (int k = 0; k < 3; ++k) {
+    Clock::sleep_until(next += std::chrono::milliseconds(1));
+    seen.push_back(Clock::now().time_since_epoch().count());
+  }
+}
+
+TEST_CASE("A loop that takes its clock as a type runs in virtual and in real time, and nowhere else") {
+  std::vector<std::int64_t> seen, seen_late;
+  VirtualRig rig;
+  const SteppedThread loop(rig.scheduler, {}, [&](BlockingClock&) { chrono_loop<LoopClock>(seen); });
+  CHECK(rig.scheduler.run(kNever).end == RunEnd::idle);
+  CHECK(seen == std::vector<std::int64_t>{1'000'000, 2'000'000, 3'000'000});
+
+  WallThread in_real_time(WallEpoch::in({0}), kNever, [&](BlockingClock&) { chrono_loop<LoopClock>(seen_late); });
+  in_real_time.join();
+  REQUIRE(seen_late.size() == 3);
+  for (std::size_t k = 0; k < 3; ++k) CHECK(seen_late[k] >= seen[k]);
+
+  CHECK_THROWS_AS(LoopClock::now(), std::logic_error);
+  CHECK_THROWS_AS(LoopClock::sleep_until({}), std::logic_error);
 }
 
 }  // namespace
