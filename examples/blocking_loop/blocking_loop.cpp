@@ -59,7 +59,9 @@ std::uint64_t run_virtual(Shared& shared) {
   SteppedThread haptic(scheduler, {.name = "tick", .lane = Lane::device}, [&](auto& time) { haptic_loop(time, shared); });
   SteppedThread steps(scheduler, {.name = "step"}, [&](auto& time) { simulation_loop(time, shared); });
   const RunStatus status = scheduler.run(kEnd);
-  std::printf("in virtual time: velocity jump %.2f steps %s\n", shared.jump_steps, status.message.c_str());
+  if (status.end != RunEnd::reached_end) std::printf("%s\n", status.message.c_str());
+  std::printf("in virtual time: velocity jump %.2f steps, trace %016" PRIx64 "\n", shared.jump_steps,
+              scheduler.trace_hash());
   return scheduler.trace_hash();
 }
 void run_wall(Shared& shared) {

@@ -6,6 +6,7 @@
 ///   auto next = Clock::now();
 ///   for (;;) Clock::sleep_until(next += std::chrono::milliseconds(1));
 ///
+/// std::chrono finds a clock by its type, so here, and only here, the clock is fetched and not handed in.
 /// std::this_thread::sleep_until and waits of std::condition_variable would still wait in real time: call sleep_until()
 /// here. Only on the thread of a SteppedThread or WallThread; elsewhere both functions throw std::logic_error.
 
