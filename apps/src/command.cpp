@@ -116,8 +116,9 @@ void Command::repeated(const std::string& name, std::vector<std::string>& values
   app_->add_option(name, values, meaning)->expected(1)->allow_extra_args(false)->take_all();
 }
 
-Commands::Commands(const std::atomic<bool>& interrupted)
+Commands::Commands(const std::atomic<bool>& interrupted, const Registry& registry)
     : interrupted_(interrupted),
+      registry_(registry),
       app_(std::make_unique<CLI::App>("Deterministic tests of haptic interaction under irregular simulation steps.")) {
   app_->name("evenstep");
   app_->set_version_flag("--version", std::string("evenstep ") + kVersion);

@@ -39,12 +39,12 @@ void take_signals() {
 
 }  // namespace
 
-int command_line(int argc, char** argv) {
+int command_line(int argc, char** argv, const Registry& registry) {
   spdlog::set_default_logger(spdlog::stderr_logger_mt("evenstep"));
   spdlog::set_pattern("%v");
   take_signals();
 
-  app::Commands commands(interrupted);
+  app::Commands commands(interrupted, registry);
   for (app::AddCommand* const add : app::kCommands) add(commands);
   const auto asked = commands.parse(argc, argv);
   if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);
