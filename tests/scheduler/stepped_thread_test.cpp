@@ -361,10 +361,13 @@ TEST_CASE("A scheduler on a wall clock steps a loop not before its time") {
 }
 
 TEST_CASE("The wall's clock for a loop sleeps until it is time, returns at once if that has passed, and stops at its end") {
-  WallBlockingClock time(WallEpoch::in({0}), {5'000'000});
-  time.sleep_until({2'000'000});
-  CHECK(time.now() >= RealTime{2'000'000});
-  time.sleep_until({1'000'000}, Lane::device);
+  const WallEpoch epoch = WallEpoch::in({0});
+  WallBlockingClock endless_time(epoch);
+  endless_time.sleep_until({2'000'000});
+  CHECK(endless_time.now() >= RealTime{2'000'000});
+  endless_time.sleep_until({1'000'000}, Lane::device);
+
+  WallBlockingClock time(epoch, {5'000'000});
   CHECK_THROWS_AS(time.sleep_until({5'000'000}), Stopped);
   CHECK(time.now() >= RealTime{5'000'000});
   CHECK_THROWS_AS(time.sleep_until({1'000'000}), Stopped);  // the end has passed
