@@ -11,8 +11,10 @@ export LC_ALL=C
 readonly rooms='clock remap scheduler sim device reports text recordings catalogue loop harness campaigns apps
   tests bench examples cmake docs scenarios scripts'
 readonly posix_clock='clock_gettime|clock_nanosleep|nanosleep|usleep'
-readonly std_clock='steady_clock|system_clock|high_resolution_clock|sleep_for|sleep_until'
-readonly os_clock="\b($posix_clock|$std_clock)\b"
+readonly std_clock='steady_clock|system_clock|high_resolution_clock'
+# A clock of ours has a sleep_until(), too (scheduler/blocking_clock.h), so those of std go by their namespace.
+readonly std_sleep='\bthis_thread::sleep_(for|until)\b|\bnamespace\b.*\bthis_thread\b'
+readonly os_clock="\b($posix_clock|$std_clock)\b|$std_sleep"
 readonly threads='\b(std::(jthread|thread|async)|pthread_create)\b'
 readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\('
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
@@ -114,12 +116,14 @@ prove_rules() {
   local call
   for call in 'clock_gettime(CLOCK_MONOTONIC, &t);' 'clock_nanosleep(0, 0, &t, 0);' 'nanosleep(&t, 0);' \
     'std::chrono::steady_clock::now();' 'std::chrono::system_clock::now();' 'std::chrono::high_resolution_clock::now();' \
-    'std::this_thread::sleep_for(t);' 'std::this_thread::sleep_until(t);' 'usleep(1);'; do
+    'std::this_thread::sleep_for(t);' 'std::this_thread::sleep_until(t);' 'using std::this_thread::sleep_for;' \
+    'using namespace std::this_thread;' 'namespace here = std::this_thread;' 'usleep(1);'; do
     expect seen 2 scheduler/src/scheduler.cpp "$call"
     expect unseen 2 clock/src/wall_clock.cpp "$call"
     expect unseen 2 tests/clock/wall_test.cpp "$call"
     expect unseen 2 examples/embed/embed.cpp "$call"
   done
+  expect unseen 2 scheduler/src/stepped_thread.cpp 'clock.sleep_until(at);'
   for call in 'std::thread t(f);' 'std::jthread t(f);' 'std::async(f);' 'pthread_create(&t, 0, f, 0);'; do
     expect seen 3 harness/src/run.cpp "$call"
     expect unseen 3 scheduler/src/parallel_for.cpp "$call"
