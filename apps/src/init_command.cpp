@@ -167,7 +167,7 @@ ExitCode init(const InitArguments& arguments, const std::atomic<bool>&) {
     spdlog::error("{}", error);
     return ExitCode::run_failed;
   }
-  for (const StarterFile& file : kFiles) fmt::print("{:<40} {}\n", (folder / file.path).string(), file.what);
+  for (const StarterFile& file : kFiles) fmt::print("{:<44} {}\n", (folder / file.path).string(), file.what);
   const std::string scenario = shell_file((folder / kFiles[0].path).string());
   fmt::print("next: {0} check {1}\nnext: {0} run {1}\n", arguments.program, scenario);
   return ExitCode::pass;

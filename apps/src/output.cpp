@@ -112,7 +112,7 @@ void annotate(AnnotationLevel level, const Place& place, const std::string& titl
   if (!on_github()) return;
   std::fflush(stderr);
   const Place shown{file_in_repository(place.file, variable("GITHUB_WORKSPACE")), place.line, place.column};
-  write_all(STDERR_FILENO, annotation(level, place.file.empty() ? place : shown, title, message));
+  write_all(STDERR_FILENO, annotation(level, shown, title, message));
 }
 
 void add_to_job_summary(const std::vector<SummaryRow>& rows, const std::string& below) {

@@ -78,7 +78,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
                    const std::string& program, const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
   if (!outcome.results.empty()) fmt::print("{}", verdict_table(outcome.results, colour));
-  if (!outcome.failure.empty()) fmt::print("stopped: {}\n", outcome.failure);
+  if (!outcome.failure.empty()) fmt::print("stopped: {}\n", with_program(outcome.failure, program));
   if (!outcome.remedy.empty() && outcome.exit != ExitCode::pass)
     fmt::print("remedy: {}\n", with_program(outcome.remedy, program));
   if (!outcome.repeat_difference.empty()) fmt::print("not reproducible: {}\n", outcome.repeat_difference);

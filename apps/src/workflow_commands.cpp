@@ -40,8 +40,9 @@ std::string annotation(AnnotationLevel level, const Place& place, std::string_vi
 
 std::string file_in_repository(const std::string& file, const std::string& workspace) {
   namespace fs = std::filesystem;
-  if (workspace.empty()) return file;
-  const fs::path inside = fs::absolute(file).lexically_normal().lexically_relative(workspace);
+  std::error_code none;  // there is no absolute path of an empty one
+  const fs::path absolute = fs::absolute(file, none).lexically_normal();
+  const fs::path inside = none || workspace.empty() ? fs::path() : absolute.lexically_relative(workspace);
   return inside.empty() || *inside.begin() == ".." ? file : inside.string();
 }
 

@@ -597,11 +597,12 @@ case_a_closed_pipe_is_no_error() {
 # printed_commands : what out, err and the files of the last run offer for pasting, one a line
 printed_commands() {
   {
-    sed -nE 's/^(again|next): (.*)/\2/p; s/^            (.* --seed .*)/\2/p' out
-    sed -nE 's/^            ([^ ].* run .* --seed .*)$/\1/p' out
-    sed -nE 's/^reproduce: ([^<]*).*/\1/p' runs/*/junit.xml 2>/dev/null
+    sed -nE 's/^(again|next): (.*)/\2/p; s/^ +([^ ].* run .* --seed .*)$/\1/p' out
+    cat runs/*/junit.xml 2>/dev/null | python3 -c '
+import html, re, sys
+print("\n".join(re.findall("^reproduce: (.*)$", html.unescape(sys.stdin.read()), re.M)))'
     grep -ohE '`[^`]*evenstep [a-z]+`' out err | tr -d '`'
-  } | sort -u
+  } | sed '/^$/d' | sort -u
 }
 # each_works CODES : every printed command ends with one of these codes when it is pasted; there is at least one
 each_works() {
@@ -629,7 +630,7 @@ case_printed_commands_work_as_printed() {
     mv x.toml "it's mine.toml"
     expect 1 "again: " run "it's mine.toml" --set 'run.duration=0.5 s' --permute-ties 3
     each_works 1
-    mv "it's mine.toml" ./-x.toml
+    cp "it's mine.toml" ./-x.toml
     expect 1 "again: " run -- -x.toml
     each_works 1
     scenario '[timing]' 'vsualization = "1 ms"'
@@ -653,18 +654,22 @@ case_printed_commands_start_as_the_script_was_started() {
   ln -s "$evenstep" build/apps/evenstep
   scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99'
   local there
-  for there in "./run.sh" "bash run.sh" "../clone/run.sh" "bash $work/clone/run.sh"; do
-    rm -rf clone/runs
-    (cd clone && $there run ../x.toml) >out 2>err && fail "$there: no failure"
-    grep -q '^again: [^ ]*run\.sh run ../x.toml' out || fail "$there: not the script"
+  for there in './run.sh' 'bash run.sh' '../clone/run.sh' "'$work/clone/run.sh'" "bash '$work/clone/run.sh'"; do
+    (cd clone && bash -c "$there run ../x.toml") >out 2>err && fail "$there: no failure"
+    grep -q "^again: .*run\.sh'* run ../x.toml" out || fail "$there: not the script"
     (cd clone && bash -c "$(sed -n 's/^again: //p' ../out)") >again.out 2>&1
     [ $? -eq 1 ] || { cat again.out; fail "$there: its command does not work"; }
   done
 }
-# on_github ARGUMENTS... : the program in a step of GitHub Actions, in the repository $work
-on_github() {
-  GITHUB_ACTIONS=true GITHUB_WORKSPACE=$work GITHUB_STEP_SUMMARY=$work/summary.md "$evenstep" "$@" >out 2>err
-}
+# on_github ARGUMENTS... : the program in a step of GitHub Actions, in the repository $work. Its runner reads pipes.
+on_github() (
+  export GITHUB_ACTIONS=true GITHUB_WORKSPACE=$work GITHUB_STEP_SUMMARY=$work/summary.md
+  {
+    "$evenstep" "$@" 2>&3 | cat >"$work/out"
+    exit "${PIPESTATUS[0]}"
+  } 3>&1 | cat >"$work/err"
+  exit "${PIPESTATUS[0]}"
+)
 case_github_marks_what_fails_at_its_line_and_gets_a_table() {
   mkdir sub
   cp "$spring" sub/spring.toml

@@ -12,8 +12,11 @@ The word after the fence says what a block is:
     toml      a scenario; with "format" missing, a part that is added to one. `evenstep check` must accept it. A word after
               "toml" is the file it is written to, for the commands below it.
     cpp       lines that stand somewhere in the sources as they are here.
+    cmake     a call whose functions exist in cmake/.
     text      a picture, or the format of a file: nothing to run.
 A command that is not run stands in exceptions.txt, with the reason; it is parsed: command, options and files must exist.
+"long" ones run in a test of their own. "fails" ones run, and must exit with 1. The page * stands for all, and its command
+for all that begin so.
 """
 import os
 import re
@@ -25,8 +28,8 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-KINDS = {"parsed", "long"}
-EXPECTED_EXCEPTIONS = 0  # a new one needs a reason and this number
+KINDS = {"parsed", "long", "fails"}
+EXPECTED_EXCEPTIONS = 32  # a new one needs a reason and this number
 
 
 def fenced_blocks(page):
@@ -77,9 +80,16 @@ class Page:
         self.place = Path(tempfile.mkdtemp(prefix="evenstep docs "))
         self.work = self.place / "evenstep"
         self.environment = dict(os.environ, PATH=f"{self.place / 'bin'}:{os.environ['PATH']}", NO_COLOR="1",
+                                CMAKE_PREFIX_PATH=str(self.place),
                                 POCL_CACHE_DIR=str(build / "pocl-cache"), LC_ALL="C.UTF-8")
         for variable in ("GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "EVENSTEP_CALLED_AS"):
             self.environment.pop(variable, None)
+
+    def kind_of(self, command):
+        for (page, known), (kind, _) in self.except_.items():
+            if (page == self.name and known == command) or (page == "*" and command.startswith(known)):
+                return kind
+        return "run"
 
     def wrong(self, line, what):
         self.problems.append(f"{self.name}:{line}: {what}")
@@ -94,9 +104,15 @@ class Page:
                 (self.work / name).symlink_to(self.source / name)
         shutil.copy(self.source / "run.sh", self.work / "run.sh")
         (self.work / "run.sh").write_text('#!/bin/sh\nEVENSTEP_CALLED_AS=$0 exec evenstep "$@"\n')
-        fixtures = HERE / "files" / Path(self.name).stem
-        for file in sorted(fixtures.glob("*")) if fixtures.exists() else []:
-            shutil.copy(file, self.work)
+        package = self.place / "lib/cmake/evenstep/evenstepConfig.cmake"  # what find_package would find
+        package.parent.mkdir(parents=True)
+        package.write_text(f"""add_executable(evenstep::evenstep IMPORTED)
+set_target_properties(evenstep::evenstep PROPERTIES IMPORTED_LOCATION "{self.program}")
+include("{self.source}/cmake/EvenstepScenarios.cmake")
+""")
+        shutil.copy(self.source / "scenarios/recorded/small-paced30-basic.csv", self.work / "timing.csv")
+        mine = next(lines for _, info, lines in fenced_blocks(self.source / "README.md") if info == "toml")
+        (self.work / "my.toml").write_text("\n".join(mine) + "\n")
 
     # --- toml ---------------------------------------------------------------------------------------------------------
 
@@ -169,10 +185,10 @@ class Page:
             expression += r"(?:[^\n]*\n)*?" if line.strip() == "..." else r"\s*" + pattern(line) + r"[ \t]*\n"
         return re.fullmatch(expression, "".join(line + "\n" for line in output)) is not None
 
-    def run_command(self, line, command, expected, status_wanted):
+    def run_command(self, line, command, expected, wanted):
         status, output = self.in_shell(command)
         shown = "\n".join(output[-40:])
-        if status != 0 and not status_wanted:
+        if wanted not in (None, status):
             self.wrong(line, f"exit {status}: {command}\n{shown}")
         elif expected is not None and expected != [] and not self.matches(expected, output):
             self.wrong(line, f"prints something else: {command}\n{shown}")
@@ -211,13 +227,13 @@ class Page:
     def check_commands(self, line, info, lines):
         found = commands_of(info, lines)
         for i, (command, expected) in enumerate(found):
-            kind, _ = self.except_.get((self.name, command), ("run", ""))
-            status_wanted = i + 1 < len(found) and found[i + 1][0] == "echo $?"
+            kind = self.kind_of(command)
+            wanted = 1 if kind == "fails" else None if i + 1 < len(found) and found[i + 1][0] == "echo $?" else 0
             if kind == "parsed":
                 if not self.long:
                     self.parse_command(line, command)
             elif (kind == "long") == self.long:
-                self.run_command(line, command, expected, status_wanted)
+                self.run_command(line, command, expected, wanted)
             elif kind == "long":
                 self.parse_command(line, command)
 
@@ -232,10 +248,15 @@ class Page:
                 continue
             elif kind == "toml":
                 self.check_toml(line, info, lines)
+            elif kind == "cmake":
+                functions = "".join(file.read_text() for file in sorted((self.source / "cmake").glob("*.cmake")))
+                for name in re.findall(r"\bevenstep_\w+(?=\()", "\n".join(lines)):
+                    if f"function({name})" not in functions:
+                        self.wrong(line, f"no such function in cmake/: {name}")
             elif kind == "cpp":
                 self.check_cpp(line, lines)
             else:
-                self.wrong(line, f"a block of '{info}': write console, sh, toml, cpp or text after the fence "
+                self.wrong(line, f"a block of '{info}': write console, sh, toml, cpp, cmake or text after the fence "
                                  "(tests/docs/docs_test.py says what is checked in each)")
         self.shell.stdin.close()
         self.shell.wait()
@@ -249,9 +270,11 @@ def pages(source):
 
 def check_exceptions(source):
     known = exceptions()
-    there = {(page, command) for page in pages(source) for _, info, lines in fenced_blocks(source / page)
-             for command, _ in commands_of(info.split()[0] if info else "", lines)}
-    problems = [f"{page}: no such command any more: {command}" for page, command in known if (page, command) not in there]
+    there = [(page, command) for page in pages(source) for _, info, lines in fenced_blocks(source / page)
+             for command, _ in commands_of(info.split()[0] if info else "", lines)]
+    problems = [f"{page}: no such command any more: {command}" for page, command in known
+                if not any(command == is_there[1] and page == is_there[0] or
+                           page == "*" and is_there[1].startswith(command) for is_there in there)]
     if len(known) != EXPECTED_EXCEPTIONS:
         problems.append(f"{len(known)} exceptions instead of {EXPECTED_EXCEPTIONS}; a new one needs a reason, and this number")
     return problems
