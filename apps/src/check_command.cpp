@@ -15,6 +15,7 @@
 #include "evenstep/harness/saturation_forecast.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
@@ -63,6 +64,9 @@ void explain_solver(const Scenario& scenario, Facts& facts) {
   facts.add("stability", stability, stability);
   const std::vector<std::string> absent = left_out(scenario.scene);
   facts.add("left_out", absent, absent.empty() ? "" : fmt::format("  left out     {}\n", fmt::join(absent, ", ")));
+  if (!std::holds_alternative<ForeignScene>(scenario.scene.body)) return;
+  const std::vector<std::string> lacks = make_solver(scenario.solver, scenario.scene)->info().lacks;
+  facts.add("solver_lacks", lacks, lacks.empty() ? "" : fmt::format("  lacks        {}\n", fmt::join(lacks, ", ")));
 }
 
 void explain_case(const CaseSpec& spec, Facts& facts) {
@@ -88,8 +92,10 @@ void explain_sweep(const SweepSpec& sweep, Facts& facts) {
 
 void explain_device(const DeviceSpec& device, Facts& facts) {
   const bool linear = device.emission == Emission::linear;
-  std::string lines = fmt::format("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission\n", device.name,
-                                  device.rate.num, device.rate.den, ms(device.phase), linear ? "linear" : "hold");
+  const auto* foreign = std::get_if<ForeignDriverSpec>(&device.driver);
+  std::string lines = fmt::format("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission{}\n", device.name,
+                                  device.rate.num, device.rate.den, ms(device.phase), linear ? "linear" : "hold",
+                                  foreign ? fmt::format(", driver '{}' of this program", foreign->part.name) : "");
   if (device.hand) {
     lines +=
         fmt::format("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
@@ -227,7 +233,10 @@ void explain_run(const Scenario& scenario, Facts& facts) {
              {"recorded_segments", recorded}},
             fmt::format("  timing       segment {:.6f} ms, visualization {:.6f} ms, step {:.6f} ms, slot {:.6f} ms{}\n",
                         ms(nominal.segment), ms(nominal.visualization), ms(nominal.step_run_time), ms(nominal.slot),
-                        recorded == 0 ? "" : fmt::format(" (means of {} recorded segments)", recorded)));
+                        recorded == 0 ? ""
+                        : scenario.timing.source
+                            ? fmt::format(" (means of {} segments of '{}')", recorded, scenario.timing.source->name)
+                            : fmt::format(" (means of {} recorded segments)", recorded)));
 }
 
 /// Explains the scenario. The errors are what a run could not judge; `verdict` says whether it must fail.
@@ -330,10 +339,11 @@ ExitCode explain_cost(const Scenario& scenario, const std::atomic<bool>& interru
 
 /// One scenario; what is wrong with it goes into the facts and to stderr.
 ExitCode check_one(const std::string& file, const CheckArguments& arguments, const std::atomic<bool>& interrupted,
-                   Facts& facts) {
-  const ReadResult read = read_scenario(file, {arguments.set, std::nullopt});
+                   const Registry& registry, Facts& facts) {
+  const ReadOptions options{arguments.set, std::nullopt, registry};
+  const ReadResult read = read_scenario(file, options);
   std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
-  if (errors.empty() && read->sweep) errors = check_sweep(file, arguments.set);
+  if (errors.empty() && read->sweep) errors = check_sweep(file, options);
   if (errors.empty()) {
     try {
       errors = explain(*read, facts);
@@ -343,6 +353,8 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
       return code;
     } catch (const SolverError& error) {
       errors = {{file, 0, 0, std::string(error.what()) + "; " + error.remedy()}};
+    } catch (const RunFailure& failure) {  // of a map that the program registers
+      errors = {{file, 0, 0, std::string(failure.what()) + "; " + failure.remedy}};
     }
   }
   print(errors);
@@ -352,7 +364,7 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
   return ExitCode::usage;
 }
 
-ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool>& interrupted) {
+ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;
@@ -360,7 +372,7 @@ ExitCode check_scenarios(const CheckArguments& arguments, const std::atomic<bool
   for (const std::string& file : *files) {
     if (interrupted) return ExitCode::interrupted;
     Facts facts;
-    code = worse(code, check_one(file, arguments, interrupted, facts));
+    code = worse(code, check_one(file, arguments, interrupted, registry, facts));
     if (arguments.json)
       documents.push_back(facts.json());
     else

@@ -129,8 +129,9 @@ void Command::repeated(const std::string& name, std::vector<std::string>& values
   app_->add_option(name, values, meaning)->expected(1)->allow_extra_args(false)->take_all();
 }
 
-Commands::Commands(const std::atomic<bool>& interrupted, std::string program)
+Commands::Commands(const std::atomic<bool>& interrupted, const Registry& registry, std::string program)
     : interrupted_(interrupted),
+      registry_(registry),
       program_(std::move(program)),
       app_(std::make_unique<CLI::App>("Deterministic tests of haptic interaction under irregular simulation steps.")) {
   app_->name("evenstep");

@@ -73,9 +73,9 @@ struct CommandText {
 /// All commands of the program, and one call of it.
 class Commands {
  public:
-  /// `interrupted` is set by a signal, and handed to the command that runs.
-  /// `program` is how this program was started, for the shell.
-  Commands(const std::atomic<bool>& interrupted, std::string program);
+  /// What is handed to the command that runs: `interrupted`, which is set by a signal, what scenarios may name, and how this
+  /// program was started, for the shell.
+  Commands(const std::atomic<bool>& interrupted, const Registry& registry, std::string program);
   ~Commands();
 
   /// A command, and its arguments, which it is still to name as operands and options. run(arguments, interrupted) runs it.
@@ -84,6 +84,14 @@ class Commands {
                                      ExitCode (*run)(const Arguments&, const std::atomic<bool>&)) {
     auto arguments = std::make_shared<Arguments>();
     return {add_command(name, meaning, [this, arguments, run] { return run(*arguments, interrupted_); }), *arguments};
+  }
+  /// One that reads scenarios.
+  template <class Arguments>
+  std::pair<Command, Arguments&> add(const std::string& name, const std::string& meaning,
+                                     ExitCode (*run)(const Arguments&, const std::atomic<bool>&, const Registry&)) {
+    auto arguments = std::make_shared<Arguments>();
+    return {add_command(name, meaning, [this, arguments, run] { return run(*arguments, interrupted_, registry_); }),
+            *arguments};
   }
 
   /// A command without arguments that prints what is made of all commands.
@@ -100,6 +108,7 @@ class Commands {
   Command add_command(const std::string& name, const std::string& meaning, std::function<ExitCode()> run);
 
   const std::atomic<bool>& interrupted_;
+  const Registry& registry_;
   std::string program_;
   std::unique_ptr<CLI::App> app_;
   std::function<ExitCode()> chosen_;

@@ -41,13 +41,13 @@ void take_signals() {
 
 }  // namespace
 
-int command_line(int argc, char** argv) {
+int command_line(int argc, char** argv, const Registry& registry) {
   // run.sh says how it was called, because nobody starts the program in its build folder.
   const std::string program = program_words(std::getenv("EVENSTEP_CALLED_AS"), argc > 0 ? argv[0] : nullptr);
   app::prepare_output(program);
   take_signals();
 
-  app::Commands commands(interrupted, program);
+  app::Commands commands(interrupted, registry, program);
   for (app::AddCommand* const add : app::kCommands) add(commands);
   const auto asked = commands.parse(argc, argv);
   if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);

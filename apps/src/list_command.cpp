@@ -29,12 +29,19 @@ std::vector<std::string_view> motions() {
 }
 
 /// What a scenario can name.
-Json names() {
+Json names(const Registry& registry) {
   Json out = {{"strategies", Json::array()}, {"solvers", Json::array()}, {"methods", Json::array()}};
   for (const StrategyTraits& strategy : kAllStrategies) out["strategies"].push_back(strategy.name);
   for (const SolverKind solver : kAllSolvers) out["solvers"].push_back(name_of(solver));
   for (const Method method : kAllMethods) out["methods"].push_back(name_of(method));
   out["motions"] = motions();
+  const auto registered = [&](const char* kind, const auto& parts) {
+    for (const auto& [name, make] : parts) out["foreign"][kind].push_back(name);
+  };
+  registered("solvers", registry.solvers());
+  registered("devices", registry.devices());
+  registered("maps", registry.maps());
+  registered("timings", registry.timings());
   for (const char* signal :
        {"DEVICE.interaction.STRATEGY", "DEVICE.force.STRATEGY", "DEVICE.buffers.STRATEGY", "closed_loop.DEVICE.STRATEGY",
         "solver.STRATEGY", "events.device.tick", "run", "case.METHOD.SOLVER"}) {
@@ -45,10 +52,10 @@ Json names() {
 }
 
 /// The scenarios in these files; prints what is wrong with others.
-Json scenarios(const std::vector<std::string>& files, ExitCode& code) {
+Json scenarios(const std::vector<std::string>& files, const Registry& registry, ExitCode& code) {
   Json out = Json::array();
   for (const std::string& file : files) {
-    const ReadResult read = read_scenario(file);
+    const ReadResult read = read_scenario(file, {{}, std::nullopt, registry});
     if (read)
       out.push_back({{"file", file}, {"name", read->name}, {"tags", read->tags}});
     else
@@ -64,6 +71,10 @@ void print_tables(const Json& listed) {
   if (!listed["scenarios"].empty()) fmt::print("\n");
   for (const char* table : {"strategies", "solvers", "methods", "motions"})
     fmt::print("{:<11} {}\n", table, fmt::join(listed[table].get<std::vector<std::string>>(), " "));
+  if (listed.contains("foreign")) {
+    for (const auto& [kind, names] : listed["foreign"].items())
+      fmt::print("foreign {}: {}\n", kind, fmt::join(names.get<std::vector<std::string>>(), " "));
+  }
   for (const auto& [signal, metrics] : listed["metrics"].items()) {
     fmt::print("{:<28}", signal);
     for (const auto& [metric, unit] : metrics.items()) fmt::print(" {}", metric);
@@ -71,7 +82,7 @@ void print_tables(const Json& listed) {
   }
 }
 
-ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
+ExitCode list(const ListArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
   const std::vector<std::string> folders = !arguments.paths.empty() ? arguments.paths
                                            : std::filesystem::is_directory("scenarios")
                                                ? std::vector<std::string>{"scenarios"}
@@ -79,8 +90,8 @@ ExitCode list(const ListArguments& arguments, const std::atomic<bool>&) {
   const std::optional<std::vector<std::string>> files = scenario_files(folders);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;
-  Json listed = {{"scenarios", scenarios(*files, code)}};
-  listed.update(names());
+  Json listed = {{"scenarios", scenarios(*files, registry, code)}};
+  listed.update(names(registry));
   if (arguments.json)
     fmt::print("{}\n", listed.dump(2));
   else

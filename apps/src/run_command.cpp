@@ -74,6 +74,12 @@ std::string simulated_text(const Scenario& scenario, const RunOutcome& outcome) 
   return whole ? fmt::format("{:.3g} s", all_s) : fmt::format("{:.3g} of {:.3g} s", seconds(reached), all_s);
 }
 
+/// What a solver of the program's own does not have; empty for one that has everything.
+std::string lacking_line(const SolverRecord& solver) {
+  if (solver.lacks.empty()) return "";
+  return fmt::format("the solver '{}' lacks {}: what needs them is left out\n", solver.name, fmt::join(solver.lacks, ", "));
+}
+
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
                    const std::string& program, const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
@@ -91,6 +97,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
                device_notes(outcome.record));
     for (const auto& [signal, saturation] : saturations(outcome.record))
       fmt::print("saturated    {}: {}\n", signal, text(saturation));
+    fmt::print("{}", lacking_line(outcome.record.strategies.front().solver));
     fmt::print("trace {:016x}   {} strategies, {} simulated in {:.2f} s of CPU time\n", outcome.record.trace_hash,
                outcome.record.strategies.size(), simulated_text(scenario, outcome), outcome.cpu_seconds);
     fmt::print("solver waits       {:.2f} s by the clock, from launch to answer, summed over the strategies\n",
@@ -184,6 +191,7 @@ void warn_of_devices(const LiveDeviceOptions& options) {
 struct Call {
   const RunArguments& arguments;
   const std::atomic<bool>& interrupted;
+  const Registry& registry;
   bool several = false;  ///< not just one file that was named: --json is a list
   std::vector<std::string> summaries;
   std::vector<SummaryRow> rows;  ///< of the job's summary, on GitHub
@@ -255,7 +263,7 @@ RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors
 /// Runs one scenario; nullopt if it was left out.
 std::optional<RunOutcome> run_one(const std::string& file, const std::string& folder, Call& call) {
   const RunArguments& arguments = call.arguments;
-  const ReadResult read = read_scenario(file, {arguments.set, arguments.seed});
+  const ReadResult read = read_scenario(file, {arguments.set, arguments.seed, call.registry});
   if (!read) return refuse(file, read.error(), folder, call);
   const Scenario& scenario = *read;
   if (leave_out(scenario, arguments)) {
@@ -317,7 +325,7 @@ void print_json(const Call& call) {
   fmt::print("]\n");
 }
 
-ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted) {
+ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   if (arguments.forces && (arguments.devices.empty() || arguments.clock != "wall")) {
     spdlog::error("--forces: error: it lets forces reach a real device; add --clock wall --device PATH, or leave it out");
     return ExitCode::usage;
@@ -325,7 +333,7 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
   const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
-  Call call{arguments, interrupted, !one_was_named, {}, {}};
+  Call call{arguments, interrupted, registry, !one_was_named, {}, {}};
   const std::vector<std::string> folders = run_places(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
   Tally tally;

@@ -7,8 +7,8 @@ namespace {
 
 struct SchemaArguments {};
 
-ExitCode schema(const SchemaArguments&, const std::atomic<bool>&) {
-  std::fputs(scenario_schema().c_str(), stdout);
+ExitCode schema(const SchemaArguments&, const std::atomic<bool>&, const Registry& registry) {
+  std::fputs(scenario_schema(registry).c_str(), stdout);
   return ExitCode::pass;
 }
 

@@ -42,9 +42,10 @@ void print_shrunk(const ShrinkOutcome& outcome, const ShrinkArguments& arguments
   fmt::print("again: {} run {}\n", arguments.program, shell_file(outcome.file));
 }
 
-ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& interrupted) {
+ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   ShrinkOptions options;
   options.set = arguments.set;
+  options.registry = registry;
   options.seed = arguments.seed;
   options.expect_line = arguments.expect;
   options.max_runs = arguments.max_runs;

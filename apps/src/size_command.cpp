@@ -69,7 +69,7 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   return options;
 }
 
-SizeResult sized(const SizeArguments& arguments, const SizeOptions& options) {
+SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const Registry& registry) {
   if (std::filesystem::path(arguments.file).extension() != ".toml") {
     if (arguments.set.empty()) return size_recording(arguments.file, options);
     return {{}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
@@ -77,7 +77,7 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options) {
   if (!arguments.sampling.empty() || !arguments.emission.empty())
     return {{},
             {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
-  const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
+  const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
   if (!read) return {{}, read.error()};
   return size_scenario(*read, options);
 }
@@ -97,10 +97,10 @@ bool write_figure(const std::string& path, const SizeRecord& record) {
   return false;
 }
 
-ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&) {
+ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
-  const SizeResult result = sized(arguments, *options);
+  const SizeResult result = sized(arguments, *options, registry);
   if (!result.errors.empty()) {
     print(result.errors);
     return ExitCode::usage;

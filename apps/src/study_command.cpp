@@ -151,7 +151,7 @@ std::vector<Diagnostic> objections(const Scenario& scenario, const std::optional
 }
 
 /// Exits with 1 if nothing meets the goal of --advise.
-ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted) {
+ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   std::optional<StudyGoal> goal;
   if (!arguments.advise.empty()) {
     const Result<StudyGoal> parsed = parse_goal(arguments.advise);
@@ -161,7 +161,7 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
     }
     goal = *parsed;
   }
-  const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt});
+  const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
   const std::vector<Diagnostic> errors = read ? objections(*read, goal) : read.error();
   if (!errors.empty()) {
     print(errors);

@@ -54,9 +54,10 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
   return outcome.exit;
 }
 
-ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interrupted) {
+ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   SweepOptions options;
   options.set = arguments.set;
+  options.registry = registry;
   options.threads = arguments.threads;
   options.stop_after = arguments.stop_after;
   options.resume = arguments.resume;

@@ -309,8 +309,6 @@ class FeltStudy {
 
 std::string felt_study_objection(const Scenario& scenario) {
   if (scenario.case_spec) return "a [case] has no hand that feels a force; write a scenario with a [[device]]";
-  if (std::holds_alternative<ForeignScene>(scenario.scene.body))
-    return "a foreign scene has no reference; a study of the felt force needs one of evenstep's own";
   const bool any = std::any_of(scenario.strategies.begin(), scenario.strategies.end(),
                                [](StrategyKind kind) { return !traits_of(kind).knows_motion; });
   const internal::JudgedSpan span = internal::judged_span(scenario);

@@ -136,7 +136,7 @@ Duration Shrink::duration_of(const std::vector<SegmentTiming>& timing) const {
 
 std::optional<ExpectationResult> Shrink::judged_document(const Value& document) {
   ++outcome_.runs;
-  const ReadResult read = internal::read_document(document, path_);
+  const ReadResult read = internal::read_document(document, path_, options_.registry);
   if (!read) {
     objection_ = read.error().front().message;
     return std::nullopt;
@@ -255,7 +255,7 @@ void Shrink::write(const ExpectationResult& before) {
   for (const auto& [file, content] : files) write_text((fs::path(options_.folder) / file).string(), content);
   outcome_.file = (fs::path(options_.folder) / (stem + ".toml")).string();
 
-  const ReadResult read = read_scenario(outcome_.file);
+  const ReadResult read = read_scenario(outcome_.file, {{}, std::nullopt, options_.registry});
   if (!read) throw std::runtime_error(fmt::format("the written scenario does not read: {}", text(read.error().front())));
   RunOptions options;
   options.control.interrupted = options_.interrupted;
@@ -356,7 +356,7 @@ ShrinkOutcome shrink_scenario(const std::string& path, const ShrinkOptions& opti
   internal::Errors of_files;
   Value document = internal::load_with_overrides(path, {options.set, options.seed}, of_files);
   if (of_files.any()) return refuse(of_files.sorted(path));
-  const ReadResult read = internal::read_document(document, path);
+  const ReadResult read = internal::read_document(document, path, options.registry);
   if (!read) return refuse(read.error());
   if (read->case_spec) return refuse({{path, 0, 0, "a [case] has no timing to shrink"}});
   RunOptions run_options;

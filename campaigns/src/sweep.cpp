@@ -138,16 +138,16 @@ void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutco
 
 }  // namespace
 
-std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set) {
+std::vector<Diagnostic> check_sweep(const std::string& path, const ReadOptions& options) {
   std::vector<Diagnostic> errors;
-  const SweepPoints points(path, set, errors);
+  const SweepPoints points(path, options, errors);
   return errors.empty() ? points.check() : errors;
 }
 
 SweepOutcome run_sweep(const std::string& path, const SweepOptions& options) {
   SweepOutcome outcome;
   outcome.file = file_of(options);
-  SweepPoints points(path, options.set, outcome.errors);
+  SweepPoints points(path, {options.set, std::nullopt, options.registry}, outcome.errors);
   if (outcome.errors.empty() && options.stop_after) {
     if (points.header().find)
       outcome.errors.push_back({"--stop-after", 0, 0, "does not go with [sweep.find], which must know every point"});

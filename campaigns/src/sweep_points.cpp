@@ -87,15 +87,15 @@ std::string joined(const std::vector<Diagnostic>& errors) {
 
 }  // namespace
 
-SweepPoints::SweepPoints(const std::string& path, const std::vector<std::string>& set, std::vector<Diagnostic>& errors)
-    : path_(path) {
+SweepPoints::SweepPoints(const std::string& path, const ReadOptions& options, std::vector<Diagnostic>& errors)
+    : path_(path), registry_(options.registry) {
   Errors of_files;
-  document_ = load_with_overrides(path, {set, std::nullopt}, of_files);
+  document_ = load_with_overrides(path, options, of_files);
   if (of_files.any()) {
     errors = of_files.sorted(path);
     return;
   }
-  const ReadResult base = read_document(document_, path);
+  const ReadResult base = read_document(document_, path, registry_);
   if (!base) {
     errors = base.error();
     return;
@@ -131,7 +131,7 @@ ReadResult SweepPoints::read(std::int64_t point) const {
   const auto seed = static_cast<std::int64_t>(header_.seed_of(point));
   set_value(document, "run.seed", integer_value(seed, {path_, 1, 1}), errors);
   if (errors.any()) return Failure(errors.sorted(path_));
-  ReadResult result = read_document(std::move(document), path_);
+  ReadResult result = read_document(std::move(document), path_, registry_);
   if (!result) return result;
   std::vector<Diagnostic> wrong = check_expectations(*result);
   if (!wrong.empty()) return Failure(std::move(wrong));

@@ -12,7 +12,7 @@ namespace evenstep::internal {
 class SweepPoints {
  public:
   /// Reads the scenario, but not its points. If there are errors, they are in `errors` and nothing else may be called.
-  SweepPoints(const std::string& path, const std::vector<std::string>& set, std::vector<Diagnostic>& errors);
+  SweepPoints(const std::string& path, const ReadOptions& options, std::vector<Diagnostic>& errors);
 
   const SweepHeader& header() const { return header_; }
   SweepHeader& header() { return header_; }
@@ -24,6 +24,7 @@ class SweepPoints {
 
  private:
   std::string path_;
+  Registry registry_;
   Value document_;  // without [sweep]
   SweepHeader header_;
   std::vector<Place> axis_places_;

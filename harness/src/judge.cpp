@@ -12,6 +12,7 @@
 #include "evenstep/reports/rate_bound.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/text/suggest.h"
+#include "foreign_needs.h"
 
 namespace evenstep {
 namespace {
@@ -327,6 +328,7 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
       break;  // `equals` is both limits
     }
   }
+  if (errors.empty()) errors = internal::lacking_for_expectations(scenario);
   return errors;
 }
 

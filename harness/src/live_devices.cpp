@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "evenstep/harness/simulated_devices.h"
+#include "foreign_device.h"
 #include "make_driver.h"
 #include "read_only_device.h"
 
@@ -69,8 +70,8 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
 
 struct LiveDevices::Device {
   std::string name;
-  std::unique_ptr<HidapiTransport> transport;  // for a real device
-  std::unique_ptr<SimulatedDevice> simulated;  // for a simulated one
+  std::unique_ptr<HidapiTransport> transport;  // for a real HID device
+  std::unique_ptr<SimulatedMotors> simulated;  // for a simulated one
   std::unique_ptr<HapticDevice> driver;
 };
 
@@ -80,12 +81,17 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     Device& device = devices_.emplace_back();
     device.name = scenario.devices[tool].name;
     if (!binding) {
-      device.simulated = internal::make_simulated(scenario.devices[tool], clock);
-      device.driver = internal::make_driver(scenario.devices[tool], *device.simulated);
+      internal::SimulatedParts parts = internal::make_simulated(scenario.devices[tool], clock);
+      device.simulated = std::move(parts.device);
+      device.driver = std::move(parts.driver);
       continue;
     }
-    device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
-    device.driver = internal::make_driver(scenario.devices[tool], *device.transport);
+    if (const auto* foreign = std::get_if<ForeignDriverSpec>(&scenario.devices[tool].driver)) {
+      device.driver = internal::make_foreign_device(*foreign, scenario.devices[tool], nullptr, binding->path);
+    } else {
+      device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
+      device.driver = internal::make_driver(scenario.devices[tool], *device.transport);
+    }
     if (!options.forces) device.driver = std::make_unique<internal::ReadOnlyDevice>(std::move(device.driver));
   }
   // Started only after all of them were opened.
@@ -120,7 +126,8 @@ void LiveDevices::forget_queued() {
 
 std::map<std::string, double> LiveDevices::counters(std::size_t tool) const {
   const HidapiTransport* const transport = devices_[tool].transport.get();
-  if (!transport) return motor_counters(*devices_[tool].simulated);
+  if (devices_[tool].simulated) return motor_counters(*devices_[tool].simulated);
+  if (!transport) return {};
   const HidWriteTimes times = transport->write_times();
   std::map<std::string, double> counters{{"writes", static_cast<double>(times.taken.count())},
                                          {"writes_overtaken", static_cast<double>(times.overtaken)},

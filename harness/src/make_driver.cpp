@@ -10,6 +10,7 @@
 #include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/hid/simulated_transport.h"
+#include "foreign_device.h"
 #include "read_only_device.h"
 
 namespace evenstep::internal {
@@ -26,10 +27,6 @@ DeviceError refusal(const HidTransport& transport, const std::string& why) {
   const HidDeviceInfo& info = transport.info();
   return DeviceError(
       fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
-}
-
-DeviceError not_registered(const Foreign& part) {
-  return DeviceError(fmt::format("the driver '{}' is not registered with this program", part.name));
 }
 
 SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
@@ -104,16 +101,27 @@ std::unique_ptr<HapticDevice> driver(const PidSpec& spec, HidTransport& transpor
   return pid;
 }
 
-std::unique_ptr<SimulatedDevice> simulated(const ForeignDriverSpec& spec, const DeviceSpec&, const Clock&) {
-  throw not_registered(spec.part);
+std::unique_ptr<HapticDevice> driver(const ForeignDriverSpec& spec, HidTransport& transport) {
+  throw refusal(transport, fmt::format("the driver '{}' talks to no HID transport", spec.part.name));
 }
 
-std::unique_ptr<HapticDevice> driver(const ForeignDriverSpec& spec, HidTransport&) { throw not_registered(spec.part); }
+template <class Spec>
+SimulatedParts parts(const Spec& spec, const DeviceSpec& device, const Clock& clock) {
+  std::unique_ptr<SimulatedDevice> below = simulated(spec, device, clock);
+  std::unique_ptr<HapticDevice> above = driver(spec, *below);
+  return {std::move(below), std::move(above)};
+}
+
+SimulatedParts parts(const ForeignDriverSpec& spec, const DeviceSpec& device, const Clock& clock) {
+  std::unique_ptr<SimulatedGrip> grip = make_grip(device, clock);
+  std::unique_ptr<HapticDevice> above = make_foreign_device(spec, device, grip.get(), "");
+  return {std::move(grip), std::move(above)};
+}
 
 }  // namespace
 
-std::unique_ptr<SimulatedDevice> make_simulated(const DeviceSpec& device, const Clock& clock) {
-  return std::visit([&](const auto& spec) { return simulated(spec, device, clock); }, device.driver);
+SimulatedParts make_simulated(const DeviceSpec& device, const Clock& clock) {
+  return std::visit([&](const auto& spec) { return parts(spec, device, clock); }, device.driver);
 }
 
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport) {

@@ -2,6 +2,7 @@
 /// Makes the driver of a [[device]], and the simulated device below it.
 
 #include <memory>
+#include <string>
 
 #include "evenstep/clock/clock.h"
 #include "evenstep/device/hid/simulated_motors.h"
@@ -9,9 +10,13 @@
 
 namespace evenstep::internal {
 
-/// The simulated device. Throws DeviceError for a driver that is not registered.
-std::unique_ptr<SimulatedDevice> make_simulated(const DeviceSpec& device, const Clock& clock);
-/// The driver, above a real or a simulated transport. Throws DeviceError if it cannot drive the device there.
+struct SimulatedParts {
+  std::unique_ptr<SimulatedMotors> device;
+  std::unique_ptr<HapticDevice> driver;  // declared after the device, so it is destroyed first
+};
+/// The simulated device and its driver. Throws DeviceError.
+SimulatedParts make_simulated(const DeviceSpec& device, const Clock& clock);
+/// The driver of a HID device. Throws DeviceError if it cannot drive the device there.
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
 
 }  // namespace evenstep::internal

@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "culprit.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
 #include "evenstep/harness/sizing.h"
@@ -121,6 +122,12 @@ void run_virtual(const Scenario& scenario, const std::vector<StrategyPlan>& plan
   run.strategies = std::move(records);
 }
 
+/// What to add to a difference that a part of the program's own made.
+std::string culprit_of(const Scenario& scenario, const StrategyRecord& a, const StrategyRecord& b) {
+  const std::string culprit = internal::foreign_culprit(scenario, a, b);
+  return culprit.empty() ? "" : fmt::format("; {}: it is not reproducible", culprit);
+}
+
 /// Runs the live strategy first, then its exact twin (which proves that the recording is complete), then the shadows.
 void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
               std::string& difference) {
@@ -143,7 +150,9 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   const StrategyRecord twin = replay(scenario, *live, recording, options.control);
   if (twin.trace_hash == recording.record.trace_hash) return;
   const auto found = first_difference({recording.record}, {twin});
-  difference = found ? "the recorded run and its virtual twin differ: " + found->text : "hashes differ, events do not";
+  difference =
+      found ? "the recorded run and its virtual twin differ: " + found->text + culprit_of(scenario, recording.record, twin)
+            : "hashes differ, events do not";
 }
 
 void finish(RunRecord& run) {
@@ -164,10 +173,15 @@ void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& ru
   finish(run);
 }
 
-std::string compare(const RunRecord& a, const RunRecord& b) {
+const StrategyRecord& strategy_named(const RunRecord& run, const std::string& name) {
+  return *std::find_if(run.strategies.begin(), run.strategies.end(), [&](const auto& one) { return one.name == name; });
+}
+
+std::string compare(const Scenario& scenario, const RunRecord& a, const RunRecord& b) {
   if (a.trace_hash == b.trace_hash) return {};
   const auto found = first_difference(a.strategies, b.strategies);
-  return found ? found->text : "the hashes differ but no event does";
+  if (!found || found->index < 0) return found ? found->text : "the hashes differ but no event does";
+  return found->text + culprit_of(scenario, strategy_named(a, found->strategy), strategy_named(b, found->strategy));
 }
 
 int severity(ExitCode code) {
@@ -319,7 +333,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
       if (options.repeat && !interrupted()) {
         RunRecord again;
         run_once(scenario, options, again, difference);
-        difference = compare(outcome.record, again);
+        difference = compare(scenario, outcome.record, again);
       }
       end_early(outcome.record);
       measure(scenario, options, outcome);

@@ -36,7 +36,7 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
 namespace {
 
 /// A hand may diverge between the last tick and the end, but that is not part of the run.
-MotorState motors_at_end(SimulatedDevice& device) {
+MotorState motors_at_end(SimulatedMotors& device) {
   try {
     return device.motors();
   } catch (const HandDiverged&) {
@@ -46,7 +46,7 @@ MotorState motors_at_end(SimulatedDevice& device) {
 
 }  // namespace
 
-void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device) {
+void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedMotors& device) {
   motors_at_end(device);
   if (driver) driver->stop();
   const MotorState left = motors_at_end(device);
@@ -60,7 +60,7 @@ void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevi
                    "what the driver said last was lost or refused (a fault that lasts to the end?), or it said nothing");
 }
 
-std::map<std::string, double> motor_counters(SimulatedDevice& device) {
+std::map<std::string, double> motor_counters(SimulatedMotors& device) {
   const MotorState motors = motors_at_end(device);
   return {{"motors_max", motors.largest_N},
           {"motors_max_x", motors.largest_along_N.x},
@@ -73,10 +73,11 @@ std::map<std::string, double> motor_counters(SimulatedDevice& device) {
 
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {
   for (const DeviceSpec& device : scenario.devices) {
-    names_.push_back(device.name);
-    devices_.push_back(internal::make_simulated(device, clock));
     try {
-      drivers_.push_back(internal::make_driver(device, *devices_.back()));
+      internal::SimulatedParts parts = internal::make_simulated(device, clock);
+      names_.push_back(device.name);
+      devices_.push_back(std::move(parts.device));
+      drivers_.push_back(std::move(parts.driver));
       drivers_.back()->start();
     } catch (const DeviceError& error) {
       stop();
@@ -87,7 +88,7 @@ SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock)
 
 void SimulatedDevices::stop() {
   for (std::size_t tool = 0; tool < devices_.size(); ++tool)
-    stop_simulated(names_[tool], tool < drivers_.size() ? drivers_[tool].get() : nullptr, *devices_[tool]);
+    stop_simulated(names_[tool], drivers_[tool].get(), *devices_[tool]);
 }
 
 std::vector<HapticDevice*> SimulatedDevices::drivers() {

@@ -5,11 +5,12 @@
 
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
-#include "evenstep/reports/run_failure.h"
+#include "foreign_map.h"
 
 namespace evenstep {
 namespace {
 
+using internal::foreign_map;
 using internal::Strategy;
 
 /// Ring capacity for a strategy that reads the newest sample and plays each force at once: it needs only the current entry
@@ -113,11 +114,6 @@ std::unique_ptr<SlotMap> phase_locked_map(const MapSetup& setup, Duration lead, 
 
 std::unique_ptr<SlotMap> even_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
   return std::make_unique<EvenMap>(RealTime{0}, setup.step_rate, lead, latency.latency());
-}
-
-std::unique_ptr<SlotMap> foreign_map(const MapSetup& setup, Duration, const AdaptiveLatency&) {
-  throw RunFailure("solver", "the map '" + setup.remap.foreign->name + "' is not registered",
-                   "register it in the program that runs the scenario");
 }
 
 void link_remap(const RemapSpec& remap, LinkSpec& link) {

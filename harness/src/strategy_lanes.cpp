@@ -90,8 +90,10 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
   record.variable_step = scene.variable_step;
   record.steps_over_limit = verdict.steps_over_limit;
   record.step_over_limit_max = verdict.step_over_limit_max;
-  record.has_energy = scene.needs_energy && accounts_energy(scene);
+  record.has_energy = scene.needs_energy && accounts_energy(scene) &&
+                      std::find(info.lacks.begin(), info.lacks.end(), "energy") == info.lacks.end();
   record.left_out = info.left_out;
+  record.lacks = info.lacks;
   record.solver_seconds = seconds;
   return record;
 }

@@ -74,6 +74,7 @@ Json json_of(const StrategyRecord& strategy) {
               {"solver_device", strategy.solver.device},
               {"method", strategy.solver.method}};
   if (strategy.solver.iterations > 0) out["iterations"] = strategy.solver.iterations;
+  if (!strategy.solver.lacks.empty()) out["solver_lacks"] = strategy.solver.lacks;
   out["steps"] = strategy.steps.size();
   out["segments"] = strategy.segments.size();
   return out;

@@ -3,6 +3,7 @@
 #include "cpu/cpu_solvers.h"
 #include "opencl/opencl_solver.h"
 #include "src/environments.h"
+#include "src/foreign_solver.h"
 
 namespace evenstep {
 
@@ -83,9 +84,8 @@ std::unique_ptr<Solver> tissue_solver(const internal::SceneFeatures& features, S
 std::unique_ptr<Solver> solver_of(const TissueScene&, SolverKind kind, const Scene& scene, const SolverOptions& options) {
   return tissue_solver(internal::features_of(scene), kind, scene, options);
 }
-std::unique_ptr<Solver> solver_of(const ForeignScene& foreign, SolverKind, const Scene&, const SolverOptions&) {
-  throw SolverError(SolverFault::unavailable, "the solver '" + foreign.name + "' is not registered",
-                    "register it in the program that runs the scenario");
+std::unique_ptr<Solver> solver_of(const ForeignScene& foreign, SolverKind, const Scene& scene, const SolverOptions&) {
+  return internal::make_foreign_solver(foreign, scene);
 }
 
 // What their solvers leave out.
@@ -103,7 +103,9 @@ std::vector<std::string> left_out_of(const ModeScene&, const Scene& scene) {
 std::vector<std::string> left_out_of(const TissueScene&, const Scene& scene) {
   return internal::left_out(internal::features_of(scene));
 }
-std::vector<std::string> left_out_of(const ForeignScene&, const Scene&) { return {}; }
+std::vector<std::string> left_out_of(const ForeignScene& foreign, const Scene& scene) {
+  return internal::make_foreign_solver(foreign, scene)->info().left_out;
+}
 
 }  // namespace
 

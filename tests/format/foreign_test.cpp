@@ -12,6 +12,18 @@ using namespace evenstep;
 using namespace evenstep::test;
 using Catch::Contains;
 
+namespace {
+
+Registry registry_with(bool arm) {
+  Registry registry;
+  registry.add_solver("my-tissue", [](const SolverRequest&) { return nullptr; });
+  if (arm) registry.add_device("my-arm", [](const DeviceRequest&) { return nullptr; });
+  registry.add_map("my-pacer", [](const MapRequest&) { return nullptr; });
+  return registry;
+}
+
+}  // namespace
+
 TEST_CASE("A part that the program registers is kept with its options as JSON, and its name is all that evenstep reads") {
   const std::string text = R"(format = 1
 [run]
@@ -32,7 +44,7 @@ foreign = { name = "my-arm", options = { port = 3 } }
 [remap]
 foreign = { name = "my-pacer" }
 )";
-  const ReadResult read = read_text(text, {{}, std::nullopt, {"my-tissue", "my-arm", "my-pacer"}});
+  const ReadResult read = read_text(text, {{}, std::nullopt, registry_with(true)});
   INFO(errors_of(read));
   REQUIRE(read);
   const auto& scene = std::get<ForeignScene>(read->scene.body);
@@ -46,7 +58,7 @@ foreign = { name = "my-pacer" }
   CHECK(read->remap.foreign->options == "{}");
   CHECK(std::count(read->strategies.begin(), read->strategies.end(), StrategyKind::foreign) == 1);
   // Its resolved form is the same scenario.
-  const ReadResult again = read_text(read->resolved_toml, {{}, std::nullopt, {"my-tissue", "my-arm", "my-pacer"}});
+  const ReadResult again = read_text(read->resolved_toml, {{}, std::nullopt, registry_with(true)});
   INFO(errors_of(again));
   REQUIRE(again);
   CHECK(describe(*again) == describe(*read));
@@ -55,7 +67,7 @@ foreign = { name = "my-pacer" }
         "scenario.toml:11:8: error: the solver 'my-tissue' is not registered; this needs a program that registers it\n"
         "scenario.toml:16:20: error: the driver 'my-arm' is not registered; this needs a program that registers it\n"
         "scenario.toml:18:20: error: the map 'my-pacer' is not registered; this needs a program that registers it\n");
-  CHECK(errors_of(read_text(text, {{}, std::nullopt, {"my-tissue", "my-pacer"}})).find("'my-arm'") != std::string::npos);
+  CHECK(errors_of(read_text(text, {{}, std::nullopt, registry_with(false)})).find("'my-arm'") != std::string::npos);
 }
 
 TEST_CASE("A foreign part needs its name, options that are a table without dates, and a strategy that names a map") {

@@ -313,6 +313,7 @@ std::string describe(const Scenario& s) {
                   s.remap.estimate_steps == StepCount::last ? "last" : "average", s.remap.bandwidth_Hz, at(s.remap.latency),
                   at(s.remap.lead), name_of(s.remap.interaction_underrun), name_of(s.remap.force_underrun),
                   s.remap.predict_window.ns, s.remap.filter.index(), s.remap.filter_window.ns, s.remap.filter_force);
+  if (s.timing.source) out += fmt::format(" source {} {}\n", s.timing.source->name, s.timing.source->options);
   if (s.remap.foreign) out += fmt::format(" foreign {} {}\n", s.remap.foreign->name, s.remap.foreign->options);
   const AdaptiveLatencyOptions& adapt = s.remap.adapt;
   out += fmt::format(" adapt {} {} {} {} {} {}\n", at(adapt.start), at(adapt.least), at(adapt.most), at(adapt.window),

@@ -35,7 +35,9 @@ std::string kind_of(std::string_view table, const Value* value) {
   const std::string_view key = kind_key(table);
   const auto row =
       std::find_if(fields().begin(), fields().end(), [&](const Field& f) { return f.table == table && f.key == key; });
-  if (table == "timing" && value != nullptr && value->find("trace") != nullptr) return "trace";
+  for (const char* whole : {"trace", "foreign"}) {
+    if (table == "timing" && value != nullptr && value->find(whole) != nullptr) return whole;
+  }
   const Value* kind = value == nullptr ? nullptr : value->find(key);
   if (kind == nullptr && row != fields().end() && !row->required)
     return std::string(row->default_toml.substr(1, row->default_toml.size() - 2));  // without its quotes
@@ -233,8 +235,9 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
         entry.place,
         kind == "case"
             ? fmt::format("'{}' does not go with [case], which drives the solver itself; remove one of them", entry.key)
-        : kind == "trace"
-            ? fmt::format("'{}' does not go with 'trace': the recording says it all; remove one of them", entry.key)
+        : name == "timing" && (kind == "trace" || kind == "foreign")
+            ? fmt::format("'{}' does not go with '{}': the {} says it all; remove one of them", entry.key, kind,
+                          kind == "trace" ? "recording" : "source")
             : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of, kind, of,
                           fmt::join(split_words(field->kinds), "\" or \"")));
   } else {

@@ -1,5 +1,7 @@
 #include "drivers.h"
 
+#include <fmt/format.h>
+
 #include <utility>
 
 #include "field_rows.h"
@@ -21,8 +23,17 @@ std::vector<Field> ForeignDriverSpec::fields() {
   for (Field& row : foreign_rows("device.foreign", "")) rows.push_back(std::move(row));
   return rows;
 }
-ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading&, const Table& device) {
-  return {read_foreign(device.table("foreign"))};
+ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const Table& device) {
+  ForeignDriverSpec spec{read_foreign(device.table("foreign")), {}};
+  spec.make = registered("driver", spec.part, reading.registry.devices(), reading.errors);
+  for (const char* key : {"queue", "unplug", "faults"}) {
+    if (device.has(key))
+      reading.errors.add(device.place(key),
+                         fmt::format("'{}' is about reports on a cable, and driver = \"foreign\" has none that evenstep "
+                                     "knows; remove it, or pass it to the driver in its options",
+                                     key));
+  }
+  return spec;
 }
 
 namespace internal {

@@ -1,6 +1,9 @@
 // Parts that are registered by the program: a name, and options that are passed on as JSON.
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
+#include "evenstep/text/suggest.h"
 #include "field_rows.h"
 #include "sections.h"
 
@@ -51,6 +54,12 @@ std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds) 
 
 Foreign read_foreign(const Table& table) {
   return {table.text("name"), json_of(table.at("options")).dump(), table.place("name")};
+}
+
+void add_unregistered(const char* kind, const Foreign& part, const std::vector<std::string_view>& known, Errors& errors) {
+  errors.add(part.place,
+             fmt::format("the {} '{}' is not registered{}", kind, part.name,
+                         known.empty() ? "; this needs a program that registers it" : suggestion(part.name, known)));
 }
 
 }  // namespace evenstep::internal

@@ -112,7 +112,9 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
 void read_foreign_map(ScenarioReading& reading, const Table& remap) {
   const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
   if (remap.has("foreign")) {
-    reading.scenario.remap.foreign = read_foreign(remap.table("foreign"));
+    ForeignMapSpec map{read_foreign(remap.table("foreign")), {}};
+    map.make = registered("map", map, reading.registry.maps(), reading.errors);
+    reading.scenario.remap.foreign = std::move(map);
   } else if (std::find(strategies.begin(), strategies.end(), StrategyKind::foreign) != strategies.end()) {
     reading.errors.add(
         remap.place("foreign"),

@@ -43,8 +43,11 @@ void read_run(ScenarioReading& reading) {
     scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);
     if (has_trace && scenario.run_duration > trace_length) {
       reading.errors.add(run.place("duration"),
-                         fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out",
-                                     in_ms(trace_length)));
+                         scenario.timing.source
+                             ? fmt::format("'duration': the timing source '{}' ends at {}; run at most so long",
+                                           scenario.timing.source->name, in_ms(trace_length))
+                             : fmt::format("'duration': the trace ends at {}; run at most so long, or leave 'duration' out",
+                                           in_ms(trace_length)));
     }
   } else if (has_trace) {
     scenario.run_duration = trace_length;

@@ -221,8 +221,9 @@ void read_scene(ScenarioReading& reading) {
     if (kind == "wall") scene.body = read_wall(table, reading.errors);
     if (kind == "mode") scene.body = read_mode(table, reading.errors);
     if (kind == "foreign") {
-      Foreign part = read_foreign(table);
-      scene.body = ForeignScene{std::move(part.name), std::move(part.options)};
+      const Foreign part = read_foreign(table);
+      scene.body =
+          ForeignScene{part.name, part.options, registered("solver", part, reading.registry.solvers(), reading.errors)};
       reading.scenario.scene_place = part.place;
     }
     return read_grabs(reading, nullptr);

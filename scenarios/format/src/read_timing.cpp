@@ -64,6 +64,53 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
   set_nominal_of_trace(reading.scenario);
 }
 
+/// Draws the timing of a run from a source of the program.
+Result<std::vector<SegmentTiming>> draw(const Foreign& part, const TimingFactory& make, std::uint64_t seed, RealTime end) {
+  try {
+    const std::unique_ptr<StepTiming> source = make({part.name, part.options, seed});
+    if (!source) return Failure(std::string("its factory returned nothing"));
+    return draw_timing(*source, end);
+  } catch (const std::exception& error) {
+    return Failure(std::string(error.what()));
+  }
+}
+
+/// How long the run is, which must be known before its segments are; empty, with an error, if that is not possible.
+std::optional<Duration> length_of_run(ScenarioReading& reading) {
+  const Table run = reading.section("run");
+  if (!reading.sound("run")) return std::nullopt;
+  const Result<Duration> length =
+      run.has("duration") ? parse_duration(run.text("duration")) : Result<Duration>(Failure(std::string()));
+  if (length) return *length;
+  reading.errors.add(run.place("duration"),
+                     "[timing] foreign is asked for as much as the run lasts; write duration = \"4 s\"");
+  return std::nullopt;
+}
+
+/// A source of the program's own: from here on its times are a recording.
+void read_source(ScenarioReading& reading, const Table& timing) {
+  TimingSpec& spec = reading.scenario.timing;
+  const Foreign part = read_foreign(timing.table("foreign"));
+  const TimingFactory make = registered("timing source", part, reading.registry.timings(), reading.errors);
+  const std::optional<Duration> length = length_of_run(reading);
+  if (!make || !length) return;
+  spec.source = part;
+  auto drawn = draw(part, make, reading.scenario.seed, RealTime{length->ns});
+  const auto again = draw(part, make, reading.scenario.seed, RealTime{length->ns});
+  const auto refuse = [&](const std::string& why) {
+    reading.errors.add(part.place, fmt::format("the timing source '{}': {}", part.name, why));
+  };
+  if (!drawn) return refuse(drawn.error());
+  const std::int64_t differs = again ? first_unequal(*drawn, *again) : 0;
+  if (differs >= 0)
+    return refuse(
+        fmt::format("segment {} is another one when it is asked again with the same seed; it must not depend on "
+                    "anything but its options and the seed",
+                    differs));
+  spec.trace = *std::move(drawn);
+  set_nominal_of_trace(reading.scenario);
+}
+
 /// T, V, N and s as exact numbers: T = den / num seconds, mean N = sum / count.
 struct Shares {
   Rate segment;
@@ -302,7 +349,10 @@ void check_drift(ScenarioReading& reading, const Table& timing) {
 void read_timing(ScenarioReading& reading) {
   if (!reading.sound("timing") || reading.document.find("timing") == nullptr) return;
   const Table timing = reading.section("timing");
+  if (timing.has("trace") && timing.has("foreign"))
+    return reading.errors.add(timing.place("foreign"), "'foreign' does not go with 'trace'; remove one of them");
   if (timing.has("trace")) return read_trace(reading, timing);
+  if (timing.has("foreign")) return read_source(reading, timing);
   read_programmed(reading, timing);
   check_drift(reading, timing);
 }
@@ -381,8 +431,12 @@ const std::vector<Field>& timing_fields() {
        .forms = kFile,
        .meaning = "A recording to replay (segment,kind,index,begin_ns,end_ns); then [timing] holds nothing else.",
        .example = "\"recorded/x.csv\""},
+      {.table = "timing",
+       .key = "foreign",
+       .forms = kTable,
+       .meaning = "A source that the program has registered; then [timing] holds nothing else."},
   };
-  static const std::vector<Field> all = joined(rows, timing_model_fields());
+  static const std::vector<Field> all = joined(joined(rows, timing_model_fields()), foreign_rows("timing.foreign", ""));
   return all;
 }
 // clang-format on

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include "evenstep/format/load.h"
@@ -58,21 +57,6 @@ void read_sections(ScenarioReading& reading) {
   for (const Value& tag : top.at("tags").list) reading.scenario.tags.push_back(tag.text);
 }
 
-/// Foreign parts that the program does not have.
-void refuse_unregistered(const Scenario& scenario, const std::vector<std::string>& registered, Errors& errors) {
-  const auto check = [&](const char* what, const std::string& name, const Place& place) {
-    if (std::find(registered.begin(), registered.end(), name) != registered.end()) return;
-    errors.add(place, fmt::format("the {} '{}' is not registered; this needs a program that registers it", what, name));
-  };
-  if (const auto* scene = std::get_if<ForeignScene>(&scenario.scene.body))
-    check("solver", scene->name, scenario.scene_place);
-  for (const DeviceSpec& device : scenario.devices) {
-    if (const auto* driver = std::get_if<ForeignDriverSpec>(&device.driver))
-      check("driver", driver->part.name, driver->part.place);
-  }
-  if (scenario.remap.foreign) check("map", scenario.remap.foreign->name, scenario.remap.foreign->place);
-}
-
 void append_files(Value* value, std::vector<Value*>& files) {
   if (value == nullptr) return;
   if (value->is(Value::Kind::text)) files.push_back(value);
@@ -114,14 +98,13 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
   return document;
 }
 
-ReadResult read_document(Value document, const std::string& path, const std::vector<std::string>& registered) {
+ReadResult read_document(Value document, const std::string& path, const Registry& registry) {
   Errors errors;
   Scenario scenario;
   scenario.file = path;
   const Check check(document, errors);
-  ScenarioReading reading{document, check, errors, scenario};
+  ScenarioReading reading{document, check, errors, scenario, registry};
   read_sections(reading);
-  refuse_unregistered(scenario, registered, errors);
   if (errors.any()) return Failure(errors.sorted(path));
   make_paths_absolute(document);
   scenario.resolved_toml = print_toml(document);
@@ -135,7 +118,7 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   Errors errors;
   Value document = load_with_overrides(path, options, errors);
   if (errors.any()) return Failure(errors.sorted(path));
-  return read_document(std::move(document), path, options.registered);
+  return read_document(std::move(document), path, options.registry);
 }
 
 }  // namespace evenstep

@@ -40,14 +40,34 @@ Json numeric(const Field& field, const char* type) {
 
 Json pattern(const std::string& text) { return {{"type", "string"}, {"pattern", text}}; }
 
-Json table_schema(std::string_view table, bool whole);
+/// What is made for a table besides its name.
+struct Making {
+  bool whole;                ///< the table stands for itself
+  const Registry& registry;  ///< whose names are those of foreign parts
+};
+
+Json table_schema(std::string_view table, const Making& making);
+
+/// The registered names that this key can have; empty if it is not the name of a foreign part, or none is registered.
+std::vector<std::string> registered_names(const Field& field, const Registry& registry) {
+  std::vector<std::string> names;
+  const auto put = [&](std::string_view table, const auto& parts) {
+    if (field.key != "name" || field.table != table) return;
+    for (const auto& [name, make] : parts) names.push_back(name);
+  };
+  put("scene", registry.solvers());
+  put("device.foreign", registry.devices());
+  put("remap.foreign", registry.maps());
+  put("timing.foreign", registry.timings());
+  return names;
+}
 
 /// Whether a table of this field stands for itself: one of a list does, but for [[device]], which is merged by its name with
 /// that of a file named in `extends`. Any other table may be completed by such a file, or be a part of one.
 bool is_whole(const Field& field) { return field.shape != Shape::one && field.key != "device"; }
 
-/// The forms of one element. `whole`: the table that the field belongs to stands for itself.
-Json alternatives(const Field& field, bool whole) {
+/// The forms of one element of the field, which belongs to this table.
+Json alternatives(const Field& field, const Making& making) {
   constexpr const char* kTime = "(ns|us|ms|s|min|h)";
   Json out = Json::array();
   if (field.forms & kWord) out.push_back({{"enum", split_words(field.words)}});
@@ -55,7 +75,10 @@ Json alternatives(const Field& field, bool whole) {
   if (field.forms & kInteger) out.push_back(numeric(field, "integer"));
   if (field.forms & kNumber) out.push_back(numeric(field, "number"));
   if (field.forms & kLimit) out.push_back({{"type", "number"}});
-  if (field.forms & (kText | kFile)) out.push_back({{"type", "string"}});
+  if (const auto names = registered_names(field, making.registry); !names.empty())
+    out.push_back({{"enum", names}});
+  else if (field.forms & (kText | kFile))
+    out.push_back({{"type", "string"}});
   if (field.forms & kLognormal) out.push_back(pattern("^lognormal [0-9.]+ *%$"));
   if (field.forms & kPareto) out.push_back(pattern(fmt::format("^pareto [0-9.]+ *{} cap [0-9.]+ *{}$", kTime, kTime)));
   if (field.forms & kSegments) out.push_back(pattern("^[0-9.]+ *segments?$"));
@@ -63,7 +86,7 @@ Json alternatives(const Field& field, bool whole) {
   if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) out.push_back(pattern(unit_pattern(field)));
   if (field.forms & kAnything) out.push_back(Json::object());
   if (field.forms & kOptions) out.push_back({{"type", "object"}});
-  if (field.forms & kTable) out.push_back(table_schema(subtable(field), whole || is_whole(field)));
+  if (field.forms & kTable) out.push_back(table_schema(subtable(field), {making.whole || is_whole(field), making.registry}));
   return out;
 }
 
@@ -72,8 +95,8 @@ Json any_of(Json choices) {
   return {{"anyOf", std::move(choices)}};
 }
 
-Json shaped(const Field& field, bool whole) {
-  Json one = any_of(alternatives(field, whole));
+Json shaped(const Field& field, const Making& making) {
+  Json one = any_of(alternatives(field, making));
   switch (field.shape) {
     case Shape::one:
       break;
@@ -90,12 +113,12 @@ Json shaped(const Field& field, bool whole) {
 }
 
 /// All rows of a key (one per kind) as one property: first the hover text, then the allowed values.
-Json property(std::string_view table, std::string_view key, bool whole) {
+Json property(std::string_view table, std::string_view key, const Making& making) {
   Json schemas = Json::array();
   std::vector<std::string> meanings;
   for (const Field& field : fields()) {
     if (field.table != table || field.key != key) continue;
-    const Json schema = shaped(field, whole);
+    const Json schema = shaped(field, making);
     if (std::find(schemas.begin(), schemas.end(), schema) == schemas.end()) schemas.push_back(schema);
     meanings.push_back(std::string(field.meaning) +
                        (field.default_toml.empty() ? "" : fmt::format(" Default: {}.", field.default_toml)));
@@ -106,18 +129,18 @@ Json property(std::string_view table, std::string_view key, bool whole) {
 
 /// The schema allows keys of other kinds, and misses only keys of tables that stand for themselves; `evenstep check` reports
 /// both.
-Json table_schema(std::string_view table, bool whole) {
+Json table_schema(std::string_view table, const Making& making) {
   Json properties = Json::object(), required = Json::array(), others = false;
   std::string_view last;
   for (const Field& field : fields()) {
     if (field.table != table) continue;
     if (field.key == "*") {
-      others = shaped(field, whole);
+      others = shaped(field, making);
       continue;
     }
-    if (field.key != last) properties[std::string(field.key)] = property(table, field.key, whole);
+    if (field.key != last) properties[std::string(field.key)] = property(table, field.key, making);
     last = field.key;
-    if (field.required && field.kinds.empty() && (whole || (table.empty() && field.key == "format")))
+    if (field.required && field.kinds.empty() && (making.whole || (table.empty() && field.key == "format")))
       required.push_back(field.key);
   }
   Json out = {{"type", "object"}, {"additionalProperties", std::move(others)}};
@@ -129,10 +152,10 @@ Json table_schema(std::string_view table, bool whole) {
 }  // namespace
 }  // namespace internal
 
-std::string scenario_schema() {
+std::string scenario_schema(const Registry& registry) {
   const Json schema = {{"$schema", "http://json-schema.org/draft-04/schema#"},
                        {"title", "evenstep scenario"},
-                       {"allOf", Json::array({internal::table_schema("", false)})}};
+                       {"allOf", Json::array({internal::table_schema("", {false, registry})})}};
   return schema.dump(1) + '\n';
 }
 

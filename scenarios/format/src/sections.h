@@ -11,6 +11,7 @@ struct ScenarioReading {
   const Check& check;
   Errors& errors;
   Scenario& scenario;
+  const Registry& registry;
 
   /// The section, or its defaults if it is not there.
   Table section(std::string_view name) const;
@@ -19,6 +20,17 @@ struct ScenarioReading {
 
 /// `name` and `options` of a part that the program registers.
 Foreign read_foreign(const Table& table);
+/// The error that the program does not have this part; `known` are the names that it has.
+void add_unregistered(const char* kind, const Foreign& part, const std::vector<std::string_view>& known, Errors& errors);
+/// The function that makes this part; an empty one, and an error, if the program has not registered it.
+template <class Parts>
+typename Parts::mapped_type registered(const char* kind, const Foreign& part, const Parts& parts, Errors& errors) {
+  if (const auto found = parts.find(part.name); found != parts.end()) return found->second;
+  std::vector<std::string_view> known;
+  for (const auto& [name, make] : parts) known.push_back(name);
+  add_unregistered(kind, part, known, errors);
+  return {};
+}
 
 void read_strategies(ScenarioReading& reading);
 void read_timing(ScenarioReading& reading);  ///< sets scenario.nominal and, for step_size = "fill", scene.step_rate

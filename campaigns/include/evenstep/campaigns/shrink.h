@@ -26,6 +26,7 @@ namespace evenstep {
 struct ShrinkOptions {
   std::vector<std::string> set;
   std::optional<std::uint64_t> seed;
+  Registry registry;                        ///< the parts that the program brings along
   std::optional<std::int64_t> expect_line;  ///< the expectation that begins there; default: the first that fails
   std::int64_t max_runs = 2000;
   std::string folder;  ///< for <name>-shrunk.toml, its .csv and other files that the scenario names

@@ -25,6 +25,7 @@ Result<SweepShard> parse_shard(const std::string& text, const std::function<cons
 
 struct SweepOptions {
   std::vector<std::string> set;
+  Registry registry;  ///< the parts that the program brings along
   SweepShard shard;
   int threads = 0;                         ///< how many points run at the same time; 0: one per core
   std::optional<std::int64_t> stop_after;  ///< overrides that of the scenario
@@ -58,6 +59,6 @@ SweepOutcome run_sweep(const std::string& path, const SweepOptions& options);
 SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::string& out);
 
 /// The errors in the points of a scenario's [sweep]: every combination is read, but none is run.
-std::vector<Diagnostic> check_sweep(const std::string& path, const std::vector<std::string>& set);
+std::vector<Diagnostic> check_sweep(const std::string& path, const ReadOptions& options);
 
 }  // namespace evenstep

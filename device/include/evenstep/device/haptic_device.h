@@ -62,7 +62,11 @@ class HapticDevice {
   virtual DeviceSpring write_spring(const DeviceSpring& /*wanted*/) { return {}; }
   /// The largest force along an axis that write() can pass on; a larger one is cut to it.
   virtual double largest_force_N() const { return std::numeric_limits<double>::infinity(); }
-  virtual const DeviceCounters& counters() const = 0;
+  /// All zero if the device counts nothing.
+  virtual const DeviceCounters& counters() const {
+    static const DeviceCounters none;
+    return none;
+  }
   /// What devices of this kind alone count, by the metric's name.
   virtual std::map<std::string, std::int64_t> own_counters() const { return {}; }
 };

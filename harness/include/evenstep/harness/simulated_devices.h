@@ -16,9 +16,9 @@ namespace evenstep {
 
 /// Stops the driver of a simulated device. Whatever way a run ends, the motors must then be off and the effects freed; if
 /// they are not, this throws RunFailure ("still-driving", which no scenario can expect).
-void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedDevice& device);
+void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedMotors& device);
 /// What the motors of a device did, for DeviceRecord::counters.
-std::map<std::string, double> motor_counters(SimulatedDevice& device);
+std::map<std::string, double> motor_counters(SimulatedMotors& device);
 
 class SimulatedDevices {
  public:
@@ -34,7 +34,7 @@ class SimulatedDevices {
 
  private:
   std::vector<std::string> names_;
-  std::vector<std::unique_ptr<SimulatedDevice>> devices_;
+  std::vector<std::unique_ptr<SimulatedMotors>> devices_;
   std::vector<std::unique_ptr<HapticDevice>> drivers_;  // declared after the devices, so they are destroyed first
 };
 

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -148,12 +150,18 @@ struct TissueScene {
   std::string text() const;
 };
 
-/// A solver that the program has registered under this name. `options` is a JSON object that only the solver reads.
+class ForeignSolver;
+struct SolverRequest;
+
+/// A solver that the program has registered under this name (foreign_solver.h). `options` is a JSON object that only the
+/// solver reads.
 struct ForeignScene {
   std::string name;
   std::string options = "{}";
+  std::function<std::unique_ptr<ForeignSolver>(const SolverRequest&)>
+      make;  ///< a SolverFactory; may be called by any thread
 
-  static constexpr bool kAccountsEnergy = true;
+  static constexpr bool kAccountsEnergy = true;  // if it has the capability: SolverInfo::lacks
   static constexpr bool kCostsLittle = false;
   std::optional<double> felt_stiffness_N_per_m() const { return std::nullopt; }
   std::optional<double> stored_energy_J(const glm::dvec3& tool_m) const;

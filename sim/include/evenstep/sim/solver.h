@@ -82,6 +82,9 @@ struct SolverInfo {
   /// The features that the scene does not need and that the solver therefore leaves out (no kernel code, no array, no
   /// launch): evenstep::left_out.
   std::vector<std::string> left_out;
+  /// The capabilities that a solver of the program does not have: "contacts", "state_digest", "energy", "particles",
+  /// "reset". Always empty for evenstep's own.
+  std::vector<std::string> lacks;
 };
 
 enum class SolverFault { unavailable, bad_scene, unstable_step, bad_input, out_of_memory };
@@ -143,7 +146,8 @@ struct SolverOptions {
 /// solver. OpenCL kernels are built and warmed up before this returns (a first launch can take 250 ms).
 std::unique_ptr<Solver> make_solver(SolverKind kind, const Scene& scene, const SolverOptions& options = {});
 
-/// The features that the solver of this scene leaves out, in a fixed order. Nothing is built.
+/// The features that the solver of this scene leaves out, in a fixed order. Nothing is built, but for a foreign scene: only
+/// its solver knows what it lacks. Throws SolverError if that cannot be made.
 std::vector<std::string> left_out(const Scene& scene);
 /// The scene's solver with one of the features that it leaves out compiled in, with neutral coefficients: its forces are the
 /// same, bit for bit, so what the feature costs can be measured. Null for a feature without a neutral form ("tools", "grab",

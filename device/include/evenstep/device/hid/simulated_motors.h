@@ -21,12 +21,15 @@ struct MotorState {
   std::int64_t effects_ended = 0;  ///< how many ended because their duration had passed (the dead man's handle)
 };
 
-/// A device in software: the bytes on its cable, and its motors.
-class SimulatedDevice : public HidTransport {
+class SimulatedMotors {
  public:
+  virtual ~SimulatedMotors() = default;
   /// The state at the clock's now. May throw HandDiverged, but only once.
   virtual MotorState motors() = 0;
 };
+
+/// A HID device in software: the bytes on its cable, and its motors.
+class SimulatedDevice : public HidTransport, public SimulatedMotors {};
 
 /// Records what the motors did. Instants must not decrease.
 class MotorLog {

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "evenstep/device/foreign_device.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
@@ -56,6 +57,7 @@ struct ForeignDriverSpec {
   bool knows_newtons() const { return true; }
 
   Foreign part;
+  DeviceFactory make;
 };
 
 using DriverSpec = std::variant<ReferenceSpec, PidSpec, ForeignDriverSpec>;

@@ -15,6 +15,7 @@
 #include "evenstep/device/renderer.h"
 #include "evenstep/format/driver_spec.h"
 #include "evenstep/format/foreign.h"
+#include "evenstep/format/registry.h"
 #include "evenstep/format/render_spec.h"
 #include "evenstep/remap/adaptive_latency.h"
 #include "evenstep/remap/filters.h"
@@ -102,6 +103,11 @@ enum class ForceUnderrun { hold, extrapolate };
 const char* name_of(InteractionUnderrun policy);
 const char* name_of(ForceUnderrun policy);
 
+/// The map of strategy `foreign`.
+struct ForeignMapSpec : Foreign {
+  MapFactory make;
+};
+
 struct RemapSpec {
   double estimate_weight = 0.1;
   StepCount estimate_steps = StepCount::average;
@@ -111,11 +117,11 @@ struct RemapSpec {
   Budget lead;
   InteractionUnderrun interaction_underrun = InteractionUnderrun::clamp;
   ForceUnderrun force_underrun = ForceUnderrun::hold;
-  Duration predict_window;         ///< how far back `predict` looks to find the hand's velocity
-  FilterSpec filter;               ///< for strategy `filtered`; filter_at adds the samples of an average
-  Duration filter_window;          ///< for a moving average
-  std::optional<Foreign> foreign;  ///< the map of strategy `foreign`
-  bool filter_force = true;        ///< filters the force at the ticks; false: the interaction at the steps
+  Duration predict_window;   ///< how far back `predict` looks to find the hand's velocity
+  FilterSpec filter;         ///< for strategy `filtered`; filter_at adds the samples of an average
+  Duration filter_window;    ///< for a moving average
+  bool filter_force = true;  ///< filters the force at the ticks; false: the interaction at the steps
+  std::optional<ForeignMapSpec> foreign;
 };
 
 /// The filter of `filtered` for a signal that comes at `rate`.
@@ -126,6 +132,7 @@ struct TimingSpec {
   bool real_steps = false;           ///< step = "real": no programmed floor on a wall clock
   std::vector<SegmentTiming> trace;  ///< if not empty, this is replayed and `programmed` is not used
   std::string trace_file;
+  std::optional<Foreign> source;  ///< the program's own, from which `trace` was drawn
 };
 
 /// A step of a study: the scene's step divided into `substeps`, or `steps` of the scene's steps at once; one of the two is
@@ -240,12 +247,12 @@ bool has_hand(const Scenario& scenario);
 struct ReadOptions {
   std::vector<std::string> set;
   std::optional<std::uint64_t> seed;
-  std::vector<std::string> registered = {};  ///< names of foreign parts; a scenario with another one is an error
+  Registry registry = {};  ///< the parts that the program brings along; a scenario with another one is an error
 };
 /// Or all its errors, by position.
 using ReadResult = Result<Scenario, std::vector<Diagnostic>>;
 ReadResult read_scenario(const std::string& path, const ReadOptions& options = {});
-/// JSON Schema (draft-04) generated from the field table.
-std::string scenario_schema();
+/// JSON Schema (draft-04) generated from the field table, with the names of the registered parts.
+std::string scenario_schema(const Registry& registry = {});
 
 }  // namespace evenstep

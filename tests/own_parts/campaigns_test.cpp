@@ -1,0 +1,107 @@
+// Many runs with parts of the program's own: study, sweep and shrink.
+#include <unistd.h>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "evenstep/campaigns/felt_study.h"
+#include "evenstep/campaigns/shrink.h"
+#include "evenstep/campaigns/sweep.h"
+#include "support.h"
+
+using namespace evenstep;
+using namespace own_parts;
+using Catch::Contains;
+
+namespace {
+
+const std::string kSine = R"(device.left.motion={ kind = "sine", amplitude = ["2 cm", "0 m", "0 m"], frequency = "2 Hz" })";
+
+FeltStudyRecord study(const std::string& scene, const Registry& mine) {
+  const ReadResult scenario = read({scene, kSine, R"(run.strategies=["direct", "phase_locked"])"}, mine);
+  INFO(text_of(scenario.error_or({})));
+  REQUIRE(scenario);
+  return run_felt_study(*scenario);
+}
+
+/// F = -k u with u' = (x - u) / T: what is felt lags behind the tool. Explicit Euler, order 1.
+struct Lag : ForeignSolver {
+  ToolResponse step(std::span<const glm::dvec3> positions_m, double step_s) override {
+    u_m += (x_m - u_m) * (step_s / 20e-3);
+    x_m = positions_m[0];
+    return {{u_m * -200.0}};
+  }
+  glm::dvec3 u_m{0}, x_m{0};
+};
+
+/// The shipped scenario of this folder with its parts, in a folder of its own.
+struct Folder {
+  Folder() : root(std::filesystem::temp_directory_path() / fmt::format("own-parts-{}", getpid())) {
+    std::filesystem::create_directories(root);
+    for (const char* name : {"own_parts.toml", "too_late.toml"})
+      std::filesystem::copy_file(std::filesystem::path(EVENSTEP_SOURCE_DIR) / "tests/own_parts" / name, root / name);
+  }
+  ~Folder() { std::filesystem::remove_all(root); }
+  std::string path(const char* name) const { return (root / name).string(); }
+  std::filesystem::path root;
+};
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace
+
+TEST_CASE("The study of the felt force with a spring of the program's is that with evenstep's own") {
+  const FeltStudyRecord mine = study(kMySpring, registry()), own = study("scene.kind=\"spring\"", {});
+  REQUIRE(mine.points.size() == own.points.size());
+  for (std::size_t i = 0; i < own.points.size(); ++i) {
+    CHECK(mine.points[i].total.rms_N == Approx(own.points[i].total.rms_N).epsilon(1e-6));
+    CHECK(mine.points[i].remap.rms_N == Approx(own.points[i].remap.rms_N).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("The reference of a foreign solver of order 1 is as near to its equation as it says") {
+  Registry mine;
+  mine.add_solver("lag", [](const SolverRequest&) { return std::make_unique<Lag>(); });
+  const FeltStudyRecord record = study(scene_of("lag"), mine);
+  // Its own error: half the step leaves what it changes, and that is what is said, twice. Steps of 1/450 s are 16 times
+  // coarser than those compared, so they are 16 times as far away: the study must see that as their own error.
+  CHECK(record.reference.estimate_N > 0);
+  CHECK(record.reference.estimate_N < 0.02 * record.reference.scale_N);
+  for (const FeltPoint& point : record.points) CHECK(point.discretisation.rms_N > 3 * record.reference.estimate_N);
+}
+
+TEST_CASE("A sweep over the options of a solver writes the same bytes on one thread and on two") {
+  const Folder work;
+  SweepOptions options;
+  options.registry = registry();
+  std::array<std::string, 2> lines;
+  for (const int threads : {1, 2}) {
+    options.threads = threads;
+    options.folder = work.path(threads == 1 ? "one" : "two");
+    const SweepOutcome outcome = run_sweep(work.path("own_parts.toml"), options);
+    INFO(text_of(outcome.errors) << outcome.failure);
+    CHECK(outcome.exit == ExitCode::pass);
+    REQUIRE(outcome.record.points.size() == 4);
+    CHECK(outcome.record.points[0].trace_hash != outcome.record.points[2].trace_hash);  // another stiffness
+    lines[static_cast<std::size_t>(threads - 1)] = bytes_of(outcome.file);
+  }
+  CHECK(lines[0] == lines[1]);
+  CHECK_FALSE(run_sweep(work.path("own_parts.toml"), {}).errors.empty());  // without the parts
+}
+
+TEST_CASE("A failing run over a timing source shrinks to a scenario with a recording and the program's other parts") {
+  const Folder work;
+  ShrinkOptions options;
+  options.registry = registry();
+  options.folder = work.path("shrunk");
+  options.max_runs = 60;
+  const ShrinkOutcome outcome = shrink_scenario(work.path("too_late.toml"), options);
+  INFO(text_of(outcome.errors) << outcome.failure);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK(outcome.perturbations.size() < outcome.perturbations_before);
+  const std::string shrunk = bytes_of(outcome.file);
+  CHECK_THAT(shrunk, Contains("my-arm") && Contains("my-spring") && Contains("trace") && !Contains("my-gpu"));
+}

@@ -1,0 +1,11 @@
+#include "evenstep/apps/command_line.h"
+#include "parts.h"
+
+int main(int argc, char** argv) {
+  evenstep::Registry registry = evenstep::builtin();
+  registry.add_solver("my-spring", [](const auto& request) { return std::make_unique<own_parts::MySpring>(request); });
+  registry.add_device("my-arm", [](const auto& request) { return std::make_unique<own_parts::MyArm>(*request.grip); });
+  registry.add_map("my-pacer", [](const auto& request) { return std::make_unique<own_parts::MyPacer>(request); });
+  registry.add_timing("my-gpu", own_parts::my_gpu);
+  return evenstep::command_line(argc, argv, registry);
+}
