@@ -14,7 +14,8 @@ The word after the fence says what a block is:
     cpp       lines that stand somewhere in the sources as they are here.
     cmake     a call whose functions exist in cmake/.
     text      a picture, or the format of a file: nothing to run.
-A command that is not run stands in exceptions.txt, with the reason; it is parsed: command, options and files must exist.
+A command that is not run stands in exceptions.txt, with the reason; it is parsed: command, options and files must exist. So
+does a block of toml that only parses, with its first line.
 "long" ones run in a test of their own. "fails" ones run, and must exit with 1. The page * stands for all, and its command
 for all that begin so.
 """
@@ -25,11 +26,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 KINDS = {"parsed", "long", "fails"}
-EXPECTED_EXCEPTIONS = 32  # a new one needs a reason and this number
+EXPECTED_EXCEPTIONS = 33  # a new one needs a reason and this number
 
 
 def fenced_blocks(page):
@@ -58,13 +60,15 @@ def exceptions():
 
 
 def commands_of(info, lines):
-    """[(command, expected output)] of a console or sh block."""
+    """[(command, expected output)] of a console or sh block; of toml the first line, which may be an exception."""
     found = []
     for line in lines:
         if info == "sh":
             command = re.sub(r"\s+#\s.*$", "", line).strip()
             if command and not command.startswith("#"):
                 found.append((command, None))
+        elif info == "toml":
+            return [(line, None)]
         elif line.startswith("$ "):
             found.append((line[2:], []))
         elif found:
@@ -118,6 +122,9 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
 
     def check_toml(self, line, info, lines):
         text = "\n".join(lines) + "\n"
+        if self.kind_of(lines[0]) == "parsed":
+            tomllib.loads(text)
+            return
         named = info.split()[1:]
         if "format" not in re.findall(r"^\w+", text.split("[")[0], re.M):
             base = self.work / "base.toml"  # what a part of a scenario on this page belongs to
@@ -265,7 +272,7 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
 
 
 def pages(source):
-    return ["README.md", "ARCHITECTURE.md"] + sorted(f"docs/{page.name}" for page in (source / "docs").glob("*.md"))
+    return [str(page.relative_to(source)) for folder in (source, source / "docs") for page in sorted(folder.glob("*.md"))]
 
 
 def check_exceptions(source):
