@@ -601,7 +601,7 @@ printed_commands() {
     cat runs/*/junit.xml 2>/dev/null | python3 -c '
 import html, re, sys
 print("\n".join(re.findall("^reproduce: (.*)$", html.unescape(sys.stdin.read()), re.M)))'
-    grep -ohE '`[^`]*evenstep [a-z]+`' out err | tr -d '`'
+    grep -ohE '`[^`]+ (devices|list|init|sweep)`' out err | tr -d '`'
   } | sed '/^$/d' | sort -u
 }
 # each_works CODES : every printed command ends with one of these codes when it is pasted; there is at least one
@@ -621,7 +621,7 @@ case_printed_commands_work_as_printed() {
   mkdir 'my bin'
   ln -s "$evenstep" 'my bin/even step'
   ln -s "$evenstep" 'my bin/evenstep'
-  local started
+  local started shard
   for started in "$evenstep" 'my bin/even step' './my bin/even step' evenstep; do
     PATH=$PWD/my\ bin:$PATH
     evenstep=$started
@@ -639,10 +639,16 @@ case_printed_commands_work_as_printed() {
     swept ''
     expect 1 "6 points" sweep s.toml
     each_works 1
+    for shard in 1/2 2/2; do expect 1 "3 points" sweep s.toml --shard $shard --out parts; done
+    expect 1 "6 points" merge parts/*.jsonl --out merged.jsonl
+    each_works 1
     expect 0 "again: " shrink s.toml --seed 0 --set remap.latency="9 ms" --out 'shrunk here'
     each_works 1
     expect 0 "next: " init "mine $RANDOM"
     each_works 0
+    expect 3 "remedy: " run --clock wall --device /dev/nowhere x.toml
+    grep -q 'devices`' out || fail "no hint"
+    each_works '0 3'
   done
 }
 case_printed_commands_start_as_the_script_was_started() {
@@ -702,6 +708,10 @@ case_github_marks_bad_input_and_warnings() {
   grep -qF '::error file=nowhere,title=evenstep::nowhere: error: ' err || fail "a file that is not there"
   on_github run --sed 3
   grep -qF '::error title=evenstep::evenstep: error: run has no option' err || fail "usage"
+  scenario '[remap]' 'latency = "5 ms"'
+  on_github check x.toml
+  grep -q '^::error file=.*figure-1-spring.toml,line=[0-9]*,col=1,title=evenstep%3A must fail::.*underruns' err ||
+    fail "what must fail is not marked"
   scenario 'expect = []'
   on_github run x.toml
   grep -qF '::error file=x.toml,title=evenstep%3A x::NO VERDICT' err || fail "no verdict is no error"
