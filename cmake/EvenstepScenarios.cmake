@@ -5,8 +5,9 @@
 # fails, the command that runs it again. Its run folder (figures, summary.json, junit.xml) is evenstep-runs/folder/name in
 # the build folder.
 #
-#   folder   relative to the calling CMakeLists.txt. One without a scenario is an error. Scenarios that are added later are
-#            found by the next build. As in `evenstep run FOLDER`, run folders inside are not searched.
+#   folder   relative to the calling CMakeLists.txt; if it is not below that, names start with its last part. One without a
+#            scenario is an error. Scenarios that are added later are found by the next build. As in `evenstep run FOLDER`,
+#            run folders inside are not searched.
 #   LABELS   labels of all of these tests. The `tags` of a scenario, also those that it inherits, are labels of its test:
 #            `ctest -LE '^long$'` leaves out the long ones.
 #   PROGRAM  a target that calls evenstep::command_line, if scenarios name parts of your own; default: evenstep itself
@@ -96,6 +97,12 @@ function(evenstep_add_scenarios)
   endif()
   file(${glob} files LIST_DIRECTORIES FALSE CONFIGURE_DEPENDS "${root}/*.toml")
   list(SORT files)
+  # Paths from the CMakeLists.txt are shorter to read, and where the tests run they are right.
+  set(base "${CMAKE_CURRENT_SOURCE_DIR}")
+  cmake_path(IS_PREFIX base "${root}" NORMALIZE is_below)
+  if(NOT is_below)
+    get_filename_component(base "${root}" DIRECTORY)
+  endif()
   set(added 0)
   foreach(file IN LISTS files)
     _evenstep_in_run_folder(left_by_a_run "${file}" "${root}")
@@ -103,12 +110,11 @@ function(evenstep_add_scenarios)
       continue()
     endif()
     math(EXPR added "${added} + 1")
-    file(RELATIVE_PATH name "${CMAKE_CURRENT_SOURCE_DIR}" "${file}")
+    file(RELATIVE_PATH name "${base}" "${file}")
     string(REGEX REPLACE "\\.toml$" "" folder "${name}")
-    string(REPLACE "../" "" folder "${folder}")
     _evenstep_tags(tags "${file}" 0)
-    add_test(NAME "scenario: ${name}" WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}"
-      COMMAND ${program} run "${name}" --out "${CMAKE_CURRENT_BINARY_DIR}/evenstep-runs/${folder}")
+    add_test(NAME "scenario: ${name}" WORKING_DIRECTORY "${base}"
+      COMMAND "$<TARGET_FILE:${program}>" run "${name}" --out "${CMAKE_CURRENT_BINARY_DIR}/evenstep-runs/${folder}")
     set(labels ${ARG_LABELS} ${tags})
     list(REMOVE_DUPLICATES labels)
     set_tests_properties("scenario: ${name}" PROPERTIES LABELS "${labels}")

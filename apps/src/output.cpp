@@ -38,12 +38,14 @@ class MessageText : public spdlog::formatter {
   std::string program_;
 };
 
-void write_all(int descriptor, std::string_view text) {
+/// Whether all of it could be written; if not, errno says why.
+bool write_all(int descriptor, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(descriptor, text.data(), text.size());
-    if (written <= 0) return;
+    if (written <= 0) return false;
     text.remove_prefix(static_cast<std::size_t>(written));
   }
+  return true;
 }
 
 /// Errors and warnings as annotations, everything else as it is.
@@ -70,13 +72,7 @@ struct GuardedStream {
 };
 ssize_t write_guarded(void* cookie, const char* bytes, std::size_t count) {
   auto* const stream = static_cast<GuardedStream*>(cookie);
-  const std::string safe = stream->guard.pass({bytes, count});
-  for (std::string_view rest = safe; !rest.empty();) {
-    const ssize_t written = ::write(stream->descriptor, rest.data(), rest.size());
-    if (written <= 0) return 0;  // errno says why
-    rest.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return static_cast<ssize_t>(count);
+  return write_all(stream->descriptor, stream->guard.pass({bytes, count})) ? static_cast<ssize_t>(count) : 0;
 }
 
 /// A file is read by no runner, so what is written there stays as it is.

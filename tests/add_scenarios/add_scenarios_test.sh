@@ -84,6 +84,15 @@ case_a_new_scenario_is_found_by_the_next_build_and_run_folders_are_not_searched(
   cmake --build build >log 2>&1 || fail "no build"
   [ "$(tests | wc -l)" -eq 6 ] || fail "not the new one alone: $(tests)"
 }
+case_a_folder_elsewhere_is_named_by_its_last_part() {
+  toy
+  mkdir project && cd project || exit 1
+  project 'evenstep_add_scenarios(DIRECTORY ../scenarios)'
+  configure || fail "cannot be configured"
+  [ "$(tests -R passing)" = 'scenario: scenarios/passing.toml' ] || fail "$(tests)"
+  ctest --test-dir build -R passing >log 2>&1 || fail "does not pass"
+  [ -e build/evenstep-runs/scenarios/passing/summary.json ] || fail "the run folder is elsewhere"
+}
 case_a_program_of_your_own_runs_them() {
   toy
   printf '#!/bin/sh\necho mine: "$@"\nexec "%s" "$@"\n' "$evenstep" >mine
