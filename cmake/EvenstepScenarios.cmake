@@ -12,7 +12,7 @@
 #            `ctest -LE '^long$'` leaves out the long ones.
 #   PROGRAM  a target that calls evenstep::command_line, if scenarios name parts of your own; default: evenstep itself
 #
-# It works after find_package(evenstep), and where evenstep is a part of the build. enable_testing() or include(CTest) must
+# It works after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or include(CTest) must
 # come first; after include(CTest) with BUILD_TESTING=OFF it adds nothing. There is no exit code for "skipped": a scenario
 # that is named is run, and what it needs and does not find (an OpenCL device) is a failure that says so.
 include_guard(GLOBAL)
@@ -86,8 +86,8 @@ function(evenstep_add_scenarios)
   elseif(TARGET evenstep::evenstep)
     set(program evenstep::evenstep)
   else()
-    message(FATAL_ERROR "evenstep_add_scenarios: there is no program evenstep::evenstep; find_package(evenstep) with its "
-      "program installed, or name a target with PROGRAM")
+    message(FATAL_ERROR "evenstep_add_scenarios: there is no program evenstep::evenstep; "
+      "find_package(evenstep COMPONENTS program) first, or name a target with PROGRAM")
   endif()
 
   get_filename_component(root "${ARG_DIRECTORY}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")

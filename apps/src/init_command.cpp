@@ -78,9 +78,9 @@ because = "a control: without the remap the hand jumps after each visualization;
 )";
 
 constexpr const char* kCMake = R"(cmake_minimum_required(VERSION 3.25)
-project(scenarios LANGUAGES CXX)
+project(scenarios LANGUAGES NONE)
 
-find_package(evenstep REQUIRED)   # not found? cmake -B build -DCMAKE_PREFIX_PATH=where/it/is/installed
+find_package(evenstep REQUIRED COMPONENTS program)   # not found? cmake -B build -DCMAKE_PREFIX_PATH=where/it/is
 
 enable_testing()
 evenstep_add_scenarios(DIRECTORY scenarios RECURSE)   # a test for each: ctest --test-dir build --output-on-failure
