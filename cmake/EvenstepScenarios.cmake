@@ -12,9 +12,10 @@
 #            `ctest -LE '^long$'` leaves out the long ones.
 #   PROGRAM  a target that calls evenstep::command_line, if scenarios name parts of your own; default: evenstep itself
 #
-# It works after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or include(CTest) must
-# come first; after include(CTest) with BUILD_TESTING=OFF it adds nothing. There is no exit code for "skipped": a scenario
-# that is named is run, and what it needs and does not find (an OpenCL device) is a failure that says so.
+# It works after find_package(evenstep COMPONENTS program), and where evenstep is a part of the build. enable_testing() or
+# include(CTest) must come first; after include(CTest) with BUILD_TESTING=OFF it adds nothing. There is no exit code for
+# "skipped": a scenario that is named is run, and what it needs and does not find (an OpenCL device) is a failure that says
+# so.
 include_guard(GLOBAL)
 
 # The tags of a scenario: its own, or those of the last file in `extends` that has some. This reads as much TOML as it needs

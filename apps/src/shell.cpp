@@ -50,11 +50,9 @@ std::string with_program(std::string_view message, const std::string& program) {
 }
 
 std::string point_command(const std::string& program, const SweepHeader& header, const SweepPoint& point,
-                          const std::string& file, const std::vector<std::string>& set) {
+                          const std::string& file) {
   std::string command = fmt::format("{} run {} --seed {}", program, shell_file(file), header.seed_of(point.index));
-  for (const std::string& assignment : set) {
-    if (!assignment.starts_with("sweep.")) command += " --set " + shell_word(assignment);
-  }
+  for (const std::string& assignment : header.set) command += " --set " + shell_word(assignment);
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
     const SweepHeader::Axis& one = header.grid[axis];
     const std::string& value = one.values[header.value_of(point.index, axis)];

@@ -84,7 +84,7 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
   return report(
       outcome,
       [&](const SweepPoint& point) {
-        return point_command(arguments.program, outcome.record.header, point, arguments.file, arguments.set);
+        return point_command(arguments.program, outcome.record.header, point, arguments.file);
       },
       arguments.json);
 }

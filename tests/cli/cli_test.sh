@@ -639,9 +639,13 @@ case_printed_commands_work_as_printed() {
     swept ''
     expect 1 "6 points" sweep s.toml
     each_works 1
-    for shard in 1/2 2/2; do expect 1 "3 points" sweep s.toml --shard $shard --out parts; done
+    rm -rf parts
+    for shard in 1/2 2/2; do
+      "$evenstep" sweep s.toml --shard $shard --set remap.lead='0.9 ms' --set sweep.keep_worst=9 --out parts >out 2>err
+    done
     expect 1 "6 points" merge parts/*.jsonl --out merged.jsonl
     each_works 1
+    grep -q "remap.lead=0.9 ms'" commands || fail "the merge forgets --set"
     expect 0 "again: " shrink s.toml --seed 0 --set remap.latency="9 ms" --out 'shrunk here'
     each_works 1
     expect 0 "next: " init "mine $RANDOM"
