@@ -8,4 +8,7 @@ source "$repo/scripts/setup.sh"
 
 set_up release evenstep
 if (($# == 0)); then set -- run "$repo/scenarios/paper/figure-1.toml"; fi
-exec "$build/apps/evenstep" "$@"
+# Commands that the program prints for pasting start as this was started.
+called_as=$0
+[[ $called_as == */* ]] || called_as=./$called_as
+EVENSTEP_CALLED_AS=$called_as exec "$build/apps/evenstep" "$@"

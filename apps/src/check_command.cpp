@@ -19,6 +19,7 @@
 #include "evenstep/reports/writers.h"
 #include "evenstep/sim/solver.h"
 #include "evenstep/sim/stability.h"
+#include "output.h"
 #include "progress.h"
 
 namespace evenstep::app {
@@ -198,6 +199,8 @@ bool explain_failures(const Scenario& scenario, const std::vector<StrategyPlan>&
   const std::vector<ExpectationResult> failures = foresee_failures(scenario, plans);
   if (failures.empty()) return false;
   for (const ExpectationResult& failure : failures) {
+    annotate(AnnotationLevel::error, {failure.file, failure.line, failure.column}, "evenstep: must fail",
+             failure_message(failure));
     facts.add_to_list("must_fail",
                       {{"signal", failure.signal},
                        {"metric", failure.metric},

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstdio>
 #include <limits>
+#include <sstream>
 
 #include "commands.h"
 #include "evenstep/harness/version.h"
@@ -53,6 +54,14 @@ std::string mistyped(const CLI::App& program, const std::vector<std::string>& wo
   return {};
 }
 
+/// Help, the version, or what is wrong with the call.
+void print_answer(const CLI::App& program, const CLI::ParseError& error) {
+  std::ostringstream out, err;
+  program.exit(error, out, err);
+  std::fputs(out.str().c_str(), stdout);
+  std::fputs(err.str().c_str(), stderr);
+}
+
 /// "help" and "help COMMAND" are --help and COMMAND --help.
 std::vector<std::string> words_of(int argc, char** argv) {
   std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
@@ -67,6 +76,10 @@ std::vector<std::string> words_of(int argc, char** argv) {
 // Operands are paths.
 void Command::operand(const std::string& name, std::string& value, const std::string& meaning) {
   app_->add_option(name, value, meaning)->required()->transform(here_or_installed, "");
+}
+
+void Command::optional_operand(const std::string& name, std::string& value, const std::string& meaning) {
+  app_->add_option(name, value, meaning);
 }
 
 void Command::operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning) {
@@ -118,9 +131,10 @@ void Command::repeated(const std::string& name, std::vector<std::string>& values
   app_->add_option(name, values, meaning)->expected(1)->allow_extra_args(false)->take_all();
 }
 
-Commands::Commands(const std::atomic<bool>& interrupted, const Registry& registry)
+Commands::Commands(const std::atomic<bool>& interrupted, const Registry& registry, std::string program)
     : interrupted_(interrupted),
       registry_(registry),
+      program_(std::move(program)),
       app_(std::make_unique<CLI::App>("Deterministic tests of haptic interaction under irregular simulation steps.")) {
   app_->name("evenstep");
   app_->set_version_flag("--version", std::string("evenstep ") + kVersion);
@@ -164,7 +178,7 @@ std::variant<std::function<ExitCode()>, ExitCode> Commands::parse(int argc, char
     const bool asked_for_help = error.get_exit_code() == 0;
     const std::string mistake = asked_for_help ? "" : mistyped(*app_, words);
     if (mistake.empty())
-      app_->exit(error);
+      print_answer(*app_, error);
     else
       spdlog::error("evenstep: error: {}", mistake);
     return asked_for_help ? ExitCode::pass : ExitCode::usage;

@@ -36,7 +36,8 @@ class Command {
  public:
   explicit Command(CLI::App& app) : app_(&app) {}
 
-  void operand(const std::string& name, std::string& value, const std::string& meaning);                 ///< must be given
+  void operand(const std::string& name, std::string& value, const std::string& meaning);  ///< must be given
+  void optional_operand(const std::string& name, std::string& value, const std::string& meaning);
   void operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning);  ///< at least one
   void optional_operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning);
   void flag(const std::string& name, bool& value, const std::string& meaning);
@@ -72,8 +73,9 @@ struct CommandText {
 /// All commands of the program, and one call of it.
 class Commands {
  public:
-  /// Both are handed to the command that runs: `interrupted`, which is set by a signal, and what scenarios may name.
-  Commands(const std::atomic<bool>& interrupted, const Registry& registry);
+  /// What is handed to the command that runs: `interrupted`, which is set by a signal, what scenarios may name, and how this
+  /// program was started, for the shell.
+  Commands(const std::atomic<bool>& interrupted, const Registry& registry, std::string program);
   ~Commands();
 
   /// A command, and its arguments, which it is still to name as operands and options. run(arguments, interrupted) runs it.
@@ -95,6 +97,9 @@ class Commands {
   /// A command without arguments that prints what is made of all commands.
   void add_text(const std::string& name, const std::string& meaning, std::string (*text)(const std::vector<CommandText>&));
 
+  /// The first word of a command that a person can type to start this program again.
+  const std::string& program() const { return program_; }
+
   /// What the arguments ask for: a command to run, or the exit code after help, the version or a usage error was printed.
   std::variant<std::function<ExitCode()>, ExitCode> parse(int argc, char** argv);
 
@@ -104,6 +109,7 @@ class Commands {
 
   const std::atomic<bool>& interrupted_;
   const Registry& registry_;
+  std::string program_;
   std::unique_ptr<CLI::App> app_;
   std::function<ExitCode()> chosen_;
 };

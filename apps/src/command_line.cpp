@@ -1,13 +1,15 @@
 #include "evenstep/apps/command_line.h"
 
-#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <system_error>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
+#include "output.h"
 
 namespace evenstep {
 namespace app {
@@ -15,10 +17,10 @@ namespace app {
 // Each command is defined in a file of its own.
 using AddCommand = void(Commands&);
 AddCommand add_run, add_check, add_devices, add_list, add_study, add_fit, add_size, add_sweep, add_merge, add_shrink,
-    add_diff, add_schema, add_shell_texts;
+    add_diff, add_init, add_schema, add_shell_texts;
 /// In the order of --help.
-constexpr AddCommand* kCommands[] = {add_run,   add_check, add_devices, add_list, add_study,  add_fit,        add_size,
-                                     add_sweep, add_merge, add_shrink,  add_diff, add_schema, add_shell_texts};
+constexpr AddCommand* kCommands[] = {add_run,   add_check, add_devices, add_list, add_study, add_fit,    add_size,
+                                     add_sweep, add_merge, add_shrink,  add_diff, add_init,  add_schema, add_shell_texts};
 
 }  // namespace app
 
@@ -40,11 +42,12 @@ void take_signals() {
 }  // namespace
 
 int command_line(int argc, char** argv, const Registry& registry) {
-  spdlog::set_default_logger(spdlog::stderr_logger_mt("evenstep"));
-  spdlog::set_pattern("%v");
+  // run.sh says how it was called, because nobody starts the program in its build folder.
+  const std::string program = program_words(std::getenv("EVENSTEP_CALLED_AS"), argc > 0 ? argv[0] : nullptr);
+  app::prepare_output(program);
   take_signals();
 
-  app::Commands commands(interrupted, registry);
+  app::Commands commands(interrupted, registry, program);
   for (app::AddCommand* const add : app::kCommands) add(commands);
   const auto asked = commands.parse(argc, argv);
   if (const auto* const printed = std::get_if<ExitCode>(&asked)) return static_cast<int>(*printed);

@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/run_folder.h"
+#include "output.h"
 
 namespace evenstep::app {
 namespace fs = std::filesystem;
@@ -67,7 +68,12 @@ fs::path default_place() {
 }
 
 void print(const std::vector<Diagnostic>& errors) {
-  for (const Diagnostic& error : errors) spdlog::error("{}", text(error));
+  for (const Diagnostic& error : errors) {
+    if (on_github())
+      annotate(AnnotationLevel::error, {error.file, error.line, error.column}, "evenstep", text(error));
+    else
+      spdlog::error("{}", text(error));
+  }
 }
 
 }  // namespace evenstep::app

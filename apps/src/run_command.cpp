@@ -12,13 +12,16 @@
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/writers.h"
+#include "output.h"
 #include "progress.h"
+#include "run_annotations.h"
 #include "run_places.h"
 
 namespace evenstep::app {
 namespace {
 
 struct RunArguments {
+  std::string program;
   std::vector<std::string> paths;
   std::string clock = "virtual";
   std::optional<std::uint64_t> seed;
@@ -36,7 +39,7 @@ struct RunArguments {
 
 /// The command that runs this again.
 std::string reproduce_command(const RunArguments& arguments, const Scenario& scenario) {
-  std::string command = "evenstep run " + shell_word(scenario.file) + fmt::format(" --seed {}", scenario.seed);
+  std::string command = fmt::format("{} run {} --seed {}", arguments.program, shell_file(scenario.file), scenario.seed);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
   for (const std::string& device : arguments.devices) command += " --device " + shell_word(device);
@@ -78,11 +81,12 @@ std::string lacking_line(const SolverRecord& solver) {
 }
 
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
-                   const std::string& reproduce) {
+                   const std::string& program, const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
   if (!outcome.results.empty()) fmt::print("{}", verdict_table(outcome.results, colour));
-  if (!outcome.failure.empty()) fmt::print("stopped: {}\n", outcome.failure);
-  if (!outcome.remedy.empty() && outcome.exit != ExitCode::pass) fmt::print("remedy: {}\n", outcome.remedy);
+  if (!outcome.failure.empty()) fmt::print("stopped: {}\n", with_program(outcome.failure, program));
+  if (!outcome.remedy.empty() && outcome.exit != ExitCode::pass)
+    fmt::print("remedy: {}\n", with_program(outcome.remedy, program));
   if (!outcome.repeat_difference.empty()) fmt::print("not reproducible: {}\n", outcome.repeat_difference);
   if (outcome.record.clock == "wall" && !outcome.record.real_time_granted) {
     fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's\n");
@@ -190,6 +194,7 @@ struct Call {
   const Registry& registry;
   bool several = false;  ///< not just one file that was named: --json is a list
   std::vector<std::string> summaries;
+  std::vector<SummaryRow> rows;  ///< of the job's summary, on GitHub
 };
 
 /// A scenario that cannot be run.
@@ -241,6 +246,7 @@ void keep(const std::string& folder, const Scenario& scenario, RunOutcome& outco
 RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors, const std::string& folder, Call& call) {
   print(errors);
   RunOutcome outcome = broken(file, errors);
+  call.rows.push_back(summary_row(file, outcome, words(outcome)));
   // A single file that was only mistyped leaves the older run in its usual place alone.
   if (!call.several && call.arguments.out.empty()) {
     if (call.arguments.json) call.summaries.push_back(summary_of(outcome));
@@ -248,7 +254,9 @@ RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors
   }
   Scenario unread;
   unread.file = file;
-  keep(folder, unread, outcome, "evenstep check " + shell_word(file), call);
+  std::string reproduce = call.arguments.program + " check " + shell_file(file);
+  for (const std::string& set : call.arguments.set) reproduce += " --set " + shell_word(set);
+  keep(folder, unread, outcome, reproduce, call);
   return outcome;
 }
 
@@ -280,10 +288,12 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   const std::string reproduce = reproduce_command(arguments, scenario);
   keep(folder, scenario, outcome, reproduce, call);
   if (!arguments.json) {
-    print_outcome(scenario, outcome, folder, reproduce);
+    print_outcome(scenario, outcome, folder, arguments.program, reproduce);
     fmt::print("{}\n\n", words(outcome));
     std::fflush(stdout);
   }
+  annotate_run(file, outcome, words(outcome), reproduce);
+  call.rows.push_back(summary_row(file, outcome, words(outcome)));
   return outcome;
 }
 
@@ -323,7 +333,7 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
   const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
-  Call call{arguments, interrupted, registry, !one_was_named, {}};
+  Call call{arguments, interrupted, registry, !one_was_named, {}, {}};
   const std::vector<std::string> folders = run_places(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
   Tally tally;
@@ -333,6 +343,7 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
     if (outcome) worst_code = worse(worst_code, outcome->exit);
   }
   if (interrupted) worst_code = ExitCode::interrupted;
+  add_to_job_summary(call.rows, tally.text(files->size()));
   if (arguments.json)
     print_json(call);
   else if (files->size() > 1)
@@ -344,6 +355,7 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
 
 void add_run(Commands& commands) {
   auto [command, arguments] = commands.add<RunArguments>("run", "run scenarios and judge their expectations", run);
+  arguments.program = commands.program();
   command.operands("scenario", arguments.paths, "scenario files, or folders of them");
   command.option("--clock", arguments.clock, {"virtual", "wall"}, "virtual (default) or wall");
   command.option("--seed", arguments.seed, "instead of [run] seed");

@@ -30,12 +30,29 @@ std::string shell_word(const std::string& word) {
   return out + "'";
 }
 
-std::string point_command(const SweepHeader& header, const SweepPoint& point, const std::string& file,
-                          const std::vector<std::string>& set) {
-  std::string command = fmt::format("evenstep run {} --seed {}", shell_word(file), header.seed_of(point.index));
-  for (const std::string& assignment : set) {
-    if (!assignment.starts_with("sweep.")) command += " --set " + shell_word(assignment);
+std::string shell_file(const std::string& file) { return shell_word(file.starts_with('-') ? "./" + file : file); }
+
+std::string program_words(const char* called_as, const char* own_name) {
+  for (const char* name : {called_as, own_name}) {
+    if (name && *name) return shell_word(name);
   }
+  return "evenstep";
+}
+
+std::string with_program(std::string_view message, const std::string& program) {
+  constexpr std::string_view kCommand = "`evenstep ";
+  std::string out;
+  for (std::size_t at = 0; (at = message.find(kCommand)) != std::string_view::npos;) {
+    out.append(message.substr(0, at)).append("`" + program + " ");
+    message.remove_prefix(at + kCommand.size());
+  }
+  return out.append(message);
+}
+
+std::string point_command(const std::string& program, const SweepHeader& header, const SweepPoint& point,
+                          const std::string& file) {
+  std::string command = fmt::format("{} run {} --seed {}", program, shell_file(file), header.seed_of(point.index));
+  for (const std::string& assignment : header.set) command += " --set " + shell_word(assignment);
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
     const SweepHeader::Axis& one = header.grid[axis];
     const std::string& value = one.values[header.value_of(point.index, axis)];

@@ -7,12 +7,14 @@
 #include <filesystem>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "progress.h"
 
 namespace evenstep::app {
 namespace {
 
 struct ShrinkArguments {
+  std::string program;
   std::string file;
   std::vector<std::string> set;
   std::optional<std::uint64_t> seed;
@@ -27,7 +29,7 @@ std::string number(const ExpectationResult& result) {
   return fmt::format("{:.6g}{}{}", result.value.value_or(0), result.unit.empty() ? "" : " ", result.unit);
 }
 
-void print_shrunk(const ShrinkOutcome& outcome, std::int64_t max_runs) {
+void print_shrunk(const ShrinkOutcome& outcome, const ShrinkArguments& arguments) {
   fmt::print("{} {} fails: {} before, {} now\n", outcome.before.signal, outcome.before.metric, number(outcome.before),
              number(outcome.after));
   fmt::print("{} of {} lengths are not nominal, {:.6g} s of {:.6g} s; {} runs\n", outcome.perturbations.size(),
@@ -35,8 +37,9 @@ void print_shrunk(const ShrinkOutcome& outcome, std::int64_t max_runs) {
   for (std::size_t i = 0; i < std::min(outcome.perturbations.size(), kMostShown); ++i)
     fmt::print("  {}\n", text(outcome.perturbations[i]));
   if (outcome.perturbations.size() > kMostShown) fmt::print("  and {} more\n", outcome.perturbations.size() - kMostShown);
-  if (!outcome.minimal) fmt::print("not the smallest: the search ended after {} runs; --max-runs allows more\n", max_runs);
-  fmt::print("again: evenstep run {}\n", outcome.file);
+  if (!outcome.minimal)
+    fmt::print("not the smallest: the search ended after {} runs; --max-runs allows more\n", arguments.max_runs);
+  fmt::print("again: {} run {}\n", arguments.program, shell_file(outcome.file));
 }
 
 ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
@@ -59,7 +62,7 @@ ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& inter
   if (outcome.exit == ExitCode::interrupted) spdlog::error("interrupted; nothing was written");
   print(outcome.errors);
   if (!outcome.failure.empty()) spdlog::error("{}: error: {}", arguments.file, outcome.failure);
-  if (outcome.exit == ExitCode::pass) print_shrunk(outcome, arguments.max_runs);
+  if (outcome.exit == ExitCode::pass) print_shrunk(outcome, arguments);
   return outcome.exit;
 }
 
@@ -68,6 +71,7 @@ ExitCode shrink(const ShrinkArguments& arguments, const std::atomic<bool>& inter
 void add_shrink(Commands& commands) {
   auto [command, arguments] =
       commands.add<ShrinkArguments>("shrink", "from a scenario that fails to the smallest timing that still fails", shrink);
+  arguments.program = commands.program();
   command.operand("scenario", arguments.file, "a scenario file that fails");
   command.repeated("--set", arguments.set, "path=value, overrides the file");
   command.option("--seed", arguments.seed, "instead of [run] seed");

@@ -16,6 +16,7 @@ namespace evenstep::app {
 namespace {
 
 struct SweepArguments {
+  std::string program;
   std::string file;
   std::vector<std::string> set;
   std::string shard, out;
@@ -25,6 +26,7 @@ struct SweepArguments {
   bool json = false;
 };
 struct MergeArguments {
+  std::string program;
   std::vector<std::string> parts;
   std::string out;
   bool json = false;
@@ -81,7 +83,9 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
     spdlog::error("interrupted after {} points; --resume goes on from there", outcome.record.points.size());
   return report(
       outcome,
-      [&](const SweepPoint& point) { return point_command(outcome.record.header, point, arguments.file, arguments.set); },
+      [&](const SweepPoint& point) {
+        return point_command(arguments.program, outcome.record.header, point, arguments.file);
+      },
       arguments.json);
 }
 
@@ -89,7 +93,9 @@ ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
   const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
   return report(
       outcome,
-      [&](const SweepPoint& point) { return point_command(outcome.record.header, point, outcome.record.header.file); },
+      [&](const SweepPoint& point) {
+        return point_command(arguments.program, outcome.record.header, point, outcome.record.header.file);
+      },
       arguments.json);
 }
 
@@ -98,6 +104,7 @@ ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
 void add_sweep(Commands& commands) {
   auto [command, arguments] =
       commands.add<SweepArguments>("sweep", "every seed with every value of a scenario's [sweep], on all cores", sweep);
+  arguments.program = commands.program();
   command.operand("scenario", arguments.file, "a scenario file with a [sweep]");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
   command.option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
@@ -113,6 +120,7 @@ void add_sweep(Commands& commands) {
 void add_merge(Commands& commands) {
   auto [command, arguments] =
       commands.add<MergeArguments>("merge", "the shards of a sweep as one file, with its summary and exit code", merge);
+  arguments.program = commands.program();
   command.operands("part", arguments.parts, "sweep-I-of-N.jsonl of all shards, in any order");
   command.required_option("--out", arguments.out, "the file to write: the same bytes as of one process");
   command.flag("--json", arguments.json, "the summary as JSON instead of text");

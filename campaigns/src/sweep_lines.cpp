@@ -90,6 +90,7 @@ SweepHeader read_header(const Json& json) {
   SweepHeader header;
   header.name = json.at("sweep").get<std::string>();
   header.file = json.at("file").get<std::string>();
+  if (json.contains("set")) header.set = json.at("set").get<std::vector<std::string>>();
   header.scenario = json.at("scenario").get<std::string>();
   header.build = json.at("build").get<std::string>();
   header.seeds = read_seeds(json.at("seeds"));
@@ -142,6 +143,7 @@ std::string header_line(const SweepHeader& header, SweepShard shard) {
   json["format"] = kFormat;
   json["sweep"] = header.name;
   json["file"] = header.file;
+  if (!header.set.empty()) json["set"] = header.set;
   json["scenario"] = header.scenario;
   json["build"] = header.build;
   json["points"] = header.points();
@@ -213,6 +215,7 @@ SweepPoint read_point_line(const SweepHeader& header, const std::string& line) {
 
 bool same_sweep(SweepHeader a, const SweepHeader& b) {
   a.file = b.file;
+  a.set = b.set;  // the digest of the scenario says whether they mean the same
   return header_line(a, {}) == header_line(b, {});
 }
 

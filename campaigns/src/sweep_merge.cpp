@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 
 #include "evenstep/campaigns/sweep.h"
 #include "sweep_file.h"
@@ -47,8 +48,11 @@ class Merge {
 bool Merge::belongs(const std::string& line, const std::string& part, std::vector<Diagnostic>& errors) {
   const SweepHeader header = internal::read_header_line(line).header;
   if (header_line_.empty()) header_ = header;
-  // The path of the scenario's file may differ between machines. The same one is kept, whatever the order of the parts.
-  header_.file = std::min(header_.file, header.file);
+  // Paths may differ between machines. The same ones are kept, whatever the order of the parts.
+  if (std::tie(header.file, header.set) < std::tie(header_.file, header_.set)) {
+    header_.file = header.file;
+    header_.set = header.set;
+  }
   header_line_ = internal::header_line(header_, {});
   if (internal::same_sweep(header, header_)) return true;
   const std::string what = header.scenario != header_.scenario ? "another scenario (or other --set)"

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <set>
 #include <stdexcept>
 
@@ -116,6 +117,8 @@ SweepPoints::SweepPoints(const std::string& path, const ReadOptions& options, st
   }
   if (!errors.empty()) return;
   header_ = header_of(*base);
+  std::copy_if(options.set.begin(), options.set.end(), std::back_inserter(header_.set),
+               [](const std::string& assignment) { return !assignment.starts_with("sweep."); });
   header_.scenario = digest_of_scenario(document_);
   for (const SweepAxis& axis : base->sweep->grid) axis_places_.push_back(axis.place);
   std::erase_if(document_.table, [](const Entry& entry) { return entry.key == "sweep"; });

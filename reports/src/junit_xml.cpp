@@ -31,11 +31,7 @@ std::string testcase(const RunRecord& run, const ExpectationResult& result, cons
   if (result.verdict == Verdict::pass) return xml + "/>\n";
   if (result.verdict == Verdict::skipped)
     return xml + ">\n      <skipped" + attribute("message", result.detail) + "/>\n    </testcase>\n";
-  std::string message = fmt::format("{} {}: {}, limit {}", result.signal, result.metric, internal::value_text(result),
-                                    internal::limit_text(result));
-  if (result.expect_fail) message += " (was expected to fail)";
-  if (!result.detail.empty()) message += ": " + result.detail;
-  if (!result.where.empty()) message += ": " + result.where;
+  const std::string message = failure_message(result);
   std::string text = fmt::format("{}:{}: {}\n", result.file, result.line, message);
   if (!result.because.empty()) text += "because: " + result.because + '\n';
   if (!reproduce.empty()) text += "reproduce: " + reproduce + '\n';
@@ -51,6 +47,15 @@ std::string failed_run(const RunRecord& run, const std::string& error, const std
 }
 
 }  // namespace
+
+std::string failure_message(const ExpectationResult& result) {
+  std::string message = fmt::format("{} {}: {}, limit {}", result.signal, result.metric, internal::value_text(result),
+                                    internal::limit_text(result));
+  if (result.expect_fail) message += " (was expected to fail)";
+  if (!result.detail.empty()) message += ": " + result.detail;
+  if (!result.where.empty()) message += ": " + result.where;
+  return message;
+}
 
 std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error,
                       const std::string& reproduce) {

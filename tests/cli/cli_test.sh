@@ -8,6 +8,7 @@ work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep cli XXXXXX")
 trap 'chmod -R u+w "$work"; rm -rf "$work"' EXIT
 cd "$work" || exit 1
 spring=$source_dir/scenarios/paper/figure-1-spring.toml
+unset GITHUB_ACTIONS GITHUB_WORKSPACE GITHUB_STEP_SUMMARY EVENSTEP_CALLED_AS   # of a CI that runs these tests
 
 fail() { printf 'FAILED: %s\n--- stdout\n%s\n--- stderr\n%s\n' "$1" "$(head -c 3000 out)" "$(head -c 3000 err)"; exit 1; }
 # expect CODE TEXT ARGUMENTS... : the exit code, and TEXT on stderr or stdout
@@ -104,7 +105,7 @@ case_sweep_onto_a_full_disk() {
 }
 case_shrink() {
   swept ''
-  expect 0 "again: evenstep run" shrink s.toml --seed 0 --set remap.latency="9 ms"
+  expect 0 "again: $evenstep run" shrink s.toml --seed 0 --set remap.latency="9 ms"
   expect 1 "FAIL" run runs/shrunk/s-shrunk.toml
   expect 2 "nothing to shrink" shrink s.toml --seed 0 --set remap.latency="40 ms"
 }
@@ -216,7 +217,7 @@ case_run_writes_a_verdict_and_a_folder() {
 case_failing_expectation_names_the_line_and_the_command() {
   scenario '[[expect]]' 'signal = "left.interaction.direct"' 'metric = "velocity_jump"' 'max = "1 step"'
   expect 1 "x.toml:4" run x.toml
-  grep -q "again: evenstep run x.toml --seed 1" out || fail "no command to run it again"
+  grep -qF "again: $evenstep run x.toml --seed 1" out || fail "no command to run it again"
   grep -q '"verdict":"fail"' runs/x/summary.json || fail "summary verdict"
 }
 case_json() {
@@ -592,6 +593,211 @@ case_a_closed_pipe_is_no_error() {
   [ ! -s err ] || fail "an error is printed"
   "$evenstep" schema 2>err | head -1 >out || fail "exit of schema"
   [ ! -s err ] || fail "an error is printed by schema"
+}
+# printed_commands : what out, err and the files of the last run offer for pasting, one a line
+printed_commands() {
+  {
+    sed -nE 's/^(again|next): (.*)/\2/p; s/^ +([^ ].* run .* --seed .*)$/\1/p' out
+    cat runs/*/junit.xml 2>/dev/null | python3 -c '
+import html, re, sys
+print("\n".join(re.findall("^reproduce: (.*)$", html.unescape(sys.stdin.read()), re.M)))'
+    grep -ohE '`[^`]+ (devices|list|init|sweep)`' out err | tr -d '`'
+  } | sed '/^$/d' | sort -u
+}
+# each_works CODES : every printed command ends with one of these codes when it is pasted; there is at least one
+each_works() {
+  local line code count=0
+  printed_commands >commands
+  while IFS= read -r line; do
+    bash -c "$line" >again.out 2>&1 </dev/null
+    code=$?
+    grep -qw -- "$code" <<<"$1" || { cat again.out; fail "exit $code of the printed command: $line"; }
+    count=$((count + 1))
+  done <commands
+  ((count > 0)) || fail "no command was printed"
+}
+# The program in a folder of its own, found through PATH, and below a name that needs quotes.
+case_printed_commands_work_as_printed() {
+  mkdir 'my bin'
+  ln -s "$evenstep" 'my bin/even step'
+  ln -s "$evenstep" 'my bin/evenstep'
+  local started shard
+  for started in "$evenstep" 'my bin/even step' './my bin/even step' evenstep; do
+    PATH=$PWD/my\ bin:$PATH
+    evenstep=$started
+    rm -rf runs
+    scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99'
+    mv x.toml "it's mine.toml"
+    expect 1 "again: " run "it's mine.toml" --set 'run.duration=0.5 s' --permute-ties 3
+    each_works 1
+    cp "it's mine.toml" ./-x.toml
+    expect 1 "again: " run -- -x.toml
+    each_works 1
+    scenario '[timing]' 'vsualization = "1 ms"'
+    expect 2 "vsualization" run x.toml --out runs/x
+    each_works 2
+    swept ''
+    expect 1 "6 points" sweep s.toml
+    each_works 1
+    rm -rf parts
+    for shard in 1/2 2/2; do
+      "$evenstep" sweep s.toml --shard $shard --set remap.lead='0.9 ms' --set sweep.keep_worst=9 --out parts >out 2>err
+    done
+    expect 1 "6 points" merge parts/*.jsonl --out merged.jsonl
+    each_works 1
+    grep -q "remap.lead=0.9 ms'" commands || fail "the merge forgets --set"
+    expect 0 "again: " shrink s.toml --seed 0 --set remap.latency="9 ms" --out 'shrunk here'
+    each_works 1
+    expect 0 "next: " init "mine $RANDOM"
+    each_works 0
+    expect 3 "remedy: " run --clock wall --device /dev/nowhere x.toml
+    grep -q 'devices`' out || fail "no hint"
+    each_works '0 3'
+  done
+}
+case_printed_commands_start_as_the_script_was_started() {
+  mkdir clone
+  cp "$source_dir/run.sh" clone/
+  mkdir clone/scripts
+  printf 'set_up() { build=%q; }\n' "$work/build" >clone/scripts/setup.sh
+  mkdir -p build/apps
+  ln -s "$evenstep" build/apps/evenstep
+  scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99'
+  local there
+  for there in './run.sh' 'bash run.sh' '../clone/run.sh' "'$work/clone/run.sh'" "bash '$work/clone/run.sh'"; do
+    (cd clone && bash -c "$there run ../x.toml") >out 2>err && fail "$there: no failure"
+    grep -q "^again: .*run\.sh'* run ../x.toml" out || fail "$there: not the script"
+    (cd clone && bash -c "$(sed -n 's/^again: //p' ../out)") >again.out 2>&1
+    [ $? -eq 1 ] || { cat again.out; fail "$there: its command does not work"; }
+  done
+}
+# on_github ARGUMENTS... : the program in a step of GitHub Actions, in the repository $work. Its runner reads pipes.
+on_github() (
+  export GITHUB_ACTIONS=true GITHUB_WORKSPACE=$work GITHUB_STEP_SUMMARY=$work/summary.md
+  {
+    "$evenstep" "$@" 2>&3 | cat >"$work/out"
+    exit "${PIPESTATUS[0]}"
+  } 3>&1 | cat >"$work/err"
+  exit "${PIPESTATUS[0]}"
+)
+case_github_marks_what_fails_at_its_line_and_gets_a_table() {
+  mkdir sub
+  cp "$spring" sub/spring.toml
+  printf '%s\n' 'format = 1' 'extends = ["spring.toml"]' 'name = "x, y: 50 %"' '[[expect_append]]' \
+    'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99' 'because = "a|b"' >'sub/a,b.toml'
+  cp sub/spring.toml sub/passes.toml
+  printf 'before\n' >summary.md
+  (cd sub && on_github run a,b.toml passes.toml)
+  [ $? -eq 1 ] || fail "not exit 1"
+  [ "$(grep -c '^::' err)" -eq 1 ] || fail "not one annotation"
+  local head='::error file=sub/a%2Cb.toml,line=4,col=1,title=evenstep%3A x%2C y%3A 50 %25::'
+  grep -qF "${head}left.force.direct underruns: " err || fail "not at its line"
+  grep -qF '%0Abecause: a|b%0Aagain: ' err || fail "no reason, or no command"
+  grep -qF '| a,b.toml | FAIL | ' summary.md || fail "no row of the failure"
+  grep -qF '| passes.toml | PASS | ' summary.md || fail "no row of the pass"
+  grep -qx 'before' summary.md || fail "the summary of another step is gone"
+  cp out github.out
+  (cd sub && "$evenstep" run a,b.toml passes.toml) >out 2>err
+  sed -i 's/in .* s of CPU.*//; s/^solver waits.*//' out github.out
+  cmp -s out github.out || fail "stdout is another one on GitHub"
+  ! grep -q '^::' err || fail "annotations without GitHub"
+}
+case_github_marks_bad_input_and_warnings() {
+  scenario '[timing]' 'vsualization = "1 ms"' 'visualization = "1 msec"'
+  on_github check x.toml
+  [ $? -eq 2 ] || fail "not exit 2"
+  grep -qF "::error file=x.toml,line=5,col=1,title=evenstep::x.toml:5:1: error: unknown key 'vsualization'" err || fail "key"
+  grep -qF '::error file=x.toml,line=6,col=17,' err || fail "value"
+  on_github run nowhere
+  grep -qF '::error file=nowhere,title=evenstep::nowhere: error: ' err || fail "a file that is not there"
+  on_github run --sed 3
+  grep -qF '::error title=evenstep::evenstep: error: run has no option' err || fail "usage"
+  scenario '[remap]' 'latency = "5 ms"'
+  on_github check x.toml
+  grep -q '^::error file=.*figure-1-spring.toml,line=[0-9]*,col=1,title=evenstep%3A must fail::.*underruns' err ||
+    fail "what must fail is not marked"
+  scenario 'expect = []'
+  on_github run x.toml
+  grep -qF '::error file=x.toml,title=evenstep%3A x::NO VERDICT' err || fail "no verdict is no error"
+  on_github run x.toml --allow-no-expectations || fail "not allowed"
+  grep -qF '::warning file=x.toml,title=evenstep%3A x::NO VERDICT' err || fail "no verdict is no warning"
+  on_github run --json x.toml
+  python3 -m json.tool <out >/dev/null || fail "stdout is no JSON"
+  rm -f summary.md
+  mkdir summary.md
+  on_github run "$spring" || fail "a summary that cannot be written is no failure of the run"
+  grep -q '^::warning title=evenstep::.*summary' err || fail "nothing is said of the summary"
+}
+# What a runner would take for a command, in everything that a scenario, a file's name or an option can say.
+case_github_finds_no_command_in_the_text_of_others() {
+  local evil='x\n::set-output name=a::b\r::add-mask::c ##[set-output name=d;]e'
+  local raw=$'::set-output name=a::b\n::set-output name=c::d ##[set-output name=d;]e'
+  mkdir ./::set-output' name=f::'
+  {
+    printf 'format = 1\nextends = ["%s"]\nname = "%s"\nbecause = "%s"\ntags = ["%s"]\n' "$spring" "$evil" "$evil" "$evil"
+    printf '[[expect_append]]\nsignal = "left.force.direct"\nmetric = "underruns"\nequals = 99\nbecause = "%s"\n' "$evil"
+  } >x.toml
+  { cat x.toml; printf '[timing]\n"%s" = "%s"\nvisualization = "%s"\n' "$evil" "$evil" "$evil"; } >y.toml
+  printf 'format = 1 \n::set-output name=a::b ##[set-output name=d;]e\n' >z.toml
+  cp x.toml ./::set-output' name=f::/::g.toml'
+  local call words ours='^::(error|warning) (file=[^:,]*,)?(line=[0-9]+,)?(col=[0-9]+,)?title=[^:,]*::'
+  for call in 'run x.toml' 'run y.toml' 'run z.toml' 'check x.toml' 'check y.toml' 'check z.toml' 'list .' 'run .' \
+    'check .' "run|$raw" "check|$raw" "diff|$raw|x" "run|--set|$raw|x.toml" "run|--$raw|x.toml" "$raw" \
+    "run|x.toml|--out|$raw"; do
+    if [[ $call == *'|'* ]]; then IFS='|' read -r -d '' -a words <<<"$call"; else read -r -a words <<<"$call"; fi
+    on_github "${words[@]}"
+    # The annotations are ours: one line each, "::error" or "::warning".
+    if { cat out; grep -avE "$ours" err; } | tr '\r' '\n' | grep -aE '^[[:space:]]*::|##\['; then
+      fail "a command in the output of: evenstep ${words[*]}"
+    fi
+  done
+  ! grep -aE '^[[:space:]]*::' summary.md || fail "a line of the summary"
+}
+case_init_writes_what_check_and_run_accept() {
+  expect 0 "next: " init mine
+  (cd mine && find . -type f | sort) >files
+  local expected='./.github/workflows/evenstep.yml ./.gitlab-ci.yml ./CMakeLists.txt ./scenarios/first.toml'
+  [ "$(xargs <files)" = "$expected" ] || fail "other files: $(xargs <files)"
+  expect 0 "with these: 0 samples missing, 0 forces late" check mine/scenarios/first.toml
+  expect 0 "PASS" run mine/scenarios/first.toml --repeat
+  [ "$(grep -c ' pass ' out)" -eq 3 ] || fail "not three expectations"
+  expect 1 "FAIL" run mine/scenarios/first.toml --set 'remap.latency=12 ms'
+  mkdir here && cd here || exit 1
+  expect 0 "next: " init
+  [ -e scenarios/first.toml ] || fail "not in the working directory"
+}
+case_init_replaces_nothing_and_leaves_nothing_half_written() {
+  mkdir mine
+  printf 'mine\n' >mine/CMakeLists.txt
+  ln -s nowhere mine/.gitlab-ci.yml
+  expect 2 "mine/CMakeLists.txt: error: is there already" init mine
+  grep -qF "mine/.gitlab-ci.yml: error: is there already" err || fail "does not list all"
+  [ "$(ls -A mine | xargs)" = '.gitlab-ci.yml CMakeLists.txt' ] || fail "something was written: $(ls -A mine)"
+  [ "$(cat mine/CMakeLists.txt)" = mine ] || fail "replaced"
+  mkdir blocked
+  printf x >blocked/.github
+  expect 3 "blocked/.github/workflows/evenstep.yml: error: cannot be written" init blocked
+  [ -z "$(find blocked -type f ! -name .github)" ] || fail "half of it was written"
+}
+case_init_writes_workflows_that_a_yaml_parser_accepts() {
+  python3 -c 'import yaml' 2>/dev/null || { echo "skipped: python3-yaml is not installed"; exit 77; }
+  expect 0 "next: " init mine
+  python3 - mine <<'END' || fail "not what GitHub or GitLab reads"
+import sys, yaml
+github = yaml.safe_load(open(sys.argv[1] + "/.github/workflows/evenstep.yml"))
+assert set(github) == {"name", True, "permissions", "jobs"}, set(github)  # YAML 1.1 reads the key `on` as true
+assert github[True] == ["push", "pull_request"] and github["permissions"] == {"contents": "read"}
+(job,) = github["jobs"].values()
+assert set(job) == {"runs-on", "container", "env", "steps"}
+for step in job["steps"]:
+    assert ("run" in step) != ("uses" in step) and set(step) <= {"run", "uses", "if", "with"}, step
+assert any("run.sh\" run scenarios" in step.get("run", "") for step in job["steps"])
+gitlab = yaml.safe_load(open(sys.argv[1] + "/.gitlab-ci.yml"))
+(job,) = gitlab.values()
+assert set(job) == {"image", "variables", "script", "artifacts"}
+assert all(isinstance(line, str) for line in job["script"]), job["script"]
+assert job["artifacts"]["when"] == "always" and job["artifacts"]["reports"]["junit"] == "runs/*/junit.xml"
+END
 }
 case_fit_proposes_a_timing_that_check_accepts() {
   expect 0 "paced = true" fit "$source_dir/scenarios/recorded/small-paced30-basic.csv"

@@ -260,7 +260,7 @@ TEST_CASE("The summary of a merge names the scenario as it was given and its com
   const SweepOutcome merged = merge_sweep(small.shards(2), small.folder / "merged");
   CHECK(merged.record.header.file == small.scenario);
   const std::string summary = sweep_text(merged.record, merged.summary, [&](const SweepPoint& point) {
-    return point_command(merged.record.header, point, merged.record.header.file);
+    return point_command("evenstep", merged.record.header, point, merged.record.header.file);
   });
   CHECK_THAT(summary, Contains("evenstep run " + small.scenario + " --seed"));
 }
@@ -326,8 +326,10 @@ TEST_CASE("The command of a point runs it again to the same trace") {
   const Small small(kPlain);
   const SweepOutcome whole = small.run("one");
   const SweepPoint& point = whole.record.points[7];
-  CHECK(point_command(whole.record.header, point, "a b.toml", {"run.warmup=0.1 s", "sweep.seeds=[5]"}) ==
-        "evenstep run 'a b.toml' --seed 5 --set 'run.warmup=0.1 s' --set 'remap.latency=17 ms'");
+  SweepHeader header = whole.record.header;
+  header.set = {"run.warmup=0.1 s"};
+  CHECK(point_command("./run.sh", header, point, "a b.toml") ==
+        "./run.sh run 'a b.toml' --seed 5 --set 'run.warmup=0.1 s' --set 'remap.latency=17 ms'");
   const ReadResult read = read_scenario(small.scenario, {{"remap.latency=17 ms"}, 5});
   REQUIRE(read);
   const RunOutcome again = run_scenario(*read, {});

@@ -21,8 +21,9 @@ const char* name_of(SweepVerdict verdict);
 
 /// The first line of the file, which is the same for every shard of a sweep.
 struct SweepHeader {
-  std::string name, file;       ///< the scenario's name, and its file as given (two shards may have different paths)
-  std::string scenario, build;  ///< digests: two files belong together only if these are equal
+  std::string name, file;        ///< the scenario's name, and its file as given (two shards may have different paths)
+  std::vector<std::string> set;  ///< what --set changed in it, but for [sweep]
+  std::string scenario, build;   ///< digests: two files belong together only if these are equal
   std::vector<std::uint64_t> seeds;
   struct Axis {
     std::string path;

@@ -27,6 +27,8 @@ std::string live_lines(const RunRecord& run, const Metrics& metrics);
 std::string device_notes(const RunRecord& run);
 /// How the errors of each signal that was asserted grow over the judged time; one line per signal, for people.
 std::string growth_lines(const Metrics& metrics, const std::vector<ExpectationResult>& results);
+/// "left.force.direct velocity_jump: 5.4 step, limit <= 4 step: …": of an expectation, why and where it does not hold.
+std::string failure_message(const ExpectationResult& result);
 /// value, limit, margin, line; one row per expectation. `colour`: ANSI on a terminal.
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 

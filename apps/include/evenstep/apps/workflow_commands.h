@@ -1,0 +1,43 @@
+#pragma once
+/// What a step of GitHub Actions reads: annotations, and the job's summary in Markdown. Its runner takes every line of
+/// stdout and stderr for a command that begins with "::name", and what follows "##[name" anywhere in a line; so text of
+/// others must not pass unchanged. Written after actions/runner, ActionCommand.cs and OutputManager.cs.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "evenstep/text/diagnostic.h"
+
+namespace evenstep {
+
+enum class AnnotationLevel { warning, error };
+
+/// One line, with its end: "::error file=…,line=…,col=…,title=…::message". Whatever is in them, the parts stay what they
+/// are. Of a place without a file, line or column, only what it has.
+std::string annotation(AnnotationLevel level, const Place& place, std::string_view title, std::string_view message);
+
+/// The file as an annotation names it: from the repository's folder, if it is below it, else as it is.
+std::string file_in_repository(const std::string& file, const std::string& workspace);
+
+/// Lets text through, in pieces, so that the runner finds no command in it: "::" at the start of a line becomes ":_:", "#["
+/// becomes "#_[". Everything else stays the same.
+class CommandGuard {
+ public:
+  std::string pass(std::string_view piece);
+
+ private:
+  enum class Start { blank, colon, text } start_ = Start::blank;
+  char last_visible_ = 0;  ///< in this line; white space, control characters and what is not ASCII do not count
+};
+
+/// A row of the job's summary.
+struct SummaryRow {
+  std::string scenario, verdict, note;
+};
+/// A table of them, with a line of text below it; at most `most_bytes`, with fewer rows if need be. Nothing in a cell is
+/// Markdown or HTML.
+std::string summary_markdown(const std::vector<SummaryRow>& rows, std::string_view below, std::size_t most_bytes);
+
+}  // namespace evenstep

@@ -1,0 +1,125 @@
+#include "output.h"
+
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+
+#include "evenstep/apps/shell.h"
+
+namespace evenstep::app {
+namespace {
+
+constexpr std::size_t kLargestJobSummary = 1024 * 1024;  // of one step; the runner refuses a larger one whole
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value ? value : "";
+}
+
+/// Messages with the program as it was started.
+class MessageText : public spdlog::formatter {
+ public:
+  explicit MessageText(std::string program) : program_(std::move(program)) {}
+  void format(const spdlog::details::log_msg& message, spdlog::memory_buf_t& out) override {
+    const std::string text = with_program({message.payload.data(), message.payload.size()}, program_) + '\n';
+    out.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<spdlog::formatter> clone() const override { return std::make_unique<MessageText>(program_); }
+
+ private:
+  std::string program_;
+};
+
+/// Whether all of it could be written; if not, errno says why.
+bool write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(descriptor, text.data(), text.size());
+    if (written <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+/// Errors and warnings as annotations, everything else as it is.
+class AnnotatingSink : public spdlog::sinks::base_sink<std::mutex> {
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    spdlog::memory_buf_t text;
+    formatter_->format(message, text);
+    std::string_view line(text.data(), text.size());
+    if (message.level < spdlog::level::warn) {
+      std::fwrite(line.data(), 1, line.size(), stderr);
+      return;
+    }
+    line.remove_suffix(1);
+    annotate(message.level == spdlog::level::warn ? AnnotationLevel::warning : AnnotationLevel::error, {}, "evenstep",
+             std::string(line));
+  }
+  void flush_() override {}
+};
+
+/// A stream to the descriptor in which nothing is a command for the runner.
+struct GuardedStream {
+  int descriptor;
+  CommandGuard guard;
+};
+ssize_t write_guarded(void* cookie, const char* bytes, std::size_t count) {
+  auto* const stream = static_cast<GuardedStream*>(cookie);
+  return write_all(stream->descriptor, stream->guard.pass({bytes, count})) ? static_cast<ssize_t>(count) : 0;
+}
+
+/// A file is read by no runner, so what is written there stays as it is.
+void guard(std::FILE*& stream, int descriptor, int buffering) {
+  struct stat what {};
+  if (::fstat(descriptor, &what) == 0 && S_ISREG(what.st_mode)) return;
+  static GuardedStream streams[3];  // lives as long as the C library's streams
+  streams[descriptor].descriptor = descriptor;
+  if (std::FILE* const guarded = ::fopencookie(&streams[descriptor], "w", {nullptr, write_guarded, nullptr, nullptr})) {
+    std::setvbuf(guarded, nullptr, buffering, BUFSIZ);
+    stream = guarded;
+  }
+}
+
+}  // namespace
+
+bool on_github() { return variable("GITHUB_ACTIONS") == "true"; }
+
+void prepare_output(const std::string& program) {
+  spdlog::sink_ptr sink;
+  if (on_github()) {
+    guard(stdout, STDOUT_FILENO, _IOFBF);
+    guard(stderr, STDERR_FILENO, _IOLBF);
+    sink = std::make_shared<AnnotatingSink>();
+  } else {
+    sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+  }
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("evenstep", std::move(sink)));
+  spdlog::set_formatter(std::make_unique<MessageText>(program));
+}
+
+void annotate(AnnotationLevel level, const Place& place, const std::string& title, const std::string& message) {
+  if (!on_github()) return;
+  std::fflush(stderr);
+  const Place shown{file_in_repository(place.file, variable("GITHUB_WORKSPACE")), place.line, place.column};
+  write_all(STDERR_FILENO, annotation(level, shown, title, message));
+}
+
+void add_to_job_summary(const std::vector<SummaryRow>& rows, const std::string& below) {
+  const std::string file = variable("GITHUB_STEP_SUMMARY");
+  if (!on_github() || file.empty()) return;
+  std::error_code none_yet;
+  const std::uintmax_t there = std::filesystem::file_size(file, none_yet);
+  const std::size_t used = none_yet ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(there, kLargestJobSummary));
+  std::ofstream out(file, std::ios::app | std::ios::binary);
+  out << summary_markdown(rows, below, kLargestJobSummary - used) << std::flush;
+  if (!out) spdlog::warn("{}: the job's summary cannot be written", file);
+}
+
+}  // namespace evenstep::app

@@ -1,0 +1,135 @@
+#!/usr/bin/env bash
+# add_scenarios_test.sh PROGRAM SOURCE_DIR CASE : runs one case; prints what differed and exits with 1 if it fails.
+# The projects here find a package that has only the program and the function: that the real one can be installed and found
+# is the matter of other tests.
+set -uo pipefail
+evenstep=$1
+source_dir=$2
+work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep add XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+unset GITHUB_ACTIONS
+
+fail() { printf 'FAILED: %s\n--- log\n%s\n' "$1" "$(tail -c 4000 log 2>/dev/null)"; exit 1; }
+has() { grep -qF -- "$1" log || fail "no '$1'"; }
+
+mkdir package
+cat >package/evenstepConfig.cmake <<END
+add_executable(evenstep::evenstep IMPORTED)
+set_target_properties(evenstep::evenstep PROPERTIES IMPORTED_LOCATION "$evenstep")
+include("$source_dir/cmake/EvenstepScenarios.cmake")
+END
+cat >package/evenstepConfigVersion.cmake <<'END'
+set(PACKAGE_VERSION 0.2.0)
+set(PACKAGE_VERSION_COMPATIBLE TRUE)
+END
+
+# project LINES... : a CMakeLists.txt with these lines after enable_testing()
+project() {
+  { printf '%s\n' 'cmake_minimum_required(VERSION 3.25)' 'project(toy LANGUAGES NONE)' 'find_package(evenstep REQUIRED)' \
+      'enable_testing()' "$@"; } >CMakeLists.txt
+}
+configure() { cmake -S . -B build -G Ninja -Devenstep_DIR="$work/package" >log 2>&1; }
+# tests ARGUMENTS... : the names of the tests that ctest would run
+tests() { ctest --test-dir build -N "$@" | sed -nE 's/^ *Test +#[0-9]+: //p'; }
+
+# scenario FILE LINE... : one that passes, and these lines
+scenario() {
+  mkdir -p "$(dirname "$1")"
+  { printf '%s\n' 'format = 1' "extends = [\"$source_dir/examples/ctest/scenarios/renderer.toml\"]" 'name = "toy"' \
+      'expect = [{ signal = "left.force.phase_locked", metric = "underruns", equals = 0 }]'; printf '%s\n' "${@:2}"; } >"$1"
+}
+toy() {
+  scenario scenarios/passing.toml 'tags = ["quick", "two words"]'
+  scenario scenarios/failing.toml '[remap]' 'latency = "5 ms"'
+  scenario scenarios/broken.toml '[remap]' 'latncy = "5 ms"'
+  scenario scenarios/below/slow.toml 'tags = [' '  "long",  # minutes' ']'
+  printf 'format = 1\nextends = ["slow.toml"]\nname = "y"\n' >scenarios/below/inherits.toml
+}
+
+case_a_test_per_scenario_with_its_verdict() {
+  toy
+  project 'evenstep_add_scenarios(DIRECTORY scenarios)'
+  configure || fail "cannot be configured"
+  [ "$(tests | xargs -d '\n' printf '%s, ')" = \
+    'scenario: scenarios/broken.toml, scenario: scenarios/failing.toml, scenario: scenarios/passing.toml, ' ] ||
+    fail "other names: $(tests)"
+  ctest --test-dir build --output-on-failure >log 2>&1 && fail "a scenario that fails is no failure"
+  has "2 tests failed out of 3"
+  has "1 - scenario: scenarios/broken.toml (Failed)"
+  has "scenarios/broken.toml:6:1: error: unknown key 'latncy'"
+  has "scenarios/failing.toml:4"
+  has "again: $(printf '%q' "$evenstep")"
+  for name in passing failing; do
+    [ -e build/evenstep-runs/scenarios/$name/summary.json ] || fail "no run folder of $name"
+  done
+  [ -z "$(find . -path ./build -prune -o -name summary.json -print)" ] || fail "something is written beside the sources"
+}
+case_labels_are_those_given_and_the_tags_also_inherited_ones() {
+  toy
+  project 'evenstep_add_scenarios(DIRECTORY scenarios RECURSE LABELS haptics nightly)'
+  configure || fail "cannot be configured"
+  [ "$(tests | wc -l)" -eq 5 ] || fail "not five: $(tests)"
+  [ "$(tests -L '^haptics$' -L '^nightly$' | wc -l)" -eq 5 ] || fail "LABELS are missing"
+  [ "$(tests -L '^long$')" = $'scenario: scenarios/below/inherits.toml\nscenario: scenarios/below/slow.toml' ] ||
+    fail "long: $(tests -L '^long$')"
+  [ "$(tests -L '^two words$')" = 'scenario: scenarios/passing.toml' ] || fail "a tag of two words is not one label"
+}
+case_a_new_scenario_is_found_by_the_next_build_and_run_folders_are_not_searched() {
+  toy
+  project 'evenstep_add_scenarios(DIRECTORY scenarios RECURSE)' 'add_custom_target(nothing ALL)'
+  configure || fail "cannot be configured"
+  scenario scenarios/new.toml
+  "$evenstep" run scenarios/new.toml --out scenarios/runs/new >log 2>&1 || fail "the new scenario does not pass"
+  cmake --build build >log 2>&1 || fail "no build"
+  [ "$(tests | wc -l)" -eq 6 ] || fail "not the new one alone: $(tests)"
+}
+case_a_folder_elsewhere_is_named_by_its_last_part() {
+  toy
+  mkdir project && cd project || exit 1
+  project 'evenstep_add_scenarios(DIRECTORY ../scenarios)'
+  configure || fail "cannot be configured"
+  [ "$(tests -R passing)" = 'scenario: scenarios/passing.toml' ] || fail "$(tests)"
+  ctest --test-dir build -R passing >log 2>&1 || fail "does not pass"
+  [ -e build/evenstep-runs/scenarios/passing/summary.json ] || fail "the run folder is elsewhere"
+}
+case_a_program_of_your_own_runs_them() {
+  toy
+  printf '#!/bin/sh\necho mine: "$@"\nexec "%s" "$@"\n' "$evenstep" >mine
+  chmod +x mine
+  project 'add_executable(mine IMPORTED)' \
+    'set_target_properties(mine PROPERTIES IMPORTED_LOCATION "${CMAKE_SOURCE_DIR}/mine")' \
+    'evenstep_add_scenarios(DIRECTORY scenarios PROGRAM mine)'
+  configure || fail "cannot be configured"
+  ctest --test-dir build -R passing -V >log 2>&1 || fail "does not pass"
+  has "mine: run scenarios/passing.toml --out"
+}
+case_mistakes_are_errors_with_a_remedy() {
+  mkdir empty
+  for wrong in 'DIRECTORY empty@no scenario (*.toml) in' 'DIRECTORY nowhere@no scenario (*.toml) in' \
+    'LABELS x@DIRECTORY is missing' 'DIRECTORY empty WITH x@not understood' \
+    'DIRECTORY empty PROGRAM nobody@is not a'; do
+    project "evenstep_add_scenarios(${wrong%@*})"
+    configure && fail "accepted: $wrong"
+    tr '\n' ' ' <log | sed -E 's/ +/ /g' >flat && mv flat log
+    has "${wrong#*@}"
+  done
+  project 'evenstep_add_scenarios(DIRECTORY empty)'
+  sed -i '/^enable_testing/d' CMakeLists.txt
+  configure && fail "accepted without enable_testing()"
+  has "enable_testing()"
+}
+case_it_adds_nothing_where_testing_is_off() {
+  project 'set(BUILD_TESTING OFF)' 'evenstep_add_scenarios(DIRECTORY nowhere)'
+  configure || fail "an error where testing is off"
+}
+case_the_example_has_two_tests_and_both_pass() {
+  cp -r "$source_dir/examples/ctest" example && cd example || exit 1
+  cmake -S . -B build -Devenstep_DIR="$work/package" >log 2>&1 || fail "the example cannot be configured"
+  [ "$(tests -L '^haptics$')" = $'scenario: scenarios/renderer.toml\nscenario: scenarios/slow/jitter.toml' ] ||
+    fail "$(tests)"
+  [ "$(tests -LE '^long$')" = 'scenario: scenarios/renderer.toml' ] || fail "long: $(tests -LE '^long$')"
+  ctest --test-dir build --output-on-failure >log 2>&1 || fail "the example fails"
+}
+
+"case_$3"

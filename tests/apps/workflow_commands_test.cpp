@@ -1,0 +1,108 @@
+#include "evenstep/apps/workflow_commands.h"
+
+#include <catch2/catch.hpp>
+#include <random>
+
+using namespace evenstep;
+
+namespace {
+
+/// What Char.IsWhiteSpace of .NET skips at the start of a line, and what a comparison that knows languages may skip
+/// anywhere.
+const std::vector<std::string> kSkipped{" ", "\t", "\v", "\f", "\u0085", "\u00a0", "\u2003", "\u200b", "\ufeff", "\x01"};
+
+std::string without_skipped(std::string line) {
+  for (const std::string& one : kSkipped) {
+    for (std::size_t at = 0; (at = line.find(one, at)) != std::string::npos;) line.erase(at, one.size());
+  }
+  return line;
+}
+
+/// Whether the runner finds a command in this line: with the generosity of without_skipped, and whatever its name is.
+bool is_command(const std::string& raw) {
+  const std::string line = without_skipped(raw);
+  return line.starts_with("::") || line.find("##[") != std::string::npos;
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines(1);
+  for (const char c : text) {
+    if (c == '\n' || c == '\r')
+      lines.emplace_back();
+    else
+      lines.back() += c;
+  }
+  return lines;
+}
+
+std::string random_text(std::mt19937& random) {
+  std::vector<std::string> pieces{":", "::", "#", "##[", "[", "]", "\n", "\r", "\r\n", "a", "set-output name=x", "_", "%"};
+  pieces.insert(pieces.end(), kSkipped.begin(), kSkipped.end());
+  std::string text;
+  for (unsigned i = random() % 20; i > 0; --i) text += pieces[random() % pieces.size()];
+  return text;
+}
+
+}  // namespace
+
+TEST_CASE("In 100,000 random texts in random pieces the runner finds no command, and only underscores were added") {
+  std::mt19937 random(1);
+  std::size_t with_command = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const std::string text = random_text(random);
+    CommandGuard guard;
+    std::string passed;
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t count = 1 + random() % 5;
+      passed += guard.pass(std::string_view(text).substr(at, count));
+      at += count;
+    }
+    for (const std::string& line : lines_of(text)) with_command += is_command(line) ? 1 : 0;
+    bool found = false;
+    for (const std::string& line : lines_of(passed)) found = found || is_command(line);
+    std::size_t at = 0;
+    for (const char c : passed) {
+      if (at < text.size() && text[at] == c)
+        ++at;
+      else if (c != '_')
+        found = true;
+    }
+    if (found || at != text.size()) FAIL_CHECK("'" << text << "' -> '" << passed << "'");
+  }
+  CHECK(with_command > 10'000);  // the texts are not harmless
+}
+
+TEST_CASE("Ordinary text passes unchanged") {
+  for (const std::string text : {"evenstep 0.1.0  Figure 1: a, b\n", "x.toml:5:1: error: std::bad_alloc\n",
+                                 "a #1 [b] ## [c]\n", "{\"a\": [\"::b\"]}\n", "\n"}) {
+    CommandGuard guard;
+    CHECK(guard.pass(text) == text);
+  }
+}
+
+TEST_CASE("An annotation is one line whose parts stay what they are") {
+  CHECK(annotation(AnnotationLevel::error, {"a/b.toml", 12, 3}, "title", "message") ==
+        "::error file=a/b.toml,line=12,col=3,title=title::message\n");
+  CHECK(annotation(AnnotationLevel::warning, {"a,b:c%.toml", 0, 0}, "x, y\n::z", "1: 100 %\r\n::set-output name=a::b") ==
+        "::warning file=a%2Cb%3Ac%25.toml,title=x%2C y%0A%3A%3Az::1: 100 %25%0D%0A::set-output name=a::b\n");
+  CHECK(annotation(AnnotationLevel::error, {"", 3, 4}, "t", "m") == "::error title=t::m\n");
+}
+
+TEST_CASE("A file is named from the repository's folder, if it is below it") {
+  const std::string here = std::filesystem::current_path().string();
+  CHECK(file_in_repository("a/../b.toml", here) == "b.toml");
+  CHECK(file_in_repository("b.toml", here + "/") == "b.toml");
+  CHECK(file_in_repository("../b.toml", here) == "../b.toml");
+  CHECK(file_in_repository("/elsewhere/b.toml", here) == "/elsewhere/b.toml");
+  CHECK(file_in_repository("b.toml", "") == "b.toml");
+}
+
+TEST_CASE("The summary is a table whatever its cells hold, and no larger than allowed") {
+  const std::string text = summary_markdown({{"a|b.toml", "FAIL", "x\n| <b> [l](m) `c`"}}, "1 failed\n", 10'000);
+  CHECK(text ==
+        "### evenstep\n\n| scenario | verdict | |\n|---|---|---|\n"
+        "| a\\|b.toml | FAIL | x \\| \\<b\\> \\[l\\](m) \\`c\\` |\n\n1 failed \n");
+  const std::vector<SummaryRow> many(1000, {"x", "PASS", ""});
+  for (std::size_t most = 0; most < 1000; ++most) CHECK(summary_markdown(many, "end", most).size() <= most);
+  CHECK(summary_markdown(many, "end", 300).find(" more | | |\n\nend\n") != std::string::npos);
+}

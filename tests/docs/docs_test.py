@@ -1,0 +1,301 @@
+#!/usr/bin/env python3
+"""Every fenced block of README.md, ARCHITECTURE.md and docs/*.md, run or checked.
+
+    docs_test.py PROGRAM SOURCE_DIR BUILD_DIR PAGE          one page, without what exceptions.txt calls long
+    docs_test.py PROGRAM SOURCE_DIR BUILD_DIR PAGE --long   its long commands, with their output
+    docs_test.py PROGRAM SOURCE_DIR BUILD_DIR --exceptions  that each exception is needed, and how many there are
+
+The word after the fence says what a block is:
+    console   lines with "$ " are commands of one shell; the lines after one are what it prints. "..." stands for any lines.
+              A command must exit with 0, unless the next one is "echo $?".
+    sh        commands, one a line, each by itself. They must exit with 0; their comments are not compared.
+    toml      a scenario; with "format" missing, a part that is added to one. `evenstep check` must accept it. A word after
+              "toml" is the file it is written to, for the commands below it.
+    cpp       lines that stand somewhere in the sources as they are here.
+    cmake     a call whose functions exist in cmake/.
+    text      a picture, or the format of a file: nothing to run.
+A command that is not run stands in exceptions.txt, with the reason; it is parsed: command, options and files must exist. So
+does a block of toml that only parses, with its first line.
+"long" ones run in a test of their own. "fails" ones run, and must exit with 1. The page * stands for all, and its command
+for all that begin so.
+"""
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+KINDS = {"parsed", "long", "fails"}
+EXPECTED_EXCEPTIONS = 33  # a new one needs a reason and this number
+
+
+def fenced_blocks(page):
+    """(line, info, lines) of each block."""
+    lines = page.read_text(encoding="utf-8").split("\n")
+    at = 0
+    while at < len(lines):
+        fence = re.match(r"^( *)```(.*)$", lines[at])
+        if fence:
+            end = next(i for i in range(at + 1, len(lines)) if lines[i].strip() == "```")
+            yield at + 1, fence[2].strip(), [line[len(fence[1]):] for line in lines[at + 1:end]]
+            at = end
+        at += 1
+
+
+def exceptions():
+    """{(page, command): (kind, reason)}; the file has "page | kind | command | reason" on each line."""
+    known = {}
+    for line in (HERE / "exceptions.txt").read_text(encoding="utf-8").splitlines():
+        if line.strip() and not line.startswith("#"):
+            page, kind, command, reason = (part.strip() for part in line.split(" | "))
+            if kind not in KINDS or not reason:
+                sys.exit(f"exceptions.txt: '{line}' needs a kind of {KINDS}, and a reason")
+            known[page, command] = kind, reason
+    return known
+
+
+def commands_of(info, lines):
+    """[(command, expected output)] of a console or sh block; of toml the first line, which may be an exception."""
+    found = []
+    for line in lines:
+        if info == "sh":
+            command = re.sub(r"\s+#\s.*$", "", line).strip()
+            if command and not command.startswith("#"):
+                found.append((command, None))
+        elif info == "toml":
+            return [(line, None)]
+        elif line.startswith("$ "):
+            found.append((line[2:], []))
+        elif found:
+            found[-1][1].append(line)
+    return found
+
+
+class Page:
+    def __init__(self, program, source, build, name, long):
+        self.program, self.source, self.build, self.name, self.long = program, source, build, name, long
+        self.problems = []
+        self.except_ = exceptions()
+        self.place = Path(tempfile.mkdtemp(prefix="evenstep docs "))
+        self.work = self.place / "evenstep"
+        self.environment = dict(os.environ, PATH=f"{self.place / 'bin'}:{os.environ['PATH']}", NO_COLOR="1",
+                                CMAKE_PREFIX_PATH=str(self.place),
+                                POCL_CACHE_DIR=str(build / "pocl-cache"), LC_ALL="C.UTF-8")
+        for variable in ("GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "EVENSTEP_CALLED_AS"):
+            self.environment.pop(variable, None)
+
+    def kind_of(self, command):
+        for (page, known), (kind, _) in self.except_.items():
+            if (page == self.name and known == command) or (page == "*" and command.startswith(known)):
+                return kind
+        return "run"
+
+    def wrong(self, line, what):
+        self.problems.append(f"{self.name}:{line}: {what}")
+
+    def set_up(self):
+        """A clone in which run.sh need not build, and files that the page's reader would have."""
+        (self.place / "bin").mkdir()
+        (self.place / "bin" / "evenstep").symlink_to(self.program)
+        self.work.mkdir()
+        for name in ("scenarios", "scripts", "docs", "tests", "examples", "README.md", "cmake"):
+            if (self.source / name).exists():
+                (self.work / name).symlink_to(self.source / name)
+        shutil.copy(self.source / "run.sh", self.work / "run.sh")
+        (self.work / "run.sh").write_text('#!/bin/sh\nEVENSTEP_CALLED_AS=$0 exec evenstep "$@"\n')
+        package = self.place / "lib/cmake/evenstep/evenstepConfig.cmake"  # what find_package would find
+        package.parent.mkdir(parents=True)
+        package.write_text(f"""add_executable(evenstep::evenstep IMPORTED)
+set_target_properties(evenstep::evenstep PROPERTIES IMPORTED_LOCATION "{self.program}")
+include("{self.source}/cmake/EvenstepScenarios.cmake")
+""")
+        shutil.copy(self.source / "scenarios/recorded/small-paced30-basic.csv", self.work / "timing.csv")
+        mine = next(lines for _, info, lines in fenced_blocks(self.source / "README.md") if info == "toml")
+        (self.work / "my.toml").write_text("\n".join(mine) + "\n")
+
+    # --- toml ---------------------------------------------------------------------------------------------------------
+
+    def check_toml(self, line, info, lines):
+        text = "\n".join(lines) + "\n"
+        if self.kind_of(lines[0]) == "parsed":
+            tomllib.loads(text)
+            return
+        named = info.split()[1:]
+        if "format" not in re.findall(r"^\w+", text.split("[")[0], re.M):
+            base = self.work / "base.toml"  # what a part of a scenario on this page belongs to
+            if not base.exists():
+                base = self.work / "scenarios/paper/figure-1-spring.toml"
+            head = f'format = 1\nextends = ["{base}"]\nname = "a part"\n'
+            text = head + text
+        file = self.shell_folder() / named[0] if named else self.work / "block.toml"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        done = subprocess.run([self.program, "check", file], env=self.environment, cwd=self.work, text=True,
+                              capture_output=True, check=False)
+        if done.returncode > (1 if named else 0):
+            self.wrong(line, f"`evenstep check` exits with {done.returncode}:\n{done.stderr}{done.stdout[-500:]}")
+
+    # --- cpp ----------------------------------------------------------------------------------------------------------
+
+    def check_cpp(self, line, lines):
+        def bare(text):
+            return re.sub(r"[\s/+]+", "", text)
+        if not hasattr(Page, "sources"):
+            tracked = subprocess.run(["git", "ls-files", "*.h", "*.cpp", "*.c", "*.patch"], cwd=self.source, text=True,
+                                     capture_output=True, check=False).stdout.split("\n")
+            files = [self.source / name for name in tracked if name] or \
+                [file for room in self.source.iterdir() if room.is_dir() and room.name != "build"
+                 for ending in ("h", "cpp", "c", "patch") for file in room.rglob("*." + ending)]
+            Page.sources = "\n".join(bare(file.read_text(encoding="utf-8")) for file in files if file.exists())
+        for offset, text in enumerate(lines):
+            if bare(text) and not re.match(r"^\s*// [\w/.]+$", text) and bare(text) not in Page.sources:
+                self.wrong(line + 1 + offset, f"no source has this line: {text.strip()}")
+
+    # --- commands -----------------------------------------------------------------------------------------------------
+
+    def start_shell(self):
+        self.shell = subprocess.Popen(["bash"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                      cwd=self.work, env=self.environment, text=True, bufsize=1)
+
+    def in_shell(self, command):
+        """The status and output of a command, in the one shell of the page."""
+        mark = "==docs=="
+        self.shell.stdin.write(f"(exit ${{docs_status:-0}})\n{{ {command}\n}} </dev/null\n"
+                               f"docs_status=$?; printf '{mark}%s\\n' $docs_status\n")
+        self.shell.stdin.flush()
+        output = []
+        for line in self.shell.stdout:
+            before, found, status = line.rstrip("\n").partition(mark)
+            if before or not found:
+                output.append(before)
+            if found:
+                return int(status), output
+        return -1, output
+
+    def shell_folder(self):
+        if not hasattr(self, "shell"):
+            return self.work
+        return Path(self.in_shell("pwd")[1][0])
+
+    def matches(self, expected, output):
+        """Whether the output is what the page says, line by line; "..." stands for any number of lines, and in a line for
+        any text. White space in a row counts as one blank."""
+        def pattern(line):
+            return r"\s+".join(re.escape(word).replace(r"\.\.\.", ".*") for word in line.split())
+        expression = ""
+        for line in expected:
+            expression += r"(?:[^\n]*\n)*?" if line.strip() == "..." else r"\s*" + pattern(line) + r"[ \t]*\n"
+        return re.fullmatch(expression, "".join(line + "\n" for line in output)) is not None
+
+    def run_command(self, line, command, expected, wanted):
+        status, output = self.in_shell(command)
+        shown = "\n".join(output[-40:])
+        if wanted not in (None, status):
+            self.wrong(line, f"exit {status}: {command}\n{shown}")
+        elif expected is not None and expected != [] and not self.matches(expected, output):
+            self.wrong(line, f"prints something else: {command}\n{shown}")
+
+    def parse_command(self, line, command):
+        """Command, options and files exist."""
+        words = shlex.split(command, comments=True)
+        while words and re.match(r"^\w+=", words[0]):
+            words.pop(0)
+        if words[0] in ("./run.sh", "evenstep"):
+            if len(words) == 1:
+                return
+            done = subprocess.run([self.program, words[1], "--help"], env=self.environment, text=True, capture_output=True,
+                                  check=False)
+            if done.returncode != 0:
+                self.wrong(line, f"no such command of evenstep: {command}")
+            for option in (word.split("=")[0] for word in words[2:] if word.startswith("--")):
+                if not re.search(re.escape(option) + r"\b", done.stdout):
+                    self.wrong(line, f"no such option of {words[1]}: {option}")
+            files = [word for word in words[2:] if re.match(r"^[\w./-]+\.(toml|csv)$|^scenarios/", word)]
+        elif words[0] == "./test.sh":
+            files = []
+            if words[1:]:
+                listed = subprocess.run(["ctest", "--test-dir", self.build, "-N", *words[1:]], text=True, capture_output=True,
+                                        check=False).stdout
+                if "Total Tests: 0" in listed or "Total Tests" not in listed:
+                    self.wrong(line, f"ctest has no such test: {command}")
+        else:
+            files = [words[0]]
+            if words[0] in ("cmake", "ctest"):
+                files = []
+        for file in files:
+            if not (self.work / file).exists() and not (self.source / file).exists():
+                self.wrong(line, f"no such file: {file}")
+
+    def check_commands(self, line, info, lines):
+        found = commands_of(info, lines)
+        for i, (command, expected) in enumerate(found):
+            kind = self.kind_of(command)
+            wanted = 1 if kind == "fails" else None if i + 1 < len(found) and found[i + 1][0] == "echo $?" else 0
+            if kind == "parsed":
+                if not self.long:
+                    self.parse_command(line, command)
+            elif (kind == "long") == self.long:
+                self.run_command(line, command, expected, wanted)
+            elif kind == "long":
+                self.parse_command(line, command)
+
+    def run(self):
+        self.set_up()
+        self.start_shell()
+        for line, info, lines in fenced_blocks(self.source / self.name):
+            kind = info.split()[0] if info else ""
+            if kind in ("console", "sh"):
+                self.check_commands(line, kind, lines)
+            elif self.long or kind in ("text", "json"):
+                continue
+            elif kind == "toml":
+                self.check_toml(line, info, lines)
+            elif kind == "cmake":
+                functions = "".join(file.read_text() for file in sorted((self.source / "cmake").glob("*.cmake")))
+                for name in re.findall(r"\bevenstep_\w+(?=\()", "\n".join(lines)):
+                    if f"function({name})" not in functions:
+                        self.wrong(line, f"no such function in cmake/: {name}")
+            elif kind == "cpp":
+                self.check_cpp(line, lines)
+            else:
+                self.wrong(line, f"a block of '{info}': write console, sh, toml, cpp, cmake or text after the fence "
+                                 "(tests/docs/docs_test.py says what is checked in each)")
+        self.shell.stdin.close()
+        self.shell.wait()
+        shutil.rmtree(self.place, ignore_errors=True)
+        return self.problems
+
+
+def pages(source):
+    return [str(page.relative_to(source)) for folder in (source, source / "docs") for page in sorted(folder.glob("*.md"))]
+
+
+def check_exceptions(source):
+    known = exceptions()
+    there = [(page, command) for page in pages(source) for _, info, lines in fenced_blocks(source / page)
+             for command, _ in commands_of(info.split()[0] if info else "", lines)]
+    problems = [f"{page}: no such command any more: {command}" for page, command in known
+                if not any(command == is_there[1] and page == is_there[0] or
+                           page == "*" and is_there[1].startswith(command) for is_there in there)]
+    if len(known) != EXPECTED_EXCEPTIONS:
+        problems.append(f"{len(known)} exceptions instead of {EXPECTED_EXCEPTIONS}; a new one needs a reason, and this number")
+    return problems
+
+
+def main():
+    program, source, build, page = Path(sys.argv[1]), Path(sys.argv[2]).resolve(), Path(sys.argv[3]), sys.argv[4]
+    if page == "--exceptions":
+        problems = check_exceptions(source)
+    else:
+        problems = Page(program, source, build, page, "--long" in sys.argv[5:]).run()
+    print("\n".join(problems) or "ok")
+    sys.exit(1 if problems else 0)
+
+
+if __name__ == "__main__":
+    main()
