@@ -62,12 +62,9 @@ TEST_CASE("What a library can do is found out, and what it lacks is left out") {
                                 "device.left.render={ kind = \"local\" }"},
                                builtin());
   CHECK(run.strategies.front().solver.lacks == std::vector<std::string>{"particles"});
-  CHECK_THAT(text_of(evenstep::run_scenario(
-                         *read({scene_in(module("none")),
-                                "expect=[{ signal = \"solver.direct\", metric = \"energy_growth\", max = 0.1 }]"},
-                               builtin()))
-                         .errors),
-             Contains("the solver 'faulty' has no energy"));
+  const RunOutcome lacking = own_parts::run(
+      {scene_in(module("none")), "expect=[{ signal = \"solver.direct\", metric = \"energy_growth\", max = 0.1 }]"}, builtin());
+  CHECK_THAT(text_of(lacking.errors), Contains("the solver 'faulty' has no energy"));
 }
 
 TEST_CASE("A library that is none, or another one, is refused with what is wrong with it") {
