@@ -25,7 +25,8 @@ void write_all(const char* bytes, std::size_t size) {
   if (std::fwrite(bytes, 1, size, stdout) != size || std::fflush(stdout) != 0) std::exit(9);
 }
 
-void greet() {
+/// How many tools there are.
+std::size_t greet() {
   char line[65536];
   if (is("exits")) std::fprintf(stderr, "no such mesh\n"), std::exit(3);
   if (is("mute")) sleep_forever();
@@ -41,6 +42,7 @@ void greet() {
   }
   std::printf("{\"protocol\": 1, \"has\": [\"state_digest\", \"reset\"]}\n");
   std::fflush(stdout);
+  return std::strstr(line, "\"tools\":2") == nullptr ? 1 : 2;
 }
 
 struct Answer {
@@ -74,9 +76,8 @@ int main(int argc, char** argv) {
   fault = argc > 1 ? argv[1] : "good";
   if (is("has_child") && fork() == 0) sleep_forever();
   if (is("stays")) std::signal(SIGTERM, SIG_IGN);
-  greet();
+  const std::size_t tools = greet();
   char request[24 + 48];
-  const std::size_t tools = argc > 2 ? static_cast<std::size_t>(std::atoi(argv[2])) : 2;
   const std::size_t size = 32 + 24 * tools;
   std::uint64_t digest = 0;
   while (read_all(request, 24 + 24 * tools)) {

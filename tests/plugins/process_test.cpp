@@ -24,8 +24,8 @@ void check_no_child() {
   CHECK(errno == ECHILD);
 }
 
-ProcessCommand command(const std::string& fault, const std::string& tools = "1") {
-  return {{EVENSTEP_TEST_PROCESS, fault, tools}, ".", Duration{20'000'000'000}};
+ProcessCommand command(const std::string& fault) {
+  return {{EVENSTEP_TEST_PROCESS, fault}, ".", Duration{20'000'000'000}};
 }
 
 /// What a solver says when it is made and asked for 8 steps.
@@ -121,7 +121,7 @@ TEST_CASE("A command that cannot be run is an error at its place") {
   for (const auto& [scene, error] : std::vector<std::array<std::string, 2>>{
            {"{ command = [] }", "'command' names no program"},
            {"{ command = \"python3\" }", "must be a list"},
-           {"{ command = [3] }", "must be a string"},
+           {"{ command = [3] }", "each a string, not 3"},
            {"{ command = [\"no-such-program\"] }", "there is no program 'no-such-program' that can be run; it was looked for in PATH"},
            {"{ command = [\"./no-such-program\"] }", "its path is counted from"},
            {"{ command = [\"sh\"], name = \"mine\" }", "'name' does not go with 'command'"},
