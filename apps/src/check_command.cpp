@@ -96,7 +96,7 @@ void explain_device(const DeviceSpec& device, Facts& facts) {
   const auto* foreign = std::get_if<ForeignDriverSpec>(&device.driver);
   std::string lines = fmt::format("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission{}\n", device.name,
                                   device.rate.num, device.rate.den, ms(device.phase), linear ? "linear" : "hold",
-                                  foreign ? fmt::format(", driver '{}' of this program", foreign->part.name) : "");
+                                  foreign ? fmt::format(", driver '{}', not evenstep's own", foreign->part.name) : "");
   if (device.hand) {
     lines +=
         fmt::format("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
