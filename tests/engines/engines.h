@@ -1,0 +1,35 @@
+#pragma once
+// Physics engines that are not evenstep's, as solvers of it. Nothing in evenstep knows them: this folder is an example of how
+// to bring an engine along (docs/engines.md).
+
+#include <memory>
+
+#include "evenstep/sim/foreign_solver.h"
+
+namespace engines {
+
+/// MuJoCo, [scene] name = "mujoco". Options, with what they are without being written:
+///   model      = "tool"       a body of `mass` on three sliders, each with `stiffness` and `damping`, welded to the hand
+///                "rod"        a rod of `links` boxes on ball joints, clamped at one end, its other end welded to the hand
+///                "box"        a soft box (MuJoCo's composite) on a floor, with a ball on it that is welded to the hand
+///                "particles"  the particles and springs that a [case] hands over
+///   integrator = "Euler"      "RK4", "implicit"
+///   stiffness  = 200 N/m (rod: N m/rad), damping = 1 N s/m (rod: N m s/rad), mass = 0.05 kg, links = 8
+///   weld       = 2            time constant of the weld in steps; MuJoCo allows no shorter one
+///   impedance  = 0.99         of the weld: the share of the constraint in the tool's acceleration
+///   iterations = 100, tolerance = 1e-12: where the constraint solver stops
+/// Force on the hand: minus the constraint force on the sliders of the tool.
+std::unique_ptr<evenstep::ForeignSolver> make_mujoco(const evenstep::SolverRequest& request);
+
+/// Bullet, [scene] name = "bullet".
+///   model      = "tool"       a body of `mass` on a spring to the world of `stiffness` and `damping`
+///                "soft"       a cloth of `edge` x `edge` nodes of btSoftBody, clamped at its border, anchored to the tool
+///                "particles"  the particles and springs that a [case] hands over
+///   coupling   = 20000 N/m, coupling_damping = 60 N s/m: the 6-DoF spring between the hand and the tool
+///   stiffness  = 200 N/m, damping = 0 N s/m, mass = 0.05 kg, edge = 9
+///   iterations = 50           of the constraint solver
+///   limit      = false        lets Bullet soften springs that it finds too stiff for the step
+/// Force on the hand: the one that Bullet reports for that spring (btJointFeedback).
+std::unique_ptr<evenstep::ForeignSolver> make_bullet(const evenstep::SolverRequest& request);
+
+}  // namespace engines
