@@ -10,7 +10,7 @@ namespace engines {
 
 /// MuJoCo, [scene] name = "mujoco". Options, with what they are without being written:
 ///   model      = "tool"       a body of `mass` on three sliders, each with `stiffness` and `damping`, welded to the hand
-///                "rod"        a rod of `links` boxes on ball joints, clamped at one end, its other end welded to the hand
+///                "rod"        a hook of `links` boxes on ball joints, clamped at one end, the other end held by the hand
 ///                "box"        a soft box (MuJoCo's composite) on a floor, with a ball on it that is welded to the hand
 ///                "particles"  the particles and springs that a [case] hands over
 ///   integrator = "Euler"      "RK4", "implicit"
@@ -18,7 +18,7 @@ namespace engines {
 ///   weld       = 2            time constant of the weld in steps; MuJoCo allows no shorter one
 ///   impedance  = 0.99         of the weld: the share of the constraint in the tool's acceleration
 ///   iterations = 100, tolerance = 1e-12: where the constraint solver stops
-/// Force on the hand: minus the constraint force on the sliders of the tool.
+/// Force on the hand: that of the rows of the weld (of the rod: of a ball joint) in the constraint solver.
 std::unique_ptr<evenstep::ForeignSolver> make_mujoco(const evenstep::SolverRequest& request);
 
 /// Bullet, [scene] name = "bullet".

@@ -1,6 +1,7 @@
 #include "mujoco_models.h"
 
-#include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace engines {
 namespace {
@@ -18,10 +19,21 @@ std::string hand(int tool, const glm::dvec3& at_m) {
   return fmt::format("\n    <body name=\"hand{}\" mocap=\"true\" pos=\"{} {} {}\"/>", tool, at_m.x, at_m.y, at_m.z);
 }
 
+/// A ball joint of three rows, as soft as the options say, between the hand and a body.
+std::string hold(const Options& options, int tool, const std::string& body, double step_s) {
+  const double impedance = options.number("impedance", 0.99, 1e-4, 0.9999);
+  return fmt::format(
+      "\n    <connect name=\"hold{0}\" body1=\"hand{0}\" body2=\"{1}\" anchor=\"0 0 0\" solref=\"{2} 1\" "
+      "solimp=\"{3} {3} 0.001\"/>",
+      tool, body, step_s * options.number("weld", 2, 2, 1e6), impedance);
+}
+
+/// All six rows, of which the sliders of a tool leave three.
 std::string weld(const Options& options, int tool, double step_s) {
   const double impedance = options.number("impedance", 0.99, 1e-4, 0.9999);
-  return fmt::format("\n    <weld body1=\"hand{0}\" body2=\"tool{0}\" solref=\"{1} 1\" solimp=\"{2} {2} 0.001\"/>", tool,
-                     step_s * options.number("weld", 2, 2, 1e6), impedance);
+  return fmt::format(
+      "\n    <weld name=\"hold{0}\" body1=\"hand{0}\" body2=\"tool{0}\" solref=\"{1} 1\" solimp=\"{2} {2} 0.001\"/>",
+      tool, step_s * options.number("weld", 2, 2, 1e6), impedance);
 }
 
 std::string option(const Options& options, double step_s, const char* gravity) {
@@ -51,33 +63,32 @@ std::string tool_xml(const Options& options, const evenstep::SolverRequest& requ
                      option(options, request.step_s, "0 0 0"), bodies, welds);
 }
 
-/// Links of 2 cm along x, each on a ball joint with a spring in it: a rod that bends and twists. The tool, on sliders, is
-/// joined to its end by a ball joint's constraint.
+/// Links of 2 cm, each on a ball joint with a spring in it, and at rest turned by 10 degrees against the one before: a hook
+/// that bends and twists. The hand holds its end. (The end of a straight rod could not follow: it does not stretch.)
 std::string rod_xml(const Options& options, const evenstep::SolverRequest& request, glm::dvec3& end_m) {
   const int links = options.count("links", 8, 1, 100);
   const double mass_kg = options.number("mass", 0.05, 1e-9, 1e6);
   std::string open, close;
   for (int link = 0; link < links; ++link) {
+    const double turned_rad = link * 10 * std::numbers::pi / 180;
+    end_m += 0.02 * glm::dvec3(std::cos(turned_rad), std::sin(turned_rad), 0);
     open += fmt::format(
-        "\n    <body name=\"link{0}\" pos=\"{1} 0 0\">\n      <joint type=\"ball\" stiffness=\"{2}\" damping=\"{3}\"/>"
-        "\n      <geom type=\"box\" pos=\"0.01 0 0\" size=\"0.01 0.005 0.005\" mass=\"{4}\" contype=\"0\" "
+        "\n    <body name=\"link{}\" pos=\"{} 0 0\" euler=\"0 0 {}\">\n      <joint type=\"ball\" stiffness=\"{}\" damping=\"{}\"/>"
+        "\n      <geom type=\"box\" pos=\"0.01 0 0\" size=\"0.01 0.005 0.005\" mass=\"{}\" contype=\"0\" "
         "conaffinity=\"0\"/>",
-        link, link == 0 ? 0 : 0.02, options.number("stiffness", 0.5, 0, 1e9), options.number("damping", 0.005, 0, 1e9),
+        link, link == 0 ? 0 : 0.02, link == 0 ? 0 : 10, options.number("stiffness", 0.5, 0, 1e9), options.number("damping", 0.005, 0, 1e9),
         mass_kg / links);
     close += "\n    </body>";
   }
-  end_m = {0.02 * links, 0, 0};
-  return fmt::format(
-      "<mujoco>{}\n  <worldbody>{}{}{}{}\n  </worldbody>\n  <equality>{}\n    <connect body1=\"tool0\" body2=\"link{}\" "
-      "anchor=\"0 0 0\" solref=\"{} 1\"/>\n  </equality>\n</mujoco>\n",
-      option(options, request.step_s, "0 0 0"), hand(0, end_m), tool_body(0, end_m, mass_kg, 0, 0, false), open, close,
-      weld(options, 0, request.step_s), links - 1, 2 * request.step_s);
+  return fmt::format("<mujoco>{}\n  <worldbody>{}{}{}\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
+                     option(options, request.step_s, "0 0 0"), hand(0, end_m), open, close,
+                     hold(options, 0, fmt::format("link{}", links - 1), request.step_s));
 }
 
 /// A soft box of particles on sliders, held together by tendons, on a floor; a ball that the hand moves rests on it. The box
 /// has a hundred contacts or so, which come and go.
 std::string box_xml(const Options& options, const evenstep::SolverRequest& request, glm::dvec3& above_m) {
-  const int edge = options.count("edge", 5, 3, 20);
+  const int edge = options.count("edge", 4, 3, 20);
   const double half_m = 0.01 * (edge - 1);
   above_m = {0, 0, 2 * half_m + 0.01 + 0.02};
   return fmt::format(
@@ -86,7 +97,7 @@ std::string box_xml(const Options& options, const evenstep::SolverRequest& reque
       "\n        <joint kind=\"main\" stiffness=\"{}\" damping=\"{}\"/>"
       "\n        <geom type=\"sphere\" size=\"0.01\" mass=\"{}\"/>\n      </composite>\n    </body>"
       "\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
-      option(options, request.step_s, "0 0 -9.81"), hand(0, above_m), tool_body(0, above_m, 0.05, 0, 0, true),
+      option(options, request.step_s, "0 0 -9.81"), hand(0, above_m), tool_body(0, above_m, 0.005, 0, 0, true),
       half_m + 0.01, edge, edge, edge, options.number("stiffness", 200, 0, 1e9), options.number("damping", 1, 0, 1e9),
       options.number("mass", 0.05, 1e-9, 1e6) / (edge * edge * edge), weld(options, 0, request.step_s));
 }

@@ -41,11 +41,8 @@ class Mujoco final : public evenstep::ForeignSolver {
  public:
   explicit Mujoco(const evenstep::SolverRequest& request)
       : scene_(mujoco_scene(request)), model_(compile(scene_.xml)), data_(mj_makeData(model_.get())) {
-    for (int tool = 0; tool < request.tool_count; ++tool) {
-      const std::string name = fmt::format("tool{}", tool);
-      const int body = mj_name2id(model_.get(), mjOBJ_BODY, name.c_str());
-      first_dof_.push_back(model_->body_dofadr[body]);
-    }
+    for (int tool = 0; tool < request.tool_count; ++tool)
+      holds_.push_back(mj_name2id(model_.get(), mjOBJ_EQUALITY, fmt::format("hold{}", tool).c_str()));
     reset();
   }
 
@@ -58,10 +55,7 @@ class Mujoco final : public evenstep::ForeignSolver {
     mj_step(model_.get(), data_.get());
     refuse_instability();
     evenstep::ToolResponse response;
-    for (std::size_t tool = 0; tool < positions_m.size(); ++tool) {
-      const double* force_N = data_->qfrc_constraint + first_dof_[tool];
-      response.force_N[tool] = -glm::dvec3(force_N[0], force_N[1], force_N[2]);
-    }
+    for (std::size_t tool = 0; tool < positions_m.size(); ++tool) response.force_N[tool] = held_N(holds_[tool]);
     return response;
   }
 
@@ -98,6 +92,14 @@ class Mujoco final : public evenstep::ForeignSolver {
   }
 
  private:
+  /// What a weld or ball joint does to the hand: the first three of its rows.
+  glm::dvec3 held_N(int hold) const {
+    for (int row = 0; row < data_->ne; ++row) {
+      const double* force_N = data_->efc_force + row;
+      if (data_->efc_id[row] == hold) return {force_N[0], force_N[1], force_N[2]};
+    }
+    return glm::dvec3(0);
+  }
   /// MuJoCo puts an unstable scene back to its begin and goes on; a hand would feel that.
   void refuse_instability() const {
     for (const int kind : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC, mjWARN_BADCTRL}) {
@@ -117,7 +119,7 @@ class Mujoco final : public evenstep::ForeignSolver {
   MujocoScene scene_;
   std::unique_ptr<mjModel, Deleter> model_;
   std::unique_ptr<mjData, Deleter> data_;
-  std::vector<int> first_dof_;
+  std::vector<int> holds_;
 };
 
 }  // namespace
