@@ -20,20 +20,20 @@ std::string hand(int tool, const glm::dvec3& at_m) {
 }
 
 /// A ball joint of three rows, as soft as the options say, between the hand and a body.
-std::string hold(const Options& options, int tool, const std::string& body, double step_s) {
+std::string hold(const Options& options, int tool, const std::string& body) {
   const double impedance = options.number("impedance", 0.99, 1e-4, 0.9999);
   return fmt::format(
       "\n    <connect name=\"hold{0}\" body1=\"hand{0}\" body2=\"{1}\" anchor=\"0 0 0\" solref=\"{2} 1\" "
       "solimp=\"{3} {3} 0.001\"/>",
-      tool, body, step_s * options.number("weld", 2, 2, 1e6), impedance);
+      tool, body, options.number("weld", 0.0045, 0, 1e6), impedance);
 }
 
 /// All six rows, of which the sliders of a tool leave three.
-std::string weld(const Options& options, int tool, double step_s) {
+std::string weld(const Options& options, int tool) {
   const double impedance = options.number("impedance", 0.99, 1e-4, 0.9999);
   return fmt::format(
       "\n    <weld name=\"hold{0}\" body1=\"hand{0}\" body2=\"tool{0}\" solref=\"{1} 1\" solimp=\"{2} {2} 0.001\"/>",
-      tool, step_s * options.number("weld", 2, 2, 1e6), impedance);
+      tool, options.number("weld", 0.0045, 0, 1e6), impedance);
 }
 
 std::string option(const Options& options, double step_s, const char* gravity) {
@@ -57,7 +57,7 @@ std::string tool_xml(const Options& options, const evenstep::SolverRequest& requ
     bodies += hand(tool, {}) + tool_body(tool, {}, options.number("mass", 0.05, 1e-9, 1e6),
                                          options.number("stiffness", 200, 0, 1e12), options.number("damping", 1, 0, 1e9),
                                          false);
-    welds += weld(options, tool, request.step_s);
+    welds += weld(options, tool);
   }
   return fmt::format("<mujoco>{}\n  <worldbody>{}\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
                      option(options, request.step_s, "0 0 0"), bodies, welds);
@@ -82,7 +82,7 @@ std::string rod_xml(const Options& options, const evenstep::SolverRequest& reque
   }
   return fmt::format("<mujoco>{}\n  <worldbody>{}{}{}\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
                      option(options, request.step_s, "0 0 0"), hand(0, end_m), open, close,
-                     hold(options, 0, fmt::format("link{}", links - 1), request.step_s));
+                     hold(options, 0, fmt::format("link{}", links - 1)));
 }
 
 /// A soft box of particles on sliders, held together by tendons, on a floor; a ball that the hand moves rests on it. The box
@@ -99,7 +99,7 @@ std::string box_xml(const Options& options, const evenstep::SolverRequest& reque
       "\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
       option(options, request.step_s, "0 0 -9.81"), hand(0, above_m), tool_body(0, above_m, 0.005, 0, 0, true),
       half_m + 0.01, edge, edge, edge, options.number("stiffness", 200, 0, 1e9), options.number("damping", 1, 0, 1e9),
-      options.number("mass", 0.05, 1e-9, 1e6) / (edge * edge * edge), weld(options, 0, request.step_s));
+      options.number("mass", 0.05, 1e-9, 1e6) / (edge * edge * edge), weld(options, 0));
 }
 
 /// A body on sliders for each particle, and a tendon for each spring: it pulls along the line between its ends.
