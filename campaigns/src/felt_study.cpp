@@ -182,11 +182,16 @@ class FeltStudy {
     return leads;
   }
 
+  std::string method_of(const StudyRun& run) const {
+    if (std::holds_alternative<ForeignScene>(scenario_.scene.body)) return "own";
+    return std::holds_alternative<TissueScene>(scenario_.scene.body) ? name_of(run.method) : "none";
+  }
+
   /// A cell with every strategy.
   std::vector<FeltPoint> judge(const StudyRun& run) {
     const auto* foreign = std::get_if<ForeignScene>(&scenario_.scene.body);
     FeltPoint point{.solver = foreign ? foreign->name : name_of(run.solver),
-                    .method = std::holds_alternative<TissueScene>(scenario_.scene.body) ? name_of(run.method) : "none",
+                    .method = method_of(run),
                     .iterations = run.iterations,
                     .substep_s = record_.step_s / run.step.substeps,
                     .substeps = run.step.substeps};

@@ -92,12 +92,12 @@ std::string box_xml(const Options& options, const evenstep::SolverRequest& reque
   const double half_m = 0.01 * (edge - 1);
   above_m = {0, 0, 2 * half_m + 0.01 + 0.02};
   return fmt::format(
-      "<mujoco>{}\n  <size njmax=\"8000\" nconmax=\"2000\"/>\n  <worldbody>\n    <geom type=\"plane\" size=\"1 1 1\"/>{}{}"
+      "<mujoco>{}\n  <size njmax=\"{}\" nconmax=\"{}\"/>\n  <worldbody>\n    <geom type=\"plane\" size=\"1 1 1\"/>{}{}"
       "\n    <body pos=\"0 0 {}\">\n      <composite type=\"box\" count=\"{} {} {}\" spacing=\"0.02\">"
       "\n        <joint kind=\"main\" stiffness=\"{}\" damping=\"{}\"/>"
       "\n        <geom type=\"sphere\" size=\"0.01\" mass=\"{}\"/>\n      </composite>\n    </body>"
       "\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
-      option(options, request.step_s, "0 0 -9.81"), hand(0, above_m), tool_body(0, above_m, 0.005, 0, 0, true),
+      option(options, request.step_s, "0 0 -9.81"), 100 * edge * edge, 20 * edge * edge, hand(0, above_m), tool_body(0, above_m, 0.005, 0, 0, true),
       half_m + 0.01, edge, edge, edge, options.number("stiffness", 200, 0, 1e9), options.number("damping", 1, 0, 1e9),
       options.number("mass", 0.05, 1e-9, 1e6) / (edge * edge * edge), weld(options, 0));
 }
