@@ -71,9 +71,9 @@ void explain_solver(const Scenario& scenario, Facts& facts) {
 }
 
 void explain_case(const CaseSpec& spec, Facts& facts) {
-  std::vector<std::string> methods, solvers;
+  std::vector<std::string> methods;
+  const std::vector<std::string> solvers = spec.solver_names();
   for (const Method method : spec.methods) methods.emplace_back(name_of(method));
-  for (const SolverKind solver : spec.solvers) solvers.emplace_back(name_of(solver));
   facts.add("case", {{"kind", spec.kind}, {"values", spec.values}},
             fmt::format("  case         {}, {} values from {} to {}\n", spec.kind, spec.values.size(), spec.values.front(),
                         spec.values.back()));

@@ -59,6 +59,7 @@ std::vector<std::string> registered_names(const Field& field, const Registry& re
   put("device.foreign", registry.devices());
   put("remap.foreign", registry.maps());
   put("timing.foreign", registry.timings());
+  put("case.foreign", registry.solvers());
   return names;
 }
 
