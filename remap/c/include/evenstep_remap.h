@@ -7,8 +7,8 @@
  *     evenstep_remap_options options;
  *     evenstep_remap* remap;
  *     evenstep_remap_options_init(&options, sizeof options);
- *     options.lead_ns = 260 * EVENSTEP_REMAP_US;
- *     options.latency_ns = 15 * EVENSTEP_REMAP_MS + 65 * EVENSTEP_REMAP_US;
+ *     options.lead_ns = 261 * EVENSTEP_REMAP_US;
+ *     options.latency_ns = 15 * EVENSTEP_REMAP_MS + 66 * EVENSTEP_REMAP_US;
  *     if (evenstep_remap_create(&options, &remap) != EVENSTEP_REMAP_OK) puts(evenstep_remap_last_error());
  *
  *     device thread, every tick:          evenstep_remap_sample(remap, now, position_m);
@@ -22,7 +22,8 @@
  * forces are `components` doubles each, all of them finite; their units are the caller's.
  *
  * Threads: one device thread and one simulation thread at the same time, each with its own functions; counts from any
- * thread. Create and destroy while nobody else uses the handle. After create nothing waits, locks or allocates.
+ * thread. Create and destroy while nobody else uses the handle. No call in between waits, locks or, unless it is refused,
+ * allocates.
  *
  * Every function but the three that return something else gives a code: EVENSTEP_REMAP_OK, or what is wrong, which
  * evenstep_remap_last_error() then says in words. A call that is refused has changed nothing and written nothing. No C++

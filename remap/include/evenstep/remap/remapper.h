@@ -1,7 +1,7 @@
 #pragma once
 /// The remap as another program (a CHAI3D, SOFA or H3D loop) uses it, between one device thread and one simulation thread:
 ///
-///   evenstep::Remapper<std::array<double, 3>> remap({.lead = duration(260us), .latency = duration(15ms + 65us)});
+///   evenstep::Remapper<std::array<double, 3>> remap({.lead = duration(261us), .latency = duration(15ms + 66us)});
 ///   // device thread, every tick:           remap.sample(now, position);  force = remap.force(now).value;
 ///   // simulation thread, every segment:    remap.segment(now);
 ///   // simulation thread, every step:       x = remap.begin_step(now).hand.value;  ...step...  remap.end_step(now, force);
@@ -46,7 +46,7 @@ struct RemapperOptions {
 struct ReadCounts {
   std::uint64_t inside = 0;
   std::uint64_t held = 0;          ///< past the newest entry by more than the policy's line goes on, or there is no line
-  std::uint64_t extrapolated = 0;  ///< past the newest entry, on the line of the policy
+  std::uint64_t extrapolated = 0;  ///< past the newest entry, where the policy's line still goes on
   std::uint64_t overruns = 0;      ///< older than the ring holds: its capacity is too small
   std::uint64_t empty = 0;         ///< nothing there yet
 };

@@ -2,7 +2,7 @@
 /// evenstep's times made from those of std::chrono, for programs that use the remap with a clock of their own:
 ///
 ///   using namespace std::chrono_literals;
-///   evenstep::duration(15ms + 65us)                                    15,065,000 ns
+///   evenstep::duration(15ms + 66us)                                    15,066,000 ns
 ///   const auto start = std::chrono::steady_clock::now();               once, before the threads begin
 ///   evenstep::real_time(std::chrono::steady_clock::now() - start)      now, on every thread
 ///
