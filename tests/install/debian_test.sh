@@ -24,7 +24,10 @@ mirror=$(apt-get indextargets --format '$(REPO_URI) $(RELEASE) $(COMPONENT)' 'Cr
 work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-debian-XXXXXX")
 debian=$work/debian
 clean_up() {
-  if mountpoint -q "$debian/proc"; then umount "$debian/proc"; fi
+  local folder
+  for folder in proc sys; do
+    if mountpoint -q "$debian/$folder"; then umount "$debian/$folder"; fi
+  done
   rm -rf -- "$work"
 }
 trap clean_up EXIT
@@ -34,7 +37,8 @@ debootstrap --variant=minbase --cache-dir="$cache" bookworm "$debian" "$mirror" 
 cp -l -- "$cache"/*.deb "$debian/var/cache/apt/archives/" 2>/dev/null || true
 cp -L /etc/resolv.conf "$debian/etc/" 2>/dev/null || true
 apt-config dump | grep -iE '^Acquire::[a-z]+::Proxy ' >"$debian/etc/apt/apt.conf.d/proxy" || true
-mount -t proc proc "$debian/proc" || skip "proc cannot be mounted"
+# PoCL looks there for processors and memory.
+mount -t proc proc "$debian/proc" && mount -t sysfs -o ro sysfs "$debian/sys" || skip "proc and sys cannot be mounted"
 environment=(env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive)
 within() { chroot "$debian" "${environment[@]}" "$@"; }
 
@@ -46,7 +50,7 @@ for package in "$debian"/packages/*.deb; do
   dpkg-deb --field "$package" Package Version Depends Recommends Installed-Size
 done
 listing() {
-  local elsewhere='-path ./proc -o -path ./packages -o -path ./var -o -path ./root -o -path ./tmp'
+  local elsewhere='-path ./proc -o -path ./sys -o -path ./packages -o -path ./var -o -path ./root -o -path ./tmp'
   (cd -- "$debian" && find . \( $elsewhere \) -prune -o -print | sort)
 }
 

@@ -30,7 +30,7 @@ block CMakeLists.txt >CMakeLists.txt
 block main.cpp >main.cpp
 block find >../find.sh
 quietly bash -euo pipefail ../find.sh
-grep -q '^ready$' log || fail "the page's program does not run"
+grep -q '^ready$' ../log || fail "the page's program does not run"
 if command -v pkg-config >/dev/null; then
   block pkg-config >../pkg-config.sh
   quietly bash -euo pipefail ../pkg-config.sh

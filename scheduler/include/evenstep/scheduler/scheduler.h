@@ -129,7 +129,7 @@ struct Scheduler::Suspended {
   Scheduler* scheduler = nullptr;
   EventName name;
   std::coroutine_handle<Task::promise_type> handle = nullptr;
-  Arrival arrival;
+  Arrival arrival = {};
   Completion* completion = nullptr;  ///< that of the started work, if any; owned by the scheduler's pool
 };
 
