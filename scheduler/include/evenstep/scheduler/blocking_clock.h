@@ -33,8 +33,8 @@ class BlockingClock {
   virtual RealTime now() const = 0;
 
   /// Returns when now() >= at. A time that has passed is allowed: a wall clock returns at once; under a scheduler everything
-  /// that sorts before it at this instant runs first (lane.h). Throws Stopped if the run ends before that. While an
-  /// exception is already leaving the loop (in a destructor that sleeps) it returns at once instead.
+  /// that sorts before it at this instant runs first (lane.h). Throws Stopped if the run is over before that; only where an
+  /// exception is already leaving the loop, and a destructor sleeps, it returns at once instead.
   /// `lane` says what happens at `at`, for events on the same nanosecond; it means nothing to a wall clock. A sleep that
   /// stands for work (a render call, a step on the GPU) ends in Lane::completion.
   virtual void sleep_until(RealTime at, Lane lane) = 0;

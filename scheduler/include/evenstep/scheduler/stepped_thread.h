@@ -11,6 +11,8 @@
 ///   });
 ///   RunStatus status = scheduler.run(end);
 ///
+/// With a wall clock under the scheduler the loops take turns all the same; WallThread runs them side by side.
+///
 /// What a loop may call while it runs is what a coroutine may: scheduler.now(), and scheduler.note() after its first sleep.
 ///
 /// Errors. An exception that leaves the loop ends the run: RunEnd::failed. So does a loop that does not come back to
@@ -39,9 +41,9 @@ class SteppedThread {
  public:
   /// As Scheduler::spawn: the loop runs up to its first sleep at once, and that sleep is its first event. Only before run().
   SteppedThread(Scheduler& scheduler, SteppedThreadOptions options, BlockingLoop loop);
-  /// Ends the loop: sleep_until() throws Stopped, and the destructors of the loop have run when this returns. If the loop
-  /// does not end within `real_time_limit`, nothing can end it: a message to stderr, and std::terminate(). A scheduler that
-  /// is destroyed first does the same.
+  /// Ends the loop: sleep_until() throws Stopped, and the destructors of the loop have run when this returns. What the loop
+  /// throws on that way out is lost. If it does not end within `real_time_limit`, nothing can end it: a message to stderr,
+  /// and std::terminate(). A scheduler that is destroyed first does the same.
   ~SteppedThread();
   SteppedThread(const SteppedThread&) = delete;
   SteppedThread& operator=(const SteppedThread&) = delete;
