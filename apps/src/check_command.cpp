@@ -360,7 +360,9 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
       print(errors);
       return code;
     } catch (const SolverError& error) {
-      errors = {{file, 0, 0, std::string(error.what()) + "; " + error.remedy()}};
+      const Place& place = read->scene_place;
+      errors = {{place.file.empty() ? file : place.file, place.line, place.column,
+                 std::string(error.what()) + "; " + error.remedy()}};
     } catch (const RunFailure& failure) {  // of a map that the program registers
       errors = {{file, 0, 0, std::string(failure.what()) + "; " + failure.remedy}};
     }

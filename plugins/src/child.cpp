@@ -123,7 +123,8 @@ std::string Child::ask_line(std::string_view bytes, std::size_t most) {
   });
   if (end == std::string::npos) {
     const std::string begin = heard_.empty() ? "" : fmt::format("; it has written '{}'", printable(heard_, 60));
-    if (heard == Heard::enough) fail(fmt::format("the first line of its standard output is longer than {} bytes{}", most, begin));
+    if (heard == Heard::enough)
+      fail(fmt::format("the first line of its standard output is longer than {} bytes{}", most, begin));
     if (heard == Heard::closed) fail(fmt::format("{} before its first line was whole{}", how_it_ended(), begin));
     fail(fmt::format("did not answer the first line within {:g} s{}", seconds(limit_), begin));
   }
@@ -137,7 +138,8 @@ std::string Child::ask(std::string_view bytes, std::size_t size) {
   if (!heard_.empty())
     fail(fmt::format("has written {} bytes that nobody asked for: '{}'", heard_.size(), printable(heard_, 40)));
   const Heard heard = hear(bytes, [&] { return heard_.size() >= size; });
-  if (heard == Heard::closed) fail(fmt::format("{} after {} of the {} bytes of its answer", how_it_ended(), heard_.size(), size));
+  if (heard == Heard::closed)
+    fail(fmt::format("{} after {} of the {} bytes of its answer", how_it_ended(), heard_.size(), size));
   if (heard == Heard::nothing)
     fail(fmt::format("has written {} of the {} bytes of its answer within {:g} s", heard_.size(), size, seconds(limit_)));
   std::string answer = heard_.substr(0, size);

@@ -62,7 +62,7 @@ class Child {
   Duration limit_;
   pid_t process_ = -1, watcher_ = -1;
   Descriptor in_, out_, err_, life_;
-  std::string heard_;                  // of its standard output, not yet returned
+  std::string heard_;                   // of its standard output, not yet returned
   std::string error_text_, last_line_;  // of its standard error: the rest that has no line end, the last whole line
   int lines_shown_ = 0;
   bool failed_ = false;

@@ -72,8 +72,8 @@ std::string objection_to(const evenstep_plugin* plugin) {
 Result<const evenstep_plugin*, std::string> plugin_of(void* library) {
   void* const entry = dlsym(library, kEntry);
   if (entry == nullptr)
-    return Failure(fmt::format("it exports no function {}; is it a plug-in, and made for this ABI ({})?", kEntry,
-                               EVENSTEP_ABI));
+    return Failure(
+        fmt::format("it exports no function {}; is it a plug-in, and made for this ABI ({})?", kEntry, EVENSTEP_ABI));
   try {
     return reinterpret_cast<decltype(&evenstep_plugin_v1)>(entry)();
   } catch (...) {

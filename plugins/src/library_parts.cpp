@@ -36,7 +36,8 @@ void ask(const char* function, Refuse refuse, Call call) {
                          "catch it in the library, and return EVENSTEP_FAILED"});
   }
   if (code == EVENSTEP_OK) return;
-  const std::string message = text_in(error.message, sizeof error.message), remedy = text_in(error.remedy, sizeof error.remedy);
+  const std::string message = text_in(error.message, sizeof error.message),
+                    remedy = text_in(error.remedy, sizeof error.remedy);
   throw refuse(Refusal{code,
                        message.empty() ? fmt::format("{} returned {}", function, code)
                                        : fmt::format("{} returned {}: {}", function, code, message),
@@ -111,9 +112,8 @@ class LibrarySolver final : public ForeignSolver {
     for (std::size_t tool = 0; tool < positions_m.size(); ++tool) {
       for (int axis = 0; axis < 3; ++axis) positions[3 * tool + static_cast<std::size_t>(axis)] = positions_m[tool][axis];
     }
-    ask("step", solver_error, [&](evenstep_error* error) {
-      return call_.step(solver_.object, positions.data(), step_s, forces.data(), error);
-    });
+    ask("step", solver_error,
+        [&](evenstep_error* error) { return call_.step(solver_.object, positions.data(), step_s, forces.data(), error); });
     ToolResponse response;
     for (std::size_t tool = 0; tool < positions_m.size(); ++tool)
       response.force_N[tool] = {forces[3 * tool], forces[3 * tool + 1], forces[3 * tool + 2]};
@@ -164,8 +164,8 @@ class LibrarySolver final : public ForeignSolver {
       return call_.particles(solver_.object, &count, &displacements_m, &velocities_m_per_s, error);
     });
     if (count < 0 || count > kMostParticles || (count > 0 && (displacements_m == nullptr || velocities_m_per_s == nullptr)))
-      throw SolverError(SolverFault::unavailable, fmt::format("particles gave {} of them, or no place where they are", count),
-                        kRemedy);
+      throw SolverError(SolverFault::unavailable,
+                        fmt::format("particles gave {} of them, or no place where they are", count), kRemedy);
     return {vectors(displacements_m, count), vectors(velocities_m_per_s, count)};
   }
   void reset() override {
@@ -266,7 +266,8 @@ class LibraryDevice final : public HapticDevice {
 
 class LibraryMap final : public ForeignMap {
  public:
-  LibraryMap(const evenstep_map_functions& functions, const MapRequest& request) : call_(functions), map_(functions.destroy) {
+  LibraryMap(const evenstep_map_functions& functions, const MapRequest& request)
+      : call_(functions), map_(functions.destroy) {
     map_.make(functions,
               evenstep_map_request{.part = part_of<evenstep_map_request>(request.options, request.seed),
                                    .step_rate_num = request.step_rate.num,
@@ -287,8 +288,7 @@ class LibraryMap final : public ForeignMap {
   std::optional<RealTime> slot(std::int64_t n) override {
     std::int64_t slot_ns = 0;
     std::int32_t known = 0;
-    ask("slot", plain_error,
-        [&](evenstep_error* error) { return call_.slot(map_.object, n, &slot_ns, &known, error); });
+    ask("slot", plain_error, [&](evenstep_error* error) { return call_.slot(map_.object, n, &slot_ns, &known, error); });
     if (known == 0) return std::nullopt;
     return RealTime{slot_ns};
   }
@@ -302,8 +302,8 @@ class LibraryTiming final : public StepTiming {
  public:
   LibraryTiming(const evenstep_timing_functions& functions, const TimingRequest& request)
       : call_(functions), source_(functions.destroy) {
-    source_.make(functions,
-                 evenstep_timing_request{part_of<evenstep_timing_request>(request.options, request.seed)}, plain_error);
+    source_.make(functions, evenstep_timing_request{part_of<evenstep_timing_request>(request.options, request.seed)},
+                 plain_error);
   }
   bool next(SegmentTiming& segment) override {
     evenstep_segment given{};

@@ -108,7 +108,9 @@ std::string request_record(RequestKind kind, std::uint64_t n, double step_s, std
   return bytes;
 }
 
-std::size_t answer_size(std::size_t tools, bool contacts) { return kAnswerHead + tools * (kVector + (contacts ? kContact : 0)); }
+std::size_t answer_size(std::size_t tools, bool contacts) {
+  return kAnswerHead + tools * (kVector + (contacts ? kContact : 0));
+}
 
 Result<ProcessAnswer, std::string> read_answer(std::string_view bytes, std::size_t tools, bool contacts, RequestKind kind,
                                                std::uint64_t n) {
@@ -119,9 +121,10 @@ Result<ProcessAnswer, std::string> read_answer(std::string_view bytes, std::size
   answer.status = from.integer<std::uint32_t>();
   const auto of_n = from.integer<std::uint64_t>();
   if (of_kind != static_cast<std::uint32_t>(kind) || of_n != n)
-    return Failure(fmt::format("its answer begins with kind {} and number {}, and it was asked for kind {} and number {}; "
-                               "as text it begins '{}'",
-                               of_kind, of_n, static_cast<std::uint32_t>(kind), n, printable(all, 40)));
+    return Failure(
+        fmt::format("its answer begins with kind {} and number {}, and it was asked for kind {} and number {}; "
+                    "as text it begins '{}'",
+                    of_kind, of_n, static_cast<std::uint32_t>(kind), n, printable(all, 40)));
   answer.state_digest = from.integer<std::uint64_t>();
   answer.energy_J = from.number();
   for (std::size_t tool = 0; tool < tools; ++tool) answer.response.force_N[tool] = from.vector();

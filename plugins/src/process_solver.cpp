@@ -27,8 +27,7 @@ class ProcessSolver final : public ForeignSolver {
   ProcessSolver(const ProcessCommand& command, const std::string& program, const SolverRequest& request)
       : tools_(static_cast<std::size_t>(request.tool_count)),
         child_(program, command.words, command.folder, text_of(command), command.answer_limit) {
-    const Result<SolverCapabilities, std::string> has =
-        read_greeting(child_.ask_line(greeting(request), kLongestGreeting));
+    const Result<SolverCapabilities, std::string> has = read_greeting(child_.ask_line(greeting(request), kLongestGreeting));
     if (!has) throw SolverError(SolverFault::unavailable, has.error(), kProtocolRemedy);
     has_ = *has;
   }
@@ -48,8 +47,7 @@ class ProcessSolver final : public ForeignSolver {
 
  private:
   void ask(RequestKind kind, std::uint64_t n, double step_s, std::span<const glm::dvec3> positions_m) {
-    const std::string bytes =
-        child_.ask(request_record(kind, n, step_s, positions_m), answer_size(tools_, has_.contacts));
+    const std::string bytes = child_.ask(request_record(kind, n, step_s, positions_m), answer_size(tools_, has_.contacts));
     const Result<ProcessAnswer, std::string> answer = read_answer(bytes, tools_, has_.contacts, kind, n);
     if (!answer) throw SolverError(SolverFault::unavailable, answer.error(), kProtocolRemedy);
     if (answer->status != 0)
@@ -94,7 +92,8 @@ SolverFactory process_solver(const ProcessCommand& command) {
   return [command](const SolverRequest& request) -> std::unique_ptr<ForeignSolver> {
     const std::optional<std::string> program = program_of(command);
     if (!program)
-      throw SolverError(SolverFault::unavailable, fmt::format("there is no program '{}' that can be run", command.words.front()),
+      throw SolverError(SolverFault::unavailable,
+                        fmt::format("there is no program '{}' that can be run", command.words.front()),
                         "install it, or write its path");
     return std::make_unique<ProcessSolver>(command, *program, request);
   };

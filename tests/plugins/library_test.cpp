@@ -49,8 +49,9 @@ TEST_CASE("Device, map and timing source can be in a library, too") {
   const RunRecord run = record({parts_in_c(), "run.strategies=[\"direct\", \"foreign\"]", "remap.foreign=" + part,
                                 "device.left.driver=foreign", "device.left.foreign=" + part},
                                builtin());
-  const RunRecord mine = record({parts_in_c(), "run.strategies=[\"direct\", \"foreign\"]", "remap.foreign={ name = \"my-pacer\" }",
-                                 "device.left.driver=foreign", "device.left.foreign={ name = \"my-arm\" }"});
+  const RunRecord mine =
+      record({parts_in_c(), "run.strategies=[\"direct\", \"foreign\"]", "remap.foreign={ name = \"my-pacer\" }",
+              "device.left.driver=foreign", "device.left.foreign={ name = \"my-arm\" }"});
   CHECK(run.trace_hash == mine.trace_hash);
   const RunRecord timed =
       record({parts_in_c(), fmt::format("timing={{ foreign = {} }}", part), "run.strategies=[\"direct\"]"}, builtin());
@@ -58,12 +59,14 @@ TEST_CASE("Device, map and timing source can be in a library, too") {
 }
 
 TEST_CASE("What a library can do is found out, and what it lacks is left out") {
-  const RunRecord run = record({parts_in_c(), "expect=[{ signal = \"solver.direct\", metric = \"energy_growth\", max = 0.1 }]",
-                                "device.left.render={ kind = \"local\" }"},
-                               builtin());
+  const RunRecord run =
+      record({parts_in_c(), "expect=[{ signal = \"solver.direct\", metric = \"energy_growth\", max = 0.1 }]",
+              "device.left.render={ kind = \"local\" }"},
+             builtin());
   CHECK(run.strategies.front().solver.lacks == std::vector<std::string>{"particles"});
   const RunOutcome lacking = own_parts::run(
-      {scene_in(module("none")), "expect=[{ signal = \"solver.direct\", metric = \"energy_growth\", max = 0.1 }]"}, builtin());
+      {scene_in(module("none")), "expect=[{ signal = \"solver.direct\", metric = \"energy_growth\", max = 0.1 }]"},
+      builtin());
   CHECK_THAT(text_of(lacking.errors), Contains("the solver 'faulty' has no energy"));
 }
 
@@ -72,7 +75,10 @@ TEST_CASE("A library that is none, or another one, is refused with what is wrong
   fs::create_directories(folder);
   std::ofstream(folder / "text.so") << "not a library\n";
   std::ofstream(folder / "empty.so");
-  std::ofstream(folder / "cut.so") << std::string("\x7f" "ELF\x02\x01\x01", 7);
+  std::ofstream(folder / "cut.so") << std::string(
+      "\x7f"
+      "ELF\x02\x01\x01",
+      7);
   for (const auto& [path, error] : std::vector<std::array<std::string, 2>>{
            {"nowhere/libmine.so", "'nowhere/libmine.so' No such file or directory"},
            {folder.string(), "is a folder"},
@@ -97,9 +103,11 @@ TEST_CASE("A library that is none, or another one, is refused with what is wrong
     CHECK_THAT(errors, Contains(error));
   }
   fs::remove_all(folder);
-  CHECK_THAT(refusal({fmt::format("remap.foreign={{ library = \"{}\" }}", module("none"))}), Contains("('faulty') has no map"));
-  CHECK_THAT(refusal({fmt::format("timing={{ foreign = {{ library = \"{}\", options = {{ refuse = 1 }} }} }}", module("parts"))}),
-             Contains("the timing source 'parts in C': create returned 1: no such GPU"));
+  CHECK_THAT(refusal({fmt::format("remap.foreign={{ library = \"{}\" }}", module("none"))}),
+             Contains("('faulty') has no map"));
+  CHECK_THAT(
+      refusal({fmt::format("timing={{ foreign = {{ library = \"{}\", options = {{ refuse = 1 }} }} }}", module("parts"))}),
+      Contains("the timing source 'parts in C': create returned 1: no such GPU"));
 }
 
 TEST_CASE("A path in a scenario is counted from the scenario, and a bare name is looked for nowhere else") {

@@ -7,7 +7,8 @@ using namespace evenstep;
 using namespace evenstep::internal;
 
 TEST_CASE("A request has its numbers at the offsets that the protocol says, the least byte first") {
-  const std::string bytes = request_record(RequestKind::step, 0x0102030405060708, 1.0, std::array{glm::dvec3(1, -2, 0), glm::dvec3(0)});
+  const std::string bytes =
+      request_record(RequestKind::step, 0x0102030405060708, 1.0, std::array{glm::dvec3(1, -2, 0), glm::dvec3(0)});
   REQUIRE(bytes.size() == 24 + 2 * 24);
   CHECK(bytes.substr(0, 8) == std::string("\x01\0\0\0\0\0\0\0", 8));
   CHECK(bytes.substr(8, 8) == "\x08\x07\x06\x05\x04\x03\x02\x01");
@@ -53,9 +54,9 @@ TEST_CASE("The first line says what it is made for, and the answer what it can")
   CHECK(has->energy);
   CHECK_FALSE(has->reset);
   CHECK(read_greeting("{\"protocol\": 1}"));
-  for (const char* line : {"", "3", "[]", "{}", "{\"protocol\": \"1\"}", "{\"protocol\": 1, \"has\": 3}",
-                           "{\"protocol\": 1, \"has\": [3]}", "{\"protocol\": 1, \"hass\": []}", "{\"protocol\": 1} x",
-                           "{\"protocol\": 1, \"has\": [\"particles\"]}", "\xff"}) {
+  for (const char* line :
+       {"", "3", "[]", "{}", "{\"protocol\": \"1\"}", "{\"protocol\": 1, \"has\": 3}", "{\"protocol\": 1, \"has\": [3]}",
+        "{\"protocol\": 1, \"hass\": []}", "{\"protocol\": 1} x", "{\"protocol\": 1, \"has\": [\"particles\"]}", "\xff"}) {
     INFO(line);
     CHECK_FALSE(read_greeting(line));
   }

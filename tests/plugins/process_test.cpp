@@ -24,9 +24,7 @@ void check_no_child() {
   CHECK(errno == ECHILD);
 }
 
-ProcessCommand command(const std::string& fault) {
-  return {{EVENSTEP_TEST_PROCESS, fault}, ".", Duration{20'000'000'000}};
-}
+ProcessCommand command(const std::string& fault) { return {{EVENSTEP_TEST_PROCESS, fault}, ".", Duration{20'000'000'000}}; }
 
 /// What a solver says when it is made and asked for 8 steps.
 std::string fault_of(const std::string& fault, Duration limit = {20'000'000'000}) {
@@ -82,7 +80,8 @@ TEST_CASE("A process that goes wrong is a clear error, and nothing of it is left
   const Duration short_limit{300'000'000};
   CHECK(fault_of("good") == "nothing");
   CHECK(fault_of("chatty") == "nothing");
-  CHECK(fault_of("exits") == "ended (exit status 3) before its first line was whole; its standard error ends with: no such mesh");
+  CHECK(fault_of("exits") ==
+        "ended (exit status 3) before its first line was whole; its standard error ends with: no such mesh");
   CHECK(fault_of("half_line") == "ended (exit status 0) before its first line was whole; it has written '{\"proto'");
   CHECK(fault_of("mute", short_limit) == "did not answer the first line within 0.3 s");
   CHECK(fault_of("prints") == "the first line of its standard output is no JSON object: 'Loading mesh ...'");
@@ -92,15 +91,17 @@ TEST_CASE("A process that goes wrong is a clear error, and nothing of it is left
   CHECK_THAT(fault_of("other_has"), Contains("has something else than \"contacts\""));
   CHECK(fault_of("hangs", short_limit) == "has written 0 of the 56 bytes of its answer within 0.3 s");
   CHECK(fault_of("exits_at_5") ==
-        "ended (exit status 7) after 0 of the 56 bytes of its answer; its standard error ends with: ZeroDivisionError: division "
+        "ended (exit status 7) after 0 of the 56 bytes of its answer; its standard error ends with: ZeroDivisionError: "
+        "division "
         "by zero");
   CHECK(fault_of("aborts_at_5") == "was ended by signal 6 (Aborted) after 0 of the 56 bytes of its answer");
   CHECK(fault_of("closes_output") == "closed its standard output after 0 of the 56 bytes of its answer");
   CHECK(fault_of("short") == "ended (exit status 0) after 28 of the 56 bytes of its answer");
   CHECK(fault_of("short_hangs", short_limit) == "has written 28 of the 56 bytes of its answer within 0.3 s");
-  CHECK(fault_of("rubbish") ==
-        "its answer begins with kind 1094795585 and number 4702111234474983745, and it was asked for kind 1 and number 5; as "
-        "text it begins 'AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA...'");
+  CHECK(
+      fault_of("rubbish") ==
+      "its answer begins with kind 1094795585 and number 4702111234474983745, and it was asked for kind 1 and number 5; as "
+      "text it begins 'AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA...'");
   CHECK(fault_of("more") == "has written 5 bytes that nobody asked for: 'debug'");
   CHECK(fault_of("status") == "answered with status 3; its standard error ends with: the mesh is torn");
   CHECK(fault_of("stays") == "nothing");
@@ -122,7 +123,8 @@ TEST_CASE("A command that cannot be run is an error at its place") {
            {"{ command = [] }", "'command' names no program"},
            {"{ command = \"python3\" }", "must be a list"},
            {"{ command = [3] }", "each a string, not 3"},
-           {"{ command = [\"no-such-program\"] }", "there is no program 'no-such-program' that can be run; it was looked for in PATH"},
+           {"{ command = [\"no-such-program\"] }",
+            "there is no program 'no-such-program' that can be run; it was looked for in PATH"},
            {"{ command = [\"./no-such-program\"] }", "its path is counted from"},
            {"{ command = [\"sh\"], name = \"mine\" }", "'name' does not go with 'command'"},
            {"{ command = [\"sh\"], library = \"x.so\" }", "'library' does not go with 'command'"},

@@ -17,10 +17,12 @@ readonly std_sleep='\bthis_thread::sleep_(for|until)\b|\bnamespace\b.*\bthis_thr
 readonly os_clock="\b($posix_clock|$std_clock)\b|$std_sleep"
 readonly threads='\b(std::(jthread|thread|async)|pthread_create)\b'
 readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\('
+readonly processes='\b(v?fork|posix_spawnp?|exec[vl][pe]*|popen|std::system) *\('
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
 readonly with_threads='scheduler/src/(live_lanes|parallel_for)|device/src/hid/hidapi_transport|tests/|examples/'
-readonly hashed='scheduler|remap|sim|device|reports|text|recordings|plugins|scenarios/format|catalogue|loop|harness|campaigns'
+readonly hashed='scheduler|remap|sim|device|reports|text|recordings|plugins|scenarios/format|catalogue|loop|harness'\
+'|campaigns'
 
 # name @ which files (regular expression on the path) @ where it is allowed @ what must not be there
 # Paths are relative to the root. Line comments are gone by then, except for rules that start with "raw ".
@@ -33,8 +35,8 @@ readonly rules=(
   "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
   "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi/|toml|spdlog)"
   "no fast math@(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh|^sim/.*$source)\$@^\$@$fast_math"
-  "libraries are opened where it is decided@$source@^(clock/time/src/library_on_demand|plugins/src/library|tests/)@\\bdlopen *\\("
-  "processes only in plugins@$source@^(plugins/src/child|tests/)@\\b(v?fork|posix_spawnp?|execv[pe]*|execl[pe]*|popen|system) *\\("
+  "own loaders only@$source@^(clock/time/src/library_on_demand|plugins/src/library|tests/)@\bdlopen *\("
+  "processes only in plugins and of pairs@$source@^(plugins/src/child|campaigns/src/cost_pairs|tests/)@$processes"
   "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
 )
 
@@ -75,8 +77,8 @@ headers_without_opening() {
 
 # rooms_too_large ROOT: no room holds more than a fifth of the product's code, or it is several rooms in one. Lines
 # of $source.
-readonly product='clock remap scheduler sim device reports text recordings plugins scenarios/format catalogue loop harness campaigns
-  apps'
+readonly product='clock remap scheduler sim device reports text recordings plugins scenarios/format catalogue loop harness
+  campaigns apps'
 rooms_too_large() {
   local room lines total=0
   local -A held=()

@@ -39,7 +39,8 @@ std::string kind_of(std::string_view table, const Value* value) {
     if (table == "timing" && value != nullptr && value->find(whole) != nullptr) return whole;
   }
   for (const char* part : {"library", "command"}) {
-    if (table == "scene" && value != nullptr && value->find(part) != nullptr && value->find(key) == nullptr) return "foreign";
+    if (table == "scene" && value != nullptr && value->find(part) != nullptr && value->find(key) == nullptr)
+      return "foreign";
   }
   const Value* kind = value == nullptr ? nullptr : value->find(key);
   if (kind == nullptr && row != fields().end() && !row->required)

@@ -30,7 +30,7 @@ void add_missing(const char* kind, const Foreign& part, const std::vector<std::s
 /// empty one, and an error, if there is none.
 template <class Parts>
 typename Parts::mapped_type maker_of(const char* kind, Foreign& part, const Parts& parts,
-                                     typename Parts::mapped_type Library::* in_library, Errors& errors) {
+                                     typename Parts::mapped_type Library::*in_library, Errors& errors) {
   if (!part.library.empty()) return library_of(kind, part, errors).*in_library;
   if (const auto found = parts.find(part.name); found != parts.end()) return found->second;
   std::vector<std::string_view> known;

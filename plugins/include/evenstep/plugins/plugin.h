@@ -101,14 +101,14 @@ typedef struct evenstep_solver_functions {
 /// The hand on a simulated device, and its motors. Valid as long as the device.
 typedef struct evenstep_grip {
   void* host;
-  void (*hand)(void* host, double position_m[3]);         ///< where the hand is now
-  void (*drive)(void* host, const double force_N[3]);     ///< from now on the motors render this
+  void (*hand)(void* host, double position_m[3]);      ///< where the hand is now
+  void (*drive)(void* host, const double force_N[3]);  ///< from now on the motors render this
 } evenstep_grip;
 
 typedef struct evenstep_device_request {
   evenstep_request part;
-  const char* device;         ///< name of the [[device]]
-  int64_t rate_num, rate_den; ///< ticks per second
+  const char* device;          ///< name of the [[device]]
+  int64_t rate_num, rate_den;  ///< ticks per second
   int64_t first_tick_ns;
   const evenstep_grip* grip;  ///< of a simulated device, otherwise NULL
   const char* path;           ///< of a real one (--device NAME=PATH), otherwise NULL
@@ -127,7 +127,7 @@ typedef struct evenstep_device_functions {
   uint32_t reserved;
   int (*create)(const evenstep_device_request* request, void** device, evenstep_error* error);  ///< required
   void (*destroy)(void* device);
-  int (*start)(void* device, evenstep_error* error);  ///< may block
+  int (*start)(void* device, evenstep_error* error);                                          ///< may block
   int (*read)(void* device, int64_t now_ns, evenstep_sample* sample, evenstep_error* error);  ///< required
   int (*write)(void* device, const double force_N[3], evenstep_error* error);                 ///< required
   void (*stop)(void* device);  ///< required: from now on the device renders no force

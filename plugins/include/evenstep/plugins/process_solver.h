@@ -12,9 +12,9 @@
 namespace evenstep {
 
 struct ProcessCommand {
-  std::vector<std::string> words;           ///< the program and its arguments; at least one
-  std::string folder;                       ///< its working directory
-  Duration answer_limit{30'000'000'000};    ///< real time that it may take for an answer; > 0
+  std::vector<std::string> words;         ///< the program and its arguments; at least one
+  std::string folder;                     ///< its working directory
+  Duration answer_limit{30'000'000'000};  ///< real time that it may take for an answer; > 0
 };
 
 /// The program's file: a first word with a '/' is a path from `folder`, any other is looked for in PATH. nullopt if there is

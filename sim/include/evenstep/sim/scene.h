@@ -158,7 +158,7 @@ struct ForeignScene {
   std::string name;
   std::string options = "{}";
   std::function<std::unique_ptr<ForeignSolver>(const SolverRequest&)>
-      make;  ///< a SolverFactory; may be called by any thread
+      make;                                                     ///< a SolverFactory; may be called by any thread
   std::string origin = "a solver that the program registered";  ///< for reports
   std::uint64_t seed = 1;                                       ///< SolverRequest::seed
 

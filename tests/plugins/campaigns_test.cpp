@@ -1,0 +1,104 @@
+// Sweeps and shrinking with a library or a process: what those files hold counts, not where they are.
+#include <filesystem>
+#include <fstream>
+
+#include "evenstep/campaigns/shrink.h"
+#include "evenstep/campaigns/sweep.h"
+#include "support.h"
+
+using namespace evenstep;
+using namespace own_parts;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder with the scenario, and in it what the scene names.
+class Folder {
+ public:
+  explicit Folder(const std::string& name)
+      : path_(fs::temp_directory_path() / fmt::format("evenstep-{}-{}", name, getpid())) {
+    fs::create_directories(path_);
+  }
+  ~Folder() { fs::remove_all(path_); }
+  const fs::path& path() const { return path_; }
+  void write(const std::string& file, const std::string& text) const { std::ofstream(path_ / file) << text; }
+  void write_scenario(const std::string& scene, const std::string& most) const {
+    write("a.toml",
+          "format = 1\n[run]\nduration = \"0.2 s\"\nstrategies = [\"direct\"]\n[timing]\nsegment = \"30 Hz\"\n"
+          "visualization = \"11.1 ms\"\nsteps = 15\n[scene]\n" +
+              scene +
+              "\n[[device]]\nname = \"left\"\nmotion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", "
+              "\"0 m/s\", \"0 m/s\"] }\n[[expect]]\nsignal = \"left.force.direct\"\nmetric = \"deviation_max\"\n"
+              "max = \"" +
+              most + "\"\n[sweep]\nseeds = [1, 2]\n");
+  }
+  /// The first line of the sweep's file, which says what the sweep is of.
+  std::string swept() const {
+    SweepOptions options;
+    options.folder = (path_ / "sweep").string();
+    fs::remove_all(options.folder);
+    fs::create_directories(options.folder);
+    const SweepOutcome outcome = run_sweep((path_ / "a.toml").string(), options);
+    INFO(text_of(outcome.errors) << outcome.failure);
+    REQUIRE(outcome.exit == ExitCode::pass);
+    std::ifstream file(outcome.file);
+    std::string line;
+    std::getline(file, line);
+    // Less the name of the scenario's file.
+    const std::size_t at = line.find(path_.string());
+    return at == std::string::npos ? line : line.erase(at, path_.string().size());
+  }
+
+ private:
+  fs::path path_;
+};
+
+const std::string kModules = EVENSTEP_MODULES;
+
+}  // namespace
+
+TEST_CASE("A sweep is another one when the library holds something else, and the same one when it lies elsewhere") {
+  const Folder here("here"), there("there");
+  here.write_scenario("library = \"mine.so\"", "9 N");
+  there.write_scenario("library = \"mine.so\"", "9 N");
+  fs::copy_file(kModules + "/none.so", here.path() / "mine.so");
+  fs::copy_file(kModules + "/none.so", there.path() / "mine.so");
+  const std::string first = here.swept();
+  CHECK(there.swept() == first);
+  // Not the same name: the library that was opened stays what it was.
+  fs::copy_file(kModules + "/parts.so", here.path() / "yours.so");
+  here.write_scenario("library = \"yours.so\"", "9 N");
+  CHECK(here.swept() != first);
+}
+
+TEST_CASE("A sweep is another one when a file that the command names holds something else") {
+  const Folder here("command-here"), there("command-there");
+  const std::string scene = fmt::format("command = [\"{}\", \"good\", \"mesh.txt\"]", EVENSTEP_TEST_PROCESS);
+  for (const Folder* folder : {&here, &there}) {
+    folder->write_scenario(scene, "9 N");
+    folder->write("mesh.txt", "a liver");
+  }
+  const std::string first = here.swept();
+  CHECK(there.swept() == first);
+  here.write("mesh.txt", "a spleen");
+  CHECK(here.swept() != first);
+}
+
+TEST_CASE("What shrink writes runs by itself, with a library and with a process that reads files of its folder") {
+  const Folder folder("shrink");
+  fs::copy_file(kModules + "/parts.so", folder.path() / "mine.so");
+  fs::copy_file(EVENSTEP_TEST_PROCESS, folder.path() / "solver");
+  for (const std::string scene : {"library = \"mine.so\"", "command = [\"./solver\", \"good\"]"}) {
+    INFO(scene);
+    folder.write_scenario(scene, "1e-6 N");
+    ShrinkOptions options;
+    options.folder = (folder.path() / "shrunk").string();
+    const ShrinkOutcome outcome = shrink_scenario((folder.path() / "a.toml").string(), options);
+    INFO(text_of(outcome.errors) << outcome.failure);
+    REQUIRE(outcome.exit == ExitCode::pass);
+    const ReadResult read = read_scenario(outcome.file);
+    INFO(text_of(read.error_or({})));
+    REQUIRE(read);
+    CHECK(run_scenario(*read, {}).exit == ExitCode::expectation_failed);
+  }
+}
