@@ -25,7 +25,7 @@ for engine in "${engines[@]}"; do
     holds PASS run "$scenario" --repeat --threads 2 --out run
     hash=$(trace)
     [[ $hash ]] || fail "$scenario has no trace: $out"
-    if [[ $scenario == *-tool.toml || $scenario == *-rod.toml || $scenario == *-soft.toml ]]; then
+    if [[ $scenario == *-tool.toml || $scenario == *-rod.toml || $scenario == *-soft.toml || $scenario == *-box.toml ]]; then
       holds PASS run "$scenario" --threads 1 --permute-ties 1 --out run
       [[ $(trace) == "$hash" ]] || fail "$scenario: $hash, and $(trace) in another process"
     fi
