@@ -128,7 +128,7 @@ TEST_CASE("A device of the program's that fails stops the run with its name, and
   CHECK_THAT(none.failure, Contains("left: the driver 'mine': cannot be made: its factory returned nothing"));
 }
 
-TEST_CASE("--repeat names a device that is not reproducible") {
+TEST_CASE("A run with --repeat names a device that is not reproducible") {
   RunOptions twice;
   twice.repeat = true;
   std::atomic<int> made{0};
@@ -154,7 +154,8 @@ TEST_CASE("On the wall clock a device of the program's runs simulated, and the r
   CHECK(strategy(run, "phase_locked").steps.size() > 100);
 }
 
-TEST_CASE("--device hands the path to a device of the program's, which is driven only with --forces, and gently") {
+TEST_CASE(
+    "The option --device hands the path to a device of the program's, which is driven only with --forces, and gently") {
   struct Real : HapticDevice {
     Real(std::atomic<int>& w, std::atomic<int>& s, double& most) : writes(w), stopped(s), most_N(most) {}
     DeviceSample read(RealTime now) override {

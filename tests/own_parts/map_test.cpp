@@ -103,7 +103,7 @@ TEST_CASE("A map that fails, or puts a slot out of reach, stops the run with its
   CHECK_THAT(failure(with([](const MapRequest&) { return nullptr; })), Contains("its factory returned nothing"));
 }
 
-TEST_CASE("--repeat names a map that is not reproducible") {
+TEST_CASE("A run with --repeat names a map that is not reproducible") {
   RunOptions twice;
   twice.repeat = true;
   std::atomic<int> made{0};

@@ -48,5 +48,6 @@ holds '4 points' sweep own_parts.toml --out sweep --threads 2
 refused 1 'FAIL' run too_late.toml --out run
 holds 'lengths are not nominal' shrink too_late.toml --out shrunk
 refused 1 'FAIL' run shrunk/too_late-shrunk.toml --out run
-holds 'error of the felt force' study own_parts.toml --out study
+holds "'my-spring', a solver that the program registered" study own_parts.toml --out study
+grep -q . study/*.svg || fail "no figure of the study: $(ls study)"
 echo 'own parts: every command works with them'

@@ -170,7 +170,7 @@ TEST_CASE("A solver is told the length of every step, nominal or not") {
   CHECK(lengths[15] == Approx(1.4822e-3 + 11.1e-3).epsilon(1e-3));  // a visualization lies between
 }
 
-TEST_CASE("--repeat names a solver that is not reproducible, in its forces or only in its state") {
+TEST_CASE("A run with --repeat names a solver that is not reproducible, in its forces or only in its state") {
   RunOptions twice;
   twice.repeat = true;
   std::atomic<int> made{0};
