@@ -77,7 +77,6 @@ std::optional<double> cell_cost_s(const Scenario& scenario, const StudyRun& run,
 
 }  // namespace
 
-
 std::vector<StudyRun> felt_cells(const Scenario& scenario) {
   const StudySpec& study = scenario.study;
   std::vector<StudyRun> cells;

@@ -38,8 +38,9 @@ bool are_joined(const Site& a, const Site& b) {
 }  // namespace
 
 std::string options_with_particles(const std::string& options, const TissueScene& scene) {
-  Json particles{{"mass", scene.particle_mass_kg}, {"stiffness", scene.stiffness_N_per_m}, {"rest", Json::array()},
-                 {"displacement", Json::array()},  {"fixed", Json::array()},               {"springs", Json::array()}};
+  Json particles{{"mass", scene.particle_mass_kg}, {"stiffness", scene.stiffness_N_per_m},
+                 {"rest", Json::array()},          {"displacement", Json::array()},
+                 {"fixed", Json::array()},         {"springs", Json::array()}};
   for (std::int64_t n = 0; n < scene.particle_count; ++n) {
     const Site site = site_of(scene, n);
     particles["rest"].push_back(json_of(glm::dvec3(site[0], site[1], site[2]) * scene.spacing_m));

@@ -74,8 +74,8 @@ class World {
 class Bullet final : public evenstep::ForeignSolver {
  public:
   explicit Bullet(const evenstep::SolverRequest& request)
-      : options_(request.options, {"model", "coupling", "coupling_damping", "stiffness", "damping", "mass", "edge", "iterations",
-                                   "limit", "particles"}),
+      : options_(request.options, {"model", "coupling", "coupling_damping", "stiffness", "damping", "mass", "edge",
+                                   "iterations", "limit", "particles"}),
         limit_(options_.flag("limit", false)),
         world_(options_.count("iterations", 50, 1, 100'000)) {
     if (options_.has_particles())
@@ -120,13 +120,15 @@ class Bullet final : public evenstep::ForeignSolver {
  private:
   void add_tools(int count, bool soft) {
     if (soft && count > 1)
-      throw SolverError(SolverFault::bad_scene, fmt::format("the model 'soft' has one tool, not {}", count), "one [[device]]");
+      throw SolverError(SolverFault::bad_scene, fmt::format("the model 'soft' has one tool, not {}", count),
+                        "one [[device]]");
     if (soft) add_cloth(options_.count("edge", 9, 3, 99));
     felt_.resize(static_cast<std::size_t>(count));
     for (btJointFeedback& felt : felt_) add_tool(felt, soft);
   }
 
-  /// The hand is a kinematic body: Bullet takes its speed from where it is put. A spring along three axes joins the tool to it.
+  /// The hand is a kinematic body: Bullet takes its speed from where it is put. A spring along three axes joins the tool to
+  /// it.
   void add_tool(btJointFeedback& felt, bool soft) {
     btRigidBody& hand = world_.add_body(0, {});
     hand.setCollisionFlags(hand.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
@@ -163,8 +165,9 @@ class Bullet final : public evenstep::ForeignSolver {
       const btVector3 x = bullet(particles.rest_m[b] - particles.rest_m[a]).normalized();
       btVector3 y, z;
       btPlaneSpace1(x, y, z);
-      world_.add_spring(*world_.bodies[a], *world_.bodies[b], {x.x(), y.x(), z.x(), x.y(), y.y(), z.y(), x.z(), y.z(), z.z()},
-                        1, particles.stiffness_N_per_m, 0, limit_);
+      world_.add_spring(*world_.bodies[a], *world_.bodies[b],
+                        {x.x(), y.x(), z.x(), x.y(), y.y(), z.y(), x.z(), y.z(), z.z()}, 1, particles.stiffness_N_per_m, 0,
+                        limit_);
     }
     for (std::size_t n = 0; n < particles.displacement_m.size(); ++n) {
       btTransform at = world_.bodies[n]->getWorldTransform();

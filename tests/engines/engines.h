@@ -1,6 +1,6 @@
 #pragma once
-// Physics engines that are not evenstep's, as solvers of it. Nothing in evenstep knows them: this folder shows how to bring an
-// engine along (docs/engines.md).
+// Physics engines that are not evenstep's, as solvers of it. Nothing in evenstep knows them: this folder shows how to bring
+// an engine along (docs/engines.md).
 
 #include <memory>
 

@@ -25,12 +25,12 @@ for engine in "${engines[@]}"; do
     holds PASS run "$scenario" --repeat --threads 2 --out run
     hash=$(trace)
     [[ $hash ]] || fail "$scenario has no trace: $out"
-    if [[ $scenario == *-tool.toml || $scenario == *-rod.toml || $scenario == *-soft.toml ]]; then
+    if [[ $scenario == *-tool.toml || $scenario == *-rod.toml || $scenario == *-soft.toml || $scenario == *-box.toml ]]; then
       holds PASS run "$scenario" --threads 1 --permute-ties 1 --out run
       [[ $(trace) == "$hash" ]] || fail "$scenario: $hash, and $(trace) in another process"
     fi
   done
-  tool=$here/$engine-tool.toml short=(--set 'run.duration="1 s"' --set 'run.strategies=["direct", "phase_locked"]')
+  tool=$here/$engine-tool.toml short=(--set 'run.duration="1 s"')
   holds 'own, '"$engine" study "$tool" "${short[@]}" --set study.repeats=1 --cache cache --out study
   holds "'$engine', a solver that the program registered" check "$tool" "${short[@]}" --set expect=[] --cost
   grep -q 'state digest .*% of a step' <<<"$out" || fail "check --cost does not say what the digest costs: $out"

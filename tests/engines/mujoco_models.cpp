@@ -32,8 +32,8 @@ std::string hold(const Options& options, int tool, const std::string& body) {
 std::string weld(const Options& options, int tool) {
   const double impedance = options.number("impedance", 0.99, 1e-4, 0.9999);
   return fmt::format(
-      "\n    <weld name=\"hold{0}\" body1=\"hand{0}\" body2=\"tool{0}\" solref=\"{1} 1\" solimp=\"{2} {2} 0.001\"/>",
-      tool, options.number("weld", 0.0045, 0, 1e6), impedance);
+      "\n    <weld name=\"hold{0}\" body1=\"hand{0}\" body2=\"tool{0}\" solref=\"{1} 1\" solimp=\"{2} {2} 0.001\"/>", tool,
+      options.number("weld", 0.0045, 0, 1e6), impedance);
 }
 
 std::string option(const Options& options, double step_s, const char* gravity) {
@@ -54,9 +54,9 @@ std::string tool_body(int tool, const glm::dvec3& at_m, double mass_kg, double s
 std::string tool_xml(const Options& options, const evenstep::SolverRequest& request) {
   std::string bodies, welds;
   for (int tool = 0; tool < request.tool_count; ++tool) {
-    bodies += hand(tool, {}) + tool_body(tool, {}, options.number("mass", 0.05, 1e-9, 1e6),
-                                         options.number("stiffness", 200, 0, 1e12), options.number("damping", 1, 0, 1e9),
-                                         false);
+    bodies +=
+        hand(tool, {}) + tool_body(tool, {}, options.number("mass", 0.05, 1e-9, 1e6),
+                                   options.number("stiffness", 200, 0, 1e12), options.number("damping", 1, 0, 1e9), false);
     welds += weld(options, tool);
   }
   return fmt::format("<mujoco>{}\n  <worldbody>{}\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
@@ -73,11 +73,12 @@ std::string rod_xml(const Options& options, const evenstep::SolverRequest& reque
     const double turned_rad = link * 10 * std::numbers::pi / 180;
     end_m += 0.02 * glm::dvec3(std::cos(turned_rad), std::sin(turned_rad), 0);
     open += fmt::format(
-        "\n    <body name=\"link{}\" pos=\"{} 0 0\" euler=\"0 0 {}\">\n      <joint type=\"ball\" stiffness=\"{}\" damping=\"{}\"/>"
+        "\n    <body name=\"link{}\" pos=\"{} 0 0\" euler=\"0 0 {}\">\n      <joint type=\"ball\" stiffness=\"{}\" "
+        "damping=\"{}\"/>"
         "\n      <geom type=\"box\" pos=\"0.01 0 0\" size=\"0.01 0.005 0.005\" mass=\"{}\" contype=\"0\" "
         "conaffinity=\"0\"/>",
-        link, link == 0 ? 0 : 0.02, link == 0 ? 0 : 10, options.number("stiffness", 0.5, 0, 1e9), options.number("damping", 0.005, 0, 1e9),
-        mass_kg / links);
+        link, link == 0 ? 0 : 0.02, link == 0 ? 0 : 10, options.number("stiffness", 0.5, 0, 1e9),
+        options.number("damping", 0.005, 0, 1e9), mass_kg / links);
     close += "\n    </body>";
   }
   return fmt::format("<mujoco>{}\n  <worldbody>{}{}{}\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
@@ -90,16 +91,17 @@ std::string rod_xml(const Options& options, const evenstep::SolverRequest& reque
 std::string box_xml(const Options& options, const evenstep::SolverRequest& request, glm::dvec3& above_m) {
   const int edge = options.count("edge", 4, 3, 20);
   const double half_m = 0.01 * (edge - 1);
-  above_m = {0, 0, 2 * half_m + 0.01 + 0.02};
+  above_m = {0, 0, 2 * half_m + 0.02};  // the balls of a composite end at its outer faces, and the tool is as large as they
   return fmt::format(
       "<mujoco>{}\n  <size njmax=\"{}\" nconmax=\"{}\"/>\n  <worldbody>\n    <geom type=\"plane\" size=\"1 1 1\"/>{}{}"
       "\n    <body pos=\"0 0 {}\">\n      <composite type=\"box\" count=\"{} {} {}\" spacing=\"0.02\">"
       "\n        <joint kind=\"main\" stiffness=\"{}\" damping=\"{}\"/>"
       "\n        <geom type=\"sphere\" size=\"0.01\" mass=\"{}\"/>\n      </composite>\n    </body>"
       "\n  </worldbody>\n  <equality>{}\n  </equality>\n</mujoco>\n",
-      option(options, request.step_s, "0 0 -9.81"), 100 * edge * edge, 20 * edge * edge, hand(0, above_m), tool_body(0, above_m, 0.005, 0, 0, true),
-      half_m + 0.01, edge, edge, edge, options.number("stiffness", 200, 0, 1e9), options.number("damping", 1, 0, 1e9),
-      options.number("mass", 0.05, 1e-9, 1e6) / (edge * edge * edge), weld(options, 0));
+      option(options, request.step_s, "0 0 -9.81"), 100 * edge * edge, 20 * edge * edge, hand(0, above_m),
+      tool_body(0, above_m, 0.005, 0, 0, true), half_m + 0.01, edge, edge, edge, options.number("stiffness", 200, 0, 1e9),
+      options.number("damping", 1, 0, 1e9), options.number("mass", 0.05, 1e-9, 1e6) / (edge * edge * edge),
+      weld(options, 0));
 }
 
 /// A body on sliders for each particle, and a tendon for each spring: it pulls along the line between its ends.

@@ -12,7 +12,9 @@ namespace {
 /// Symplectic Euler for the particles that a case hands over.
 class Springs final : public ForeignSolver {
  public:
-  explicit Springs(const SolverRequest& request) : given_(nlohmann::json::parse(request.options).at("particles")) { reset(); }
+  explicit Springs(const SolverRequest& request) : given_(nlohmann::json::parse(request.options).at("particles")) {
+    reset();
+  }
   ToolResponse step(std::span<const glm::dvec3>, double step_s) override {
     const double k = given_.at("stiffness"), m = given_.at("mass");
     std::vector<glm::dvec3> force_N(rest_m_.size());

@@ -78,7 +78,8 @@ void read_foreign_solver(const ScenarioReading& reading, const Table& table, Cas
   spec.solvers = {SolverKind::cpu_double};
   if (!table.has("methods")) spec.methods = {Method::symplectic_euler};
   if (table.has("solvers"))
-    reading.errors.add(table.place("solvers"), "'solvers' does not go with 'foreign', which is the solver; remove one of them");
+    reading.errors.add(table.place("solvers"),
+                       "'solvers' does not go with 'foreign', which is the solver; remove one of them");
 }
 
 }  // namespace

@@ -32,9 +32,9 @@ struct FeltPoint {
   std::string strategy;
   /// method "none": the scene has no motion to integrate; "own": that of a solver of the program
   std::string solver, method;
-  int iterations = 0;          ///< per substep, for methods that iterate; otherwise 0
-  double substep_s = 0;        ///< the step of the method
-  int substeps = 1;            ///< per step of the scene
+  int iterations = 0;    ///< per substep, for methods that iterate; otherwise 0
+  double substep_s = 0;  ///< the step of the method
+  int substeps = 1;      ///< per step of the scene
   StudyCell::State state = StudyCell::State::measured;
   std::string reason;  ///< for every state except `measured`
   FeltError total, discretisation, remap, device;
