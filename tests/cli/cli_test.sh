@@ -615,6 +615,7 @@ each_works() {
     count=$((count + 1))
   done <commands
   ((count > 0)) || fail "no command was printed"
+  rm -rf runs
 }
 # The program in a folder of its own, found through PATH, and below a name that needs quotes.
 case_printed_commands_work_as_printed() {
@@ -625,7 +626,6 @@ case_printed_commands_work_as_printed() {
   for started in "$evenstep" 'my bin/even step' './my bin/even step' evenstep; do
     PATH=$PWD/my\ bin:$PATH
     evenstep=$started
-    rm -rf runs
     scenario '[[expect]]' 'signal = "left.force.direct"' 'metric = "underruns"' 'equals = 99'
     mv x.toml "it's mine.toml"
     expect 1 "again: " run "it's mine.toml" --set 'run.duration=0.5 s' --permute-ties 3
