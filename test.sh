@@ -9,6 +9,6 @@ source "$repo/scripts/setup.sh"
 
 with_tests
 set_up release all
-without_long=(-LE '^(long|million|mutation|newcomer|extending)$')   # docs/testing.md
+without_long=(-LE '^(long|million|mutation|newcomer|extending|package)$')   # docs/testing.md
 if [[ ${EVENSTEP_LONG:-0} != 0 ]]; then without_long=(); fi
 exec ctest --test-dir "$build" -j2 --output-on-failure --no-tests=error "${without_long[@]}" "$@"

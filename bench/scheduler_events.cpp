@@ -5,12 +5,14 @@
 
 #include <coroutine>
 #include <functional>
+#include <memory>
 #include <queue>
 #include <tuple>
 #include <vector>
 
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/scheduler/scheduler.h"
+#include "evenstep/scheduler/stepped_thread.h"
 #include "src/event_queue.h"
 
 namespace {
@@ -52,6 +54,24 @@ void events(benchmark::State& state, bool keep_events) {
 }
 BENCHMARK_CAPTURE(events, hash_only, false)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
 BENCHMARK_CAPTURE(events, hash_and_kept, true)->Arg(2)->Arg(8)->Arg(20)->Arg(1'000);
+
+/// The same lanes as loops that block, each on a thread of its own: what handing over to a thread and back costs. CPU time
+/// of the whole process, and by the clock.
+void blocking_loops(benchmark::State& state) {
+  InlineExecutor executor;
+  VirtualClock clock;
+  Scheduler scheduler(clock, executor, {.keep_events = false});
+  std::vector<std::unique_ptr<SteppedThread>> loops;
+  for (std::int64_t lane = 0; lane < state.range(0); ++lane) {
+    loops.push_back(std::make_unique<SteppedThread>(scheduler, SteppedThreadOptions{.name = "tick", .lane = Lane::device},
+                                                    [lane](BlockingClock& time) {
+                                                      std::uint64_t draws = spread(static_cast<std::uint64_t>(lane));
+                                                      for (;;) time.sleep_until(time.now() + next_delay(draws));
+                                                    }));
+  }
+  for (auto _ : state) scheduler.run_one();
+}
+BENCHMARK(blocking_loops)->Arg(2)->Arg(8)->MeasureProcessCPUTime();
 
 /// The yardstick: the same lanes, queue and hash in the least loop that runs them. No limits, no external work, no stop, no
 /// arrival times, no clock behind an interface.

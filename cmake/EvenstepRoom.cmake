@@ -2,18 +2,22 @@
 # not found by the compiler, so the direction of dependencies is enforced by the build.
 #
 #   evenstep_room(remap SEES time SOURCES src/a.cpp ...  PUBLIC_LIBRARIES glm::glm  PRIVATE_LIBRARIES fmt::fmt)
+#
+# The package of a library `package::name` is looked for; that of a system library is not. A room can be installed, and
+# find_package(evenstep COMPONENTS remap) then finds what it sees, too, and the packages of its libraries.
 
 add_library(evenstep_options INTERFACE)
-target_compile_options(evenstep_options INTERFACE
-  -ffp-contract=off          # bits must not depend on which compiler fuses what
-  -Wall -Wextra -Wshadow -Wno-missing-field-initializers)
+target_compile_options(evenstep_options INTERFACE -Wall -Wextra -Wshadow -Wno-missing-field-initializers)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # A precompiled header that does not fit would be ignored, and take longer than none.
-  target_compile_options(evenstep_options INTERFACE -fcoroutines -Werror=invalid-pch)
+  target_compile_options(evenstep_options INTERFACE -Werror=invalid-pch)
 endif()
 if(EVENSTEP_SANITIZE)
-  include(EvenstepSanitize)
+  include(${CMAKE_CURRENT_LIST_DIR}/EvenstepSanitize.cmake)
 endif()
+
+# Of these only headers are used, and only in sources: who links an installed room does not need them.
+set(EVENSTEP_HEADERS_ONLY Boost CLI11 nlohmann_json)
 
 # evenstep_alone(SOURCE ...) : these sources are never compiled together with others of their target, so that a name in an
 # unnamed namespace of theirs may be another's, too.
@@ -21,20 +25,62 @@ function(evenstep_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
+# evenstep_find(OUT LIBRARY ...) : finds the packages of these libraries; OUT are those that a user of them needs, too.
+macro(evenstep_find out)
+  set(${out} "")
+  foreach(library IN ITEMS ${ARGN})
+    if(library MATCHES "^(.+)::")
+      set(package ${CMAKE_MATCH_1})
+      if(NOT TARGET ${library})
+        find_package(${package} REQUIRED)
+      endif()
+      if(NOT package IN_LIST EVENSTEP_HEADERS_ONLY)
+        list(APPEND ${out} ${package})
+      endif()
+    endif()
+  endforeach()
+endmacro()
+
 function(evenstep_room name)
-  cmake_parse_arguments(ROOM "" "ROOT" "SOURCES;SEES;PUBLIC_LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
-  if(NOT ROOM_ROOT)
-    set(ROOM_ROOT ${CMAKE_CURRENT_SOURCE_DIR})
-  endif()
+  cmake_parse_arguments(ROOM "" "" "SOURCES;SEES;PUBLIC_LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   add_library(evenstep_${name} STATIC ${ROOM_SOURCES})
   add_library(evenstep::${name} ALIAS evenstep_${name})
-  target_include_directories(evenstep_${name} PUBLIC ${ROOM_ROOT}/include PRIVATE ${ROOM_ROOT})
-  target_link_libraries(evenstep_${name} PRIVATE evenstep_options)
-  foreach(seen IN LISTS ROOM_SEES)
-    target_link_libraries(evenstep_${name} PUBLIC evenstep::${seen})
+  if(IS_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/include)
+    target_include_directories(evenstep_${name} PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>)
+  endif()
+  target_include_directories(evenstep_${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_compile_features(evenstep_${name} PUBLIC cxx_std_20)
+
+  evenstep_find(packages ${ROOM_PUBLIC_LIBRARIES} ${ROOM_PRIVATE_LIBRARIES})
+  set(private $<BUILD_INTERFACE:evenstep_options>)
+  foreach(library IN LISTS ROOM_PRIVATE_LIBRARIES)
+    string(REGEX REPLACE "::.*" "" package ${library})
+    if(package IN_LIST EVENSTEP_HEADERS_ONLY)
+      set(library $<BUILD_INTERFACE:${library}>)
+    endif()
+    list(APPEND private ${library})
   endforeach()
-  target_link_libraries(evenstep_${name} PUBLIC ${ROOM_PUBLIC_LIBRARIES} PRIVATE ${ROOM_PRIVATE_LIBRARIES})
+  list(TRANSFORM ROOM_SEES PREPEND evenstep:: OUTPUT_VARIABLE seen)
+  target_link_libraries(evenstep_${name} PUBLIC ${seen} ${ROOM_PUBLIC_LIBRARIES} PRIVATE ${private})
+  # It can become a part of a shared object, which then shows nothing of it.
+  set_target_properties(evenstep_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
+    CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+    EVENSTEP_SEES "${ROOM_SEES}" EVENSTEP_PACKAGES "${packages}")
   if(EVENSTEP_SANITIZE AND NOT name IN_LIST EVENSTEP_ROOMS_THAT_COMPUTE)
     target_compile_options(evenstep_${name} PRIVATE -O0)
+  endif()
+  if(EVENSTEP_INSTALL)
+    evenstep_install_room(${name})
+  endif()
+endfunction()
+
+# evenstep_install_room(NAME) : its library, its headers and its file of targets
+function(evenstep_install_room name)
+  install(TARGETS evenstep_${name} EXPORT evenstep-${name} INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+  install(EXPORT evenstep-${name} NAMESPACE evenstep:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/evenstep COMPONENT dev)
+  if(IS_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/include)
+    install(DIRECTORY include/evenstep DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+      FILES_MATCHING PATTERN "*.h")
   endif()
 endfunction()

@@ -71,9 +71,9 @@ void explain_solver(const Scenario& scenario, Facts& facts) {
 }
 
 void explain_case(const CaseSpec& spec, Facts& facts) {
-  std::vector<std::string> methods, solvers;
+  std::vector<std::string> methods;
+  const std::vector<std::string> solvers = spec.solver_names();
   for (const Method method : spec.methods) methods.emplace_back(name_of(method));
-  for (const SolverKind solver : spec.solvers) solvers.emplace_back(name_of(solver));
   facts.add("case", {{"kind", spec.kind}, {"values", spec.values}},
             fmt::format("  case         {}, {} values from {} to {}\n", spec.kind, spec.values.size(), spec.values.front(),
                         spec.values.back()));
@@ -96,7 +96,7 @@ void explain_device(const DeviceSpec& device, Facts& facts) {
   const auto* foreign = std::get_if<ForeignDriverSpec>(&device.driver);
   std::string lines = fmt::format("  device       {}: {}/{} Hz, phase {:.6g} ms, {} emission{}\n", device.name,
                                   device.rate.num, device.rate.den, ms(device.phase), linear ? "linear" : "hold",
-                                  foreign ? fmt::format(", driver '{}' of this program", foreign->part.name) : "");
+                                  foreign ? fmt::format(", driver '{}', not evenstep's own", foreign->part.name) : "");
   if (device.hand) {
     lines +=
         fmt::format("               a hand of {:.6g} kg, {:.6g} N s/m, {:.6g} N/m that feels the force {:.6g} ms later\n",
@@ -180,6 +180,11 @@ bool explain_failures(const Scenario& scenario, const std::vector<StrategyPlan>&
   facts.add("must_fail", Json::array(), "");
   if (scenario.expect_stop) return false;
   const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
+  if (tissue && scenario.solver == SolverKind::opencl && !built_with_opencl()) {
+    const char* why = "this evenstep is built without OpenCL; solver = \"cpu\" computes the same bits";
+    facts.add_to_list("must_fail", {{"why", why}}, fmt::format("must fail: {}\n", why));
+    return true;
+  }
   if (tissue && !scenario.scene.allow_unstable) {
     const Rate rate = scenario.scene.step_rate;
     const int least = auto_substeps(*tissue, rate);

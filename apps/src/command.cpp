@@ -9,6 +9,7 @@
 #include <limits>
 #include <sstream>
 
+#include "commands.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/text/suggest.h"
 
@@ -72,8 +73,9 @@ std::vector<std::string> words_of(int argc, char** argv) {
 
 }  // namespace
 
+// Operands are paths.
 void Command::operand(const std::string& name, std::string& value, const std::string& meaning) {
-  required_option(name, value, meaning);
+  app_->add_option(name, value, meaning)->required()->transform(here_or_installed, "");
 }
 
 void Command::optional_operand(const std::string& name, std::string& value, const std::string& meaning) {
@@ -81,11 +83,11 @@ void Command::optional_operand(const std::string& name, std::string& value, cons
 }
 
 void Command::operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning) {
-  app_->add_option(name, values, meaning)->required();
+  app_->add_option(name, values, meaning)->required()->transform(here_or_installed, "");
 }
 
 void Command::optional_operands(const std::string& name, std::vector<std::string>& values, const std::string& meaning) {
-  app_->add_option(name, values, meaning);
+  app_->add_option(name, values, meaning)->transform(here_or_installed, "");
 }
 
 void Command::flag(const std::string& name, bool& value, const std::string& meaning) {

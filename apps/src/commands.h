@@ -15,6 +15,9 @@ namespace evenstep::app {
 /// The scenario files, each once: files as given, and for a folder all *.toml below it in order of path, but not those in
 /// run folders. If a folder has none, prints an error and returns nullopt.
 std::optional<std::vector<std::string>> scenario_files(const std::vector<std::string>& paths);
+/// A path as typed; if nothing is there and it is not absolute, the same path among the files that were installed with the
+/// program (share/evenstep beside the folder that the program is in), if there is such a file.
+std::string here_or_installed(const std::string& path);
 void print(const std::vector<Diagnostic>& errors);
 /// Where run folders go without --out: to runs/ in the working directory, or, if that cannot be written, to a folder of the
 /// user among the temporary files.

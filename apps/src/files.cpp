@@ -54,6 +54,14 @@ std::optional<std::vector<std::string>> scenario_files(const std::vector<std::st
   return files;
 }
 
+std::string here_or_installed(const std::string& path) {
+  std::error_code error;
+  if (path.empty() || fs::path(path).is_absolute() || fs::exists(path, error)) return path;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path installed = (program.parent_path().parent_path() / "share/evenstep" / path).lexically_normal();
+  return !error && fs::exists(installed, error) ? installed.string() : path;
+}
+
 fs::path default_place() {
   if (::access(".", W_OK | X_OK) == 0) return "runs";
   return fs::temp_directory_path() / fmt::format("evenstep-runs-{}", ::getuid());

@@ -83,10 +83,9 @@ void print_tables(const Json& listed) {
 }
 
 ExitCode list(const ListArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
-  const std::vector<std::string> folders = !arguments.paths.empty() ? arguments.paths
-                                           : std::filesystem::is_directory("scenarios")
-                                               ? std::vector<std::string>{"scenarios"}
-                                               : std::vector<std::string>{};
+  std::vector<std::string> folders = arguments.paths;
+  const std::string usual = here_or_installed("scenarios");
+  if (folders.empty() && std::filesystem::is_directory(usual)) folders.push_back(usual);
   const std::optional<std::vector<std::string>> files = scenario_files(folders);
   if (!files) return ExitCode::usage;
   ExitCode code = ExitCode::pass;

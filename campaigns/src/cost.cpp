@@ -143,7 +143,27 @@ class Measurement {
     if (uses_opencl() && !stopped()) opencl_or_cpu();
   }
 
+  /// A solver of the program is asked for what nobody asked it for; if it then still leaves it out, it has none.
+  void absent_foreign_part(PartCost& cost) {
+    Scene scene = scene_;
+    scene.variable_step |= cost.part == "variable step";
+    scene.needs_state_digest |= cost.part == "state digest";
+    scene.needs_energy |= cost.part == "energy";
+    if (cost.part == "local model") scene.local_model = LocalModel::instantaneous;
+    try {
+      if (is_left_out(cost.part, scene)) {
+        cost.why = "the solver has none";
+        return;
+      }
+      Side with = side(scene), without = side(scene_);
+      put_pairs(step_pairs(with, without, path_, options_), cost);
+    } catch (const SolverError& error) {
+      cost.why = fmt::format("not measured: {}", error.what());
+    }
+  }
+
   void absent_part(PartCost& cost) {
+    if (std::holds_alternative<ForeignScene>(scenario_.scene.body)) return absent_foreign_part(cost);
     Scene scene = scene_;
     scene.variable_step |= cost.part == "variable step";
     scene.needs_state_digest |= cost.part == "state digest";

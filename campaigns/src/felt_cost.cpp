@@ -50,7 +50,9 @@ std::string step_text(double seconds) {
 
 std::string name_of(const Scenario& scenario, const StudyRun& run) {
   const std::string solver = evenstep::name_of(run.solver);
-  if (!has_steps(scenario)) return fmt::format("{:<18}{:<11}", "no method", solver);
+  if (const auto* foreign = std::get_if<ForeignScene>(&scenario.scene.body))
+    return fmt::format("{:<29}{:>9}", foreign->name, step_text(period_s(scenario.scene.step_rate) / run.step.substeps));
+  if (!std::holds_alternative<TissueScene>(scenario.scene.body)) return fmt::format("{:<18}{:<11}", "no method", solver);
   return fmt::format("{:<18}{:<11}{:>9}{}", evenstep::name_of(run.method), solver,
                      step_text(period_s(scenario.scene.step_rate) / run.step.substeps),
                      run.iterations > 0 ? fmt::format(", {} iterations", run.iterations) : "");
@@ -75,12 +77,19 @@ std::optional<double> cell_cost_s(const Scenario& scenario, const StudyRun& run,
 
 }  // namespace
 
-bool has_steps(const Scenario& scenario) { return std::holds_alternative<TissueScene>(scenario.scene.body); }
 
 std::vector<StudyRun> felt_cells(const Scenario& scenario) {
   const StudySpec& study = scenario.study;
-  if (!has_steps(scenario)) return {{SolverKind::cpu_double, Method::symplectic_euler, 0, {1, 1}}};
   std::vector<StudyRun> cells;
+  if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
+    // Nobody but the program knows how its solver integrates, but that there are steps: they can be cut.
+    const bool has_steps = std::holds_alternative<ForeignScene>(scenario.scene.body);
+    const std::vector<StudyStep> steps = !has_steps            ? std::vector<StudyStep>{{1, 1}}
+                                         : study.steps.empty() ? std::vector<StudyStep>{{1, 1}, {2, 1}, {4, 1}}
+                                                               : study.steps;
+    for (const StudyStep& step : steps) cells.push_back({SolverKind::cpu_double, Method::symplectic_euler, 0, step});
+    return cells;
+  }
   for (const SolverKind solver : study.solvers) {
     for (const Method method : study.methods) {
       const std::vector<StudyStep> steps = study.steps.empty() ? default_steps(scenario, method) : study.steps;

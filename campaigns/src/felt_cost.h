@@ -9,10 +9,9 @@
 
 namespace evenstep::internal {
 
-/// Whether the scene has a method and steps that can be chosen: a tissue has.
-bool has_steps(const Scenario& scenario);
 /// Every solver, method, number of iterations and step of [study]. Without `step_sizes` there are three steps of each
-/// method: the one that substeps = "auto" takes, its half and its quarter. A scene without steps has one cell.
+/// method: the one that substeps = "auto" takes, its half and its quarter. A foreign scene has a
+/// cell for each step, by default its own, its half and its quarter. Other scenes have one cell.
 std::vector<StudyRun> felt_cells(const Scenario& scenario);
 /// The most substeps among the explicit cells.
 int finest_substeps(const std::vector<StudyRun>& cells);

@@ -17,6 +17,8 @@ namespace {
 
 /// Of a scene that is no tissue: instants per step of the scene, between which a cubic is drawn.
 constexpr int kInstantsPerStep = 16;
+/// Steps of a foreign reference per step of the finest cell.
+constexpr int kFinerThanCells = 4;
 
 Rate finer(Rate rate, int parts) { return reduced_rate(static_cast<__int128>(rate.num) * parts, rate.den); }
 
@@ -143,6 +145,8 @@ ReferencePlan plan_reference(const Scenario& scenario, int finest) {
   ReferencePlan plan;
   plan.until = judged_span(scenario).end;
   plan.rate = finer(scenario.scene.step_rate, kInstantsPerStep);
+  if (std::holds_alternative<ForeignScene>(scenario.scene.body))
+    plan.rate = finer(scenario.scene.step_rate, std::max(kInstantsPerStep, kFinerThanCells * finest));
   if (!std::holds_alternative<TissueScene>(scenario.scene.body)) return plan;
   std::string reasons, remedy;
   for (const ReferenceMethod& candidate : kReferenceMethods) {

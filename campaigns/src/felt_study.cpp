@@ -17,6 +17,7 @@
 #include "felt_cost.h"
 #include "felt_reference.h"
 #include "felt_runs.h"
+#include "foreign_substeps.h"
 #include "study_machine.h"
 #include "study_trace.h"
 
@@ -65,6 +66,8 @@ Scenario with_step(const Scenario& scenario, const StudyRun& run) {
     tissue->method = run.method;
     tissue->iterations = run.iterations;
     tissue->substeps = run.step.substeps;
+  } else if (const auto* foreign = std::get_if<ForeignScene>(&changed.scene.body)) {
+    changed.scene.body = internal::with_substeps(*foreign, run.step.substeps);
   }
   return changed;
 }
@@ -179,10 +182,16 @@ class FeltStudy {
     return leads;
   }
 
+  std::string method_of(const StudyRun& run) const {
+    if (std::holds_alternative<ForeignScene>(scenario_.scene.body)) return "own";
+    return std::holds_alternative<TissueScene>(scenario_.scene.body) ? name_of(run.method) : "none";
+  }
+
   /// A cell with every strategy.
   std::vector<FeltPoint> judge(const StudyRun& run) {
-    FeltPoint point{.solver = name_of(run.solver),
-                    .method = internal::has_steps(scenario_) ? name_of(run.method) : "none",
+    const auto* foreign = std::get_if<ForeignScene>(&scenario_.scene.body);
+    FeltPoint point{.solver = foreign ? foreign->name : name_of(run.solver),
+                    .method = method_of(run),
                     .iterations = run.iterations,
                     .substep_s = record_.step_s / run.step.substeps,
                     .substeps = run.step.substeps};
@@ -207,7 +216,7 @@ class FeltStudy {
 
   /// Steps through every lead, and then goes on with the first one until there are as many repeats as asked for.
   std::map<std::int64_t, EvenForces> step_and_time(const Scenario& changed, const StudyRun& run, FeltPoint& point) {
-    const auto solver = internal::make_study_solver(changed, run, false);
+    const auto solver = internal::make_study_solver(scenario_, run, false);
     point.iterations = solver->info().iterations;
     const RealTime end = internal::judged_span(changed).end;
     std::map<std::int64_t, EvenForces> even;

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "evenstep/text/rational.h"
+#include "foreign_substeps.h"
 
 namespace evenstep::internal {
 namespace {
@@ -70,6 +71,8 @@ std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyR
     tissue->method = run.method;
     tissue->iterations = run.iterations;
     tissue->substeps = run.step.substeps;
+  } else if (const auto* foreign = std::get_if<ForeignScene>(&scene.body)) {
+    scene.body = with_substeps(*foreign, run.step.substeps);
   }
   scene.step_rate = reduced_rate(scene.step_rate.num, static_cast<__int128>(scene.step_rate.den) * run.step.steps);
   scene.needs_energy = measured;

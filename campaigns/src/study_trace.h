@@ -30,7 +30,7 @@ struct StudyRun {
   StudyStep step;
 };
 /// Throws SolverError. `measured`: the solver also computes the energy. Of `run`, a scene that is no tissue takes the solver
-/// and the length of its steps.
+/// and the length of its steps, and a foreign one its substeps.
 std::unique_ptr<Solver> make_study_solver(const Scenario& scenario, const StudyRun& run, bool measured);
 
 /// The values at the samples that are compared.

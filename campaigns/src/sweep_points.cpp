@@ -29,6 +29,11 @@ std::string digest_of_file(const std::string& path) { return digest(read_text_fi
 
 /// The digest of the whole table, in which the files that it names are represented by their contents, not by their paths.
 std::string digest_of_scenario(Value document) {
+  if (const CommandFiles command = files_of_command(document); command.directory != nullptr) {
+    std::string contents;
+    for (const std::string& file : command.files) contents += digest_of_file(file);
+    command.directory->text = contents;
+  }
   for (Value* file : named_files(document)) file->text = digest_of_file(path_from(*file));
   return digest(print_toml(document));
 }

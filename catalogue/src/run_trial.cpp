@@ -9,6 +9,7 @@
 #include "evenstep/scheduler/scheduler.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/time/digest.h"
+#include "hand_over.h"
 
 namespace evenstep::internal {
 namespace {
@@ -151,7 +152,9 @@ CaseCell run_cell(const CaseKind& kind, const CellSpec& spec, std::uint64_t seed
     const std::unique_ptr<Trial> trial = kind.make(spec);
     trial->scene.needs_state_digest = true;
     put_step_over_limit(trial->scene, cell);
-    const std::unique_ptr<Solver> solver = make_solver(spec.solver, trial->scene);
+    const std::unique_ptr<Solver> solver = spec.spec.foreign
+                                               ? make_case_solver(*spec.spec.foreign, trial->scene)
+                                               : make_solver(spec.solver, trial->scene);
     run_evenly(*trial, *solver, interrupted, cell);
     solver->reset();
     cell.schedule_differs = irregular_digest(*trial, *solver, cell.steps, seed, interrupted) != cell.digest;

@@ -73,7 +73,8 @@ std::unique_ptr<HapticDevice> make_foreign_device(const ForeignDriverSpec& spec,
                                                            .rate = device.rate,
                                                            .first_tick = RealTime{device.phase.ns},
                                                            .grip = grip,
-                                                           .path = path});
+                                                           .path = path,
+                                                           .seed = spec.part.seed});
 }
 
 }  // namespace evenstep::internal

@@ -12,7 +12,7 @@ class ForeignAsSlotMap final : public SlotMap {
   ForeignAsSlotMap(const ForeignMapSpec& spec, Rate step_rate, Duration lead, const AdaptiveLatency& latency)
       : SlotMap(lead, latency), name_(spec.name) {
     if (!spec.make) throw failed("it is not registered", "register it in the program that runs the scenario");
-    map_ = guarded([&] { return spec.make({spec.name, spec.options, step_rate}); });
+    map_ = guarded([&] { return spec.make({spec.name, spec.options, step_rate, spec.seed}); });
     if (!map_) throw failed("its factory returned nothing", "return a map, or throw why there is none");
   }
   void boundary(std::int64_t n, RealTime begin) override {
@@ -42,7 +42,7 @@ class ForeignAsSlotMap final : public SlotMap {
     try {
       return call();
     } catch (const std::exception& error) {
-      throw failed(error.what(), "see the program that registers it");
+      throw failed(error.what(), "see what the map does there");
     } catch (...) {
       throw failed("it threw something that is no std::exception", "throw std::runtime_error");
     }

@@ -22,8 +22,8 @@ CaseRecord run_cells(const Scenario& scenario, const RunOptions& options) {
   const CaseKind& kind = kind_of(spec);
   CaseRecord record{spec.kind, std::string(kind.value_name), std::string(kind.value_unit), {}};
   for (const Method method : spec.methods) {
-    for (const SolverKind solver : spec.solvers)
-      record.rows.push_back({name_of(method), name_of(solver), std::vector<CaseCell>(spec.values.size())});
+    for (const std::string& solver : spec.solver_names())
+      record.rows.push_back({name_of(method), solver, std::vector<CaseCell>(spec.values.size())});
   }
   const std::size_t columns = spec.values.size(), solvers = spec.solvers.size();
   parallel_for(record.rows.size() * columns, options.threads, [&](std::size_t i) {

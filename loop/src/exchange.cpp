@@ -55,10 +55,9 @@ Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& sch
 Reading<glm::dvec3> Exchange::hand(int tool, const Slot& slot) {
   Link& link = links_[static_cast<std::size_t>(tool)];
   const std::uint64_t head = interaction_head(tool);
-  if (slot.kind == SlotKind::mapped) return link.interaction.at(slot.read, head);
-  Reading<glm::dvec3> newest = link.interaction.newest(head);
-  if (link.interaction_filter) newest.value = link.interaction_filter->next(newest.value);
-  return newest;
+  Reading<glm::dvec3> hand = link.interaction.hand(slot, head);
+  if (link.interaction_filter && slot.kind != SlotKind::mapped) hand.value = link.interaction_filter->next(hand.value);
+  return hand;
 }
 
 bool Exchange::must_wait(int tool, const Reading<glm::dvec3>& hand) const {

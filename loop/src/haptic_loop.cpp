@@ -45,12 +45,13 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
 Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
                      StepRecorder& record) {
   SegmentTiming segment;
+  RemapSteps steps(map);
   Postponement pushed;  // the delay caused by the waits of a gate
-  for (std::int64_t n = 0; timing.next(segment);) {
+  while (timing.next(segment)) {
     co_await scheduler.until(pushed.begin(segment.begin), Lane::launch, "segment");
     const bool own_lane = segment.overlaps();  // the visualization has a thread of its own, so there is no pause here
     // 3 b: the segment, split into slots.
-    map.boundary(n, own_lane ? segment.begin : scheduler.now() - pushed.by());
+    steps.segment(own_lane ? segment.begin : scheduler.now() - pushed.by());
     record.segment(segment, scheduler.now());
     const Pause pause = pause_of(segment, own_lane);
     if (pause.before_steps) {
@@ -61,7 +62,7 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       // An event of its own, so that it comes after the sample of the same instant.
       co_await scheduler.until(pushed.begin(step.begin), Lane::launch, "launch");
       const RealTime launched = scheduler.now();
-      const Slot slot = map.read(n, launched, pushed.by());  // 3 c: the slot's time
+      const Slot slot = steps.begin(launched, pushed.by());  // 3 c: the slot's time
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
         Reading<glm::dvec3> hand = exchange.hand(tool, slot);  // 3 a: the buffered hand
         while (exchange.must_wait(tool, hand)) {
@@ -69,18 +70,17 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
           hand = exchange.hand(tool, slot);
         }
         solver.give(tool, hand.value, std::min(slot.read, hand.newest));
-        record.hand(tool, n, slot, hand, scheduler.now() - launched);
+        record.hand(tool, steps.number(), slot, hand, scheduler.now() - launched);
       }
       const RealTime began = scheduler.now();
       pushed.wait(began - launched);
       solver.begins(began);
-      co_await scheduler.external(pushed.end(step.end), &solver, "step");       // 4 b: a constant amount of simulation time
-      const RealTime emission = map.emission(n, scheduler.now(), pushed.by());  // 4 d: the inverse of 3 c
+      co_await scheduler.external(pushed.end(step.end), &solver, "step");     // 4 b: a constant amount of simulation time
+      const StepEmission emission = steps.end(scheduler.now(), pushed.by());  // 4 d: the inverse of 3 c
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
-        exchange.respond(tool, emission, solver.contact(tool));  // 4 e: evenly
+        exchange.respond(tool, emission.at, solver.contact(tool));  // 4 e: evenly
       }
       record.step(scheduler, segment, slot, began, emission, solver);
-      ++n;
     }
     if (pause.after_steps) {
       pushed.end(segment.visualization->end);

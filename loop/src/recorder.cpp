@@ -67,16 +67,16 @@ void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Readin
 }
 
 void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
-                        RealTime emission, const SolverStep& solver) {
+                        const StepEmission& emission, const SolverStep& solver) {
   scheduler.note(static_cast<std::uint64_t>(slot.read.ns));
-  scheduler.note(static_cast<std::uint64_t>(emission.ns));
+  scheduler.note(static_cast<std::uint64_t>(emission.at.ns));
   scheduler.note(solver.state_digest);
   const auto n = static_cast<std::int64_t>(record_.steps.size());
   record_.steps.push_back({.segment = segment.index,
                            .begin = began,
                            .end = scheduler.now(),
                            .read = slot.read,
-                           .emission = emission,
+                           .emission = emission.at,
                            .mapped = slot.kind == SlotKind::mapped,
                            .acquiring = slot.kind == SlotKind::acquiring,
                            .simulated = solver.simulated()});
@@ -85,8 +85,8 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
     note(scheduler, solver.response.force_N[device]);
     record_.devices[device].steps.push_back(
         {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), reads_[device]});
-    if (slot.kind != SlotKind::mapped || scheduler.now() <= emission) continue;
-    record_.underruns.push_back({n, device, UnderrunRow::Side::force, scheduler.now() - emission, words_.force});
+    if (emission.late.ns == 0) continue;
+    record_.underruns.push_back({n, device, UnderrunRow::Side::force, emission.late, words_.force});
   }
 }
 

@@ -20,6 +20,7 @@ constexpr double kStart_paces = 4;        // a first segment that took so much l
 constexpr double kLeastWeight = 1.0 / 8;  // of a segment in the usual places
 constexpr double kFall = 0.9;             // of P at one boundary, below which v falls along
 constexpr double kLeastPeriod_ns = 1.0;
+constexpr double kMostPeriod_ns = 1e12;  // slots that go on by a tenth of it stay within the range of RealTime
 // A slot that is a whole number of ns may come out less by the rounding of sums; it must not be floored to 1 ns less.
 constexpr double kRounding_ns = 0x1p-10;
 
@@ -50,7 +51,7 @@ void PhaseLockedMap::learn(RealTime end, std::int64_t steps) {
   past_ = {fade * past_.count + 1, fade * past_.length_ns + length_ns, fade * past_.steps + static_cast<double>(steps),
            fade * past_.idle_ns + idle_ns};
   const double pace_before_ns = pace_ns_;
-  pace_ns_ = std::max(past_.length_ns / past_.steps, kLeastPeriod_ns);
+  pace_ns_ = std::clamp(past_.length_ns / past_.steps, kLeastPeriod_ns, kMostPeriod_ns);
   if (!hung) learn_places(length_ns, steps);
   if (acquiring) {
     // The slot of the next step is the boundary, one pace on.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -33,6 +34,7 @@ struct Scheduler::State {
   RealTime& now;  // the scheduler's
   EventKey last{{}, Lane::completion, 0};
   bool running_event = false;
+  bool spawning = false;
   std::uint64_t payload = 0;
   std::int64_t events_at_instant = 0;
   std::int64_t event_count = 0;
@@ -50,6 +52,7 @@ struct Scheduler::State {
         now(s.now_) {}
 
   RealTime live_now() const { return is_virtual ? now : clock.now(); }
+  void refuse_inside_a_lane() const;
   bool over() const { return status.end == RunEnd::stopped || status.end == RunEnd::limit || status.end == RunEnd::failed; }
 
   bool within(std::int64_t count, std::int64_t limit, const char* limit_name, EventName event, RealTime at) {
@@ -70,6 +73,10 @@ struct Scheduler::State {
   void wait_for(InFlight& work);
   void drain();
 };
+
+void Scheduler::State::refuse_inside_a_lane() const {
+  if (running_event || spawning) throw std::logic_error("a lane called run() or run_one() of the scheduler that runs it");
+}
 
 // ---- Limits
 
@@ -211,7 +218,10 @@ void Scheduler::State::drain() {
 
 Scheduler::Scheduler(Clock& clock, Executor& executor, SchedulerOptions options)
     : state_(std::make_unique<State>(*this, clock, executor, std::move(options))) {}
-Scheduler::~Scheduler() { state_->drain(); }
+Scheduler::~Scheduler() {
+  state_->drain();
+  state_->tasks.clear();  // while the rest of the state is there: what ends with a task may still ask for the time
+}
 
 RealTime Scheduler::live_now() const noexcept { return state_->live_now(); }
 
@@ -230,9 +240,11 @@ Arrival Scheduler::External::await_resume() {
 }
 
 void Scheduler::spawn(Task task) {
-  assert(state_->event_count == 0 && !state_->running_event && "lanes start before the run");
+  if (state_->event_count != 0 || state_->running_event) throw std::logic_error("lanes start before the run");
   const auto handle = state_->tasks.emplace_back(std::move(task)).handle_;
+  const bool is_nested = std::exchange(state_->spawning, true);
   handle.resume();
+  state_->spawning = is_nested;
   if (handle.done()) state_->note_end_of(handle);
 }
 
@@ -243,12 +255,14 @@ void Scheduler::note(std::uint64_t digest) noexcept {
 void Scheduler::note(double value) noexcept { note(std::bit_cast<std::uint64_t>(value)); }
 
 RunStatus Scheduler::run(RealTime end) {
+  state_->refuse_inside_a_lane();
   state_->run(end, INT64_MAX);
   state_->drain();
   return state_->status;
 }
 
 bool Scheduler::run_one() {
+  state_->refuse_inside_a_lane();
   const std::int64_t before = state_->event_count;
   state_->run(kNever, 1);
   return state_->event_count > before;

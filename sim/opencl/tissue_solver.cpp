@@ -339,6 +339,8 @@ std::unique_ptr<Solver> make_opencl_tissue(const Scene& scene, const SceneFeatur
 
 }  // namespace evenstep::internal
 
+bool evenstep::built_with_opencl() { return true; }
+
 void evenstep::open_opencl(const SolverOptions& options) {
   const internal::ClCommands opened(internal::choose_device(options.opencl_platform, options.opencl_device),
                                     static_cast<std::size_t>(options.work_group_size));

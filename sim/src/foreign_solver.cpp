@@ -76,7 +76,8 @@ class ForeignAsSolver final : public Solver {
                  .step_s = period_s(scene.step_rate),
                  .tool_count = scene.tool_count,
                  .variable_step = scene.variable_step,
-                 .local_model = scene.local_model},
+                 .local_model = scene.local_model,
+                 .seed = foreign.seed},
         needs_energy_(scene.needs_energy) {
     make();
     if (scene.local_model != LocalModel::none && !has_.contacts)
@@ -140,7 +141,7 @@ class ForeignAsSolver final : public Solver {
     } catch (const SolverError& error) {
       throw SolverError(error.fault(), named(error.what()), error.remedy());
     } catch (const std::exception& error) {
-      throw failed(error.what(), "see the program that registers it");
+      throw failed(error.what(), "see what the solver does there");
     } catch (...) {
       throw failed("it threw something that is no std::exception", "throw SolverError");
     }

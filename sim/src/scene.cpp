@@ -39,7 +39,7 @@ std::string TissueScene::text() const {
 }
 
 std::optional<double> ForeignScene::stored_energy_J(const glm::dvec3&) const { return std::nullopt; }
-std::string ForeignScene::text() const { return fmt::format("'{}', a solver that the program registered", name); }
+std::string ForeignScene::text() const { return fmt::format("'{}', {}", name, origin); }
 
 bool accounts_energy(const Scene& scene) {
   return std::visit([](const auto& body) { return body.kAccountsEnergy; }, scene.body);

@@ -17,8 +17,8 @@ namespace {
 
 const std::string kSine = R"(device.left.motion={ kind = "sine", amplitude = ["2 cm", "0 m", "0 m"], frequency = "2 Hz" })";
 
-FeltStudyRecord study(const std::string& scene, const Registry& mine) {
-  const ReadResult scenario = read({scene, kSine, R"(run.strategies=["direct", "phase_locked"])"}, mine);
+FeltStudyRecord study(const std::string& scene, const Registry& mine, const std::string& steps = "study.repeats=1") {
+  const ReadResult scenario = read({scene, kSine, R"(run.strategies=["direct", "phase_locked"])", steps}, mine);
   INFO(text_of(scenario.error_or({})));
   REQUIRE(scenario);
   return run_felt_study(*scenario);
@@ -54,7 +54,8 @@ std::string bytes_of(const std::string& path) {
 }  // namespace
 
 TEST_CASE("The study of the felt force with a spring of the program's is that with evenstep's own") {
-  const FeltStudyRecord mine = study(kMySpring, registry()), own = study("scene.kind=\"spring\"", {});
+  const FeltStudyRecord mine = study(kMySpring, registry(), R"(study.step_sizes=["450 Hz"])"),
+                        own = study("scene.kind=\"spring\"", {});
   REQUIRE(mine.points.size() == own.points.size());
   for (std::size_t i = 0; i < own.points.size(); ++i) {
     CHECK(mine.points[i].total.rms_N == Approx(own.points[i].total.rms_N).epsilon(1e-6));
@@ -71,6 +72,23 @@ TEST_CASE("The reference of a foreign solver of order 1 is as near to its equati
   CHECK(record.reference.estimate_N > 0);
   CHECK(record.reference.estimate_N < 0.02 * record.reference.scale_N);
   for (const FeltPoint& point : record.points) CHECK(point.discretisation.rms_N > 3 * record.reference.estimate_N);
+}
+
+TEST_CASE("A study cuts the steps of a solver of the program, whose error falls with them") {
+  Registry mine;
+  mine.add_solver("lag", [](const SolverRequest&) { return std::make_unique<Lag>(); });
+  const FeltStudyRecord record = study(scene_of("lag"), mine, R"(study.step_sizes=["450 Hz", "900 Hz", "1800 Hz"])");
+  REQUIRE(record.points.size() == 6);  // of two strategies
+  for (const std::size_t first : {0, 3}) {
+    for (std::size_t i = first; i < first + 2; ++i) {
+      CHECK(record.points[i + 1].substep_s == Approx(record.points[i].substep_s / 2));
+      // Explicit Euler, order 1; less than half is left because the tools' straight paths err the other way.
+      CHECK(record.points[i + 1].discretisation.rms_N < 0.6 * record.points[i].discretisation.rms_N);
+    }
+    CHECK(record.points[first].method == "own");
+    CHECK(record.points[first].solver == "lag");
+  }
+  CHECK_THAT(errors_of({scene_of("lag"), R"(study.methods=["rk4"])"}, mine), Contains("has no such thing to choose"));
 }
 
 TEST_CASE("A sweep over the options of a solver writes the same bytes on one thread and on two") {

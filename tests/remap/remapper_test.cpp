@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "evenstep/time/chrono.h"
 #include "schedules.h"
 
 namespace {
@@ -78,14 +79,22 @@ TEST_CASE("constant velocity in, straight line out, both directions, 12.842 ms h
         }
       },
       [&](RealTime now) {
-        const Reading<Vector> reading = remap.interaction(now);
+        const Reading<Vector> reading = remap.begin_step(now).hand;
         hand = reading.value;
         in.push_back(hand);
         if (in.size() > 30) inside = inside && reading.status == ReadStatus::inside;
       },
-      [&](RealTime now) { remap.response(now, hand); },  // a spring of 1 N/m
+      [&](RealTime now) { remap.end_step(now, hand); },  // a spring of 1 N/m
       [&](RealTime now) { remap.segment(now); });
   CHECK(inside);
+  const RemapCounts counts = remap.counts();
+  CHECK(counts.steps == 90 * 15);
+  CHECK(counts.acquiring == 15);  // the first segment
+  CHECK(counts.hand.inside == 89 * 15);
+  CHECK(counts.late_forces == 0);
+  CHECK(counts.latest_force == Duration{});
+  CHECK(counts.force.inside + counts.force.empty + counts.force.held == 3000);
+  CHECK(counts.force.held <= 33);  // before the first slot
   REQUIRE(in.size() == 90 * 15);
   REQUIRE(out.size() > 2000);
   for (std::size_t n = 30; n < in.size(); ++n) {
@@ -122,7 +131,7 @@ TEST_CASE("a remapper that adapts finds the least latency by itself, held and in
         const double age = seconds(now) - remap.force(now).value;
         off = std::max(off, std::abs(age - latency_s));
       },
-      [&](RealTime now) { hand = remap.interaction(now).value; }, [&](RealTime now) { remap.response(now, hand); },
+      [&](RealTime now) { hand = remap.begin_step(now).hand.value; }, [&](RealTime now) { remap.end_step(now, hand); },
       [&](RealTime now) { remap.segment(now); });
   CHECK(off <= (held ? 0.5 / 450 : 0) + 1e-6);  // held for a slot: the age is the latency, and up to one slot more
 }
@@ -141,10 +150,103 @@ TEST_CASE("a remapper allocates nothing after construction") {
         remap.sample(now, position_m(now));
         sum += remap.force(now).value[0];
       },
-      [&](RealTime now) { sum += remap.interaction(now).value[0]; }, [&](RealTime now) { remap.response(now, {}); },
+      [&](RealTime now) { sum += remap.begin_step(now).hand.value[0]; }, [&](RealTime now) { remap.end_step(now, {}); },
       [&](RealTime now) { remap.segment(now); });
   const std::size_t after = allocations;
   CHECK(after == before);
   CHECK(before > 0);  // the count does count
   CHECK(sum > 0);
+}
+
+TEST_CASE("a remapper counts the forces that come late, and says of each by how much") {
+  // Held, the paper's timing needs 12.842 ms: 1 ms less and the last steps of each visualization's wait come too late.
+  const auto missing = GENERATE(Duration{0}, Duration{1'000'000}, Duration{5'000'000});
+  Remapper<double> remap({.lead = {260'002}, .latency = Duration{12'842'230} - missing, .emission = Emission::hold});
+  std::uint64_t late = 0;
+  Duration latest;
+  play(
+      Periodic{}.schedule(30), [&](RealTime now) { remap.sample(now, 1); }, [&](RealTime now) { remap.begin_step(now); },
+      [&](RealTime now) {
+        const StepEmission emission = remap.end_step(now, 1);
+        CHECK(emission.late == std::max(now - emission.at, Duration{}));
+        late += emission.late.ns > 0;
+        latest = std::max(latest, emission.late);
+      },
+      [&](RealTime now) { remap.segment(now); });
+  const RemapCounts counts = remap.counts();
+  CHECK(counts.late_forces == late);
+  CHECK(counts.latest_force == latest);
+  CHECK((latest > missing - Duration{10} && latest <= missing));  // the latency above has up to 10 ns to spare
+  CHECK((late > 0) == (missing.ns > 0));
+}
+
+TEST_CASE("a remapper tells reads past the newest sample apart: on the policy's line, held, lost, and nothing there yet") {
+  // Slots every millisecond after a segment of four; the hand is sampled once, or not at all.
+  const auto ms = [](std::int64_t count) { return RealTime{count * 1'000'000}; };
+  const bool line = GENERATE(false, true);
+  Remapper<double> remap(
+      {.past_newest_sample = line ? Extrapolation{{1'000'000}, {3'000'000}} : kHoldNewest, .interaction_capacity = 4});
+  const auto step = [&](RealTime at) {
+    const StepInput<double> input = remap.begin_step(at);
+    remap.end_step(at, 0);
+    return input.hand.status;
+  };
+  for (int n = 0; n < 4; ++n) {
+    if (n == 0) remap.segment(ms(0));
+    CHECK(step(ms(n)) == ReadStatus::empty);
+  }
+  remap.segment(ms(4));
+  CHECK(step(ms(4)) == ReadStatus::empty);
+  for (const int at : {3, 4}) remap.sample(ms(at), at);
+  for (int n = 5; n < 12; ++n) CHECK(step(ms(n)) == ReadStatus::underrun);  // 1 to 7 ms past the newest
+  for (int at = 5; at < 40; ++at) remap.sample(ms(at), at);
+  CHECK(step(ms(12)) == ReadStatus::overrun);  // four samples are kept, 36 to 39
+  const RemapCounts counts = remap.counts();
+  CHECK(counts.acquiring == 4);
+  CHECK(counts.hand.empty == 1);
+  CHECK(counts.hand.extrapolated == (line ? 3 : 0));
+  CHECK(counts.hand.held == (line ? 4 : 7));
+  CHECK(counts.hand.overruns == 1);
+  CHECK(counts.hand.inside == 0);
+}
+
+TEST_CASE("a remapper counts what its ticks played: before the first force, between forces, past the last one") {
+  const auto ms = [](std::int64_t count) { return RealTime{count * 1'000'000}; };
+  const bool held = GENERATE(true, false);
+  Remapper<double> remap({.emission = held ? Emission::hold : Emission::linear});
+  for (int n = 0; n < 3; ++n) {  // acquiring: each force is emitted when it is there, at 1, 2 and 3 ms
+    remap.begin_step(ms(n));
+    remap.end_step(ms(n + 1), n);
+  }
+  for (int tick = 0; tick < 6; ++tick) remap.force(ms(tick));
+  const ReadCounts force = remap.counts().force;
+  CHECK(force.empty == 1);
+  CHECK(force.inside == (held ? 5 : 3));
+  CHECK(force.held == (held ? 0 : 2));  // a held force misses none: late_forces counts there
+  CHECK(force.extrapolated == 0);
+}
+
+TEST_CASE("a step without a slot reads the newest sample itself, under every policy, and its force is never late") {
+  const Extrapolation policy = GENERATE(kHoldNewest, kContinueLine);
+  Remapper<double> remap({.past_newest_sample = policy});
+  for (int at = 0; at < 10; ++at) remap.sample({at * 1'000'000}, at);
+  const auto [slot, hand] = remap.begin_step({15'000'000});
+  CHECK(slot.kind == SlotKind::acquiring);
+  CHECK(slot.read == RealTime{15'000'000});
+  CHECK(hand.status == ReadStatus::inside);
+  CHECK(hand.value == 9);
+  CHECK(hand.newest == RealTime{9'000'000});
+  const StepEmission emission = remap.end_step({17'000'000}, 1);
+  CHECK(emission.at == RealTime{17'000'000});
+  CHECK(emission.late == Duration{});
+}
+
+TEST_CASE("the times of std::chrono become evenstep's exactly") {
+  using namespace std::chrono_literals;
+  static_assert(duration(15ms + 65us) == Duration{15'065'000});
+  static_assert(duration(-1h) == Duration{-3'600'000'000'000});
+  static_assert(real_time(2s) == RealTime{2'000'000'000});
+  const std::chrono::steady_clock::time_point start{1'000'000'001ns}, later{1'000'000'003ns};
+  CHECK(real_time(later - start) == RealTime{2});
+  static_assert(!std::is_invocable_v<decltype(duration), std::chrono::duration<double>>);
 }

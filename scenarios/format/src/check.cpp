@@ -38,6 +38,9 @@ std::string kind_of(std::string_view table, const Value* value) {
   for (const char* whole : {"trace", "foreign"}) {
     if (table == "timing" && value != nullptr && value->find(whole) != nullptr) return whole;
   }
+  for (const char* part : {"library", "command"}) {
+    if (table == "scene" && value != nullptr && value->find(part) != nullptr && value->find(key) == nullptr) return "foreign";
+  }
   const Value* kind = value == nullptr ? nullptr : value->find(key);
   if (kind == nullptr && row != fields().end() && !row->required)
     return std::string(row->default_toml.substr(1, row->default_toml.size() - 2));  // without its quotes
@@ -278,6 +281,7 @@ void Check::missing(const std::string& name, const Value& value) {
     // Without a valid kind nothing can be said of the keys that depend on it.
     if (field.table != name || !field.required || value.find(field.key) != nullptr) continue;
     if (!field.kinds.empty() && (kind.empty() || !contains(field.kinds, kind))) continue;
+    if (field.key == kind_key(name) && !kind.empty()) continue;  // another key says what it is
     const std::string remedy =
         field.forms != kTable ? fmt::format("{} = {}", field.key, example_of(field)) : title(field.key);
     errors_.add(value.place, fmt::format("{} has no '{}'; write {}", title(name), field.key, remedy));

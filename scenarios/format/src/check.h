@@ -44,6 +44,7 @@ class Table {
       : value_(value), name_(std::move(name)), around_(std::move(around)) {}
 
   bool has(std::string_view key) const { return value_ != nullptr && value_->find(key) != nullptr; }
+  const std::string& name() const { return name_; }
   /// Whether there is such a key for the kind of this table.
   bool exists(std::string_view key) const;
   /// The place of the key's value, or that of the table if the key is not there.

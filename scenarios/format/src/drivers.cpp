@@ -17,15 +17,15 @@ std::vector<Field> ForeignDriverSpec::fields() {
   std::vector<Field> rows{{.table = "device",
                            .key = "foreign",
                            .forms = kTable,
-                           .meaning = "Which of the drivers that this program has registered, and what it takes.",
+                           .meaning = "Which driver that is not evenstep's own, and what it takes.",
                            .kinds = "foreign",
                            .required = true}};
   for (Field& row : foreign_rows("device.foreign", "")) rows.push_back(std::move(row));
   return rows;
 }
 ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const Table& device) {
-  ForeignDriverSpec spec{read_foreign(device.table("foreign")), {}};
-  spec.make = registered("driver", spec.part, reading.registry.devices(), reading.errors);
+  ForeignDriverSpec spec{read_foreign(reading, device.table("foreign")), {}};
+  spec.make = maker_of("driver", spec.part, reading.registry.devices(), &Library::device, reading.errors);
   for (const char* key : {"queue", "unplug", "faults"}) {
     if (device.has(key))
       reading.errors.add(device.place(key),

@@ -67,6 +67,17 @@ void check_run(const ScenarioReading& reading) {
   }
 }
 
+/// What runs the case instead of `solvers`.
+void read_foreign_solver(const ScenarioReading& reading, const Table& table, CaseSpec& spec) {
+  const Foreign part = read_foreign(table.table("foreign"));
+  spec.foreign =
+      ForeignScene{part.name, part.options, registered("solver", part, reading.registry.solvers(), reading.errors)};
+  spec.solvers = {SolverKind::cpu_double};
+  if (!table.has("methods")) spec.methods = {Method::symplectic_euler};
+  if (table.has("solvers"))
+    reading.errors.add(table.place("solvers"), "'solvers' does not go with 'foreign', which is the solver; remove one of them");
+}
+
 }  // namespace
 
 void read_case(ScenarioReading& reading) {
@@ -85,6 +96,7 @@ void read_case(ScenarioReading& reading) {
   if (table.exists("particles")) spec.particles = table.integer("particles");
   if (table.exists("allow_unstable")) spec.allow_unstable = table.boolean("allow_unstable");
   if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations"));
+  if (table.has("foreign")) read_foreign_solver(reading, table, spec);
   reading.scenario.case_spec = std::move(spec);
 }
 
@@ -170,6 +182,12 @@ const std::vector<Field>& case_fields() {
        .default_toml = "false",
        .meaning = "Lets an unstable step size start.",
        .kinds = "oscillator|wall"},
+      {.table = "case",
+       .key = "foreign",
+       .forms = kTable,
+       .meaning = "A solver that the program has registered, instead of `solvers`. It is handed the particles and springs "
+                  "(docs/extending.md), and compared with the closed forms of `methods`, by default symplectic-euler.",
+       .kinds = "oscillator|stiffness|chain-order|edge|wave"},
       {.table = "case.values",
        .key = "from",
        .forms = kNumber,
@@ -192,7 +210,8 @@ const std::vector<Field>& case_fields() {
        .range = between(2, 1000),
        .example = "5"},
   };
-  return rows;
+  static const std::vector<Field> all = joined(rows, foreign_rows("case.foreign", ""));
+  return all;
 }
 // clang-format on
 

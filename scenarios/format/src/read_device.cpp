@@ -200,7 +200,7 @@ const std::vector<Field>& device_fields() {
        .default_toml = "\"reference\"",
        .meaning = "The driver code that runs: of the reference device (docs/reference-device.md), or of force-feedback "
                   "devices of the "
-                  "PID class (docs/hid.md). `foreign`: one that the program has registered.",
+                  "PID class (docs/hid.md). `foreign`: one of your own.",
        .words = driver_words()},
       {.table = "device",
        .key = "transport",

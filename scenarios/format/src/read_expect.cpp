@@ -31,6 +31,10 @@ Names collect_names(const ScenarioReading& reading) {
   for (const StrategyKind kind : reading.scenario.strategies) names.strategies.push_back(name_of(kind));
   if (!reading.scenario.case_spec) return names;
   for (const Method method : reading.scenario.case_spec->methods) names.methods.push_back(name_of(method));
+  if (reading.scenario.case_spec->foreign) {
+    names.solvers = {reading.scenario.case_spec->foreign->name};
+    return names;
+  }
   for (const SolverKind solver : reading.scenario.case_spec->solvers) names.solvers.push_back(name_of(solver));
   return names;
 }

@@ -112,8 +112,8 @@ void read_adapt(ScenarioReading& reading, const Table& remap) {
 void read_foreign_map(ScenarioReading& reading, const Table& remap) {
   const std::vector<StrategyKind>& strategies = reading.scenario.strategies;
   if (remap.has("foreign")) {
-    ForeignMapSpec map{read_foreign(remap.table("foreign")), {}};
-    map.make = registered("map", map, reading.registry.maps(), reading.errors);
+    ForeignMapSpec map{read_foreign(reading, remap.table("foreign")), {}};
+    map.make = maker_of("map", map, reading.registry.maps(), &Library::map, reading.errors);
     reading.scenario.remap.foreign = std::move(map);
   } else if (std::find(strategies.begin(), strategies.end(), StrategyKind::foreign) != strategies.end()) {
     reading.errors.add(
@@ -317,7 +317,7 @@ const std::vector<Field>& remap_fields() {
       {.table = "remap",
        .key = "foreign",
        .forms = kTable,
-       .meaning = "The map of strategy `foreign`: one that the program has registered."},
+       .meaning = "The map of strategy `foreign`: one that is not evenstep's own."},
   };
   static const std::vector<Field> all = joined(rows, foreign_rows("remap.foreign", ""));
   return all;

@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 
+#include "evenstep/format/load.h"
+#include "evenstep/plugins/process_solver.h"
 #include "evenstep/text/rational.h"
 #include "field_rows.h"
 #include "sections.h"
@@ -174,6 +177,54 @@ ModeScene read_mode(const Table& scene, Errors& errors) {
   return mode;
 }
 
+/// A solver that is a process: only whether its program is there can be said before it runs.
+void read_command(const ScenarioReading& reading, const Table& table, ForeignScene& scene) {
+  const Value command = table.at("command");
+  ProcessCommand process;
+  for (const Value& word : command.list) process.words.push_back(word.text);
+  process.folder = path_from(table.has("directory") ? table.at("directory") : text_value(".", command.place));
+  process.answer_limit = table.duration("answer_within");
+  if (process.words.empty() || process.words.front().empty())
+    return reading.errors.add(command.place, "'command' names no program; write command = [\"python3\", \"mine.py\"]");
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(process.folder, ignored))
+    return reading.errors.add(table.place("directory"), fmt::format("'directory': there is no folder '{}'", process.folder));
+  if (!program_of(process))
+    return reading.errors.add(command.list.front().place,
+                              fmt::format("'command': there is no program '{}' that can be run; {}", process.words.front(),
+                                          process.words.front().find('/') == std::string::npos
+                                              ? "it was looked for in PATH; \"./mine\" is one in the scenario's folder"
+                                              : fmt::format("its path is counted from '{}'", process.folder)));
+  scene.make = process_solver(process);
+  scene.name = text_of(process);
+  scene.origin = "a process";
+}
+
+ForeignScene read_foreign_scene(ScenarioReading& reading, const Table& table) {
+  ForeignScene scene;
+  Foreign part = read_foreign(reading, table, !table.has("command"));
+  reading.scenario.scene_place = part.place;
+  scene.options = part.options;
+  scene.seed = part.seed;
+  for (const char* key : {"directory", "answer_within"}) {
+    if (table.has(key) && !table.has("command"))
+      reading.errors.add(table.place(key), fmt::format("'{}' is about a 'command', and there is none; remove it", key));
+  }
+  if (table.has("command")) {
+    reading.scenario.scene_place = table.place("command");
+    for (const char* other : {"name", "library"}) {
+      if (table.has(other))
+        reading.errors.add(table.place(other), fmt::format("'{}' does not go with 'command'; remove one of them", other));
+    }
+    read_command(reading, table, scene);
+    return scene;
+  }
+  scene.make = maker_of("solver", part, reading.registry.solvers(), &Library::solver, reading.errors);
+  scene.name = part.name;
+  if (!part.library.empty()) scene.origin = fmt::format("the solver in {}", part.library);
+  return scene;
+}
+
 /// Reads the grabs. With a tissue every device must have one; with other scenes none may have one.
 void read_grabs(ScenarioReading& reading, TissueScene* tissue) {
   const Value* devices = reading.document.find("device");
@@ -215,17 +266,12 @@ void read_scene(ScenarioReading& reading) {
       *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind kind) { return solver == name_of(kind); });
   scene.step_rate = read_step_rate(table, scene.step_rate);
   scene.tool_count = static_cast<int>(reading.scenario.devices.size());
-  const std::string kind = table.text("kind");
+  const std::string kind = table.has("kind") ? table.text("kind") : "foreign";
   if (kind != "tissue") {
     if (kind == "spring") scene.body = SpringScene{table.si("stiffness")};
     if (kind == "wall") scene.body = read_wall(table, reading.errors);
     if (kind == "mode") scene.body = read_mode(table, reading.errors);
-    if (kind == "foreign") {
-      const Foreign part = read_foreign(table);
-      scene.body =
-          ForeignScene{part.name, part.options, registered("solver", part, reading.registry.solvers(), reading.errors)};
-      reading.scenario.scene_place = part.place;
-    }
+    if (kind == "foreign") scene.body = read_foreign_scene(reading, table);
     return read_grabs(reading, nullptr);
   }
   TissueScene tissue = read_tissue(table, reading.errors);
@@ -248,8 +294,7 @@ const std::vector<Field>& scene_fields() {
        .meaning =
            "`spring`: F = -k x, memoryless. `wall`: pushes out what is behind its surface. `mode`: a mass between two "
            "springs, which rings. `tissue`: particles on a lattice, each joined to its 18 neighbours by springs. `foreign`: "
-           "a solver that the "
-           "program has registered.",
+           "a solver of your own; need not be written where `library` or `command` is.",
        .words = "spring|wall|mode|tissue|foreign",
        .required = true,
        .example = "\"spring\""},
@@ -486,7 +531,29 @@ const std::vector<Field>& scene_fields() {
        .dimension = D::mass,
        .range = above(0)},
   };
-  static const std::vector<Field> all = joined(rows, foreign_rows("scene", "foreign"));
+  static const std::vector<Field> command{
+      {.table = "scene",
+       .key = "command",
+       .forms = kText,
+       .shape = Shape::list,
+       .meaning = "A solver that is a program of its own, and its arguments (docs/process-protocol.md); no shell is used. "
+                  "Write this instead of `name` or `library`.",
+       .kinds = "foreign",
+       .example = "[\"python3\", \"mine.py\"]"},
+      {.table = "scene",
+       .key = "directory",
+       .forms = kFile,
+       .meaning = "The working directory of `command`. Default: the folder of the file that names it.",
+       .kinds = "foreign"},
+      {.table = "scene",
+       .key = "answer_within",
+       .forms = kDuration,
+       .default_toml = "\"30 s\"",
+       .meaning = "How long `command` may take for one answer, in real time; a step that takes longer ends the run.",
+       .kinds = "foreign",
+       .range = between(0.001, 86400)},
+  };
+  static const std::vector<Field> all = joined(joined(rows, foreign_rows("scene", "foreign")), command);
   return all;
 }
 // clang-format on

@@ -127,10 +127,11 @@ void read_duration(const Table& study, Scenario& scenario, Errors& errors) {
 /// What does not go with the error of the felt force.
 void refuse_for_felt_force(const Table& study, const Scenario& scenario, Errors& errors) {
   if (!std::holds_alternative<TissueScene>(scenario.scene.body)) {
+    const bool is_foreign = std::holds_alternative<ForeignScene>(scenario.scene.body);
     for (const char* key : {"methods", "solvers", "step_sizes", "iterations"}) {
-      if (study.has(key))
+      if (study.has(key) && !(is_foreign && key == std::string_view("step_sizes")))
         errors.add(study.place(key),
-                   fmt::format("'{}' is that of a tissue, and this scene has no step to choose; remove it", key));
+                   fmt::format("'{}' is that of a tissue, and this scene has no {} to choose; remove it", key, is_foreign ? "such thing" : "step"));
     }
   }
   if (!study.has("step_sizes")) return;

@@ -90,8 +90,8 @@ std::optional<Duration> length_of_run(ScenarioReading& reading) {
 /// A source of the program's own: from here on its times are a recording.
 void read_source(ScenarioReading& reading, const Table& timing) {
   TimingSpec& spec = reading.scenario.timing;
-  const Foreign part = read_foreign(timing.table("foreign"));
-  const TimingFactory make = registered("timing source", part, reading.registry.timings(), reading.errors);
+  Foreign part = read_foreign(reading, timing.table("foreign"));
+  const TimingFactory make = maker_of("timing source", part, reading.registry.timings(), &Library::timing, reading.errors);
   const std::optional<Duration> length = length_of_run(reading);
   if (!make || !length) return;
   spec.source = part;
@@ -434,7 +434,7 @@ const std::vector<Field>& timing_fields() {
       {.table = "timing",
        .key = "foreign",
        .forms = kTable,
-       .meaning = "A source that the program has registered; then [timing] holds nothing else."},
+       .meaning = "A source that is not evenstep's own; then [timing] holds nothing else."},
   };
   static const std::vector<Field> all = joined(joined(rows, timing_model_fields()), foreign_rows("timing.foreign", ""));
   return all;

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
+#include "evenstep/format/fields.h"
 #include "evenstep/format/load.h"
 #include "evenstep/format/reader.h"
 #include "sections.h"
@@ -63,29 +65,80 @@ void append_files(Value* value, std::vector<Value*>& files) {
   for (Value& one : value->list) append_files(&one, files);
 }
 
+/// A scene may be called by the name of a registered solver: that is kind = "foreign" with this name.
+void resolve_kind(Value& document, const Registry& registry) {
+  Value* scene = document.find("scene");
+  Value* kind = scene == nullptr ? nullptr : scene->find("kind");
+  if (kind == nullptr || !registry.solvers().contains(kind->text) || scene->find("name") != nullptr) return;
+  const auto row = std::find_if(fields().begin(), fields().end(),
+                                [](const Field& field) { return field.table == "scene" && field.key == "kind"; });
+  const std::vector<std::string_view> own = split_words(row->words);
+  if (std::find(own.begin(), own.end(), kind->text) != own.end()) return;
+  Entry name{"name", kind->place, *kind};
+  kind->text = "foreign";
+  scene->table.push_back(std::move(name));
+}
+
+/// The value at these keys, one within the other; nullptr if there is none.
+Value* below(Value* table, std::initializer_list<std::string_view> keys) {
+  for (const std::string_view key : keys) table = table == nullptr ? nullptr : table->find(key);
+  return table;
+}
+
+/// A command runs in the folder of the file that names it, also when the table is stored elsewhere.
+void set_directory(Value& document) {
+  const Value* command = below(&document, {"scene", "command"});
+  if (command == nullptr) return;
+  Value* directory = below(&document, {"scene", "directory"});
+  std::error_code ignored;
+  const auto absolute = [&](const Value& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path_from(path)), ignored).string();
+  };
+  if (directory == nullptr) {
+    const Value here = text_value(absolute(text_value(".", command->place)), command->place);
+    document.find("scene")->table.push_back({"directory", command->place, here});
+  } else if (directory->is(Value::Kind::text) && !directory->text.empty()) {
+    directory->text = absolute(*directory);
+  }
+}
+
 }  // namespace
 
 bool names_file(std::string_view path) {
-  return path == "timing.trace" ||
+  return path == "timing.trace" || path == "scene.library" || path.ends_with(".foreign.library") ||
          (path.starts_with("device.") && (path.ends_with(".motion.file") || path.ends_with(".motion.path.file")));
 }
 
 std::vector<Value*> named_files(Value& document) {
   std::vector<Value*> files;
-  if (Value* timing = document.find("timing")) append_files(timing->find("trace"), files);
+  append_files(below(&document, {"timing", "trace"}), files);
+  append_files(below(&document, {"scene", "library"}), files);
+  append_files(below(&document, {"timing", "foreign", "library"}), files);
+  append_files(below(&document, {"remap", "foreign", "library"}), files);
   if (Value* devices = document.find("device")) {
     for (Value& device : devices->list) {
-      Value* motion = device.find("motion");
-      if (motion == nullptr) continue;
-      append_files(motion->find("file"), files);
-      if (Value* intended = motion->find("path")) append_files(intended->find("file"), files);
+      append_files(below(&device, {"foreign", "library"}), files);
+      append_files(below(&device, {"motion", "file"}), files);
+      append_files(below(&device, {"motion", "path", "file"}), files);
     }
   }
-  Value* sweep = document.find("sweep");
-  Value* grid = sweep == nullptr ? nullptr : sweep->find("grid");
+  Value* grid = below(&document, {"sweep", "grid"});
   if (grid == nullptr) return files;
   for (Entry& axis : grid->table) {
     if (names_file(axis.key)) append_files(&axis.value, files);
+  }
+  return files;
+}
+
+CommandFiles files_of_command(Value& document) {
+  const Value* command = below(&document, {"scene", "command"});
+  CommandFiles files{below(&document, {"scene", "directory"}), {}};
+  if (command == nullptr || files.directory == nullptr) return {};
+  for (const Value& word : command->list) {
+    if (&word == &command->list.front() && word.text.find('/') == std::string::npos) continue;  // looked for in PATH
+    const std::filesystem::path file = std::filesystem::path(files.directory->text) / word.text;
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(file, ignored)) files.files.push_back(file.string());
   }
   return files;
 }
@@ -95,6 +148,7 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
   if (errors.any()) return document;
   for (const std::string& assignment : options.set) apply_override(document, assignment, errors);
   if (options.seed) set_seed(document, *options.seed, errors);
+  set_directory(document);
   return document;
 }
 
@@ -102,6 +156,7 @@ ReadResult read_document(Value document, const std::string& path, const Registry
   Errors errors;
   Scenario scenario;
   scenario.file = path;
+  resolve_kind(document, registry);
   const Check check(document, errors);
   ScenarioReading reading{document, check, errors, scenario, registry};
   read_sections(reading);

@@ -52,13 +52,14 @@ Json table_schema(std::string_view table, const Making& making);
 std::vector<std::string> registered_names(const Field& field, const Registry& registry) {
   std::vector<std::string> names;
   const auto put = [&](std::string_view table, const auto& parts) {
-    if (field.key != "name" || field.table != table) return;
+    if (field.table != table || (field.key != "name" && !(table == "scene" && field.key == "kind"))) return;
     for (const auto& [name, make] : parts) names.push_back(name);
   };
   put("scene", registry.solvers());
   put("device.foreign", registry.devices());
   put("remap.foreign", registry.maps());
   put("timing.foreign", registry.timings());
+  put("case.foreign", registry.solvers());
   return names;
 }
 

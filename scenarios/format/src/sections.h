@@ -3,6 +3,7 @@
 /// check found errors, because errors that only follow from another one are noise.
 
 #include "check.h"
+#include "evenstep/plugins/library.h"
 
 namespace evenstep::internal {
 
@@ -18,17 +19,23 @@ struct ScenarioReading {
   bool sound(std::string_view name) const;
 };
 
-/// `name` and `options` of a part that the program registers.
-Foreign read_foreign(const Table& table);
-/// The error that the program does not have this part; `known` are the names that it has.
-void add_unregistered(const char* kind, const Foreign& part, const std::vector<std::string_view>& known, Errors& errors);
-/// The function that makes this part; an empty one, and an error, if the program has not registered it.
+/// The rows of foreign_rows of a part that is not evenstep's own.
+/// `must_say_which`: it is an error if the table has neither name nor library.
+Foreign read_foreign(const ScenarioReading& reading, const Table& table, bool must_say_which = true);
+/// Opens the library that the part names, which gives the part its name; empty, with an error, if that is not possible.
+Library library_of(const char* kind, Foreign& part, Errors& errors);
+/// The error that the program, or the library, does not have this part; `known` are the names that the program has.
+void add_missing(const char* kind, const Foreign& part, const std::vector<std::string_view>& known, Errors& errors);
+/// The function that makes this part: what the program has registered under its name, or `in_library` of its library. An
+/// empty one, and an error, if there is none.
 template <class Parts>
-typename Parts::mapped_type registered(const char* kind, const Foreign& part, const Parts& parts, Errors& errors) {
+typename Parts::mapped_type maker_of(const char* kind, Foreign& part, const Parts& parts,
+                                     typename Parts::mapped_type Library::* in_library, Errors& errors) {
+  if (!part.library.empty()) return library_of(kind, part, errors).*in_library;
   if (const auto found = parts.find(part.name); found != parts.end()) return found->second;
   std::vector<std::string_view> known;
   for (const auto& [name, make] : parts) known.push_back(name);
-  add_unregistered(kind, part, known, errors);
+  add_missing(kind, part, known, errors);
   return {};
 }
 

@@ -2,6 +2,7 @@
 /// The contents of a scenario's [case]: an entry of the catalogue of stiff and extreme cases, and the values it is run over.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,17 @@ struct CaseSpec {
   Duration step_size;
   int iterations = 0;  ///< for methods that iterate; 0: their default
   bool allow_unstable = false;
+  /// A solver that the program has registered, instead of `solvers`, which is then one that computes in double. `methods`
+  /// are then the methods that it claims to be: what it computes is compared with their closed forms.
+  std::optional<ForeignScene> foreign;
+
+  /// Of the rows of a method, in their order.
+  std::vector<std::string> solver_names() const {
+    if (foreign) return {foreign->name};
+    std::vector<std::string> names;
+    for (const SolverKind solver : solvers) names.emplace_back(name_of(solver));
+    return names;
+  }
 };
 
 }  // namespace evenstep

@@ -65,6 +65,7 @@ struct DeviceRequest {
   RealTime first_tick;
   SimulatedGrip* grip = nullptr;  ///< of a simulated device; outlives it
   std::string path;               ///< of a real one, as given with --device NAME=PATH
+  std::uint64_t seed = 1;         ///< [run] seed: all that may be drawn at random follows from it
 };
 
 /// Makes a device; called by any thread, once per strategy. It need not set DeviceSample::read_at, and any of its functions

@@ -8,7 +8,7 @@
 #include "evenstep/loop/exchange.h"
 #include "evenstep/loop/recorder.h"
 #include "evenstep/loop/solver_step.h"
-#include "evenstep/remap/slot_map.h"
+#include "evenstep/remap/remap_steps.h"
 #include "evenstep/scheduler/scheduler.h"
 #include "evenstep/scheduler/step_timing.h"
 

@@ -4,7 +4,7 @@
 #include <glm/vec3.hpp>
 
 #include "evenstep/loop/exchange.h"
-#include "evenstep/remap/slot_map.h"
+#include "evenstep/remap/remap_steps.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/scheduler/scheduler.h"
 #include "evenstep/scheduler/step_timing.h"
@@ -45,8 +45,8 @@ class StepRecorder {
   void segment(const SegmentTiming& segment, RealTime began);
   /// Step n has read `hand`, after having waited for it for `waited` (policy `gate`).
   void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
-  void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began, RealTime emission,
-            const SolverStep& solver);
+  void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
+            const StepEmission& emission, const SolverStep& solver);
 
  private:
   StepRead read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const;

@@ -25,6 +25,7 @@ struct MapRequest {
   std::string name;            ///< the name it is registered under
   std::string options = "{}";  ///< of [remap] foreign, as a JSON object, keys in alphabetical order; unread by evenstep
   Rate step_rate{450, 1};      ///< 1 / step_size: steps per second of simulation time
+  std::uint64_t seed = 1;      ///< [run] seed: all that may be drawn at random follows from it
 };
 
 /// Told what a causal map can know, in the order in which it happens. Any function may throw std::exception: the run then

@@ -35,8 +35,8 @@
 /// the slots follow the begins of the steps.
 ///
 /// Outside its domain: a segment without steps changes nothing (its length becomes part of the next one's lateness); a pace
-/// or velocity below 1 ns per step (steps that take no time) is held at 1 ns; the usual
-/// places of steps after the 256th of a segment lie on the line through those of the first and the 256th.
+/// or velocity below 1 ns per step (steps that take no time) is held at 1 ns, a pace above 1000 s per step at 1000 s; the
+/// usual places of steps after the 256th of a segment lie on the line through those of the first and the 256th.
 
 #include <array>
 

@@ -1,20 +1,28 @@
 #pragma once
-/// The few calls that another program (a CHAI3D, SOFA or H3D loop) needs to use the remap, with one haptic thread and one
-/// simulation thread:
+/// The remap as another program (a CHAI3D, SOFA or H3D loop) uses it, between one device thread and one simulation thread:
 ///
-///   evenstep::Remapper<std::array<double, 3>> remap({.lead = ..., .latency = ...});
-///   // haptic thread, every tick:           remap.sample(now, position);  force = remap.force(now);
+///   evenstep::Remapper<std::array<double, 3>> remap({.lead = duration(260us), .latency = duration(15ms + 65us)});
+///   // device thread, every tick:           remap.sample(now, position);  force = remap.force(now).value;
 ///   // simulation thread, every segment:    remap.segment(now);
-///   // simulation thread, every step:       position = remap.interaction(now);  ...step...  remap.response(now, force);
+///   // simulation thread, every step:       x = remap.begin_step(now).hand.value;  ...step...  remap.end_step(now, force);
 ///
-/// Wait-free and without allocation after construction. Lead, latency and capacities come from `evenstep size` or from
-/// latency_budget.h. Needs the standard library only.
+/// It is a map with its steps (RemapSteps), a ring of samples (SampleBuffer) and a ring of forces (ForceSchedule): the same
+/// parts that the haptic loop of evenstep's runs is built from, so what a run says about a timing holds here too. A program
+/// with two devices has two Remappers with the same options and tells both of the same segments and steps: their slots are
+/// then the same.
+///
+/// Wait-free and without allocation after construction. The times on each thread must not decrease, and both threads must
+/// count from the same start (time/chrono.h). Lead, latency and capacities come from `evenstep size` or from
+/// latency_budget.h. Needs the standard library only. docs/embedding.md has a whole program, and what each answer means.
 
+#include <array>
+#include <atomic>
 #include <cstdint>
 #include <optional>
 
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/phase_locked_map.h"
+#include "evenstep/remap/remap_steps.h"
 #include "evenstep/remap/sample_buffer.h"
 
 namespace evenstep {
@@ -34,26 +42,122 @@ struct RemapperOptions {
   std::size_t force_capacity = 64;
 };
 
-template <class Value>
+/// How many reads of a ring ended in which way. held + extrapolated are the reads with ReadStatus::underrun.
+struct ReadCounts {
+  std::uint64_t inside = 0;
+  std::uint64_t held = 0;          ///< past the newest entry by more than the policy's line goes on, or there is no line
+  std::uint64_t extrapolated = 0;  ///< past the newest entry, on the line of the policy
+  std::uint64_t overruns = 0;      ///< older than the ring holds: its capacity is too small
+  std::uint64_t empty = 0;         ///< nothing there yet
+};
+
+struct RemapCounts {
+  std::uint64_t steps = 0;        ///< that have begun
+  std::uint64_t acquiring = 0;    ///< of them: without a slot yet. They read the newest sample and are in no count of `hand`
+  std::uint64_t late_forces = 0;  ///< that came after their emission time
+  Duration latest_force;          ///< the most that one came too late by
+  ReadCounts hand;                ///< reads of samples by steps that had a slot
+  ReadCounts force;               ///< reads of forces by ticks
+};
+
+namespace internal {
+
+/// A number that one thread writes and any thread may read.
+class Shared {
+ public:
+  void add(std::uint64_t more) { set(get() + more); }
+  void set(std::uint64_t value) { value_.store(value, std::memory_order_relaxed); }
+  std::uint64_t get() const { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<std::uint64_t> value_{0};
+};
+
+/// Counts the reads of a ring with this underrun policy; one thread reads the ring.
+class ReadCounter {
+ public:
+  explicit ReadCounter(Extrapolation policy) : policy_(policy) {}
+  template <class Value>
+  void add(RealTime at, const Reading<Value>& reading) {
+    if (reading.status == ReadStatus::underrun) {
+      (!policy_.none() && at - reading.newest <= policy_.furthest ? extrapolated_ : held_).add(1);
+    } else {
+      by_status_[static_cast<std::size_t>(reading.status)].add(1);
+    }
+  }
+  ReadCounts counts() const {
+    const auto with = [&](ReadStatus status) { return by_status_[static_cast<std::size_t>(status)].get(); };
+    return {with(ReadStatus::inside), held_.get(), extrapolated_.get(), with(ReadStatus::overrun), with(ReadStatus::empty)};
+  }
+
+ private:
+  Extrapolation policy_;
+  std::array<Shared, 4> by_status_;
+  Shared held_, extrapolated_;
+};
+
+}  // namespace internal
+
+/// What a step begins with.
+template <class Position>
+struct StepInput {
+  Slot slot;               ///< R(n), and whether the map has a slot for this step yet
+  Reading<Position> hand;  ///< the hand at R(n); without a slot the newest sample
+};
+
+template <class Position, class Force = Position>
 class Remapper {
  public:
   explicit Remapper(const RemapperOptions& options)
-      : interaction_(options.interaction_capacity, options.past_newest_sample),
+      : hand_(options.interaction_capacity, options.past_newest_sample),
         forces_(options.force_capacity, options.emission, options.past_newest_force),
-        map_(options.lead, latency_of(options), options.bandwidth_Hz) {}
+        map_(options.lead, latency_of(options), options.bandwidth_Hz),
+        hand_reads_(options.past_newest_sample),
+        force_reads_(options.past_newest_force) {}
+  Remapper(const Remapper&) = delete;
+  Remapper& operator=(const Remapper&) = delete;
 
-  // Haptic thread.
-  void sample(RealTime now, const Value& position) { interaction_.push(now, position); }
-  Reading<Value> force(RealTime now) const { return forces_.at(now); }
-
-  // Simulation thread.
-  void segment(RealTime begin) { map_.boundary(step_, begin); }
-  Reading<Value> interaction(RealTime now) {
-    const Slot slot = map_.read(step_, now);
-    const std::uint64_t head = interaction_.head();
-    return slot.kind == SlotKind::mapped ? interaction_.at(slot.read, head) : interaction_.newest(head);
+  // Device thread.
+  void sample(RealTime now, const Position& position) { hand_.push(now, position); }
+  Reading<Force> force(RealTime now) {
+    const Reading<Force> reading = forces_.at(now);
+    force_reads_.add(now, reading);
+    return reading;
   }
-  void response(RealTime now, const Value& force) { forces_.push(map_.emission(step_++, now), force); }
+
+  // Simulation thread. begin_step and end_step take turns.
+  void segment(RealTime begin) { steps_.segment(begin); }
+  StepInput<Position> begin_step(RealTime now) {
+    const Slot slot = steps_.begin(now);
+    const Reading<Position> hand = hand_.hand(slot, hand_.head());
+    begun_.add(1);
+    if (slot.kind == SlotKind::mapped) {
+      hand_reads_.add(slot.read, hand);
+    } else {
+      acquiring_.add(1);
+    }
+    return {slot, hand};
+  }
+  /// When the force will be emitted, and by how much it is too late for that.
+  StepEmission end_step(RealTime now, const Force& force) {
+    const StepEmission emission = steps_.end(now);
+    forces_.push(emission.at, force);
+    if (emission.late.ns > 0) {
+      late_forces_.add(1);
+      latest_force_ns_.set(std::max(latest_force_ns_.get(), static_cast<std::uint64_t>(emission.late.ns)));
+    }
+    return emission;
+  }
+
+  /// Any thread. Each number is one that was true a moment ago; between two of them the threads may have gone on.
+  RemapCounts counts() const {
+    return {.steps = begun_.get(),
+            .acquiring = acquiring_.get(),
+            .late_forces = late_forces_.get(),
+            .latest_force = {static_cast<std::int64_t>(latest_force_ns_.get())},
+            .hand = hand_reads_.counts(),
+            .force = force_reads_.counts()};
+  }
 
  private:
   static AdaptiveLatency latency_of(const RemapperOptions& options) {
@@ -63,10 +167,13 @@ class Remapper {
     return AdaptiveLatency(adapt);
   }
 
-  SampleBuffer<Value> interaction_;
-  ForceSchedule<Value> forces_;
+  SampleBuffer<Position> hand_;
+  ForceSchedule<Force> forces_;
   PhaseLockedMap map_;
-  std::int64_t step_ = 0;
+  RemapSteps steps_{map_};
+  internal::Shared begun_, acquiring_, late_forces_, latest_force_ns_;  // written by the simulation thread
+  internal::ReadCounter hand_reads_;                                    // by the simulation thread
+  internal::ReadCounter force_reads_;                                   // by the device thread
 };
 
 }  // namespace evenstep

@@ -5,6 +5,7 @@
 
 #include "evenstep/remap/extrapolation.h"
 #include "evenstep/remap/sample.h"
+#include "evenstep/remap/slot_map.h"
 #include "evenstep/remap/timed_ring.h"
 
 namespace evenstep {
@@ -27,6 +28,10 @@ class SampleBuffer {
   Reading<Value> at(RealTime time) const { return at(time, head()); }
   /// The newest of the first `head` entries ("direct").
   Reading<Value> newest(std::uint64_t head) const;
+  /// What a step with this slot reads: the value at R(n) (Figure 3 a), or the newest if the slot is not mapped.
+  Reading<Value> hand(const Slot& slot, std::uint64_t head) const {
+    return slot.kind == SlotKind::mapped ? at(slot.read, head) : newest(head);
+  }
 
  private:
   TimedRing<Value> ring_;

@@ -30,7 +30,8 @@ struct FeltError {
 
 struct FeltPoint {
   std::string strategy;
-  std::string solver, method;  ///< method "none": the scene has no motion to integrate
+  /// method "none": the scene has no motion to integrate; "own": that of a solver of the program
+  std::string solver, method;
   int iterations = 0;          ///< per substep, for methods that iterate; otherwise 0
   double substep_s = 0;        ///< the step of the method
   int substeps = 1;            ///< per step of the scene

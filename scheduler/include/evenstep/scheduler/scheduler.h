@@ -7,7 +7,8 @@
 ///
 /// On both clocks now() is the key time of the event being run: for a timer its scheduled time, for a completion its stamp.
 /// How late the event really ran is Arrival::lateness(). A stamp that would sort before the last event run becomes that
-/// event's time + 1 ns. Not thread-safe, except for completed() and request_stop().
+/// event's time + 1 ns. Not thread-safe, except for completed() and request_stop(). A loop that cannot become a coroutine
+/// runs on a thread that the scheduler steps: stepped_thread.h.
 
 #include <array>
 #include <atomic>
@@ -85,7 +86,8 @@ class Scheduler {
   struct External;
   External external(RealTime programmed_end, Work* work, EventName name) noexcept;
 
-  /// Starts a lane: it runs up to its first await at once, and that await is its first event. Only before run().
+  /// Starts a lane: it runs up to its first await at once, and that await is its first event. Only before the first
+  /// event, else std::logic_error.
   void spawn(Task task);
 
   /// Mixes a digest into the payload of the event being run. There must be one: do not call it before a lane's first await.
@@ -94,7 +96,7 @@ class Scheduler {
 
   /// Runs events with time < end. Returns only when no work is outstanding. It may be called again with a later end, unless
   /// the run was stopped, exceeded a limit or failed, which is final. On a wall clock it waits only as long as something
-  /// can still happen before `end`.
+  /// can still happen before `end`. std::logic_error if a lane of this scheduler calls it.
   RunStatus run(RealTime end);
   /// The key of the event that run_one() would run next on a virtual clock (a completion is at its programmed end).
   struct Key {

@@ -32,6 +32,7 @@ struct SolverRequest {
   int tool_count = 1;          ///< 1 to kMaxTools
   bool variable_step = false;  ///< steps will differ from step_s
   LocalModel local_model = LocalModel::none;  ///< other than `none`: contacts() will be read, with this stiffness
+  std::uint64_t seed = 1;  ///< [run] seed: all that may be drawn at random follows from it
 };
 
 /// What a solver has besides step(). For each member that is set, the function of that name must be there.

@@ -153,13 +153,14 @@ struct TissueScene {
 class ForeignSolver;
 struct SolverRequest;
 
-/// A solver that the program has registered under this name (foreign_solver.h). `options` is a JSON object that only the
-/// solver reads.
+/// A solver that is not evenstep's own (foreign_solver.h). `options` is a JSON object that only the solver reads.
 struct ForeignScene {
   std::string name;
   std::string options = "{}";
   std::function<std::unique_ptr<ForeignSolver>(const SolverRequest&)>
       make;  ///< a SolverFactory; may be called by any thread
+  std::string origin = "a solver that the program registered";  ///< for reports
+  std::uint64_t seed = 1;                                       ///< SolverRequest::seed
 
   static constexpr bool kAccountsEnergy = true;  // if it has the capability: SolverInfo::lacks
   static constexpr bool kCostsLittle = false;

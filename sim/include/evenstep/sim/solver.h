@@ -155,6 +155,8 @@ std::vector<std::string> left_out(const Scene& scene);
 /// like make_solver.
 std::unique_ptr<Solver> make_solver_with(const std::string& feature, SolverKind kind, const Scene& scene,
                                          const SolverOptions& options = {});
+/// Whether the OpenCL solver is a part of this build (EVENSTEP_OPENCL). Without it, whoever asks for it gets a SolverError.
+bool built_with_opencl();
 /// Loads OpenCL and opens the device that a solver with these options would use, as make_solver does when it is needed.
 /// Throws SolverError.
 void open_opencl(const SolverOptions& options = {});

@@ -1,7 +1,8 @@
 #pragma once
-/// A part of a scenario that evenstep does not provide: it is named in the file, and made by the program that has registered
-/// this name. Its options are passed on without being read.
+/// A part of a scenario that evenstep does not provide: the program has registered it by its name, or it is in a library or
+/// a process that the file names. Its options are passed on without being read.
 
+#include <cstdint>
 #include <string>
 
 #include "evenstep/text/diagnostic.h"
@@ -9,9 +10,11 @@
 namespace evenstep {
 
 struct Foreign {
-  std::string name;            ///< "my-arm"
+  std::string name;            ///< "my-arm"; of a library what it calls itself
   std::string options = "{}";  ///< a JSON object, its keys in alphabetical order
-  Place place;                 ///< of the name, for errors
+  std::string library;         ///< path of a shared object (plugin.h); empty: the program has registered it
+  std::uint64_t seed = 1;      ///< [run] seed: all that it may draw at random follows from it
+  Place place;                 ///< of the name or the library, for errors
 };
 
 }  // namespace evenstep

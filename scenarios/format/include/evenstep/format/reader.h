@@ -19,5 +19,11 @@ ReadResult read_document(Value document, const std::string& path, const Registry
 bool names_file(std::string_view path);
 /// All such values of a document, including those in its [sweep.grid].
 std::vector<Value*> named_files(Value& document);
+/// The files that the words of [scene] command name, and the folder in which they were looked for; nullptr without one.
+struct CommandFiles {
+  Value* directory = nullptr;
+  std::vector<std::string> files;
+};
+CommandFiles files_of_command(Value& document);
 
 }  // namespace evenstep::internal

@@ -1,0 +1,7 @@
+#!/usr/bin/env bash
+# symbols.sh LIBRARY HEADER : the functions that the shared library shows are those that the header declares.
+set -uo pipefail
+command -v nm >/dev/null || { echo 'skipped: nm (binutils) is not installed'; exit 77; }
+diff <(grep -oE '\bevenstep_remap_[a-z_]+\(' "$2" | tr -d '(' | sort -u) \
+  <(nm -D --defined-only "$1" | awk '{ print $3 }' | sort -u) ||
+  { echo '< declared, > shown'; exit 1; }
