@@ -69,9 +69,12 @@ void check_run(const ScenarioReading& reading) {
 
 /// What runs the case instead of `solvers`.
 void read_foreign_solver(const ScenarioReading& reading, const Table& table, CaseSpec& spec) {
-  const Foreign part = read_foreign(table.table("foreign"));
-  spec.foreign =
-      ForeignScene{part.name, part.options, registered("solver", part, reading.registry.solvers(), reading.errors)};
+  Foreign part = read_foreign(reading, table.table("foreign"));
+  ForeignScene& foreign = spec.foreign.emplace();
+  foreign.make = maker_of("solver", part, reading.registry.solvers(), &Library::solver, reading.errors);
+  foreign.name = part.name;
+  foreign.options = part.options;
+  foreign.seed = part.seed;
   spec.solvers = {SolverKind::cpu_double};
   if (!table.has("methods")) spec.methods = {Method::symplectic_euler};
   if (table.has("solvers"))
