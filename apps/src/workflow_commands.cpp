@@ -53,6 +53,9 @@ std::string CommandGuard::pass(std::string_view piece) {
     if (c == '\n' || c == '\r') {
       start_ = Start::blank;
       last_visible_ = 0;
+    } else if (c == ' ' || (c >= '\t' && c <= '\f')) {
+      if (start_ == Start::colon) start_ = Start::text;
+      last_visible_ = c;
     } else if (byte > ' ' && byte < 0x7F) {  // the runner may skip anything else
       if ((start_ == Start::colon && c == ':') || (last_visible_ == '#' && c == '[')) out += '_';
       start_ = start_ == Start::blank && c == ':' ? Start::colon : Start::text;

@@ -7,21 +7,26 @@ using namespace evenstep;
 
 namespace {
 
-/// What Char.IsWhiteSpace of .NET skips at the start of a line, and what a comparison that knows languages may skip
+/// What Char.IsWhiteSpace of .NET skips at the start of a line; the second ones a comparison that knows languages may skip
 /// anywhere.
-const std::vector<std::string> kSkipped{" ", "\t", "\v", "\f", "\u0085", "\u00a0", "\u2003", "\u200b", "\ufeff", "\x01"};
+const std::vector<std::string> kBlank{" ", "\t", "\v", "\f", "\u0085", "\u00a0", "\u2003"};
+const std::vector<std::string> kSkipped{"\u0085", "\u00a0", "\u200b", "\ufeff", "\x01"};
 
-std::string without_skipped(std::string line) {
+/// Whether the runner finds a command in this line, if it is as generous as it can be, and whatever the command's name is.
+bool is_command(std::string line) {
   for (const std::string& one : kSkipped) {
     for (std::size_t at = 0; (at = line.find(one, at)) != std::string::npos;) line.erase(at, one.size());
   }
-  return line;
-}
-
-/// Whether the runner finds a command in this line: with the generosity of without_skipped, and whatever its name is.
-bool is_command(const std::string& raw) {
-  const std::string line = without_skipped(raw);
-  return line.starts_with("::") || line.find("##[") != std::string::npos;
+  if (line.find("##[") != std::string::npos) return true;
+  for (bool again = true; again;) {
+    again = false;
+    for (const std::string& one : kBlank) {
+      if (!line.starts_with(one)) continue;
+      line.erase(0, one.size());
+      again = true;
+    }
+  }
+  return line.starts_with("::");
 }
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -37,6 +42,7 @@ std::vector<std::string> lines_of(const std::string& text) {
 
 std::string random_text(std::mt19937& random) {
   std::vector<std::string> pieces{":", "::", "#", "##[", "[", "]", "\n", "\r", "\r\n", "a", "set-output name=x", "_", "%"};
+  pieces.insert(pieces.end(), kBlank.begin(), kBlank.end());
   pieces.insert(pieces.end(), kSkipped.begin(), kSkipped.end());
   std::string text;
   for (unsigned i = random() % 20; i > 0; --i) text += pieces[random() % pieces.size()];

@@ -11,14 +11,16 @@ The word after the fence says what a block is:
     sh        commands, one a line, each by itself. They must exit with 0; their comments are not compared.
     toml      a scenario; with "format" missing, a part that is added to one. `evenstep check` must accept it. A word after
               "toml" is the file it is written to, for the commands below it.
-    cpp       lines that stand somewhere in the sources as they are here.
+    cpp, c, python   lines that stand somewhere in the sources as they are here; the first one may name the file.
     cmake     a call whose functions exist in cmake/.
+    json      lines of JSON.
     text      a picture, or the format of a file: nothing to run.
 A command that is not run stands in exceptions.txt, with the reason; it is parsed: command, options and files must exist. So
 does a block of toml that only parses, with its first line.
 "long" ones run in a test of their own. "fails" ones run, and must exit with 1. The page * stands for all, and its command
-for all that begin so.
+for all that begin so. A page whose blocks another test runs is "elsewhere": its command is *, its reason that test's file.
 """
+import json
 import os
 import re
 import shlex
@@ -30,8 +32,8 @@ import tomllib
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-KINDS = {"parsed", "long", "fails"}
-EXPECTED_EXCEPTIONS = 33  # a new one needs a reason and this number
+KINDS = {"parsed", "long", "fails", "elsewhere"}
+EXPECTED_EXCEPTIONS = 38  # a new one needs a reason and this number
 
 
 def fenced_blocks(page):
@@ -146,14 +148,18 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
         def bare(text):
             return re.sub(r"[\s/+]+", "", text)
         if not hasattr(Page, "sources"):
-            tracked = subprocess.run(["git", "ls-files", "*.h", "*.cpp", "*.c", "*.patch"], cwd=self.source, text=True,
+            tracked = subprocess.run(["git", "ls-files", "*.h", "*.cpp", "*.c", "*.py", "*.patch"], cwd=self.source, text=True,
                                      capture_output=True, check=False).stdout.split("\n")
             files = [self.source / name for name in tracked if name] or \
                 [file for room in self.source.iterdir() if room.is_dir() and room.name != "build"
-                 for ending in ("h", "cpp", "c", "patch") for file in room.rglob("*." + ending)]
+                 for ending in ("h", "cpp", "c", "py", "patch") for file in room.rglob("*." + ending)]
             Page.sources = "\n".join(bare(file.read_text(encoding="utf-8")) for file in files if file.exists())
         for offset, text in enumerate(lines):
-            if bare(text) and not re.match(r"^\s*// [\w/.]+$", text) and bare(text) not in Page.sources:
+            file = re.match(r"^(?://|#|/\*) ([\w/]+\.\w+)(?: \*/)?$", text)
+            if file and offset == 0:
+                if not (self.source / file[1]).exists():
+                    self.wrong(line + 1, f"no such file: {file[1]}")
+            elif bare(text) and bare(text) not in Page.sources:
                 self.wrong(line + 1 + offset, f"no source has this line: {text.strip()}")
 
     # --- commands -----------------------------------------------------------------------------------------------------
@@ -245,14 +251,23 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
                 self.parse_command(line, command)
 
     def run(self):
+        elsewhere = self.except_.get((self.name, "*"))
+        if elsewhere:
+            test = self.source / elsewhere[1]
+            if not test.exists() or Path(self.name).name not in test.read_text(encoding="utf-8"):
+                self.wrong(1, f"{elsewhere[1]} is no test of this page")
+            return self.problems
         self.set_up()
         self.start_shell()
         for line, info, lines in fenced_blocks(self.source / self.name):
             kind = info.split()[0] if info else ""
             if kind in ("console", "sh"):
                 self.check_commands(line, kind, lines)
-            elif self.long or kind in ("text", "json"):
+            elif self.long or kind == "text":
                 continue
+            elif kind == "json":
+                for text in lines:
+                    json.loads(text)
             elif kind == "toml":
                 self.check_toml(line, info, lines)
             elif kind == "cmake":
@@ -260,7 +275,7 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
                 for name in re.findall(r"\bevenstep_\w+(?=\()", "\n".join(lines)):
                     if f"function({name})" not in functions:
                         self.wrong(line, f"no such function in cmake/: {name}")
-            elif kind == "cpp":
+            elif kind in ("cpp", "c", "python"):
                 self.check_cpp(line, lines)
             else:
                 self.wrong(line, f"a block of '{info}': write console, sh, toml, cpp, cmake or text after the fence "
@@ -277,7 +292,7 @@ def pages(source):
 
 def check_exceptions(source):
     known = exceptions()
-    there = [(page, command) for page in pages(source) for _, info, lines in fenced_blocks(source / page)
+    there = [(page, "*") for page in pages(source)] + [(page, command) for page in pages(source) for _, info, lines in fenced_blocks(source / page)
              for command, _ in commands_of(info.split()[0] if info else "", lines)]
     problems = [f"{page}: no such command any more: {command}" for page, command in known
                 if not any(command == is_there[1] and page == is_there[0] or

@@ -29,7 +29,7 @@ class CommandGuard {
 
  private:
   enum class Start { blank, colon, text } start_ = Start::blank;
-  char last_visible_ = 0;  ///< in this line; white space, control characters and what is not ASCII do not count
+  char last_visible_ = 0;  ///< in this line; control characters and what is not ASCII do not count
 };
 
 /// A row of the job's summary.
