@@ -62,7 +62,8 @@ function(evenstep_room name)
   endforeach()
   list(TRANSFORM ROOM_SEES PREPEND evenstep:: OUTPUT_VARIABLE seen)
   target_link_libraries(evenstep_${name} PUBLIC ${seen} ${ROOM_PUBLIC_LIBRARIES} PRIVATE ${private})
-  # It can become a part of a shared object, which then shows nothing of it.
+  # It can become a part of a shared object, which then shows nothing of it. What could be replaced from outside would not be
+  # inlined, either: 317 instructions of the map instead of 288.
   set_target_properties(evenstep_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
     EVENSTEP_SEES "${ROOM_SEES}" EVENSTEP_PACKAGES "${packages}")
