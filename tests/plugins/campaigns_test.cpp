@@ -16,7 +16,7 @@ namespace {
 class Folder {
  public:
   explicit Folder(const std::string& name)
-      : path_(fs::temp_directory_path() / fmt::format("evenstep-{}-{}", name, getpid())) {
+      : path_(fs::temp_directory_path() / fmt::format("evenstep-plugins-{}-{}", name, getpid())) {
     fs::create_directories(path_);
   }
   ~Folder() { fs::remove_all(path_); }
