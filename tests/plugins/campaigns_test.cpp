@@ -16,23 +16,23 @@ namespace {
 class Folder {
  public:
   explicit Folder(const std::string& name)
-      : path_(fs::temp_directory_path() / fmt::format("evenstep-{}-{}", name, getpid())) {
+      : path_(fs::temp_directory_path() / fmt::format("evenstep-plugins-{}-{}", name, getpid())) {
     fs::create_directories(path_);
   }
   ~Folder() { fs::remove_all(path_); }
   const fs::path& path() const { return path_; }
   void write(const std::string& file, const std::string& text) const { std::ofstream(path_ / file) << text; }
-  void write_scenario(const std::string& scene, const std::string& most) const {
+  /// `first` comes before the tables; the timing varies.
+  void write_scenario(const std::string& scene, const std::string& first) const {
     write("a.toml",
-          "format = 1\n[run]\nduration = \"0.2 s\"\nstrategies = [\"direct\"]\n[timing]\nsegment = \"30 Hz\"\n"
-          "visualization = \"11.1 ms\"\nsteps = 15\n[scene]\n" +
+          "format = 1\n" + first +
+              "\n[run]\nduration = \"0.3 s\"\nstrategies = [\"phase_locked\"]\n[timing]\nsegment = \"30 Hz\"\n"
+              "visualization = \"11.1 ms\"\nsteps = 15\njitter = { visualization = \"lognormal 10 %\" }\n[scene]\n" +
               scene +
-              "\n[[device]]\nname = \"left\"\nmotion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", "
-              "\"0 m/s\", \"0 m/s\"] }\n[[expect]]\nsignal = \"left.force.direct\"\nmetric = \"deviation_max\"\n"
-              "max = \"" +
-              most + "\"\n[sweep]\nseeds = [1, 2]\n");
+              "\n[[device]]\nname = \"left\"\n[[expect]]\nsignal = \"left.force.phase_locked\"\nmetric = \"underruns\"\n"
+              "equals = 0\n");
   }
-  /// The first line of the sweep's file, which says what the sweep is of.
+  /// The digest of the sweep, by which another process knows that it is the same one.
   std::string swept() const {
     SweepOptions options;
     options.folder = (path_ / "sweep").string();
@@ -41,12 +41,7 @@ class Folder {
     const SweepOutcome outcome = run_sweep((path_ / "a.toml").string(), options);
     INFO(text_of(outcome.errors) << outcome.failure);
     REQUIRE(outcome.exit == ExitCode::pass);
-    std::ifstream file(outcome.file);
-    std::string line;
-    std::getline(file, line);
-    // Less the name of the scenario's file.
-    const std::size_t at = line.find(path_.string());
-    return at == std::string::npos ? line : line.erase(at, path_.string().size());
+    return outcome.record.header.scenario;
   }
 
  private:
@@ -54,20 +49,21 @@ class Folder {
 };
 
 const std::string kModules = EVENSTEP_MODULES;
+const std::string kSweep = "sweep = { seeds = [1, 2] }\nremap = { latency = \"30 ms\" }";
 
 }  // namespace
 
 TEST_CASE("A sweep is another one when the library holds something else, and the same one when it lies elsewhere") {
   const Folder here("here"), there("there");
-  here.write_scenario("library = \"mine.so\"", "9 N");
-  there.write_scenario("library = \"mine.so\"", "9 N");
+  here.write_scenario("library = \"mine.so\"", kSweep);
+  there.write_scenario("library = \"mine.so\"", kSweep);
   fs::copy_file(kModules + "/none.so", here.path() / "mine.so");
   fs::copy_file(kModules + "/none.so", there.path() / "mine.so");
   const std::string first = here.swept();
   CHECK(there.swept() == first);
   // Not the same name: the library that was opened stays what it was.
   fs::copy_file(kModules + "/parts.so", here.path() / "yours.so");
-  here.write_scenario("library = \"yours.so\"", "9 N");
+  here.write_scenario("library = \"yours.so\"", kSweep);
   CHECK(here.swept() != first);
 }
 
@@ -75,7 +71,7 @@ TEST_CASE("A sweep is another one when a file that the command names holds somet
   const Folder here("command-here"), there("command-there");
   const std::string scene = fmt::format("command = [\"{}\", \"good\", \"mesh.txt\"]", EVENSTEP_TEST_PROCESS);
   for (const Folder* folder : {&here, &there}) {
-    folder->write_scenario(scene, "9 N");
+    folder->write_scenario(scene, kSweep);
     folder->write("mesh.txt", "a liver");
   }
   const std::string first = here.swept();
@@ -90,7 +86,7 @@ TEST_CASE("What shrink writes runs by itself, with a library and with a process 
   fs::copy_file(EVENSTEP_TEST_PROCESS, folder.path() / "solver");
   for (const std::string scene : {"library = \"mine.so\"", "command = [\"./solver\", \"good\"]"}) {
     INFO(scene);
-    folder.write_scenario(scene, "1e-6 N");
+    folder.write_scenario(scene, "remap = { latency = \"11 ms\" }");
     ShrinkOptions options;
     options.folder = (folder.path() / "shrunk").string();
     const ShrinkOutcome outcome = shrink_scenario((folder.path() / "a.toml").string(), options);

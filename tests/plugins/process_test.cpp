@@ -108,7 +108,7 @@ TEST_CASE("A process that goes wrong is a clear error, and nothing of it is left
   CHECK(fault_of("has_child") == "nothing");
 }
 
-TEST_CASE("A fault of a process ends the run with its step and exit code 3; a force that is no number says so") {
+TEST_CASE("A fault of a process, and a force that is no number, end the run with the step and exit code 3") {
   const RunOutcome outcome = run({scene_of_process("exits_at_5")}, builtin());
   CHECK(outcome.exit == ExitCode::run_failed);
   CHECK_THAT(outcome.failure, Contains("exits_at_5', step 5: ended (exit status 7)"));
