@@ -29,7 +29,7 @@ struct SolverRequest {
   std::string name;            ///< the name it is registered under
   std::string options = "{}";  ///< [scene] options as a JSON object, keys in alphabetical order; unread by evenstep
   double step_s = 0;           ///< nominal simulated seconds per step; > 0
-  int tool_count = 1;          ///< 1 to kMaxTools
+  int tool_count = 1;          ///< 1 to kMaxTools; 0 in a [case]
   bool variable_step = false;  ///< steps will differ from step_s
   LocalModel local_model = LocalModel::none;  ///< other than `none`: contacts() will be read, with this stiffness
   std::uint64_t seed = 1;                     ///< [run] seed: all that may be drawn at random follows from it
