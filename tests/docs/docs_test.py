@@ -6,7 +6,8 @@
     docs_test.py PROGRAM SOURCE_DIR BUILD_DIR --exceptions  that each exception is needed, and how many there are
 
 The word after the fence says what a block is:
-    console   lines with "$ " are commands of one shell; the lines after one are what it prints. "..." stands for any lines.
+    console   lines with "$ " are commands of one shell; the lines after one are its stdout, or its stderr, where progress
+              would otherwise come in between. "..." stands for any lines.
               A command must exit with 0, unless the next one is "echo $?".
     sh        commands, one a line, each by itself. They must exit with 0; their comments are not compared.
     toml      a scenario; with "format" missing, a part that is added to one. `evenstep check` must accept it. A word after
@@ -169,9 +170,9 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
                                       cwd=self.work, env=self.environment, text=True, bufsize=1)
 
     def in_shell(self, command):
-        """The status and output of a command, in the one shell of the page."""
+        """The status, stdout and stderr of a command, in the one shell of the page."""
         mark = "==docs=="
-        self.shell.stdin.write(f"(exit ${{docs_status:-0}})\n{{ {command}\n}} </dev/null\n"
+        self.shell.stdin.write(f"(exit ${{docs_status:-0}})\n{{ {command}\n}} </dev/null 2>'{self.place}/stderr'\n"
                                f"docs_status=$?; printf '{mark}%s\\n' $docs_status\n")
         self.shell.stdin.flush()
         output = []
@@ -180,8 +181,8 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
             if before or not found:
                 output.append(before)
             if found:
-                return int(status), output
-        return -1, output
+                return int(status), output, (self.place / "stderr").read_text(errors="replace").splitlines()
+        return -1, output, []
 
     def shell_folder(self):
         if not hasattr(self, "shell"):
@@ -199,11 +200,11 @@ include("{self.source}/cmake/EvenstepScenarios.cmake")
         return re.fullmatch(expression, "".join(line + "\n" for line in output)) is not None
 
     def run_command(self, line, command, expected, wanted):
-        status, output = self.in_shell(command)
-        shown = "\n".join(output[-40:])
+        status, output, errors = self.in_shell(command)
+        shown = "\n".join(output[-40:] + errors[-40:])
         if wanted not in (None, status):
             self.wrong(line, f"exit {status}: {command}\n{shown}")
-        elif expected is not None and expected != [] and not self.matches(expected, output):
+        elif expected is not None and expected != [] and not any(self.matches(expected, text) for text in (output, errors)):
             self.wrong(line, f"prints something else: {command}\n{shown}")
 
     def parse_command(self, line, command):
@@ -292,13 +293,14 @@ def pages(source):
 
 def check_exceptions(source):
     known = exceptions()
-    there = [(page, "*") for page in pages(source)] + [(page, command) for page in pages(source) for _, info, lines in fenced_blocks(source / page)
+    there = [(page, "*") for page in pages(source)]
+    there += [(page, command) for page in pages(source) for _, info, lines in fenced_blocks(source / page)
              for command, _ in commands_of(info.split()[0] if info else "", lines)]
     problems = [f"{page}: no such command any more: {command}" for page, command in known
                 if not any(command == is_there[1] and page == is_there[0] or
                            page == "*" and is_there[1].startswith(command) for is_there in there)]
     if len(known) != EXPECTED_EXCEPTIONS:
-        problems.append(f"{len(known)} exceptions instead of {EXPECTED_EXCEPTIONS}; a new one needs a reason, and this number")
+        problems.append(f"{len(known)} exceptions instead of {EXPECTED_EXCEPTIONS}; a new one needs a reason, and that number")
     return problems
 
 

@@ -25,6 +25,7 @@ wrong() {  # wrong MESSAGE INFO LINES...
 
 right console '$ evenstep --version' 'evenstep ...'
 right console '$ echo a; echo b; echo c' '...' 'b' '...'
+right console '$ echo progress >&2; echo a' 'a'
 right console '$ false' '$ echo $?' '1' '$ X=7' '$ echo $X' '7'
 wrong 'prints something else' console '$ evenstep --version' 'evenstep 99.0'
 wrong 'prints something else' console '$ echo a; echo b' 'a'
