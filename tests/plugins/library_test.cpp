@@ -58,6 +58,23 @@ TEST_CASE("Device, map and timing source can be in a library, too") {
   CHECK(strategy(timed, "direct").steps.size() > 200);
 }
 
+TEST_CASE("A library beside the other keys of a device, a remap or a timing is short for a foreign part") {
+  const std::string key = fmt::format("library = \"{}\"", module("parts"));
+  const std::string motion = "motion = { kind = \"sine\", amplitude = [\"2 cm\", \"0 m\", \"0 m\"], frequency = \"1 Hz\" }";
+  const auto all = [&](const std::string& device, const std::string& remap, const std::string& timing) {
+    return record({parts_in_c(), "run.strategies=[\"direct\", \"foreign\"]", "remap=" + remap, "timing=" + timing,
+                   fmt::format("device=[{{ name = \"left\", {}, {} }}]", motion, device)},
+                  builtin());
+  };
+  const RunRecord brief = all(key, "{ " + key + " }", fmt::format("{{ {}, options = {{ jitter = 0.1 }} }}", key));
+  const RunRecord whole =
+      all(fmt::format("driver = \"foreign\", foreign = {{ {} }}", key), fmt::format("{{ foreign = {{ {} }} }}", key),
+          fmt::format("{{ foreign = {{ {}, options = {{ jitter = 0.1 }} }} }}", key));
+  CHECK(brief.trace_hash == whole.trace_hash);
+  CHECK_THAT(refusal({fmt::format("remap={{ {}, foreign = {{ {} }} }}", key, key)}), Contains("does not go with 'foreign'"));
+  CHECK_THAT(refusal({"remap={ options = {} }"}), Contains("'options' is about a 'library', and there is none"));
+}
+
 TEST_CASE("What a library can do is found out, and what it lacks is left out") {
   const RunRecord run =
       record({parts_in_c(), "expect=[{ signal = \"solver.direct\", metric = \"energy_growth\", max = 0.1 }]",

@@ -14,14 +14,13 @@ std::vector<Field> ReferenceSpec::fields() { return {}; }
 ReferenceSpec ReferenceSpec::read(const ScenarioReading&, const Table&) { return {}; }
 
 std::vector<Field> ForeignDriverSpec::fields() {
-  std::vector<Field> rows{{.table = "device",
-                           .key = "foreign",
-                           .forms = kTable,
-                           .meaning = "Which driver that is not evenstep's own, and what it takes.",
-                           .kinds = "foreign",
-                           .required = true}};
-  for (Field& row : foreign_rows("device.foreign", "")) rows.push_back(std::move(row));
-  return rows;
+  const std::vector<Field> rows{{.table = "device",
+                                 .key = "foreign",
+                                 .forms = kTable,
+                                 .meaning = "Which driver that is not evenstep's own, and what it takes.",
+                                 .kinds = "foreign",
+                                 .required = true}};
+  return joined(joined(rows, library_rows("device", "foreign")), foreign_rows("device.foreign", ""));
 }
 ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const Table& device) {
   ForeignDriverSpec spec{read_foreign(reading, device.table("foreign")), {}};

@@ -52,6 +52,8 @@ inline std::vector<Field> joined(std::vector<Field> rows, const std::vector<Fiel
 }
 /// The rows of a table for a part that the program registers. `kinds` are the kinds of the table that have them; empty: all.
 std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds);
+/// `library` and `options`, which are short for a table `foreign` with them.
+std::vector<Field> library_rows(std::string_view table, std::string_view kinds);
 
 const std::vector<Field>& case_fields();
 const std::vector<Field>& run_fields();

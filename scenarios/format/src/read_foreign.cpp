@@ -58,6 +58,20 @@ std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds) 
            .kinds = kinds}};
 }
 
+std::vector<Field> library_rows(std::string_view table, std::string_view kinds) {
+  return {{.table = table,
+           .key = "library",
+           .forms = kFile,
+           .meaning = "Short for foreign = { library = ... }.",
+           .kinds = kinds,
+           .example = "\"libmine.so\""},
+          {.table = table,
+           .key = "options",
+           .forms = kOptions,
+           .meaning = "With `library`: passed on to it, as the options of `foreign` are.",
+           .kinds = kinds}};
+}
+
 Foreign read_foreign(const ScenarioReading& reading, const Table& table, bool must_say_which) {
   Foreign part;
   part.options = json_of(table.at("options")).dump();

@@ -319,7 +319,7 @@ const std::vector<Field>& remap_fields() {
        .forms = kTable,
        .meaning = "The map of strategy `foreign`: one that is not evenstep's own."},
   };
-  static const std::vector<Field> all = joined(rows, foreign_rows("remap.foreign", ""));
+  static const std::vector<Field> all = joined(joined(rows, library_rows("remap", "")), foreign_rows("remap.foreign", ""));
   return all;
 }
 // clang-format on

@@ -85,6 +85,39 @@ Value* below(Value* table, std::initializer_list<std::string_view> keys) {
   return table;
 }
 
+/// `library` of a device, map or timing source, and its `options`, stand for foreign = { library = ..., options = ... }.
+void resolve_library(Value* table, Errors& errors) {
+  const Value* library = below(table, {"library"});
+  const Value* options = below(table, {"options"});
+  if (library == nullptr && options == nullptr) return;
+  if (library == nullptr)
+    return errors.add(options->place,
+                      "'options' is about a 'library', and there is none; write library = \"libmine.so\", "
+                      "or the options in foreign = {}");
+  if (table->find("foreign") != nullptr)
+    return errors.add(library->place, "'library' does not go with 'foreign', which has one of its own; remove one of them");
+  Entry foreign{"foreign", library->place, {}};
+  foreign.value.place = library->place;
+  const auto moved = std::stable_partition(table->table.begin(), table->table.end(), [](const Entry& entry) {
+    return entry.key != "library" && entry.key != "options";
+  });
+  std::move(moved, table->table.end(), std::back_inserter(foreign.value.table));
+  table->table.erase(moved, table->table.end());
+  table->table.push_back(std::move(foreign));
+}
+
+void resolve_libraries(Value& document, Errors& errors) {
+  for (const char* part : {"remap", "timing"}) resolve_library(document.find(part), errors);
+  Value* devices = document.find("device");
+  if (devices == nullptr) return;
+  for (Value& device : devices->list) {
+    const Value* library = device.find("library");
+    if (library != nullptr && device.find("driver") == nullptr)
+      device.table.push_back({"driver", library->place, text_value("foreign", library->place)});
+    resolve_library(&device, errors);
+  }
+}
+
 /// A command runs in the folder of the file that names it, also when the table is stored elsewhere.
 void set_directory(Value& document) {
   const Value* command = below(&document, {"scene", "command"});
@@ -148,6 +181,7 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
   if (errors.any()) return document;
   for (const std::string& assignment : options.set) apply_override(document, assignment, errors);
   if (options.seed) set_seed(document, *options.seed, errors);
+  resolve_libraries(document, errors);
   set_directory(document);
   return document;
 }
