@@ -7,7 +7,9 @@
 # find_package(evenstep COMPONENTS remap) then finds what it sees, too, and the packages of its libraries.
 
 add_library(evenstep_options INTERFACE)
-target_compile_options(evenstep_options INTERFACE -Wall -Wextra -Wshadow -Wno-missing-field-initializers)
+target_compile_options(evenstep_options INTERFACE
+  -ffp-contract=off          # bits must not depend on which compiler fuses what; evenstep::time asks its users for the same
+  -Wall -Wextra -Wshadow -Wno-missing-field-initializers)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # A precompiled header that does not fit would be ignored, and take longer than none.
   target_compile_options(evenstep_options INTERFACE -Werror=invalid-pch)

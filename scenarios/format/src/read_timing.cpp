@@ -436,8 +436,8 @@ const std::vector<Field>& timing_fields() {
        .forms = kTable,
        .meaning = "A source that is not evenstep's own; then [timing] holds nothing else."},
   };
-  static const std::vector<Field> all = joined(
-      joined(joined(rows, library_rows("timing", "foreign")), timing_model_fields()), foreign_rows("timing.foreign", ""));
+  static const std::vector<Field> all =
+      joined(joined(joined(rows, library_rows("timing", "")), timing_model_fields()), foreign_rows("timing.foreign", ""));
   return all;
 }
 // clang-format on
