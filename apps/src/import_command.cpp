@@ -66,7 +66,10 @@ void print_assigned(const AssignedRoles& assigned) {
   for (std::size_t i = 0; i < std::min(assigned.became.size(), kMostShown); ++i)
     fmt::print("{}: {} of '{}'\n", assigned.became[i].role, assigned.became[i].count, assigned.became[i].name);
   if (assigned.became.size() > kMostShown) fmt::print("and {} more names\n", assigned.became.size() - kMostShown);
-  if (assigned.merged > 0) fmt::print("merged: {} intervals into the step or visualization that they are a part of\n", assigned.merged);
+  if (assigned.merged > 0)
+    fmt::print("merged: {} intervals into the step or visualization that they are a part of\n", assigned.merged);
+  if (assigned.cut > 0)
+    fmt::print("cut: {} pictures begin before the one before them ends, and are taken to begin there\n", assigned.cut);
   print_left_out(assigned.left_out);
   std::size_t shown = 0, steps = 0;
   for (const SegmentTiming& segment : assigned.segments) {
@@ -75,7 +78,9 @@ void print_assigned(const AssignedRoles& assigned) {
   }
   fmt::print("{} segments with {} visualizations and {} steps, {} long\n", assigned.segments.size(), shown, steps,
              length_text(assigned.segments.back().end - RealTime{}));
-  if (steps == 0) fmt::print("without steps there is nothing to run: say how many follow each visualization, --steps 8 --step-time \"1.2 ms\"\n");
+  if (steps == 0)
+    fmt::print(
+        "without steps there is nothing to run: say how many follow each visualization, --steps 8 --step-time \"1.2 ms\"\n");
 }
 
 /// False on an error, which is then printed.

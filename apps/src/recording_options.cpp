@@ -12,7 +12,8 @@ void add_recording_options(Command& command, RecordingArguments& arguments) {
                  "of a profiler's file: names that begin a segment, as an extended regular expression");
   command.option("--visualization", arguments.visualization, "of a profiler's file: names that are visualizations");
   command.option("--step", arguments.step, "of a profiler's file: names that are steps");
-  command.option("--step-begin", arguments.step_begin, "of a profiler's file: names that a step of several parts begins with");
+  command.option("--step-begin", arguments.step_begin,
+                 "of a profiler's file: names that a step of several parts begins with");
   command.option("--process", arguments.process, "of a profiler's file with several processes: which of them");
   command.option("--steps", arguments.steps, Range{1, 10'000}, "of a recording of pictures: so many steps after each");
   command.option("--step-time", arguments.step_time, "of a recording of pictures: how long a step takes, \"1.2 ms\"");
@@ -26,8 +27,13 @@ void add_recording_options(Command& command, RecordingArguments& arguments) {
 
 std::optional<RecordingOptions> recording_options(const RecordingArguments& arguments) {
   RecordingOptions options;
-  options.roles = {arguments.segment, arguments.visualization, arguments.step, arguments.step_begin, arguments.process,
-                   arguments.steps,   {}};
+  options.roles = {arguments.segment,
+                   arguments.visualization,
+                   arguments.step,
+                   arguments.step_begin,
+                   arguments.process,
+                   arguments.steps,
+                   {}};
   options.profile = {arguments.format, arguments.columns};
   if ((arguments.steps == 0) != arguments.step_time.empty()) {
     print({{"--steps", 0, 0, "and --step-time go together: so many steps, each so long"}});

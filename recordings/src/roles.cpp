@@ -95,7 +95,8 @@ void Assignment::take_role(const char* role, const std::string& text, RoleBit bi
     if (!name.category.empty() && text.starts_with(name.category + ":")) category = name.category;
   }
   const Result<Expression> expression = Expression::of(text.substr(category.empty() ? 0 : category.size() + 1));
-  if (!expression) return fail(fmt::format("{}: '{}' is no extended regular expression: {}", role, text, expression.error()));
+  if (!expression)
+    return fail(fmt::format("{}: '{}' is no extended regular expression: {}", role, text, expression.error()));
   bool any = false;
   for (std::size_t i = 0; i < profile_.names.size(); ++i) {
     if (!category.empty() && profile_.names[i].category != category) continue;
@@ -111,9 +112,10 @@ void Assignment::find_roles_of_names() {
   if (result_.roles.unset()) {
     const Roles guess = guess_roles(profile_);
     if (guess.unset())
-      return fail(fmt::format("which of its names are the steps? Say --step REGEX, and --visualization REGEX or --segment "
-                              "REGEX if there are any; there are {}",
-                              names_text(profile_)));
+      return fail(
+          fmt::format("which of its names are the steps? Say --step REGEX, and --visualization REGEX or --segment "
+                      "REGEX if there are any; there are {}",
+                      names_text(profile_)));
     result_.guessed = true;
     result_.roles.segment = guess.segment;
     result_.roles.visualization = guess.visualization;
@@ -135,11 +137,12 @@ void Assignment::choose_sources() {
   if (!result_.roles.process.empty()) {
     Result<Expression> expression = Expression::of(result_.roles.process);
     if (!expression)
-      return fail(fmt::format("process: '{}' is no extended regular expression: {}", result_.roles.process,
-                              expression.error()));
+      return fail(
+          fmt::format("process: '{}' is no extended regular expression: {}", result_.roles.process, expression.error()));
     chosen.emplace(std::move(expression).value());
   }
-  for (const auto& [bit, role] : {std::pair{kIsSegment, "segment"}, {kIsVisualization, "visualization"}, {kIsStep, "step"}}) {
+  for (const auto& [bit, role] :
+       {std::pair{kIsSegment, "segment"}, {kIsVisualization, "visualization"}, {kIsStep, "step"}}) {
     std::vector<std::int64_t> counts(profile_.sources.size());
     for (const ProfileInterval& interval : profile_.intervals)
       counts[interval.source] += (roles_of_name_[interval.name] & bit) != 0;
@@ -169,13 +172,15 @@ void Assignment::count_names() {
   std::vector<std::int64_t> counts[3];
   for (std::vector<std::int64_t>& of_role : counts) of_role.resize(profile_.names.size());
   for (const ProfileInterval& interval : profile_.intervals) {
-    const bool segment = taken(interval, kIsSegment), shown = taken(interval, kIsVisualization), step = taken(interval, kIsStep);
+    const bool segment = taken(interval, kIsSegment), shown = taken(interval, kIsVisualization),
+               step = taken(interval, kIsStep);
     counts[0][interval.name] += segment;
     counts[1][interval.name] += shown;
     counts[2][interval.name] += step;
     if (segment || shown || step) continue;
     const bool other_source = roles_of_name_[interval.name] != 0;
-    leave_out(other_source ? "intervals of other processes" : "intervals of other names", profile_.names[interval.name].text);
+    leave_out(other_source ? "intervals of other processes" : "intervals of other names",
+              profile_.names[interval.name].text);
   }
   constexpr const char* kNames[] = {"segment", "visualization", "step"};
   for (std::size_t role = 0; role < 3; ++role) {
@@ -192,9 +197,17 @@ void Assignment::count_names() {
 void Assignment::add_group(const ProfileInterval& interval, bool is_step, bool begins_step) {
   std::optional<std::size_t>& last = is_step ? last_step_ : last_shown_;
   Group* const same = last ? &groups_[*last] : nullptr;
+  if (profile_.only_visualizations && same != nullptr) {
+    // The GPU may begin a picture before the one before it is done; its pause for it is what is left then.
+    if (interval.end <= same->interval.end) return leave_out("pictures within the time of the one before", {});
+    result_.cut += interval.begin < same->interval.end;
+    groups_.push_back({{std::max(interval.begin, same->interval.end), interval.end}});
+    *last = groups_.size() - 1;
+    return;
+  }
   const bool overlaps = same != nullptr && interval.begin < same->interval.end;
   const bool of_one_step = is_step && !result_.roles.step_begin.empty() && same != nullptr && !begins_step;
-  const bool of_one_picture = !is_step && same != nullptr && same == &groups_.back();
+  const bool of_one_picture = !is_step && !result_.roles.step.empty() && same != nullptr && same == &groups_.back();
   if (overlaps || of_one_step || of_one_picture) {
     same->interval.end = std::max(same->interval.end, interval.end);
     ++result_.merged;
@@ -205,7 +218,8 @@ void Assignment::add_group(const ProfileInterval& interval, bool is_step, bool b
 }
 
 void Assignment::add_boundary(Interval interval) {
-  if (!boundaries_.empty() && (interval.begin < boundaries_.back().end || interval.begin <= boundaries_.back().begin)) return;
+  if (!boundaries_.empty() && (interval.begin < boundaries_.back().end || interval.begin <= boundaries_.back().begin))
+    return;
   boundaries_.push_back(interval);
 }
 
@@ -225,7 +239,8 @@ void Assignment::collect_groups() {
 /// Whether the intervals of segments last as long as the segments do, so that the last one has an end, too. Otherwise they
 /// only mark where one begins.
 bool Assignment::boundaries_are_ranges() const {
-  if (boundaries_.size() < 2) return result_.roles.visualization != result_.roles.segment && !result_.roles.segment.empty();
+  if (result_.roles.segment.empty()) return false;
+  if (boundaries_.size() < 2) return true;
   double covered_ns = 0;
   for (std::size_t i = 0; i + 1 < boundaries_.size(); ++i)
     covered_ns += static_cast<double>((boundaries_[i].end - boundaries_[i].begin).ns);
@@ -254,8 +269,7 @@ void Assignment::add_segment(std::size_t from, std::size_t to, RealTime least_en
   }
   if (!segment.steps.empty()) segment.end = std::max(segment.end, segment.steps.back().end);
   segment.index = static_cast<std::int64_t>(result_.segments.size());
-  if (!result_.segments.empty())
-    result_.segments.back().end = std::max(result_.segments.back().end, segment.begin);
+  if (!result_.segments.empty()) result_.segments.back().end = std::max(result_.segments.back().end, segment.begin);
   result_.segments.push_back(std::move(segment));
 }
 
@@ -267,10 +281,11 @@ void Assignment::add_segments() {
     leave_out("steps and visualizations before the first segment", {});
   for (std::size_t k = 0; k + (ranges ? 0 : 1) < boundaries_.size(); ++k) {
     const bool last = k + 1 == boundaries_.size();
-    const RealTime until = last ? std::max(boundaries_[k].end, boundaries_[k].begin + Duration{1}) : boundaries_[k + 1].begin;
+    const RealTime until =
+        last ? std::max(boundaries_[k].end, boundaries_[k].begin + Duration{1}) : boundaries_[k + 1].begin;
     const std::size_t from = next;
     while (next < groups_.size() && groups_[next].interval.begin < until) ++next;
-    add_segment(from, next, last ? boundaries_[k].end : RealTime{INT64_MIN});
+    add_segment(from, next, last ? boundaries_[k].end : boundaries_[k + 1].begin);
   }
   for (; next < groups_.size(); ++next)
     leave_out(ranges ? "steps and visualizations after the last segment"

@@ -51,12 +51,15 @@ TEST_CASE("A decimal time is exact in ns, where a double would not be") {
 }
 
 TEST_CASE("Nsight's statistics are read by their columns, also where a name has commas in it") {
-  CHECK(parsed("Start (ns),End (ns),Duration (ns),Name,PID\n5,9,4,\"f<int, 3>\",1\n1,2,1,g,1\n") == "g 1 2\nf<int, 3> 5 9\n");
+  CHECK(parsed("Start (ns),End (ns),Duration (ns),Name,PID\n5,9,4,\"f<int, 3>\",1\n1,2,1,g,1\n") ==
+        "g 1 2\nf<int, 3> 5 9\n");
   CHECK(parsed("Start (ns),Duration (ns),Strm,Name\n5,4,7,f\n") == "f 5 9\n");
 }
 
 TEST_CASE("Enter and Leave nest by name in their stream; what is never left is counted") {
-  const std::string rows = "Name,streamId,Event Type,Timestamp (ns)\na,1,Enter,1\na,1,Enter,2\na,1,Leave,3\nb,1,Leave,4\na,1,Leave,5\nc,1,Enter,6\n";
+  const std::string rows =
+      "Name,streamId,Event Type,Timestamp "
+      "(ns)\na,1,Enter,1\na,1,Enter,2\na,1,Leave,3\nb,1,Leave,4\na,1,Leave,5\nc,1,Enter,6\n";
   CHECK(parsed(rows) == "a 1 5\na 2 3\n");
   CHECK(first_left_out(rows).what == "rows that leave what was not entered");
 }
@@ -64,7 +67,8 @@ TEST_CASE("Enter and Leave nest by name in their stream; what is never left is c
 TEST_CASE("The CSV of trace_processor and of Tracy are read, and rows that have not ended are left out") {
   CHECK(parsed("\"ts\",\"dur\",\"name\",\"track_id\"\n10,5,\"draw\",1\n20,-1,\"open\",1\n") == "draw 10 15\n");
   CHECK(first_left_out("ts,dur,name\n10,5,draw\n20,-1,open\n").what == "rows that have not ended");
-  CHECK(parsed("name,src_file,src_line,ns_since_start,exec_time_ns,thread,value\nzone,a.cpp,3,1000,10,1,\n") == "zone 1000 1010\n");
+  CHECK(parsed("name,src_file,src_line,ns_since_start,exec_time_ns,thread,value\nzone,a.cpp,3,1000,10,1,\n") ==
+        "zone 1000 1010\n");
 }
 
 TEST_CASE("Any CSV is read by the columns and the unit that are given") {
@@ -113,13 +117,18 @@ TEST_CASE("JSON that is nested too deeply is refused") {
 }
 
 TEST_CASE("PresentMon's encodings give the GPU's interval of each picture") {
-  const std::string head = "\xEF\xBB\xBF" "Application,ProcessID,SwapChainAddress,";
+  const std::string head =
+      "\xEF\xBB\xBF"
+      "Application,ProcessID,SwapChainAddress,";
   CHECK(parsed(head + "FrameType,CPUStartQPC,MsBetweenAppStart,MsGPULatency,MsGPUTime\n"
-                      "a,1,0x1,Application,1000000,16,0.5,2\na,1,0x1,Application,1160000,16,NA,NA\n") == "a 100500000 102500000\n");
+                      "a,1,0x1,Application,1000000,16,0.5,2\na,1,0x1,Application,1160000,16,NA,NA\n") ==
+        "a 100500000 102500000\n");
   CHECK(parsed(head + "CPUStartTime,FrameTime,GPULatency,GPUTime\na,1,0x1,100,16,0.5,2\n") == "a 100500000 102500000\n");
-  CHECK(parsed(head + "TimeInSeconds,msUntilRenderStart,msUntilRenderComplete\na,1,0x1,0.1,-5,2\n") == "a 95000000 102000000\n");
-  CHECK_THAT(parsed(head + "CPUStartQPC,MsBetweenAppStart,MsGPULatency,MsGPUTime\na,1,0x1,1000,16,0,1\na,1,0x1,1016,16,0,1\n"),
-             Contains("not those of 10 MHz"));
+  CHECK(parsed(head + "TimeInSeconds,msUntilRenderStart,msUntilRenderComplete\na,1,0x1,0.1,-5,2\n") ==
+        "a 95000000 102000000\n");
+  CHECK_THAT(
+      parsed(head + "CPUStartQPC,MsBetweenAppStart,MsGPULatency,MsGPUTime\na,1,0x1,1000,16,0,1\na,1,0x1,1016,16,0,1\n"),
+      Contains("not those of 10 MHz"));
   CHECK_THAT(parsed(head + "GpuBusyP50,GpuBusyP99\na,1,0x1,1,2\n"), Contains("without the times of each picture"));
 }
 

@@ -14,7 +14,8 @@ namespace evenstep::test {
 inline std::optional<std::string> real_file(const std::string& name) {
   namespace fs = std::filesystem;
   const char* const folder = std::getenv("EVENSTEP_RECORDINGS");
-  const fs::path path = folder != nullptr ? fs::path(folder) / name : fs::path(EVENSTEP_SOURCE_DIR) / "../shared/recordings" / name;
+  const fs::path path =
+      folder != nullptr ? fs::path(folder) / name : fs::path(EVENSTEP_SOURCE_DIR) / "../shared/recordings" / name;
   if (fs::exists(path)) return path.string();
   WARN("skipped: there is no " << path.string() << "; set EVENSTEP_RECORDINGS to the folder that has it");
   return std::nullopt;

@@ -26,7 +26,8 @@ Profile profile_of(const std::vector<Made>& all, const std::string& category = "
     return static_cast<std::uint32_t>(list.size() - 1);
   };
   for (const Made& one : all) {
-    const auto name = index(profile.names, ProfileName{one.name, category}, [&](const auto& n) { return n.text == one.name; });
+    const auto name =
+        index(profile.names, ProfileName{one.name, category}, [&](const auto& n) { return n.text == one.name; });
     const auto source = index(profile.sources, std::string(one.source), [&](const auto& s) { return s == one.source; });
     profile.intervals.push_back({{one.begin_ns}, {one.end_ns}, name, source});
   }
@@ -81,21 +82,24 @@ TEST_CASE("Kernels that overlap on several streams are one step, of their union 
 }
 
 TEST_CASE("Kernels that draw one picture are one visualization; a step between them makes two") {
-  const Profile profile = profile_of({{"draw", 0, 10}, {"draw", 12, 20}, {"step", 20, 30}, {"draw", 40, 50}, {"draw", 50, 51}});
+  const Profile profile =
+      profile_of({{"draw", 0, 10}, {"draw", 12, 20}, {"step", 20, 30}, {"draw", 40, 50}, {"draw", 50, 51}});
   CHECK(rows_of(profile, roles_of("draw", "step")) == "0,visualization,0,0,20\n0,step,0,20,30\n0,idle,0,30,40\n");
 }
 
 TEST_CASE("With a begin of a step, its parts are one step up to the next begin") {
-  const Profile profile = profile_of({{"draw", 0, 10}, {"force", 10, 12}, {"move", 13, 15}, {"force", 16, 18}, {"move", 18, 20},
-                                      {"draw", 30, 40}});
+  const Profile profile = profile_of(
+      {{"draw", 0, 10}, {"force", 10, 12}, {"move", 13, 15}, {"force", 16, 18}, {"move", 18, 20}, {"draw", 30, 40}});
   Roles roles = roles_of("draw", "force|move");
   roles.step_begin = "force";
   CHECK(rows_of(profile, roles) == "0,visualization,0,0,10\n0,step,0,10,15\n0,step,1,16,20\n0,idle,0,20,30\n");
 }
 
 TEST_CASE("Segments that are ranges have an end, so the last one is kept, and what runs after it is left out") {
-  const Profile profile = profile_of({{"cycle", 0, 98}, {"step", 10, 20}, {"cycle", 100, 195}, {"step", 110, 130}, {"step", 200, 210}});
-  CHECK(rows_of(profile, roles_of("", "step", "cycle")) == "0,step,0,0,10\n0,idle,0,10,100\n1,step,0,100,120\n1,idle,0,120,185\n");
+  const Profile profile =
+      profile_of({{"cycle", 0, 98}, {"step", 10, 20}, {"cycle", 100, 195}, {"step", 110, 130}, {"step", 200, 210}});
+  CHECK(rows_of(profile, roles_of("", "step", "cycle")) ==
+        "0,step,0,0,10\n0,idle,0,10,100\n1,step,0,100,120\n1,idle,0,120,185\n");
 }
 
 TEST_CASE("Steps alone are one segment") {
@@ -119,16 +123,27 @@ TEST_CASE("Pictures alone are a segment each, and get the steps that are given a
   CHECK(assigned->left_out.back().count == 1);
 }
 
+TEST_CASE("A picture that the GPU begins before the one before it is done begins when that is done") {
+  Profile profile = profile_of({{"app", 0, 12}, {"app", 10, 25}, {"app", 15, 20}, {"app", 30, 40}});
+  profile.only_visualizations = true;
+  CHECK(rows_of(profile, roles_of("app", "")) == "0,visualization,0,0,12\n1,visualization,0,12,25\n1,idle,0,25,30\n");
+  const AssignedRolesResult assigned = assign_roles(profile, roles_of("app", ""));
+  REQUIRE(assigned);
+  CHECK(assigned->cut == 1);
+}
+
 TEST_CASE("A role that matches nothing is refused with the names there are, the most frequent first") {
   const Profile profile = profile_of({{"rare", 0, 1}, {"often", 1, 2}, {"often", 2, 3}});
   CHECK(rows_of(profile, roles_of("", "stepp")) ==
         "x.csv: error: no name matches the step 'stepp'; there are 'often' (2), 'rare' (1)");
-  CHECK_THAT(rows_of(profile, Roles{}), Contains("which of its names are the steps?") && Contains("'often' (2), 'rare' (1)"));
+  CHECK_THAT(rows_of(profile, Roles{}),
+             Contains("which of its names are the steps?") && Contains("'often' (2), 'rare' (1)"));
   CHECK_THAT(rows_of(profile, roles_of("", "(")), Contains("'(' is no extended regular expression"));
 }
 
 TEST_CASE("A role whose intervals come from several processes asks which one, and names them") {
-  const Profile profile = profile_of({{"step", 0, 1, "process 7"}, {"step", 1, 2, "process 8"}, {"step", 2, 3, "process 8"}});
+  const Profile profile =
+      profile_of({{"step", 0, 1, "process 7"}, {"step", 1, 2, "process 8"}, {"step", 2, 3, "process 8"}});
   CHECK_THAT(rows_of(profile, roles_of("", "step")), Contains("--process REGEX: 'process 7' (1), 'process 8' (2)"));
   Roles roles = roles_of("", "step");
   roles.process = "8$";
@@ -138,7 +153,8 @@ TEST_CASE("A role whose intervals come from several processes asks which one, an
 }
 
 TEST_CASE("Roles from different processes do not ask which one") {
-  const Profile profile = profile_of({{"cycle", 0, 10, "host"}, {"step", 1, 2, "GPU"}, {"cycle", 10, 20, "host"}, {"step", 11, 12, "GPU"}});
+  const Profile profile =
+      profile_of({{"cycle", 0, 10, "host"}, {"step", 1, 2, "GPU"}, {"cycle", 10, 20, "host"}, {"step", 11, 12, "GPU"}});
   CHECK(rows_of(profile, roles_of("", "step", "cycle")) == "0,step,0,0,1\n0,idle,0,1,10\n1,step,0,10,11\n1,idle,0,11,19\n");
 }
 
@@ -156,7 +172,8 @@ TEST_CASE("Names are listed with count, median length and period; those that cou
 
 TEST_CASE("Of kernels the longest one that recurs and is rare is guessed to be the visualization, the others steps") {
   std::vector<Made> all;
-  for (std::int64_t i = 0; i < 100; ++i) all.push_back({i % 20 == 0 ? "reduce" : "advance", 10 * i, 10 * i + (i % 20 == 0 ? 9 : 5)});
+  for (std::int64_t i = 0; i < 100; ++i)
+    all.push_back({i % 20 == 0 ? "reduce" : "advance", 10 * i, 10 * i + (i % 20 == 0 ? 9 : 5)});
   const AssignedRolesResult assigned = assign_roles(profile_of(all, "kernel"), {});
   REQUIRE(assigned);
   CHECK(assigned->guessed);
@@ -179,7 +196,8 @@ TEST_CASE("What is assigned reads back from timing.csv as it is: a thousand draw
       all.push_back({kNames[up_to(4)], at, at + up_to(30)});
       at += up_to(20);
     }
-    const AssignedRolesResult assigned = assign_roles(profile_of(all), roles_of("draw", "step", up_to(1) == 0 ? "" : "cycle"));
+    const AssignedRolesResult assigned =
+        assign_roles(profile_of(all), roles_of("draw", "step", up_to(1) == 0 ? "" : "cycle"));
     if (!assigned) continue;
     const std::string csv = format_timing_csv(assigned->segments);
     const TimingCsv read = parse_timing_csv(csv, "x.csv");

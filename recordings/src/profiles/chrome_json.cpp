@@ -1,6 +1,6 @@
-// Trace events of Chrome, Perfetto's legacy export and PyTorch's profiler, as JSON: an array of events, or an object with one
-// in "traceEvents". Complete events (X) have a length; begins and ends (B, E) nest in a thread. Times are microseconds, with
-// fractions; displayTimeUnit is about the viewer and changes nothing. The file is read as a stream.
+// Trace events of Chrome, Perfetto's legacy export and PyTorch's profiler, as JSON: an array of events, or an object with
+// one in "traceEvents". Complete events (X) have a length; begins and ends (B, E) nest in a thread. Times are microseconds,
+// with fractions; displayTimeUnit is about the viewer and changes nothing. The file is read as a stream.
 #include <fmt/format.h>
 
 #include <map>
@@ -17,8 +17,8 @@ constexpr int kDeepest = 200;
 constexpr std::size_t kLongestToken = std::size_t{16} << 20;
 constexpr std::size_t kMostOpen = 1'000'000;  // begins without an end
 
-/// The characters of a stream as iterators of the JSON reader. The stream ends early after a token of kLongestToken bytes, so
-/// that the reader need not keep more.
+/// The characters of a stream as iterators of the JSON reader. The stream ends early after a token of kLongestToken bytes,
+/// so that the reader need not keep more.
 class Characters {
  public:
   explicit Characters(Bytes& bytes) : bytes_(bytes) { refill(); }
@@ -138,7 +138,8 @@ class EventReader : public nlohmann::json_sax<nlohmann::json> {
     if (builder_.failed()) return;
     if (!found_events_) builder_.fail("is JSON without \"traceEvents\"");
     for (const auto& [thread, begins] : open_) {
-      for (const Open& begin : begins) builder_.leave_out("begins without an end", builder_.profile().names[begin.name].text);
+      for (const Open& begin : begins)
+        builder_.leave_out("begins without an end", builder_.profile().names[begin.name].text);
     }
     for (std::string& source : builder_.profile().sources) {
       const auto named = process_names_.find(source);

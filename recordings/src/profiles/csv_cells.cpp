@@ -31,7 +31,8 @@ void split_quoted(std::string_view line, std::vector<std::string>& cells) {
 CsvTable::CsvTable(Bytes& bytes) : lines_(bytes) {
   std::string_view line;
   while (lines_.next(line)) {
-    if (line.empty() || line.starts_with("//") || line.starts_with('#') || line.find(',') == std::string_view::npos) continue;
+    if (line.empty() || line.starts_with("//") || line.starts_with('#') || line.find(',') == std::string_view::npos)
+      continue;
     split_quoted(line, header_);
     return;
   }

@@ -1,6 +1,6 @@
 #pragma once
-/// A time as a profiler writes it, exactly in ns: "1712195495505583.25" us is 1712195495505583250 ns, where a double would be
-/// 250 ns off.
+/// A time as a profiler writes it, exactly in ns: "1712195495505583.25" us is 1712195495505583250 ns, where a double would
+/// be 250 ns off.
 
 #include <cstdint>
 #include <optional>

@@ -1,6 +1,6 @@
-// Unreal's CSV profiler: a row is a picture, with the times that it took in ms. There are no instants: a picture begins where
-// the one before it ended, and the GPU's work on it is taken to begin with it. Columns may turn up during the recording; the
-// complete header is then repeated behind the rows.
+// Unreal's CSV profiler: a row is a picture, with the times that it took in ms. There are no instants: a picture begins
+// where the one before it ended, and the GPU's work on it is taken to begin with it. Columns may turn up during the
+// recording; the complete header is then repeated behind the rows.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -66,7 +66,8 @@ void read_frame_csv(ProfileInput& input, const ProfileOptions&, ProfileBuilder& 
   const std::optional<std::size_t> frame = index_of(header, "FrameTime");
   std::optional<std::size_t> gpu = index_of(header, "GPUTime");
   if (!gpu) gpu = index_of(header, "GPU/Total");
-  if (!frame || !gpu) return builder.fail("has no column 'GPUTime' or 'GPU/Total' beside 'FrameTime': start it with -gpucsvstats");
+  if (!frame || !gpu)
+    return builder.fail("has no column 'GPUTime' or 'GPU/Total' beside 'FrameTime': start it with -gpucsvstats");
   const std::uint32_t name = builder.name("GPU", "frame"), source = builder.source("");
   std::int64_t begin_ns = 0;
   for (const FrameRow& row : rows) {

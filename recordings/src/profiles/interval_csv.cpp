@@ -1,5 +1,5 @@
-// CSV with a row for each interval, or two: Nsight Systems' statistics, Perfetto's trace_processor, Tracy's csvexport, and any
-// other whose columns the user names.
+// CSV with a row for each interval, or two: Nsight Systems' statistics, Perfetto's trace_processor, Tracy's csvexport, and
+// any other whose columns the user names.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // What `nsys export --type sqlite` writes. A table is there only if something of its kind was recorded. Times are ns.
-// Two generations: up to 2022.2 (schema 2.9) the schema is named in EXPORT_META_DATA, later (3.x) in META_DATA_EXPORT; columns
-// that one of them lacks are not asked for.
+// Two generations: up to 2022.2 (schema 2.9) the schema is named in EXPORT_META_DATA, later (3.x) in META_DATA_EXPORT;
+// columns that one of them lacks are not asked for.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,14 +17,21 @@ namespace {
 struct Table {
   const char* name;
   const char* category;
-  const char* label;                    ///< the name of all its rows; nullptr: `names` has it
-  std::initializer_list<const char*> names;  ///< columns with the name: an id of a string, or a text; the first that is there
+  const char* label;               ///< the name of all its rows; nullptr: `names` has it
+  std::vector<const char*> names;  ///< columns with the name: an id of a string, or a text; the first that is there
 };
 
 // clang-format off: a row reads as a row
-constexpr const char* kCopyKinds[] = {"copy", "copy host to device", "copy device to host", "copy host to array",
-                                      "copy array to host", "copy array to array", "copy array to device",
-                                      "copy device to array", "copy device to device", "copy host to host",
+constexpr const char* kCopyKinds[] = {"copy",
+                                      "copy host to device",
+                                      "copy device to host",
+                                      "copy host to array",
+                                      "copy array to host",
+                                      "copy array to array",
+                                      "copy array to device",
+                                      "copy device to array",
+                                      "copy device to device",
+                                      "copy host to host",
                                       "copy peer to peer"};
 const std::vector<Table>& tables() {
   static const std::vector<Table> all{
@@ -54,28 +61,27 @@ class NsightReader {
       read_table(table);
     }
     if (found == 0 && !builder_.failed())
-      builder_.fail("is a database without tables of Nsight Systems (CUPTI_ACTIVITY_KIND_KERNEL, NVTX_EVENTS, …); was anything "
-                    "of the GPU recorded?");
+      builder_.fail(
+          "is a database without tables of Nsight Systems (CUPTI_ACTIVITY_KIND_KERNEL, NVTX_EVENTS, …); was anything "
+          "of the GPU recorded?");
   }
 
   std::string schema() const {
     std::string version;
     for (const char* const table : {"META_DATA_EXPORT", "EXPORT_META_DATA"}) {
       if (database_.columns(table).empty()) continue;
-      const auto error = database_.query(
-          fmt::format("SELECT value FROM {} WHERE name = 'EXPORT_SCHEMA_VERSION'", table), [&](const Database::Row& row) {
-            version = row.text(0).substr(0, 20);
-            return false;
-          });
+      const auto error = database_.query(fmt::format("SELECT value FROM {} WHERE name = 'EXPORT_SCHEMA_VERSION'", table),
+                                         [&](const Database::Row& row) {
+                                           version = row.text(0).substr(0, 20);
+                                           return false;
+                                         });
       if (!error.empty()) return "";
     }
     return version;
   }
 
  private:
-  bool has(const std::string& column) const {
-    return std::find(columns_.begin(), columns_.end(), column) != columns_.end();
-  }
+  bool has(const std::string& column) const { return std::find(columns_.begin(), columns_.end(), column) != columns_.end(); }
 
   void read_strings() {
     if (database_.columns("StringIds").empty()) return;
@@ -121,7 +127,7 @@ class NsightReader {
   std::string name_of(const Table& table, const Database::Row& row, const std::vector<int>& names) const {
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (names[i] < 0 || row.is_null(names[i])) continue;
-      const std::string_view column = *(table.names.begin() + i);
+      const std::string_view column = table.names[i];
       if (column == "text") return std::string(row.text(names[i]).substr(0, kLongestName));
       const std::int64_t id = row.whole(names[i]);
       if (column == "copyKind") return kCopyKinds[id >= 0 && id < std::ssize(kCopyKinds) ? id : 0];

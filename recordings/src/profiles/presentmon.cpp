@@ -64,7 +64,7 @@ class PresentMonReader {
   ProfileBuilder& builder_;
   std::vector<std::string> columns_;
   TimeColumn start_, begin_, end_, period_;
-  bool end_from_begin_ = true;     ///< `end_` counts from the picture's begin, not from `start_`
+  bool end_from_begin_ = true;      ///< `end_` counts from the picture's begin, not from `start_`
   bool period_of_this_row_ = true;  ///< `period_` is the time to the next row, not from the last one
   std::map<std::uint32_t, std::pair<std::int64_t, std::int64_t>> last_;  ///< of a source: start and period
   std::map<std::uint32_t, std::int64_t> done_;                           ///< of a source: end of its last picture
@@ -93,10 +93,11 @@ bool PresentMonReader::find_columns() {
   } else if (find_v1()) {
     builder_.profile().format = "PresentMon CSV (v1 metrics)";
   } else {
-    builder_.fail(fmt::format("a CSV of PresentMon without the times of each picture (CPUStartQPC or CPUStartTime, MsGPULatency, "
-                              "MsGPUTime; or TimeInSeconds and MsUntilRenderComplete); it has {}",
-                              table_.columns_text()),
-                  table_.line(), 1);
+    builder_.fail(
+        fmt::format("a CSV of PresentMon without the times of each picture (CPUStartQPC or CPUStartTime, MsGPULatency, "
+                    "MsGPUTime; or TimeInSeconds and MsUntilRenderComplete); it has {}",
+                    table_.columns_text()),
+        table_.line(), 1);
     return false;
   }
   const std::string_view unit = start_.unit_ns == kTick ? "QPC ticks of 10 MHz" : start_.unit_ns == kMs ? "ms" : "s";
@@ -115,9 +116,9 @@ void PresentMonReader::read_row() {
     return builder_.leave_out("pictures that a driver or display made up", here);
   const std::optional<std::int64_t> start = time(start_);
   if (!start) return builder_.leave_out("rows without a time", here);
-  const std::uint32_t source = builder_.source(fmt::format("{}, process {}, swap chain {}", table_.cell(column({"application"})),
-                                                           table_.cell(column({"processid"})),
-                                                           table_.cell(column({"swapchainaddress"}))));
+  const std::uint32_t source =
+      builder_.source(fmt::format("{}, process {}, swap chain {}", table_.cell(column({"application"})),
+                                  table_.cell(column({"processid"})), table_.cell(column({"swapchainaddress"}))));
   compare(source, *start);
   add_picture(source, *start);
 }

@@ -78,10 +78,11 @@ const ProfileFormat* format_for(const ProfileOptions& options, std::string_view 
   } else {
     std::string columns;
     for (const std::string& column : header) columns += fmt::format("{}'{}'", columns.empty() ? "" : ", ", column);
-    builder.fail(fmt::format("is a CSV whose columns are not known; say which are which: --begin COLUMN, --end or --duration "
-                             "COLUMN, --name COLUMN, --unit ms. It has {}",
-                             columns.substr(0, 2000)),
-                 1, 1);
+    builder.fail(
+        fmt::format("is a CSV whose columns are not known; say which are which: --begin COLUMN, --end or --duration "
+                    "COLUMN, --name COLUMN, --unit ms. It has {}",
+                    columns.substr(0, 2000)),
+        1, 1);
   }
   return nullptr;
 }

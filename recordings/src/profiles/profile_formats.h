@@ -20,8 +20,8 @@ struct ProfileInput {
 };
 
 struct ProfileFormat {
-  const char* word;                               ///< for --format: "nsight-sqlite"
-  bool (*detect)(std::string_view first_bytes);   ///< of the unpacked file, up to 64 KiB
+  const char* word;                              ///< for --format: "nsight-sqlite"
+  bool (*detect)(std::string_view first_bytes);  ///< of the unpacked file, up to 64 KiB
   void (*read)(ProfileInput& input, const ProfileOptions& options, ProfileBuilder& builder);
 };
 

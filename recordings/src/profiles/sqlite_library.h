@@ -17,8 +17,8 @@ namespace evenstep::internal {
 
 class Database {
  public:
-  /// The file, or `memory` if `path` is empty (which must outlive this). The file is not locked, and nothing is written beside
-  /// it.
+  /// The file, or `memory` if `path` is empty (which must outlive this). The file is not locked, and nothing is written
+  /// beside it.
   static Result<Database> open(const std::string& path, std::string_view memory);
 
   /// The columns of a table; empty if there is no such table. A view is none.

@@ -30,14 +30,14 @@ struct ProfileInterval {
 
 /// What could not be used, and why.
 struct LeftOut {
-  std::string what;   ///< "rows without an end"
+  std::string what;  ///< "rows without an end"
   std::int64_t count = 0;
   std::string first;  ///< the first of them, as far as it can be shown
 };
 
 struct Profile {
-  std::string file, format;  ///< format: "Nsight Systems SQLite, schema 3.13.2"
-  std::string time_base;     ///< how its times became ns: "us, as trace events have them"
+  std::string file, format;          ///< format: "Nsight Systems SQLite, schema 3.13.2"
+  std::string time_base;             ///< how its times became ns: "us, as trace events have them"
   bool only_visualizations = false;  ///< a recording of pictures: there can be no steps in it
   std::vector<ProfileName> names;
   std::vector<std::string> sources;        ///< processes, swap chains, devices; "" where the file does not say

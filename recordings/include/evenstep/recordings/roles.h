@@ -60,6 +60,7 @@ struct AssignedRoles {
   std::vector<SegmentTiming> segments;  ///< shifted so that the first one begins at 0
   std::vector<RoleCount> became;        ///< which names became what; the most frequent first
   std::int64_t merged = 0;              ///< intervals that are part of another one's step or visualization
+  std::int64_t cut = 0;                 ///< pictures that begin before the one before them ends: taken to begin there
   std::vector<LeftOut> left_out;        ///< that of the profile included
 };
 
