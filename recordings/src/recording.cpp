@@ -18,8 +18,7 @@ bool is_timing_csv(const std::string& path) {
   return begins_with_header(first, "segment,kind,index,begin_ns,end_ns") || begins_with_header(first, "begin_ns,end_ns");
 }
 
-Result<std::vector<SegmentTiming>, std::vector<Diagnostic>> read_recording(const std::string& path,
-                                                                           const RecordingOptions& options, bool steps_too) {
+Recording read_recording(const std::string& path, const RecordingOptions& options, bool steps_too) {
   if (is_timing_csv(path)) return steps_too ? read_timing_or_steps(path) : read_timing_csv(path);
   const ProfileResult profile = read_profile(path, options.profile);
   if (!profile) return Failure(profile.error());

@@ -157,9 +157,10 @@ void Assignment::choose_sources() {
       if (counts[i] > 0 && text.size() < 1000)
         text += fmt::format("{}'{}' ({})", text.empty() ? "" : ", ", profile_.sources[i], counts[i]);
     }
-    if (several > 1 && left != 1)
-      fail(fmt::format("the {}s come from {} of several processes; choose one with --process REGEX: {}", role,
-                       left == 0 ? std::string("none") : std::to_string(left), text));
+    if (several > 1 && left != 1) {
+      fail(fmt::format("the {}s come from {} processes{}; choose one with --process REGEX: {}", role, several,
+                       chosen ? fmt::format(", and '{}' matches {} of them", result_.roles.process, left) : "", text));
+    }
   }
 }
 

@@ -149,7 +149,7 @@ TEST_CASE("A role whose intervals come from several processes asks which one, an
   roles.process = "8$";
   CHECK(rows_of(profile, roles) == "0,step,0,0,1\n0,step,1,1,2\n");
   roles.process = "9$";
-  CHECK_THAT(rows_of(profile, roles), Contains("come from none of several processes"));
+  CHECK_THAT(rows_of(profile, roles), Contains("come from 2 processes, and '9$' matches 0 of them"));
 }
 
 TEST_CASE("Roles from different processes do not ask which one") {

@@ -16,9 +16,8 @@ struct RecordingOptions {
 /// Whether the file begins as a timing.csv, or as a plain list of steps, does: then roles have no meaning for it.
 bool is_timing_csv(const std::string& path);
 
+using Recording = Result<std::vector<SegmentTiming>, std::vector<Diagnostic>>;
 /// A timing.csv (timing_csv.h; also a plain list of steps, if `steps_too`), or else a profiler's file with roles.
-Result<std::vector<SegmentTiming>, std::vector<Diagnostic>> read_recording(const std::string& path,
-                                                                           const RecordingOptions& options = {},
-                                                                           bool steps_too = false);
+Recording read_recording(const std::string& path, const RecordingOptions& options = {}, bool steps_too = false);
 
 }  // namespace evenstep
