@@ -36,8 +36,8 @@ class Assignment {
     count_names();
     collect_groups();
     add_segments();
+    add_given_steps();
     check_length();
-    if (errors_.empty()) add_given_steps();
     if (result_.segments.empty() && errors_.empty()) fail("no segment is whole: the roles match too few intervals");
     if (!errors_.empty()) return Failure(std::move(errors_));
     shift_to_zero();
@@ -306,6 +306,7 @@ void Assignment::check_length() {
 void Assignment::add_given_steps() {
   const Roles& roles = result_.roles;
   if (roles.steps == 0) return;
+  if (roles.step_time.ns > kLongestRecording_ns / roles.steps) return fail("the given steps are longer than 1e6 s");
   for (std::size_t k = 0; k < result_.segments.size(); ++k) {
     SegmentTiming& segment = result_.segments[k];
     if (!segment.steps.empty()) return fail("--steps is for a recording without steps; this one has some");

@@ -101,8 +101,8 @@ TEST_CASE("Trace events: X has a length, B and E nest in their thread, fractions
 
 TEST_CASE("Trace events in an object: only traceEvents counts, and args are not the event's own values") {
   CHECK(parsed(R"({"other":[{"ph":"X","name":"no","ts":1,"dur":1}],"displayTimeUnit":"ns","traceEvents":[
-      {"ph":"X","name":"a","args":{"name":"x","ts":99,"deep":{"dur":7}},"ts":1,"dur":2,"pid":"p"}],"more":{"traceEvents":3}})") ==
-        "a 1000 3000\n");
+      {"ph":"X","name":"a","args":{"name":"x","ts":99,"deep":{"dur":7}},"ts":1,"dur":2,"pid":"p"}],
+      "more":{"traceEvents":3}})") == "a 1000 3000\n");
   CHECK_THAT(parsed("{\"a\": 1}"), Contains("is JSON without \"traceEvents\""));
   CHECK_THAT(parsed("{\"traceEvents\": ["), Contains("there is no interval in it"));
   CHECK_THAT(parsed("[{\"ph\":\"X\",\"ts\":1,\"dur\":2},]x"), Contains("x: error:"));
@@ -135,6 +135,10 @@ TEST_CASE("PresentMon's encodings give the GPU's interval of each picture") {
 TEST_CASE("Unreal's pictures follow each other, and columns that turn up late are named in the last header") {
   CHECK(parsed("EVENTS,FrameTime,GameThreadTime\n,10,1\n,20,1,4\n,10,1,5\nEVENTS,FrameTime,GameThreadTime,GPUTime\n"
                "[HasHeaderRowAtEnd],1,[platform],x\n") == "GPU 10000000 14000000\nGPU 30000000 35000000\n");
+}
+
+TEST_CASE("Control characters of a name do not reach a terminal") {
+  CHECK(parsed(R"([{"ph":"X","name":"a\u001b[31m\u0000b","ts":1,"dur":2}])") == "a [31m b 1000 3000\n");
 }
 
 TEST_CASE("A gzip stream that is damaged or cut off is an error") {

@@ -132,6 +132,13 @@ TEST_CASE("A picture that the GPU begins before the one before it is done begins
   CHECK(assigned->cut == 1);
 }
 
+TEST_CASE("Given steps of more than 1e6 s are refused") {
+  Roles roles = roles_of("app", "");
+  roles.steps = 10'000;
+  roles.step_time = {1'000'000'000'000'000};
+  CHECK_THAT(rows_of(profile_of({{"app", 0, 10}, {"app", 40, 50}}), roles), Contains("longer than 1e6 s"));
+}
+
 TEST_CASE("A role that matches nothing is refused with the names there are, the most frequent first") {
   const Profile profile = profile_of({{"rare", 0, 1}, {"often", 1, 2}, {"often", 2, 3}});
   CHECK(rows_of(profile, roles_of("", "stepp")) ==

@@ -12,7 +12,8 @@ namespace evenstep::internal {
 inline constexpr std::int64_t kFurthestTime_ns = 4'000'000'000'000'000'000;
 
 /// `unit_ns` is one unit in ns (1'000 for us, 100 for ticks of 10 MHz). What is below a ns is rounded to the nearest, halves
-/// up. Empty if the text is no decimal number (a sign, a fraction and an exponent are), or is further than kFurthestTime_ns.
+/// away from zero. Empty if the text is no decimal number (a sign, a fraction and an exponent are), or is further than
+/// kFurthestTime_ns.
 std::optional<std::int64_t> decimal_time_ns(std::string_view text, std::int64_t unit_ns);
 
 /// "ns", "us" (also with the Greek letter), "ms", "s" in ns; empty for another word.

@@ -16,10 +16,19 @@ std::string_view shortened(std::string_view text) {
   return text.substr(0, length);
 }
 
+/// Without control characters: names are shown on terminals, and stand in regular expressions.
+std::string shown(std::string_view text) {
+  std::string plain(shortened(text));
+  for (char& c : plain) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+  }
+  return plain;
+}
+
 }  // namespace
 
 std::uint32_t ProfileBuilder::name(std::string_view text, std::string_view category) {
-  std::pair<std::string, std::string> key{shortened(text), shortened(category)};
+  std::pair<std::string, std::string> key{shown(text), shown(category)};
   const auto found = names_.find(key);
   if (found != names_.end()) return found->second;
   name_bytes_ += key.first.size() + key.second.size();
@@ -34,16 +43,16 @@ std::uint32_t ProfileBuilder::name(std::string_view text, std::string_view categ
 }
 
 std::uint32_t ProfileBuilder::source(std::string_view text) {
-  text = shortened(text);
-  const auto found = sources_.find(text);
+  const std::string plain = shown(text);
+  const auto found = sources_.find(plain);
   if (found != sources_.end()) return found->second;
   if (sources_.size() >= kMostNames / 100) {
     if (!failed()) fail(fmt::format("more than {} processes", kMostNames / 100));
     return 0;
   }
   const auto index = static_cast<std::uint32_t>(profile_.sources.size());
-  profile_.sources.emplace_back(text);
-  sources_.emplace(text, index);
+  profile_.sources.push_back(plain);
+  sources_.emplace(plain, index);
   return index;
 }
 
@@ -57,7 +66,7 @@ void ProfileBuilder::add(std::uint32_t name, std::uint32_t source, std::int64_t 
 
 void ProfileBuilder::leave_out(std::string_view what, std::string_view first) {
   const auto [found, is_new] = left_out_.try_emplace(std::string(what), profile_.left_out.size());
-  if (is_new) profile_.left_out.push_back({std::string(what), 0, std::string(first.substr(0, 100))});
+  if (is_new) profile_.left_out.push_back({std::string(what), 0, shown(first.substr(0, 100))});
   ++profile_.left_out[found->second].count;
 }
 
