@@ -159,11 +159,15 @@ TEST_CASE("A trace may be a profiler's file, whose roles are in the scenario or 
   const std::string events =
       folder.write("events.json",
                    R"([{"ph":"X","name":"draw","ts":0,"dur":10,"pid":1},{"ph":"X","name":"step","ts":10,
-      "dur":5,"pid":1},{"ph":"X","name":"step","ts":15,"dur":5,"pid":1},{"ph":"X","name":"draw","ts":30,"dur":10,"pid":1}])");
+      "dur":5,"pid":1},{"ph":"X","name":"step","ts":15,"dur":5,"pid":1},
+      {"ph":"X","name":"draw","ts":30,"dur":10,"pid":1}])");
   const std::string csv = folder.write("timing.csv", "segment,kind,index,begin_ns,end_ns\n0,step,0,0,10\n");
   const std::string trace = "trace = \"" + events + "\"\n";
   for (const char* const roles : {"", "roles = { visualization = \"dr.w\", step = \"^step$\" }"}) {
-    const ReadResult read = read_text(with_timing(trace + roles));
+    std::string text = with_timing(trace + roles);
+    const std::string duration = "duration = \"4 s\"\n";
+    text.erase(text.find(duration), duration.size());
+    const ReadResult read = read_text(text);
     INFO(errors_of(read));
     REQUIRE(read);
     REQUIRE(read->timing.trace.size() == 1);
@@ -176,4 +180,6 @@ TEST_CASE("A trace may be a profiler's file, whose roles are in the scenario or 
              Contains("'steps' and 'step_time' go together"));
   CHECK_THAT(errors_of(read_text(with_timing("trace = \"" + csv + "\"\nroles = { step = \"a\" }"))),
              Contains("'roles' are those of a profiler's file"));
+  CHECK_THAT(errors_of(read_text(with_timing("segment = \"30 Hz\"\nvisualization = \"1 ms\"\nsteps = 2\nroles = {}"))),
+             Contains("'roles' belongs to a recording"));
 }
