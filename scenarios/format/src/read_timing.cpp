@@ -45,9 +45,13 @@ void set_nominal_of_trace(Scenario& scenario) {
 /// What the names of a profiler's file are. Adds an error if they cannot be used.
 RecordingOptions read_roles(const Table& table, Errors& errors) {
   RecordingOptions options;
-  options.profile = {table.text("format"), {}};
-  options.profile.columns = {table.text("name"), table.text("begin"), table.text("end"), table.text("duration"), "",
-                             table.text("unit")};
+  options.profile = {table.has("format") ? table.text("format") : "", {}};
+  options.profile.columns = {table.text("name"),
+                             table.text("begin"),
+                             table.text("end"),
+                             table.text("duration"),
+                             "",
+                             table.has("unit") ? table.text("unit") : ""};
   Roles& roles = options.roles;
   roles = {table.text("segment"),
            table.text("visualization"),
@@ -506,9 +510,8 @@ const std::vector<Field>& timing_fields() {
       {.table = "timing.roles",
        .key = "format",
        .forms = kWord,
-       .default_toml = "\"\"",
        .meaning = "The format, if the begin of the file does not tell.",
-       .words = "|nsight-sqlite|chrome-json|presentmon|frame-csv|csv"},
+       .words = "nsight-sqlite|chrome-json|presentmon|frame-csv|csv"},
       {.table = "timing.roles",
        .key = "name",
        .forms = kText,
@@ -528,9 +531,8 @@ const std::vector<Field>& timing_fields() {
       {.table = "timing.roles",
        .key = "unit",
        .forms = kWord,
-       .default_toml = "\"\"",
        .meaning = "The unit of these columns.",
-       .words = "|ns|us|ms|s"},
+       .words = "ns|us|ms|s"},
   };
   static const std::vector<Field> all =
       joined(joined(joined(rows, library_rows("timing", "")), timing_model_fields()), foreign_rows("timing.foreign", ""));
