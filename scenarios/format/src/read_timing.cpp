@@ -506,12 +506,14 @@ const std::vector<Field>& timing_fields() {
        .key = "step_time",
        .forms = kDuration,
        .meaning = "How long each of these steps is.",
-       .range = above(0, kLongestRun_s)},
+       .range = above(0, kLongestRun_s),
+       .example = "\"1.2 ms\""},
       {.table = "timing.roles",
        .key = "format",
        .forms = kWord,
        .meaning = "The format, if the begin of the file does not tell.",
-       .words = "nsight-sqlite|chrome-json|presentmon|frame-csv|csv"},
+       .words = "nsight-sqlite|chrome-json|presentmon|frame-csv|csv",
+       .example = "\"presentmon\""},
       {.table = "timing.roles",
        .key = "name",
        .forms = kText,
@@ -532,7 +534,8 @@ const std::vector<Field>& timing_fields() {
        .key = "unit",
        .forms = kWord,
        .meaning = "The unit of these columns.",
-       .words = "ns|us|ms|s"},
+       .words = "ns|us|ms|s",
+       .example = "\"ms\""},
   };
   static const std::vector<Field> all =
       joined(joined(joined(rows, library_rows("timing", "")), timing_model_fields()), foreign_rows("timing.foreign", ""));
