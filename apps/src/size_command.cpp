@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "evenstep/campaigns/size.h"
+#include "recording_options.h"
 
 namespace evenstep::app {
 namespace {
@@ -14,6 +15,7 @@ struct SizeArguments {
   std::vector<std::string> set;
   std::string sampling, emission, damping, rate, confidence, figure;
   bool json = false;
+  RecordingArguments recording;
 };
 
 /// A period or a rate; empty on an error, which is then printed.
@@ -69,9 +71,10 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   return options;
 }
 
-SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const Registry& registry) {
+SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const RecordingOptions& recording,
+                 const Registry& registry) {
   if (std::filesystem::path(arguments.file).extension() != ".toml") {
-    if (arguments.set.empty()) return size_recording(arguments.file, options);
+    if (arguments.set.empty()) return size_recording(arguments.file, options, recording);
     return {{}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
   }
   if (!arguments.sampling.empty() || !arguments.emission.empty())
@@ -100,7 +103,9 @@ bool write_figure(const std::string& path, const SizeRecord& record) {
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
-  const SizeResult result = sized(arguments, *options, registry);
+  const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
+  if (!recording) return ExitCode::usage;
+  const SizeResult result = sized(arguments, *options, *recording, registry);
   if (!result.errors.empty()) {
     print(result.errors);
     return ExitCode::usage;
@@ -115,7 +120,8 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Re
 void add_size(Commands& commands) {
   auto [command, arguments] = commands.add<SizeArguments>(
       "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
-  command.operand("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns");
+  command.operand("file", arguments.file,
+                  "a scenario, or a recording: timing.csv, a list of steps begin_ns,end_ns, or a profiler's file");
   command.repeated("--set", arguments.set, "path=value, overrides the scenario");
   command.option("--sampling", arguments.sampling,
                  "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
@@ -126,6 +132,7 @@ void add_size(Commands& commands) {
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.flag("--json", arguments.json, "the numbers instead of the table");
+  add_recording_options(command, arguments.recording);
 }
 
 }  // namespace evenstep::app

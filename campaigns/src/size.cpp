@@ -6,7 +6,6 @@
 
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
-#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
 #include "evenstep/remap/step_cycle.h"
@@ -408,12 +407,14 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
   return record;
 }
 
-SizeResult size_recording(const std::string& path, const SizeOptions& options) {
-  TimingCsv csv = read_timing_or_steps(path);
+SizeResult size_recording(const std::string& path, const SizeOptions& options, const RecordingOptions& recording) {
+  Recording csv = read_recording(path, recording, true);
   if (!csv) return {{}, csv.error()};
   const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
   if (std::none_of(csv->begin(), csv->end(), has_steps))
-    return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
+    return {{},
+            {{path, 0, 0,
+              "there is no step in it; write a row of kind step for each, or, of pictures, --steps and --step-time"}}};
   return {size_segments(*std::move(csv), path, options), {}};
 }
 

@@ -242,6 +242,8 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
         : name == "timing" && (kind == "trace" || kind == "foreign")
             ? fmt::format("'{}' does not go with '{}': the {} says it all; remove one of them", entry.key, kind,
                           kind == "trace" ? "recording" : "source")
+        : field->kinds == "trace"
+            ? fmt::format("'{}' belongs to a recording; remove it, or write trace = \"trace.sqlite\"", entry.key)
             : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of, kind, of,
                           fmt::join(split_words(field->kinds), "\" or \"")));
   } else {
