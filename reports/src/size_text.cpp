@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "evenstep/reports/size_record.h"
+#include "size_conclusion.h"
 
 namespace evenstep {
 namespace {
@@ -149,7 +150,7 @@ std::string rates(const SizeRecord& record) {
 
 std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
-         (record.cycle ? cycle_text(record) : "");
+         (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::conclusion_text(record);
 }
 
 }  // namespace evenstep

@@ -23,6 +23,7 @@ struct SizeOptions {
 
 struct SizeResult {
   SizeRecord record;
+  std::vector<SegmentTiming> segments;  ///< those that were sized
   std::vector<Diagnostic> errors;  ///< empty: the record is complete
 };
 

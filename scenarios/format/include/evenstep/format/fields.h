@@ -24,7 +24,7 @@ enum Form : std::uint32_t {
   kSpan = 1 << 7,  ///< a duration, or in the nominal units of [timing]: "8 segments"
   kRate = 1 << 8,
   kQuantity = 1 << 9,    ///< a number with a unit of Field::dimension
-  kLognormal = 1 << 10,  ///< "lognormal 10 %"
+  kJitter = 1 << 10,     ///< "lognormal 10 %" or "uniform 10 %"
   kSmooth = 1 << 11,     ///< "smooth 0.2 s"
   kLimit = 1 << 12,      ///< "4 step", "12 ms", 0
   kTable = 1 << 13,      ///< the fields of "<table>.<key>"

@@ -1,0 +1,15 @@
+#pragma once
+/// The last parts of size_text.
+
+#include <string>
+
+#include "evenstep/reports/size_record.h"
+
+namespace evenstep::internal {
+
+/// The kinds of hitches, and what latency would do without each.
+std::string hitches_text(const SizeRecord& record);
+/// Which map to use and with what, why it needs that, and the tables of a scenario that say so.
+std::string conclusion_text(const SizeRecord& record);
+
+}  // namespace evenstep::internal
