@@ -82,7 +82,6 @@ class Sizer {
     record.steps = steps_;
     record.segments = static_cast<std::int64_t>(input_.segments.size());
     record.length = last_end_ - first_begin_;
-    record.duration = replay_duration(input_.segments);
     record.sampling_period = longest_period(devices_);
     record.interpolated = input_.setup.emission == Emission::linear;
     record.damping_N_s_per_m = options_.damping_N_s_per_m;

@@ -13,7 +13,7 @@ using What = SizeHitches::What;
 
 constexpr double kDeviations = 6, kDeviationsOfNormal = 1.4826;  // a robust deviation is that many median deviations
 constexpr std::int64_t kLeastPart = 20, kIdlePart = 100;         // of the median segment
-constexpr double kAlike = 1.5;                                   // from one to the next longer one of a kind
+constexpr double kAlike = 1.5, kSpread = 4;                      // from one to the next shorter one of a kind; to the last one
 constexpr std::size_t kLeastSegments = 3;                        // fewer have no usual segment
 
 /// What has a usual length of its own.
@@ -93,19 +93,22 @@ Duration deviation(std::vector<std::int64_t>& values, Duration usual) {
   return median(values);
 }
 
-/// Sorts by excess and cuts where the next one is clearly longer.
+/// Sorts by excess and cuts where the next one is clearly shorter.
 void add_kinds(std::vector<SeenHitch> hitches, std::vector<HitchKind>& kinds) {
   std::sort(hitches.begin(), hitches.end(), [](const SeenHitch& a, const SeenHitch& b) {
-    return std::tie(a.what, a.excess, a.piece) < std::tie(b.what, b.excess, b.piece);
+    return std::tie(a.what, b.excess, a.piece) < std::tie(b.what, a.excess, b.piece);
   });
   for (std::size_t i = 0; i < hitches.size(); ++i) {
-    const bool alike = i > 0 && hitches[i].what == hitches[i - 1].what &&
-                       static_cast<double>(hitches[i].excess.ns) <= kAlike * static_cast<double>(hitches[i - 1].excess.ns);
-    if (!alike) kinds.emplace_back();
-    kinds.back().push_back(hitches[i]);
+    const SeenHitch& hitch = hitches[i];
+    const auto within = [&](const SeenHitch& longer, double factor) {
+      return hitch.what == longer.what &&
+             static_cast<double>(longer.excess.ns) <= factor * static_cast<double>(hitch.excess.ns);
+    };
+    if (i == 0 || !within(hitches[i - 1], kAlike) || !within(kinds.back().front(), kSpread)) kinds.emplace_back();
+    kinds.back().push_back(hitch);
   }
   std::sort(kinds.begin(), kinds.end(), [](const HitchKind& a, const HitchKind& b) {
-    return std::tie(b.back().excess, a.back().what) < std::tie(a.back().excess, b.back().what);
+    return std::tie(b.front().excess, a.front().what) < std::tie(a.front().excess, b.front().what);
   });
   for (HitchKind& kind : kinds)
     std::sort(kind.begin(), kind.end(), [](const SeenHitch& a, const SeenHitch& b) { return a.piece < b.piece; });

@@ -6,7 +6,8 @@
 /// hitch if it is longer than that by more than 6 robust deviations (1.4826 times the median absolute deviation) and by more
 /// than a twentieth of the median segment; a gap before a boundary, only as far as it makes the segment longer than the
 /// median segment, because idle time makes up for work that was short. Hitches of visualizations, of steps and of gaps are
-/// sorted by what they took too long; where the next one is more than half as long again, another kind begins.
+/// sorted by what they took too long, the longest first; another kind begins where the one before was more than half as long
+/// again, or the first of the kind four times as long.
 ///
 /// If visualizations have a thread of their own, they delay no step: only the steps and the gaps between them are looked at.
 

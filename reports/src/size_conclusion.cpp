@@ -15,14 +15,14 @@ constexpr double kMaterial = 0.01;       // a saving below this share of the lat
 constexpr std::size_t kMostKinds = 8;    // rows of the table
 constexpr std::int64_t kAlikePart = 10;  // intervals that differ by less than a tenth are alike
 
-double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+using internal::ms;
 
 std::size_t place_of(const SizeRecord& record, const SizeStrategy& strategy) {
   return static_cast<std::size_t>(&strategy - record.strategies.data());
 }
 
 std::string some(const SizeHitches& kind) {
-  return fmt::format("{} {}{}", kind.count, name_of(kind.what), kind.count == 1 ? "" : "s");
+  return kind.count == 1 ? name_of(kind.what) : fmt::format("{} {}s", kind.count, name_of(kind.what));
 }
 
 std::string range(Duration least, Duration most) {
@@ -33,7 +33,9 @@ std::string range(Duration least, Duration most) {
 std::string how_often(const SizeHitches& kind, const SizeRecord& record) {
   if (kind.count == 1) return fmt::format("once, at {:.4g} s", seconds(kind.first));
   if (kind.regular(record.segment)) return fmt::format("every {:.4g} s", seconds(kind.median_between));
-  return fmt::format("{:.3g} to {:.3g} s apart", seconds(kind.least_between), seconds(kind.most_between));
+  const std::string least = fmt::format("{:.3g}", seconds(kind.least_between));
+  const std::string most = fmt::format("{:.3g}", seconds(kind.most_between));
+  return (least == most ? least : least + " to " + most) + " s apart";
 }
 
 std::string stiffness(const SizeRecord& record, double N_per_m) {
@@ -78,23 +80,24 @@ std::string worth(const SizeRecord& record, const SizeStrategy& use) {
   };
   const SizeHitches::Mended& all = record.hitches.back().mended[map];
   if (!saves(all.with_all_above))
-    return fmt::format("  Hitches do not set the latency: without any, {:.6f} ms would be needed.\n", ms(all.with_all_above));
+    return fmt::format("  Hitches do not set the latency: without any, {:.6f} ms would be needed. The usual cycle does.\n",
+                       ms(all.with_all_above));
   std::string out = fmt::format("  Without its hitches {:.6f} ms would do, and the loop would carry {}.\n",
                                 ms(all.with_all_above), stiffness(record, all.stiffness_N_per_m));
   const auto best = std::min_element(record.hitches.begin(), record.hitches.end(),
                                      [&](const auto& a, const auto& b) { return alone(a) < alone(b); });
-  if (record.hitches.size() == 1) return out;
   if (!saves(alone(*best))) return out + "  No kind saves much alone: they hide each other.\n";
-  return out + fmt::format("  Most of one kind are worth the {} of {} ms, {}: mended alone, {:.6f} ms will do.\n", some(*best),
-                           range(best->shortest, best->longest), how_often(*best, record), ms(alone(*best)));
+  const std::string these = fmt::format("the {} of {} ms, {}", some(*best), range(best->shortest, best->longest),
+                                        how_often(*best, record));
+  if (alone(*best) == all.with_all_above) return out + fmt::format("  All of that is {}.\n", these);
+  return out + fmt::format("  Mend first {}: that alone leaves {:.6f} ms.\n", these, ms(alone(*best)));
 }
 
 std::string tables(const SizeRecord& record, const SizeStrategy& use) {
   std::string out = fmt::format("\n[remap]\nlatency = \"{:.6f} ms\"\nlead = \"{:.6f} ms\"\n", ms(use.any_phase.latency),
                                 ms(use.lead));
   if (!record.trace.empty())
-    return out + fmt::format("\n[timing]\ntrace = {}  # all of it: [run] duration = \"{} ns\"\n",
-                             json_text(Json(record.trace)), record.duration.ns);
+    return out + fmt::format("\n[timing]\ntrace = {}\n", json_text(Json(record.trace)));
   if (record.segments_from != "cycle" && record.segments_from != "step") return out;  // the scenario has a [timing]
   return out + "\n# [timing] takes segments, and this list has none: --timing timing.csv writes those that were sized.\n";
 }

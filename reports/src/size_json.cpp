@@ -122,7 +122,6 @@ std::string size_json(const SizeRecord& record) {
               {"segments", record.segments},
               {"segments_from", record.segments_from},
               {"length_ns", record.length.ns},
-              {"duration_ns", record.duration.ns},
               {"segment_ns", record.segment.ns},
               {"sampling_period_ns", record.sampling_period.ns},
               {"emission", record.interpolated ? "linear" : "hold"},

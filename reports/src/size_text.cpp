@@ -6,7 +6,7 @@
 namespace evenstep {
 namespace {
 
-double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+using internal::ms;
 
 std::string heading(const SizeRecord& record) {
   std::string from = record.segments_from;

@@ -117,7 +117,6 @@ struct SizeRecord {
   std::int64_t segments = 0;
   std::string segments_from;  ///< "programmed", "recording", "cycle" (found) or "step" (each step is a segment)
   Duration length;            ///< first begin to last end
-  Duration duration;          ///< of a run that has all of it
   Duration segment;           ///< median, from begin to begin
   Duration sampling_period;   ///< h, the longest of all devices
   bool interpolated = false;  ///< emission of the strategies
