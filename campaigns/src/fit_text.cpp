@@ -99,7 +99,8 @@ void add_jitter(std::string& out, const TimingFit& fit) {
   };
   const ProgrammedTiming& timing = fit.timing;
   add(out,
-      fmt::format("jitter = {{ visualization = {}, step = {} }}", jitter(timing.visualization_law, timing.visualization_variation),
+      fmt::format("jitter = {{ visualization = {}, step = {} }}",
+                  jitter(timing.visualization_law, timing.visualization_variation),
                   jitter(timing.step_law, timing.step_variation)),
       fmt::format("Kolmogorov distance {:.3f} and {:.3f} (95 %: {:.3f} and {:.3f} if that is their law)",
                   distance(fit.visualization, timing.visualization_law), distance(fit.step, timing.step_law),

@@ -176,8 +176,8 @@ class Sizer {
   }
 
   static SizeHitches in_record(const internal::HitchKind& kind) {
-    const auto [shortest, longest] = std::minmax_element(
-        kind.begin(), kind.end(), [](const auto& a, const auto& b) { return a.length < b.length; });
+    const auto [shortest, longest] =
+        std::minmax_element(kind.begin(), kind.end(), [](const auto& a, const auto& b) { return a.length < b.length; });
     SizeHitches out{.what = kind.front().what,
                     .count = std::ssize(kind),
                     .shortest = shortest->length,

@@ -13,8 +13,8 @@ using What = SizeHitches::What;
 
 constexpr double kDeviations = 6, kDeviationsOfNormal = 1.4826;  // a robust deviation is that many median deviations
 constexpr std::int64_t kLeastPart = 20, kIdlePart = 100;         // of the median segment
-constexpr double kAlike = 1.5, kSpread = 4;                      // from one to the next shorter one of a kind; to the last one
-constexpr std::size_t kLeastSegments = 3;                        // fewer have no usual segment
+constexpr double kAlike = 1.5, kSpread = 4;  // from one to the next shorter one of a kind; to the last one
+constexpr std::size_t kLeastSegments = 3;    // fewer have no usual segment
 
 /// What has a usual length of its own.
 enum PieceClass : std::size_t {

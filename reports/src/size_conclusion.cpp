@@ -53,8 +53,9 @@ std::string blame(const SizeRecord& record, const SizeStrategy& use) {
   if (times <= kNearBound)
     return fmt::format("  The pause bound is {:.4g} ms: the machine sets the latency, and another map would win little.\n",
                        ms(bound));
-  return fmt::format("  That is {:.2f} times the pause bound of {:.4g} ms: a part of it is how the map follows this timing.\n",
-                     times, ms(bound));
+  return fmt::format(
+      "  That is {:.2f} times the pause bound of {:.4g} ms: a part of it is how the map follows this timing.\n", times,
+      ms(bound));
 }
 
 std::string compared(const SizeRecord& record, const SizeStrategy& use) {
@@ -87,17 +88,16 @@ std::string worth(const SizeRecord& record, const SizeStrategy& use) {
   const auto best = std::min_element(record.hitches.begin(), record.hitches.end(),
                                      [&](const auto& a, const auto& b) { return alone(a) < alone(b); });
   if (!saves(alone(*best))) return out + "  No kind saves much alone: they hide each other.\n";
-  const std::string these = fmt::format("the {} of {} ms, {}", some(*best), range(best->shortest, best->longest),
-                                        how_often(*best, record));
+  const std::string these =
+      fmt::format("the {} of {} ms, {}", some(*best), range(best->shortest, best->longest), how_often(*best, record));
   if (alone(*best) == all.with_all_above) return out + fmt::format("  All of that is {}.\n", these);
   return out + fmt::format("  Mend first {}: that alone leaves {:.6f} ms.\n", these, ms(alone(*best)));
 }
 
 std::string tables(const SizeRecord& record, const SizeStrategy& use) {
-  std::string out = fmt::format("\n[remap]\nlatency = \"{:.6f} ms\"\nlead = \"{:.6f} ms\"\n", ms(use.any_phase.latency),
-                                ms(use.lead));
-  if (!record.trace.empty())
-    return out + fmt::format("\n[timing]\ntrace = {}\n", json_text(Json(record.trace)));
+  std::string out =
+      fmt::format("\n[remap]\nlatency = \"{:.6f} ms\"\nlead = \"{:.6f} ms\"\n", ms(use.any_phase.latency), ms(use.lead));
+  if (!record.trace.empty()) return out + fmt::format("\n[timing]\ntrace = {}\n", json_text(Json(record.trace)));
   if (record.segments_from != "cycle" && record.segments_from != "step") return out;  // the scenario has a [timing]
   return out + "\n# [timing] takes segments, and this list has none: --timing timing.csv writes those that were sized.\n";
 }

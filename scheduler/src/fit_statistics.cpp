@@ -145,8 +145,8 @@ FittedLength fit_length(const Sample& durations_ns) {
   const double half = (high - low) / 1.8, middle = 0.5 * (low + high);
   fit.half_width = fit.mean_ns > 0 ? half / fit.mean_ns : 0;
   if (!(half > 0)) return fit;
-  fit.uniform_distance = kolmogorov_distance(
-      durations_ns, [&](double x) { return std::clamp(0.5 + 0.5 * (x - middle) / half, 0.0, 1.0); });
+  fit.uniform_distance =
+      kolmogorov_distance(durations_ns, [&](double x) { return std::clamp(0.5 + 0.5 * (x - middle) / half, 0.0, 1.0); });
   return fit;
 }
 

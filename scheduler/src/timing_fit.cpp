@@ -426,8 +426,7 @@ void fit_pace(const Recording& recording, TimingFit& fit) {
 }  // namespace
 
 bool FittedLength::is_uniform() const {
-  return half_width > 0 && uniform_distance < distance &&
-         uniform_distance < 1.63 / std::sqrt(static_cast<double>(count));
+  return half_width > 0 && uniform_distance < distance && uniform_distance < 1.63 / std::sqrt(static_cast<double>(count));
 }
 
 std::string fit_objection(std::span<const SegmentTiming> segments) {

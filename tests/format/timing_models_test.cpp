@@ -80,8 +80,7 @@ TEST_CASE("Each model of [timing] arrives as it is written, and comes back from 
   REQUIRE(hitching.hitch);
   CHECK(hitching.hitch->every.ns == 2'000'000'000);
   CHECK(hitching.hitch->visualization.ns == 20'000'000);
-  const ProgrammedTiming uniform =
-      timing_of("jitter = { visualization = \"uniform 10 %\", step = \"lognormal 5 %\" }");
+  const ProgrammedTiming uniform = timing_of("jitter = { visualization = \"uniform 10 %\", step = \"lognormal 5 %\" }");
   CHECK(uniform.visualization_law == JitterLaw::uniform);
   CHECK(uniform.visualization_variation == 0.1);
   CHECK(uniform.step_law == JitterLaw::log_normal);

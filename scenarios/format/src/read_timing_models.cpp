@@ -23,10 +23,11 @@ void read_regimes(const Table& regimes, ProgrammedTiming& timing, Errors& errors
 void read_hitch(const Table& hitch, ProgrammedTiming& timing, Errors& errors) {
   timing.hitch = Hitch{hitch.duration("every"), hitch.duration("visualization")};
   if (timing.hitch->visualization < timing.hitch->every) return;
-  errors.add(hitch.place("visualization"),
-             fmt::format("'visualization': a hitch of {} every {} leaves no time for anything else; write a shorter one, or a "
-                         "longer 'every'",
-                         in_ms(timing.hitch->visualization), in_ms(timing.hitch->every)));
+  errors.add(
+      hitch.place("visualization"),
+      fmt::format("'visualization': a hitch of {} every {} leaves no time for anything else; write a shorter one, or a "
+                  "longer 'every'",
+                  in_ms(timing.hitch->visualization), in_ms(timing.hitch->every)));
 }
 
 void read_additions(const Table& table, ProgrammedTiming& timing, Errors& errors) {

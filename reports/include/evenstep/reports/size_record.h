@@ -78,9 +78,9 @@ struct SizeHitches {
   enum class What { visualization, step, gap };
   What what = What::gap;
   std::int64_t count = 0;
-  Duration shortest, longest;  ///< lengths of these pieces
-  Duration usual;              ///< the median of all such pieces
-  RealTime first;              ///< when the first one begins
+  Duration shortest, longest;                            ///< lengths of these pieces
+  Duration usual;                                        ///< the median of all such pieces
+  RealTime first;                                        ///< when the first one begins
   Duration least_between, median_between, most_between;  ///< from begin to begin; 0 if there is only one
   struct Mended {
     Duration latency;              ///< if all of this kind had been as usual
@@ -128,7 +128,7 @@ struct SizeRecord {
   std::optional<SizeBounds> linear;  ///< if interpolated
   std::vector<SizeStrategy> strategies;
   std::vector<SizeHitches> hitches;  ///< in order of the longest excess
-  std::optional<SizeCycle> cycle;  ///< for a list of steps without segments
+  std::optional<SizeCycle> cycle;    ///< for a list of steps without segments
 };
 
 const char* name_of(SizeHitches::What what);

@@ -143,8 +143,8 @@ struct ProgrammedTiming {
 ///
 /// Length of step n, in segment k: d = floor(X_n (1 + r B_k) f + 1/2), and then d + spike_n + preemption_n;
 /// of visualization k:             d = floor(Y_k (1 + r B_k) c_k + 1/2), and then d + preemption_k.
-///   X_n, Y_k      log-normal (random.h) with means s and V, or uniform: floor(mean (1 + variation (2 u - 1)) + 1/2); r is drift_per_s, B_k in s; with the values that the reader
-///                 accepts 1 + r B_k is never below 0
+///   X_n, Y_k      log-normal (random.h) with means s and V, or uniform: floor(mean (1 + variation (2 u - 1)) + 1/2); r is
+///                 drift_per_s, B_k in s; with the values that the reader accepts 1 + r B_k is never below 0
 ///   f             1 + first_step for the first step after a visualization; slowdown for one that begins beside one; else 1
 ///   c_k           0 with probability dropped_visualization, 2 with merged_visualization, else 1
 ///   regimes       with p = slow_share, V is V / (1 - p + p factor) or factor times that. The first level is the longer one
