@@ -19,7 +19,7 @@ if(EVENSTEP_FUZZ)
 endif()
 
 # Where a run spends its time. The other rooms compile in three quarters of the time without optimisation.
-set(EVENSTEP_ROOMS_THAT_COMPUTE time clock remap scheduler sim loop device reports)
+set(EVENSTEP_ROOMS_THAT_COMPUTE time clock remap scheduler sim loop device hidapi reports)
 
 set(suppressions ${CMAKE_CURRENT_LIST_DIR}/sanitizers/lsan.supp)
 file(READ ${suppressions} lsan_suppressions)

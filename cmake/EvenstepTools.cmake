@@ -5,7 +5,14 @@
 if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
   find_program(EVENSTEP_CCACHE ccache)
   if(EVENSTEP_CCACHE)
-    set(CMAKE_CXX_COMPILER_LAUNCHER ${EVENSTEP_CCACHE})
+    # A user without a home has no folder for the cache, and ccache then compiles nothing.
+    set(empty ${CMAKE_BINARY_DIR}/CMakeFiles/empty)
+    file(WRITE ${empty}.cpp "")
+    execute_process(COMMAND ${EVENSTEP_CCACHE} ${CMAKE_CXX_COMPILER} -c ${empty}.cpp -o ${empty}.o
+      RESULT_VARIABLE status OUTPUT_QUIET ERROR_QUIET)
+    if(status EQUAL 0)
+      set(CMAKE_CXX_COMPILER_LAUNCHER ${EVENSTEP_CCACHE})
+    endif()
   endif()
 endif()
 if(CMAKE_CXX_COMPILER_LAUNCHER MATCHES "(^|/)ccache$")

@@ -174,5 +174,6 @@ TEST_CASE("What goes wrong inside a library ends the run, with its words, its st
 TEST_CASE("A registered solver's name can stand as the kind of a scene") {
   const std::vector<std::string> by_kind{R"(scene={ kind = "my-spring", options = { stiffness = 200 } })"};
   CHECK(record(by_kind).trace_hash == record({kMySpring}).trace_hash);
-  CHECK_THAT(errors_of({R"(scene={ kind = "my-sprig" })"}, registry()), Contains("must be"));
+  CHECK_THAT(errors_of({R"(scene={ kind = "my-sprig" })"}, registry()), Contains("did you mean 'my-spring'"));
+  CHECK_THAT(errors_of({R"(scene={ kind = "sping" })"}, registry()), Contains("must be \"spring\""));
 }

@@ -6,6 +6,7 @@
 #include "evenstep/format/fields.h"
 #include "evenstep/format/load.h"
 #include "evenstep/format/reader.h"
+#include "evenstep/text/suggest.h"
 #include "sections.h"
 
 namespace evenstep {
@@ -65,15 +66,21 @@ void append_files(Value* value, std::vector<Value*>& files) {
   for (Value& one : value->list) append_files(&one, files);
 }
 
-/// A scene may be called by the name of a registered solver: that is kind = "foreign" with this name.
+/// A scene may be called by the name of a registered solver: that is kind = "foreign" with this name. So is what is nearly
+/// such a name, for then the error says which.
 void resolve_kind(Value& document, const Registry& registry) {
   Value* scene = document.find("scene");
   Value* kind = scene == nullptr ? nullptr : scene->find("kind");
-  if (kind == nullptr || !registry.solvers().contains(kind->text) || scene->find("name") != nullptr) return;
+  if (kind == nullptr || scene->find("name") != nullptr) return;
   const auto row = std::find_if(fields().begin(), fields().end(),
                                 [](const Field& field) { return field.table == "scene" && field.key == "kind"; });
   const std::vector<std::string_view> own = split_words(row->words);
+  std::vector<std::string_view> registered;
+  for (const auto& [name, make] : registry.solvers()) registered.push_back(name);
   if (std::find(own.begin(), own.end(), kind->text) != own.end()) return;
+  if (!registry.solvers().contains(kind->text) &&
+      (nearest(kind->text, registered).empty() || !nearest(kind->text, own).empty()))
+    return;
   Entry name{"name", kind->place, *kind};
   kind->text = "foreign";
   scene->table.push_back(std::move(name));
