@@ -194,8 +194,7 @@ std::vector<SegmentTiming> Hitches::moved(const std::vector<SeenHitch>& hitches)
     if (piece.cls == kGapAtBoundary) {
       const SegmentTiming& segment = segments_[piece.segment];
       // Its turn comes a usual segment after the one before; one that was late may have come later than that.
-      if (paced_ && piece.segment > 0)
-        by = std::min(by, std::max(segment.begin - out.back().begin - segment_, Duration{}));
+      if (paced_ && piece.segment > 0) by = std::min(by, std::max(segment.begin - out.back().begin - segment_, Duration{}));
       out.push_back({segment.index, segment.begin - by, std::nullopt, {}, segment.end - by, segment.concurrent});
     } else if (!is_gap) {
       const Interval time{begin, piece.time.end - by};
