@@ -1,4 +1,5 @@
 // What `size` prints to be pasted is a scenario that is accepted, needs just that latency, and has no underrun with it.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -22,9 +23,9 @@ struct Pasted {
 };
 
 /// Sizes the recording, and runs a scenario that has what was printed.
-Pasted pasted(const std::string& recording) {
+Pasted pasted(const std::string& recording, const RecordingOptions& options = {}) {
   Pasted out;
-  SizeResult sized = size_recording(recording, {});
+  SizeResult sized = size_recording(recording, {}, options);
   REQUIRE(sized.errors.empty());
   out.sized = sized.record;
   const std::string printed = size_text(out.sized);
@@ -56,6 +57,26 @@ TEST_CASE("the tables that size prints are accepted, need the same latency, and 
     CHECK(out.run.record.strategies.front().latency.latency == use.any_phase.latency);
     CHECK(out.run.verdict == RunVerdict::pass);
   }
+}
+
+TEST_CASE("of a profiler's file the printed tables have its roles, and are accepted") {
+  const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".json");
+  const auto events = [](const char* name, RealTime begin, RealTime end) {
+    return fmt::format(R"({{"name":"{}","ph":"X","pid":1,"tid":1,"ts":{}.{:03},"dur":{}.{:03}}},)", name, begin.ns / 1000,
+                       begin.ns % 1000, (end - begin).ns / 1000, (end - begin).ns % 1000);
+  };
+  std::string json = "[";
+  for (const SegmentTiming& segment :
+       play({.visualization = {10 * ms}, .step = Duration{1 * ms}, .hitch = Hitch{{1'000 * ms}, {25 * ms}}}, 300)) {
+    if (segment.visualization) json += events(R"(draw \"all\")", segment.visualization->begin, segment.visualization->end);
+    for (const Interval& step : segment.steps) json += events("solve", step.begin, step.end);
+  }
+  std::ofstream(file) << json.substr(0, json.size() - 1) << "]";
+  const Pasted out = pasted(file.string(), {{"", R"(draw "[a-z]+")", "solve", "", "", 0, {}}, {}});
+  CHECK(out.sized.trace_roles == R"({ visualization = "draw \"[a-z]+\"", step = "solve" })");
+  CHECK(strategy(out.scenario, "phase_locked").any_phase.latency == strategy(out.sized, "phase_locked").any_phase.latency);
+  CHECK(out.run.verdict == RunVerdict::pass);
+  fs::remove(file);
 }
 
 TEST_CASE("the conclusion names map, latency, stiffness and what mending is worth; a list of steps has no [timing] yet") {
