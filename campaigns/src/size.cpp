@@ -453,19 +453,19 @@ std::string roles_in_toml(const RecordingOptions& options) {
   const auto add = [&](const char* key, const std::string& value) {
     if (!value.empty()) out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", key, value);
   };
-  for (const auto& [key, text] : std::initializer_list<std::pair<const char*, const std::string&>>{
-           {"segment", roles.segment},
-           {"visualization", roles.visualization},
-           {"step", roles.step},
-           {"step_begin", roles.step_begin},
-           {"process", roles.process},
-           {"step_time", step_time},
-           {"format", options.profile.format},
-           {"name", columns.name},
-           {"begin", columns.begin},
-           {"end", columns.end},
-           {"duration", columns.duration},
-           {"unit", columns.unit}})
+  for (const auto& [key, text] :
+       std::initializer_list<std::pair<const char*, const std::string&>>{{"segment", roles.segment},
+                                                                         {"visualization", roles.visualization},
+                                                                         {"step", roles.step},
+                                                                         {"step_begin", roles.step_begin},
+                                                                         {"process", roles.process},
+                                                                         {"step_time", step_time},
+                                                                         {"format", options.profile.format},
+                                                                         {"name", columns.name},
+                                                                         {"begin", columns.begin},
+                                                                         {"end", columns.end},
+                                                                         {"duration", columns.duration},
+                                                                         {"unit", columns.unit}})
     add(key, text.empty() ? "" : json_text(Json(text)));
   add("steps", roles.steps > 0 ? std::to_string(roles.steps) : "");
   return out.empty() ? "" : "{ " + out + " }";
