@@ -15,7 +15,7 @@ struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
   std::string sampling, emission, damping, rate, confidence, figure, timing;
-  bool json = false;
+  bool json = false, other_maps = false;
   RecordingArguments recording;
 };
 
@@ -59,6 +59,7 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
     if (!rate) return std::nullopt;
     options.sampling = *rate;
   }
+  options.other_maps = arguments.other_maps;
   if (arguments.emission == "linear") options.emission = Emission::linear;
   if (!arguments.damping.empty()) {
     const Result<double> damping = parse_si(arguments.damping, Dimension::damping);
@@ -149,6 +150,8 @@ void add_size(Commands& commands) {
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
+  command.flag("--other-maps", arguments.other_maps,
+               "also JACK's loop and liblsl's line, for comparison (docs/alternatives.md)");
   command.flag("--json", arguments.json, "the numbers instead of the table");
   add_recording_options(command, arguments.recording);
 }

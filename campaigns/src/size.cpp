@@ -96,6 +96,7 @@ class Sizer {
     if (record.interpolated) record.linear = bounds(true);
     for (const StrategyTraits& traits : kAllStrategies) {
       if (!traits.remaps || (traits.kind == StrategyKind::foreign && !input_.setup.remap.foreign)) continue;
+      if (traits.for_comparison && !options_.other_maps) continue;
       maps_.push_back(traits.kind);
       record.strategies.push_back(strategy(traits.kind));
     }
@@ -276,7 +277,7 @@ class Sizer {
     });
     if (open && windows.empty()) windows.push_back(window.budget().latency);
     const LatencyBudget least = any.budget();
-    SizeStrategy out{name_of(kind)};
+    SizeStrategy out{name_of(kind), traits_of(kind).for_comparison};
     if (slot_.ns > 0) out.velocity_jump = static_cast<double>(jump.most_ns()) / static_cast<double>(slot_.ns);
     if (const std::vector<StepTimes> steps = due_steps(emission == Emission::linear); !steps.empty())
       out.path = path(steps, out.velocity_jump);
@@ -444,6 +445,14 @@ SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
 
 namespace {
 
+/// Steps per second, as far as it matters to a map that has to know it: at most one per ns.
+Rate mean_rate(const std::vector<SegmentTiming>& segments) {
+  std::int64_t steps = 0;
+  for (const SegmentTiming& segment : segments) steps += static_cast<std::int64_t>(segment.steps.size());
+  const Duration length = segments.back().end - segments.front().begin;
+  return {1'000'000'000, std::max<std::int64_t>(length.ns / std::max<std::int64_t>(steps, 1), 1)};
+}
+
 /// [timing] roles for options of the command line; empty if there are none.
 std::string roles_in_toml(const RecordingOptions& options) {
   const Roles& roles = options.roles;
@@ -481,6 +490,7 @@ SizeResult size_input(std::vector<SegmentTiming> segments, const std::string& na
   find_segments(input, record);
   input.setup.grids.push_back({options.sampling, RealTime{}});
   input.setup.emission = options.emission;
+  input.setup.step_rate = mean_rate(input.segments);
   for (const SegmentTiming& segment : input.segments)  // a step may end after the segment that follows its own
     input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
   Sizer(input, options).size(record);

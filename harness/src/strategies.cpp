@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <span>
 
+#include "evenstep/remap/delay_locked_map.h"
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
+#include "evenstep/remap/regression_map.h"
 #include "foreign_map.h"
 
 namespace evenstep {
@@ -112,6 +114,14 @@ std::unique_ptr<SlotMap> phase_locked_map(const MapSetup& setup, Duration lead, 
   return std::make_unique<PhaseLockedMap>(lead, latency, setup.remap.bandwidth_Hz);
 }
 
+std::unique_ptr<SlotMap> delay_locked_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
+  return std::make_unique<DelayLockedMap>(lead, latency, setup.remap.bandwidth_Hz);
+}
+
+std::unique_ptr<SlotMap> regression_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
+  return std::make_unique<RegressionMap>(setup.step_rate, lead, latency, setup.remap.bandwidth_Hz);
+}
+
 std::unique_ptr<SlotMap> even_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
   return std::make_unique<EvenMap>(RealTime{0}, setup.step_rate, lead, latency.latency());
 }
@@ -146,6 +156,8 @@ const Strategy kStrategies[] = {
     {StrategyKind::filtered, plan_direct, direct_map, link_filtered, {"#e69f00", 2, "6 3"}},
     {StrategyKind::variable_step, plan_direct, direct_map, link_direct, {"#0072b2", 2, "1 3"}},
     {StrategyKind::foreign, plan_remap, foreign_map, link_remap, {"#009e73", 2, "9 4"}},
+    {StrategyKind::jack_dll, plan_remap, delay_locked_map, link_remap, {"#009e73", 2, "12 3"}},
+    {StrategyKind::lsl_dejitter, plan_remap, regression_map, link_remap, {"#cc79a7", 2, "7 3 2 3"}},
 };
 
 }  // namespace

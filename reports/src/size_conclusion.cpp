@@ -132,7 +132,7 @@ const SizeStrategy* strategy_to_use(const SizeRecord& record) {
     return smooth ? a.any_phase.latency < b.any_phase.latency : a.velocity_jump < b.velocity_jump;
   };
   for (const SizeStrategy& strategy : record.strategies) {
-    if (strategy.any_phase.culprit.step < 0) continue;
+    if (strategy.any_phase.culprit.step < 0 || strategy.for_comparison) continue;
     if (use == nullptr || better(strategy, *use)) use = &strategy;
   }
   return use;

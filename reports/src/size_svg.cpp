@@ -63,10 +63,11 @@ std::string size_svg(const SizeRecord& record) {
   };
   legend("any path", {internal::colour::kBlack, 2}, false);
   legend("pause bound", {internal::colour::kGrey, 1.5, "6 4"}, false);
-  constexpr const char* kColours[]{internal::colour::kSkyBlue, internal::colour::kVermilion, internal::colour::kGreen};
+  constexpr const char* kColours[]{internal::colour::kSkyBlue, internal::colour::kVermilion, internal::colour::kGreen,
+                                   internal::colour::kGrey};
   for (std::size_t i = 0; i < record.strategies.size(); ++i) {
     const SizeStrategy& strategy = record.strategies[i];
-    const char* colour = kColours[std::min<std::size_t>(i, 2)];
+    const char* colour = kColours[std::min(i, std::size(kColours) - 1)];
     svg.dot(panel.at(at_jump(strategy.velocity_jump), at_latency(strategy.any_phase.latency)), 5, colour);
     legend(strategy.name, {colour}, true);
   }

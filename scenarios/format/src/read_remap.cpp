@@ -161,7 +161,9 @@ const std::vector<Field>& remap_fields() {
        .key = "bandwidth",
        .forms = kRate,
        .default_toml = "\"2 Hz\"",
-       .meaning = "How fast strategy `phase_locked` learns the pace: segments count less by e in about 1 / bandwidth.",
+       .meaning = "How fast strategy `phase_locked` learns the pace: segments count less by e in about 1 / bandwidth. The "
+                  "bandwidth of "
+                  "`jack_dll`; the rate at which `lsl_dejitter` forgets.",
        .range = above(0, 1000)},
       {.table = "remap",
        .key = "latency",

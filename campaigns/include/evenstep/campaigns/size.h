@@ -20,6 +20,7 @@ struct SizeOptions {
   std::optional<double> rate;          ///< share of segments that may underrun, in (0, 1); its latency is found as well
   double confidence = 0.95;            ///< confidence of the bound on the rate, in (0, 1)
   double damping_N_s_per_m = 1;        ///< of hand and device, for the stiffness that the closed loop allows
+  bool other_maps = false;             ///< also the maps that are there for comparison only
 };
 
 struct SizeResult {

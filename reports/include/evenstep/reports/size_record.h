@@ -62,6 +62,7 @@ struct SizePath {
 
 struct SizeStrategy {
   std::string name;
+  bool for_comparison = false;  ///< never the one to use
   SizeNeed any_phase;
   /// The largest velocity jump of its read times, in mean slots, after the first second.
   double velocity_jump = 0;

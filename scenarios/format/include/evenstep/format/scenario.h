@@ -29,7 +29,18 @@
 
 namespace evenstep {
 
-enum class StrategyKind { ideal, direct, paper, phase_locked, predict, filtered, variable_step, foreign };
+enum class StrategyKind {
+  ideal,
+  direct,
+  paper,
+  phase_locked,
+  predict,
+  filtered,
+  variable_step,
+  foreign,
+  jack_dll,
+  lsl_dejitter
+};
 
 /// The properties in which strategies differ, apart from their maps and plans (harness/src/strategies.cpp).
 struct StrategyTraits {
@@ -41,6 +52,7 @@ struct StrategyTraits {
   bool predicts = false;           ///< a step may read past the newest sample by design, which is no underrun
   bool filters = false;            ///< it uses the filter of [remap]
   bool varies_step = false;        ///< a step is as long as the real time since the step before
+  bool for_comparison = false;     ///< somebody else's map: `size` shows it only if it is asked for
 };
 inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::ideal, .name = "ideal", .knows_motion = true},
@@ -51,7 +63,9 @@ inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::filtered, .name = "filtered", .plays_as_it_comes = true, .filters = true},
     StrategyTraits{
         .kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true},
-    StrategyTraits{.kind = StrategyKind::foreign, .name = "foreign", .remaps = true}};
+    StrategyTraits{.kind = StrategyKind::foreign, .name = "foreign", .remaps = true},
+    StrategyTraits{.kind = StrategyKind::jack_dll, .name = "jack_dll", .remaps = true, .for_comparison = true},
+    StrategyTraits{.kind = StrategyKind::lsl_dejitter, .name = "lsl_dejitter", .remaps = true, .for_comparison = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
