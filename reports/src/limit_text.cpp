@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace evenstep::internal {
+namespace evenstep {
 namespace {
 
 std::string with_unit(std::string number, const std::string& unit) { return unit.empty() ? number : number + ' ' + unit; }
@@ -21,6 +21,8 @@ std::string limit_text(const ExpectationResult& result) {
   if (result.max) return with_unit(fmt::format("<= {}", *result.max), result.unit);
   return "";
 }
+
+namespace internal {
 
 std::string value_text(const ExpectationResult& result) {
   return result.value ? with_unit(fmt::format("{:.6g}", *result.value), result.unit) : "no sample";
@@ -50,4 +52,5 @@ std::string verdict_text(const ExpectationResult& result) {
   return "ERROR";
 }
 
-}  // namespace evenstep::internal
+}  // namespace internal
+}  // namespace evenstep

@@ -7,8 +7,6 @@
 
 namespace evenstep::internal {
 
-/// "<= 1e-06 step", ">= 4 step", "= 0", "1 .. 2 ms"
-std::string limit_text(const ExpectationResult& result);
 /// "5.44 step"; "no sample" if nothing was judged.
 std::string value_text(const ExpectationResult& result);
 /// The distance to the nearest limit, positive if the limit holds: "0.4".

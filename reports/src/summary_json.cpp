@@ -23,6 +23,8 @@ const char* verdict_name(ExpectationResult::Verdict verdict) {
   return "error";
 }
 
+Json word_or_null(const std::string& word) { return word.empty() ? Json() : Json(word); }
+
 Json json_of(const std::optional<FailurePlace>& place) {
   if (!place) return nullptr;
   return {{"index", place->index}, {"time_ns", (place->at - RealTime{0}).ns}};
@@ -121,6 +123,9 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
               {"evenstep", version},
               {"scenario", run.scenario},
               {"file", run.file},
+              {"scenario_digest", run.digest ? Json(fmt::format("{:016x}", *run.digest)) : Json()},
+              {"date", word_or_null(run.origin.date)},
+              {"commit", word_or_null(run.origin.commit)},
               {"seed", run.seed},
               {"clock", run.clock},
               {"real_time_granted", run.real_time_granted},

@@ -19,7 +19,7 @@ Row row_of(const ExpectationResult& result) {
   return {result.signal,
           result.metric,
           internal::value_text(result),
-          internal::limit_text(result),
+          limit_text(result),
           internal::margin_text(result),
           internal::verdict_text(result),
           fmt::format("{}:{}", result.file, result.line)};
