@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace evenstep::internal {
+namespace evenstep {
 
 char32_t take_code_point(std::string_view& text) {
   constexpr char32_t kReplacement = 0xFFFD;
@@ -33,6 +33,8 @@ void append_utf8(std::string& out, char32_t c) {
   if (c < 0x10000) return put(0xE0 | c >> 12), tail(6), tail(0);
   put(0xF0 | c >> 18), tail(12), tail(6), tail(0);
 }
+
+namespace internal {
 
 std::string xml_escape(std::string_view text) {
   std::string out;
@@ -101,4 +103,5 @@ std::string exact_seconds(RealTime t) {
   return fmt::format("{}{}.{:09}", t.ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);
 }
 
-}  // namespace evenstep::internal
+}  // namespace internal
+}  // namespace evenstep
