@@ -3,11 +3,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/compare.h"
+#include "evenstep/pages/comparison_page.h"
 #include "output.h"
 
 namespace evenstep::app {
@@ -16,9 +17,10 @@ namespace {
 constexpr std::size_t kRowsShown = 40;
 
 struct CompareArguments {
+  std::string program;
   std::string a, b;
   std::vector<std::string> fail_if;
-  std::string markdown;
+  std::string markdown, html;
   bool all = false, allow_missing = false, json = false;
 };
 
@@ -28,16 +30,6 @@ std::optional<CompareSide> side_of(const std::string& given) {
   print(read.errors);
   if (!read.errors.empty()) return std::nullopt;
   return CompareSide{given, std::move(read.runs)};
-}
-
-/// False if it cannot be written, which is then said.
-bool write_text(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (file) return true;
-  print({{path, 0, 0, "cannot be written; name a file in a folder that exists"}});
-  return false;
 }
 
 std::optional<std::vector<Threshold>> thresholds_of(const std::vector<std::string>& given) {
@@ -54,12 +46,22 @@ std::optional<std::vector<Threshold>> thresholds_of(const std::vector<std::strin
   return thresholds;
 }
 
+/// The command that makes the page again.
+std::string again(const CompareArguments& arguments) {
+  std::string command = fmt::format("{} compare {} {}", arguments.program, shell_file(arguments.a), shell_file(arguments.b));
+  for (const std::string& threshold : arguments.fail_if) command += " --fail-if " + shell_word(threshold);
+  if (arguments.allow_missing) command += " --allow-missing";
+  return command + " --html " + shell_file(arguments.html);
+}
+
 ExitCode compare_runs(const CompareArguments& arguments, const std::atomic<bool>&) {
   const std::optional<std::vector<Threshold>> thresholds = thresholds_of(arguments.fail_if);
   const std::optional<CompareSide> a = side_of(arguments.a), b = side_of(arguments.b);
   if (!thresholds || !a || !b) return ExitCode::usage;
   const ComparisonRecord record = compare(*a, *b, *thresholds, arguments.allow_missing);
   if (!arguments.markdown.empty() && !write_text(arguments.markdown, comparison_markdown(record))) return ExitCode::usage;
+  if (!arguments.html.empty() && !write_text(arguments.html, comparison_page(record, again(arguments))))
+    return ExitCode::usage;
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
   const std::size_t rows = arguments.all ? std::numeric_limits<std::size_t>::max() : kRowsShown;
   fmt::print("{}", arguments.json ? comparison_json(record) : comparison_text(record, colour, rows, arguments.all));
@@ -75,6 +77,7 @@ void add_compare(Commands& commands) {
   auto [command, arguments] = commands.add<CompareArguments>(
       "compare", "the figures of two runs, or of two folders of runs: what got worse, and whether by too much",
       compare_runs);
+  arguments.program = commands.program();
   command.operand("a", arguments.a, "before: run folder, folder of run folders, summary.json, or what `run --json` printed");
   command.operand("b", arguments.b, "after: the same");
   command.repeated("--fail-if", arguments.fail_if,
@@ -83,6 +86,7 @@ void add_compare(Commands& commands) {
   command.flag("--allow-missing", arguments.allow_missing, "a run that only A has breaks no condition");
   command.flag("--all", arguments.all, "every figure that differs, also margins and what the machine's clock says");
   command.option("--markdown", arguments.markdown, "file: the same for a pull request");
+  command.option("--html", arguments.html, "file: the same as a page");
   command.flag("--json", arguments.json, "everything for other programs, instead of tables");
 }
 

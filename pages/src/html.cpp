@@ -2,35 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-
 #include "evenstep/reports/unicode.h"
 
 namespace evenstep {
 namespace {
-
-struct Points {
-  char32_t first, last;
-};
-/// Characters that are not seen, or that change how others are: controls, soft hyphen, marks of direction, joiners,
-/// invisible operators, separators of lines, fillers, annotations, tags, selectors of variants but for emoji's.
-constexpr std::array kUnseen = std::to_array<Points>(
-    {{0x00, 0x08},       {0x0B, 0x1F},       {0x7F, 0x9F},      {0xAD, 0xAD},     {0x34F, 0x34F},   {0x61C, 0x61C},
-     {0x115F, 0x1160},   {0x17B4, 0x17B5},   {0x180B, 0x180F},  {0x200B, 0x200F}, {0x2028, 0x202E}, {0x2060, 0x206F},
-     {0x3164, 0x3164},   {0xFE00, 0xFE0E},   {0xFEFF, 0xFEFF},  {0xFFA0, 0xFFA0}, {0xFFF0, 0xFFFB}, {0xFFFE, 0xFFFF},
-     {0x1BCA0, 0x1BCA3}, {0x1D173, 0x1D17A}, {0xE0000, 0xE0FFF}});
-
-bool unseen(char32_t c) {
-  return std::any_of(kUnseen.begin(), kUnseen.end(), [&](Points p) { return c >= p.first && c <= p.last; });
-}
 
 std::string escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size());
   while (!text.empty()) {
     const char32_t c = take_code_point(text);
-    if (unseen(c))
+    if (is_unseen(c) && c != '\n' && c != '\t')
       out += fmt::format("⟨U+{:04X}⟩", static_cast<unsigned>(c));
     else if (c == '<')
       out += "&lt;";

@@ -49,8 +49,8 @@ std::string failed_run(const RunRecord& run, const std::string& error, const std
 }  // namespace
 
 std::string failure_message(const ExpectationResult& result) {
-  std::string message = fmt::format("{} {}: {}, limit {}", result.signal, result.metric, internal::value_text(result),
-                                    limit_text(result));
+  std::string message =
+      fmt::format("{} {}: {}, limit {}", result.signal, result.metric, internal::value_text(result), limit_text(result));
   if (result.expect_fail) message += " (was expected to fail)";
   if (!result.detail.empty()) message += ": " + result.detail;
   if (!result.where.empty()) message += ": " + result.where;

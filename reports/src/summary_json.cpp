@@ -3,6 +3,7 @@
 #include "evenstep/reports/json.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/writers.h"
+#include "summary_schema.h"
 
 namespace evenstep {
 namespace {
@@ -116,6 +117,8 @@ Json json_of(const std::vector<std::pair<std::string_view, GrowthInterval>>& gro
 }
 
 }  // namespace
+
+std::string summary_schema() { return internal::kSummarySchema; }
 
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
                          const std::string& version, const std::string& verdict, const std::string& failure) {
