@@ -132,7 +132,8 @@ class Parser {
   static std::string near_metric(const std::string& typed) {
     std::set<std::string> names{std::string(kMargin), std::string(kWorse), "verdict", "missing", "trace"};
     for (const char* const form : kForms) {
-      for (const std::string& name : metrics_of_signal(form).value()) names.insert(name);
+      const std::optional<std::vector<std::string>> metrics = metrics_of_signal(form);
+      names.insert(metrics->begin(), metrics->end());
     }
     const std::vector<std::string_view> known(names.begin(), names.end());
     const std::string_view near = internal::nearest(typed, known);

@@ -20,12 +20,13 @@ struct Prefix {
   std::string_view name;
 };
 
-/// The prefix with which the value has one to three digits before the point.
+/// The prefix with which the value, rounded to six digits, has one to three of them before the point.
 Prefix prefix_of(double value, std::string_view unit) {
   constexpr std::array kPrefixes = std::to_array<Prefix>({{1, ""}, {1e-3, "m"}, {1e-6, "u"}, {1e-9, "n"}});
   if (unit != "m" && unit != "s" && unit != "N" && unit != "J") return kPrefixes.front();
+  if (std::abs(value) < 1e-10) return kPrefixes.front();  // "1.6e-15 N": rounding, not nanonewtons
   for (const Prefix& prefix : kPrefixes) {
-    if (value == 0 || std::abs(value) >= prefix.factor) return prefix;
+    if (std::abs(value) >= prefix.factor * (1 - 5e-7)) return prefix;
   }
   return kPrefixes.back();
 }

@@ -14,7 +14,8 @@ std::string list_of(Better better) {
   std::set<std::string> names;
   for (const char* form :
        {"*.interaction.*", "*.force.*", "*.buffers.*", "closed_loop.*.*", "solver.*", "events.*.*", "run", "case.*.*"}) {
-    for (const std::string& name : metrics_of_signal(form).value()) {
+    const std::vector<std::string> metrics = metrics_of_signal(form).value();
+    for (const std::string& name : metrics) {
       if (better_of(form, name) == better && !is_timed(form, name)) names.insert(name);
     }
   }

@@ -82,7 +82,7 @@ TEST_CASE("what summary_json writes is read back") {
   CHECK_FALSE(run.expectations[0].max);
   CHECK_FALSE(run.metrics.at("left.interaction.direct").at("velocity_jump"));  // a NaN position
   CHECK(run.metrics.at("left.interaction.paper").at("velocity_jump").value() < 1e-9);
-  CHECK(run.strategies.at("paper").solver == synthetic::nasty_run().strategies[1].solver.name);
+  CHECK(run.strategies.at("paper").solver == synthetic::kNastyText);
 }
 
 TEST_CASE("the list that run --json prints of several files is read, each run under its file's name") {
