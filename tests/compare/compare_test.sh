@@ -161,7 +161,9 @@ case_every_summary_fits_the_schema() {
   # All shipped scenarios, each shorter than its expectations need: they fail, and their summaries must fit all the same.
   "$evenstep" run "$source_dir"/scenarios/{paper,timing,sizing,recorded,closed-loop,safety} --long --out all \
     --set run.duration="0.4 s" --set run.warmup="0.1 s" >out 2>err
-  "$evenstep" run "$source_dir"/scenarios/{extreme,stiff} --out cases >>out 2>>err
+  # Of the cases those that take a second at most: all have one form.
+  "$evenstep" run "$source_dir"/scenarios/extreme/{diverged,hand-jump,unstable-step,s16-degenerate,s18-devices}.toml \
+    --out cases >>out 2>>err
   "$evenstep" run --clock wall "$source_dir/scenarios/live/figure-1-spring.toml" --set run.duration="0.4 s" --out live \
     >>out 2>>err
   mkdir bad && echo 'format = 2' >bad/a.toml && echo 'format = 1' >bad/b.toml
