@@ -8,6 +8,7 @@
 #include "evenstep/campaigns/summary.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/pages/index_page.h"
+#include "evenstep/reports/limit_text.h"
 #include "evenstep/text/text_file.h"
 
 namespace evenstep::app {

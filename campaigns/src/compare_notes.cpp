@@ -7,8 +7,8 @@
 #include <map>
 #include <set>
 
+#include "evenstep/reports/limit_text.h"
 #include "evenstep/reports/plain_text.h"
-#include "evenstep/reports/writers.h"
 
 namespace evenstep::internal {
 namespace {

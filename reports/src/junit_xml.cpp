@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "evenstep/reports/limit_text.h"
 #include "evenstep/reports/writers.h"
-#include "src/limit_text.h"
 #include "src/text.h"
 
 namespace evenstep {
@@ -50,7 +50,7 @@ std::string failed_run(const RunRecord& run, const std::string& error, const std
 
 std::string failure_message(const ExpectationResult& result) {
   std::string message =
-      fmt::format("{} {}: {}, limit {}", result.signal, result.metric, internal::value_text(result), limit_text(result));
+      fmt::format("{} {}: {}, limit {}", result.signal, result.metric, value_text(result), limit_text(result));
   if (result.expect_fail) message += " (was expected to fail)";
   if (!result.detail.empty()) message += ": " + result.detail;
   if (!result.where.empty()) message += ": " + result.where;

@@ -1,4 +1,4 @@
-#include "src/limit_text.h"
+#include "evenstep/reports/limit_text.h"
 
 #include <fmt/format.h>
 
@@ -21,8 +21,6 @@ std::string limit_text(const ExpectationResult& result) {
   if (result.max) return with_unit(fmt::format("<= {}", *result.max), result.unit);
   return "";
 }
-
-namespace internal {
 
 std::string value_text(const ExpectationResult& result) {
   return result.value ? with_unit(fmt::format("{:.6g}", *result.value), result.unit) : "no sample";
@@ -52,5 +50,4 @@ std::string verdict_text(const ExpectationResult& result) {
   return "ERROR";
 }
 
-}  // namespace internal
 }  // namespace evenstep

@@ -99,6 +99,7 @@ case_markdown_and_page_say_the_same() {
 case_index_of_a_folder_of_runs() {
   SOURCE_DATE_EPOCH=1700000000 run runs/1/spring
   SOURCE_DATE_EPOCH=1700086400 slower runs/2/spring
+  rm -f runs/*/spring/report.html
   expect 0 "2 runs: runs/index.html" index runs
   grep -q '2023-11-14T22:13:20Z' runs/index.html || fail "no date"
   grep -q '<polyline' runs/index.html || fail "no trend"

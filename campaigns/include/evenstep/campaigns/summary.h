@@ -22,7 +22,7 @@ struct RunSummary {
   std::string name;       ///< its folder below the one that was given; of a list or a single run the scenario's file
   std::string file_read;  ///< the file that it was read from
   std::string evenstep, scenario, file, clock, verdict, trace_hash, failure;
-  std::string digest, date, commit;  ///< empty: null, or of a version before 0.3, which did not write them
+  std::string digest, date, commit;  ///< empty: null, or of an older version, which did not write them
   std::uint64_t seed = 0;
   bool real_time_granted = true;
   std::vector<ExpectationResult> expectations;

@@ -35,9 +35,6 @@ struct ExpectationResult {
   std::string where = {};
 };
 
-/// The limits: "<= 1e-06 step", ">= 4 step", "= 0", "1 .. 2 ms"
-std::string limit_text(const ExpectationResult& result);
-
 /// The worst of several verdicts: error > fail > degraded > pass > skipped. `skipped` if nothing was judged.
 ExpectationResult::Verdict worst(const std::vector<ExpectationResult>& results);
 
