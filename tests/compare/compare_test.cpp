@@ -133,7 +133,7 @@ TEST_CASE("a number that is gone breaks every threshold on it, and so does one t
   CHECK_FALSE(compared(b, a, {"latency > +5 %"}).holds());  // it judged nothing
 }
 
-TEST_CASE("a verdict that gets worse breaks the default condition; one that gets better does not") {
+TEST_CASE("a verdict that gets worse breaks the default condition, and one that gets better does not") {
   RunSummary a = run_named("x"), b = a;
   b.verdict = "fail";
   b.expectations[0].verdict = Verdict::fail;
@@ -169,7 +169,7 @@ TEST_CASE("runs are compared by the place in their folder, then by their scenari
   CHECK_THAT(notes(compared(x, renamed)), Contains("another scenario: A is 'Scenario x', B is 'Scenario z'"));
 }
 
-TEST_CASE("a run that is gone breaks every condition, unless that is allowed; a new one breaks none") {
+TEST_CASE("a run that is gone breaks every condition, unless that is allowed, and a new one breaks none") {
   const RunSummary x = run_named("x"), y = run_named("y");
   const ComparisonRecord gone = compared({x, y}, {x}, {"latency > +5 %", "trace"});
   CHECK(gone.conditions[0].broken == 1);

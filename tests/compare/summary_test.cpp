@@ -93,7 +93,7 @@ TEST_CASE("the list that run --json prints of several files is read, each run un
   CHECK_THAT(error_of("[]"), Contains("has no runs"));
 }
 
-TEST_CASE("a summary of an older evenstep lacks date, commit and digest, and is read; another format is refused") {
+TEST_CASE("a summary of an older evenstep lacks date, commit and digest, and is read, and another format is refused") {
   for (const char* key : {"date", "commit", "scenario_digest"}) {
     const RunSummary run = read_one(without(key));
     CHECK((run.date.empty() || run.commit.empty() || run.digest.empty()));

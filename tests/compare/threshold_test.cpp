@@ -41,7 +41,7 @@ TEST_CASE("a relative threshold counts from A, in the direction of its sign") {
   CHECK_FALSE(shrinks.exceeded("closed_loop.left.paper", "stable", 0, 1, true));
 }
 
-TEST_CASE("an absolute threshold has the unit of its metric; where that is another one it does not count") {
+TEST_CASE("an absolute threshold has the unit of its metric, and where that is another one it does not count") {
   const Threshold length = of("velocity_jump>+0.1mm");
   CHECK(length.covers(kHand, "velocity_jump"));
   CHECK_FALSE(length.covers(kForce, "velocity_jump"));
