@@ -81,6 +81,8 @@ foreach(package IN ITEMS evenstep/runtime libevenstep-dev/dev)   # where Debian 
   get_filename_component(component ${package} NAME)
   get_filename_component(package ${package} DIRECTORY)
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/${package} RENAME copyright COMPONENT ${component})
+  install(FILES ${PROJECT_SOURCE_DIR}/third_party/uplot/LICENSE DESTINATION share/doc/${package} RENAME copyright.uplot
+    COMPONENT ${component})
 endforeach()
 if(NOT PROJECT_IS_TOP_LEVEL)
   return()

@@ -19,6 +19,8 @@ std::optional<std::vector<std::string>> scenario_files(const std::vector<std::st
 /// program (share/evenstep beside the folder that the program is in), if there is such a file.
 std::string here_or_installed(const std::string& path);
 void print(const std::vector<Diagnostic>& errors);
+/// False if it cannot be written, which is then said.
+bool write_text(const std::string& path, const std::string& text);
 /// Where run folders go without --out: to runs/ in the working directory, or, if that cannot be written, to a folder of the
 /// user among the temporary files.
 std::filesystem::path default_place();

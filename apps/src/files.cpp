@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "commands.h"
@@ -60,6 +61,15 @@ std::string here_or_installed(const std::string& path) {
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   const fs::path installed = (program.parent_path().parent_path() / "share/evenstep" / path).lexically_normal();
   return !error && fs::exists(installed, error) ? installed.string() : path;
+}
+
+bool write_text(const std::string& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (file) return true;
+  print({{path, 0, 0, "cannot be written; name a file in a folder that exists"}});
+  return false;
 }
 
 fs::path default_place() {

@@ -6,8 +6,10 @@
 #include <cstdlib>
 
 #include "commands.h"
+#include "evenstep/apps/origin.h"
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/sweep.h"
+#include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/saturation.h"
@@ -193,13 +195,17 @@ struct Call {
   const std::atomic<bool>& interrupted;
   const Registry& registry;
   bool several = false;  ///< not just one file that was named: --json is a list
+  std::string date;      ///< when it began
   std::vector<std::string> summaries;
   std::vector<SummaryRow> rows;  ///< of the job's summary, on GitHub
 };
 
+RunOrigin origin_of(const std::string& file, const Call& call) { return {call.date, commit_of(file, std::getenv)}; }
+
 /// A scenario that cannot be run.
-RunOutcome broken(const std::string& file, const std::vector<Diagnostic>& errors) {
+RunOutcome broken(const std::string& file, const std::vector<Diagnostic>& errors, const Call& call) {
   RunOutcome outcome;
+  outcome.record.origin = origin_of(file, call);
   outcome.exit = ExitCode::usage;
   outcome.record.scenario = outcome.record.file = file;
   for (const Diagnostic& error : errors) outcome.failure += (outcome.failure.empty() ? "" : "\n") + text(error);
@@ -245,7 +251,7 @@ void keep(const std::string& folder, const Scenario& scenario, RunOutcome& outco
 /// Reports what is wrong with a scenario file.
 RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors, const std::string& folder, Call& call) {
   print(errors);
-  RunOutcome outcome = broken(file, errors);
+  RunOutcome outcome = broken(file, errors, call);
   call.rows.push_back(summary_row(file, outcome, words(outcome)));
   // A single file that was only mistyped leaves the older run in its usual place alone.
   if (!call.several && call.arguments.out.empty()) {
@@ -284,6 +290,7 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
     outcome = run_scenario(scenario, options);
   }
+  outcome.record.origin = origin_of(file, call);
   if (!outcome.errors.empty()) return refuse(file, outcome.errors, folder, call);
   const std::string reproduce = reproduce_command(arguments, scenario);
   keep(folder, scenario, outcome, reproduce, call);
@@ -330,10 +337,15 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
     spdlog::error("--forces: error: it lets forces reach a real device; add --clock wall --device PATH, or leave it out");
     return ExitCode::usage;
   }
+  const Result<std::string> date = date_of_run(std::getenv, unix_seconds());
+  if (!date) {
+    print({{"SOURCE_DATE_EPOCH", 0, 0, date.error()}});
+    return ExitCode::usage;
+  }
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return ExitCode::usage;
   const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
-  Call call{arguments, interrupted, registry, !one_was_named, {}, {}};
+  Call call{arguments, interrupted, registry, !one_was_named, *date, {}, {}};
   const std::vector<std::string> folders = run_places(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
   Tally tally;

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 
+#include "evenstep/reports/plain_text.h"
+
 namespace evenstep {
 namespace {
 
@@ -16,15 +18,8 @@ std::string escaped(std::string_view text, std::string_view special) {
   return out;
 }
 
-std::string cell(std::string_view text) {
-  constexpr std::string_view kMarkdown = "\\`*_[]<>|#&~$@!:";
-  std::string out;
-  for (const char c : text) {
-    if (kMarkdown.find(c) != std::string_view::npos) out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? ' ' : c;
-  }
-  return out;
-}
+/// Messages are long, and few.
+std::string cell(std::string_view text) { return markdown_text(text, 4000); }
 
 }  // namespace
 

@@ -82,4 +82,6 @@ double process_cpu_seconds() { return static_cast<double>(read_ns(CLOCK_PROCESS_
 
 double monotonic_seconds() { return static_cast<double>(read_ns(CLOCK_MONOTONIC)) * 1e-9; }
 
+std::int64_t unix_seconds() { return read_ns(CLOCK_REALTIME) / kNanosecondsPerSecond; }
+
 }  // namespace evenstep

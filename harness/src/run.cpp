@@ -11,6 +11,7 @@
 #include "culprit.h"
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/harness/live_run.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/loop/recorder.h"
 #include "evenstep/reports/run_failure.h"
@@ -61,6 +62,7 @@ RunRecord start_run(const Scenario& scenario, const RunOptions& options) {
   RunRecord run;
   run.scenario = scenario.name;
   run.file = scenario.file;
+  run.digest = subject_of(scenario);
   run.seed = scenario.seed;
   run.clock = options.clock == ClockKind::wall ? "wall" : "virtual";
   run.nominal = nominal_of(scenario);

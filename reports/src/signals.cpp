@@ -9,199 +9,205 @@
 namespace evenstep {
 namespace {
 
+/// What is true of a metric, as bits. Without kLess and kMore nobody can say which way is better without the scenario.
+enum : unsigned {
+  kShape = 1,  ///< about the shape of the signal, so it says nothing if the signal is saturated
+  kLess = 2,   ///< less is better
+  kMore = 4,   ///< more is better
+  kTimed = 8,  ///< how long something took here: another number in every run
+};
 struct MetricUnit {
   std::string_view metric, unit;
-  bool shape = false;  ///< about the shape of the signal, so it says nothing if the signal is saturated
+  unsigned traits = 0;
 };
-constexpr bool kShape = true;
 
 constexpr std::array kInteraction = std::to_array<MetricUnit>({{"judged", "count"},
                                                                {"straight", "count"},
-                                                               {"saturated", "count"},
-                                                               {"velocity_jump", "m", kShape},
-                                                               {"deviation_max", "m", kShape},
-                                                               {"deviation_rms", "m", kShape},
-                                                               {"step_ratio_max", "1", kShape},
-                                                               {"step_ratio_min", "1", kShape},
-                                                               {"back_steps", "count"},
-                                                               {"latency_min", "s"},
-                                                               {"latency_mean", "s"},
-                                                               {"latency_max", "s"},
-                                                               {"underruns", "count"},
-                                                               {"underrun_rate", "1"},
-                                                               {"overruns", "count"},
-                                                               {"error_at_stop", "m", kShape},
-                                                               {"error_max", "m", kShape},
-                                                               {"deviation_growth", "1", kShape},
-                                                               {"deviation_growth_min", "1", kShape},
-                                                               {"error_growth", "1", kShape},
-                                                               {"error_growth_min", "1", kShape},
+                                                               {"saturated", "count", kLess},
+                                                               {"velocity_jump", "m", kShape | kLess},
+                                                               {"deviation_max", "m", kShape | kLess},
+                                                               {"deviation_rms", "m", kShape | kLess},
+                                                               {"step_ratio_max", "1", kShape | kLess},
+                                                               {"step_ratio_min", "1", kShape | kMore},
+                                                               {"back_steps", "count", kLess},
+                                                               {"latency_min", "s", kLess},
+                                                               {"latency_mean", "s", kLess},
+                                                               {"latency_max", "s", kLess},
+                                                               {"underruns", "count", kLess},
+                                                               {"underrun_rate", "1", kLess},
+                                                               {"overruns", "count", kLess},
+                                                               {"error_at_stop", "m", kShape | kLess},
+                                                               {"error_max", "m", kShape | kLess},
+                                                               {"deviation_growth", "1", kShape | kLess},
+                                                               {"deviation_growth_min", "1", kShape | kLess},
+                                                               {"error_growth", "1", kShape | kLess},
+                                                               {"error_growth_min", "1", kShape | kLess},
                                                                {"gain", "1", kShape},
                                                                {"phase_delay", "s", kShape},
-                                                               {"distortion", "1", kShape}});
+                                                               {"distortion", "1", kShape | kLess}});
 constexpr std::array kForce = std::to_array<MetricUnit>({{"judged", "count"},
                                                          {"straight", "count"},
-                                                         {"saturated", "count"},
-                                                         {"velocity_jump", "N", kShape},
-                                                         {"deviation_max", "N", kShape},
-                                                         {"deviation_rms", "N", kShape},
-                                                         {"jump_max", "N", kShape},
-                                                         {"error_max", "N", kShape},
-                                                         {"error_rms", "N", kShape},
-                                                         {"error_share", "1", kShape},
-                                                         {"error_at_stop", "N", kShape},
+                                                         {"saturated", "count", kLess},
+                                                         {"velocity_jump", "N", kShape | kLess},
+                                                         {"deviation_max", "N", kShape | kLess},
+                                                         {"deviation_rms", "N", kShape | kLess},
+                                                         {"jump_max", "N", kShape | kLess},
+                                                         {"error_max", "N", kShape | kLess},
+                                                         {"error_rms", "N", kShape | kLess},
+                                                         {"error_share", "1", kShape | kLess},
+                                                         {"error_at_stop", "N", kShape | kLess},
                                                          {"onset_delay", "s", kShape},
-                                                         {"ghost_force", "N", kShape},
-                                                         {"residual_20_500_hz", "N", kShape},
-                                                         {"deviation_from_ideal", "N", kShape},
-                                                         {"deviation_growth", "1", kShape},
-                                                         {"deviation_growth_min", "1", kShape},
-                                                         {"error_growth", "1", kShape},
-                                                         {"error_growth_min", "1", kShape},
-                                                         {"deviation_from_ideal_growth", "1", kShape},
-                                                         {"deviation_from_ideal_growth_min", "1", kShape},
-                                                         {"schedule_latency", "s"},
-                                                         {"schedule_latency_min", "s"},
-                                                         {"schedule_latency_mean", "s"},
-                                                         {"schedule_latency_p50", "s"},
-                                                         {"schedule_latency_spread", "s"},
-                                                         {"total_latency", "s"},
-                                                         {"total_latency_min", "s"},
-                                                         {"total_latency_mean", "s"},
-                                                         {"late", "count"},
-                                                         {"underruns", "count"},
-                                                         {"underrun_rate", "1"},
-                                                         {"felt", "count"},
-                                                         {"emission_repairs", "count"},
-                                                         {"latency_growths", "count"},
-                                                         {"clamped", "count"},
-                                                         {"slewed", "count"},
-                                                         {"non_finite", "count"},
+                                                         {"ghost_force", "N", kShape | kLess},
+                                                         {"residual_20_500_hz", "N", kShape | kLess},
+                                                         {"deviation_from_ideal", "N", kShape | kLess},
+                                                         {"deviation_growth", "1", kShape | kLess},
+                                                         {"deviation_growth_min", "1", kShape | kLess},
+                                                         {"error_growth", "1", kShape | kLess},
+                                                         {"error_growth_min", "1", kShape | kLess},
+                                                         {"deviation_from_ideal_growth", "1", kShape | kLess},
+                                                         {"deviation_from_ideal_growth_min", "1", kShape | kLess},
+                                                         {"schedule_latency", "s", kLess},
+                                                         {"schedule_latency_min", "s", kLess},
+                                                         {"schedule_latency_mean", "s", kLess},
+                                                         {"schedule_latency_p50", "s", kLess},
+                                                         {"schedule_latency_spread", "s", kLess},
+                                                         {"total_latency", "s", kLess},
+                                                         {"total_latency_min", "s", kLess},
+                                                         {"total_latency_mean", "s", kLess},
+                                                         {"late", "count", kLess},
+                                                         {"underruns", "count", kLess},
+                                                         {"underrun_rate", "1", kLess},
+                                                         {"felt", "count", kLess},
+                                                         {"emission_repairs", "count", kLess},
+                                                         {"latency_growths", "count", kLess},
+                                                         {"clamped", "count", kLess},
+                                                         {"slewed", "count", kLess},
+                                                         {"non_finite", "count", kLess},
                                                          {"reports", "count"},
-                                                         {"lost", "count"},
-                                                         {"malformed", "count"},
-                                                         {"stale", "count"},
-                                                         {"write_failures", "count"},
+                                                         {"lost", "count", kLess},
+                                                         {"malformed", "count", kLess},
+                                                         {"stale", "count", kLess},
+                                                         {"write_failures", "count", kLess},
                                                          {"pid_refreshes", "count"},
-                                                         {"pid_saturated", "count"},
-                                                         {"pid_unpowered", "count"},
-                                                         {"pid_pool_unknown", "count"},
-                                                         {"pid_cuts_paused", "count"},
-                                                         {"pid_cuts_actuators", "count"},
-                                                         {"pid_cuts_switch", "count"},
-                                                         {"pid_cuts_power", "count"},
-                                                         {"cuts_device", "count"},
-                                                         {"cuts_stale_hand", "count"},
-                                                         {"cuts_stale_force", "count"},
-                                                         {"cuts_speed", "count"},
+                                                         {"pid_saturated", "count", kLess},
+                                                         {"pid_unpowered", "count", kLess},
+                                                         {"pid_pool_unknown", "count", kLess},
+                                                         {"pid_cuts_paused", "count", kLess},
+                                                         {"pid_cuts_actuators", "count", kLess},
+                                                         {"pid_cuts_switch", "count", kLess},
+                                                         {"pid_cuts_power", "count", kLess},
+                                                         {"cuts_device", "count", kLess},
+                                                         {"cuts_stale_hand", "count", kLess},
+                                                         {"cuts_stale_force", "count", kLess},
+                                                         {"cuts_speed", "count", kLess},
                                                          {"writes", "count"},
-                                                         {"writes_overtaken", "count"},
-                                                         {"writes_rejected", "count"},
-                                                         {"unplugged", "count"},
-                                                         {"write_time_p50", "s"},
-                                                         {"write_time_p99", "s"},
-                                                         {"write_time_max", "s"},
+                                                         {"writes_overtaken", "count", kLess},
+                                                         {"writes_rejected", "count", kLess},
+                                                         {"unplugged", "count", kLess},
+                                                         {"write_time_p50", "s", kLess},
+                                                         {"write_time_p99", "s", kLess},
+                                                         {"write_time_max", "s", kLess},
                                                          {"motors_max", "N"},
                                                          {"motors_max_x", "N"},
                                                          {"motors_max_y", "N"},
                                                          {"motors_max_z", "N"},
-                                                         {"motors_left", "N"},
-                                                         {"motors_unrenewed", "s"},
-                                                         {"effects_ended", "count"},
+                                                         {"motors_left", "N", kLess},
+                                                         {"motors_unrenewed", "s", kLess},
+                                                         {"effects_ended", "count", kLess},
                                                          {"contact_stiffness", "N/m"},
                                                          {"softened", "count"},
                                                          {"gain", "1", kShape},
                                                          {"phase_delay", "s", kShape},
-                                                         {"distortion", "1", kShape}});
+                                                         {"distortion", "1", kShape | kLess}});
 constexpr std::array kBuffers = std::to_array<MetricUnit>({{"interaction_capacity", "count"},
                                                            {"force_capacity", "count"},
-                                                           {"underruns", "count"},
-                                                           {"interaction_underruns", "count"},
-                                                           {"force_underruns", "count"},
-                                                           {"underrun_rate", "1"},
-                                                           {"overruns", "count"},
-                                                           {"predicted_interaction_underruns", "count"},
-                                                           {"predicted_late_forces", "count"},
-                                                           {"lead", "s"},
-                                                           {"latency", "s"},
-                                                           {"latency_any_phase", "s"},
-                                                           {"latency_this_phase", "s"},
-                                                           {"gated", "count"},
-                                                           {"gate_wait", "s"},
-                                                           {"interaction_lateness_max", "s"},
-                                                           {"force_lateness_max", "s"}});
-constexpr std::array kClosedLoop = std::to_array<MetricUnit>({{"energy_min", "J"},
+                                                           {"underruns", "count", kLess},
+                                                           {"interaction_underruns", "count", kLess},
+                                                           {"force_underruns", "count", kLess},
+                                                           {"underrun_rate", "1", kLess},
+                                                           {"overruns", "count", kLess},
+                                                           {"predicted_interaction_underruns", "count", kLess},
+                                                           {"predicted_late_forces", "count", kLess},
+                                                           {"lead", "s", kLess},
+                                                           {"latency", "s", kLess},
+                                                           {"latency_any_phase", "s", kLess},
+                                                           {"latency_this_phase", "s", kLess},
+                                                           {"gated", "count", kLess},
+                                                           {"gate_wait", "s", kLess},
+                                                           {"interaction_lateness_max", "s", kLess},
+                                                           {"force_lateness_max", "s", kLess}});
+constexpr std::array kClosedLoop = std::to_array<MetricUnit>({{"energy_min", "J", kMore},
                                                               {"energy_end", "J"},
-                                                              {"energy_per_cycle", "J", kShape},
-                                                              {"energy_released", "1"},
-                                                              {"rendered_damping", "N s/m", kShape},
-                                                              {"peak_to_peak", "m"},
-                                                              {"oscillation_ratio", "1"},
-                                                              {"stable", "count"},
-                                                              {"loop_delay", "s"},
+                                                              {"energy_per_cycle", "J", kShape | kMore},
+                                                              {"energy_released", "1", kLess},
+                                                              {"rendered_damping", "N s/m", kShape | kMore},
+                                                              {"peak_to_peak", "m", kLess},
+                                                              {"oscillation_ratio", "1", kLess},
+                                                              {"stable", "count", kMore},
+                                                              {"loop_delay", "s", kLess},
                                                               {"alpha", "1"},
                                                               {"alpha_star", "1"},
                                                               {"spring_share", "1"},
                                                               {"stiffness_cap", "N/m"},
-                                                              {"predicted_damping", "N s/m"},
-                                                              {"predicted_stiffness_limit", "N/m"}});
-constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1"},
-                                                          {"non_finite", "count"},
+                                                              {"predicted_damping", "N s/m", kMore},
+                                                              {"predicted_stiffness_limit", "N/m", kMore}});
+constexpr std::array kSolver = std::to_array<MetricUnit>({{"energy_growth", "1", kLess},
+                                                          {"non_finite", "count", kLess},
                                                           {"first_bad_step", "count"},
-                                                          {"step_size_over_limit", "1"},
+                                                          {"step_size_over_limit", "1", kLess},
                                                           {"substeps", "count"},
                                                           {"particles", "count"},
-                                                          {"step_limit", "s"},
-                                                          {"rest_state_step_limit", "s"},
-                                                          {"k_max", "N/m"},
+                                                          {"step_limit", "s", kMore},
+                                                          {"rest_state_step_limit", "s", kMore},
+                                                          {"k_max", "N/m", kMore},
                                                           {"limit_particle", "count"},
                                                           {"iterations", "count"},
-                                                          {"solver_seconds", "s"},
-                                                          {"steps_over_limit", "count"},
-                                                          {"step_over_limit_max", "1"},
+                                                          {"solver_seconds", "s", kLess | kTimed},
+                                                          {"steps_over_limit", "count", kLess},
+                                                          {"step_over_limit_max", "1", kLess},
                                                           {"segment_mean", "s"}});
 constexpr std::array kEvents = std::to_array<MetricUnit>({{"sometimes", "count"},
-                                                          {"lateness_p50", "s"},
-                                                          {"lateness_p99", "s"},
-                                                          {"lateness_max", "s"},
+                                                          {"lateness_p50", "s", kLess},
+                                                          {"lateness_p99", "s", kLess},
+                                                          {"lateness_max", "s", kLess},
                                                           {"ticks_run", "count"},
-                                                          {"deadline_misses", "count"},
-                                                          {"deadline_miss_share", "1"}});
+                                                          {"deadline_misses", "count", kLess},
+                                                          {"deadline_miss_share", "1", kLess}});
 constexpr std::array kRun = std::to_array<MetricUnit>(
-    {{"judged_s", "s"}, {"real_time_granted", "count"}, {"strategies", "count"}, {"left_out", "count"}});
+    {{"judged_s", "s"}, {"real_time_granted", "count", kMore}, {"strategies", "count"}, {"left_out", "count"}});
 
 // First the metrics of statuses and schedules, then those of the kinds of cases.
 constexpr std::array kCase = std::to_array<MetricUnit>({{"cells", "count"},
-                                                        {"ok", "count"},
+                                                        {"ok", "count", kMore},
                                                         {"damped", "count"},
-                                                        {"drifting", "count"},
+                                                        {"drifting", "count", kLess},
                                                         {"refused", "count"},
-                                                        {"diverged", "count"},
-                                                        {"unavailable", "count"},
-                                                        {"interrupted", "count"},
-                                                        {"schedule_difference", "count"},
-                                                        {"closed_form_error", "1"},
-                                                        {"energy_over_bound", "1"},
+                                                        {"diverged", "count", kLess},
+                                                        {"unavailable", "count", kLess},
+                                                        {"interrupted", "count", kLess},
+                                                        {"schedule_difference", "count", kLess},
+                                                        {"closed_form_error", "1", kLess},
+                                                        {"energy_over_bound", "1", kLess},
                                                         {"energy_left", "1"},
                                                         {"energy_left_min", "1"},
-                                                        {"order", "1"},
-                                                        {"order_min", "1"},
-                                                        {"error", "1"},
+                                                        {"order", "1", kMore},
+                                                        {"order_min", "1", kMore},
+                                                        {"error", "1", kLess},
                                                         {"step_s", "s"},
-                                                        {"momentum_error", "1"},
+                                                        {"momentum_error", "1", kLess},
                                                         {"restitution", "1"},
                                                         {"restitution_min", "1"},
                                                         {"bounces_min", "count"},
-                                                        {"reaction_error", "1"},
+                                                        {"reaction_error", "1", kLess},
                                                         {"limit_scaling", "1"},
                                                         {"limit_scaling_min", "1"},
-                                                        {"stiffest_named_min", "count"},
-                                                        {"energy_swing", "1"},
+                                                        {"stiffest_named_min", "count", kMore},
+                                                        {"energy_swing", "1", kLess},
                                                         {"energy_trend", "1"},
-                                                        {"speed_error", "1"},
-                                                        {"device_difference", "count"},
-                                                        {"numbering_difference", "1"},
-                                                        {"step_over_limit", "1"}});
+                                                        {"speed_error", "1", kLess},
+                                                        {"device_difference", "count", kLess},
+                                                        {"numbering_difference", "1", kLess},
+                                                        {"step_over_limit", "1", kLess}});
 
 using Table = std::span<const MetricUnit>;
 
@@ -235,6 +241,16 @@ std::vector<Table> tables_of(std::string_view signal) {
   return {};
 }
 
+unsigned traits_of(const std::string& signal, const std::string& metric) {
+  unsigned traits = 0;
+  for (const Table table : tables_of(signal)) {
+    for (const MetricUnit& row : table) {
+      if (row.metric == metric) traits |= row.traits;
+    }
+  }
+  return traits;
+}
+
 }  // namespace
 
 std::optional<std::vector<std::string>> metrics_of_signal(const std::string& signal) {
@@ -261,14 +277,14 @@ std::string base_unit(const std::string& signal, const std::string& metric) {
   return unit;
 }
 
-bool judges_shape(const std::string& signal, const std::string& metric) {
-  for (const Table table : tables_of(signal)) {
-    for (const MetricUnit& row : table) {
-      if (row.metric == metric && row.shape) return true;
-    }
-  }
-  return false;
+bool judges_shape(const std::string& signal, const std::string& metric) { return traits_of(signal, metric) & kShape; }
+
+Better better_of(const std::string& signal, const std::string& metric) {
+  const unsigned traits = traits_of(signal, metric);
+  return traits & kLess ? Better::less : traits & kMore ? Better::more : Better::neither;
 }
+
+bool is_timed(const std::string& signal, const std::string& metric) { return traits_of(signal, metric) & kTimed; }
 
 std::optional<double> step_unit(const Nominal& nominal, const std::string& signal) {
   const std::vector<std::string_view> parts = parts_of(signal);

@@ -3,6 +3,7 @@
 #include "evenstep/reports/json.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/writers.h"
+#include "summary_schema.h"
 
 namespace evenstep {
 namespace {
@@ -22,6 +23,8 @@ const char* verdict_name(ExpectationResult::Verdict verdict) {
   }
   return "error";
 }
+
+Json word_or_null(const std::string& word) { return word.empty() ? Json() : Json(word); }
 
 Json json_of(const std::optional<FailurePlace>& place) {
   if (!place) return nullptr;
@@ -115,12 +118,17 @@ Json json_of(const std::vector<std::pair<std::string_view, GrowthInterval>>& gro
 
 }  // namespace
 
+std::string summary_schema() { return internal::kSummarySchema; }
+
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
                          const std::string& version, const std::string& verdict, const std::string& failure) {
   Json out = {{"format", 1},
               {"evenstep", version},
               {"scenario", run.scenario},
               {"file", run.file},
+              {"scenario_digest", run.digest ? Json(fmt::format("{:016x}", *run.digest)) : Json()},
+              {"date", word_or_null(run.origin.date)},
+              {"commit", word_or_null(run.origin.commit)},
               {"seed", run.seed},
               {"clock", run.clock},
               {"real_time_granted", run.real_time_granted},

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-namespace evenstep::internal {
+namespace evenstep {
 
 char32_t take_code_point(std::string_view& text) {
   constexpr char32_t kReplacement = 0xFFFD;
@@ -33,6 +33,20 @@ void append_utf8(std::string& out, char32_t c) {
   if (c < 0x10000) return put(0xE0 | c >> 12), tail(6), tail(0);
   put(0xF0 | c >> 18), tail(12), tail(6), tail(0);
 }
+
+bool is_unseen(char32_t c) {
+  struct Points {
+    char32_t first, last;
+  };
+  static constexpr std::array kUnseen = std::to_array<Points>(
+      {{0x00, 0x1F},     {0x7F, 0x9F},     {0xAD, 0xAD},       {0x34F, 0x34F},     {0x61C, 0x61C},
+       {0x115F, 0x1160}, {0x17B4, 0x17B5}, {0x180B, 0x180F},   {0x200B, 0x200F},   {0x2028, 0x202E},
+       {0x2060, 0x206F}, {0x3164, 0x3164}, {0xFE00, 0xFE0E},   {0xFEFF, 0xFEFF},   {0xFFA0, 0xFFA0},
+       {0xFFF0, 0xFFFB}, {0xFFFE, 0xFFFF}, {0x1BCA0, 0x1BCA3}, {0x1D173, 0x1D17A}, {0xE0000, 0xE0FFF}});
+  return std::any_of(kUnseen.begin(), kUnseen.end(), [c](Points p) { return c >= p.first && c <= p.last; });
+}
+
+namespace internal {
 
 std::string xml_escape(std::string_view text) {
   std::string out;
@@ -101,4 +115,5 @@ std::string exact_seconds(RealTime t) {
   return fmt::format("{}{}.{:09}", t.ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);
 }
 
-}  // namespace evenstep::internal
+}  // namespace internal
+}  // namespace evenstep

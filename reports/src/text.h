@@ -6,14 +6,10 @@
 #include <string>
 #include <string_view>
 
+#include "evenstep/reports/unicode.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep::internal {
-
-/// Takes the first code point off `text`, which must not be empty. For anything that is not UTF-8 it takes one byte and
-/// gives U+FFFD.
-char32_t take_code_point(std::string_view& text);
-void append_utf8(std::string& out, char32_t c);
 
 /// Text for XML 1.0, also in attributes: characters that XML does not allow are left out, line breaks in attributes are
 /// kept.

@@ -164,17 +164,19 @@ case_completion_and_the_manual_know_every_command_and_option() {
   sed 's/\\-/-/g' out >manual
   commands=$("$evenstep" --help | sed -n '/^Subcommands:/,$p' | sed -nE 's/^  ([a-z]+) .*/\1/p')
   [ "$(wc -w <<<"$commands")" -ge 14 ] || fail "commands: $commands"
+  # Each grep reads to the end (no -q): what writes into it would otherwise fail now and then, and so would the pipe.
   complete_line() {  # complete_line WORDS... : what the shell offers for the last of them
     bash -c 'source ./completion; COMP_WORDS=("$@") COMP_CWORD=$(($# - 1)); _evenstep
              printf "%s\n" "${COMPREPLY[@]}"' - "$@"
   }
   for command in $commands; do
-    complete_line evenstep "${command:0:2}" | grep -qx "$command" || fail "the shell does not complete $command"
+    complete_line evenstep "${command:0:2}" | grep -x "$command" >nothing || fail "the shell does not complete $command"
     grep -qx "\.SS $command" manual || fail "the manual lacks $command"
     for option in $("$evenstep" "$command" --help | grep -oE '^  (-h,)?--[a-z-]+' | grep -oE -- '--[a-z-]+'); do
-      complete_line evenstep "$command" "$option" | grep -qx -- "$option" ||
+      complete_line evenstep "$command" "$option" | grep -x -- "$option" >nothing ||
         fail "the shell does not complete $command $option"
-      sed -n "/^\.SS $command\$/,/^\.S/p" manual | grep -qE -- "$option( |\$)" || fail "the manual lacks $command $option"
+      sed -n "/^\.SS $command\$/,/^\.S/p" manual | grep -E -- "$option( |\$)" >nothing ||
+        fail "the manual lacks $command $option"
     done
   done
   [ -z "$(complete_line evenstep run x)" ] || fail "files are left to the shell"

@@ -45,11 +45,14 @@ TEST_CASE("summary.json opens as the design says") {
   run.scenario = "s";
   run.clock = "virtual";
   run.trace_hash = 0x1234;
+  run.digest = 0xff;
+  run.origin.date = "2026-11-23T11:05:13Z";
   ExpectationResult result = synthetic::nasty_results()[0];
   result.file = "x.toml";
   const std::string json = summary_json(run, {{"run", {{"a", 1.5}, {"b", NAN}}}}, {result}, "0.1.0", "pass");
   CHECK(json ==
-        "{\"format\":1,\"evenstep\":\"0.1.0\",\"scenario\":\"s\",\"file\":\"\",\"seed\":1,\"clock\":\"virtual\",\"real_time_"
+        "{\"format\":1,\"evenstep\":\"0.1.0\",\"scenario\":\"s\",\"file\":\"\",\"scenario_digest\":\"00000000000000ff\","
+        "\"date\":\"2026-11-23T11:05:13Z\",\"commit\":null,\"seed\":1,\"clock\":\"virtual\",\"real_time_"
         "granted\":"
         "true,\"verdict\":\"pass\","
         "\"trace_hash\":\"0000000000001234\",\"expectations\":[\n{\"line\":12,\"signal\":\"left.interaction.direct\","

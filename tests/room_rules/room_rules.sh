@@ -8,7 +8,7 @@
 set -u -o pipefail
 export LC_ALL=C
 
-readonly rooms='clock remap scheduler sim device reports text recordings plugins catalogue loop harness campaigns apps
+readonly rooms='clock remap scheduler sim device reports pages text recordings plugins catalogue loop harness campaigns apps
   tests bench examples cmake docs scenarios scripts'
 readonly posix_clock='clock_gettime|clock_nanosleep|nanosleep|usleep'
 readonly std_clock='steady_clock|system_clock|high_resolution_clock'
@@ -21,7 +21,7 @@ readonly processes='\b(v?fork|posix_spawnp?|exec[vl][pe]*|popen|std::system) *\(
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
 readonly with_threads='scheduler/src/(live_lanes|parallel_for)|device/src/hid/hidapi_transport|tests/|examples/'
-readonly hashed='scheduler|remap|sim|device|reports|text|recordings|plugins|scenarios/format|catalogue|loop|harness'\
+readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugins|scenarios/format|catalogue|loop|harness'\
 '|campaigns'
 
 # name @ which files (regular expression on the path) @ where it is allowed @ what must not be there
@@ -77,8 +77,8 @@ headers_without_opening() {
 
 # rooms_too_large ROOT: no room holds more than a fifth of the product's code, or it is several rooms in one. Lines
 # of $source.
-readonly product='clock remap scheduler sim device reports text recordings plugins scenarios/format catalogue loop harness
-  campaigns apps'
+readonly product='clock remap scheduler sim device reports pages text recordings plugins scenarios/format catalogue loop
+  harness campaigns apps'
 rooms_too_large() {
   local room lines total=0
   local -A held=()

@@ -46,5 +46,7 @@ RealTimeGrant request_real_time(int fifo_priority);
 double process_cpu_seconds();
 /// CLOCK_MONOTONIC, s since an arbitrary origin: for run-time reports, never for decisions.
 double monotonic_seconds();
+/// CLOCK_REALTIME, whole s since 1970-01-01 UTC: the date of a report, never for decisions.
+std::int64_t unix_seconds();
 
 }  // namespace evenstep

@@ -39,6 +39,11 @@ std::optional<double> step_unit(const Nominal& nominal, const std::string& signa
 std::string base_unit(const std::string& signal, const std::string& metric);
 /// Whether a metric is about the shape of the signal, so that it says nothing about a saturated one (saturation.h).
 bool judges_shape(const std::string& signal, const std::string& metric);
+/// Which way a metric gets better, whatever the scenario. `neither`: nobody can say without it (a gain, a count of steps).
+enum class Better : std::uint8_t { neither, less, more };
+Better better_of(const std::string& signal, const std::string& metric);
+/// Whether a metric says how long something took on this machine, so that it is another number in every run.
+bool is_timed(const std::string& signal, const std::string& metric);
 
 // The measures themselves, on plain series.
 

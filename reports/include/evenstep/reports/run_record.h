@@ -220,9 +220,17 @@ struct Nominal {
   std::vector<Device> devices;
 };
 
+/// When a run was made, and from which state of the user's repository. The run itself knows neither: whoever starts it says.
+struct RunOrigin {
+  std::string date;    ///< "2026-11-23T11:05:13Z"; empty: not said
+  std::string commit;  ///< 40 or 64 hex digits; empty: not known
+};
+
 struct RunRecord {
   std::string scenario;  ///< its name
   std::string file;
+  std::optional<std::uint64_t> digest = {};  ///< of all in the scenario that the run depends on; empty: it was not read
+  RunOrigin origin = {};
   std::uint64_t seed = 1;
   std::string clock;  ///< "virtual" | "wall"
   std::string live;   ///< the strategy that ran on the wall clock; empty if none did

@@ -14,6 +14,8 @@ namespace evenstep {
 
 std::string summary_json(const RunRecord& run, const Metrics& metrics, const std::vector<ExpectationResult>& results,
                          const std::string& version, const std::string& verdict, const std::string& failure = "");
+/// The JSON Schema (draft 4) of every summary.json: docs/schema/summary-1.json.
+std::string summary_schema();
 std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error,
                       const std::string& reproduce);
 /// First column t[s]; then one block per strategy and device (docs/metrics.md). Without RunRecord::keep_rows only the bins.
