@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "evenstep/reports/limit_text.h"
 #include "evenstep/reports/writers.h"
-#include "src/limit_text.h"
 #include "src/text.h"
 
 namespace evenstep {
@@ -25,7 +25,7 @@ std::string problem(Verdict verdict, const std::string& message, const std::stri
 }
 
 std::string testcase(const RunRecord& run, const ExpectationResult& result, const std::string& reproduce) {
-  const std::string name = fmt::format("{} {} {}", result.signal, result.metric, internal::limit_text(result));
+  const std::string name = fmt::format("{} {} {}", result.signal, result.metric, limit_text(result));
   std::string xml = fmt::format("    <testcase{}{}{}{}", attribute("name", name), attribute("classname", run.scenario),
                                 attribute("file", result.file), attribute("line", fmt::format("{}", result.line)));
   if (result.verdict == Verdict::pass) return xml + "/>\n";
@@ -49,8 +49,8 @@ std::string failed_run(const RunRecord& run, const std::string& error, const std
 }  // namespace
 
 std::string failure_message(const ExpectationResult& result) {
-  std::string message = fmt::format("{} {}: {}, limit {}", result.signal, result.metric, internal::value_text(result),
-                                    internal::limit_text(result));
+  std::string message =
+      fmt::format("{} {}: {}, limit {}", result.signal, result.metric, value_text(result), limit_text(result));
   if (result.expect_fail) message += " (was expected to fail)";
   if (!result.detail.empty()) message += ": " + result.detail;
   if (!result.where.empty()) message += ": " + result.where;

@@ -1,4 +1,4 @@
-#include "src/limit_text.h"
+#include "evenstep/reports/limit_text.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace evenstep::internal {
+namespace evenstep {
 namespace {
 
 std::string with_unit(std::string number, const std::string& unit) { return unit.empty() ? number : number + ' ' + unit; }
@@ -50,4 +50,4 @@ std::string verdict_text(const ExpectationResult& result) {
   return "ERROR";
 }
 
-}  // namespace evenstep::internal
+}  // namespace evenstep

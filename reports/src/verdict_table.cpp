@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "evenstep/reports/limit_text.h"
 #include "evenstep/reports/writers.h"
-#include "src/limit_text.h"
 #include "src/text.h"
 
 namespace evenstep {
@@ -18,10 +18,10 @@ constexpr std::array<bool, kColumns> kRight{false, false, true, false, true, fal
 Row row_of(const ExpectationResult& result) {
   return {result.signal,
           result.metric,
-          internal::value_text(result),
-          internal::limit_text(result),
-          internal::margin_text(result),
-          internal::verdict_text(result),
+          value_text(result),
+          limit_text(result),
+          margin_text(result),
+          verdict_text(result),
           fmt::format("{}:{}", result.file, result.line)};
 }
 

@@ -10,6 +10,7 @@
 namespace evenstep {
 
 inline constexpr const char* kSummaryFile = "summary.json";  ///< a folder with this file is a run folder
+inline constexpr const char* kReportFile = "report.html";    ///< for people: of a run, a sweep or a study
 inline constexpr const char* kStudyFile = "study.json";      ///< a folder with this file is one of `evenstep study`
 inline constexpr const char* kStudyFigure = "error-against-cost.svg";  ///< of a study of the felt force, in its folder
 

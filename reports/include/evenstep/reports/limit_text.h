@@ -1,11 +1,11 @@
 #pragma once
-/// The limits of an expectation in readable form, for the verdict table and JUnit.
+/// The limits of an expectation in readable form, for tables, pages and JUnit.
 
 #include <string>
 
 #include "evenstep/reports/verdict.h"
 
-namespace evenstep::internal {
+namespace evenstep {
 
 /// "<= 1e-06 step", ">= 4 step", "= 0", "1 .. 2 ms"
 std::string limit_text(const ExpectationResult& result);
@@ -15,4 +15,4 @@ std::string value_text(const ExpectationResult& result);
 std::string margin_text(const ExpectationResult& result);
 std::string verdict_text(const ExpectationResult& result);
 
-}  // namespace evenstep::internal
+}  // namespace evenstep
