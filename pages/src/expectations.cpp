@@ -108,13 +108,14 @@ Html margin_bar(const ExpectationResult& result) {
   return Html::markup(svg + "</svg>");
 }
 
-Html expectations_table(std::span<const ExpectationResult> results) {
+Html expectations_table(std::span<const ExpectationResult> results, const std::string& file) {
   if (results.empty()) return {};
   std::vector<std::vector<Html>> rows;
   for (const ExpectationResult& result : results) {
     const Html signal = element("code", result.signal);
-    const Html where = element("a", {{"href", '#' + line_id(result.file, result.line)}, {"title", result.file}},
-                               fmt::format("{}:{}", file_name(result.file), result.line));
+    const Html where = element(
+        "a", {{"href", '#' + line_id(result.file, result.line)}, {"title", result.file}},
+        result.file == file ? fmt::format("{}", result.line) : fmt::format("{}:{}", file_name(result.file), result.line));
     Html verdict = verdict_badge(word_of(result.verdict));
     if (result.expect_fail) verdict += element("span", {{"class", "more"}}, "a failure is expected");
     rows.push_back({verdict, signal + Html(" ") + result.metric + more_of(result) + places_of(result), value_text(result),

@@ -8,7 +8,8 @@
 
 namespace evenstep::internal {
 
-Html expectations_table(std::span<const ExpectationResult> results);
+/// Lines of `file` are named by their number alone, those of others with their file.
+Html expectations_table(std::span<const ExpectationResult> results, const std::string& file);
 
 /// The limit stands at the same place in every bar, and what holds is on the shaded side of it. A value is a dot if it
 /// holds, and a cross if not; one that is off the scale is at the end of the bar.

@@ -45,9 +45,9 @@ Html head_of(const Page& page) {
 
 Html banner_of(const Page& page) {
   Html banner = element("p", {{"class", "kind"}}, page.kind);
-  Html title = element("h1", page.title);
-  if (!page.verdict.empty()) title += verdict_badge(page.verdict);
-  banner += element("div", {{"class", "title"}}, title) + page.summary;
+  banner += element("h1", page.title);
+  const Html verdict = page.verdict.empty() ? Html() : verdict_badge(page.verdict);
+  banner += element("div", {{"class", "outcome"}}, verdict + element("div", page.summary));
   if (!page.command.empty()) {
     banner += element("div", {{"class", "command"}},
                       element("code", {{"id", "command"}}, page.command) +

@@ -107,6 +107,7 @@ Html latency_table(const RunPage& page) {
   std::vector<std::vector<Html>> rows;
   for (const StrategyRecord& strategy : page.run.strategies) {
     const LatencyRecord& latency = strategy.latency;
+    if (strategy.reference) continue;
     if (latency.latency.ns == 0 && latency.least_any_phase.ns == 0) continue;
     rows.push_back({element("code", strategy.name), ms(latency.lead),
                     ms(latency.latency) + (latency.adapts ? " at most" : ""), ms(latency.least_any_phase),
@@ -268,19 +269,25 @@ std::string run_page(const RunPage& page) {
   out.summary = summary_of(page);
   out.command = page.reproduce;
   out.sections = {
-      {"expectations", "Expectations", internal::expectations_table(page.results) + saturated(page)},
+      {"expectations", "Expectations", internal::expectations_table(page.results, page.run.file) + saturated(page)},
       {"cells", "Cells", case_section(page)},
       {"figure-1", "Motion and force", drawn ? figure_1(page) : Html()},
       {"segment", "One segment", drawn ? stepper() : Html()},
-      {"staircase", "Simulation time against real time",
+      {"staircase", "Staircase",
        drawn ? chart("staircase",
                      "Simulation time of each step: when it began to be computed (a staircase: it waits while the simulator "
                      "draws), and the instant of the hand that it reads, which should be a straight line.")
              : Html()},
       {"occupancy", "Buffers",
-       schedule ? chart("waiting", "Forces that wait in the schedule when a step ends. The dashed line is its capacity.") +
-                      chart("spare", "Time that is left until a step's force is due. Below 0 the force is late.")
-                : Html()},
+       schedule
+           ? chart("waiting",
+                   "Forces that wait in the schedule when a step ends. The dashed line is how many it has room for.") +
+                 chart("spare",
+                       "Time that is left until a step's force is due, when the step ends. Below 0 the force is late.") +
+                 chart("age",
+                       "How old the hand's position is that a step reads, when the step begins. Below 0 it does not "
+                       "exist yet.")
+           : Html()},
       {"error", "Error over the run",
        drawn ? element("div", {{"class", "controls"}, {"data-controls", "bins"}}) +
                    chart("bins", "The error in each part of the run, logarithmic. A line that rises means that it grows.") +
@@ -289,7 +296,7 @@ std::string run_page(const RunPage& page) {
       {"cost", "Error against cost",
        page.study_svg.empty() ? Html() : element("figure", {{"class", "paper"}}, Html::markup(page.study_svg))},
       {"lateness", "Lateness", lateness(page)},
-      {"latency", "Stiffness and latency", latency_table(page) + stiffness_table(page)},
+      {"latency", "Latency and stiffness", latency_table(page) + stiffness_table(page)},
       {"left-out", "Left out", left_out(page)},
       {"environment", "Environment", environment(page)},
       {"scenario", "Scenario", sources(page)}};

@@ -76,6 +76,7 @@
     segment: { strategy: main.name, device: data.devices[0].name, at: 0 },
   };
   const visible = () => strategies.filter((s) => !state.hidden.has(s.name));
+  const mapping = () => visible().filter((s) => !s.reference && s.mapped.some((m) => m));
   const deviceOf = (strategy, name = state.device) => strategy.devices.find((d) => d.name === name);
   const nominal = (name = state.device) => data.devices.find((d) => d.name === name);
   const strategyOf = (signal) => strategies.find((s) => signal.endsWith("." + s.name));
@@ -112,6 +113,10 @@
   }
   const short = (v) => v === null || v === undefined || Number.isNaN(v) ? "–" : String(Number(v.toPrecision(4)));
   const ms = (s) => `${short(1e3 * s)} ms`;
+
+  const isDecade = (v) => Math.abs(Math.log10(v) - Math.round(Math.log10(v))) < 1e-6;
+  const decades = (u, splits) => splits.map((v) => isDecade(v) ? v : null);
+  const powerOfTen = (v) => "10" + String(Math.round(Math.log10(v))).replace(/./g, (c) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[c] ?? "⁻");
 
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches &&
@@ -220,20 +225,24 @@
     }),
     "staircase": () => ({
       x: "real time", y: "simulation time", unit: "s",
-      curves: [{ look: { name: "when steps begin", colour: "#767676", width: 1.5, dash: "" }, stepped: true,
+      curves: [{ look: { name: "steps begin", colour: "#767676", width: 1.5, dash: "" }, stepped: true,
                  ...cut(main.begin, main.simulated, state.from, state.to) },
-               ...visible().filter((s) => s.mapped.some((m) => m))
-                 .map((s) => ({ look: s, ...cut(s.read, s.simulated, state.from, state.to, (i) => s.mapped[i]) }))],
+               ...mapping().map((s) => ({ look: s, ...cut(s.read, s.simulated, state.from, state.to, (i) => s.mapped[i]) }))],
     }),
     "waiting": () => ({
       x: "real time", y: "forces waiting", unit: "", low: true, zero: true,
-      curves: visible().filter((s) => s.mapped.some((m) => m))
-        .map((s) => ({ look: s, stepped: true, ...cut(s.end, s.waiting, state.from, state.to, (i) => s.mapped[i]) })),
-      limits: main.force_capacity > 0 ? [{ at: main.force_capacity, text: `capacity of ${main.name}: ${main.force_capacity}` }] : [],
+      curves: mapping().map((s) => ({ look: s, stepped: true, ...cut(s.end, s.waiting, state.from, state.to, (i) => s.mapped[i]) })),
+      limits: mapping().filter((s) => s.force_capacity > 0).slice(-1)
+        .map((s) => ({ at: s.force_capacity, text: `room for ${s.force_capacity} (${s.name})` })),
+    }),
+    "age": () => ({
+      x: "real time", y: "age", unit: "s", low: true, zero: true,
+      curves: mapping().map((s) => ({
+        look: s, ...cut(s.begin, s.begin.map((t, i) => t - s.read[i]), state.from, state.to, (i) => s.mapped[i]) })),
     }),
     "spare": () => ({
-      x: "real time", y: "until it is due", unit: "s", zero: true,
-      curves: visible().filter((s) => s.mapped.some((m) => m)).map((s) => ({
+      x: "real time", y: "to spare", unit: "s", low: true, zero: true,
+      curves: mapping().map((s) => ({
         look: s, ...cut(s.end, s.emission.map((t, i) => t - s.end[i]), state.from, state.to, (i) => s.mapped[i]) })),
     }),
     "bins": () => ({
@@ -262,10 +271,10 @@
   function limitsOf(kind, metric) {
     return data.limits.filter((l) => l.metric === metric && strategyOf(l.signal) && !state.hidden.has(strategyOf(l.signal).name) &&
         l.signal.startsWith(`${state.device}.${kind}.`))
-      .map((l) => ({ at: l.steps, text: `${strategyOf(l.signal).name} ${l.word} ${short(l.steps)} step` }));
+      .map((l) => ({ at: l.steps, text: `${strategyOf(l.signal).name}: ${l.word} ${short(l.steps)} step` }));
   }
 
-  // Lines across a chart: limits, and where expectations fail. A limit that would squeeze the curves is not shown.
+  // Lines across a chart: limits, and where expectations fail. A limit that cannot be told from 0 here is not shown.
   function drawLines(u, spec) {
     const { left, top, width, height } = u.bbox, c = u.ctx;
     c.save();
@@ -281,7 +290,8 @@
     };
     for (const { at, text } of spec.limits ?? []) {
       const y = u.valToPos(at, "y", true);
-      if (y < top || y > top + height) continue;
+      const onZero = !spec.log && Math.abs(y - u.valToPos(0, "y", true)) < 8 * devicePixelRatio;
+      if (onZero || y < top || y > top + height) continue;
       line(left, y, left + width, y, css("--mark"));
       c.textAlign = "right";
       c.fillText(text, left + width - 6, y - 5);
@@ -335,7 +345,8 @@
         scales: { x: { time: false, ...range }, y: this.scaleOfY(spec) },
         axes: [{ ...axis, label: `${spec.x} [s]` },
                { ...axis, label: unit ? `${spec.y} [${unit}]` : spec.y, size: 64,
-                 ...(spec.log ? { values: (u, splits) => splits.map((v) => v === null ? "" : String(Number(v.toPrecision(2)))) } : {}) }],
+                 ...(spec.log ? { filter: decades, values: (u, splits) => splits.map((v) => v === null ? "" : powerOfTen(v)),
+                                  grid: { ...axis.grid, filter: decades }, ticks: { ...axis.ticks, filter: decades } } : {}) }],
         series: [{ label: spec.x, value: (u, v) => v === null ? "–" : `${v.toFixed(6)} s` },
                  ...spec.curves.map((curve) => ({
                    label: curve.look.name, stroke: colourOf(curve.look), width: curve.look.width, dash: dashOf(curve.look),
@@ -357,7 +368,8 @@
         const span = high - low || Math.abs(high) || 1;
         return [low - (spec.zero && low === 0 ? 0.02 : 0.08) * span, high + 0.1 * span];
       };
-      return { range: (u, low, high) => low === null ? [-1, 1] : pad(low, high) };
+      const room = spec.zero ? Math.max(0, ...(spec.limits ?? []).map((l) => l.at)) : -Infinity;
+      return { range: (u, low, high) => low === null ? [-1, 1] : pad(low, Math.max(high, room)) };
     }
 
     selected(u, spec) {
@@ -619,7 +631,7 @@
     if (view.visualization) {
       const [from, to] = view.visualization.map((t) => Math.min(Math.max(x(t), left), right));
       add("rect", { x: from, y: ran.top, width: Math.max(to - from, 1), height: ran.bottom - ran.top, class: "visualization" });
-      if (to - from > 90) add("text", { x: (from + to) / 2, y: ran.top + 16, class: "middle" }, "visualization");
+      if (to - from > 90) add("text", { x: (from + to) / 2, y: ran.top + 16, class: "middle inside" }, "visualization");
     }
     view.rows.forEach((i, k) => drawStep(add, strategy, device, i, k, { x, yHand, yForce, slots, ran, due, left, right }));
     const path = (values, y) => view.ticks.map((k, i) => `${i ? "L" : "M"}${x(device.ticks.sent[k]).toFixed(1)} ${y(values[k]).toFixed(1)}`).join("");
@@ -637,7 +649,7 @@
     const block = (from, to, box, kind) => {
       add("rect", { x: from, y: box.top, width: Math.max(to - from, 1), height: box.bottom - box.top, class: kind });
       if (to - from > 8 * String(k + 1).length + 2)
-        add("text", { x: (from + to) / 2, y: box.top + 16, class: "middle" }, String(k + 1));
+        add("text", { x: (from + to) / 2, y: box.top + 16, class: "middle inside" }, String(k + 1));
     };
     if (mapped) block(read, Math.min(x(strategy.read[i] + data.slot_s), right), slots, "slot");
     else if (k === 0) add("text", { x: left + 6, y: slots.bottom - 8 }, "none: each step reads the newest sample");
