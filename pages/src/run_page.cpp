@@ -127,7 +127,7 @@ Html latency_table(const RunPage& page) {
                rows);
 }
 
-std::string shown(const std::optional<double>& value) { return value ? number(*value) : "–"; }
+std::string shown(const std::optional<double>& value) { return value ? number(*value) : ""; }
 
 Html stiffness_table(const RunPage& page) {
   std::vector<std::vector<Html>> rows;

@@ -99,6 +99,7 @@
     return to[i - 1] + (value - from[i - 1]) * (to[i] - to[i - 1]) / (from[i] - from[i - 1]);
   }
   const simulatedAt = (real) => along(main.begin, main.simulated, real);
+  const simulatedWindow = () => [simulatedAt(state.from), simulatedAt(state.to)];
   const realAt = (simulated) => along(main.simulated, main.begin, simulated);
 
   // --- Numbers and colours -----------------------------------------------------------------------------------------------
@@ -181,11 +182,12 @@
   }
 
   // What is left of a curve when its least-squares line is taken away.
-  function offLine({ x, y }) {
+  function offLine({ x, y }, from, to) {
+    const fits = (i) => y[i] !== null && x[i] >= from && x[i] <= to;
     let n = 0, mx = 0, my = 0, xx = 0, xy = 0;
-    for (let i = 0; i < x.length; i++) if (y[i] !== null) { n++; mx += x[i]; my += y[i]; }
+    for (let i = 0; i < x.length; i++) if (fits(i)) { n++; mx += x[i]; my += y[i]; }
     mx /= n; my /= n;
-    for (let i = 0; i < x.length; i++) if (y[i] !== null) { xx += (x[i] - mx) ** 2; xy += (x[i] - mx) * (y[i] - my); }
+    for (let i = 0; i < x.length; i++) if (fits(i)) { xx += (x[i] - mx) ** 2; xy += (x[i] - mx) * (y[i] - my); }
     const slope = xx > 0 ? xy / xx : 0;
     return { x, y: y.map((v, i) => v === null ? null : v - my - slope * (x[i] - mx)) };
   }
@@ -193,7 +195,7 @@
   function motionCurve(strategy) {
     const device = deviceOf(strategy);
     if (!device) return { x: [], y: [] };
-    return cut(strategy.simulated, device.position, simulatedAt(state.from), simulatedAt(state.to), (i) => strategy.judged[i]);
+    return cut(strategy.simulated, device.position, ...simulatedWindow(), (i) => strategy.judged[i]);
   }
   function forceCurve(strategy) {
     const device = deviceOf(strategy);
@@ -211,7 +213,7 @@
     }),
     "interaction-off": () => ({
       x: "simulation time", y: "off the line", unit: nominal().step_m ? "step" : "m", sim: true, low: true,
-      curves: visible().map((s) => ({ look: s, ...inSteps(offLine(motionCurve(s)), nominal().step_m) })),
+      curves: visible().map((s) => ({ look: s, ...inSteps(offLine(motionCurve(s), ...simulatedWindow()), nominal().step_m) })),
       limits: limitsOf("interaction", "deviation_max"),
     }),
     "force": () => ({
@@ -220,7 +222,7 @@
     }),
     "force-off": () => ({
       x: "real time", y: "off the line", unit: nominal().step_N ? "step" : "N", low: true,
-      curves: visible().map((s) => ({ look: s, ...inSteps(offLine(forceCurve(s)), nominal().step_N) })),
+      curves: visible().map((s) => ({ look: s, ...inSteps(offLine(forceCurve(s), state.from, state.to), nominal().step_N) })),
       limits: limitsOf("force", "deviation_max"),
     }),
     "staircase": () => ({
@@ -294,7 +296,7 @@
       if (onZero || y < top || y > top + height) continue;
       line(left, y, left + width, y, css("--mark"));
       c.textAlign = "right";
-      c.fillText(text, left + width - 6, y - 5);
+      c.fillText(text, left + width - 6, y - top > 20 * devicePixelRatio ? y - 5 : y + 14 * devicePixelRatio);
     }
     for (const mark of data.marks.filter((m) => deviceIn(m.signal)?.name === state.device)) {
       const value = spec.sim ? simulatedAt(mark.at_s) : mark.at_s;
@@ -337,13 +339,13 @@
 
     options(spec, unit) {
       const axis = { stroke: css("--quiet"), grid: { stroke: css("--line"), width: 1 }, ticks: { stroke: css("--line"), width: 1 },
-                     font: `12px ${css("--text")}`, labelFont: `12px ${css("--text")}`, labelSize: 20 };
+                     font: `12px ${css("--text")}`, labelFont: `12px ${css("--text")}`, labelSize: 18 };
       const range = spec.all ? {} : {
-        range: () => spec.sim ? [simulatedAt(state.from), simulatedAt(state.to)] : [state.from, state.to] };
+        range: () => spec.sim ? simulatedWindow() : [state.from, state.to] };
       return {
-        width: Math.max(260, this.box.clientWidth), height: spec.low ? 170 : 270,
+        width: Math.max(260, this.box.clientWidth), height: spec.low ? 180 : 270,
         scales: { x: { time: false, ...range }, y: this.scaleOfY(spec) },
-        axes: [{ ...axis, label: `${spec.x} [s]` },
+        axes: [{ ...axis, label: `${spec.x} [s]`, size: 30 },
                { ...axis, label: unit ? `${spec.y} [${unit}]` : spec.y, size: 64,
                  ...(spec.log ? { filter: decades, values: (u, splits) => splits.map((v) => v === null ? "" : powerOfTen(v)),
                                   grid: { ...axis.grid, filter: decades }, ticks: { ...axis.ticks, filter: decades } } : {}) }],
