@@ -14,7 +14,7 @@ namespace evenstep::internal {
 namespace {
 
 constexpr std::int64_t kMostNumbers = 400'000;
-constexpr std::size_t kMostBytes = 800'000;  // of the charts' text, so that a page stays below 1 MB
+constexpr std::size_t kMostBytes = 650'000;  // of the charts' text, so that a page stays below 1 MB
 
 template <class Value>
 std::vector<Value> picked(const std::vector<Value>& values, const std::vector<std::size_t>& rows) {

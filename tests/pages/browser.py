@@ -20,7 +20,7 @@ def program():
 class Browser:
     """With one page. `faults` has every error, warning and refused load that it has met."""
 
-    def __init__(self, limit_s=60):
+    def __init__(self, limit_s=30):
         self.folder = tempfile.mkdtemp(prefix="evenstep-browser-")
         to_it, self.out = os.pipe()
         self.into, from_it = os.pipe()
@@ -39,7 +39,7 @@ class Browser:
         os.close(to_it)
         os.close(from_it)
         self.number, self.rest, self.faults, self.events = 0, b"", [], []
-        self.session, self.until = None, time.monotonic() + limit_s
+        self.session, self.limit_s = None, limit_s
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
@@ -56,8 +56,9 @@ class Browser:
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def receive(self):
+        until = time.monotonic() + self.limit_s
         while b"\0" not in self.rest:
-            left = self.until - time.monotonic()
+            left = until - time.monotonic()
             if left <= 0 or not select.select([self.into], [], [], left)[0]:
                 raise TimeoutError("the browser does not answer")
             read = os.read(self.into, 1 << 20)
@@ -115,9 +116,10 @@ class Browser:
                   features=[{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}])
 
     def wait_for(self, expression):
+        until = time.monotonic() + self.limit_s
         while not self.run(expression):
             time.sleep(0.02)
-            if time.monotonic() > self.until:
+            if time.monotonic() > until:
                 raise TimeoutError(expression)
 
     def key(self, name):
