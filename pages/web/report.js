@@ -54,10 +54,11 @@
       const sent = ticks.at.map((t, i) => (t + ticks.lateness[i]) / SECOND);
       return { name: device.name, position: columns[device.position], force: columns[device.force], ticks: { ...ticks, sent } };
     });
+    const end = begin.map((t, i) => t + steps.run[i] / SECOND), emission = read.map((t, i) => t + steps.emission[i] / SECOND);
     return {
-      ...strategy, devices, segments, simulated, begin, read,
-      end: begin.map((t, i) => t + steps.run[i] / SECOND),
-      emission: read.map((t, i) => t + steps.emission[i] / SECOND),
+      ...strategy, devices, segments, simulated, begin, read, end, emission,
+      spare: emission.map((t, i) => t - end[i]),
+      age: steps.read.map((ns) => -ns / SECOND),
       index: steps.index, segment: steps.segment, mapped: steps.mapped, judged: steps.judged, waiting: steps.waiting,
     };
   }
@@ -240,12 +241,12 @@
     "age": () => ({
       x: "real time", y: "age", unit: "s", low: true, zero: true,
       curves: mapping().map((s) => ({
-        look: s, ...cut(s.begin, s.begin.map((t, i) => t - s.read[i]), state.from, state.to, (i) => s.mapped[i]) })),
+        look: s, ...cut(s.begin, s.age, state.from, state.to, (i) => s.mapped[i]) })),
     }),
     "spare": () => ({
       x: "real time", y: "to spare", unit: "s", low: true, zero: true,
       curves: mapping().map((s) => ({
-        look: s, ...cut(s.end, s.emission.map((t, i) => t - s.end[i]), state.from, state.to, (i) => s.mapped[i]) })),
+        look: s, ...cut(s.end, s.spare, state.from, state.to, (i) => s.mapped[i]) })),
     }),
     "bins": () => ({
       x: "real time", y: state.bins.error, unit: binStep() ? "step" : binUnit(), log: true, all: true,
@@ -389,17 +390,20 @@
 
   // Shows this part of the run in all charts that are zoomed together.
   function show(from, to) {
+    setWindow(from, to);
+    drawZoomed();
+  }
+  function setWindow(from, to) {
     const least = 4 * data.slot_s;
     if (to - from < least) { const middle = (from + to) / 2; from = middle - least / 2; to = middle + least / 2; }
     const length = Math.min(to - from, whole.to - whole.from);
     state.from = Math.min(Math.max(from, whole.from), whole.to - length);
     state.to = state.from + length;
-    drawZoomed();
     tellWindow();
   }
-  function showAround(at) {
+  function around(at) {
     const half = DEFAULT_SEGMENTS * data.segment_s / 2;
-    show(at - half, at + half);
+    return [at - half, at + half];
   }
   function zoom(factor) {
     const middle = (state.from + state.to) / 2, half = factor * (state.to - state.from) / 2;
@@ -460,7 +464,7 @@
     const row = control("div", { class: "row" }, "", parent);
     choice("Device", data.devices.map((d) => d.name), state.device, row, (name) => { state.device = name; drawAll(); });
     button("All of the run", row, () => show(whole.from, whole.to));
-    button("Six segments", row, () => showAround((state.from + state.to) / 2));
+    button("Six segments", row, () => show(...around((state.from + state.to) / 2)));
     button("Zoom in", row, () => zoom(0.5));
     button("Zoom out", row, () => zoom(2));
     addToggles(parent);
@@ -495,11 +499,11 @@
     const begins = stepperStrategy().segments.begin;
     goTo(lowerBound(begins, seconds * SECOND + 1) - 1);
   }
-  // Rows of late forces: the first and the latest; -1: none.
+  // Rows of late forces that are judged: the first and the latest; -1: none.
   function lateSteps(strategy) {
     let first = -1, worst = -1, most = 0;
     for (let i = 0; i < strategy.end.length; i++) {
-      const late = strategy.mapped[i] ? strategy.end[i] - strategy.emission[i] : 0;
+      const late = strategy.mapped[i] && strategy.judged[i] ? strategy.end[i] - strategy.emission[i] : 0;
       if (late <= 0.5 / SECOND) continue;
       if (first < 0) first = i;
       if (late > most) { most = late; worst = i; }
@@ -687,7 +691,8 @@
       for (const select of document.querySelectorAll(".choice select"))
         select.value = [...select.options].some((o) => o.value === state.segment.strategy) ? state.segment.strategy :
           [...select.options].some((o) => o.value === state.device) ? state.device : select.value;
-      showAround(at);
+      setWindow(...around(at));
+      drawAll();
       goToTime(at);
       tellLate();
       document.getElementById("segment").scrollIntoView({ block: "start" });
@@ -704,7 +709,7 @@
     state.segment.strategy = strategyOf(worst.signal).name;
     state.device = state.segment.device = deviceIn(worst.signal)?.name ?? state.device;
   }
-  showAround(opening);
+  setWindow(...around(opening));
   goToTime(opening);
   drawAll();
   document.documentElement.dataset.drawnMs = (performance.now() - started).toFixed(0);
