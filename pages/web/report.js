@@ -57,7 +57,7 @@
     const end = begin.map((t, i) => t + steps.run[i] / SECOND), emission = read.map((t, i) => t + steps.emission[i] / SECOND);
     return {
       ...strategy, devices, segments, simulated, begin, read, end, emission,
-      spare: emission.map((t, i) => t - end[i]),
+      spare: steps.run.map((run, i) => (steps.read[i] + steps.emission[i] - run) / SECOND),  // exact to the ns
       age: steps.read.map((ns) => -ns / SECOND),
       index: steps.index, segment: steps.segment, mapped: steps.mapped, judged: steps.judged, waiting: steps.waiting,
     };
@@ -499,12 +499,14 @@
     const begins = stepperStrategy().segments.begin;
     goTo(lowerBound(begins, seconds * SECOND + 1) - 1);
   }
+  // How late the force of a step is, in s; 0 or less: it is not.
+  const lateness = (strategy, i) => strategy.mapped[i] ? -strategy.spare[i] : 0;
   // Rows of late forces that are judged: the first and the latest; -1: none.
   function lateSteps(strategy) {
     let first = -1, worst = -1, most = 0;
     for (let i = 0; i < strategy.end.length; i++) {
-      const late = strategy.mapped[i] && strategy.judged[i] ? strategy.end[i] - strategy.emission[i] : 0;
-      if (late <= 0.5 / SECOND) continue;
+      const late = strategy.judged[i] ? lateness(strategy, i) : 0;
+      if (late <= 0) continue;
       if (first < 0) first = i;
       if (late > most) { most = late; worst = i; }
     }
@@ -587,11 +589,11 @@
     slider.value = state.segment.at;
     before.disabled = state.segment.at === 0;
     after.disabled = state.segment.at === last;
-    const late = view.rows.filter((i) => strategy.mapped[i] && strategy.end[i] - strategy.emission[i] > 0.5 / SECOND);
+    const late = view.rows.filter((i) => lateness(strategy, i) > 0);
     const few = data.every > 1 ? ` (of this long run every ${data.every}th is here)` : "";
     text.textContent = `Segment ${strategy.segments.index[state.segment.at]}${few}: ${view.rows.length} steps, ` +
       `${view.from.toFixed(4)} s to ${view.to.toFixed(4)} s, ` +
-      (late.length ? `${late.length} forces late, by at most ${ms(Math.max(...late.map((i) => strategy.end[i] - strategy.emission[i])))}.`
+      (late.length ? `${late.length} forces late, by at most ${ms(Math.max(...late.map((i) => lateness(strategy, i))))}.`
                    : "no force late.");
     slider.setAttribute("aria-valuetext", text.textContent);
     stepper.prepend(segmentSvg(strategy, device, view));
@@ -651,7 +653,7 @@
   // One step with its lines to slot and force (figures 3 c and 4 d).
   function drawStep(add, strategy, device, i, k, { x, yHand, yForce, slots, ran, due, left, right }) {
     const [begin, end, read, emission] = [strategy.begin[i], strategy.end[i], strategy.read[i], strategy.emission[i]].map(x);
-    const mapped = strategy.mapped[i] === 1, late = mapped && strategy.end[i] - strategy.emission[i] > 0.5 / SECOND;
+    const mapped = strategy.mapped[i] === 1, late = lateness(strategy, i) > 0;
     const block = (from, to, box, kind) => {
       add("rect", { x: from, y: box.top, width: Math.max(to - from, 1), height: box.bottom - box.top, class: kind });
       if (to - from > 8 * String(k + 1).length + 2)
