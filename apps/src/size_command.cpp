@@ -4,15 +4,19 @@
 #include <fstream>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/size.h"
+#include "evenstep/harness/run_folder.h"
+#include "evenstep/pages/campaign_pages.h"
 
 namespace evenstep::app {
 namespace {
 
 struct SizeArguments {
+  std::string program;
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping, rate, confidence, figure;
+  std::string sampling, emission, damping, rate, confidence, figure, report;
   bool json = false;
 };
 
@@ -97,6 +101,31 @@ bool write_figure(const std::string& path, const SizeRecord& record) {
   return false;
 }
 
+/// The command that does this again.
+std::string again(const SizeArguments& arguments) {
+  std::string command = fmt::format("{} size {}", arguments.program, shell_file(arguments.file));
+  for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
+  const auto option = [&](const char* name, const std::string& value) {
+    if (!value.empty()) command += fmt::format(" {} {}", name, shell_word(value));
+  };
+  option("--sampling", arguments.sampling);
+  option("--emission", arguments.emission);
+  option("--damping", arguments.damping);
+  option("--rate", arguments.rate);
+  option("--confidence", arguments.confidence);
+  option("--report", arguments.report);
+  return command;
+}
+
+/// False on an error, which is then printed.
+bool write_report(const SizeArguments& arguments, const SizeRecord& record) {
+  if (arguments.report.empty()) return true;
+  const std::string error = replace_file(arguments.report, size_page(record, again(arguments)));
+  if (error.empty()) return true;
+  print({{arguments.report, 0, 0, error + "; give --report a file in a folder that exists"}});
+  return false;
+}
+
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
@@ -106,6 +135,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Re
     return ExitCode::usage;
   }
   if (!arguments.figure.empty() && !write_figure(arguments.figure, result.record)) return ExitCode::usage;
+  if (!write_report(arguments, result.record)) return ExitCode::usage;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
 }
@@ -115,6 +145,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Re
 void add_size(Commands& commands) {
   auto [command, arguments] = commands.add<SizeArguments>(
       "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
+  arguments.program = commands.program();
   command.operand("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns");
   command.repeated("--set", arguments.set, "path=value, overrides the scenario");
   command.option("--sampling", arguments.sampling,
@@ -125,6 +156,7 @@ void add_size(Commands& commands) {
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
+  command.option("--report", arguments.report, "file.html: all of it as one page");
   command.flag("--json", arguments.json, "the numbers instead of the table");
 }
 

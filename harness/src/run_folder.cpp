@@ -173,6 +173,19 @@ std::string write_run_folder(const std::string& folder, const Scenario& scenario
   return write_folder(folder, files);
 }
 
+std::string replace_file(const std::string& path, const std::string& content) {
+  const std::string aside = fmt::format("{}.writing-{}", path, ::getpid());
+  try {
+    write_file(aside, content);
+    fs::rename(aside, path);
+    return {};
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    fs::remove(aside, ignored);
+    return error.what();
+  }
+}
+
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files) {
   const fs::path path = absolute_folder(folder);
   const fs::path aside = path.parent_path() / fmt::format(".{}.writing-{}", path.filename().string(), ::getpid());
