@@ -8,6 +8,8 @@
 #include "evenstep/campaigns/size.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/pages/campaign_pages.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "recording_options.h"
 
 namespace evenstep::app {
 namespace {
@@ -16,8 +18,9 @@ struct SizeArguments {
   std::string program;
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping, rate, confidence, figure, report;
+  std::string sampling, emission, damping, rate, confidence, figure, report, timing;
   bool json = false;
+  RecordingArguments recording;
 };
 
 /// A period or a rate; empty on an error, which is then printed.
@@ -73,16 +76,18 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   return options;
 }
 
-SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const Registry& registry) {
+SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const RecordingOptions& recording,
+                 const Registry& registry) {
   if (std::filesystem::path(arguments.file).extension() != ".toml") {
-    if (arguments.set.empty()) return size_recording(arguments.file, options);
-    return {{}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
+    if (arguments.set.empty()) return size_recording(arguments.file, options, recording);
+    return {{}, {}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
   }
   if (!arguments.sampling.empty() || !arguments.emission.empty())
     return {{},
+            {},
             {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
-  if (!read) return {{}, read.error()};
+  if (!read) return {{}, {}, read.error()};
   return size_scenario(*read, options);
 }
 
@@ -113,6 +118,21 @@ std::string again(const SizeArguments& arguments) {
   option("--damping", arguments.damping);
   option("--rate", arguments.rate);
   option("--confidence", arguments.confidence);
+  const RecordingArguments& recording = arguments.recording;
+  option("--segment", recording.segment);
+  option("--visualization", recording.visualization);
+  option("--step", recording.step);
+  option("--step-begin", recording.step_begin);
+  option("--process", recording.process);
+  option("--steps", recording.steps > 0 ? fmt::format("{}", recording.steps) : "");
+  option("--step-time", recording.step_time);
+  option("--format", recording.format);
+  option("--name", recording.columns.name);
+  option("--begin", recording.columns.begin);
+  option("--end", recording.columns.end);
+  option("--duration", recording.columns.duration);
+  option("--unit", recording.columns.unit);
+  option("--timing", arguments.timing);
   option("--report", arguments.report);
   return command;
 }
@@ -126,15 +146,32 @@ bool write_report(const SizeArguments& arguments, const SizeRecord& record) {
   return false;
 }
 
+/// False on an error, which is then printed.
+bool write_timing(const std::string& path, SizeResult& result) {
+  std::ofstream file(path, std::ios::binary);
+  file << format_timing_csv(result.segments);
+  file.close();
+  if (!file) {
+    print({{path, 0, 0, "cannot be written; give --timing a file in a folder that exists"}});
+    return false;
+  }
+  result.record.trace = path;
+  result.record.trace_roles.clear();
+  return true;
+}
+
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
-  const SizeResult result = sized(arguments, *options, registry);
+  const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
+  if (!recording) return ExitCode::usage;
+  SizeResult result = sized(arguments, *options, *recording, registry);
   if (!result.errors.empty()) {
     print(result.errors);
     return ExitCode::usage;
   }
   if (!arguments.figure.empty() && !write_figure(arguments.figure, result.record)) return ExitCode::usage;
+  if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::usage;
   if (!write_report(arguments, result.record)) return ExitCode::usage;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
@@ -146,7 +183,8 @@ void add_size(Commands& commands) {
   auto [command, arguments] = commands.add<SizeArguments>(
       "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
   arguments.program = commands.program();
-  command.operand("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns");
+  command.operand("file", arguments.file,
+                  "a scenario, or a recording: timing.csv, a list of steps begin_ns,end_ns, or a profiler's file");
   command.repeated("--set", arguments.set, "path=value, overrides the scenario");
   command.option("--sampling", arguments.sampling,
                  "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
@@ -157,7 +195,9 @@ void add_size(Commands& commands) {
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.option("--report", arguments.report, "file.html: all of it as one page");
+  command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
   command.flag("--json", arguments.json, "the numbers instead of the table");
+  add_recording_options(command, arguments.recording);
 }
 
 }  // namespace evenstep::app
