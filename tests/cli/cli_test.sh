@@ -453,7 +453,9 @@ case_study_of_the_felt_force_keeps_its_reference() {
   XDG_CACHE_HOME=$work/cache expect 0 "reference   stored: " study "$block" "${felt[@]}" --out f
   expect 0 "now stored" study "$block" "${felt[@]}" --out f --cache here
   compgen -G "here/reference-*.txt" >/dev/null || fail "no reference below --cache"
-  for file in report.html study.json study.csv resolved.toml error-against-cost.svg; do [ -s "f/$file" ] || fail "no $file"; done
+  for file in report.html study.json study.csv resolved.toml error-against-cost.svg; do
+    [ -s "f/$file" ] || fail "no $file"
+  done
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   "$evenstep" study "$block" "${felt[@]}" --cache here --json --out u >out 2>err || fail "exit"
   python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv")))
