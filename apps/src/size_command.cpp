@@ -4,7 +4,10 @@
 #include <fstream>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/size.h"
+#include "evenstep/harness/run_folder.h"
+#include "evenstep/pages/campaign_pages.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "recording_options.h"
 
@@ -12,9 +15,10 @@ namespace evenstep::app {
 namespace {
 
 struct SizeArguments {
+  std::string program;
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping, rate, confidence, figure, timing;
+  std::string sampling, emission, damping, rate, confidence, figure, report, timing;
   bool json = false, other_maps = false;
   RecordingArguments recording;
 };
@@ -103,6 +107,46 @@ bool write_figure(const std::string& path, const SizeRecord& record) {
   return false;
 }
 
+/// The command that does this again.
+std::string again(const SizeArguments& arguments) {
+  std::string command = fmt::format("{} size {}", arguments.program, shell_file(arguments.file));
+  for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
+  const auto option = [&](const char* name, const std::string& value) {
+    if (!value.empty()) command += fmt::format(" {} {}", name, shell_word(value));
+  };
+  option("--sampling", arguments.sampling);
+  option("--emission", arguments.emission);
+  option("--damping", arguments.damping);
+  option("--rate", arguments.rate);
+  option("--confidence", arguments.confidence);
+  const RecordingArguments& recording = arguments.recording;
+  option("--segment", recording.segment);
+  option("--visualization", recording.visualization);
+  option("--step", recording.step);
+  option("--step-begin", recording.step_begin);
+  option("--process", recording.process);
+  option("--steps", recording.steps > 0 ? fmt::format("{}", recording.steps) : "");
+  option("--step-time", recording.step_time);
+  option("--format", recording.format);
+  option("--name", recording.columns.name);
+  option("--begin", recording.columns.begin);
+  option("--end", recording.columns.end);
+  option("--duration", recording.columns.duration);
+  option("--unit", recording.columns.unit);
+  option("--timing", arguments.timing);
+  option("--report", arguments.report);
+  return command;
+}
+
+/// False on an error, which is then printed.
+bool write_report(const SizeArguments& arguments, const SizeRecord& record) {
+  if (arguments.report.empty()) return true;
+  const std::string error = replace_file(arguments.report, size_page(record, again(arguments)));
+  if (error.empty()) return true;
+  print({{arguments.report, 0, 0, error + "; give --report a file in a folder that exists"}});
+  return false;
+}
+
 /// False on an error, which is then printed.
 bool write_timing(const std::string& path, SizeResult& result) {
   std::ofstream file(path, std::ios::binary);
@@ -129,6 +173,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Re
   }
   if (!arguments.figure.empty() && !write_figure(arguments.figure, result.record)) return ExitCode::usage;
   if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::usage;
+  if (!write_report(arguments, result.record)) return ExitCode::usage;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
 }
@@ -138,6 +183,7 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Re
 void add_size(Commands& commands) {
   auto [command, arguments] = commands.add<SizeArguments>(
       "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
+  arguments.program = commands.program();
   command.operand("file", arguments.file,
                   "a scenario, or a recording: timing.csv, a list of steps begin_ns,end_ns, or a profiler's file");
   command.repeated("--set", arguments.set, "path=value, overrides the scenario");
@@ -149,6 +195,7 @@ void add_size(Commands& commands) {
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
+  command.option("--report", arguments.report, "file.html: all of it as one page");
   command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
   command.flag("--other-maps", arguments.other_maps,
                "also JACK's loop and liblsl's line, for comparison (docs/alternatives.md)");

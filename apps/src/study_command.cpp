@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/campaigns/stiffness_limit.h"
 #include "evenstep/harness/run_folder.h"
@@ -19,6 +20,7 @@ namespace evenstep::app {
 namespace {
 
 struct StudyArguments {
+  std::string program;
   std::string file;
   std::vector<std::string> set;
   std::string out, advise, cache;
@@ -28,6 +30,14 @@ struct StudyArguments {
 std::string folder_for(const StudyArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-study")).string();
+}
+
+/// The command that does this again.
+std::string again(const StudyArguments& arguments) {
+  std::string command = fmt::format("{} study {}", arguments.program, shell_file(arguments.file));
+  for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
+  if (!arguments.advise.empty()) command += " --advise " + shell_word(arguments.advise);
+  return command;
 }
 
 StudyRecord measure(const Scenario& scenario, const std::atomic<bool>& interrupted) {
@@ -75,7 +85,7 @@ ExitCode study_scenario(const StudyArguments& arguments, const Scenario& scenari
     fmt::print(arguments.json ? stderr : stdout, "{}\n", advice.text);
     if (advice.cell == nullptr) code = ExitCode::expectation_failed;
   }
-  if (const std::string error = write_study_folder(folder, scenario, record); !error.empty()) {
+  if (const std::string error = write_study_folder(folder, scenario, record, again(arguments)); !error.empty()) {
     spdlog::error("error: {}", error);
     code = ExitCode::run_failed;
   } else if (!arguments.json) {
@@ -109,7 +119,7 @@ ExitCode felt_study(const StudyArguments& arguments, const Scenario& scenario, c
     fmt::print(arguments.json ? stderr : stdout, "{}\n", advice.text);
     if (!advice.found) code = ExitCode::expectation_failed;
   }
-  if (const std::string error = write_felt_study_folder(folder, scenario, record); !error.empty()) {
+  if (const std::string error = write_felt_study_folder(folder, scenario, record, again(arguments)); !error.empty()) {
     spdlog::error("error: {}", error);
     code = ExitCode::run_failed;
   } else if (!arguments.json) {
@@ -126,7 +136,7 @@ ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scena
   control.interrupted = &interrupted;
   const StiffnessLimits limits = run_stiffness_limits(scenario, control);
   fmt::print("{}", arguments.json ? stiffness_json(limits) : stiffness_table(limits));
-  if (const std::string error = write_stiffness_folder(folder, scenario, limits); !error.empty()) {
+  if (const std::string error = write_stiffness_folder(folder, scenario, limits, again(arguments)); !error.empty()) {
     spdlog::error("error: {}", error);
     return ExitCode::run_failed;
   }
@@ -182,6 +192,7 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
 void add_study(Commands& commands) {
   auto [command, arguments] = commands.add<StudyArguments>(
       "study", "error of the felt force against cost, or of a tissue's state, or the largest stable stiffness", study);
+  arguments.program = commands.program();
   command.operand("scenario", arguments.file, "a scenario file; its [study] says what is measured");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set study.repeats=9");
   command.option("--advise", arguments.advise,

@@ -9,7 +9,9 @@
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/pages/campaign_pages.h"
 #include "progress.h"
 
 namespace evenstep::app {
@@ -37,8 +39,14 @@ std::string folder_for(const SweepArguments& arguments) {
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-sweep")).string();
 }
 
+/// Where the page of a sweep is, and the command that makes it again.
+struct Page {
+  std::filesystem::path file;  ///< empty: there is none, because this is a shard or was interrupted
+  std::string reproduce;
+};
+
 /// The report that both commands give at the end.
-ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool json) {
+ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool json, const Page& page) {
   if (!outcome.errors.empty()) {
     print(outcome.errors);
     return outcome.exit;
@@ -51,6 +59,13 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
     fmt::print("{}", sweep_json(outcome.record, outcome.summary, command));
   else
     fmt::print("{}points in {}\n", sweep_text(outcome.record, outcome.summary, command), outcome.file);
+  if (page.file.empty() || outcome.exit == ExitCode::interrupted) return outcome.exit;
+  const char* const verdict = outcome.summary.all.errors > 0 ? "error" : outcome.exit == ExitCode::pass ? "pass" : "fail";
+  const std::string text = sweep_page(outcome.record, outcome.summary, command, verdict, page.reproduce);
+  if (const std::string error = replace_file(page.file.string(), text); !error.empty()) {
+    spdlog::error("error: {}", error);
+    return worse(outcome.exit, ExitCode::run_failed);
+  }
   return outcome.exit;
 }
 
@@ -79,6 +94,10 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
     };
     outcome = run_sweep(arguments.file, options);
   }
+  Page page{std::filesystem::path(options.folder) / kReportFile,
+            fmt::format("{} sweep {}", arguments.program, shell_file(arguments.file))};
+  for (const std::string& set : arguments.set) page.reproduce += " --set " + shell_word(set);
+  if (options.shard.of > 1) page.file.clear();  // only the merge can tell
   if (outcome.exit == ExitCode::interrupted)
     spdlog::error("interrupted after {} points; --resume goes on from there", outcome.record.points.size());
   return report(
@@ -86,17 +105,20 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
       [&](const SweepPoint& point) {
         return point_command(arguments.program, outcome.record.header, point, arguments.file);
       },
-      arguments.json);
+      arguments.json, page);
 }
 
 ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
   const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
+  Page page{std::filesystem::path(arguments.out).replace_extension(".html"), arguments.program + " merge"};
+  for (const std::string& part : arguments.parts) page.reproduce += ' ' + shell_file(part);
+  page.reproduce += " --out " + shell_word(arguments.out);
   return report(
       outcome,
       [&](const SweepPoint& point) {
         return point_command(arguments.program, outcome.record.header, point, outcome.record.header.file);
       },
-      arguments.json);
+      arguments.json, page);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/pages/campaign_pages.h"
 
 namespace evenstep {
 
@@ -34,10 +35,12 @@ FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal) {
                             name(*best), 1e3 * (best->latency_s + best->device_latency_s), best->cpu.median)};
 }
 
-std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study) {
+std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study,
+                                    const std::string& reproduce) {
   return write_folder(folder, {{kStudyFile, felt_study_json(study)},
                                {"study.csv", felt_study_csv(study)},
                                {kStudyFigure, felt_study_svg(study)},
+                               {kReportFile, felt_study_page(study, reproduce)},
                                {"resolved.toml", scenario.resolved_toml}});
 }
 

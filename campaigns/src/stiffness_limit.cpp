@@ -10,6 +10,7 @@
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_run.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/pages/campaign_pages.h"
 #include "evenstep/reports/measures.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/scheduler/parallel_for.h"
@@ -140,10 +141,12 @@ StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyContro
   return study;
 }
 
-std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study) {
-  return write_folder(
-      folder,
-      {{kStudyFile, stiffness_json(study)}, {"study.csv", stiffness_csv(study)}, {"resolved.toml", scenario.resolved_toml}});
+std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study,
+                                   const std::string& reproduce) {
+  return write_folder(folder, {{kStudyFile, stiffness_json(study)},
+                               {"study.csv", stiffness_csv(study)},
+                               {kReportFile, stiffness_page(study, reproduce)},
+                               {"resolved.toml", scenario.resolved_toml}});
 }
 
 }  // namespace evenstep

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -14,6 +15,7 @@
 
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/version.h"
+#include "evenstep/pages/run_page.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/writers.h"
@@ -55,6 +57,25 @@ std::string stored_study(const std::string& folder, const Scenario& scenario) {
   const std::string subject = fmt::format("\"subject\":\"{:016x}\"", subject_of(scenario));
   if (content_of(study / kStudyFile).find(subject) == std::string::npos) return {};
   return content_of(study / kStudyFigure);
+}
+
+/// The scenario, and the files that it extends if an expectation of theirs was judged.
+std::vector<SourceText> sources_of(const Scenario& scenario, const RunOutcome& outcome) {
+  std::vector<SourceText> sources{{scenario.file, content_of(scenario.file)}};
+  for (const ExpectationResult& result : outcome.results) {
+    const auto is_it = [&](const SourceText& source) { return source.file == result.file; };
+    if (std::none_of(sources.begin(), sources.end(), is_it)) sources.push_back({result.file, content_of(result.file)});
+  }
+  std::erase_if(sources, [](const SourceText& source) { return source.text.empty(); });
+  return sources;
+}
+
+std::string report_of(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce,
+                      const std::string& study) {
+  const CaseRecord* const case_record = outcome.case_record ? &*outcome.case_record : nullptr;
+  return run_page({outcome.record, outcome.metrics, outcome.results, case_record, kVersion, name_of(outcome.verdict),
+                   outcome.failure, outcome.exit == ExitCode::pass ? "" : outcome.remedy, reproduce, study,
+                   sources_of(scenario, outcome)});
 }
 
 void write_file(const fs::path& path, const std::string& content) {
@@ -146,8 +167,23 @@ std::string write_run_folder(const std::string& folder, const Scenario& scenario
                              const std::string& reproduce) {
   std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
   for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
-  if (const std::string figure = stored_study(folder, scenario); !figure.empty()) files.push_back({kStudyFigure, figure});
+  const std::string study = stored_study(folder, scenario);
+  if (!study.empty()) files.push_back({kStudyFigure, study});
+  files.push_back({kReportFile, report_of(scenario, outcome, reproduce, study)});
   return write_folder(folder, files);
+}
+
+std::string replace_file(const std::string& path, const std::string& content) {
+  const std::string aside = fmt::format("{}.writing-{}", path, ::getpid());
+  try {
+    write_file(aside, content);
+    fs::rename(aside, path);
+    return {};
+  } catch (const std::exception& error) {
+    std::error_code ignored;
+    fs::remove(aside, ignored);
+    return error.what();
+  }
 }
 
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files) {

@@ -151,7 +151,7 @@ const Strategy kStrategies[] = {
     {StrategyKind::ideal, plan_direct, even_map, link_direct, {"#c4c4c4", 7, ""}},
     {StrategyKind::direct, plan_direct, direct_map, link_direct, {"#d55e00", 1.6, ""}},
     {StrategyKind::paper, plan_remap, paper_map, link_remap, {"#56b4e9", 3.4, "14 6"}},
-    {StrategyKind::phase_locked, plan_remap, phase_locked_map, link_remap, {"#000000", 1.6, "2 4"}},
+    {StrategyKind::phase_locked, plan_remap, phase_locked_map, link_remap, {"#000000", 2, ""}},
     {StrategyKind::predict, plan_predict, phase_locked_map, link_predict, {"#cc79a7", 2, "12 4 2 4"}},
     {StrategyKind::filtered, plan_direct, direct_map, link_filtered, {"#e69f00", 2, "6 3"}},
     {StrategyKind::variable_step, plan_direct, direct_map, link_direct, {"#0072b2", 2, "1 3"}},

@@ -54,13 +54,20 @@ Html element(std::string_view name, Attributes attributes, const Html& content) 
 Html element(std::string_view name, const Html& content) { return element(name, {}, content); }
 
 Html table(const std::string& caption, const std::vector<Column>& columns, const std::vector<std::vector<Html>>& rows) {
+  std::vector<bool> used(columns.size(), rows.empty());
+  for (const std::vector<Html>& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) used.at(i) = used[i] || !row[i].empty();
+  }
+  const auto kind = [&](std::size_t i) { return columns[i].number ? "number" : "words"; };
   Html head, body;
-  for (const Column& column : columns)
-    head += element("th", {{"scope", "col"}, {"class", column.number ? "number" : "words"}}, column.heading);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (used[i]) head += element("th", {{"scope", "col"}, {"class", kind(i)}}, columns[i].heading);
+  }
   for (const std::vector<Html>& row : rows) {
     Html cells;
-    for (std::size_t i = 0; i < row.size(); ++i)
-      cells += element("td", {{"class", columns.at(i).number ? "number" : "words"}}, row[i]);
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      if (used[i]) cells += element("td", {{"class", kind(i)}}, row[i]);
+    }
     body += element("tr", cells) + Html::markup("\n");
   }
   const Html whole = element("caption", caption) + element("thead", element("tr", head)) + element("tbody", body);

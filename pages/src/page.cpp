@@ -26,8 +26,8 @@ Html style(const PageFile& file) { return element("style", Html::markup(std::str
 std::string policy(bool charts) {
   const auto hash = [](const PageFile& file) { return fmt::format(" 'sha256-{}'", file.sha256); };
   return fmt::format("default-src 'none'; script-src{}{}; style-src{}{}; base-uri 'none'; form-action 'none'",
-                     hash(internal::report_js), charts ? hash(internal::uPlot_iife_min_js) : "", hash(internal::report_css),
-                     charts ? hash(internal::uPlot_min_css) : "");
+                     hash(internal::page_js), charts ? hash(internal::uPlot_iife_min_js) + hash(internal::report_js) : "",
+                     hash(internal::report_css), charts ? hash(internal::uPlot_min_css) : "");
 }
 
 Html head_of(const Page& page) {
@@ -45,9 +45,9 @@ Html head_of(const Page& page) {
 
 Html banner_of(const Page& page) {
   Html banner = element("p", {{"class", "kind"}}, page.kind);
-  Html title = element("h1", page.title);
-  if (!page.verdict.empty()) title += verdict_badge(page.verdict);
-  banner += element("div", {{"class", "title"}}, title) + page.summary;
+  banner += element("h1", page.title);
+  const Html verdict = page.verdict.empty() ? Html() : verdict_badge(page.verdict);
+  banner += element("div", {{"class", "outcome"}}, verdict + element("div", page.summary));
   if (!page.command.empty()) {
     banner += element("div", {{"class", "command"}},
                       element("code", {{"id", "command"}}, page.command) +
@@ -87,9 +87,10 @@ std::string html_of(const Page& page) {
     std::string data;  // "<" only occurs within JSON's strings: this way no "</script>" can end the element
     for (const char c : page.charts) data += c == '<' ? "\\u003c" : std::string(1, c);
     body += element("script", {{"type", "application/json"}, {"id", "charts"}}, Html::markup(std::move(data)));
-    body += Html::markup("\n") + script(internal::uPlot_iife_min_js);
+    body += Html::markup("\n") + script(internal::uPlot_iife_min_js) + Html::markup("\n");
+    body += script(internal::report_js);
   }
-  body += Html::markup("\n") + script(internal::report_js);
+  body += Html::markup("\n") + script(internal::page_js);
   return fmt::format("<!doctype html>\n<html lang=\"en\">\n<head>\n{}\n</head>\n<body>\n{}\n</body>\n</html>\n",
                      head_of(page).str(), body.str());
 }

@@ -210,7 +210,7 @@ case_refuses_to_replace_other_folders() {
 case_run_writes_a_verdict_and_a_folder() {
   expect 0 "PASS" run "$spring"
   head -1 out | grep -q "evenstep 0.*figure-1-spring.toml.*seed 1.*clock virtual" || fail "first line"
-  for f in summary.json junit.xml series.csv timing.csv events.bin resolved.toml \
+  for f in report.html summary.json junit.xml series.csv timing.csv events.bin resolved.toml \
     figure-1a-left.svg figure-1b-left.svg figure-2to4.svg; do
     [ -s "runs/figure-1-spring/$f" ] || fail "no $f"
   done
@@ -429,7 +429,7 @@ case_study_writes_table_csv_json_and_figures() {
   expect 0 "refused: above the limit of" study "$block" "${small_study[@]}" --set 'study.solvers=["cpu", "cpu-double"]' \
     --out s --advise "5 % force"
   grep -q "^cheapest for 5 % force: " out || fail "no advice"
-  for file in study.json study.csv resolved.toml position-error.svg force-error.svg energy-error.svg; do
+  for file in report.html study.json study.csv resolved.toml position-error.svg force-error.svg energy-error.svg; do
     [ -s "s/$file" ] || fail "no $file"
   done
   expect 0 "figures and data" study s/resolved.toml --out s --set 'study.solvers=["cpu"]'  # its own folder is replaced
@@ -455,7 +455,9 @@ case_study_of_the_felt_force_keeps_its_reference() {
   XDG_CACHE_HOME=$work/cache expect 0 "reference   stored: " study "$block" "${felt[@]}" --out f
   expect 0 "now stored" study "$block" "${felt[@]}" --out f --cache here
   compgen -G "here/reference-*.txt" >/dev/null || fail "no reference below --cache"
-  for file in study.json study.csv resolved.toml error-against-cost.svg; do [ -s "f/$file" ] || fail "no $file"; done
+  for file in report.html study.json study.csv resolved.toml error-against-cost.svg; do
+    [ -s "f/$file" ] || fail "no $file"
+  done
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   "$evenstep" study "$block" "${felt[@]}" --cache here --json --out u >out 2>err || fail "exit"
   python3 -c 'import json, csv; d = json.load(open("out")); r = list(csv.DictReader(open("u/study.csv")))

@@ -45,7 +45,8 @@ TEST_CASE("a run folder holds every file, and nothing is left beside it") {
     CHECK(names_in(temporary.path) == std::set<std::string>{"run"});
     CHECK(names_in(folder) == std::set<std::string>{"summary.json", "junit.xml", "series.csv", "timing.csv", "events.bin",
                                                     "resolved.toml", "figure-1a-left.svg", "figure-1b-left.svg",
-                                                    "figure-2to4.svg", "error-over-time.svg", "underruns.csv"});
+                                                    "figure-2to4.svg", "error-over-time.svg", "underruns.csv",
+                                                    "report.html"});
     for (const auto& entry : fs::directory_iterator(folder)) CHECK(entry.file_size() >= 45);  // a header alone
   }
 }

@@ -41,6 +41,7 @@ FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal);
 
 /// Writes study.json, study.csv, error-against-cost.svg and resolved.toml, all or nothing. Returns what went wrong; empty if
 /// nothing did.
-std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study);
+std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study,
+                                    const std::string& reproduce);
 
 }  // namespace evenstep

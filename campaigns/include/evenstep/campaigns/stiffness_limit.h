@@ -21,6 +21,7 @@ namespace evenstep {
 StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control = {});
 
 /// Writes study.json, study.csv and resolved.toml, all or nothing. Returns what went wrong; empty if nothing did.
-std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study);
+std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study,
+                                   const std::string& reproduce);
 
 }  // namespace evenstep

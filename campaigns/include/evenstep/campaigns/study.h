@@ -44,6 +44,7 @@ StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal);
 
 /// Writes study.json, study.csv, a figure per quantity and resolved.toml, all or nothing. Returns what went wrong; empty if
 /// nothing did.
-std::string write_study_folder(const std::string& folder, const Scenario& scenario, const StudyRecord& study);
+std::string write_study_folder(const std::string& folder, const Scenario& scenario, const StudyRecord& study,
+                               const std::string& reproduce);
 
 }  // namespace evenstep

@@ -10,6 +10,7 @@
 namespace evenstep {
 
 inline constexpr const char* kSummaryFile = "summary.json";  ///< a folder with this file is a run folder
+inline constexpr const char* kReportFile = "report.html";    ///< for people: of a run, a sweep or a study
 inline constexpr const char* kStudyFile = "study.json";      ///< a folder with this file is one of `evenstep study`
 inline constexpr const char* kStudyFigure = "error-against-cost.svg";  ///< of a study of the felt force, in its folder
 
@@ -28,6 +29,9 @@ std::string write_run_folder(const std::string& folder, const Scenario& scenario
 
 /// Writes a folder with any files. An older folder is replaced if it contains a file with the name of the first one.
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files);
+
+/// Writes one file under another name, and renames it. Returns what went wrong; empty if nothing did.
+std::string replace_file(const std::string& path, const std::string& content);
 
 /// The files of a run folder, summary.json first; its figures.
 std::vector<FolderFile> data_files(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce);

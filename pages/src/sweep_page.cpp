@@ -1,0 +1,104 @@
+#include <fmt/format.h>
+
+#include "evenstep/pages/campaign_pages.h"
+#include "evenstep/pages/page.h"
+
+namespace evenstep {
+namespace {
+
+/// What share of the points passed, as a bar with the number beside it.
+Html share_bar(const SweepTally& tally) {
+  if (tally.runs() == 0) return "not run";
+  const double share = static_cast<double>(tally.passed) / static_cast<double>(tally.runs());
+  constexpr double kWidth = 144;
+  std::string svg = fmt::format("<svg class=\"margin\" viewBox=\"0 0 {:g} 14\" aria-hidden=\"true\">", kWidth);
+  svg += fmt::format("<rect class=\"holds\" x=\"0\" y=\"3\" width=\"{:g}\" height=\"8\"/>", kWidth);
+  svg += fmt::format("<rect class=\"good\" x=\"0\" y=\"3\" width=\"{:.1f}\" height=\"8\"/></svg>", share * kWidth);
+  return Html::markup(svg);
+}
+
+std::vector<Html> tally_row(const Html& name, const SweepTally& tally) {
+  const std::string rate = tally.runs() > 0 ? fmt::format("{:.3g} %", 100 * tally.failure_rate_at_most()) : "";
+  return {name,
+          share_bar(tally),
+          fmt::format("{}", tally.passed),
+          fmt::format("{}", tally.failed),
+          fmt::format("{}", tally.errors),
+          rate};
+}
+
+const std::vector<Column> kTallyColumns{{"value"},        {"passed"},       {"passed", true},
+                                        {"failed", true}, {"errors", true}, {"failure rate at most (95 %)", true}};
+
+Html axes(const SweepHeader& header, const SweepSummary& summary) {
+  Html body;
+  for (std::size_t axis = 0; axis < header.grid.size(); ++axis) {
+    std::vector<std::vector<Html>> rows;
+    for (std::size_t i = 0; i < summary.values[axis].size(); ++i)
+      rows.push_back(tally_row(shown_value(header.grid[axis].values[i]), summary.values[axis][i]));
+    body += table(header.grid[axis].path, kTallyColumns, rows);
+  }
+  return body;
+}
+
+std::string values_of(const SweepHeader& header, const SweepPoint& point) {
+  std::string text;
+  for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
+    text += fmt::format("{}{} {}", axis > 0 ? ", " : "", header.grid[axis].path,
+                        shown_value(header.grid[axis].values[header.value_of(point.index, axis)]));
+  return text;
+}
+
+Html worst_points(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command) {
+  if (summary.worst.empty()) return {};
+  std::vector<std::vector<Html>> rows;
+  for (const SweepSummary::Worst& worst : summary.worst) {
+    const SweepPoint& point = record.points[worst.point];
+    Html why = point.failure;
+    if (worst.expectation && point.expect[*worst.expectation].value) {
+      const SweepHeader::Expect& expect = record.header.expectations[*worst.expectation];
+      why = element("code", expect.signal) +
+            fmt::format(" {} {:.6g} {}", expect.metric, *point.expect[*worst.expectation].value, expect.unit);
+    }
+    rows.push_back({verdict_badge(name_of(point.verdict)), fmt::format("{}", record.header.seed_of(point.index)),
+                    values_of(record.header, point), why, element("code", command(point))});
+  }
+  return table("The points that exceed their limits by most, or stopped; each with the command that runs it again.",
+               {{"verdict"}, {"seed", true}, {"values"}, {"what"}, {"again"}}, rows);
+}
+
+Html found(const SweepHeader& header, const SweepSummary& summary) {
+  if (!summary.find || !header.find) return {};
+  const SweepHeader::Axis& axis = header.grid[header.find->axis];
+  const char* const word = header.find->smallest ? "smallest" : "largest";
+  if (!summary.find->value) return element("p", fmt::format("The {} {} that passes for every seed: none.", word, axis.path));
+  Html text = element("p", fmt::format("The {} {} that passes for every seed: ", word, axis.path) +
+                               element("strong", shown_value(axis.values[*summary.find->value])));
+  if (!header.find->gate.empty())
+    text +=
+        element("p", fmt::format("{} {} was asked for.", header.find->smallest ? "At most" : "At least", header.find->gate));
+  return text;
+}
+
+}  // namespace
+
+std::string sweep_page(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command,
+                       const std::string& verdict, const std::string& reproduce) {
+  const SweepHeader& header = record.header;
+  Html outcome = element("p", fmt::format("{} of {} points passed, {} failed, {} had errors.", summary.all.passed,
+                                          summary.all.runs(), summary.all.failed, summary.all.errors));
+  if (summary.stopped)
+    outcome += element("p", fmt::format("It stopped early, after {} of {} points.", summary.all.runs(), header.points()));
+  outcome += found(header, summary) + element("p", {{"class", "quiet"}}, element("code", header.file));
+  Page page{header.name, "evenstep sweep", verdict, outcome, reproduce, {}, ""};
+  const Html all = table("All points", kTallyColumns, {tally_row("all", summary.all)});
+  page.sections = {{"values", "Values", all + axes(header, summary)},
+                   {"worst", "Worst points", worst_points(record, summary, command)},
+                   {"environment", "Environment",
+                    facts({{"seeds", fmt::format("{}", header.seeds.size())},
+                           {"digest of the scenario", element("code", header.scenario)},
+                           {"digest of the program", element("code", header.build)}})}};
+  return html_of(page);
+}
+
+}  // namespace evenstep
