@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -21,6 +22,15 @@ namespace evenstep {
 namespace {
 
 constexpr std::chrono::milliseconds kLook{5};
+constexpr std::size_t kInMemory = 32 << 20;  // pages of files that may stay: giving them back costs reading them again
+
+/// The bytes of files that this process has in memory now (proc(5), statm). All, if the system does not say.
+std::size_t mapped_in_memory() {
+  std::ifstream statm("/proc/self/statm");
+  std::size_t size = 0, resident = 0, shared = 0;
+  if (!(statm >> size >> resident >> shared)) return SIZE_MAX;
+  return shared * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
 
 /// A file in the folder that has no name (any more); -1 with errno.
 int nameless_file(const std::string& folder) {
@@ -70,6 +80,7 @@ class RowFiles::Mappings {
         wake_.wait(lock, [this] { return ending_ || !all_.empty(); });
       else
         wake_.wait_for(lock, kLook, [this] { return ending_; });
+      if (all_.empty() || mapped_in_memory() < kInMemory) continue;
       for (const auto& [at, bytes] : all_) ::madvise(reinterpret_cast<void*>(at), bytes, MADV_DONTNEED);
     }
   }

@@ -112,3 +112,23 @@ TEST_CASE("The summary is a table whatever its cells hold, and no larger than al
   for (std::size_t most = 0; most < 1000; ++most) CHECK(summary_markdown(many, "end", most).size() <= most);
   CHECK(summary_markdown(many, "end", 300).find(" more | | |\n\nend\n") != std::string::npos);
 }
+
+TEST_CASE("no text reaches a terminal as a command, wherever it is cut in two; our own colours and line clearing do") {
+  const std::string hostile =
+      "a\x1b]0;title\x07" "b\x1b[2Jc\rd\x08" "e\u202Ef\u200Fg\u2066h\u061Ci\u009Bj\x9Bk\x7F\xE2\x80l\tm\n";
+  const std::string shown = "a?]0;title?b?[2Jc?d?e?f?g?h?i?j?k???l\tm\n";
+  const std::string ours = "\033[31mFAIL\033[0m \r\033[K \u00B5 \u65E5 \U0001F600\n";
+  for (std::size_t cut = 0; cut <= hostile.size(); ++cut) {
+    TerminalGuard guard;
+    CHECK(guard.pass(hostile.substr(0, cut)) + guard.pass(hostile.substr(cut)) == shown);
+  }
+  for (std::size_t cut = 0; cut <= ours.size(); ++cut) {
+    TerminalGuard guard;
+    CHECK(guard.pass(ours.substr(0, cut)) + guard.pass(ours.substr(cut)) == ours);
+  }
+}
+
+TEST_CASE("an annotation has no control character but those of its own line") {
+  CHECK(annotation(AnnotationLevel::error, {"a\x1b[2J", 1, 1}, "t\x07", "]]> <script> %0A\x1b[31m\n") ==
+        "::error file=a?[2J,line=1,col=1,title=t?::]]> <script> %250A?[31m%0A\n");
+}

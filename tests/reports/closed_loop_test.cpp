@@ -72,7 +72,7 @@ TEST_CASE("the energy at the port is minus force times way, step by step, and it
   const std::vector<double> t{0, 0.001, 0.002, 0.003};
   const std::vector<Vec3> x{{0, 0, 0}, {1e-3, 0, 0}, {2e-3, 0, 0}, {1e-3, 0, 0}};
   const std::vector<Vec3> force{{-2, 0, 0}, {-2, 0, 0}, {-5, 0, 0}, {-99, 0, 0}};
-  const std::vector<double> energy = port_energy(t, x, force, 0);
+  const Rows<double> energy = port_energy(t, x, force, 0);
   const std::vector<double> expected{0, 2e-3, 4e-3, -1e-3};
   for (std::size_t n = 0; n < 4; ++n) CHECK(energy[n] == Approx(expected[n]).margin(1e-15));
 }

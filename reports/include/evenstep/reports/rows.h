@@ -10,9 +10,9 @@
 
 namespace evenstep {
 
-/// Makes the files, in one folder, and sees to it that little of them is in memory at a time: a thread gives all pages back
-/// that were touched since it last looked, 200 times a second. They stay in the files, or in what the system caches of
-/// files, and are read again when they are used. A file is gone with its rows, also if the process is killed.
+/// Makes the files, in one folder, and sees to it that little of them is in memory at a time: a thread looks 200 times a
+/// second, and gives all pages back if there are more than 32 MiB of them. They stay in the files, or in what the system
+/// caches of files, and are read again when they are used. A file is gone with its rows, also if the process is killed.
 ///
 /// Thread-safe. A folder without room, or one that cannot be written, is a RunFailure (reason "disk") with the remedy.
 class RowFiles {
