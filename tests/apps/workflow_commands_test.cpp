@@ -118,13 +118,13 @@ TEST_CASE("no text reaches a terminal as a command, wherever it is cut in two; o
       "a\x1b]0;title\x07" "b\x1b[2Jc\rd\x08" "e\u202Ef\u200Fg\u2066h\u061Ci\u009Bj\x9Bk\x7F\xE2\x80l\tm\n";
   const std::string shown = "a?]0;title?b?[2Jc?d?e?f?g?h?i?j?k???l\tm\n";
   const std::string ours = "\033[31mFAIL\033[0m \r\033[K \u00B5 \u65E5 \U0001F600\n";
-  for (std::size_t cut = 0; cut <= hostile.size(); ++cut) {
-    TerminalGuard guard;
-    CHECK(guard.pass(hostile.substr(0, cut)) + guard.pass(hostile.substr(cut)) == shown);
-  }
-  for (std::size_t cut = 0; cut <= ours.size(); ++cut) {
-    TerminalGuard guard;
-    CHECK(guard.pass(ours.substr(0, cut)) + guard.pass(ours.substr(cut)) == ours);
+  for (const auto& [text, expected] : {std::pair(hostile, shown), std::pair(ours, ours)}) {
+    for (std::size_t cut = 0; cut <= text.size(); ++cut) {
+      TerminalGuard guard;
+      std::string passed = guard.pass(text.substr(0, cut));
+      passed += guard.pass(text.substr(cut));
+      CHECK(passed == expected);
+    }
   }
 }
 

@@ -100,7 +100,7 @@ def check_flows(events, found):
                 found.add("flow without a slice")
     for flow in flows.values():
         phases = "".join(event["ph"] for event in flow)
-        if len(phases) < 2 or phases.strip("t") != "sf" or phases[0] != "s":
+        if phases[0] + phases[-1] != "sf" or phases.count("s") + phases.count("f") != 2:
             found.add("flow ends")
         times = [event["ts"] for event in flow]
         if times != sorted(times) or len({(event["cat"], event["name"]) for event in flow}) != 1:
