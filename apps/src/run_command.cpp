@@ -397,8 +397,10 @@ void add_run(Commands& commands) {
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"");
   command.option("--out", arguments.out,
                  "run folder (one scenario) or folder of run folders (several); default runs/<name>");
-  command.option("--junit", arguments.junit, "one JUnit file for all scenarios of this call, besides that of each run folder");
-  command.flag("--trace-json", arguments.trace_json, "trace.json in the run folder, for ui.perfetto.dev (some MB per second)");
+  command.option("--junit", arguments.junit,
+                 "one JUnit file for all scenarios of this call, besides that of each run folder");
+  command.flag("--trace-json", arguments.trace_json,
+               "trace.json in the run folder, for ui.perfetto.dev (some MB per second)");
   command.flag("--repeat", arguments.repeat, "run twice; exit 4 and name the first differing event if the traces differ");
   command.option("--permute-ties", arguments.permute_ties,
                  "shuffle the order of simultaneous events of one lane with this seed");

@@ -23,7 +23,7 @@ std::string escaped(std::string_view text, std::string_view special) {
 }
 
 constexpr std::array<std::string_view, 8> kOwnSequences{"\r\033[K", "\033[0m",  "\033[31m", "\033[32m",
-                                                        "\033[33m",  "\033[35m", "\033[90m", "\r\n"};
+                                                        "\033[33m", "\033[35m", "\033[90m", "\r\n"};
 
 /// How many bytes of `text` belong together from its first byte on: a sequence of our own or a character. 0: that depends on
 /// bytes that are not there yet.

@@ -88,7 +88,8 @@ std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outc
 JunitSuite junit_suite(const RunOutcome& outcome, const std::string& reproduce) {
   using Whole = JunitSuite::Whole;
   const RunRecord& run = outcome.record;
-  JunitSuite suite{run.scenario, run.file, run.seed, run.clock, run.trace_hash, outcome.results, Whole::silent, {}, reproduce};
+  JunitSuite suite{run.scenario,    run.file,      run.seed, run.clock, run.trace_hash,
+                   outcome.results, Whole::silent, {},       reproduce};
   suite.why = outcome.failure;
   if (!outcome.repeat_difference.empty())
     suite.why += fmt::format("{}not reproducible: {}", suite.why.empty() ? "" : "\n", outcome.repeat_difference);

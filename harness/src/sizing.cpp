@@ -89,8 +89,8 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, co
 std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spec, StrategyKind kind,
                              const GateModel* gate) {
   std::vector<MappedStep> steps;
-  const std::int64_t expected = floor_mul_div(std::min(setup.end, kHour).ns, setup.step_rate.num,
-                                              setup.step_rate.den * 1'000'000'000);
+  const std::int64_t expected =
+      floor_mul_div(std::min(setup.end, kHour).ns, setup.step_rate.num, setup.step_rate.den * 1'000'000'000);
   steps.reserve(static_cast<std::size_t>(std::clamp<std::int64_t>(expected, 0, kMostReserved)));  // growing would copy
   const std::unique_ptr<StepTiming> timing = make_timing(timing_spec);
   if (gate) {

@@ -45,8 +45,7 @@ void fill(const fs::path& path, const std::function<void(std::ostream&)>& write)
 /// a lock was left by a process that was killed.
 class Workshop {
  public:
-  explicit Workshop(const fs::path& place)
-      : path_(place.parent_path() / fmt::format("{}{}", prefix(place), ::getpid())) {
+  explicit Workshop(const fs::path& place) : path_(place.parent_path() / fmt::format("{}{}", prefix(place), ::getpid())) {
     remove_left_ones(place);
     fs::create_directories(path_);
     lock_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

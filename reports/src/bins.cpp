@@ -41,8 +41,8 @@ void add(Squares& squares, RealTime at, const Vec3& is, const Vec3& should_be) {
   squares.square.push_back(distance * distance);
 }
 
-Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device,
-                              const Rows<std::size_t>& steps, const Nominal& nominal) {
+Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
+                              const Nominal& nominal) {
   Timeline timeline = timeline_beside(strategy.steps.get_allocator());
   timeline.series = internal::interaction_series(strategy, device, steps, nominal.slot_s);
   timeline.pieces = internal::straight_steps(strategy, internal::nominal_device(nominal, device.name), steps);

@@ -154,8 +154,7 @@ void put_laws(const DeviceRecord& device, std::map<std::string, double>& values)
 }
 
 /// The share of the whole force at the ticks that the device rendered by itself.
-std::optional<double> spring_share(const Rows<Vec3>& x, const Rows<Vec3>& force_N,
-                                   const Rows<SpringRow>& springs) {
+std::optional<double> spring_share(const Rows<Vec3>& x, const Rows<Vec3>& force_N, const Rows<SpringRow>& springs) {
   double by_device = 0, all = 0;
   for (std::size_t k = 0; k < springs.size(); ++k) {
     by_device += norm(spring_force_N(springs[k], x[k]));
@@ -203,7 +202,8 @@ std::map<std::string, double> closed_loop_values(const RunRecord& run, const Dev
   // If the hand feels the device's springs with a delay, only the device knows how much energy they give and take.
   const bool energy_is_known = springs.empty() || nominal->force_delay.ns == 0;
   if (energy_is_known) {
-    put_energy(device, run.nominal, *nominal, t, port_energy(t, x, force_N, seconds(nominal->force_delay), springs, beside), values);
+    put_energy(device, run.nominal, *nominal, t, port_energy(t, x, force_N, seconds(nominal->force_delay), springs, beside),
+               values);
   }
   if (!nominal->feels_force) return values;
   const auto swing = oscillation(device, run.nominal);

@@ -35,8 +35,7 @@ struct View {
   std::vector<double> read_s, position_m, emission_s, force_N;
 };
 
-Rows<std::size_t> steps_of(const StrategyRecord& strategy, const Rows<std::size_t>& judged,
-                                  std::int64_t segment) {
+Rows<std::size_t> steps_of(const StrategyRecord& strategy, const Rows<std::size_t>& judged, std::int64_t segment) {
   Rows<std::size_t> steps;
   std::copy_if(judged.begin(), judged.end(), std::back_inserter(steps),
                [&](std::size_t n) { return strategy.steps[n].segment == segment; });

@@ -42,8 +42,8 @@ std::string testcase(const JunitSuite& suite, const ExpectationResult& result) {
 std::string whole_run(const JunitSuite& suite) {
   using Whole = JunitSuite::Whole;
   if (suite.whole == Whole::silent) return {};
-  const std::string xml = fmt::format("    <testcase{}{}{}", attribute("name", "run"), attribute("classname", suite.scenario),
-                                      attribute("file", suite.file));
+  const std::string xml = fmt::format("    <testcase{}{}{}", attribute("name", "run"),
+                                      attribute("classname", suite.scenario), attribute("file", suite.file));
   if (suite.whole == Whole::passed) return xml + "/>\n";
   std::string text = suite.why + '\n';
   if (!suite.reproduce.empty()) text += "reproduce: " + suite.reproduce + '\n';
@@ -59,7 +59,9 @@ struct Totals {
     errors += other.errors;
     skipped += other.skipped;
   }
-  std::string attributes() const { return fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\"", tests, failures, errors); }
+  std::string attributes() const {
+    return fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\"", tests, failures, errors);
+  }
 };
 
 Totals totals_of(const JunitSuite& suite) {
@@ -74,8 +76,8 @@ Totals totals_of(const JunitSuite& suite) {
 
 std::string testsuite(const JunitSuite& suite) {
   const Totals totals = totals_of(suite);
-  std::string xml = fmt::format("  <testsuite{}{} skipped=\"{}\"{}>\n", attribute("name", suite.scenario), totals.attributes(),
-                                totals.skipped, attribute("file", suite.file));
+  std::string xml = fmt::format("  <testsuite{}{} skipped=\"{}\"{}>\n", attribute("name", suite.scenario),
+                                totals.attributes(), totals.skipped, attribute("file", suite.file));
   xml += fmt::format(
       "    <properties>\n      <property name=\"seed\" value=\"{}\"/>\n      <property name=\"clock\"{}/>\n"
       "      <property name=\"trace_hash\" value=\"{:016x}\"/>\n    </properties>\n",

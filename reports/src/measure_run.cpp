@@ -111,8 +111,8 @@ void put_step_ratio(Values& values, const Series& series, const Pieces& pieces, 
 }
 
 /// Distance from the true position: over all steps that know it, and over those around the stop.
-void put_errors(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
-                const Rows<std::size_t>& steps, std::optional<RealTime> stop) {
+void put_errors(Values& values, const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
+                std::optional<RealTime> stop) {
   internal::Peak all, at_stop;
   bool any = false, any_at_stop = false;
   for (const std::size_t n : steps) {

@@ -199,8 +199,8 @@ std::optional<MetricSamples> of_force(const Source& source, std::string_view met
   const std::vector<internal::Window> pieces = metric == "jump_max"
                                                    ? std::vector<internal::Window>{{0, ticks.size()}}
                                                    : internal::straight_ticks(strategy, device, nominal, ticks);
-  return of_series(of_ticks(source, Kind::largest), internal::force_series(device, ticks, run.nominal.judged_from), metric, rows,
-                   pieces);
+  return of_series(of_ticks(source, Kind::largest), internal::force_series(device, ticks, run.nominal.judged_from), metric,
+                   rows, pieces);
 }
 
 std::optional<MetricSamples> of_buffers(const Source& source, std::string_view metric) {

@@ -43,7 +43,8 @@ int nameless_file(const std::string& folder) {
 }
 
 [[noreturn]] void fail(const std::string& folder, std::size_t bytes, int error) {
-  throw RunFailure("disk", fmt::format("no room for {} MiB of the record in '{}': {}", bytes >> 20, folder, std::strerror(error)),
+  throw RunFailure("disk",
+                   fmt::format("no room for {} MiB of the record in '{}': {}", bytes >> 20, folder, std::strerror(error)),
                    "free some space, give a place on another disk with --out, or shorten the run", -1);
 }
 

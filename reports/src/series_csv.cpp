@@ -35,15 +35,16 @@ const char* name_of(StepRead read) {
   return "unknown";
 }
 
-void put_steps(std::ostream& out, const StrategyRecord& strategy, const DeviceRecord& device, const std::string& who, double slot_s) {
+void put_steps(std::ostream& out, const StrategyRecord& strategy, const DeviceRecord& device, const std::string& who,
+               double slot_s) {
   for (std::size_t n = 0; n < std::min(strategy.steps.size(), device.steps.size()); ++n) {
     const StepRow& step = strategy.steps[n];
     const StepSample& sample = device.steps[n];
     internal::print(out, "{},{},step,{},{},{},{},{},{},{},{},{},{},{},{},,,,,,,\n", internal::exact_seconds(step.begin), who,
-                   n, internal::simulation_time_s(strategy, n, slot_s), internal::exact_seconds(step.read),
-                   internal::exact_seconds(step.emission), internal::exact_seconds(step.end), sample.position_m[0],
-                   sample.position_m[1], sample.position_m[2], sample.force_N[0], sample.force_N[1], sample.force_N[2],
-                   name_of(sample.read));
+                    n, internal::simulation_time_s(strategy, n, slot_s), internal::exact_seconds(step.read),
+                    internal::exact_seconds(step.emission), internal::exact_seconds(step.end), sample.position_m[0],
+                    sample.position_m[1], sample.position_m[2], sample.force_N[0], sample.force_N[1], sample.force_N[2],
+                    name_of(sample.read));
   }
 }
 
@@ -51,8 +52,8 @@ void put_ticks(std::ostream& out, const DeviceRecord& device, const std::string&
   for (std::size_t k = 0; k < device.ticks.size(); ++k) {
     const TickRow& tick = device.ticks[k];
     internal::print(out, "{},{},tick,{},,,,,{},{},{},{},{},{},{},{},,,,,,\n", internal::exact_seconds(tick.at), who, k,
-                   tick.position_m[0], tick.position_m[1], tick.position_m[2], tick.force_N[0], tick.force_N[1],
-                   tick.force_N[2], tick.started ? "started" : "waiting", internal::exact_seconds({tick.lateness.ns}));
+                    tick.position_m[0], tick.position_m[1], tick.position_m[2], tick.force_N[0], tick.force_N[1],
+                    tick.force_N[2], tick.started ? "started" : "waiting", internal::exact_seconds({tick.lateness.ns}));
   }
 }
 
@@ -61,7 +62,7 @@ void put_bins(std::ostream& out, const std::vector<BinRow>& rows, const std::str
     const std::string values =
         fmt::format("{},{},{}", rows[b].deviation_max, rows[b].velocity_jump, rows[b].underruns_so_far);
     internal::print(out, "{},{},{},{},,,,,,,,,,,,,{}\n", rows[b].from_s, who, interaction ? "interaction_bin" : "force_bin",
-                   b, interaction ? values + ",,," : ",,," + values);
+                    b, interaction ? values + ",,," : ",,," + values);
   }
 }
 

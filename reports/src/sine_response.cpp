@@ -13,8 +13,7 @@ namespace {
 const Nominal::Sine* sine_of(const Nominal::Device* device) { return device && device->sine ? &*device->sine : nullptr; }
 
 /// The judged steps from the first one that reads the sine; before that the hand is at rest.
-Rows<std::size_t> moving_steps(const StrategyRecord& strategy, const Rows<std::size_t>& steps,
-                                      const Nominal::Sine& sine) {
+Rows<std::size_t> moving_steps(const StrategyRecord& strategy, const Rows<std::size_t>& steps, const Nominal::Sine& sine) {
   const auto first = std::find_if(steps.begin(), steps.end(), [&](std::size_t n) {
     return seconds(strategy.steps[n].read - RealTime{}) >= sine.begin_s;
   });
@@ -32,8 +31,8 @@ std::optional<SineResponse> interaction_response(const RunRecord& run, const Str
   const double slot_s = run.nominal.slot_s;
   const Series series = interaction_series(strategy, device, moving, slot_s);
   const double begin_s = sine->begin_s - simulation_time_s(strategy, moving.front(), slot_s);
-  const SineFit fit = fit_sine(series.t_s, series.value, sine->amplitude_m, sine->frequency_Hz, begin_s,
-                               series.t_s.get_allocator());
+  const SineFit fit =
+      fit_sine(series.t_s, series.value, sine->amplitude_m, sine->frequency_Hz, begin_s, series.t_s.get_allocator());
   return SineResponse{fit.travel / norm(sine->amplitude_m), fit.delay_s, fit.distortion};
 }
 
@@ -54,8 +53,7 @@ std::optional<SineResponse> force_response(const RunRecord& run, const StrategyR
   const Series series = force_series(device, sent, run.nominal.judged_from);
   const double begin_s = sine->begin_s - seconds(run.nominal.judged_from - RealTime{});
   const Vec3 pull = minus({}, sine->amplitude_m);  // on the hand: -k x
-  const SineFit fit = fit_sine(series.t_s, series.value, pull, sine->frequency_Hz, begin_s,
-                               series.t_s.get_allocator());
+  const SineFit fit = fit_sine(series.t_s, series.value, pull, sine->frequency_Hz, begin_s, series.t_s.get_allocator());
   SineResponse response{std::nullopt, fit.delay_s, fit.distortion};
   if (nominal->stiffness_N_per_m) response.gain = fit.travel / (*nominal->stiffness_N_per_m * norm(sine->amplitude_m));
   return response;

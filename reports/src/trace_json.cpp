@@ -44,8 +44,8 @@ class Events {
     put("\"ph\":\"M\",\"pid\":{0},\"tid\":{1},\"name\":\"thread_sort_index\",\"args\":{{\"sort_index\":{1}}}", pid_, tid);
   }
   void slice(int tid, const char* name, std::int64_t index, RealTime from, RealTime to) {
-    put("\"ph\":\"X\",\"pid\":{},\"tid\":{},\"ts\":{},\"dur\":{},\"name\":\"{} {}\"", pid_, tid, us(from), us((to - from).ns),
-        name, index);
+    put("\"ph\":\"X\",\"pid\":{},\"tid\":{},\"ts\":{},\"dur\":{},\"name\":\"{} {}\"", pid_, tid, us(from),
+        us((to - from).ns), name, index);
   }
   /// `values` as JSON: "x":1.
   void counter(const std::string& name, RealTime at, const std::string& values) {
@@ -53,8 +53,8 @@ class Events {
   }
   /// A point of a flow: 's' its start, 't' a step, 'f' its end. It belongs to the slice of the track at this time.
   void flow(char phase, std::int64_t id, int tid, RealTime at) {
-    put("\"ph\":\"{}\",\"pid\":{},\"tid\":{},\"ts\":{},\"id\":{},\"cat\":\"path\",\"name\":\"path of a sample\"{}", phase, pid_,
-        tid, us(at), id, phase == 's' ? "" : ",\"bp\":\"e\"");
+    put("\"ph\":\"{}\",\"pid\":{},\"tid\":{},\"ts\":{},\"id\":{},\"cat\":\"path\",\"name\":\"path of a sample\"{}", phase,
+        pid_, tid, us(at), id, phase == 's' ? "" : ",\"bp\":\"e\"");
   }
 
  private:
@@ -70,8 +70,8 @@ class Events {
   bool first_ = true;
 };
 
-/// Where each of the slices that begin at these times ends: at the begin of the next one, and the last one at `end`. One that
-/// begins after a later one (the map stepped back) has no length, so that no two of them overlap in part.
+/// Where each of the slices that begin at these times ends: at the begin of the next one, and the last one at `end`. One
+/// that begins after a later one (the map stepped back) has no length, so that no two of them overlap in part.
 Rows<RealTime> ends_of(Rows<RealTime> begins, RealTime end) {
   RealTime next = end;
   for (std::size_t i = begins.size(); i-- > 0;) {
@@ -182,9 +182,8 @@ class Strategy {
 
   /// How many ticks there were up to this instant.
   static std::ptrdiff_t ticks_until(const DeviceRecord& device, RealTime at) {
-    const auto later = std::upper_bound(device.ticks.begin(), device.ticks.end(), at, [](RealTime t, const TickRow& tick) {
-      return t < internal::sent_at(tick);
-    });
+    const auto later = std::upper_bound(device.ticks.begin(), device.ticks.end(), at,
+                                        [](RealTime t, const TickRow& tick) { return t < internal::sent_at(tick); });
     return later - device.ticks.begin();
   }
 
@@ -201,8 +200,7 @@ class Strategy {
       events_.flow(phase, id, track, at);
       phase = 't';
     };
-    if (ticks > 0)
-      station(ticks_track(index), internal::sent_at(device.ticks[static_cast<std::size_t>(ticks - 1)]));
+    if (ticks > 0) station(ticks_track(index), internal::sent_at(device.ticks[static_cast<std::size_t>(ticks - 1)]));
     if (by_slot) station(kSlots, step.read);
     station(kSteps, step.begin);
     events_.flow('f', id, forces_track(index), ready(step));

@@ -115,7 +115,9 @@ TEST_CASE("The summary is a table whatever its cells hold, and no larger than al
 
 TEST_CASE("no text reaches a terminal as a command, wherever it is cut in two; our own colours and line clearing do") {
   const std::string hostile =
-      "a\x1b]0;title\x07" "b\x1b[2Jc\rd\x08" "e\u202Ef\u200Fg\u2066h\u061Ci\u009Bj\x9Bk\x7F\xE2\x80l\tm\n";
+      "a\x1b]0;title\x07"
+      "b\x1b[2Jc\rd\x08"
+      "e\u202Ef\u200Fg\u2066h\u061Ci\u009Bj\x9Bk\x7F\xE2\x80l\tm\n";
   const std::string shown = "a?]0;title?b?[2Jc?d?e?f?g?h?i?j?k???l\tm\n";
   const std::string ours = "\033[31mFAIL\033[0m \r\033[K \u00B5 \u65E5 \U0001F600\n";
   for (const auto& [text, expected] : {std::pair(hostile, shown), std::pair(ours, ours)}) {

@@ -9,7 +9,9 @@
 
 namespace evenstep::synthetic {
 
-inline constexpr const char* kNastyText = "quote \" back\\slash <tag attr='x'> & µ 日本 \x01\x1b[31m <script>alert(1)</script> ]]> \u202eright-to-left\u200f %0A newline\n100 %";
+inline constexpr const char* kNastyText =
+    "quote \" back\\slash <tag attr='x'> & µ 日本 \x01\x1b[31m <script>alert(1)</script> ]]> \u202eright-to-left\u200f %0A "
+    "newline\n100 %";
 
 inline RunRecord nasty_run() {
   RunRecord run = reference_run({1'000'000'000});
@@ -63,7 +65,7 @@ inline std::vector<ExpectationResult> nasty_results() {
 
 inline JunitSuite nasty_suite() {
   const RunRecord run = nasty_run();
-  return {run.scenario, run.file, run.seed, run.clock, run.trace_hash, nasty_results(), JunitSuite::Whole::silent,
+  return {run.scenario, run.file,        run.seed, run.clock, run.trace_hash, nasty_results(), JunitSuite::Whole::silent,
           "",           "evenstep run x"};
 }
 

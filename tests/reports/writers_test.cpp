@@ -188,8 +188,8 @@ TEST_CASE("underruns.csv: the header always, then every row") {
   run.strategies[1].underruns = {{0, 0, UnderrunRow::Side::interaction, {12}, "clamp"},
                                  {9'000'000'000, 0, UnderrunRow::Side::force, {INT64_MAX}, "extrapolate"}};
   CHECK(written(underruns_csv, run) == header +
-                                  "direct,\"a,b\",interaction,0,12,clamp\n"
-                                  "direct,\"a,b\",force,9000000000,9223372036854775807,extrapolate\n");
+                                           "direct,\"a,b\",interaction,0,12,clamp\n"
+                                           "direct,\"a,b\",force,9000000000,9223372036854775807,extrapolate\n");
   run.strategies[0].underruns.assign(100'000, {1, 0, UnderrunRow::Side::force, {1}, "hold"});
   CHECK(lines(written(underruns_csv, run)).size() == 1 + 100'000 + 2);
 }

@@ -49,9 +49,9 @@ std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outc
 /// Digest of everything in the resolved scenario that its runs depend on: not of its name, [study], [sweep] and [[expect]].
 std::uint64_t subject_of(const Scenario& scenario);
 
-/// The run as JUnit shows it. Errors are runs that broke or gave no answer: a file that cannot be read, a solver that failed,
-/// a trace that was another one the second time. A run that should have stopped and did not, or that asserts nothing, is a
-/// failure.
+/// The run as JUnit shows it. Errors are runs that broke or gave no answer: a file that cannot be read, a solver that
+/// failed, a trace that was another one the second time. A run that should have stopped and did not, or that asserts
+/// nothing, is a failure.
 JunitSuite junit_suite(const RunOutcome& outcome, const std::string& reproduce);
 
 /// The text of summary.json.

@@ -95,7 +95,7 @@ struct DeviceRecord {
   std::optional<double> stored_J;  ///< energy stored in the scene when judging begins, if the scene knows it
   Rows<StepSample> steps;
   Rows<TickRow> ticks;
-  Rows<SpringRow> springs;          ///< one per tick if the device renders springs by itself; otherwise empty
+  Rows<SpringRow> springs;                 ///< one per tick if the device renders springs by itself; otherwise empty
   std::map<std::string, double> counters;  ///< those of driver and guard: "lost", "clamped", ...
 };
 
@@ -122,7 +122,7 @@ struct UnderrunRow {
   std::int64_t step = 0;
   std::uint32_t device = 0;  ///< index into StrategyRecord::devices
   Side side = Side::interaction;
-  Duration lateness;   ///< interaction: R(n) - newest visible sample (gate: time waited); force: E(n) - F(n)
+  Duration lateness;        ///< interaction: R(n) - newest visible sample (gate: time waited); force: E(n) - F(n)
   std::string_view policy;  ///< "clamp", "gate", "extrapolate" or "hold"
 };
 
@@ -174,8 +174,8 @@ struct StrategyRecord {
   std::int64_t emission_repairs = 0;
   std::int64_t latency_growths = 0;  ///< for an adaptive latency; over the whole run
   std::vector<std::string> event_names;
-  Rows<EventRow> events;                      ///< empty if RunRecord::keep_rows is false
-  Rows<UnderrunRow> underruns;                ///< by step, over the whole run
+  Rows<EventRow> events;                             ///< empty if RunRecord::keep_rows is false
+  Rows<UnderrunRow> underruns;                       ///< by step, over the whole run
   std::map<std::string, std::int64_t> event_counts;  ///< "<lane>.<name>" -> count
   std::uint64_t trace_hash = 0;
   /// Force of the ideal twin with this lead, per step and device (step-major); may be empty.

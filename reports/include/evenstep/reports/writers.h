@@ -1,7 +1,7 @@
 #pragma once
 /// The contents of the files in a run folder. These functions are pure: a record in, a text out; those whose length grows
-/// with the run write it to a stream row by row. The harness writes the files to a temporary folder and renames it. Numbers are printed by fmt with the shortest text that reads back
-/// to the same double; there are no locale and no dates.
+/// with the run write it to a stream row by row. The harness writes the files to a temporary folder and renames it. Numbers
+/// are printed by fmt with the shortest text that reads back to the same double; there are no locale and no dates.
 
 #include <cstdint>
 #include <iosfwd>
