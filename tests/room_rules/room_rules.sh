@@ -20,7 +20,8 @@ readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\
 readonly processes='\b(v?fork|posix_spawnp?|exec[vl][pe]*|popen|std::system) *\('
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
-readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files|device/src/hid/hidapi_transport|tests/|examples/'
+readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files'\
+'|device/src/hid/hidapi_transport|tests/|examples/'
 readonly hashed='scheduler|remap|sim|device|reports|text|recordings|plugins|scenarios/format|catalogue|loop|harness'\
 '|campaigns'
 
