@@ -122,11 +122,15 @@ std::string summary_of(const RunOutcome& outcome) {
 
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
                              const std::string& reproduce, const std::vector<FolderFile>& also) {
-  std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
-  for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
-  if (const std::string figure = stored_study(folder, scenario); !figure.empty()) files.push_back({kStudyFigure, figure});
-  files.insert(files.end(), also.begin(), also.end());
-  return write_folder(folder, files);
+  try {
+    std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
+    for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
+    if (const std::string figure = stored_study(folder, scenario); !figure.empty()) files.push_back({kStudyFigure, figure});
+    files.insert(files.end(), also.begin(), also.end());
+    return write_folder(folder, files);
+  } catch (const RunFailure& failure) {  // no room for what the measures need
+    return failure.what();
+  }
 }
 
 }  // namespace evenstep
