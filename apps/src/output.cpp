@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <mutex>
 
 #include "evenstep/apps/shell.h"
@@ -65,22 +66,23 @@ class AnnotatingSink : public spdlog::sinks::base_sink<std::mutex> {
   void flush_() override {}
 };
 
-/// A stream to the descriptor in which nothing is a command for the runner.
+/// A stream to the descriptor in which nothing is a command for who reads it: the runner, or a terminal.
 struct GuardedStream {
   int descriptor;
-  CommandGuard guard;
+  std::function<std::string(std::string_view)> pass;
 };
 ssize_t write_guarded(void* cookie, const char* bytes, std::size_t count) {
   auto* const stream = static_cast<GuardedStream*>(cookie);
-  return write_all(stream->descriptor, stream->guard.pass({bytes, count})) ? static_cast<ssize_t>(count) : 0;
+  return write_all(stream->descriptor, stream->pass({bytes, count})) ? static_cast<ssize_t>(count) : 0;
 }
 
 /// A file is read by no runner, so what is written there stays as it is.
-void guard(std::FILE*& stream, int descriptor, int buffering) {
+template <class Guard>
+void guard(std::FILE*& stream, int descriptor, int buffering, Guard guard) {
   struct stat what {};
   if (::fstat(descriptor, &what) == 0 && S_ISREG(what.st_mode)) return;
   static GuardedStream streams[3];  // lives as long as the C library's streams
-  streams[descriptor].descriptor = descriptor;
+  streams[descriptor] = {descriptor, [guard](std::string_view text) mutable { return guard.pass(text); }};
   if (std::FILE* const guarded = ::fopencookie(&streams[descriptor], "w", {nullptr, write_guarded, nullptr, nullptr})) {
     std::setvbuf(guarded, nullptr, buffering, BUFSIZ);
     stream = guarded;
@@ -94,10 +96,12 @@ bool on_github() { return variable("GITHUB_ACTIONS") == "true"; }
 void prepare_output(const std::string& program) {
   spdlog::sink_ptr sink;
   if (on_github()) {
-    guard(stdout, STDOUT_FILENO, _IOFBF);
-    guard(stderr, STDERR_FILENO, _IOLBF);
+    guard(stdout, STDOUT_FILENO, _IOFBF, CommandGuard{});
+    guard(stderr, STDERR_FILENO, _IOLBF, CommandGuard{});
     sink = std::make_shared<AnnotatingSink>();
   } else {
+    if (::isatty(STDOUT_FILENO)) guard(stdout, STDOUT_FILENO, _IOLBF, TerminalGuard{});
+    if (::isatty(STDERR_FILENO)) guard(stderr, STDERR_FILENO, _IONBF, TerminalGuard{});
     sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
   }
   spdlog::set_default_logger(std::make_shared<spdlog::logger>("evenstep", std::move(sink)));

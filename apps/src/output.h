@@ -1,6 +1,7 @@
 #pragma once
 /// stdout and stderr of the program. In a step of GitHub Actions errors and warnings are annotations there, and nothing else
-/// that is printed is taken for a command by its runner; everywhere else nothing of this happens.
+/// that is printed is taken for a command by its runner. On a terminal nothing that a scenario contains is a command for it.
+/// Into a file or a pipe goes what is printed, as it is.
 
 #include <string>
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 
 #include "commands.h"
 #include "evenstep/apps/origin.h"
@@ -13,6 +14,7 @@
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/saturation.h"
+#include "evenstep/reports/trace_json.h"
 #include "evenstep/reports/writers.h"
 #include "output.h"
 #include "progress.h"
@@ -20,6 +22,7 @@
 #include "run_places.h"
 
 namespace evenstep::app {
+namespace fs = std::filesystem;
 namespace {
 
 struct RunArguments {
@@ -28,7 +31,8 @@ struct RunArguments {
   std::string clock = "virtual";
   std::optional<std::uint64_t> seed;
   std::vector<std::string> set;
-  std::string out;
+  std::string out, junit;
+  bool trace_json = false;
   bool repeat = false;
   std::optional<std::uint64_t> permute_ties;
   int threads = 0;
@@ -198,6 +202,7 @@ struct Call {
   std::string date;      ///< when it began
   std::vector<std::string> summaries;
   std::vector<SummaryRow> rows;  ///< of the job's summary, on GitHub
+  std::vector<JunitSuite> suites;
 };
 
 RunOrigin origin_of(const std::string& file, const Call& call) { return {call.date, commit_of(file, std::getenv)}; }
@@ -240,11 +245,16 @@ void introduce(const Scenario& scenario, const RunArguments& arguments) {
 /// Writes the run folder, and keeps the summary for --json.
 void keep(const std::string& folder, const Scenario& scenario, RunOutcome& outcome, const std::string& reproduce,
           Call& call) {
-  const std::string error = write_run_folder(folder, scenario, outcome, reproduce);
+  std::vector<FolderFile> also;
+  if (call.arguments.trace_json && !outcome.record.strategies.empty())
+    also.push_back({"trace.json", [&](std::ostream& out) { trace_json(outcome.record, out); }});
+  const std::string error = write_run_folder(folder, scenario, outcome, reproduce, also);
   if (!error.empty()) {
     spdlog::error("error: {}", error);
     outcome.exit = worse(outcome.exit, ExitCode::run_failed);
+    outcome.failure += (outcome.failure.empty() ? "" : "\n") + error;
   }
+  call.suites.push_back(junit_suite(outcome, reproduce));
   if (call.arguments.json) call.summaries.push_back(summary_of(outcome));
 }
 
@@ -254,14 +264,15 @@ RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors
   RunOutcome outcome = broken(file, errors, call);
   call.rows.push_back(summary_row(file, outcome, words(outcome)));
   // A single file that was only mistyped leaves the older run in its usual place alone.
+  std::string reproduce = call.arguments.program + " check " + shell_file(file);
+  for (const std::string& set : call.arguments.set) reproduce += " --set " + shell_word(set);
   if (!call.several && call.arguments.out.empty()) {
+    call.suites.push_back(junit_suite(outcome, reproduce));
     if (call.arguments.json) call.summaries.push_back(summary_of(outcome));
     return outcome;
   }
   Scenario unread;
   unread.file = file;
-  std::string reproduce = call.arguments.program + " check " + shell_file(file);
-  for (const std::string& set : call.arguments.set) reproduce += " --set " + shell_word(set);
   keep(folder, unread, outcome, reproduce, call);
   return outcome;
 }
@@ -281,10 +292,17 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
     spdlog::error("error: {}", objection);
     outcome.exit = ExitCode::run_failed;
+    outcome.failure = objection;
+    outcome.record.scenario = scenario.name;
+    outcome.record.file = file;
+    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
     return outcome;
   }
   RunOptions options = options_of(call);
-  if (options.clock == ClockKind::wall) warn_of_devices(options.devices);
+  if (options.clock == ClockKind::wall)
+    warn_of_devices(options.devices);
+  else
+    options.control.row_files = std::make_shared<RowFiles>(fs::path(folder + "/..").lexically_normal());
   {
     Progress progress(isatty(STDERR_FILENO));
     options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
@@ -321,6 +339,15 @@ struct Tally {
   }
 };
 
+/// Writes --junit FILE. A call that was refused before its first run is a suite of its own.
+ExitCode write_junit(const Call& call, ExitCode code) {
+  if (call.arguments.junit.empty()) return code;
+  const std::string error = write_file(call.arguments.junit, [&](std::ostream& out) { out << junit_xml(call.suites); });
+  if (error.empty()) return code;
+  spdlog::error("--junit: error: {}", error);
+  return worse(code, ExitCode::run_failed);
+}
+
 /// The summaries as one JSON document: that of the run, or a list where there may be several.
 void print_json(const Call& call) {
   if (!call.several) {
@@ -330,6 +357,14 @@ void print_json(const Call& call) {
   fmt::print("[");
   for (std::size_t i = 0; i < call.summaries.size(); ++i) fmt::print("{}{}", i > 0 ? ",\n" : "", call.summaries[i]);
   fmt::print("]\n");
+}
+
+/// A folder without scenarios: JUnit must show that nothing ran.
+ExitCode no_scenarios(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  Call call{arguments, interrupted, registry, true, {}, {}, {}};
+  const std::string paths = fmt::format("{}", fmt::join(arguments.paths, " "));
+  call.suites.push_back(junit_suite(broken(paths, {{paths, 0, 0, "no scenario (*.toml) in a folder"}}), ""));
+  return write_junit(call, ExitCode::usage);
 }
 
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
@@ -343,9 +378,9 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
     return ExitCode::usage;
   }
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
-  if (!files) return ExitCode::usage;
+  if (!files) return no_scenarios(arguments, interrupted, registry);
   const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
-  Call call{arguments, interrupted, registry, !one_was_named, *date, {}, {}};
+  Call call{arguments, interrupted, registry, !one_was_named, *date, {}, {}, {}};
   const std::vector<std::string> folders = run_places(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
   Tally tally;
@@ -360,7 +395,7 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
     print_json(call);
   else if (files->size() > 1)
     fmt::print("{}", tally.text(files->size()));
-  return worst_code;
+  return write_junit(call, worst_code);
 }
 
 }  // namespace
@@ -374,6 +409,10 @@ void add_run(Commands& commands) {
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set timing.visualization=\"20 ms\"");
   command.option("--out", arguments.out,
                  "run folder (one scenario) or folder of run folders (several); default runs/<name>");
+  command.option("--junit", arguments.junit,
+                 "one JUnit file for all scenarios of this call, besides that of each run folder");
+  command.flag("--trace-json", arguments.trace_json,
+               "trace.json in the run folder, for ui.perfetto.dev (some MB per second)");
   command.flag("--repeat", arguments.repeat, "run twice; exit 4 and name the first differing event if the traces differ");
   command.option("--permute-ties", arguments.permute_ties,
                  "shuffle the order of simultaneous events of one lane with this seed");

@@ -141,7 +141,8 @@ std::string again(const SizeArguments& arguments) {
 /// False on an error, which is then printed.
 bool write_report(const SizeArguments& arguments, const SizeRecord& record) {
   if (arguments.report.empty()) return true;
-  const std::string error = replace_file(arguments.report, size_page(record, again(arguments)));
+  const std::string page = size_page(record, again(arguments));
+  const std::string error = write_file(arguments.report, [&](std::ostream& out) { out << page; });
   if (error.empty()) return true;
   print({{arguments.report, 0, 0, error + "; give --report a file in a folder that exists"}});
   return false;

@@ -62,7 +62,8 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
   if (page.file.empty() || outcome.exit == ExitCode::interrupted) return outcome.exit;
   const char* const verdict = outcome.summary.all.errors > 0 ? "error" : outcome.exit == ExitCode::pass ? "pass" : "fail";
   const std::string text = sweep_page(outcome.record, outcome.summary, command, verdict, page.reproduce);
-  if (const std::string error = replace_file(page.file.string(), text); !error.empty()) {
+  const std::string error = write_file(page.file.string(), [&](std::ostream& out) { out << text; });
+  if (!error.empty()) {
     spdlog::error("error: {}", error);
     return worse(outcome.exit, ExitCode::run_failed);
   }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "evenstep/reports/plain_text.h"
@@ -9,13 +11,44 @@
 namespace evenstep {
 namespace {
 
-/// `text` with each character of `special` as %XX.
+/// `text` with each character of `special` as %XX, and other control characters, which a log would obey, as "?".
 std::string escaped(std::string_view text, std::string_view special) {
   std::string out;
-  for (const char c : text)
-    out += special.find(c) == std::string_view::npos ? std::string(1, c)
-                                                     : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (special.find(c) != std::string_view::npos)
+      out += fmt::format("%{:02X}", byte);
+    else
+      out += (byte < 0x20 && c != '\t') || byte == 0x7F ? '?' : c;
+  }
   return out;
+}
+
+constexpr std::array<std::string_view, 8> kOwnSequences{"\r\033[K", "\033[0m",  "\033[31m", "\033[32m",
+                                                        "\033[33m", "\033[35m", "\033[90m", "\r\n"};
+
+/// How many bytes of `text` belong together from its first byte on: a sequence of our own or a character. 0: that depends on
+/// bytes that are not there yet.
+std::size_t unit_length(std::string_view text) {
+  for (const std::string_view own : kOwnSequences) {
+    if (text.starts_with(own)) return own.size();
+    if (text.size() < own.size() && own.starts_with(text)) return 0;
+  }
+  const auto lead = static_cast<unsigned char>(text.front());
+  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : lead >= 0xC2 ? 2 : 1;
+  for (std::size_t i = 1; i < std::min(length, text.size()); ++i) {
+    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80) return 1;
+  }
+  return length <= text.size() ? length : 0;
+}
+
+/// Whether a character may go to a terminal.
+bool shows(std::string_view unit) {
+  const auto lead = static_cast<unsigned char>(unit.front());
+  if (unit.size() == 1) return (lead >= 0x20 && lead < 0x7F) || lead == '\n' || lead == '\t';
+  if (lead == 0xC2 && static_cast<unsigned char>(unit[1]) < 0xA0) return false;  // U+0080 to U+009F
+  const auto in = [&](const char* first, const char* last) { return unit.size() == 3 && unit >= first && unit <= last; };
+  return unit != "\u061C" && !in("\u200E", "\u200F") && !in("\u202A", "\u202E") && !in("\u2066", "\u2069");
 }
 
 /// Messages are long, and few.
@@ -58,6 +91,22 @@ std::string CommandGuard::pass(std::string_view piece) {
     }
     out += c;
   }
+  return out;
+}
+
+std::string TerminalGuard::pass(std::string_view piece) {
+  held_ += piece;
+  std::string out;
+  std::string_view rest = held_;
+  while (!rest.empty()) {
+    const std::size_t length = unit_length(rest);
+    if (length == 0) break;
+    const std::string_view unit = rest.substr(0, length);
+    const bool own = std::find(kOwnSequences.begin(), kOwnSequences.end(), unit) != kOwnSequences.end();
+    out += own || shows(unit) ? unit : "?";
+    rest.remove_prefix(length);
+  }
+  held_ = std::string(rest);
   return out;
 }
 

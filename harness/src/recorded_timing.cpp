@@ -2,19 +2,25 @@
 
 namespace evenstep {
 
+const SegmentTiming* RecordedSegments::next() {
+  if (row_ == record_.segments.size()) return nullptr;
+  const SegmentRow& row = record_.segments[row_++];
+  segment_.index = row.index;
+  segment_.begin = row.begin;
+  segment_.end = row.end;
+  segment_.visualization.reset();
+  if (row.visualization) segment_.visualization = Interval{(*row.visualization)[0], (*row.visualization)[1]};
+  segment_.steps.clear();
+  for (; step_ < record_.steps.size() && record_.steps[step_].segment == row.index; ++step_)
+    segment_.steps.push_back({record_.steps[step_].begin, record_.steps[step_].end});
+  return &segment_;
+}
+
 std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record) {
   std::vector<SegmentTiming> segments;
   segments.reserve(record.segments.size());
-  std::size_t n = 0;
-  for (const SegmentRow& row : record.segments) {
-    SegmentTiming& segment = segments.emplace_back();
-    segment.index = row.index;
-    segment.begin = row.begin;
-    segment.end = row.end;
-    if (row.visualization) segment.visualization = Interval{(*row.visualization)[0], (*row.visualization)[1]};
-    for (; n < record.steps.size() && record.steps[n].segment == row.index; ++n)
-      segment.steps.push_back({record.steps[n].begin, record.steps[n].end});
-  }
+  RecordedSegments recorded(record);
+  while (const SegmentTiming* segment = recorded.next()) segments.push_back(*segment);
   return segments;
 }
 

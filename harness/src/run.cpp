@@ -50,8 +50,8 @@ std::uint64_t hash_of(const std::vector<StrategyRecord>& strategies) {
   return hash;
 }
 
-std::vector<Vec3> forces_of(const StrategyRecord& record) {
-  std::vector<Vec3> forces;
+Rows<Vec3> forces_of(const StrategyRecord& record) {
+  Rows<Vec3> forces(record.steps.get_allocator());
   for (std::size_t n = 0; n < record.steps.size(); ++n) {
     for (const DeviceRecord& device : record.devices) forces.push_back(device.steps[n].force_N);
   }
@@ -167,7 +167,7 @@ void finish(RunRecord& run) {
 /// If it throws, `run` contains what was recorded until then.
 void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& run, std::string& difference) {
   run = start_run(scenario, options);
-  const std::vector<StrategyPlan> plans = plan(scenario);
+  const std::vector<StrategyPlan> plans = plan(scenario, PlannedSteps::drop);
   if (options.clock == ClockKind::wall)
     run_wall(scenario, plans, options, run, difference);
   else

@@ -1,11 +1,8 @@
 #include "evenstep/harness/run_folder.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -20,6 +17,7 @@
 #include "evenstep/reports/figures.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/time/digest.h"
+#include "write_folder.h"
 
 namespace evenstep {
 namespace fs = std::filesystem;
@@ -41,19 +39,9 @@ std::string content_of(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-fs::path absolute_folder(const std::string& folder) {
-  fs::path path = fs::absolute(folder).lexically_normal();
-  return path.has_filename() ? path : path.parent_path();  // "runs/x/" means "runs/x"
-}
-
-/// Whether the folder may be replaced: it does not exist, is empty, or is one of ours.
-bool replaceable(const fs::path& folder, const std::string& its_file) {
-  return !fs::exists(folder) || (fs::is_directory(folder) && (fs::is_empty(folder) || fs::exists(folder / its_file)));
-}
-
 /// The figure of a study of the felt force of this scenario that is stored beside the run folder; empty if there is none.
 std::string stored_study(const std::string& folder, const Scenario& scenario) {
-  const fs::path study = absolute_folder(folder).string() + "-study";
+  const fs::path study = internal::absolute_folder(folder).string() + "-study";
   const std::string subject = fmt::format("\"subject\":\"{:016x}\"", subject_of(scenario));
   if (content_of(study / kStudyFile).find(subject) == std::string::npos) return {};
   return content_of(study / kStudyFigure);
@@ -78,32 +66,25 @@ std::string report_of(const Scenario& scenario, const RunOutcome& outcome, const
                    sources_of(scenario, outcome)});
 }
 
-void write_file(const fs::path& path, const std::string& content) {
-  std::ofstream out(path, std::ios::binary);
-  out.write(content.data(), static_cast<std::streamsize>(content.size()));
-  out.close();
-  if (!out) throw std::runtime_error(fmt::format("cannot write {}: {}", path.string(), std::strerror(errno)));
-}
-
 }  // namespace
 
 std::vector<FolderFile> data_files(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce) {
   const RunRecord& run = outcome.record;
   std::vector<FolderFile> files;
   files.push_back({kSummaryFile, summary_of(outcome)});
-  files.push_back({"junit.xml", junit_xml(run, outcome.results, outcome.failure, reproduce)});
+  const std::array suites{junit_suite(outcome, reproduce)};
+  files.push_back({"junit.xml", junit_xml(suites)});
   files.push_back({"resolved.toml", scenario.resolved_toml});
   if (outcome.case_record) files.push_back({"cells.csv", cells_csv(*outcome.case_record)});
   if (run.strategies.empty()) return files;  // the run failed before it began
-  files.push_back({"series.csv", series_csv(run)});
-  files.push_back({"underruns.csv", underruns_csv(run)});
-  if (run.keep_rows) {
-    const std::vector<std::byte> events = events_bin(run);
-    files.push_back({"events.bin", std::string(reinterpret_cast<const char*>(events.data()), events.size())});
-  }
+  files.push_back({"series.csv", [&](std::ostream& out) { series_csv(run, out); }});
+  files.push_back({"underruns.csv", [&](std::ostream& out) { underruns_csv(run, out); }});
+  if (run.keep_rows) files.push_back({"events.bin", [&](std::ostream& out) { events_bin(run, out); }});
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.reference) continue;
-    files.push_back({"timing.csv", format_timing_csv(recorded_timing(strategy))});
+    files.push_back({"timing.csv", [&](std::ostream& out) {
+                       write_timing_csv(out, [recorded = RecordedSegments(strategy)]() mutable { return recorded.next(); });
+                     }});
     break;
   }
   return files;
@@ -125,6 +106,22 @@ std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outc
   return files;
 }
 
+JunitSuite junit_suite(const RunOutcome& outcome, const std::string& reproduce) {
+  using Whole = JunitSuite::Whole;
+  const RunRecord& run = outcome.record;
+  JunitSuite suite{run.scenario,    run.file,      run.seed, run.clock, run.trace_hash,
+                   outcome.results, Whole::silent, {},       reproduce};
+  suite.why = outcome.failure;
+  if (!outcome.repeat_difference.empty())
+    suite.why += fmt::format("{}not reproducible: {}", suite.why.empty() ? "" : "\n", outcome.repeat_difference);
+  if (outcome.exit == ExitCode::interrupted && suite.why.empty()) suite.why = "interrupted";
+  if (outcome.verdict == RunVerdict::none && suite.why.empty()) suite.why = "no verdict: nothing was asserted";
+  if (suite.why.empty()) return suite;
+  const bool judged = outcome.exit == ExitCode::expectation_failed && outcome.repeat_difference.empty();
+  suite.whole = outcome.exit == ExitCode::pass ? Whole::passed : judged ? Whole::failed : Whole::broken;
+  return suite;
+}
+
 std::uint64_t subject_of(const Scenario& scenario) {
   std::istringstream lines(scenario.resolved_toml);
   std::uint64_t digest = 0;
@@ -144,65 +141,18 @@ std::string summary_of(const RunOutcome& outcome) {
   return summary_json(outcome.record, outcome.metrics, outcome.results, kVersion, name_of(outcome.verdict), outcome.failure);
 }
 
-std::string run_folder_objection(const std::string& folder, const std::string& its_file) {
-  try {
-    const fs::path path = absolute_folder(folder);
-    if (!replaceable(path, its_file)) {
-      return fmt::format("'{}' exists and is not a run folder (no {} in it); give another place with --out", folder,
-                         its_file);
-    }
-    fs::create_directories(path.parent_path());
-    if (::access(path.parent_path().c_str(), W_OK | X_OK) != 0) {
-      return fmt::format("cannot write into '{}': {}; give a writable place with --out", path.parent_path().string(),
-                         std::strerror(errno));
-    }
-    return {};
-  } catch (const fs::filesystem_error& error) {
-    return fmt::format("cannot use '{}' as run folder: {}; give a writable place with --out", folder,
-                       error.code().message());
-  }
-}
-
 std::string write_run_folder(const std::string& folder, const Scenario& scenario, const RunOutcome& outcome,
-                             const std::string& reproduce) {
-  std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
-  for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
-  const std::string study = stored_study(folder, scenario);
-  if (!study.empty()) files.push_back({kStudyFigure, study});
-  files.push_back({kReportFile, report_of(scenario, outcome, reproduce, study)});
-  return write_folder(folder, files);
-}
-
-std::string replace_file(const std::string& path, const std::string& content) {
-  const std::string aside = fmt::format("{}.writing-{}", path, ::getpid());
+                             const std::string& reproduce, const std::vector<FolderFile>& also) {
   try {
-    write_file(aside, content);
-    fs::rename(aside, path);
-    return {};
-  } catch (const std::exception& error) {
-    std::error_code ignored;
-    fs::remove(aside, ignored);
-    return error.what();
-  }
-}
-
-std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files) {
-  const fs::path path = absolute_folder(folder);
-  const fs::path aside = path.parent_path() / fmt::format(".{}.writing-{}", path.filename().string(), ::getpid());
-  const fs::path old = path.parent_path() / fmt::format(".{}.old-{}", path.filename().string(), ::getpid());
-  try {
-    fs::create_directories(aside);
-    for (const FolderFile& file : files) write_file(aside / file.name, file.content);
-    if (!replaceable(path, files.front().name))
-      throw std::runtime_error(fmt::format("'{}' is not a run folder and is left alone", path.string()));
-    if (fs::exists(path)) fs::rename(path, old);
-    fs::rename(aside, path);
-    fs::remove_all(old);
-    return {};
-  } catch (const std::exception& error) {
-    std::error_code ignored;
-    fs::remove_all(aside, ignored);
-    return error.what();
+    std::vector<FolderFile> files = data_files(scenario, outcome, reproduce);
+    for (FolderFile& figure : figures(scenario, outcome)) files.push_back(std::move(figure));
+    const std::string study = stored_study(folder, scenario);
+    if (!study.empty()) files.push_back({kStudyFigure, study});
+    files.push_back({kReportFile, report_of(scenario, outcome, reproduce, study)});
+    files.insert(files.end(), also.begin(), also.end());
+    return write_folder(folder, files);
+  } catch (const RunFailure& failure) {  // no room for what the measures need
+    return failure.what();
   }
 }
 

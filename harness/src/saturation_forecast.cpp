@@ -42,8 +42,8 @@ ReportRange range_of(const PidSpec& spec) {
 glm::dvec3 to_dvec3(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
 /// The positions as the device reports them.
-std::vector<TickRow> ticks_of(const DeviceSpec& device, const ReportRange& range, RealTime end) {
-  std::vector<TickRow> ticks;
+Rows<TickRow> ticks_of(const DeviceSpec& device, const ReportRange& range, RealTime end) {
+  Rows<TickRow> ticks;
   const RealTime first{device.phase.ns};
   for (std::int64_t k = 0; tick_time(device.rate, k, first) < end; ++k) {
     TickRow& tick = ticks.emplace_back();
@@ -119,7 +119,7 @@ std::vector<ForetoldSaturation> foretell_saturation(const Scenario& scenario) {
   if (costs_little(scenario.scene)) internal::put_undelayed(scenario, devices);
   for (std::size_t tool = 0; tool < devices.size(); ++tool) {
     const DeviceSpec& device = scenario.devices[tool];
-    const std::vector<TickRow>& ticks = devices[tool].ticks;
+    const Rows<TickRow>& ticks = devices[tool].ticks;
     Watch watch(device, found);
     for (std::size_t k = 1; k < ticks.size(); ++k) {
       if (ticks[k].at >= RealTime{scenario.warmup.ns}) watch_tick(device, ranges[tool], ticks[k - 1], ticks[k], watch);

@@ -9,6 +9,9 @@
 namespace evenstep {
 namespace {
 
+constexpr std::int64_t kMostReserved = 2'000'000;  // steps; an hour at 450 Hz has 1.6 million
+constexpr RealTime kHour{3'600'000'000'000};
+
 /// The steps of `ideal`: one per slot, each as long as a nominal step (but never longer than a slot).
 class EvenTiming final : public StepTiming {
  public:
@@ -86,6 +89,9 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, co
 std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spec, StrategyKind kind,
                              const GateModel* gate) {
   std::vector<MappedStep> steps;
+  const std::int64_t expected =
+      floor_mul_div(std::min(setup.end, kHour).ns, setup.step_rate.num, setup.step_rate.den * 1'000'000'000);
+  steps.reserve(static_cast<std::size_t>(std::clamp<std::int64_t>(expected, 0, kMostReserved)));  // growing would copy
   const std::unique_ptr<StepTiming> timing = make_timing(timing_spec);
   if (gate) {
     walk_gated(setup, *timing, kind, *gate, steps);

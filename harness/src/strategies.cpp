@@ -171,9 +171,12 @@ const Strategy& strategy_of(StrategyKind kind) {
 
 }  // namespace internal
 
-std::vector<StrategyPlan> plan(const Scenario& scenario) {
+std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps) {
   std::vector<StrategyPlan> plans;
-  for (const StrategyKind kind : scenario.strategies) plans.push_back(internal::strategy_of(kind).plan(scenario, kind));
+  for (const StrategyKind kind : scenario.strategies) {
+    plans.push_back(internal::strategy_of(kind).plan(scenario, kind));
+    if (steps == PlannedSteps::drop) plans.back().sizing.steps = {};
+  }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };
   auto model = twin_of([&](const StrategyPlan& p) { return p.kind == scenario.live && is_remap(p.kind); });
   if (model == plans.end()) model = twin_of([](const StrategyPlan& p) { return is_remap(p.kind); });

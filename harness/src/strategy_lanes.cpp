@@ -32,14 +32,14 @@ std::unique_ptr<SlotMap> map_of(const Scenario& scenario, const StrategyPlan& pl
   return make_map(setup, plan.kind, plan.lead, latency_of(setup, plan));
 }
 
-StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan) {
-  StrategyRecord record;
+StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan, const std::shared_ptr<RowFiles>& files) {
+  StrategyRecord record = empty_record(files);
   record.name = name_of(plan.kind);
   record.variable_step = traits_of(plan.kind).varies_step;
   record.reference = traits_of(plan.kind).knows_motion;
   record.look = internal::strategy_of(plan.kind).look;
   for (const DeviceSpec& device : scenario.devices) {
-    DeviceRecord& kept = record.devices.emplace_back();
+    DeviceRecord& kept = record.devices.emplace_back(empty_device_record(files));
     kept.name = device.name;
     kept.loop = loop_record(scenario, plan, device);
   }
@@ -157,14 +157,15 @@ std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyK
 }
 
 StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver,
-                             Exchange& exchange, std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices)
+                             Exchange& exchange, std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices,
+                             const std::shared_ptr<RowFiles>& row_files)
     : scenario_(scenario),
       scene_(scene_of(scenario, plan.kind)),
       exchange_(exchange),
       solver_(std::move(solver)),
       map_(map_of(scenario, plan)),
       timing_(std::move(timing)),
-      record_(start_record(scenario, plan)),
+      record_(start_record(scenario, plan, row_files)),
       step_(*solver_, scene_),
       step_recorder_(record_, underrun_words(scenario.remap, plan.kind)),
       lanes_(device_lanes(scenario, devices)),

@@ -80,7 +80,7 @@ SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& s
 
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control) {
   StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), parts.exchange, std::move(parts.timing),
-                      std::move(parts.devices));
+                      std::move(parts.devices), control.row_files);
   std::unique_ptr<Executor> executor = std::make_unique<InlineExecutor>();
   if (control.worker_thread) executor = std::make_unique<WorkerExecutor>(parts.clock);
   Scheduler scheduler(parts.clock, *executor, {control.limits, control.permute_ties, scenario.keep_rows});

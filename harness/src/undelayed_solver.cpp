@@ -14,7 +14,7 @@ namespace evenstep::internal {
 namespace {
 
 /// The position of the device, interpolated between its ticks; before the first and after the last tick the position there.
-glm::dvec3 position_at(const std::vector<TickRow>& ticks, RealTime at) {
+glm::dvec3 position_at(const Rows<TickRow>& ticks, RealTime at) {
   const auto to_glm = [](const TickRow& tick) {
     const auto [x, y, z] = tick.position_m;
     return glm::dvec3(x, y, z);

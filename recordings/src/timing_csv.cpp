@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
+#include <sstream>
 
 #include "evenstep/text/csv_rows.h"
 #include "evenstep/text/text_file.h"
@@ -216,12 +216,13 @@ TimingCsv parse_timing_or_steps(const std::string& text, const std::string& name
 TimingCsv read_timing_csv(const std::string& path) { return read_file(path, false); }
 TimingCsv read_timing_or_steps(const std::string& path) { return read_file(path, true); }
 
-std::string format_timing_csv(const std::vector<SegmentTiming>& segments) {
-  std::string csv = fmt::format("{}\n", kHeader);
+void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next) {
+  out << kHeader << '\n';
   const auto row = [&](std::int64_t segment, std::string_view kind, std::size_t index, RealTime begin, RealTime end) {
-    fmt::format_to(std::back_inserter(csv), "{},{},{},{},{}\n", segment, kind, index, begin.ns, end.ns);
+    out << fmt::format("{},{},{},{},{}\n", segment, kind, index, begin.ns, end.ns);
   };
-  for (const SegmentTiming& segment : segments) {
+  while (const SegmentTiming* at = next()) {
+    const SegmentTiming& segment = *at;
     RealTime busy = segment.begin;
     const auto show = [&] {
       row(segment.index, "visualization", 0, segment.visualization->begin, segment.visualization->end);
@@ -240,7 +241,13 @@ std::string format_timing_csv(const std::vector<SegmentTiming>& segments) {
     if (!shown) show();
     if (busy < segment.end) row(segment.index, "idle", 0, busy, segment.end);
   }
-  return csv;
+}
+
+std::string format_timing_csv(const std::vector<SegmentTiming>& segments) {
+  std::ostringstream csv;
+  std::size_t at = 0;
+  write_timing_csv(csv, [&] { return at < segments.size() ? &segments[at++] : nullptr; });
+  return std::move(csv).str();
 }
 
 }  // namespace evenstep

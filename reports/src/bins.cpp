@@ -15,8 +15,8 @@ constexpr std::int64_t kSamplesOfABin = 4;  // of a bin: a line needs three
 
 /// Squares of an error and when it was.
 struct Squares {
-  std::vector<RealTime> at;
-  std::vector<double> square;
+  Rows<RealTime> at;
+  Rows<double> square;
 };
 
 /// A signal to be divided into bins: its samples, the real time of each, the squares of its other errors, and the real times
@@ -24,10 +24,16 @@ struct Squares {
 struct Timeline {
   internal::Series series;
   std::vector<internal::Window> pieces;
-  std::vector<RealTime> at;
+  Rows<RealTime> at;
   Squares error, from_ideal;
-  std::vector<RealTime> underruns;
+  Rows<RealTime> underruns;
 };
+
+/// An empty one whose columns are kept where the rows are.
+Timeline timeline_beside(const RowAllocator<StepRow>& rows) {
+  const auto squares = [&] { return Squares{Rows<RealTime>(rows), Rows<double>(rows)}; };
+  return {{Rows<double>(rows), Rows<Vec3>(rows)}, {}, Rows<RealTime>(rows), squares(), squares(), Rows<RealTime>(rows)};
+}
 
 void add(Squares& squares, RealTime at, const Vec3& is, const Vec3& should_be) {
   const double distance = internal::norm(internal::minus(is, should_be));
@@ -35,9 +41,9 @@ void add(Squares& squares, RealTime at, const Vec3& is, const Vec3& should_be) {
   squares.square.push_back(distance * distance);
 }
 
-Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device,
-                              const std::vector<std::size_t>& steps, const Nominal& nominal) {
-  Timeline timeline;
+Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
+                              const Nominal& nominal) {
+  Timeline timeline = timeline_beside(strategy.steps.get_allocator());
   timeline.series = internal::interaction_series(strategy, device, steps, nominal.slot_s);
   timeline.pieces = internal::straight_steps(strategy, internal::nominal_device(nominal, device.name), steps);
   for (const std::size_t n : steps) {
@@ -49,11 +55,11 @@ Timeline interaction_timeline(const StrategyRecord& strategy, const DeviceRecord
   return timeline;
 }
 
-Timeline force_timeline(const StrategyRecord& strategy, std::size_t device_index, const std::vector<std::size_t>& steps,
+Timeline force_timeline(const StrategyRecord& strategy, std::size_t device_index, const Rows<std::size_t>& steps,
                         const Nominal& nominal) {
   const DeviceRecord& device = strategy.devices[device_index];
-  const std::vector<std::size_t> ticks = internal::judged_ticks(device, nominal);
-  Timeline timeline;
+  const Rows<std::size_t> ticks = internal::judged_ticks(device, nominal);
+  Timeline timeline = timeline_beside(strategy.steps.get_allocator());
   timeline.series = internal::force_series(device, ticks, nominal.judged_from);
   timeline.pieces = internal::straight_ticks(strategy, device, internal::nominal_device(nominal, device.name), ticks);
   for (const std::size_t k : ticks) {
@@ -71,7 +77,7 @@ Timeline force_timeline(const StrategyRecord& strategy, std::size_t device_index
   return timeline;
 }
 
-std::size_t first_at(const std::vector<RealTime>& times, RealTime t) {
+std::size_t first_at(std::span<const RealTime> times, RealTime t) {
   return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), t) - times.begin());
 }
 
@@ -100,10 +106,10 @@ bool any_line(const std::vector<internal::Window>& parts) {
 
 /// Distance of each sample from the line of its window, those windows being the whole run's, so that a bin shows its part of
 /// what the run as a whole is judged by. Empty where a window has too few samples for a line.
-std::vector<std::optional<double>> distances(const Timeline& timeline) {
+Rows<std::optional<double>> distances(const Timeline& timeline) {
   const std::span<const double> t(timeline.series.t_s);
   const std::span<const Vec3> x(timeline.series.value);
-  std::vector<std::optional<double>> result(x.size());
+  Rows<std::optional<double>> result(x.size(), timeline.at.get_allocator());
   for (const internal::Window& window : internal::windows(t, timeline.pieces, internal::kWindow_s)) {
     if (window.size() < 3) continue;
     const std::vector<Vec3> residual =
@@ -129,7 +135,7 @@ void put_deviation(BinRow& row, std::span<const std::optional<double>> distances
 /// A jump belongs to the bin of its middle sample, so that none is lost at an edge.
 std::vector<BinRow> cut(const Timeline& timeline, const BinLayout& layout, RealTime run_end) {
   std::vector<BinRow> rows;
-  const std::vector<std::optional<double>> deviation = distances(timeline);
+  const Rows<std::optional<double>> deviation = distances(timeline);
   for (std::int64_t b = 0; b < layout.count; ++b) {
     const bool last = b + 1 == layout.count;
     const RealTime from = layout.origin + layout.width * b, to = from + layout.width;
@@ -191,7 +197,7 @@ std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run) { return b
 std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, const BinLayout& layout) {
   std::map<std::string, std::vector<BinRow>> result;
   for (const StrategyRecord& strategy : run.strategies) {
-    const std::vector<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
+    const Rows<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
     for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
       const DeviceRecord& device = strategy.devices[d];
       result[device.name + ".interaction." + strategy.name] =

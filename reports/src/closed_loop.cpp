@@ -53,10 +53,10 @@ Vec3 spring_force_N(const SpringRow& spring, const Vec3& x_m) {
   return {pull_of(spring, 0, x_m[0]).force_N, pull_of(spring, 1, x_m[1]).force_N, pull_of(spring, 2, x_m[2]).force_N};
 }
 
-std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N,
-                                double delay_s, std::span<const SpringRow> springs) {
+Rows<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N, double delay_s,
+                         std::span<const SpringRow> springs, const RowAllocator<double>& beside) {
   assert(springs.empty() || (springs.size() == t.size() && delay_s == 0));
-  std::vector<double> energy_J(t.size(), 0);
+  Rows<double> energy_J(t.size(), 0, beside);
   std::size_t felt = 0;  // changes that are in the past: force_N[felt - 1] is felt
   for (std::size_t n = 1; n < t.size(); ++n) {
     const Vec3 way_m = internal::minus(x[n], x[n - 1]);
@@ -120,8 +120,8 @@ std::optional<Oscillation> oscillation(std::span<const double> t, std::span<cons
 }
 
 std::optional<Oscillation> oscillation(const DeviceRecord& device, const Nominal& nominal) {
-  std::vector<double> t;
-  std::vector<Vec3> x;
+  Rows<double> t(device.ticks.get_allocator());
+  Rows<Vec3> x(device.ticks.get_allocator());
   for (const std::size_t k : internal::judged_ticks(device, nominal)) {
     t.push_back(seconds(internal::sent_at(device.ticks[k]) - nominal.judged_from));
     x.push_back(device.ticks[k].position_m);
@@ -154,8 +154,7 @@ void put_laws(const DeviceRecord& device, std::map<std::string, double>& values)
 }
 
 /// The share of the whole force at the ticks that the device rendered by itself.
-std::optional<double> spring_share(const std::vector<Vec3>& x, const std::vector<Vec3>& force_N,
-                                   const std::vector<SpringRow>& springs) {
+std::optional<double> spring_share(const Rows<Vec3>& x, const Rows<Vec3>& force_N, const Rows<SpringRow>& springs) {
   double by_device = 0, all = 0;
   for (std::size_t k = 0; k < springs.size(); ++k) {
     by_device += norm(spring_force_N(springs[k], x[k]));
@@ -187,11 +186,12 @@ std::map<std::string, double> closed_loop_values(const RunRecord& run, const Dev
   std::map<std::string, double> values;
   put_laws(device, values);
   const Nominal::Device* nominal = nominal_device(run.nominal, device.name);
-  const std::vector<std::size_t> ticks = judged_ticks(device, run.nominal);
+  const Rows<std::size_t> ticks = judged_ticks(device, run.nominal);
   if (!nominal || ticks.size() < 2) return values;
-  std::vector<double> t;
-  std::vector<Vec3> x, force_N;
-  std::vector<SpringRow> springs;
+  const auto beside = device.ticks.get_allocator();
+  Rows<double> t(beside);
+  Rows<Vec3> x(beside), force_N(beside);
+  Rows<SpringRow> springs(beside);
   for (const std::size_t k : ticks) {
     t.push_back(seconds(sent_at(device.ticks[k]) - run.nominal.judged_from));
     x.push_back(device.ticks[k].position_m);
@@ -202,7 +202,8 @@ std::map<std::string, double> closed_loop_values(const RunRecord& run, const Dev
   // If the hand feels the device's springs with a delay, only the device knows how much energy they give and take.
   const bool energy_is_known = springs.empty() || nominal->force_delay.ns == 0;
   if (energy_is_known) {
-    put_energy(device, run.nominal, *nominal, t, port_energy(t, x, force_N, seconds(nominal->force_delay), springs), values);
+    put_energy(device, run.nominal, *nominal, t, port_energy(t, x, force_N, seconds(nominal->force_delay), springs, beside),
+               values);
   }
   if (!nominal->feels_force) return values;
   const auto swing = oscillation(device, run.nominal);

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <ostream>
 #include <stdexcept>
 #include <string_view>
 
@@ -18,21 +20,21 @@ constexpr std::uint8_t kLanes = 3;
 
 class Writer {
  public:
+  explicit Writer(std::ostream& out) : out_(out) {}
   template <class Unsigned>
   void put(Unsigned value) {
-    for (std::size_t i = 0; i < sizeof(Unsigned); ++i) bytes_.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFF));
+    std::array<char, sizeof(Unsigned)> bytes;
+    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<char>(value >> (8 * i) & 0xFF);
+    raw({bytes.data(), bytes.size()});
   }
   void text(std::string_view text) {
     put(static_cast<std::uint32_t>(text.size()));
     raw(text);
   }
-  void raw(std::string_view text) {
-    for (const char c : text) bytes_.push_back(static_cast<std::byte>(c));
-  }
-  std::vector<std::byte> take() { return std::move(bytes_); }
+  void raw(std::string_view text) { out_.write(text.data(), static_cast<std::streamsize>(text.size())); }
 
  private:
-  std::vector<std::byte> bytes_;
+  std::ostream& out_;
 };
 
 /// Reads from the bytes of a file. It first checks how many bytes are left, so nothing is allocated for a size that the file
@@ -162,8 +164,8 @@ RealTime time_of(const Difference& difference, const StrategyRecord& a, const St
 
 }  // namespace
 
-std::vector<std::byte> events_bin(const RunRecord& run) {
-  Writer out;
+void events_bin(const RunRecord& run, std::ostream& stream) {
+  Writer out(stream);
   out.raw(kMagic);
   out.put(static_cast<std::uint32_t>(run.strategies.size()));
   for (const StrategyRecord& strategy : run.strategies) {
@@ -180,7 +182,6 @@ std::vector<std::byte> events_bin(const RunRecord& run) {
       out.put(std::uint8_t{0});
     }
   }
-  return out.take();
 }
 
 EventFile read_events_bin(const std::vector<std::byte>& bytes) {

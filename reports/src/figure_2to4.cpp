@@ -28,23 +28,22 @@ constexpr const char* kPauseFill = "#f6d58a";  // pale kOrange
 /// One segment of one strategy and device.
 struct View {
   const SegmentRow* segment = nullptr;
-  std::vector<std::size_t> steps;
+  Rows<std::size_t> steps;
   bool mapped = false;  ///< false: direct has no slots
   internal::Range time_s;
   std::vector<double> tick_s, tick_position_m, tick_force_N;
   std::vector<double> read_s, position_m, emission_s, force_N;
 };
 
-std::vector<std::size_t> steps_of(const StrategyRecord& strategy, const std::vector<std::size_t>& judged,
-                                  std::int64_t segment) {
-  std::vector<std::size_t> steps;
+Rows<std::size_t> steps_of(const StrategyRecord& strategy, const Rows<std::size_t>& judged, std::int64_t segment) {
+  Rows<std::size_t> steps;
   std::copy_if(judged.begin(), judged.end(), std::back_inserter(steps),
                [&](std::size_t n) { return strategy.steps[n].segment == segment; });
   return steps;
 }
 
 /// The segment of the last judged step that began at or before `at`, or the one in the middle of those judged.
-const SegmentRow* shown_segment(const StrategyRecord& strategy, const std::vector<std::size_t>& judged,
+const SegmentRow* shown_segment(const StrategyRecord& strategy, const Rows<std::size_t>& judged,
                                 std::optional<RealTime> at) {
   if (judged.empty()) return nullptr;
   std::size_t shown = judged[judged.size() / 2];
@@ -60,7 +59,7 @@ const SegmentRow* shown_segment(const StrategyRecord& strategy, const std::vecto
 }
 
 /// The axis along which the hand moved farthest in the segment.
-std::size_t main_axis(const DeviceRecord& device, const std::vector<std::size_t>& steps) {
+std::size_t main_axis(const DeviceRecord& device, const Rows<std::size_t>& steps) {
   const Vec3 &first = device.steps.at(steps.front()).position_m, &last = device.steps.at(steps.back()).position_m;
   std::size_t best = 0;
   for (std::size_t axis = 1; axis < 3; ++axis) {
@@ -71,7 +70,7 @@ std::size_t main_axis(const DeviceRecord& device, const std::vector<std::size_t>
 
 std::optional<View> view_of(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,
                             std::optional<RealTime> at) {
-  const std::vector<std::size_t> judged = internal::judged_steps(strategy, run.nominal);
+  const Rows<std::size_t> judged = internal::judged_steps(strategy, run.nominal);
   View view;
   view.segment = shown_segment(strategy, judged, at);
   if (!view.segment) return std::nullopt;

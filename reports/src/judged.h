@@ -9,21 +9,21 @@
 
 namespace evenstep::internal {
 
-std::vector<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal);
-std::vector<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nominal);
+Rows<std::size_t> judged_steps(const StrategyRecord& strategy, const Nominal& nominal);
+Rows<std::size_t> judged_ticks(const DeviceRecord& device, const Nominal& nominal);
 
 /// The simulation time at which step n begins: n * slot, or the recorded one for a strategy with variable steps.
 double simulation_time_s(const StrategyRecord& strategy, std::size_t n, double slot_s);
 
 /// A vector signal over its own time. Times are relative to the end of warm-up (for the interaction, to the simulation time
-/// of the first judged step), so that a long run loses no digits.
+/// of the first judged step), so that a long run loses no digits. Kept where the record is.
 struct Series {
-  std::vector<double> t_s;
-  std::vector<Vec3> value;
+  Rows<double> t_s;
+  Rows<Vec3> value;
 };
-Series interaction_series(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
+Series interaction_series(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
                           double slot_s);
-Series force_series(const DeviceRecord& device, const std::vector<std::size_t>& ticks, RealTime origin);
+Series force_series(const DeviceRecord& device, const Rows<std::size_t>& ticks, RealTime origin);
 
 /// When the force of a tick really left: the scheduled time plus its lateness (none in virtual time).
 inline RealTime sent_at(const TickRow& tick) { return tick.at + tick.lateness; }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 
 #include "evenstep/reports/limit_text.h"
 #include "evenstep/reports/writers.h"
@@ -24,9 +25,9 @@ std::string problem(Verdict verdict, const std::string& message, const std::stri
                      xml_escape(text));
 }
 
-std::string testcase(const RunRecord& run, const ExpectationResult& result, const std::string& reproduce) {
+std::string testcase(const JunitSuite& suite, const ExpectationResult& result) {
   const std::string name = fmt::format("{} {} {}", result.signal, result.metric, limit_text(result));
-  std::string xml = fmt::format("    <testcase{}{}{}{}", attribute("name", name), attribute("classname", run.scenario),
+  std::string xml = fmt::format("    <testcase{}{}{}{}", attribute("name", name), attribute("classname", suite.scenario),
                                 attribute("file", result.file), attribute("line", fmt::format("{}", result.line)));
   if (result.verdict == Verdict::pass) return xml + "/>\n";
   if (result.verdict == Verdict::skipped)
@@ -34,16 +35,56 @@ std::string testcase(const RunRecord& run, const ExpectationResult& result, cons
   const std::string message = failure_message(result);
   std::string text = fmt::format("{}:{}: {}\n", result.file, result.line, message);
   if (!result.because.empty()) text += "because: " + result.because + '\n';
-  if (!reproduce.empty()) text += "reproduce: " + reproduce + '\n';
+  if (!suite.reproduce.empty()) text += "reproduce: " + suite.reproduce + '\n';
   return xml + ">\n" + problem(result.verdict, message, text) + "    </testcase>\n";
 }
 
-std::string failed_run(const RunRecord& run, const std::string& error, const std::string& reproduce) {
-  std::string text = error + '\n';
-  if (!reproduce.empty()) text += "reproduce: " + reproduce + '\n';
-  return fmt::format("    <testcase{}{}{}>\n{}    </testcase>\n", attribute("name", "run"),
-                     attribute("classname", run.scenario), attribute("file", run.file),
-                     problem(Verdict::error, error, text));
+std::string whole_run(const JunitSuite& suite) {
+  using Whole = JunitSuite::Whole;
+  if (suite.whole == Whole::silent) return {};
+  const std::string xml = fmt::format("    <testcase{}{}{}", attribute("name", "run"),
+                                      attribute("classname", suite.scenario), attribute("file", suite.file));
+  if (suite.whole == Whole::passed) return xml + "/>\n";
+  std::string text = suite.why + '\n';
+  if (!suite.reproduce.empty()) text += "reproduce: " + suite.reproduce + '\n';
+  const Verdict verdict = suite.whole == Whole::broken ? Verdict::error : Verdict::fail;
+  return xml + ">\n" + problem(verdict, suite.why, text) + "    </testcase>\n";
+}
+
+struct Totals {
+  std::ptrdiff_t tests = 0, failures = 0, errors = 0, skipped = 0;
+  void add(const Totals& other) {
+    tests += other.tests;
+    failures += other.failures;
+    errors += other.errors;
+    skipped += other.skipped;
+  }
+  std::string attributes() const {
+    return fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\"", tests, failures, errors);
+  }
+};
+
+Totals totals_of(const JunitSuite& suite) {
+  const auto count = [&](Verdict verdict) {
+    return std::count_if(suite.results.begin(), suite.results.end(), [&](const auto& r) { return r.verdict == verdict; });
+  };
+  using Whole = JunitSuite::Whole;
+  return {std::ssize(suite.results) + (suite.whole == Whole::silent ? 0 : 1),
+          count(Verdict::fail) + count(Verdict::degraded) + (suite.whole == Whole::failed ? 1 : 0),
+          count(Verdict::error) + (suite.whole == Whole::broken ? 1 : 0), count(Verdict::skipped)};
+}
+
+std::string testsuite(const JunitSuite& suite) {
+  const Totals totals = totals_of(suite);
+  std::string xml = fmt::format("  <testsuite{}{} skipped=\"{}\"{}>\n", attribute("name", suite.scenario),
+                                totals.attributes(), totals.skipped, attribute("file", suite.file));
+  xml += fmt::format(
+      "    <properties>\n      <property name=\"seed\" value=\"{}\"/>\n      <property name=\"clock\"{}/>\n"
+      "      <property name=\"trace_hash\" value=\"{:016x}\"/>\n    </properties>\n",
+      suite.seed, attribute("value", suite.clock), suite.trace_hash);
+  xml += whole_run(suite);
+  for (const ExpectationResult& result : suite.results) xml += testcase(suite, result);
+  return xml + "  </testsuite>\n";
 }
 
 }  // namespace
@@ -57,25 +98,12 @@ std::string failure_message(const ExpectationResult& result) {
   return message;
 }
 
-std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error,
-                      const std::string& reproduce) {
-  const auto count = [&](Verdict verdict) {
-    return static_cast<std::size_t>(
-        std::count_if(results.begin(), results.end(), [&](const auto& r) { return r.verdict == verdict; }));
-  };
-  const std::size_t run_failed = error.empty() ? 0 : 1;
-  const std::string totals = fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\"",
-                                         results.size() + run_failed, count(Verdict::fail) + count(Verdict::degraded),
-                                         count(Verdict::error) + run_failed, count(Verdict::skipped));
-  std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" + totals + ">\n";
-  xml += "  <testsuite" + attribute("name", run.scenario) + totals + attribute("file", run.file) + ">\n";
-  xml += fmt::format(
-      "    <properties>\n      <property name=\"seed\" value=\"{}\"/>\n      <property name=\"clock\"{}/>\n"
-      "      <property name=\"trace_hash\" value=\"{:016x}\"/>\n    </properties>\n",
-      run.seed, attribute("value", run.clock), run.trace_hash);
-  if (run_failed) xml += failed_run(run, error, reproduce);
-  for (const ExpectationResult& result : results) xml += testcase(run, result, reproduce);
-  return xml + "  </testsuite>\n</testsuites>\n";
+std::string junit_xml(std::span<const JunitSuite> suites) {
+  Totals totals;
+  for (const JunitSuite& suite : suites) totals.add(totals_of(suite));
+  std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" + totals.attributes() + ">\n";
+  for (const JunitSuite& suite : suites) xml += testsuite(suite);
+  return xml + "</testsuites>\n";
 }
 
 }  // namespace evenstep

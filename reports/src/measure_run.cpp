@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <span>
+#include <vector>
 
 #include "evenstep/reports/measures.h"
 #include "src/closed_loop.h"
@@ -46,24 +47,31 @@ struct Spread {
 };
 
 /// The smallest value that at least `share` of the sorted list does not exceed (nearest rank).
-double percentile_s(const std::vector<std::int64_t>& sorted_ns, double share) {
+double percentile_s(std::span<const std::int64_t> sorted_ns, double share) {
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted_ns.size())));
   return nearest_s(sorted_ns[std::max<std::size_t>(rank, 1) - 1]);
 }
 
 /// Share of the judged segments in which `bad` holds for at least one judged step.
 template <class Bad>
-double segment_rate(const StrategyRecord& strategy, const std::vector<std::size_t>& steps, Bad bad) {
-  std::set<std::int64_t> all, hit;
+double segment_rate(const StrategyRecord& strategy, const Rows<std::size_t>& steps, Bad bad) {
+  std::int64_t all = 0, hit = 0, segment = -1;  // segments do not decrease
+  bool counted = false;
   for (const std::size_t n : steps) {
-    all.insert(strategy.steps[n].segment);
-    if (bad(n)) hit.insert(strategy.steps[n].segment);
+    if (all == 0 || strategy.steps[n].segment != segment) {
+      segment = strategy.steps[n].segment;
+      ++all;
+      counted = false;
+    }
+    if (counted || !bad(n)) continue;
+    ++hit;
+    counted = true;
   }
-  return static_cast<double>(hit.size()) / static_cast<double>(all.size());
+  return static_cast<double>(hit) / static_cast<double>(all);
 }
 
-template <class Row, class Predicate>
-double count_of(const std::vector<Row>& rows, Predicate predicate) {
+template <class Each, class Predicate>
+double count_of(const Each& rows, Predicate predicate) {
   return static_cast<double>(std::count_if(rows.begin(), rows.end(), predicate));
 }
 
@@ -103,8 +111,8 @@ void put_step_ratio(Values& values, const Series& series, const Pieces& pieces, 
 }
 
 /// Distance from the true position: over all steps that know it, and over those around the stop.
-void put_errors(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
-                const std::vector<std::size_t>& steps, std::optional<RealTime> stop) {
+void put_errors(Values& values, const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
+                std::optional<RealTime> stop) {
   internal::Peak all, at_stop;
   bool any = false, any_at_stop = false;
   for (const std::size_t n : steps) {
@@ -129,7 +137,7 @@ void put_sine(Values& values, const std::optional<internal::SineResponse>& respo
 }
 
 Values interaction_values(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,
-                          const std::vector<std::size_t>& steps) {
+                          const Rows<std::size_t>& steps) {
   Values values;
   put(values, "judged", static_cast<double>(steps.size()));
   put(values, "saturated", saturated(internal::saturation_of_steps(strategy, device, steps)));
@@ -167,22 +175,23 @@ RealTime due(const StrategyRecord& strategy, std::size_t n, bool hold) {
 }
 
 /// The number of ticks that needed a force which was not there yet: in [due, E) of some judged step; each tick counts once.
-std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps,
-                  const std::vector<std::size_t>& ticks, bool hold) {
-  std::set<std::size_t> hit;
+std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps,
+                  const Rows<std::size_t>& ticks, bool hold) {
+  std::vector<bool> hit(ticks.size());  // by place among `ticks`
   for (const std::size_t n : steps) {
     const RealTime from = due(strategy, n, hold), to = strategy.steps[n].end;
     if (to <= from) continue;
     auto k = std::lower_bound(ticks.begin(), ticks.end(), from,
                               [&](std::size_t tick, RealTime at) { return internal::sent_at(device.ticks[tick]) < at; });
-    for (; k != ticks.end() && internal::sent_at(device.ticks[*k]) < to; ++k) hit.insert(*k);
+    for (; k != ticks.end() && internal::sent_at(device.ticks[*k]) < to; ++k)
+      hit[static_cast<std::size_t>(k - ticks.begin())] = true;
   }
-  return static_cast<std::int64_t>(hit.size());
+  return std::count(hit.begin(), hit.end(), true);
 }
 
 /// The time from R(n) to the first tick that sends f_n, which is the first at or after max(F(n), E(n)) (a completion comes
 /// before a tick of the same instant). A step whose successor is already sent by that tick is never felt and does not count.
-Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device, const std::vector<std::size_t>& steps) {
+Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps) {
   const auto ready = [&](std::size_t n) { return std::max(strategy.steps[n].emission, strategy.steps[n].end); };
   Spread spread;
   std::size_t k = 0;
@@ -197,9 +206,9 @@ Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device,
 }
 
 void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
-                   const std::vector<std::size_t>& steps) {
+                   const Rows<std::size_t>& steps) {
   Spread schedule;
-  std::vector<std::int64_t> scheduled_ns;
+  Rows<std::int64_t> scheduled_ns(strategy.steps.get_allocator());
   for (const std::size_t n : steps) {
     const Duration latency = strategy.steps[n].emission - strategy.steps[n].read;
     schedule.add(latency);
@@ -219,7 +228,7 @@ void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceR
 }
 
 void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, std::size_t device,
-                              const std::vector<std::size_t>& steps) {
+                              const Rows<std::size_t>& steps) {
   internal::Peak peak;
   bool judged = false;
   for (const std::size_t n : steps) {
@@ -232,9 +241,9 @@ void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, st
 }
 
 Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::size_t device_index,
-                    const std::vector<std::size_t>& steps) {
+                    const Rows<std::size_t>& steps) {
   const DeviceRecord& device = strategy.devices[device_index];
-  const std::vector<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
+  const Rows<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
   const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
   const bool hold = nominal && nominal->hold_emission;
   Values values;
@@ -267,7 +276,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
 
 /// How late samples and forces were in judged steps; 0 if none was late.
 void put_lateness_of_underruns(Values& values, const StrategyRecord& strategy, std::size_t device,
-                               const std::vector<std::size_t>& steps) {
+                               const Rows<std::size_t>& steps) {
   std::int64_t gated = 0;
   Duration gate_wait, interaction, force;
   for (const UnderrunRow& row : strategy.underruns) {
@@ -285,7 +294,7 @@ void put_lateness_of_underruns(Values& values, const StrategyRecord& strategy, s
   put(values, "force_lateness_max", nearest_s(force));
 }
 
-Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, const std::vector<std::size_t>& steps) {
+Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, const Rows<std::size_t>& steps) {
   const DeviceRecord& device = strategy.devices[device_index];
   const LatencyRecord& latency = strategy.latency;
   Values values;
@@ -311,7 +320,7 @@ Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, c
 
 /// The mean length of the segments as they ran, from first step to first step: from the first segment that was judged
 /// completely to the last one.
-void put_segment_mean(Values& values, const StrategyRecord& strategy, const std::vector<std::size_t>& steps) {
+void put_segment_mean(Values& values, const StrategyRecord& strategy, const Rows<std::size_t>& steps) {
   const StepRow *first = nullptr, *last = nullptr;
   for (const std::size_t n : steps) {
     if (n > 0 && strategy.steps[n - 1].segment == strategy.steps[n].segment) continue;
@@ -323,7 +332,7 @@ void put_segment_mean(Values& values, const StrategyRecord& strategy, const std:
   put(values, "segment_mean", static_cast<double>((last->begin - first->begin).ns) / segments / 1e9);
 }
 
-Values solver_values(const StrategyRecord& strategy, const std::vector<std::size_t>& steps, double slot_s) {
+Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& steps, double slot_s) {
   const SolverRecord& solver = strategy.solver;
   Values values;
   put(values, "energy_growth", solver.energy_growth, solver.has_energy);
@@ -346,7 +355,7 @@ Values solver_values(const StrategyRecord& strategy, const std::vector<std::size
 
 /// The number of ticks of the device's grid, between the first and the last that ran, that never ran because one before them
 /// ran late.
-std::int64_t skipped_ticks(const std::vector<TickRow>& ticks, const Nominal::Device& device) {
+std::int64_t skipped_ticks(const Rows<TickRow>& ticks, const Nominal::Device& device) {
   if (ticks.empty()) return 0;
   const auto index = [&](const TickRow& tick) { return first_tick_at_or_after(device.rate, tick.at, device.first_tick); };
   return index(ticks.back()) - index(ticks.front()) + 1 - static_cast<std::int64_t>(ticks.size());
@@ -360,7 +369,7 @@ void put_lateness(Values& values, const RunRecord& run) {
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.name != run.live) continue;
     for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
-      const std::vector<TickRow>& ticks = strategy.devices[d].ticks;
+      const Rows<TickRow>& ticks = strategy.devices[d].ticks;
       for (const TickRow& tick : ticks) lateness_ns.push_back(tick.lateness.ns);
       misses += skipped_ticks(ticks, run.nominal.devices[d]);
     }
@@ -389,7 +398,7 @@ Values run_values(const RunRecord& run) {
 Metrics measure(const RunRecord& run) {
   Metrics metrics;
   for (const StrategyRecord& strategy : run.strategies) {
-    const std::vector<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
+    const Rows<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
     for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
       const DeviceRecord& device = strategy.devices[d];
       metrics[device.name + ".interaction." + strategy.name] = interaction_values(run, strategy, device, steps);

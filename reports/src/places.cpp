@@ -27,8 +27,8 @@ struct Source {
   const DeviceRecord& device;
   std::size_t device_index;
   const Nominal::Device* nominal = internal::nominal_device(run.nominal, device.name);
-  std::vector<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
-  std::vector<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
+  Rows<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
+  Rows<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
 
   MetricSample step(std::size_t n, double amount) const {
     return {static_cast<std::int64_t>(n), strategy.steps[n].begin, amount};
@@ -38,8 +38,12 @@ struct Source {
   }
 };
 
-MetricSamples of_steps(Kind kind, const char* word = "") { return {kind, "step", word, {}}; }
-MetricSamples of_ticks(Kind kind) { return {kind, "tick", "", {}}; }
+MetricSamples of_steps(const Source& source, Kind kind, const char* word = "") {
+  return {kind, "step", word, Rows<MetricSample>(source.steps.get_allocator())};
+}
+MetricSamples of_ticks(const Source& source, Kind kind) {
+  return {kind, "tick", "", Rows<MetricSample>(source.ticks.get_allocator())};
+}
 
 std::string exact_ms(Duration d) {
   std::string text = fmt::format("{:.6f}", static_cast<double>(d.ns) * 1e-6);
@@ -49,7 +53,7 @@ std::string exact_ms(Duration d) {
 }
 
 MetricSamples late(const Source& source) {
-  MetricSamples found = of_steps(Kind::count, "late");
+  MetricSamples found = of_steps(source, Kind::count, "late");
   Duration most;
   for (const std::size_t n : source.steps) {
     const StepRow& step = source.strategy.steps[n];
@@ -63,7 +67,7 @@ MetricSamples late(const Source& source) {
 }
 
 MetricSamples missing(const Source& source) {
-  MetricSamples found = of_steps(Kind::count, "missing its sample");
+  MetricSamples found = of_steps(source, Kind::count, "missing its sample");
   Duration most;
   for (const UnderrunRow& row : source.strategy.underruns) {
     const auto n = static_cast<std::size_t>(row.step);
@@ -79,7 +83,7 @@ MetricSamples missing(const Source& source) {
 }
 
 MetricSamples overruns(const Source& source) {
-  MetricSamples found = of_steps(Kind::count, "reading what the ring no longer holds");
+  MetricSamples found = of_steps(source, Kind::count, "reading what the ring no longer holds");
   for (const std::size_t n : source.steps) {
     if (source.device.steps[n].read == StepRead::overrun) found.samples.push_back(source.step(n, NAN));
   }
@@ -87,7 +91,7 @@ MetricSamples overruns(const Source& source) {
 }
 
 MetricSamples back_steps(const Source& source) {
-  MetricSamples found = of_steps(Kind::count, "stepping back");
+  MetricSamples found = of_steps(source, Kind::count, "stepping back");
   for (std::size_t i = 1; i < source.steps.size(); ++i) {
     const Duration back = source.strategy.steps[source.steps[i - 1]].read - source.strategy.steps[source.steps[i]].read;
     if (back.ns >= 0) found.samples.push_back(source.step(source.steps[i], seconds(back)));
@@ -98,7 +102,7 @@ MetricSamples back_steps(const Source& source) {
 /// One sample for each item of `rows` for which `amount(row)` has a value.
 template <class Amount>
 MetricSamples each_step(const Source& source, Kind kind, Amount amount) {
-  MetricSamples found = of_steps(kind);
+  MetricSamples found = of_steps(source, kind);
   for (const std::size_t n : source.steps) {
     if (const std::optional<double> value = amount(n)) found.samples.push_back(source.step(n, *value));
   }
@@ -108,8 +112,8 @@ MetricSamples each_step(const Source& source, Kind kind, Amount amount) {
 /// The measures of plain series, sample by sample, within each straight piece: a jump belongs to its middle (or, between
 /// two, to its second) sample.
 MetricSamples of_series(MetricSamples found, const internal::Series& series, std::string_view metric,
-                        const std::vector<MetricSample>& rows, const std::vector<internal::Window>& pieces) {
-  const std::vector<Vec3>& x = series.value;
+                        const Rows<MetricSample>& rows, const std::vector<internal::Window>& pieces) {
+  const Rows<Vec3>& x = series.value;
   const auto add = [&](std::size_t i, double amount) {
     found.samples.push_back(rows[i]);
     found.samples.back().amount = amount;
@@ -154,9 +158,9 @@ std::optional<MetricSamples> of_interaction(const Source& source, const std::str
   const std::optional<double> step_m = step_unit(run.nominal, signal);
   const bool ratio = (metric == "step_ratio_max" || metric == "step_ratio_min") && step_m;
   if (metric != "velocity_jump" && metric != "deviation_max" && !ratio) return std::nullopt;
-  std::vector<MetricSample> rows;
+  Rows<MetricSample> rows(source.steps.get_allocator());
   for (const std::size_t n : steps) rows.push_back(source.step(n, 0));
-  MetricSamples found = of_series(of_steps(metric == "step_ratio_min" ? Kind::least : Kind::largest),
+  MetricSamples found = of_series(of_steps(source, metric == "step_ratio_min" ? Kind::least : Kind::largest),
                                   internal::interaction_series(strategy, device, steps, run.nominal.slot_s), metric, rows,
                                   internal::straight_steps(strategy, nominal, steps));
   if (ratio) {
@@ -181,7 +185,7 @@ std::optional<MetricSamples> of_force(const Source& source, std::string_view met
     });
   }
   if (metric == "error_max") {
-    MetricSamples found = of_ticks(Kind::largest);
+    MetricSamples found = of_ticks(source, Kind::largest);
     for (const std::size_t k : ticks) {
       const TickRow& tick = device.ticks[k];
       if (tick.undelayed_N) found.samples.push_back(source.tick(k, norm(minus(tick.force_N, *tick.undelayed_N))));
@@ -189,14 +193,14 @@ std::optional<MetricSamples> of_force(const Source& source, std::string_view met
     return found;
   }
   if (metric != "velocity_jump" && metric != "deviation_max" && metric != "jump_max") return std::nullopt;
-  std::vector<MetricSample> rows;
+  Rows<MetricSample> rows(source.steps.get_allocator());
   for (const std::size_t k : ticks) rows.push_back(source.tick(k, 0));
   // A jump of the force counts in a turn too.
   const std::vector<internal::Window> pieces = metric == "jump_max"
                                                    ? std::vector<internal::Window>{{0, ticks.size()}}
                                                    : internal::straight_ticks(strategy, device, nominal, ticks);
-  return of_series(of_ticks(Kind::largest), internal::force_series(device, ticks, run.nominal.judged_from), metric, rows,
-                   pieces);
+  return of_series(of_ticks(source, Kind::largest), internal::force_series(device, ticks, run.nominal.judged_from), metric,
+                   rows, pieces);
 }
 
 std::optional<MetricSamples> of_buffers(const Source& source, std::string_view metric) {
@@ -210,7 +214,7 @@ std::optional<MetricSamples> of_buffers(const Source& source, std::string_view m
 /// The ticks of the strategy that ran live; with several devices each has its own.
 std::optional<MetricSamples> of_live_ticks(const RunRecord& run, std::string_view metric) {
   if (metric != "lateness_max") return std::nullopt;
-  MetricSamples found = of_ticks(Kind::largest);
+  MetricSamples found{Kind::largest, "tick", "", {}};
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.name != run.live) continue;
     for (const DeviceRecord& device : strategy.devices) {

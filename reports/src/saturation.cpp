@@ -62,9 +62,9 @@ std::map<std::string, Saturation> saturations(const RunRecord& run) {
     if (saturation.saturated > 0) found.emplace(signal, std::move(saturation));
   };
   for (const StrategyRecord& strategy : run.strategies) {
-    const std::vector<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
+    const Rows<std::size_t> steps = internal::judged_steps(strategy, run.nominal);
     for (const DeviceRecord& device : strategy.devices) {
-      const std::vector<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
+      const Rows<std::size_t> ticks = internal::judged_ticks(device, run.nominal);
       keep(device.name + ".interaction." + strategy.name,
            summary(internal::saturation_of_steps(strategy, device, steps),
                    [&](std::size_t i) { return strategy.steps[steps[i]].begin; }));
@@ -86,7 +86,7 @@ bool ever_at_range(const DeviceRecord& device) {
 
 /// Whether a sample that the step's position is made of was at the end of the device's range: the newest one at its read
 /// time, and for a time between two samples also the next one.
-bool read_at_range(const StepRow& step, const std::vector<TickRow>& ticks) {
+bool read_at_range(const StepRow& step, const Rows<TickRow>& ticks) {
   const auto at_range = [](const TickRow& tick) { return tick.saturated.has(SaturationCause::device_position); };
   const auto next = std::upper_bound(ticks.begin(), ticks.end(), std::min(step.read, step.begin),
                                      [](RealTime at, const TickRow& tick) { return at < sent_at(tick); });
@@ -109,7 +109,7 @@ std::vector<SaturationCauses> saturation_of_ticks(const StrategyRecord& strategy
   std::vector<SaturationCauses> met;
   for (const std::size_t k : ticks) met.push_back(device.ticks[k].saturated);
   if (strategy.reference || !ever_at_range(device)) return met;
-  const std::vector<std::int64_t> sent = sent_steps(strategy, device);
+  const Rows<std::int64_t> sent = sent_steps(strategy, device);
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     // The force may lie between that of the step that is sent and the next one's.
     for (const std::int64_t n : {sent[ticks[i]], sent[ticks[i]] + 1}) {

@@ -14,8 +14,8 @@ struct SineResponse {
 
 /// Empty if the motion is not a sine, or if no judged step reads it. `steps` and `ticks` are the judged ones.
 std::optional<SineResponse> interaction_response(const RunRecord& run, const StrategyRecord& strategy,
-                                                 const DeviceRecord& device, const std::vector<std::size_t>& steps);
+                                                 const DeviceRecord& device, const Rows<std::size_t>& steps);
 std::optional<SineResponse> force_response(const RunRecord& run, const StrategyRecord& strategy, const DeviceRecord& device,
-                                           const std::vector<std::size_t>& steps, const std::vector<std::size_t>& ticks);
+                                           const Rows<std::size_t>& steps, const Rows<std::size_t>& ticks);
 
 }  // namespace evenstep::internal

@@ -26,8 +26,8 @@ std::int64_t piece_of_step(const StrategyRecord& strategy, const Nominal::Device
   return piece_of(*device.turns, oldest, step.read + period);
 }
 
-std::vector<std::int64_t> pieces_of_steps(const StrategyRecord& strategy, const Nominal::Device& device) {
-  std::vector<std::int64_t> pieces;
+Rows<std::int64_t> pieces_of_steps(const StrategyRecord& strategy, const Nominal::Device& device) {
+  Rows<std::int64_t> pieces(strategy.steps.get_allocator());
   pieces.reserve(strategy.steps.size());
   for (const StepRow& step : strategy.steps) pieces.push_back(piece_of_step(strategy, device, step));
   return pieces;
@@ -53,8 +53,8 @@ std::vector<Window> all_of(std::size_t count) { return count == 0 ? std::vector<
 
 /// The last step whose force is there at each of these instants, which must not decrease.
 template <class At>
-std::vector<std::int64_t> last_steps(const StrategyRecord& strategy, std::size_t count, At at) {
-  std::vector<std::int64_t> last(count, kNoPiece);
+Rows<std::int64_t> last_steps(const StrategyRecord& strategy, std::size_t count, At at) {
+  Rows<std::int64_t> last(count, kNoPiece, strategy.steps.get_allocator());
   std::int64_t next = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const auto there = [&](const StepRow& step) { return std::max(step.emission, step.end) <= at(i); };
@@ -66,7 +66,7 @@ std::vector<std::int64_t> last_steps(const StrategyRecord& strategy, std::size_t
 
 }  // namespace
 
-std::vector<std::int64_t> sent_steps(const StrategyRecord& strategy, const DeviceRecord& device) {
+Rows<std::int64_t> sent_steps(const StrategyRecord& strategy, const DeviceRecord& device) {
   return last_steps(strategy, device.ticks.size(), [&](std::size_t k) { return sent_at(device.ticks[k]); });
 }
 
@@ -82,10 +82,10 @@ std::vector<Window> straight_steps(const StrategyRecord& strategy, const Nominal
 std::vector<Window> straight_ticks(const StrategyRecord& strategy, const DeviceRecord& device,
                                    const Nominal::Device* nominal, std::span<const std::size_t> ticks) {
   if (!nominal || !nominal->turns) return all_of(ticks.size());
-  const std::vector<std::int64_t> pieces = pieces_of_steps(strategy, *nominal);
+  const Rows<std::int64_t> pieces = pieces_of_steps(strategy, *nominal);
   const auto at = [&](std::size_t i) { return sent_at(device.ticks[ticks[i]]); };
-  const std::vector<std::int64_t> newest = last_steps(strategy, ticks.size(), at);
-  const std::vector<std::int64_t> oldest =
+  const Rows<std::int64_t> newest = last_steps(strategy, ticks.size(), at);
+  const Rows<std::int64_t> oldest =
       last_steps(strategy, ticks.size(), [&](std::size_t i) { return at(i) - strategy.force_memory; });
   const Duration period = period_ceil(nominal->rate);
   return runs_of(ticks.size(), [&](std::size_t i) {

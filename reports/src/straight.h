@@ -12,7 +12,7 @@ namespace evenstep::internal {
 
 /// For each tick of a device, the last step whose force is there to be sent: E(n) and F(n) are not after the tick. -1 before
 /// the first.
-std::vector<std::int64_t> sent_steps(const StrategyRecord& strategy, const DeviceRecord& device);
+Rows<std::int64_t> sent_steps(const StrategyRecord& strategy, const DeviceRecord& device);
 
 /// The judged samples, by their place among `steps` or `ticks`, as runs of neighbours on one straight piece. Without turns
 /// (or `nominal`) it is all of them.

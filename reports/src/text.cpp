@@ -8,8 +8,11 @@
 
 namespace evenstep {
 
+namespace {
+constexpr char32_t kReplacement = 0xFFFD;
+}
+
 char32_t take_code_point(std::string_view& text) {
-  constexpr char32_t kReplacement = 0xFFFD;
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
   const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
@@ -71,7 +74,7 @@ std::string xml_escape(std::string_view text) {
         out += fmt::format("&#{};", static_cast<unsigned>(c));
         break;
       default:
-        if (c >= 0x20 && c != 0xFFFE && c != 0xFFFF) append_utf8(out, c);
+        append_utf8(out, c >= 0x20 && c != 0xFFFE && c != 0xFFFF ? c : kReplacement);
     }
   }
   return out;

@@ -1,23 +1,36 @@
 #pragma once
 /// Text that stays valid whatever a scenario file contains: valid UTF-8 is kept, broken UTF-8 replaced by U+FFFD.
 
+#include <fmt/format.h>
+
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <ostream>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "evenstep/reports/unicode.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep::internal {
 
-/// Text for XML 1.0, also in attributes: characters that XML does not allow are left out, line breaks in attributes are
-/// kept.
+/// Text for XML 1.0, also in attributes: characters that XML does not allow become U+FFFD, line breaks in attributes
+/// are kept.
 std::string xml_escape(std::string_view text);
 /// A CSV field as in RFC 4180, quoted if necessary.
 std::string csv_field(const std::string& text);
 /// The number of columns on a terminal: a combining mark takes 0, an East Asian wide character or an emoji 2.
 std::size_t display_width(std::string_view text);
+
+/// Formats into a stream. A row at a time; what a failing disk does is the stream's to say.
+template <class... Values>
+void print(std::ostream& out, fmt::format_string<Values...> text, Values&&... values) {
+  fmt::basic_memory_buffer<char, 512> line;
+  fmt::format_to(std::back_inserter(line), text, std::forward<Values>(values)...);
+  out.write(line.data(), static_cast<std::streamsize>(line.size()));
+}
 
 /// Exact decimal seconds of an instant: "1.234567890".
 std::string exact_seconds(RealTime t);

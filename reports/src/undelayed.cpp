@@ -18,7 +18,7 @@ struct Touch {
 };
 
 /// The first tick that sends a force, and the first one that should have; only if nothing is touched when judging begins.
-Touch first_touch(const DeviceRecord& device, const std::vector<std::size_t>& ticks) {
+Touch first_touch(const DeviceRecord& device, const Rows<std::size_t>& ticks) {
   Touch touch;
   if (norm(*device.ticks[ticks.front()].undelayed_N) >= kFelt_N) return touch;
   for (const std::size_t k : ticks) {
@@ -31,7 +31,7 @@ Touch first_touch(const DeviceRecord& device, const std::vector<std::size_t>& ti
 
 }  // namespace
 
-std::map<std::string, double> undelayed_values(const DeviceRecord& device, const std::vector<std::size_t>& ticks,
+std::map<std::string, double> undelayed_values(const DeviceRecord& device, const Rows<std::size_t>& ticks,
                                                std::optional<RealTime> stop) {
   std::map<std::string, double> values;
   if (ticks.empty() || !device.ticks[ticks.front()].undelayed_N) return values;

@@ -11,7 +11,7 @@
 namespace evenstep::internal {
 
 /// Empty if the undelayed force was not computed.
-std::map<std::string, double> undelayed_values(const DeviceRecord& device, const std::vector<std::size_t>& ticks,
+std::map<std::string, double> undelayed_values(const DeviceRecord& device, const Rows<std::size_t>& ticks,
                                                std::optional<RealTime> stop);
 
 }  // namespace evenstep::internal

@@ -112,3 +112,25 @@ TEST_CASE("The summary is a table whatever its cells hold, and no larger than al
   for (std::size_t most = 0; most < 1000; ++most) CHECK(summary_markdown(many, "end", most).size() <= most);
   CHECK(summary_markdown(many, "end", 300).find(" more | | |\n\nend\n") != std::string::npos);
 }
+
+TEST_CASE("no text reaches a terminal as a command, wherever it is cut in two; our own colours and line clearing do") {
+  const std::string hostile =
+      "a\x1b]0;title\x07"
+      "b\x1b[2Jc\rd\x08"
+      "e\u202Ef\u200Fg\u2066h\u061Ci\u009Bj\x9Bk\x7F\xE2\x80l\tm\n";
+  const std::string shown = "a?]0;title?b?[2Jc?d?e?f?g?h?i?j?k???l\tm\n";
+  const std::string ours = "\033[31mFAIL\033[0m \r\033[K \u00B5 \u65E5 \U0001F600\n";
+  for (const auto& [text, expected] : {std::pair(hostile, shown), std::pair(ours, ours)}) {
+    for (std::size_t cut = 0; cut <= text.size(); ++cut) {
+      TerminalGuard guard;
+      std::string passed = guard.pass(text.substr(0, cut));
+      passed += guard.pass(text.substr(cut));
+      CHECK(passed == expected);
+    }
+  }
+}
+
+TEST_CASE("an annotation has no control character but those of its own line") {
+  CHECK(annotation(AnnotationLevel::error, {"a\x1b[2J", 1, 1}, "t\x07", "]]> <script> %0A\x1b[31m\n") ==
+        "::error file=a?[2J,line=1,col=1,title=t?::]]> <script> %250A?[31m%0A\n");
+}

@@ -76,7 +76,7 @@ TEST_CASE("a growth is one hold in what the device plays, and the line goes on b
                      "remap.lead=\"1 ms\"", "remap.adapt={ start = \"14 ms\", margin = \"1 ms\" }"});
   const RunRecord run = run_all(scenario);
   const StrategyRecord& record = strategy(run, "phase_locked");
-  const std::vector<StepRow>& steps = record.steps;
+  const Rows<StepRow>& steps = record.steps;
   std::size_t grew = 0;
   std::int64_t late = 0;
   for (std::size_t n = 0; n + 1 < steps.size(); ++n) {

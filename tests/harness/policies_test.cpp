@@ -23,14 +23,14 @@ std::vector<std::string> jitter(int percent) {
 }
 const std::vector<std::string> kGate{"remap.underrun={ interaction = \"gate\" }", "remap.lead=\"0 ms\"", "expect=[]"};
 
-std::vector<UnderrunRow> rows(const StrategyRecord& record, UnderrunRow::Side side) {
-  std::vector<UnderrunRow> out;
+Rows<UnderrunRow> rows(const StrategyRecord& record, UnderrunRow::Side side) {
+  Rows<UnderrunRow> out;
   for (const UnderrunRow& row : record.underruns) {
     if (row.side == side) out.push_back(row);
   }
   return out;
 }
-Duration total(const std::vector<UnderrunRow>& rows) {
+Duration total(const Rows<UnderrunRow>& rows) {
   Duration sum;
   for (const UnderrunRow& row : rows) sum = sum + row.lateness;
   return sum;
@@ -62,7 +62,7 @@ TEST_CASE("a gate waits in all as long as the worst step must, and no longer") {
       const StrategyRecord& record = strategy(run, name_of(plan.kind));
       INFO(percent << " % " << record.name);
       CHECK(count(record, StepRead::underrun) == 0);
-      const std::vector<UnderrunRow> waits = rows(record, UnderrunRow::Side::interaction);
+      const Rows<UnderrunRow> waits = rows(record, UnderrunRow::Side::interaction);
       CHECK(static_cast<std::int64_t>(waits.size()) == count(record, StepRead::gated));
       REQUIRE(!waits.empty());
       Duration need;

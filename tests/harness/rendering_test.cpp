@@ -118,7 +118,7 @@ TEST_CASE("a contact that no springs along the axes can say is left to the loop"
   const RunRecord sprung = run_all(read("paper/figure-1.toml", set));
   set.back() = "device.left.render={ kind = \"local\" }";
   const RunRecord local = run_all(read("paper/figure-1.toml", set));
-  const std::vector<TickRow>&a = sprung.strategies[0].devices[0].ticks, &b = local.strategies[0].devices[0].ticks;
+  const Rows<TickRow>&a = sprung.strategies[0].devices[0].ticks, &b = local.strategies[0].devices[0].ticks;
   REQUIRE(a.size() == b.size());
   for (std::size_t k = 0; k < a.size(); ++k) REQUIRE(a[k].force_N == b[k].force_N);
   CHECK(measure(sprung).at("closed_loop.left.phase_locked").at("spring_share") == 0);
@@ -205,7 +205,7 @@ TEST_CASE("a force that answers a clamped position says so: a model of the tissu
     CHECK((clamped > 0) == (lead == "0 ms"));
     return run.strategies[0].devices[0].ticks;
   };
-  const std::vector<TickRow> clamped = force_at_ticks("0 ms"), in_time = force_at_ticks("2 ms");
+  const Rows<TickRow> clamped = force_at_ticks("0 ms"), in_time = force_at_ticks("2 ms");
   REQUIRE(clamped.size() == in_time.size());
   double differ_N = 0;
   for (std::size_t k = 500; k < clamped.size(); ++k)

@@ -159,3 +159,55 @@ TEST_CASE("a visualization beside the steps begins in the record when it began, 
   }
   CHECK(within_a_step > 10);  // where the two differ
 }
+
+TEST_CASE("rows in files or in memory, all kept or a summary: the same trace, metrics and verdicts") {
+  const TemporaryFolder temporary;
+  const auto judged = [&](const std::string& keep, bool in_files) {
+    const Scenario scenario = read("timing/jitter-10.toml", {"run.duration=\"30 s\"", "run.keep=\"" + keep + "\""});
+    RunOptions options;
+    options.growths = true;
+    if (in_files) options.control.row_files = std::make_shared<RowFiles>(temporary.path);
+    RunOutcome outcome = run_scenario(scenario, options);
+    for (auto& [signal, values] : outcome.metrics) values.erase("solver_seconds");
+    std::erase_if(outcome.metrics, [](const auto& metric) { return metric.first.starts_with("events."); });
+    return outcome;
+  };
+  const RunOutcome expected = judged("all", false);
+  for (const RunOutcome& outcome : {judged("all", true), judged("summary", true), judged("summary", false)}) {
+    CHECK(outcome.record.trace_hash == expected.record.trace_hash);
+    CHECK(outcome.metrics == expected.metrics);
+    CHECK(outcome.verdict == expected.verdict);
+    REQUIRE(outcome.results.size() == expected.results.size());
+    for (std::size_t i = 0; i < outcome.results.size(); ++i) {
+      CHECK(outcome.results[i].value == expected.results[i].value);
+      CHECK(outcome.results[i].where == expected.results[i].where);
+    }
+  }
+  CHECK(fs::is_empty(temporary.path));
+}
+
+TEST_CASE(
+    "what JUnit says of a whole run: an error if it broke, a failure if it asserts nothing, passed if it should stop") {
+  using Whole = JunitSuite::Whole;
+  RunOutcome outcome;
+  outcome.verdict = RunVerdict::pass;
+  CHECK(junit_suite(outcome, "").whole == Whole::silent);
+  outcome.failure = "stopped";
+  CHECK(junit_suite(outcome, "").whole == Whole::passed);
+  outcome.exit = ExitCode::expectation_failed;
+  CHECK(junit_suite(outcome, "").whole == Whole::failed);
+  outcome.exit = ExitCode::run_failed;
+  CHECK(junit_suite(outcome, "").whole == Whole::broken);
+  outcome = {};
+  outcome.exit = ExitCode::not_reproducible;
+  outcome.repeat_difference = "event 7";
+  CHECK(junit_suite(outcome, "").whole == Whole::broken);
+  CHECK_THAT(junit_suite(outcome, "").why, Catch::Contains("not reproducible: event 7"));
+  outcome = {};
+  outcome.exit = ExitCode::expectation_failed;
+  outcome.verdict = RunVerdict::none;
+  CHECK(junit_suite(outcome, "").whole == Whole::failed);
+  outcome = {};
+  outcome.exit = ExitCode::interrupted;
+  CHECK(junit_suite(outcome, "").whole == Whole::broken);
+}

@@ -75,7 +75,7 @@ TEST_CASE("on a wall clock the counts add up on any machine: ticks run and misse
   INFO(outcome.failure << outcome.repeat_difference);
   REQUIRE(outcome.exit == ExitCode::pass);
   CHECK(outcome.record.live == "phase_locked");
-  const std::vector<TickRow>& ticks = strategy(outcome.record, "phase_locked").devices[0].ticks;
+  const Rows<TickRow>& ticks = strategy(outcome.record, "phase_locked").devices[0].ticks;
   const auto& values = outcome.metrics.at("events.device.tick");
   CHECK(values.at("ticks_run") == static_cast<double>(ticks.size()));
   const std::int64_t span_ms = (ticks.back().at - ticks.front().at).ns / 1'000'000 + 1;

@@ -3,6 +3,7 @@ import csv
 import json
 import pathlib
 import sys
+import xml.etree.ElementTree as ElementTree
 
 folder = pathlib.Path(sys.argv[1])
 
@@ -43,3 +44,14 @@ with open(folder / "underruns.csv", newline="", encoding="utf-8") as file:
 assert underruns[0] == {"strategy": "paper", "device": "left", "side": "interaction", "step": "200", "lateness_ns": "1234567",
                         "policy": "gate"}
 assert len(underruns) == 2 and underruns[1]["side"] == "force" and underruns[1]["policy"] == "hold"
+
+# A hostile name stays one value in every format. XML 1.0 has no control characters: each is shown as U+FFFD.
+with open(folder / "hostile.csv", newline="", encoding="utf-8") as file:
+    assert {(row["strategy"], row["device"]) for row in csv.DictReader(file) if row["strategy"] == nasty} == {(nasty, nasty)}
+with open(folder / "trace.json", encoding="utf-8") as file:
+    events = json.load(file)["traceEvents"]
+assert nasty in {event["args"]["name"] for event in events if event["name"] == "process_name"}
+assert nasty + ": ticks" in {event["args"]["name"] for event in events if event["name"] == "thread_name"}
+suite = ElementTree.parse(folder / "junit.xml").getroot()[0]
+shown = "".join("\N{REPLACEMENT CHARACTER}" if ord(c) < 32 and c not in "\t\n\r" else c for c in nasty)
+assert suite.get("name") == shown and suite.find("testcase/error").get("message") == shown

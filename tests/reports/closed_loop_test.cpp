@@ -32,7 +32,7 @@ Port sine_port(double amplitude_m, double frequency_Hz, double rate, int ticks, 
   return port;
 }
 
-RunRecord run_of(const std::vector<TickRow>& ticks, bool feels_force) {
+RunRecord run_of(const Rows<TickRow>& ticks, bool feels_force) {
   RunRecord run;
   run.nominal.slot_s = 1.0 / 450;
   run.nominal.end = RealTime{8'000'000'000};
@@ -52,8 +52,8 @@ RunRecord run_of(const std::vector<TickRow>& ticks, bool feels_force) {
 }
 
 /// 8 s of a decaying or growing swing: x = 5 mm exp(rate t) cos(2 pi 3 Hz t).
-std::vector<TickRow> swing(double growth_per_s, double amplitude_m = 5e-3) {
-  std::vector<TickRow> ticks;
+Rows<TickRow> swing(double growth_per_s, double amplitude_m = 5e-3) {
+  Rows<TickRow> ticks;
   for (std::int64_t k = 0; k < 8000; ++k) {
     TickRow tick;
     tick.at = RealTime{k * 1'000'000};
@@ -72,7 +72,7 @@ TEST_CASE("the energy at the port is minus force times way, step by step, and it
   const std::vector<double> t{0, 0.001, 0.002, 0.003};
   const std::vector<Vec3> x{{0, 0, 0}, {1e-3, 0, 0}, {2e-3, 0, 0}, {1e-3, 0, 0}};
   const std::vector<Vec3> force{{-2, 0, 0}, {-2, 0, 0}, {-5, 0, 0}, {-99, 0, 0}};
-  const std::vector<double> energy = port_energy(t, x, force, 0);
+  const Rows<double> energy = port_energy(t, x, force, 0);
   const std::vector<double> expected{0, 2e-3, 4e-3, -1e-3};
   for (std::size_t n = 0; n < 4; ++n) CHECK(energy[n] == Approx(expected[n]).margin(1e-15));
 }
@@ -107,7 +107,7 @@ TEST_CASE("springs that go along with the hand give back what was put in, whatev
     }
     return sum;
   };
-  const std::vector<SpringRow> springs(t.size(), spring);
+  const Rows<SpringRow> springs(t.size(), spring);
   const auto energy = port_energy(t, x, force, 0, springs);
   for (std::size_t k = 0; k < t.size(); k += 7) CHECK(energy[k] == Approx(stored_J(x[k]) - stored_J(x[0])).margin(1e-9));
   // Beside a held force: that one's work besides.

@@ -4,6 +4,8 @@
 #include "evenstep/reports/writers.h"
 #include "evenstep/time/digest.h"
 
+#include "synthetic.h"
+
 using namespace evenstep;
 
 namespace {
@@ -27,16 +29,22 @@ StrategyRecord log_of(const std::string& name, std::size_t count, std::size_t ch
   return strategy;
 }
 
+std::vector<std::byte> bytes_of(const RunRecord& run) {
+  const std::string text = synthetic::written(events_bin, run);
+  const auto* const first = reinterpret_cast<const std::byte*>(text.data());
+  return {first, first + text.size()};
+}
+
 EventFile through_bytes(std::vector<StrategyRecord> strategies) {
   RunRecord run;
   run.strategies = std::move(strategies);
-  return read_events_bin(events_bin(run));
+  return read_events_bin(bytes_of(run));
 }
 
 std::vector<std::byte> small_file() {
   RunRecord run;
   run.strategies = {log_of("direct", 5), log_of("phase_locked", 3), log_of("empty", 0)};
-  return events_bin(run);
+  return bytes_of(run);
 }
 
 }  // namespace
@@ -68,7 +76,7 @@ TEST_CASE("the layout is fixed: little endian, 20 bytes per event") {
       4,   5,    6,    7,    8,    1,    0,    0,    0,    1,    0,    0,    0,    'x',  1,    0,    0,    0,   0, 0, 0,
       0,   0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x11, 0x12, 0x13, 0x14, 0x15, 0x16, 0x17, 0x18, 0,   0, 2, 0};
   std::vector<int> bytes;
-  for (const std::byte b : events_bin(run)) bytes.push_back(std::to_integer<int>(b));
+  for (const std::byte b : bytes_of(run)) bytes.push_back(std::to_integer<int>(b));
   CHECK(bytes == expected);
 }
 

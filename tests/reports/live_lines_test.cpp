@@ -18,7 +18,7 @@ RunRecord live_run() {
   for (StrategyRecord& strategy : run.strategies) {
     strategy.shadow = strategy.name == "direct" || strategy.name == "paper";
     if (strategy.name != run.live) continue;
-    std::vector<TickRow>& ticks = strategy.devices[0].ticks;
+    Rows<TickRow>& ticks = strategy.devices[0].ticks;
     for (std::size_t k = 0; k < ticks.size(); k += 10) ticks[k].lateness = Duration{1'000'000};
     ticks[500].lateness = Duration{7'000'000};
     ticks.erase(ticks.begin() + 1001, ticks.begin() + 1003);

@@ -125,7 +125,7 @@ TEST_CASE("ticks are judged from the end of warm-up to before the end once a for
 TEST_CASE("underruns and overruns are counted per step, rates per segment") {
   RunRecord run = synthetic::reference_run();
   StrategyRecord& paper = strategy(run, "paper");
-  std::vector<StepSample>& steps = paper.devices[0].steps;
+  Rows<StepSample>& steps = paper.devices[0].steps;
   steps[3].read = StepRead::underrun;  // in warm-up
   for (const std::size_t n : {kFirstJudged, kFirstJudged + 1, kFirstJudged + 40}) steps[n].read = StepRead::underrun;
   steps[kFirstJudged + 2].read = StepRead::overrun;
@@ -144,7 +144,7 @@ TEST_CASE("underruns and overruns are counted per step, rates per segment") {
 
 TEST_CASE("a read time that does not increase is a back-step, also one that stands still") {
   RunRecord run = synthetic::reference_run();
-  std::vector<StepRow>& steps = strategy(run, "paper").steps;
+  Rows<StepRow>& steps = strategy(run, "paper").steps;
   steps[kFirstJudged + 5].read = steps[kFirstJudged + 4].read;
   steps[kFirstJudged + 50].read = steps[kFirstJudged + 49].read - Duration{1};
   CHECK(value(run, "left.interaction.paper", "back_steps") == 2);
@@ -188,7 +188,7 @@ TEST_CASE("total latency is from R to the first tick that sends the force; a for
     RunRecord run = synthetic::reference_run();
     StrategyRecord& paper = strategy(run, "paper");
     paper = synthetic::strategy("paper", run.nominal.end, synthetic::kLead, {20'260'000});  // every ninth F falls on a tick
-    std::vector<TickRow>& ticks = paper.devices[0].ticks;
+    Rows<TickRow>& ticks = paper.devices[0].ticks;
     ticks.clear();
     for (std::int64_t k = 0; k < 2 * rate; ++k) {
       ticks.push_back({});
@@ -249,7 +249,7 @@ TEST_CASE("error_max is the largest distance from the true position over all jud
   RunRecord run = synthetic::reference_run();
   StrategyRecord& paper = strategy(run, "paper");
   CHECK_FALSE(has(run, "left.interaction.paper", "error_max"));
-  std::vector<StepSample>& steps = paper.devices[0].steps;
+  Rows<StepSample>& steps = paper.devices[0].steps;
   for (std::size_t n = 0; n < steps.size(); n += 2) steps[n].true_position_m = steps[n].position_m;  // the others: unknown
   CHECK(value(run, "left.interaction.paper", "error_max") == 0);
   CHECK_FALSE(has(run, "left.interaction.paper", "error_at_stop"));
@@ -288,7 +288,7 @@ TEST_CASE("lateness and waits are those of judged steps, of this device, each si
 
 TEST_CASE("neither a gated nor a predicted step is an underrun") {
   RunRecord run = synthetic::reference_run();
-  std::vector<StepSample>& steps = strategy(run, "paper").devices[0].steps;
+  Rows<StepSample>& steps = strategy(run, "paper").devices[0].steps;
   for (std::size_t n = 0; n < steps.size(); ++n) steps[n].read = n % 2 ? StepRead::gated : StepRead::predicted;
   CHECK(value(run, "left.interaction.paper", "underruns") == 0);
   CHECK(value(run, "left.buffers.paper", "interaction_underruns") == 0);

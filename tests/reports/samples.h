@@ -4,11 +4,14 @@
 #include <cmath>
 
 #include "evenstep/reports/verdict.h"
+#include "evenstep/reports/writers.h"
 #include "synthetic.h"
 
 namespace evenstep::synthetic {
 
-inline constexpr const char* kNastyText = "quote \" back\\slash <tag attr='x'> & µ 日本 \x01\x1b[31m newline\n100 %";
+inline constexpr const char* kNastyText =
+    "quote \" back\\slash <tag attr='x'> & µ 日本 \x01\x1b[31m <script>alert(1)</script> ]]> \u202eright-to-left\u200f %0A "
+    "newline\n100 %";
 
 inline RunRecord nasty_run() {
   RunRecord run = reference_run({1'000'000'000});
@@ -58,6 +61,12 @@ inline std::vector<ExpectationResult> nasty_results() {
                          Verdict::error};
   ExpectationResult known{"scenarios/a&b.toml", 40, 1, "run", "left_out", 2.0, "", 0.0, 1.0, true, "", "", Verdict::pass};
   return {pass, fail, none, known};
+}
+
+inline JunitSuite nasty_suite() {
+  const RunRecord run = nasty_run();
+  return {run.scenario, run.file,        run.seed, run.clock, run.trace_hash, nasty_results(), JunitSuite::Whole::silent,
+          "",           "evenstep run x"};
 }
 
 }  // namespace evenstep::synthetic

@@ -2,6 +2,7 @@
 /// Records with known answers: the paper's reference case (30 Hz, V = 11.1 ms, N = 15), constant velocity, a spring.
 
 #include <algorithm>
+#include <sstream>
 #include <string>
 
 #include "evenstep/reports/run_record.h"
@@ -96,6 +97,14 @@ inline RunRecord reference_run(Duration duration = {2'000'000'000}) {
     run.strategies.push_back(strategy(name, run.nominal.end, kLead, kLatency));
   }
   return run;
+}
+
+/// What a writer puts into its file.
+template <class Write>
+std::string written(Write write, const RunRecord& run) {
+  std::ostringstream out;
+  write(run, out);
+  return std::move(out).str();
 }
 
 }  // namespace evenstep::synthetic

@@ -77,8 +77,9 @@ TEST_CASE("the rows of one array may have a line each, and read back as they do 
 }
 
 TEST_CASE("XML text has no character that XML 1.0 forbids") {
-  CHECK(xml_escape("a<b>&\"c\x01\x1B\n") == "a&lt;b&gt;&amp;&quot;c&#10;");
-  CHECK(xml_escape("\xEF\xBF\xBE") == "");
+  CHECK(xml_escape("a<b>&\"c\x01\x1B\n") == "a&lt;b&gt;&amp;&quot;c\uFFFD\uFFFD&#10;");  // seen, not lost
+  CHECK(xml_escape("\xEF\xBF\xBE") == "\uFFFD");
+  CHECK(xml_escape("]]>\u202E") == "]]&gt;\u202E");
 }
 
 TEST_CASE("display width counts columns, not bytes") {

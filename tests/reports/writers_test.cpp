@@ -1,5 +1,6 @@
 #include "evenstep/reports/writers.h"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <sstream>
 
@@ -8,6 +9,7 @@
 
 using namespace evenstep;
 using Catch::Contains;
+using synthetic::written;
 using Verdict = ExpectationResult::Verdict;
 
 namespace {
@@ -67,24 +69,44 @@ TEST_CASE("summary.json opens as the design says") {
 TEST_CASE("the same record gives the same bytes") {
   const RunRecord run = synthetic::nasty_run();
   CHECK(summary_json(run, measure(run), {}, "1", "pass") == summary_json(run, measure(run), {}, "1", "pass"));
-  CHECK(series_csv(run) == series_csv(run));
+  CHECK(written(series_csv, run) == written(series_csv, run));
 }
 
 TEST_CASE("JUnit tells failures from errors, with file and line, and how to run it again") {
-  const std::string xml = junit_xml(synthetic::nasty_run(), synthetic::nasty_results(), "", "evenstep run x");
+  const std::string xml = junit_xml(std::array{synthetic::nasty_suite()});
   CHECK(occurrences(xml, "<testcase ") == 4);
   CHECK(occurrences(xml, "<failure ") == 1);
   CHECK(occurrences(xml, "<error ") == 1);
-  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"0\"") == 2);  // of all suites, of this one
+  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"0\"") == 1);
   CHECK_THAT(xml, Contains("file=\"scenarios/a&amp;b.toml\" line=\"20\"") && Contains("reproduce: evenstep run x"));
   CHECK_THAT(xml, Contains("left.force.µ schedule_latency: 13 ms, limit &lt;= 12.842 ms"));
   for (const char c : xml) CHECK((static_cast<unsigned char>(c) >= 0x20 || c == '\n'));
 }
 
 TEST_CASE("JUnit: a run that failed is an error of its own, also without expectations") {
-  const std::string xml = junit_xml(synthetic::nasty_run(), {}, "the solver gave a NaN", "");
-  CHECK_THAT(xml, Contains(" tests=\"1\" failures=\"0\" errors=\"1\"") && Contains("name=\"run\"") &&
-                      Contains("message=\"the solver gave a NaN\""));
+  using Whole = JunitSuite::Whole;
+  const auto xml_of = [](Whole whole) {
+    JunitSuite suite = synthetic::nasty_suite();
+    suite.results.clear();
+    suite.whole = whole;
+    suite.why = "the solver gave a NaN";
+    return junit_xml(std::array{suite});
+  };
+  CHECK_THAT(xml_of(Whole::broken), Contains(" tests=\"1\" failures=\"0\" errors=\"1\"") && Contains("name=\"run\"") &&
+                                        Contains("<error type=\"error\" message=\"the solver gave a NaN\""));
+  CHECK_THAT(xml_of(Whole::failed), Contains(" tests=\"1\" failures=\"1\" errors=\"0\"") && Contains("<failure "));
+  CHECK_THAT(xml_of(Whole::passed), Contains(" tests=\"1\" failures=\"0\" errors=\"0\"") && !Contains("NaN"));
+  CHECK_THAT(xml_of(Whole::silent), Contains(" tests=\"0\" failures=\"0\" errors=\"0\""));
+}
+
+TEST_CASE("JUnit: the suites of one call stand in one document, and its totals are their sums") {
+  JunitSuite broken;
+  broken.scenario = "b";
+  broken.whole = JunitSuite::Whole::broken;
+  const std::string xml = junit_xml(std::array{synthetic::nasty_suite(), broken, synthetic::nasty_suite()});
+  CHECK_THAT(xml, Contains("<testsuites tests=\"9\" failures=\"2\" errors=\"3\">"));
+  CHECK(occurrences(xml, "<testsuite name=") == 3);
+  CHECK_THAT(junit_xml({}), Contains("<testsuites tests=\"0\" failures=\"0\" errors=\"0\">\n</testsuites>"));
 }
 
 TEST_CASE("JUnit and the table say what is skipped, what is degraded, and where a limit is broken") {
@@ -93,7 +115,9 @@ TEST_CASE("JUnit and the table say what is skipped, what is degraded, and where 
   results[0].detail = "for the wall clock only";
   results[1].verdict = Verdict::degraded;
   results[1].where = "late first at step 960, 2.000 s, by 6.66 ms; latency 26.704 ms would do";
-  const std::string xml = junit_xml(synthetic::nasty_run(), results, "", "");
+  JunitSuite suite = synthetic::nasty_suite();
+  suite.results = results;
+  const std::string xml = junit_xml(std::array{suite});
   CHECK_THAT(xml, Contains(" tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"1\"") &&
                       Contains("<skipped message=\"for the wall clock only\"/>") && Contains("<failure type=\"degraded\"") &&
                       Contains("limit &lt;= 12.842 ms: late first at step 960, 2.000 s, by 6.66 ms; latency 26.704 ms"));
@@ -131,7 +155,7 @@ TEST_CASE("series.csv quotes a name with a comma and keeps its columns") {
   RunRecord run = synthetic::reference_run({300'000'000});
   run.strategies.resize(1);
   run.strategies[0].devices[0].name = "left, \"upper\"";
-  const std::vector<std::string> rows = lines(series_csv(run));
+  const std::vector<std::string> rows = lines(written(series_csv, run));
   CHECK_THAT(rows[0], Catch::StartsWith("t[s],strategy,device,kind,"));
   CHECK_THAT(rows[1], Contains(",\"left, \"\"upper\"\"\",step,"));
   const std::size_t columns = occurrences(rows[0], ",");
@@ -145,14 +169,14 @@ TEST_CASE("series.csv names how a step read, shows variable steps, and holds bin
   only.devices[0].steps[0].read = StepRead::gated;
   only.devices[0].steps[1].read = StepRead::predicted;
   only.steps[1].simulated = SimTime{62'500'000};
-  std::vector<std::string> rows = lines(series_csv(run));
+  std::vector<std::string> rows = lines(written(series_csv, run));
   CHECK_THAT(rows[1], Contains(",gated,"));
   CHECK_THAT(rows[2], Contains(",predicted,") && !Contains(",step,1,0.0625,"));
   only.variable_step = true;
-  CHECK_THAT(lines(series_csv(run))[2], Contains(",step,1,0.0625,"));
+  CHECK_THAT(lines(written(series_csv, run))[2], Contains(",step,1,0.0625,"));
   only.variable_step = false;
   run.keep_rows = false;
-  const std::vector<std::string> bins_only = lines(series_csv(run));
+  const std::vector<std::string> bins_only = lines(written(series_csv, run));
   REQUIRE(bins_only.size() == 1 + 52 + 52);  // 52 segments are judged
   CHECK(bins_only[0] == rows[0]);
   CHECK(std::vector(bins_only.begin() + 1, bins_only.end()) == std::vector(rows.end() - 104, rows.end()));
@@ -161,14 +185,14 @@ TEST_CASE("series.csv names how a step read, shows variable steps, and holds bin
 TEST_CASE("underruns.csv: the header always, then every row") {
   RunRecord run;
   const std::string header = "strategy,device,side,step,lateness_ns,policy\n";
-  CHECK(underruns_csv(run) == header);
+  CHECK(written(underruns_csv, run) == header);
   run = synthetic::reference_run({300'000'000});
   run.strategies[1].devices[0].name = "a,b";
   run.strategies[1].underruns = {{0, 0, UnderrunRow::Side::interaction, {12}, "clamp"},
                                  {9'000'000'000, 0, UnderrunRow::Side::force, {INT64_MAX}, "extrapolate"}};
-  CHECK(underruns_csv(run) == header +
-                                  "direct,\"a,b\",interaction,0,12,clamp\n"
-                                  "direct,\"a,b\",force,9000000000,9223372036854775807,extrapolate\n");
+  CHECK(written(underruns_csv, run) == header +
+                                           "direct,\"a,b\",interaction,0,12,clamp\n"
+                                           "direct,\"a,b\",force,9000000000,9223372036854775807,extrapolate\n");
   run.strategies[0].underruns.assign(100'000, {1, 0, UnderrunRow::Side::force, {1}, "hold"});
-  CHECK(lines(underruns_csv(run)).size() == 1 + 100'000 + 2);
+  CHECK(lines(written(underruns_csv, run)).size() == 1 + 100'000 + 2);
 }

@@ -1,7 +1,8 @@
 #pragma once
 /// What a step of GitHub Actions reads: annotations, and the job's summary in Markdown. Its runner takes every line of
 /// stdout and stderr for a command that begins with "::name", and what follows "##[name" anywhere in a line; so text of
-/// others must not pass unchanged. Written after actions/runner, ActionCommand.cs and OutputManager.cs.
+/// others must not pass unchanged. Written after actions/runner, ActionCommand.cs and OutputManager.cs. And what a terminal
+/// reads, which takes control characters for commands.
 
 #include <cstddef>
 #include <string>
@@ -30,6 +31,17 @@ class CommandGuard {
  private:
   enum class Start { blank, colon, text } start_ = Start::blank;
   char last_visible_ = 0;  ///< in this line; control characters and what is not ASCII do not count
+};
+
+/// Lets text through to a terminal, in pieces, so that nothing in it commands the terminal or changes the order in which it
+/// is read: control characters, marks for writing from right to left, and bytes that are not UTF-8 become "?". Only the
+/// sequences that evenstep itself writes are let through (its colours, and the one that clears a line of progress).
+class TerminalGuard {
+ public:
+  std::string pass(std::string_view piece);
+
+ private:
+  std::string held_;  ///< the begin of a character or sequence whose end is still to come
 };
 
 /// A row of the job's summary.

@@ -8,6 +8,18 @@
 
 namespace evenstep {
 
+/// Its segments, one by one: next() gives a null pointer after the last one, and ends what it gave before.
+class RecordedSegments {
+ public:
+  explicit RecordedSegments(const StrategyRecord& record) : record_(record) {}
+  const SegmentTiming* next();
+
+ private:
+  const StrategyRecord& record_;
+  std::size_t row_ = 0, step_ = 0;
+  SegmentTiming segment_;
+};
+
 /// The segments from begin to end as recorded, with their idle time. A step that had not ended when the run did is left out.
 std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record);
 

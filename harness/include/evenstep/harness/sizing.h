@@ -70,7 +70,8 @@ struct AdaptationForecast {
 AdaptationForecast forecast_adaptation(const Scenario& scenario, const StrategyPlan& plan);
 /// The plans of all strategies of the scenario, in its order. `ideal` gets the lead and latency of the `live` strategy, or
 /// of the first one that remaps, so that it is the twin of that strategy.
-std::vector<StrategyPlan> plan(const Scenario& scenario);
+enum class PlannedSteps { keep, drop };  ///< drop: Sizing::steps are empty, which a long run has no room for
+std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps = PlannedSteps::keep);
 /// The plan of the twin with which deviation_from_ideal compares the strategy `of`.
 StrategyPlan ideal_twin(const Scenario& scenario, const StrategyPlan& of);
 /// Whether the metric is about this comparison.

@@ -22,7 +22,8 @@ class StrategyLanes {
  public:
   /// If `devices` is empty, this is a shadow or a replay, whose forces are not sent to any device.
   StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver, Exchange& exchange,
-                std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices);
+                std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices,
+                const std::shared_ptr<RowFiles>& row_files = nullptr);
 
   /// Starts the device lanes on one scheduler and the simulation lane on the other. In virtual time both are the same
   /// scheduler; on a wall clock each has its own thread. The schedulers must be destroyed before this object.

@@ -28,6 +28,7 @@ struct RunControl {
     return (interrupted && interrupted->load()) || (interrupted_by_scenario && interrupted_by_scenario->load());
   }
   std::function<void(const std::string& strategy, double fraction)> progress;
+  std::shared_ptr<RowFiles> row_files = nullptr;  ///< where long records are kept (virtual clock only); null: in memory
 };
 
 /// Throws RunFailure. If it is interrupted, it returns what was recorded so far (record.steps end early, record.interrupted

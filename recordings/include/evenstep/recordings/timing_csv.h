@@ -4,6 +4,8 @@
 /// reported with their line: time going back (a step that begins before the one before it ended, an end before its begin), a
 /// segment number going back, more than 10 million rows. Times may be negative, up to 4e18 ns either way.
 
+#include <functional>
+#include <iosfwd>
 #include <string>
 #include <vector>
 
@@ -20,6 +22,8 @@ TimingCsv parse_timing_csv(const std::string& text, const std::string& name);
 
 /// Pieces of a segment in order of their begin, its idle rest last. Reading it gives the segments again, from 0 on.
 std::string format_timing_csv(const std::vector<SegmentTiming>& segments);
+/// The same of segments that are handed over one by one; a null pointer ends them.
+void write_timing_csv(std::ostream& out, const std::function<const SegmentTiming*()>& next);
 
 /// The same format, or a plain list of steps with the header `begin_ns,end_ns`, which becomes one segment. Steps must not
 /// overlap.

@@ -65,9 +65,9 @@ double band_rms(std::span<const double> t, std::span<const Vec3> x, double windo
 /// the force felt on the way (sent `delay_s` earlier; before the first one it is unknown and counts as none) and dx the way
 /// between two ticks. If it is negative, more came out than went in. `t` in s, increasing. With `springs` (one per tick, or
 /// none; only without a delay) the springs' part of the force follows the hand until the next tick, as if they were rendered
-/// at every instant.
-std::vector<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N,
-                                double delay_s, std::span<const SpringRow> springs = {});
+/// at every instant. The result is kept with the rows of `beside`.
+Rows<double> port_energy(std::span<const double> t, std::span<const Vec3> x, std::span<const Vec3> force_N, double delay_s,
+                         std::span<const SpringRow> springs = {}, const RowAllocator<double>& beside = {});
 /// The springs' force on a hand at `x_m`, N.
 Vec3 spring_force_N(const SpringRow& spring, const Vec3& x_m);
 /// The damping that a sine motion with the peak-to-peak travel `travel_m` meets: the energy E per cycle, over the whole

@@ -25,7 +25,7 @@ struct MetricSamples {
   enum class Kind { count, largest, least } kind = Kind::largest;
   const char* of = "step";                    ///< or "tick"
   const char* word = "";                      ///< for a count: what these samples are, "late"
-  std::vector<MetricSample> samples;          ///< in order; for a count only those that count
+  Rows<MetricSample> samples;                 ///< in order; for a count only those that count
   LeadAndLatency now = {};                    ///< for underruns: those of the run, and
   std::optional<LeadAndLatency> enough = {};  ///< those with which the count would be 0, if that is known
 };

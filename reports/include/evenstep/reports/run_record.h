@@ -5,10 +5,13 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "evenstep/reports/rows.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
@@ -90,9 +93,9 @@ struct DeviceRecord {
   std::string name;
   LoopRecord loop;
   std::optional<double> stored_J;  ///< energy stored in the scene when judging begins, if the scene knows it
-  std::vector<StepSample> steps;
-  std::vector<TickRow> ticks;
-  std::vector<SpringRow> springs;          ///< one per tick if the device renders springs by itself; otherwise empty
+  Rows<StepSample> steps;
+  Rows<TickRow> ticks;
+  Rows<SpringRow> springs;                 ///< one per tick if the device renders springs by itself; otherwise empty
   std::map<std::string, double> counters;  ///< those of driver and guard: "lost", "clamped", ...
 };
 
@@ -119,8 +122,8 @@ struct UnderrunRow {
   std::int64_t step = 0;
   std::uint32_t device = 0;  ///< index into StrategyRecord::devices
   Side side = Side::interaction;
-  Duration lateness;   ///< interaction: R(n) - newest visible sample (gate: time waited); force: E(n) - F(n)
-  std::string policy;  ///< "clamp", "gate", "extrapolate" or "hold"
+  Duration lateness;        ///< interaction: R(n) - newest visible sample (gate: time waited); force: E(n) - F(n)
+  std::string_view policy;  ///< "clamp", "gate", "extrapolate" or "hold"
 };
 
 struct EventRow {
@@ -163,20 +166,20 @@ struct StrategyRecord {
   std::string name;  ///< "phase_locked"
   LineLook look;
   bool reference = false;  ///< it knows the motion: what the others are compared with, drawn below them
-  std::vector<StepRow> steps;
-  std::vector<SegmentRow> segments;
+  Rows<StepRow> steps;
+  Rows<SegmentRow> segments;
   std::vector<DeviceRecord> devices;
   LatencyRecord latency;
   SolverRecord solver;
   std::int64_t emission_repairs = 0;
   std::int64_t latency_growths = 0;  ///< for an adaptive latency; over the whole run
   std::vector<std::string> event_names;
-  std::vector<EventRow> events;                      ///< empty if RunRecord::keep_rows is false
-  std::vector<UnderrunRow> underruns;                ///< by step, over the whole run
+  Rows<EventRow> events;                             ///< empty if RunRecord::keep_rows is false
+  Rows<UnderrunRow> underruns;                       ///< by step, over the whole run
   std::map<std::string, std::int64_t> event_counts;  ///< "<lane>.<name>" -> count
   std::uint64_t trace_hash = 0;
   /// Force of the ideal twin with this lead, per step and device (step-major); may be empty.
-  std::vector<Vec3> twin_force_N;
+  Rows<Vec3> twin_force_N;
   /// How long before its read (before a tick) the hand's positions (the forces of the schedule) still matter: the window of
   /// an extrapolation or the settling of a filter.
   Duration interaction_memory, force_memory;
@@ -184,6 +187,10 @@ struct StrategyRecord {
   bool interrupted = false;    ///< ended before its end, by a signal
   bool shadow = false;         ///< replayed from a live run: its forces never reached the hand
 };
+
+/// Records without rows; those to come will be in `files`, or in memory if that is null.
+StrategyRecord empty_record(const std::shared_ptr<RowFiles>& files);
+DeviceRecord empty_device_record(const std::shared_ptr<RowFiles>& files);
 
 /// Nominal figures of the scenario, for units and windows.
 struct Nominal {

@@ -1,8 +1,11 @@
 #pragma once
-/// The contents of the files in a run folder. These functions are pure: a record in, a string (or bytes) out. The harness
-/// writes the files to a temporary folder and renames it. Numbers are printed by fmt with the shortest text that reads back
-/// to the same double; there are no locale and no dates.
+/// The contents of the files in a run folder. These functions are pure: a record in, a text out; those whose length grows
+/// with the run write it to a stream row by row. The harness writes the files to a temporary folder and renames it. Numbers
+/// are printed by fmt with the shortest text that reads back to the same double; there are no locale and no dates.
 
+#include <cstdint>
+#include <iosfwd>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,12 +19,25 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
                          const std::string& version, const std::string& verdict, const std::string& failure = "");
 /// The JSON Schema (draft 4) of every summary.json: docs/schema/summary-1.json.
 std::string summary_schema();
-std::string junit_xml(const RunRecord& run, const std::vector<ExpectationResult>& results, const std::string& error,
-                      const std::string& reproduce);
+/// One run for JUnit: a test suite with a test case per expectation. What says something of the run as a whole is one more
+/// test case, "run".
+struct JunitSuite {
+  enum class Whole : std::uint8_t { silent, passed, failed, broken };  ///< broken: an error, not a failure
+  std::string scenario, file;
+  std::uint64_t seed = 1;
+  std::string clock;
+  std::uint64_t trace_hash = 0;
+  std::vector<ExpectationResult> results;
+  Whole whole = Whole::silent;
+  std::string why;        ///< of `whole`
+  std::string reproduce;  ///< the command that runs it again; empty: not said
+};
+/// One document with these suites, as Jenkins' schema for xUnit (junit-10) wants it.
+std::string junit_xml(std::span<const JunitSuite> suites);
 /// First column t[s]; then one block per strategy and device (docs/metrics.md). Without RunRecord::keep_rows only the bins.
-std::string series_csv(const RunRecord& run);
+void series_csv(const RunRecord& run, std::ostream& out);
 /// strategy,device,side,step,lateness_ns,policy: one row per UnderrunRow of the whole run, including the warm-up.
-std::string underruns_csv(const RunRecord& run);
+void underruns_csv(const RunRecord& run, std::ostream& out);
 /// What a run on the wall clock has to say about itself, for people: how long it ran, how late its ticks were, and what was
 /// missed, missing, late, cut or limited. Empty for a run in virtual time.
 std::string live_lines(const RunRecord& run, const Metrics& metrics);
@@ -35,7 +51,7 @@ std::string failure_message(const ExpectationResult& result);
 std::string verdict_table(const std::vector<ExpectationResult>& results, bool colour);
 
 // events.bin (docs/metrics.md): magic "EVSTEP01", per strategy its name, event names and rows; little endian.
-std::vector<std::byte> events_bin(const RunRecord& run);
+void events_bin(const RunRecord& run, std::ostream& out);
 /// Of each record: name, event_names, events and trace_hash only.
 using EventFile = std::vector<StrategyRecord>;
 /// Throws std::runtime_error with the byte offset of the fault. The input is not trusted: sizes are checked before use.

@@ -1,0 +1,209 @@
+"""What a run leaves on the disk, whatever happens meanwhile: --junit, --trace-json, a full disk, a killed process, hostile
+names. reports_test.py PROGRAM SOURCE CASE"""
+import json
+import os
+import pathlib
+import pty
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+program, source, case = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
+sys.path.insert(0, str(source / "tests/reports"))
+import check_junit  # noqa: E402
+import check_trace  # noqa: E402
+
+HOSTILE = '<script>alert("1")</script> ]]> \u202ethgir\u200f \x1b[2J\x1b]0;x\x07 %0A::error::x\n::warning::y & \' 100 %'
+KILLS = 40
+
+SCENARIO = """format = 1
+name = {name}
+[run]
+duration = "{duration}"
+warmup = "8 segments"
+strategies = ["direct", "phase_locked"]
+{run}
+[timing]
+segment = "30 Hz"
+visualization = "11.1 ms"
+steps = 15
+[scene]
+kind = "spring"
+stiffness = "200 N/m"
+[[device]]
+name = "left"
+rate = "1 kHz"
+motion = {{ kind = "constant-velocity", velocity = ["0.01 m/s", "0 m/s", "0 m/s"] }}
+render = {{ kind = "force", emission = "hold" }}
+[remap]
+latency = "15 ms"
+"""
+EXPECT = """[[expect]]
+because = {because}
+signal = "left.force.phase_locked"
+metric = "late"
+max = {most}
+"""
+
+
+def scenario(name="s", duration="0.6 s", most=0, because="b", run="", expect=True):
+    quoted = json.dumps(name).replace("\\u007f", "?")
+    text = SCENARIO.format(name=quoted, duration=duration, run=run)
+    return text + (EXPECT.format(because=json.dumps(because), most=most) if expect else "")
+
+
+def run(*arguments, **options):
+    return subprocess.run([program, "run", *map(str, arguments)], capture_output=True, text=True, timeout=200, **options)
+
+
+def write(folder, **scenarios):
+    folder.mkdir(exist_ok=True)
+    for name, text in scenarios.items():
+        (folder / f"{name}.toml").write_text(text, "utf-8")
+    return folder
+
+
+def content(folder):
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def left_behind(place):
+    return [path.name for path in place.iterdir() if path.name.startswith(".")]
+
+
+def case_one_junit_file_for_a_call_tells_errors_from_failures(place):
+    late = scenario(HOSTILE, because=HOSTILE).replace('"15 ms"', '"9 ms"')
+    files = write(place / "in", passes=scenario(), fails=late, silent=scenario(expect=False), broken="format = 1\nnonsense = 2\n",
+                  impossible=scenario().replace('"late"', '"error_at_stop"'))
+    result = run(files, "--out", place / "out", "--junit", place / "all/junit.xml")
+    assert result.returncode == 2, result
+    root = check_junit.main(place / "all/junit.xml", "5", "2", "2")
+    kinds = {pathlib.Path(suite.get("file")).stem: [problem.tag for problem in suite.iter() if problem.tag in ("error", "failure")]
+             for suite in root}
+    assert kinds == {"passes": [], "fails": ["failure"], "silent": ["failure"], "broken": ["error"], "impossible": ["error"]}, kinds
+    shown = "".join("\ufffd" if ord(c) < 32 and c != "\n" else c for c in HOSTILE)
+    assert any(suite.get("name") == shown for suite in root)
+    for stem in kinds:
+        check_junit.main(place / "out" / stem / "junit.xml")
+    assert not left_behind(place / "all") and not left_behind(place / "out")
+    result = run(write(place / "empty"), "--junit", place / "empty.xml")
+    assert result.returncode == 2
+    check_junit.main(place / "empty.xml", "1", "0", "1")
+    result = run(files / "passes.toml", "--out", place / "one", "--junit", "/dev/stdout", "--json")
+    assert result.returncode == 0 and "<testsuites tests=\"1\"" in result.stdout
+
+
+def case_a_trace_for_the_viewer_is_written_where_it_is_asked_for_and_keeps_the_rules(place):
+    write(place, s=scenario(HOSTILE))
+    assert run(place / "s.toml", "--out", place / "plain").returncode == 0
+    assert run(place / "s.toml", "--out", place / "traced", "--trace-json").returncode == 0
+    assert set(content(place / "traced")) - set(content(place / "plain")) == {"trace.json"}
+    check_trace.main(place / "traced/trace.json")
+
+
+def case_a_killed_process_leaves_the_old_report_or_the_new_one_and_the_next_run_cleans_up(place):
+    write(place, s=scenario(duration="4 s"))
+    arguments = [place / "s.toml", "--out", place / "out/run", "--junit", place / "out/j.xml", "--trace-json", "--allow-degraded"]
+    whole, took = {}, 0
+    for seed in (1, 2):
+        began = time.monotonic()
+        assert run(*arguments, "--seed", seed).returncode == 0
+        took = max(took, time.monotonic() - began)
+        whole[seed] = (content(place / "out/run"), (place / "out/j.xml").read_bytes())
+    assert whole[1] != whole[2]
+    states = {"old": 0, "new": 0}
+    draw = random.Random(1)
+    seed = 2
+    for number in range(KILLS):
+        other = 3 - seed
+        process = subprocess.Popen([program, "run", *map(str, arguments), "--seed", str(other)], stdout=subprocess.DEVNULL,
+                                   stderr=subprocess.DEVNULL)
+        time.sleep(draw.uniform(0, 1.2 * took))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        found = content(place / "out/run")
+        json.loads(found.pop("summary.json"))  # it has seconds of the solver, which differ from run to run
+        for candidate in (seed, other):
+            expected = dict(whole[candidate][0])
+            expected.pop("summary.json")
+            if found == expected:
+                states["old" if candidate == seed else "new"] += 1
+                seed = candidate
+                break
+        else:
+            raise AssertionError(f"kill {number}: neither the old report nor the new one is there, or not whole")
+        assert (place / "out/j.xml").read_bytes() in (whole[1][1], whole[2][1]), f"kill {number}"
+    print(states)
+    assert states["old"] > 0
+    assert run(*arguments).returncode == 0
+    assert not left_behind(place / "out"), left_behind(place / "out")
+
+
+def case_a_full_disk_leaves_the_old_report_whole_and_says_so(place):
+    write(place, s=scenario(duration="4 s"))
+    arguments = [place / "s.toml", "--out", place / "out/run", "--junit", place / "out/j.xml"]
+    assert run(*arguments).returncode == 0
+    before = content(place / "out/run"), (place / "out/j.xml").read_bytes()
+    largest = max(map(len, before[0].values()))
+    for limit in [0, 1, 100, 5000, *range(20000, largest, max(1, largest // 12))]:
+        result = run(*arguments, "--seed", 2, restore_signals=False,
+                     preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        assert result.returncode == 3 and "cannot write" in result.stderr, (limit, result)
+        assert (content(place / "out/run") == before[0]), limit
+        assert not left_behind(place / "out"), left_behind(place / "out")
+    for device in ("/dev/full",):
+        result = run(place / "s.toml", "--out", place / "out/run", "--junit", device)
+        assert result.returncode == 3 and "No space left" in result.stderr, result
+    small_disk(place, arguments)
+
+
+def small_disk(place, arguments):
+    """The same on a file system that is really full, where one can be mounted."""
+    mounted = place / "disk"
+    mounted.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=900k", "none", mounted], capture_output=True).returncode != 0:
+        print("no file system can be mounted here: RLIMIT_FSIZE and /dev/full alone")
+        return
+    try:
+        short = ["--set", "run.duration=0.5 s"]
+        assert run(place / "s.toml", "--out", mounted / "run", *short).returncode == 0
+        before = content(mounted / "run")
+        result = run(place / "s.toml", "--out", mounted / "run", "--trace-json")
+        assert result.returncode == 3 and "No space left" in result.stderr, result
+        assert content(mounted / "run") == before and not left_behind(mounted)
+    finally:
+        subprocess.run(["umount", mounted], check=True)
+
+
+def case_nothing_in_a_name_commands_a_terminal(place):
+    write(place, s=scenario(HOSTILE, because=HOSTILE, most=0).replace('"15 ms"', '"9 ms"'))
+    shown = bytearray()
+
+    def keep(descriptor):
+        data = os.read(descriptor, 4096)
+        shown.extend(data)
+        return data
+
+    out = os.dup(1)
+    quiet = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(quiet, 1)
+    pty.spawn([program, "run", str(place / "s.toml"), "--out", str(place / "run")], keep, lambda descriptor: b"")
+    os.dup2(out, 1)
+    text = bytes(shown).decode("utf-8")
+    assert "<script>" in text
+    for own in ("\r\n", "\r\x1b[K", *(f"\x1b[{code}m" for code in (0, 31, 32, 33, 35, 90))):
+        text = text.replace(own, "")
+    assert not [c for c in text if (ord(c) < 32 and c != "\n") or c in "\x7f\u202e\u200f"], text
+
+
+if __name__ == "__main__":
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="evenstep-reports-"))
+    try:
+        globals()["case_" + case](folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
