@@ -59,18 +59,18 @@ for k in range(60):
     events += [(segment, BEGIN, "segment")] + [(at, BEGIN, "begin_step") for at in times[:-1]]
     events += [(at, END, "end_step") for at in times[1:]]
 read_m, felt_N = [], []
-for now, _, what in sorted(events, key=lambda event: event[:2]):
+for time_ns, _, what in sorted(events, key=lambda event: event[:2]):
     if what is None:  # a device thread does this
-        call("sample", remap, now, (c_double * 3)(1e-10 * now))  # 0.1 m/s
-        call("force", remap, now, value, None)
+        call("sample", remap, time_ns, (c_double * 3)(1e-10 * time_ns))  # 0.1 m/s
+        call("force", remap, time_ns, value, None)
         felt_N.append(value[0])
     elif what == "segment":  # and a simulation thread that
-        call("segment", remap, now)
+        call("segment", remap, time_ns)
     elif what == "begin_step":
-        call("begin_step", remap, now, value, None)
+        call("begin_step", remap, time_ns, value, None)
         read_m.append(value[0])
     else:
-        call("end_step", remap, now, (c_double * 3)(-200 * read_m[-1]), None)
+        call("end_step", remap, time_ns, (c_double * 3)(-200 * read_m[-1]), None)
 call("get_counts", remap, byref(counts))
 lib.evenstep_remap_destroy(remap)
 read, felt = velocity_jump(read_m[120:], 0.1 / 450), velocity_jump(felt_N[270:], 200 * 0.1 / 450)

@@ -64,7 +64,7 @@ quietly within sh -c 'apt-get install -y /packages/*.deb'
 quietly within sh -c 'cd /root && evenstep run scenarios/paper/figure-1.toml'
 grep PASS "$work/log" || fail "Figure 1 has no verdict"
 tar -C "$source_dir" -c examples/scheduler | within tar -C /root -x
-quietly within sh -c 'cd /root/examples/scheduler && cmake -G Ninja -B build && cmake --build build &&
+quietly within sh -c 'cd ~/examples/scheduler && cmake -G Ninja -B build && cmake --build build &&
   ctest --test-dir build'
 quietly within apt-get purge -y evenstep libevenstep-dev
 listing >"$work/after"
