@@ -1,11 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 
 #include "commands.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/text/text_file.h"
 #include "recording_options.h"
 
 namespace evenstep::app {
@@ -85,15 +84,10 @@ void print_assigned(const AssignedRoles& assigned) {
 
 /// False on an error, which is then printed.
 bool write(const std::string& path, const std::vector<SegmentTiming>& segments) {
-  std::ofstream file(path, std::ios::binary);
-  file << format_timing_csv(segments);
-  file.close();
-  if (file) {
-    fmt::print("wrote {}\n", path);
-    return true;
-  }
-  print({{path, 0, 0, "cannot be written; give --out a file in a folder that exists"}});
-  return false;
+  const std::string error = internal::write_text_file(path, format_timing_csv(segments));
+  if (!error.empty()) print({{path, 0, 0, error}});
+  else fmt::print("wrote {}\n", path);
+  return error.empty();
 }
 
 ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {

@@ -46,5 +46,7 @@ RealTimeGrant request_real_time(int fifo_priority);
 double process_cpu_seconds();
 /// CLOCK_MONOTONIC, s since an arbitrary origin: for run-time reports, never for decisions.
 double monotonic_seconds();
+/// The date: s since the begin of 1970, UTC. For reports, never for decisions.
+std::int64_t unix_seconds();
 
 }  // namespace evenstep
