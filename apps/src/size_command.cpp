@@ -5,6 +5,7 @@
 
 #include "commands.h"
 #include "evenstep/campaigns/size.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "recording_options.h"
 
 namespace evenstep::app {
@@ -13,7 +14,7 @@ namespace {
 struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping, rate, confidence, figure;
+  std::string sampling, emission, damping, rate, confidence, figure, timing;
   bool json = false;
   RecordingArguments recording;
 };
@@ -75,13 +76,14 @@ SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, con
                  const Registry& registry) {
   if (std::filesystem::path(arguments.file).extension() != ".toml") {
     if (arguments.set.empty()) return size_recording(arguments.file, options, recording);
-    return {{}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
+    return {{}, {}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
   }
   if (!arguments.sampling.empty() || !arguments.emission.empty())
     return {{},
+            {},
             {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
-  if (!read) return {{}, read.error()};
+  if (!read) return {{}, {}, read.error()};
   return size_scenario(*read, options);
 }
 
@@ -100,17 +102,32 @@ bool write_figure(const std::string& path, const SizeRecord& record) {
   return false;
 }
 
+/// False on an error, which is then printed.
+bool write_timing(const std::string& path, SizeResult& result) {
+  std::ofstream file(path, std::ios::binary);
+  file << format_timing_csv(result.segments);
+  file.close();
+  if (!file) {
+    print({{path, 0, 0, "cannot be written; give --timing a file in a folder that exists"}});
+    return false;
+  }
+  result.record.trace = path;
+  result.record.trace_roles.clear();
+  return true;
+}
+
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
   const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
   if (!recording) return ExitCode::usage;
-  const SizeResult result = sized(arguments, *options, *recording, registry);
+  SizeResult result = sized(arguments, *options, *recording, registry);
   if (!result.errors.empty()) {
     print(result.errors);
     return ExitCode::usage;
   }
   if (!arguments.figure.empty() && !write_figure(arguments.figure, result.record)) return ExitCode::usage;
+  if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::usage;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
 }
@@ -131,6 +148,7 @@ void add_size(Commands& commands) {
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
+  command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
   command.flag("--json", arguments.json, "the numbers instead of the table");
   add_recording_options(command, arguments.recording);
 }

@@ -250,6 +250,7 @@ double added_ns(const ProgrammedTiming& programmed) {
   ProgrammedTiming plain = programmed;
   plain.first_step = plain.dropped_visualization = plain.merged_visualization = 0;
   plain.spikes.reset();
+  plain.hitch.reset();
   plain.preemption.reset();
   return mean_timing(programmed).segment_ns - mean_timing(plain).segment_ns;
 }

@@ -24,7 +24,8 @@ struct SizeOptions {
 
 struct SizeResult {
   SizeRecord record;
-  std::vector<Diagnostic> errors;  ///< empty: the record is complete
+  std::vector<SegmentTiming> segments;  ///< those that were sized
+  std::vector<Diagnostic> errors;       ///< empty: the record is complete
 };
 
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are
