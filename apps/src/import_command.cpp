@@ -85,8 +85,10 @@ void print_assigned(const AssignedRoles& assigned) {
 /// False on an error, which is then printed.
 bool write(const std::string& path, const std::vector<SegmentTiming>& segments) {
   const std::string error = internal::write_text_file(path, format_timing_csv(segments));
-  if (!error.empty()) print({{path, 0, 0, error}});
-  else fmt::print("wrote {}\n", path);
+  if (!error.empty())
+    print({{path, 0, 0, error}});
+  else
+    fmt::print("wrote {}\n", path);
   return error.empty();
 }
 

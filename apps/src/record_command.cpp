@@ -28,8 +28,7 @@ struct RecordArguments {
 constexpr Duration kStartDelay{100'000'000};
 
 std::string typed(const RecordArguments& arguments) {
-  std::string command = fmt::format("{} record {} --seconds {}", arguments.program, shell_file(arguments.file),
-                                    arguments.seconds);
+  std::string command = fmt::format("evenstep record {} --seconds {}", shell_file(arguments.file), arguments.seconds);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (arguments.seed) command += fmt::format(" --seed {}", *arguments.seed);
   return command + (arguments.host_only ? " --host-only" : "");
@@ -43,8 +42,10 @@ std::string profile_path(const std::string& out) {
 /// Prints the error, if there is one.
 bool write(const std::string& path, const std::string& text) {
   const std::string error = internal::write_text_file(path, text);
-  if (!error.empty()) print({{path, 0, 0, error}});
-  else fmt::print("wrote {}\n", path);
+  if (!error.empty())
+    print({{path, 0, 0, error}});
+  else
+    fmt::print("wrote {}\n", path);
   return error.empty();
 }
 
@@ -125,7 +126,8 @@ void add_record(Commands& commands) {
   auto [command, arguments] = commands.add<RecordArguments>(
       "record", "how long the steps of a scene's real solver take on this machine's device, as timing.csv", record);
   arguments.program = commands.program();
-  command.operand("scenario", arguments.file, "its scene and solver are run, with the pauses of its [timing], without a hand");
+  command.operand("scenario", arguments.file,
+                  "its scene and solver are run, with the pauses of its [timing], without a hand");
   command.required_option("--out,-o", arguments.out,
                           "the timing.csv to write; the device's own times go beside it, into timing.profile.csv");
   command.option("--seconds", arguments.seconds, Range{1, 3600}, "how long (default: 20)");

@@ -145,9 +145,9 @@ std::string device_rows(const RecordSummary& summary) {
   text += spread_row("host - device", summary.beyond);
   text += fmt::format("\n{:<26}{:>12}{:>12}{:>12}{:>12}\n", "command, p50 in ms", "count", "queued", "submitted", "runs");
   for (const CommandSummary& command : summary.commands) {
-    text += fmt::format("{:<26}{:>12}{:>12}{:>12}{:>12}\n", command.name, command.count,
-                        milliseconds(command.waits_queued_ns), milliseconds(command.waits_submitted_ns),
-                        milliseconds(command.runs_ns));
+    text +=
+        fmt::format("{:<26}{:>12}{:>12}{:>12}{:>12}\n", command.name, command.count, milliseconds(command.waits_queued_ns),
+                    milliseconds(command.waits_submitted_ns), milliseconds(command.runs_ns));
   }
   if (summary.faster_ppm != 0)
     text += fmt::format("the device's clock against the host's: {:+.1f} ppm\n", summary.faster_ppm);
@@ -237,9 +237,9 @@ std::string commands_csv(const SolverRecording& recording) {
 }
 
 std::string record_table(const RecordSummary& summary, const SolverRecording& recording) {
-  std::string text = fmt::format("{} segments, {} visualizations and {} steps in {:.3f} s{}\n\n", summary.segments,
-                                 summary.visualizations, summary.steps, seconds(summary.length),
-                                 recording.interrupted ? ", interrupted" : "");
+  std::string text =
+      fmt::format("{} segments, {} visualizations and {} steps in {:.3f} s{}\n\n", summary.segments, summary.visualizations,
+                  summary.steps, seconds(summary.length), recording.interrupted ? ", interrupted" : "");
   text += fmt::format("{:<38}{:>12}{:>12}{:>12}\n", "per step, ms", "p50", "p99", "max");
   text += spread_row("host: call to forces", summary.host);
   if (summary.steps_on_device > 0) text += device_rows(summary);
@@ -251,9 +251,10 @@ std::string record_table(const RecordSummary& summary, const SolverRecording& re
                         summary.commands_without_times);
   if (recording.full) text += fmt::format("ended early: {} steps are the most that are kept\n", kMostRecordedSteps);
   if (recording.late_segments > 0)
-    text += fmt::format("{} segments began more than 1 ms late, up to {} ms: the steps before them took longer than the "
-                        "scenario's segments are\n",
-                        recording.late_segments, milliseconds(recording.latest.ns));
+    text += fmt::format(
+        "{} segments began more than 1 ms late, up to {} ms: the steps before them took longer than the "
+        "scenario's segments are\n",
+        recording.late_segments, milliseconds(recording.latest.ns));
   return text;
 }
 

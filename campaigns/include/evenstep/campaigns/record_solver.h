@@ -73,7 +73,7 @@ struct RecordSummary {
   Spread busy;     ///< in which a command ran; those that overlap count once
   Spread waiting;  ///< of the span, in which none ran
   Spread beyond;   ///< host time - span: before the first command and after the last one; below 0 where the clocks disagree
-  std::vector<CommandSummary> commands;  ///< in the order in which they first came
+  std::vector<CommandSummary> commands;     ///< in the order in which they first came
   std::int64_t commands_without_times = 0;  ///< whose four times are missing or not in order: left out of all of the above
   /// By how much the device's clock is faster than the host's, in parts per million, from the first step to the last; 0 for
   /// less than a second.

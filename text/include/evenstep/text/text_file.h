@@ -14,8 +14,8 @@ namespace evenstep::internal {
 /// cannot be read.
 Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes);
 
-/// Writes a file under another name beside it and renames it, so that it is there as a whole or as it was; a pipe or a device
-/// is written to as it is. Returns what went wrong; empty: ok.
+/// Writes a file under another name beside it and renames it, so that it is there as a whole or as it was; a pipe or a
+/// device is written to as it is. Returns what went wrong; empty: ok.
 std::string write_text_file(const std::string& path, std::string_view text);
 /// Why write_text_file cannot write there, as far as that can be known before; empty if it can.
 std::string write_objection(const std::string& path);
