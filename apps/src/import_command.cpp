@@ -77,6 +77,8 @@ void print_assigned(const AssignedRoles& assigned) {
   }
   fmt::print("{} segments with {} visualizations and {} steps, {} long\n", assigned.segments.size(), shown, steps,
              length_text(assigned.segments.back().end - RealTime{}));
+  if (steps > 0 && assigned.roles.step_begin.empty() && assigned.roles.steps == 0)
+    fmt::print("each interval that matches is a step; where several make up one, say which it begins with: --step-begin\n");
   if (steps == 0)
     fmt::print(
         "without steps there is nothing to run: say how many follow each visualization, --steps 8 --step-time \"1.2 ms\"\n");

@@ -58,7 +58,7 @@ std::vector<Cells> rows_of(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("Nsight's SQLite has the kernels of the Enter and Leave rows of the same capture, each to the nanosecond") {
+TEST_CASE("Nsight's SQLite has the kernels of the Enter and Leave rows of the same capture, each to the nanosecond", "[real]") {
   const auto database = real_file("nsys-cloverleaf-a100.sqlite"), csv = real_file("nsys-cloverleaf-a100-gputrace.csv");
   if (!database || !csv) return;
   const Profile profile = read(*database);
@@ -68,7 +68,7 @@ TEST_CASE("Nsight's SQLite has the kernels of the Enter and Leave rows of the sa
   CHECK(kernels == kernels_of(read(*csv)));
 }
 
-TEST_CASE("CloverLeaf on an A100: its reduce kernel as the visualization gives the 12 gaps of its 31 Hz cycle") {
+TEST_CASE("CloverLeaf on an A100: its reduce kernel as the visualization gives the 12 gaps of its 31 Hz cycle", "[real]") {
   const auto database = real_file("nsys-cloverleaf-a100.sqlite");
   if (!database) return;
   const Profile profile = read(*database);
@@ -90,7 +90,7 @@ TEST_CASE("CloverLeaf on an A100: its reduce kernel as the visualization gives t
   CHECK(guessed->segments.size() == 12);
 }
 
-TEST_CASE("PresentMon's default and v2 metrics of one capture begin alike on all rows, v1 on half of them") {
+TEST_CASE("PresentMon's default and v2 metrics of one capture begin alike on all rows, v1 on half of them", "[real]") {
   const auto plain = real_file("presentmon-gold-0.csv"), v1 = real_file("presentmon-gold-0_v1.csv"),
              v2 = real_file("presentmon-gold-0_v2.csv");
   if (!plain || !v1 || !v2) return;
@@ -111,7 +111,7 @@ TEST_CASE("PresentMon's default and v2 metrics of one capture begin alike on all
   CHECK(same_v1 == 180);
 }
 
-TEST_CASE("Where PresentMon's v1 begins another time, the default has a latency of 0: the GPU began before the CPU did") {
+TEST_CASE("Where PresentMon's v1 begins another time, the default has a latency of 0: the GPU began before the CPU did", "[real]") {
   const auto plain = real_file("presentmon-gold-0.csv"), v1 = real_file("presentmon-gold-0_v1.csv");
   if (!plain || !v1) return;
   const auto of_present = [](const Cells& row, const char* at) { return row.at("ProcessID") + " " + row.at(at); };
@@ -133,7 +133,7 @@ TEST_CASE("Where PresentMon's v1 begins another time, the default has a latency 
   CHECK(others == 0);
 }
 
-TEST_CASE("PresentMon's capture of ten processes asks which, and one of them gives its segments") {
+TEST_CASE("PresentMon's capture of ten processes asks which, and one of them gives its segments", "[real]") {
   const auto plain = real_file("presentmon-gold-0.csv");
   if (!plain) return;
   const Profile profile = read(*plain);
@@ -148,14 +148,14 @@ TEST_CASE("PresentMon's capture of ten processes asks which, and one of them giv
   CHECK(one->segments.size() > 150);
 }
 
-TEST_CASE("A tool's header before PresentMon's rows is skipped") {
+TEST_CASE("A tool's header before PresentMon's rows is skipped", "[real]") {
   const auto file = real_file("presentmon-capframex-header.csv");
   if (!file) return;
   const Profile profile = read(*file);
   CHECK(profile.intervals.size() == 7285);
 }
 
-TEST_CASE("PyTorch's profile, gzipped, has its kernels and its steps as segments") {
+TEST_CASE("PyTorch's profile, gzipped, has its kernels and its steps as segments", "[real]") {
   const auto file = real_file("chrome-pytorch-ns.json.gz");
   if (!file) return;
   const Profile profile = read(*file);
@@ -171,7 +171,7 @@ TEST_CASE("PyTorch's profile, gzipped, has its kernels and its steps as segments
   CHECK(assigned->segments.size() == 5);
 }
 
-TEST_CASE("Chrome's own traces are read: an array with X, B and E, and fractions of a microsecond") {
+TEST_CASE("Chrome's own traces are read: an array with X, B and E, and fractions of a microsecond", "[real]") {
   const auto events = real_file("chrome-x_event_trace.json"), fractions = real_file("chrome-nanoseconds.json");
   if (!events || !fractions) return;
   // 2,799 complete events and 442 pairs.
@@ -185,7 +185,7 @@ TEST_CASE("Chrome's own traces are read: an array with X, B and E, and fractions
   CHECK(fine.intervals.back().end.ns == 3021);
 }
 
-TEST_CASE("Nsight's CSV of NVTX ranges is read") {
+TEST_CASE("Nsight's CSV of NVTX ranges is read", "[real]") {
   const auto file = real_file("nsys-nbody-nvtx-trace.csv");
   if (!file) return;
   Roles roles;
