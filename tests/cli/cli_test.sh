@@ -915,8 +915,8 @@ small_block() {  # a tissue of 490 particles on this machine's OpenCL, 50 segmen
   { printf 'format = 1\nextends = ["%s"]\nname = "block"\nexpect = []\n' "$source_dir/scenarios/paper/figure-1.toml"
     printf '%s\n' '[timing]' 'segment = "50 Hz"' 'visualization = "2 ms"' 'steps = 3' \
       '[scene]' 'lattice = [8, 7, 9]' 'particles = 490' \
-      '[device.left]' 'grab = { center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }' \
-      '[device.right]' 'grab = { center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }'
+      '[[device]]' 'name = "left"' 'grab = { center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }' \
+      '[[device]]' 'name = "right"' 'grab = { center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }'
   } >block.toml
 }
 case_record_gives_a_recording_that_other_commands_take() {
@@ -938,7 +938,7 @@ assert steps and len(steps) % 3 == 0
 assert list(dict.fromkeys((r["segment"], r["index"]) for r in rows["timing.profile.csv"])) == steps
 assert all(t == sorted(t) for t in times) and times[0][0] == 0
 CHECK
-  expect 0 "trace" size timing.csv
+  expect 0 "phase_locked" size timing.csv
   expect 0 "advance" import timing.profile.csv --list --begin started_ns --end ended_ns --name name --unit ns
   traced timing.csv
   expect 0 "NO VERDICT" run t.toml --allow-no-expectations
@@ -960,16 +960,16 @@ case_record_refuses_what_it_cannot_do_before_it_starts() {
   expect 2 "--seconds" record x.toml -o t.csv --seconds 0
   expect 2 "nowhere.toml" record nowhere.toml -o t.csv
   expect 2 "[case]" record "$source_dir/scenarios/stiff/s1-oscillator.toml" -o t.csv
-  scenario '[timing]' 'order = "concurrent"'
+  scenario '[timing]' 'order = "concurrent"' 'paced = true'
   expect 2 "run beside the steps" record x.toml -o t.csv
   [ ! -e t.csv ] || fail "a file was written"
 }
 case_record_onto_a_full_disk_leaves_what_was_there() {
-  small_block
+  scenario
   echo before >timing.csv
   trap '' XFSZ
   ulimit -S -f 4
-  expect 3 "File too large" record block.toml -o timing.csv --seconds 1
+  expect 3 "File too large" record x.toml -o timing.csv --seconds 1
   ulimit -S -f unlimited
   [ "$(cat timing.csv)" = before ] || fail "the file that was there is gone"
   [ -z "$(find . -name '*.writing-*')" ] || fail "a half-written file is left"
@@ -987,7 +987,7 @@ case_record_ends_with_a_signal_and_keeps_what_it_has() {
     got=$?
     [ "$got" -eq 130 ] || fail "SIG$signal: exit $got instead of 130"
     grep -q '^# interrupted' $signal.csv || fail "the file does not say that it was interrupted"
-    expect 0 "trace" size $signal.csv
+    expect 0 "phase_locked" size $signal.csv
   done
 }
 case_every_signal_ends_a_run_without_a_force() {

@@ -188,7 +188,7 @@ TEST_CASE(
   TimedSolver solver({1'000'000});
   solver.log.emplace();
   solver.log->commands = {command("warm-up", 1, 2, 3, 4)};
-  // Two kernels that overlap by 100 us, then nothing for 200 us, then a read: 900 us in all, of which 700 busy.
+  // Two kernels that overlap by 100 us, then nothing for 200 us, then a read: 900 us in all, of which 600 busy.
   const std::uint64_t zero = 1ULL << 62U;
   solver.of_each_step = {command("advance", zero, zero + 10'000, zero + 100'000, zero + 500'000),
                          command("force", zero + 5'000, zero + 20'000, zero + 400'000, zero + 600'000),
