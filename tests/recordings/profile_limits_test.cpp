@@ -40,7 +40,8 @@ const std::string kEvent = R"({"ph":"X","name":"a","ts":1,"dur":2})";
 TEST_CASE("JSON may be nested 200 deep, and not 201") {
   // The list and the event are two of them.
   const auto nested = [](std::size_t depth) {
-    return R"([{"ph":"X","name":"a","ts":1,"dur":2,"args":)" + std::string(depth - 2, '[') + std::string(depth - 2, ']') + "}]";
+    return R"([{"ph":"X","name":"a","ts":1,"dur":2,"args":)" + std::string(depth - 2, '[') + std::string(depth - 2, ']') +
+           "}]";
   };
   CHECK(refusal(nested(200)).empty());
   CHECK_THAT(refusal(nested(201)), Contains("nested more than 200 deep"));
@@ -136,8 +137,9 @@ TEST_CASE("A gigabyte of trace events is read in less memory than a fifth of it"
     std::ofstream file(path, std::ios::binary);
     file << "[";
     for (; written < kBytes; ++events) {
-      const std::string event = (events > 0 ? ",\n" : "") + std::string(R"({"ph":"X","pid":1,"ts":)") + std::to_string(events) +
-                                R"(,"dur":0.5,"name":"kernel )" + std::to_string(events % 100) + arguments;
+      const std::string event = (events > 0 ? ",\n" : "") + std::string(R"({"ph":"X","pid":1,"ts":)") +
+                                std::to_string(events) + R"(,"dur":0.5,"name":"kernel )" + std::to_string(events % 100) +
+                                arguments;
       written += static_cast<std::int64_t>(event.size());
       file << event;
     }

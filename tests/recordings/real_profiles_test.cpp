@@ -58,7 +58,8 @@ std::vector<Cells> rows_of(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("Nsight's SQLite has the kernels of the Enter and Leave rows of the same capture, each to the nanosecond", "[real]") {
+TEST_CASE("Nsight's SQLite has the kernels of the Enter and Leave rows of the same capture, each to the nanosecond",
+          "[real]") {
   const auto database = real_file("nsys-cloverleaf-a100.sqlite"), csv = real_file("nsys-cloverleaf-a100-gputrace.csv");
   if (!database || !csv) return;
   const Profile profile = read(*database);
@@ -111,7 +112,8 @@ TEST_CASE("PresentMon's default and v2 metrics of one capture begin alike on all
   CHECK(same_v1 == 180);
 }
 
-TEST_CASE("Where PresentMon's v1 begins another time, the default has a latency of 0: the GPU began before the CPU did", "[real]") {
+TEST_CASE("Where PresentMon's v1 begins another time, the default has a latency of 0: the GPU began before the CPU did",
+          "[real]") {
   const auto plain = real_file("presentmon-gold-0.csv"), v1 = real_file("presentmon-gold-0_v1.csv");
   if (!plain || !v1) return;
   const auto of_present = [](const Cells& row, const char* at) { return row.at("ProcessID") + " " + row.at(at); };
@@ -125,7 +127,10 @@ TEST_CASE("Where PresentMon's v1 begins another time, the default has a latency 
     const double until_ms = at_ms(other, "msUntilRenderStart");
     const double begin_ms = at_ms(other, "QPCTime") * 1e-4 + until_ms;
     const bool same = std::abs(begin_ms - (cpu_ms + latency_ms)) < 1e-3;
-    ++(same ? equal : latency_ms == 0 && until_ms == 0 ? without_begin : latency_ms == 0 && begin_ms < cpu_ms ? before_cpu : others);
+    ++(same                                   ? equal
+       : latency_ms == 0 && until_ms == 0     ? without_begin
+       : latency_ms == 0 && begin_ms < cpu_ms ? before_cpu
+                                              : others);
   }
   CHECK(equal == 180);
   CHECK(before_cpu == 176);
