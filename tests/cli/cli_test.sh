@@ -931,7 +931,7 @@ case_record_gives_a_recording_that_other_commands_take() {
   done
   python3 - <<'CHECK' || fail "the files do not fit each other"
 import csv
-rows = {name: [r for r in csv.DictReader(l for l in open(name) if l[0] != "#")] for name in ("timing.csv", "timing.profile.csv")}
+rows = {name: list(csv.DictReader(l for l in open(name) if l[0] != "#")) for name in ("timing.csv", "timing.profile.csv")}
 steps = [(r["segment"], r["index"]) for r in rows["timing.csv"] if r["kind"] == "step"]
 times = [[int(r[k]) for k in ("queued_ns", "submitted_ns", "started_ns", "ended_ns")] for r in rows["timing.profile.csv"]]
 assert steps and len(steps) % 3 == 0
