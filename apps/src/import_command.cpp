@@ -1,11 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 
 #include "commands.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/text/text_file.h"
 #include "recording_options.h"
 
 namespace evenstep::app {
@@ -78,6 +77,8 @@ void print_assigned(const AssignedRoles& assigned) {
   }
   fmt::print("{} segments with {} visualizations and {} steps, {} long\n", assigned.segments.size(), shown, steps,
              length_text(assigned.segments.back().end - RealTime{}));
+  if (steps > 0 && assigned.roles.step_begin.empty() && assigned.roles.steps == 0)
+    fmt::print("each interval that matches is a step; where several make up one, say which it begins with: --step-begin\n");
   if (steps == 0)
     fmt::print(
         "without steps there is nothing to run: say how many follow each visualization, --steps 8 --step-time \"1.2 ms\"\n");
@@ -85,15 +86,12 @@ void print_assigned(const AssignedRoles& assigned) {
 
 /// False on an error, which is then printed.
 bool write(const std::string& path, const std::vector<SegmentTiming>& segments) {
-  std::ofstream file(path, std::ios::binary);
-  file << format_timing_csv(segments);
-  file.close();
-  if (file) {
+  const std::string error = internal::write_text_file(path, format_timing_csv(segments));
+  if (!error.empty())
+    print({{path, 0, 0, error}});
+  else
     fmt::print("wrote {}\n", path);
-    return true;
-  }
-  print({{path, 0, 0, "cannot be written; give --out a file in a folder that exists"}});
-  return false;
+  return error.empty();
 }
 
 ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {

@@ -80,6 +80,8 @@ void WallClock::notify() noexcept {
 
 double process_cpu_seconds() { return static_cast<double>(read_ns(CLOCK_PROCESS_CPUTIME_ID)) * 1e-9; }
 
+std::int64_t unix_seconds() { return read_ns(CLOCK_REALTIME) / kNanosecondsPerSecond; }
+
 double monotonic_seconds() { return static_cast<double>(read_ns(CLOCK_MONOTONIC)) * 1e-9; }
 
 std::int64_t unix_seconds() { return read_ns(CLOCK_REALTIME) / kNanosecondsPerSecond; }

@@ -14,7 +14,8 @@ bool begins_with_header(std::string_view bytes, std::string_view header) {
 
 bool is_timing_csv(const std::string& path) {
   const std::unique_ptr<internal::Bytes> bytes = internal::bytes_of_file(path);
-  const std::string_view first = bytes->next();
+  std::string_view first = bytes->next();
+  while (first.starts_with('#')) first.remove_prefix(std::min(first.find('\n'), first.size() - 1) + 1);
   return begins_with_header(first, "segment,kind,index,begin_ns,end_ns") || begins_with_header(first, "begin_ns,end_ns");
 }
 

@@ -66,7 +66,7 @@ MeansInForce::MeansInForce(const ProgrammedTiming& timing)
       visualization_(timing.visualization),
       changes_(timing.changes),
       hitch_(timing.hitch),
-      next_hitch_(timing.hitch ? timing.hitch->every.ns : 0) {}
+      next_hitch_{timing.hitch ? timing.hitch->every.ns : 0} {}
 
 const MeansInForce::Means& MeansInForce::at(RealTime begin) {
   for (; next_change_ < changes_.size() && changes_[next_change_].at <= begin; ++next_change_) {

@@ -6,13 +6,14 @@
 
 namespace evenstep::internal {
 
-ClCommands::ClCommands(ClDevice device, std::size_t local_size) : device_(std::move(device)), local_size_(local_size) {
+ClCommands::ClCommands(ClDevice device, std::size_t local_size, bool logged)
+    : device_(std::move(device)), local_size_(local_size), log_(logged ? std::make_unique<ClCommandLog>() : nullptr) {
   cl_int code = CL_SUCCESS;
   const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM, reinterpret_cast<cl_context_properties>(device_.platform),
                                               0};
   context_ = ClContext(cl().clCreateContext(properties, 1, &device_.device, nullptr, nullptr, &code));
   check_cl(code, "clCreateContext");
-  queue_ = ClQueue(cl().clCreateCommandQueue(context_.get(), device_.device, 0, &code));
+  queue_ = ClQueue(cl().clCreateCommandQueue(context_.get(), device_.device, logged ? CL_QUEUE_PROFILING_ENABLE : 0, &code));
   check_cl(code, "clCreateCommandQueue");
 }
 
@@ -42,13 +43,14 @@ BoundKernel ClCommands::kernel(const char* name) const {
   cl_int code = CL_SUCCESS;
   ClKernel kernel(cl().clCreateKernel(program_.get(), name, &code));
   check_cl(code, fmt::format("clCreateKernel({})", name));
-  return BoundKernel(std::move(kernel));
+  return {std::move(kernel), name};
 }
 
 void ClCommands::enqueue(const BoundKernel& kernel, std::size_t count) const {
   const std::size_t* local = count % local_size_ == 0 ? &local_size_ : nullptr;
-  check_cl(cl().clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, nullptr),
-           "clEnqueueNDRangeKernel");
+  enqueue_one("clEnqueueNDRangeKernel", kernel.name(), [&](cl_event* event) {
+    return cl().clEnqueueNDRangeKernel(queue_.get(), kernel.get(), 1, nullptr, &count, local, 0, nullptr, event);
+  });
 }
 
 void ClCommands::finish() const { check_cl(cl().clFinish(queue_.get()), "clFinish"); }
@@ -67,24 +69,28 @@ ClField ClCommands::field(std::size_t cells) const {
 }
 
 void ClCommands::read(const ClBuffer& from, std::size_t bytes, void* to) const {
-  check_cl(cl().clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, nullptr),
-           "clEnqueueReadBuffer");
+  enqueue_one("clEnqueueReadBuffer", "read", [&](cl_event* event) {
+    return cl().clEnqueueReadBuffer(queue_.get(), from.get(), CL_TRUE, 0, bytes, to, 0, nullptr, event);
+  });
 }
 
 void ClCommands::write(const void* from, std::size_t bytes, const ClBuffer& to) const {
-  check_cl(cl().clEnqueueWriteBuffer(queue_.get(), to.get(), CL_TRUE, 0, bytes, from, 0, nullptr, nullptr),
-           "clEnqueueWriteBuffer");
+  enqueue_one("clEnqueueWriteBuffer", "write", [&](cl_event* event) {
+    return cl().clEnqueueWriteBuffer(queue_.get(), to.get(), CL_TRUE, 0, bytes, from, 0, nullptr, event);
+  });
 }
 
 void ClCommands::zero(const ClBuffer& buffer, std::size_t bytes) const {
   const float zero = 0;
-  check_cl(cl().clEnqueueFillBuffer(queue_.get(), buffer.get(), &zero, sizeof zero, 0, bytes, 0, nullptr, nullptr),
-           "clEnqueueFillBuffer");
+  enqueue_one("clEnqueueFillBuffer", "fill", [&](cl_event* event) {
+    return cl().clEnqueueFillBuffer(queue_.get(), buffer.get(), &zero, sizeof zero, 0, bytes, 0, nullptr, event);
+  });
 }
 
 void ClCommands::copy(const ClBuffer& from, const ClBuffer& to, std::size_t bytes) const {
-  check_cl(cl().clEnqueueCopyBuffer(queue_.get(), from.get(), to.get(), 0, 0, bytes, 0, nullptr, nullptr),
-           "clEnqueueCopyBuffer");
+  enqueue_one("clEnqueueCopyBuffer", "copy", [&](cl_event* event) {
+    return cl().clEnqueueCopyBuffer(queue_.get(), from.get(), to.get(), 0, 0, bytes, 0, nullptr, event);
+  });
 }
 
 }  // namespace evenstep::internal

@@ -2,9 +2,12 @@
 /// Context, program and in-order queue of one device, and kernels with their arguments.
 
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "opencl/cl_command_log.h"
 #include "opencl/cl_handle.h"
 
 namespace evenstep::internal {
@@ -20,9 +23,10 @@ struct ClField {
 class BoundKernel {
  public:
   BoundKernel() = default;
-  explicit BoundKernel(ClKernel kernel) : kernel_(std::move(kernel)) {}
+  BoundKernel(ClKernel kernel, const char* name) : kernel_(std::move(kernel)), name_(name) {}
   explicit operator bool() const { return kernel_.get() != nullptr; }
   cl_kernel get() const { return kernel_.get(); }
+  const char* name() const { return name_; }
 
   template <class... Arguments>
   void add(const Arguments&... arguments) {
@@ -46,16 +50,20 @@ class BoundKernel {
   }
 
   ClKernel kernel_;
+  const char* name_ = "";
   cl_uint arguments_ = 0;
 };
 
 /// Every call throws SolverError if the OpenCL call fails. Reads and writes block.
 class ClCommands {
  public:
-  ClCommands(ClDevice device, std::size_t local_size);
+  /// `logged`: keeps a profiling event of each command, for log().
+  ClCommands(ClDevice device, std::size_t local_size, bool logged = false);
   void build(const std::string& source, const std::string& options);
   const ClDevice& device() const { return device_; }
+  ClCommandLog* log() const { return log_.get(); }  ///< null if none is kept
 
+  /// `name` must be valid as long as the program runs.
   BoundKernel kernel(const char* name) const;
   /// `count` is a multiple of the work-group size, except for the sums over chunks, which are few.
   void enqueue(const BoundKernel& kernel, std::size_t count) const;
@@ -81,6 +89,13 @@ class ClCommands {
   void copy(const ClBuffer& from, const ClBuffer& to, std::size_t bytes) const;
 
  private:
+  /// Gives the queue one command: give(event) is clEnqueue..., with an event that is null if no log is kept.
+  template <class Give>
+  void enqueue_one(const char* call, const char* name, Give give) const {
+    cl_event event = nullptr;
+    check_cl(give(log_ ? &event : nullptr), call);
+    if (log_) log_->add(name, ClEvent(event));
+  }
   void read(const ClBuffer& from, std::size_t bytes, void* to) const;
   void write(const void* from, std::size_t bytes, const ClBuffer& to) const;
   std::string build_log() const;
@@ -90,6 +105,7 @@ class ClCommands {
   ClContext context_;
   ClQueue queue_;
   ClProgram program_;
+  std::unique_ptr<ClCommandLog> log_;
 };
 
 }  // namespace evenstep::internal

@@ -40,16 +40,26 @@ std::string text_of(const char* call, Query query) {
   return text.c_str();  // without the terminating zero
 }
 
-std::string platform_name(cl_platform_id platform) {
+std::string platform_text(cl_platform_id platform, cl_platform_info what) {
   return text_of("clGetPlatformInfo", [&](std::size_t size, void* bytes, std::size_t* size_out) {
-    return cl().clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, bytes, size_out);
+    return cl().clGetPlatformInfo(platform, what, size, bytes, size_out);
   });
 }
+std::string platform_name(cl_platform_id platform) { return platform_text(platform, CL_PLATFORM_NAME); }
 
-std::string device_name(cl_device_id device) {
+std::string device_text(cl_device_id device, cl_device_info what) {
   return text_of("clGetDeviceInfo", [&](std::size_t size, void* bytes, std::size_t* size_out) {
-    return cl().clGetDeviceInfo(device, CL_DEVICE_NAME, size, bytes, size_out);
+    return cl().clGetDeviceInfo(device, what, size, bytes, size_out);
   });
+}
+std::string device_name(cl_device_id device) { return device_text(device, CL_DEVICE_NAME); }
+
+/// A property that OpenCL has as a Number.
+template <class Number>
+std::int64_t device_number(cl_device_id device, cl_device_info what) {
+  Number number = 0;
+  check_cl(cl().clGetDeviceInfo(device, what, sizeof number, &number, nullptr), "clGetDeviceInfo");
+  return static_cast<std::int64_t>(number);
 }
 
 cl_platform_id choose_platform(const std::string& part) {
@@ -104,6 +114,16 @@ ClDevice choose_device(const std::string& platform_part, const std::string& devi
   }
   throw SolverError(SolverFault::unavailable, fmt::format("no OpenCL device is called '{}'", device_part),
                     "one of " + known);
+}
+
+OpenClDescription describe(const ClDevice& device) {
+  return {.device = device.name,
+          .platform = platform_name(device.platform),
+          .version = platform_text(device.platform, CL_PLATFORM_VERSION),
+          .driver = device_text(device.device, CL_DRIVER_VERSION),
+          .compute_units = device_number<cl_uint>(device.device, CL_DEVICE_MAX_COMPUTE_UNITS),
+          .clock_MHz = device_number<cl_uint>(device.device, CL_DEVICE_MAX_CLOCK_FREQUENCY),
+          .timer_resolution_ns = device_number<std::size_t>(device.device, CL_DEVICE_PROFILING_TIMER_RESOLUTION)};
 }
 
 }  // namespace evenstep::internal

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "evenstep/sim/device_commands.h"
 #include "opencl/cl_library.h"
 
 namespace evenstep::internal {
@@ -45,5 +46,6 @@ struct ClDevice {
 /// Chooses a device by parts of the names. With an empty platform it is PoCL if that is there, otherwise the first one.
 /// Errors list the devices that there are.
 ClDevice choose_device(const std::string& platform_part, const std::string& device_part);
+OpenClDescription describe(const ClDevice& device);
 
 }  // namespace evenstep::internal

@@ -46,7 +46,7 @@ class OpenClTissue final : public TissueSolver {
       : TissueSolver(given, features, "opencl"),
         is_verlet_(scene().method == Method::velocity_verlet),
         is_implicit_(scene().method == Method::implicit_euler),
-        commands_(std::move(device), static_cast<std::size_t>(options.work_group_size)),
+        commands_(std::move(device), static_cast<std::size_t>(options.work_group_size), options.log_commands),
         cells_(scene(), lattice(), this->features(), substep_s(), commands_),
         tools_(cells_, watched(), commands_) {
     set_device(commands_.device().name);
@@ -55,6 +55,7 @@ class OpenClTissue final : public TissueSolver {
     bind();
     warm_up();
   }
+  CommandLog* command_log() override { return commands_.log(); }
 
  protected:
   void substep(const ToolStates& before, const ToolStates& after) override {
@@ -344,4 +345,8 @@ bool evenstep::built_with_opencl() { return true; }
 void evenstep::open_opencl(const SolverOptions& options) {
   const internal::ClCommands opened(internal::choose_device(options.opencl_platform, options.opencl_device),
                                     static_cast<std::size_t>(options.work_group_size));
+}
+
+evenstep::OpenClDescription evenstep::describe_opencl(const SolverOptions& options) {
+  return internal::describe(internal::choose_device(options.opencl_platform, options.opencl_device));
 }

@@ -15,5 +15,6 @@ namespace {
 std::unique_ptr<Solver> internal::make_opencl_tissue(const Scene&, const SceneFeatures&, const SolverOptions&) { refuse(); }
 bool built_with_opencl() { return false; }
 void open_opencl(const SolverOptions&) { refuse(); }
+OpenClDescription describe_opencl(const SolverOptions&) { refuse(); }
 
 }  // namespace evenstep

@@ -915,6 +915,85 @@ case_interrupt_keeps_what_is_finished() {
   grep -q '"verdict":"pass"' kept/figure-1-spring/summary.json || fail "the finished run is not kept"
   [ -z "$(find kept -name '.*.writing-*')" ] || fail "a half-written folder is left"
 }
+small_block() {  # a tissue of 490 particles on this machine's OpenCL, 50 segments of 3 steps a second, in block.toml
+  { printf 'format = 1\nextends = ["%s"]\nname = "block"\nexpect = []\n' "$source_dir/scenarios/paper/figure-1.toml"
+    printf '%s\n' '[timing]' 'segment = "50 Hz"' 'visualization = "2 ms"' 'steps = 3' \
+      '[scene]' 'lattice = [8, 7, 9]' 'particles = 490' \
+      '[[device]]' 'name = "left"' 'grab = { center = ["10 mm", "15 mm", "40 mm"], radius = "6 mm" }' \
+      '[[device]]' 'name = "right"' 'grab = { center = ["25 mm", "15 mm", "40 mm"], radius = "6 mm" }'
+  } >block.toml
+}
+case_record_gives_a_recording_that_other_commands_take() {
+  small_block
+  expect 0 "next: $evenstep size timing.csv" record block.toml -o timing.csv --seconds 1
+  grep -q 'host - device' out || fail "no device times"
+  grep -q '^advance ' out || fail "no kernel by name"
+  for word in '^# evenstep record block.toml --seconds 1 (evenstep' '^# device: ' '^# driver: ' '^# host: ' '^# load: ' \
+    '^# clock: CLOCK_MONOTONIC' '^# before it, not in it: '; do
+    grep -q "$word" timing.csv || fail "no '$word' in the head"
+    grep -q "$word" timing.profile.csv || fail "no '$word' in the head of the profile"
+  done
+  python3 - <<'CHECK' || fail "the files do not fit each other"
+import csv
+rows = {name: list(csv.DictReader(l for l in open(name) if l[0] != "#")) for name in ("timing.csv", "timing.profile.csv")}
+steps = [(r["segment"], r["index"]) for r in rows["timing.csv"] if r["kind"] == "step"]
+times = [[int(r[k]) for k in ("queued_ns", "submitted_ns", "started_ns", "ended_ns")] for r in rows["timing.profile.csv"]]
+assert steps and len(steps) % 3 == 0
+assert list(dict.fromkeys((r["segment"], r["index"]) for r in rows["timing.profile.csv"])) == steps
+assert all(t == sorted(t) for t in times) and times[0][0] == 0
+CHECK
+  expect 0 "phase_locked" size timing.csv
+  expect 0 "advance" import timing.profile.csv --list --begin started_ns --end ended_ns --name name --unit ns
+  traced timing.csv
+  expect 0 "NO VERDICT" run t.toml --allow-no-expectations
+  [ -z "$(find . -name '*.writing-*')" ] || fail "a half-written file is left"
+}
+case_record_of_a_solver_without_a_device_has_host_times_only() {
+  scenario
+  expect 0 "gives no commands to an OpenCL device" record x.toml --out timing.csv --seconds 1
+  [ ! -e timing.profile.csv ] || fail "a profile of no device"
+  small_block
+  expect 0 "host times only: --host-only" record block.toml --out timing.csv --seconds 1 --host-only
+  [ ! -e timing.profile.csv ] || fail "a profile that was not asked for"
+}
+case_record_refuses_what_it_cannot_do_before_it_starts() {
+  scenario
+  expect 2 "required" record x.toml
+  expect 2 "there is no folder" record x.toml -o none/timing.csv
+  expect 2 "is a directory" record x.toml -o .
+  expect 2 "--seconds" record x.toml -o t.csv --seconds 0
+  expect 2 "nowhere.toml" record nowhere.toml -o t.csv
+  expect 2 "[case]" record "$source_dir/scenarios/stiff/s1-oscillator.toml" -o t.csv
+  scenario '[timing]' 'order = "concurrent"' 'paced = true'
+  expect 2 "run beside the steps" record x.toml -o t.csv
+  [ ! -e t.csv ] || fail "a file was written"
+}
+case_record_onto_a_full_disk_leaves_what_was_there() {
+  scenario
+  echo before >timing.csv
+  trap '' XFSZ
+  ulimit -S -f 4
+  expect 3 "File too large" record x.toml -o timing.csv --seconds 1
+  ulimit -S -f unlimited
+  [ "$(cat timing.csv)" = before ] || fail "the file that was there is gone"
+  [ -z "$(find . -name '*.writing-*')" ] || fail "a half-written file is left"
+}
+case_record_ends_with_a_signal_and_keeps_what_it_has() {
+  small_block
+  local signal got
+  for signal in INT TERM; do
+    "$evenstep" record block.toml -o $signal.csv --seconds 600 >out 2>err &
+    local pid=$!
+    for _ in $(seq 300); do grep -q recording out && break; sleep 0.1; done
+    sleep 1.5
+    kill -$signal $pid
+    wait $pid
+    got=$?
+    [ "$got" -eq 130 ] || fail "SIG$signal: exit $got instead of 130"
+    grep -q '^# interrupted' $signal.csv || fail "the file does not say that it was interrupted"
+    expect 0 "phase_locked" size $signal.csv
+  done
+}
 case_every_signal_ends_a_run_without_a_force() {
   local signal got
   for signal in INT TERM HUP; do

@@ -3,6 +3,7 @@
 
 #include "checked.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "support.h"
 
 using namespace evenstep;
@@ -152,6 +153,48 @@ TEST_CASE("A run of a trace that ends with a step is 1 ns longer than the trace,
   CHECK(read_scenario(path)->run_duration.ns == 64'001);
   folder.write("x.csv", rows + "1,idle,0,64000,64001\n");
   CHECK(read_scenario(path)->run_duration.ns == 64'001);
+}
+
+TEST_CASE("A recording that is repeated goes on from its end, and its length is that of all") {
+  const Folder folder;
+  const std::string csv = folder.write("timing.csv",
+                                       "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,100\n0,step,0,100,300\n"
+                                       "1,step,0,400,500\n1,idle,0,500,900\n");
+  const auto with = [&](const std::string& rest) {
+    std::string text = with_timing("trace = \"" + csv + "\"\n" + rest);
+    const std::string duration = "duration = \"4 s\"\n";
+    return text.erase(text.find(duration), duration.size());
+  };
+  const ReadResult read = read_text(with("repeat = 3"));
+  INFO(errors_of(read));
+  REQUIRE(read);
+  CHECK(format_timing_csv(read->timing.trace) ==
+        "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,100\n0,step,0,100,300\n"
+        "1,step,0,400,500\n1,idle,0,500,900\n2,visualization,0,900,1000\n2,step,0,1000,1200\n"
+        "3,step,0,1300,1400\n3,idle,0,1400,1800\n4,visualization,0,1800,1900\n4,step,0,1900,2100\n"
+        "5,step,0,2200,2300\n5,idle,0,2300,2700\n");
+  CHECK(read->run_duration.ns == 2700);
+  CHECK(read->nominal.segment.ns == 450);
+  CHECK(describe(*read_text(with("repeat = 1"))) == describe(*read_text(with(""))));
+  CHECK_THAT(errors_of(read_text(with("repeat = 0"))), Contains("'repeat'"));
+  CHECK_THAT(errors_of(read_text(with("repeat = 1000001"))), Contains("'repeat'"));
+  CHECK_THAT(errors_of(read_text(with_timing("segment = \"30 Hz\"\nvisualization = \"1 ms\"\nsteps = 2\nrepeat = 2"))),
+             Contains("'repeat' belongs to a recording"));
+}
+
+TEST_CASE("A recording is repeated up to 10 million segments and steps, and up to 1e6 s, and not once more") {
+  const Folder folder;
+  std::string rows = "segment,kind,index,begin_ns,end_ns\n";
+  for (int i = 0; i < 9'999; ++i)
+    rows += "0,step," + std::to_string(i) + "," + std::to_string(i) + "," + std::to_string(i + 1) + "\n";
+  const std::string many = folder.write("many.csv", rows);
+  const std::string longest = folder.write("long.csv", "segment,kind,index,begin_ns,end_ns\n0,step,0,0,400000000000000\n");
+  const auto with = [&](const std::string& csv, int times) {
+    return errors_of(read_text(with_timing("trace = \"" + csv + "\"\nrepeat = " + std::to_string(times))));
+  };
+  CHECK_THAT(with(many, 1001), Contains("this recording can be played 1000 times at most"));
+  CHECK_THAT(with(longest, 3), Contains("this recording can be played 2 times at most"));
+  CHECK_THAT(with(longest, 2), !Contains("at most"));
 }
 
 TEST_CASE("A trace may be a profiler's file, whose roles are in the scenario or guessed") {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <random>
 
+#include "evenstep/recordings/recording.h"
 #include "evenstep/text/csv_rows.h"
 #include "support.h"
 
@@ -169,6 +170,22 @@ TEST_CASE("A mistake in a recording is named with its line and column") {
     CHECK_THAT(text(csv.error()[0]),
                Contains("x.csv:1:1: error: the first line must be segment,kind,index,begin_ns,end_ns"));
   }
+}
+
+TEST_CASE("Remarks before the header are left out, lines still count, and a remark among the rows is no row") {
+  const std::string rows = kHeader + "0,step,0,0,10\n";
+  CHECK(parse_timing_csv("# made by a tool\n#\n" + rows, "x.csv"));
+  CHECK(parse_timing_or_steps("# made by a tool\nbegin_ns,end_ns\n0,10\n", "x.csv"));
+  const TimingCsv late = parse_timing_csv("# one\n# two\n" + kHeader + "0,step,0,5,4\n", "x.csv");
+  CHECK_THAT(text(late.error_or({}).at(0)), Contains("x.csv:4:"));
+  for (const std::string only : {"#", "# one\n", "# one\n# two"})
+    CHECK_THAT(text(parse_timing_csv(only, "x.csv").error_or({}).at(0)), Contains("the first line must be"));
+  CHECK_THAT(text(parse_timing_csv(rows + "# late\n", "x.csv").error_or({}).at(0)), Contains("x.csv:3:1"));
+  const test::Folder folder;
+  CHECK(is_timing_csv(folder.write("remarks.csv", "# one\n# two\n" + rows)));
+  CHECK(read_timing_csv(folder.path("remarks.csv")));
+  CHECK_FALSE(is_timing_csv(folder.write("other.csv", "# one\n# two\nts,dur,name\n")));
+  CHECK_FALSE(is_timing_csv(folder.write("remark.csv", "#")));
 }
 
 TEST_CASE("A wrong column gives 20 errors, not one for each of a million rows") {

@@ -20,14 +20,24 @@ bool CsvRows::take_line() {
   return true;
 }
 
+void CsvRows::skip_remarks() {
+  for (;;) {
+    if (text_.empty() && pieces_) text_ = pieces_();
+    if (!text_.starts_with('#')) return;
+    take_line();
+  }
+}
+
 bool CsvRows::begins_with(std::string_view header) {
-  if (text_.empty() && pieces_) text_ = pieces_();
+  skip_remarks();
   return text_.substr(0, text_.find_first_of("\r\n")) == header;
 }
 
 bool CsvRows::header(std::string_view header) {
+  skip_remarks();
   if (take_line() && line_ == header) return true;
-  errors_.push_back({name_, 1, 1, fmt::format("the first line must be {}", header)});
+  const std::int64_t line = std::max<std::int64_t>(line_number_, 1);
+  errors_.push_back({name_, line, 1, fmt::format("the first line must be {}", header)});
   return false;
 }
 

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
@@ -40,6 +44,44 @@ Result<std::string> read_text_file(const std::string& path, std::int64_t most_by
   for (std::string_view piece = pieces.next(); !piece.empty(); piece = pieces.next()) text += piece;
   if (!pieces.error().empty()) return Failure(pieces.error());
   return text;
+}
+
+namespace {
+
+/// A pipe or a device, which nothing can be renamed to.
+bool is_special(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error);
+}
+
+}  // namespace
+
+std::string write_objection(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::is_directory(path, error)) return "is a directory, not a file";
+  if (is_special(path)) return {};
+  const fs::path folder = fs::path(path).has_parent_path() ? fs::path(path).parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, error)) return fmt::format("cannot be written: there is no folder '{}'", folder.string());
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return fmt::format("cannot be written: the folder '{}': {}", folder.string(), std::strerror(errno));
+  return {};
+}
+
+std::string write_text_file(const std::string& path, std::string_view text) {
+  if (std::string objection = write_objection(path); !objection.empty()) return objection;
+  const std::string aside = is_special(path) ? path : fmt::format("{}.writing-{}", path, ::getpid());
+  std::ofstream out(aside, std::ios::binary);
+  out.write(text.data(), static_cast<std::streamsize>(text.size()));
+  out.close();
+  std::error_code error;
+  std::string why = out ? "" : std::strerror(errno);
+  if (aside == path) return why.empty() ? "" : fmt::format("cannot be written: {}", why);
+  if (why.empty()) std::filesystem::rename(aside, path, error);
+  if (why.empty() && !error) return {};
+  if (error) why = error.message();
+  std::filesystem::remove(aside, error);
+  return fmt::format("cannot be written: {}", why);
 }
 
 TextPieces::TextPieces(const std::string& path, std::int64_t most_bytes) : most_bytes_(most_bytes), left_bytes_(most_bytes) {

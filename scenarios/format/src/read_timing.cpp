@@ -66,6 +66,39 @@ RecordingOptions read_roles(const Table& table, Errors& errors) {
   return options;
 }
 
+constexpr std::int64_t kMostPlayed = 10'000'000;  // segments and steps, as many as a timing.csv may have rows
+constexpr std::int64_t kMostPlayed_ns = 1'000'000'000'000'000;
+
+/// Plays a recording `times` times, each time from its end on. Adds an error if that is too long.
+void repeat(std::vector<SegmentTiming>& trace, std::int64_t times, const Place& place, Errors& errors) {
+  std::int64_t played = 0;
+  RealTime end{0};
+  for (const SegmentTiming& segment : trace) {
+    played += 1 + static_cast<std::int64_t>(segment.steps.size());
+    end = std::max(end, segment.end);
+  }
+  const std::int64_t most = std::min(kMostPlayed / played, kMostPlayed_ns / end.ns);
+  if (times > 1 && times > most)
+    return errors.add(place, fmt::format("'repeat': this recording can be played {} times at most: 10 million segments and "
+                                         "steps, 1e6 s",
+                                         std::max<std::int64_t>(most, 1)));
+  const std::size_t once = trace.size();
+  trace.reserve(once * static_cast<std::size_t>(times));
+  for (std::int64_t n = 1; n < times; ++n) {
+    const Duration by{n * end.ns};
+    for (std::size_t k = 0; k < once; ++k) {
+      SegmentTiming segment = trace[k];
+      segment.index = static_cast<std::int64_t>(trace.size());
+      segment.begin = segment.begin + by;
+      segment.end = segment.end + by;
+      if (segment.visualization)
+        segment.visualization = Interval{segment.visualization->begin + by, segment.visualization->end + by};
+      for (Interval& step : segment.steps) step = {step.begin + by, step.end + by};
+      trace.push_back(std::move(segment));
+    }
+  }
+}
+
 void read_trace(ScenarioReading& reading, const Table& timing) {
   const Value path = timing.at("trace");
   TimingSpec& spec = reading.scenario.timing;
@@ -94,6 +127,7 @@ void read_trace(ScenarioReading& reading, const Table& timing) {
     return;
   }
   spec.trace = *std::move(csv);
+  repeat(spec.trace, timing.integer("repeat"), timing.place("repeat"), reading.errors);
   set_nominal_of_trace(reading.scenario);
 }
 
@@ -465,13 +499,20 @@ const std::vector<Field>& timing_fields() {
        .forms = kFile,
        .meaning =
            "A recording to replay: timing.csv (segment,kind,index,begin_ns,end_ns), or a profiler's file, with `roles` if "
-           "these cannot be guessed. Then [timing] holds nothing else.",
+           "these cannot be guessed. Then [timing] holds nothing else but `roles` and `repeat`.",
        .example = "\"recorded/x.csv\""},
       {.table = "timing",
        .key = "roles",
        .forms = kTable,
        .meaning = "Which names of a profiler's file are what: the options of `evenstep import`.",
        .kinds = "trace"},
+      {.table = "timing",
+       .key = "repeat",
+       .forms = kInteger,
+       .default_toml = "1",
+       .meaning = "How often the recording is played, each time from the end of the time before on.",
+       .kinds = "trace",
+       .range = between(1, 1'000'000)},
       {.table = "timing",
        .key = "foreign",
        .forms = kTable,

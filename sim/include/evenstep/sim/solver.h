@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/sim/device_commands.h"
 #include "evenstep/sim/scene.h"
 #include "evenstep/sim/stability.h"
 
@@ -132,12 +133,16 @@ class Solver {
   virtual ParticleState particle_state() = 0;
   virtual SolverVerdict verdict() = 0;
   virtual const SolverInfo& info() const = 0;
+  /// What the device says of the commands of the steps so far; null without SolverOptions::log_commands, and for a solver
+  /// that gives no commands to a device.
+  virtual CommandLog* command_log() { return nullptr; }
 };
 
 struct SolverOptions {
   std::string opencl_platform;  ///< part of the platform's name; empty = PoCL if it is there, otherwise the first
   std::string opencl_device;    ///< part of the device's name; empty = the first
   int work_group_size = 64;     ///< a divisor of 256; results do not depend on it
+  bool log_commands = false;    ///< OpenCL keeps the times of its commands; results do not depend on it
 };
 
 /// Throws SolverError for: no platform (naming the package to install), out of memory (naming the size needed and the size
@@ -160,5 +165,7 @@ bool built_with_opencl();
 /// Loads OpenCL and opens the device that a solver with these options would use, as make_solver does when it is needed.
 /// Throws SolverError.
 void open_opencl(const SolverOptions& options = {});
+/// What that device says of itself. Throws SolverError.
+OpenClDescription describe_opencl(const SolverOptions& options = {});
 
 }  // namespace evenstep

@@ -1,5 +1,6 @@
 #pragma once
-/// Reads the rows of a CSV file without quotes, and knows the column at which each cell begins.
+/// Reads the rows of a CSV file without quotes, and knows the column at which each cell begins. Lines before the header that
+/// begin with '#' are left out: they say where a recording comes from.
 
 #include <cstdint>
 #include <functional>
@@ -23,9 +24,9 @@ class CsvRows {
   CsvRows(std::function<std::string_view()> pieces, std::string name, std::vector<Diagnostic>& errors)
       : pieces_(std::move(pieces)), name_(std::move(name)), errors_(errors) {}
 
-  /// Whether the first line is `header`. Call it before anything else is read.
+  /// Whether the header is `header`. Call it before anything else is read.
   bool begins_with(std::string_view header);
-  /// True if the first line is `header`; adds an error otherwise.
+  /// True if the header is `header`; adds an error otherwise.
   bool header(std::string_view header);
   /// The next line that is not empty; false at the end, after too many rows and after too many errors.
   bool next();
@@ -68,6 +69,7 @@ class CsvRows {
 
  private:
   bool take_line();
+  void skip_remarks();
   void split_cells();
   const char* line_end() const { return line_.data() + line_.size(); }
   /// Moves on past the comma, or past the last cell.

@@ -1,5 +1,5 @@
 #pragma once
-/// Reads a text file, whole or in pieces.
+/// Reads a text file, whole or in pieces, and writes one.
 
 #include <cstdint>
 #include <fstream>
@@ -13,6 +13,12 @@ namespace evenstep::internal {
 /// Errors: the file does not exist (naming the folder if that is missing), is a directory, is larger than `most_bytes`, or
 /// cannot be read.
 Result<std::string> read_text_file(const std::string& path, std::int64_t most_bytes);
+
+/// Writes a file under another name beside it and renames it, so that it is there as a whole or as it was; a pipe or a
+/// device is written to as it is. Returns what went wrong; empty: ok.
+std::string write_text_file(const std::string& path, std::string_view text);
+/// Why write_text_file cannot write there, as far as that can be known before; empty if it can.
+std::string write_objection(const std::string& path);
 
 /// Reads a file in pieces of whole lines, one at a time, so that a recording of ten million rows need not be in memory.
 class TextPieces {

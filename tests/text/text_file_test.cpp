@@ -1,0 +1,45 @@
+#include "evenstep/text/text_file.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+
+using namespace evenstep::internal;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Place {
+  fs::path folder = fs::temp_directory_path() / ("evenstep-text-" + std::to_string(std::hash<std::string>{}(__FILE__)));
+  Place() { fs::create_directories(folder); }
+  ~Place() { fs::remove_all(folder); }
+  std::string path(const char* name) const { return (folder / name).string(); }
+  std::ptrdiff_t files() const { return std::distance(fs::directory_iterator(folder), fs::directory_iterator()); }
+};
+
+}  // namespace
+
+TEST_CASE("A file that is written is there as a whole, also in the place of another one, and nothing else is") {
+  const Place place;
+  for (const std::string text : {"one\n", "", "another\n"}) {
+    CHECK(write_objection(place.path("a")).empty());
+    CHECK(write_text_file(place.path("a"), text).empty());
+    CHECK(read_text_file(place.path("a"), 100).value_or("?") == text);
+    CHECK(place.files() == 1);
+  }
+}
+
+TEST_CASE("What cannot be written says why, and leaves nothing") {
+  const Place place;
+  CHECK_THAT(write_text_file(place.path("none/a"), "x"), Contains("there is no folder"));
+  CHECK_THAT(write_text_file(place.folder.string(), "x"), Contains("is a directory"));
+  CHECK_THAT(write_objection(place.path("none/a")), Contains("there is no folder"));
+  CHECK(place.files() == 0);
+}
+
+TEST_CASE("A device is written to as it is, and a full one is an error") {
+  CHECK(write_text_file("/dev/null", "x").empty());
+  CHECK_THAT(write_text_file("/dev/full", "x"), Contains("No space left on device"));
+  CHECK(fs::is_character_file("/dev/null"));
+  CHECK(fs::is_character_file("/dev/full"));
+}
