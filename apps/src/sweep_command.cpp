@@ -20,6 +20,7 @@ struct SweepArguments {
   std::string file;
   std::vector<std::string> set;
   std::string shard, out;
+  std::optional<std::int64_t> of;
   int threads = 0;
   std::optional<std::int64_t> stop_after;
   bool resume = false;
@@ -35,6 +36,18 @@ struct MergeArguments {
 std::string folder_for(const SweepArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-sweep")).string();
+}
+
+/// What --shard and --of ask for; what the environment says is printed, so that a job's log shows it.
+Result<SweepShard> shard_of(const SweepArguments& arguments) {
+  if (arguments.shard.empty() && arguments.of) return Failure("--of belongs to --shard auto");
+  if (arguments.shard.empty()) return SweepShard{};
+  std::optional<int> of;
+  if (arguments.of) of = static_cast<int>(*arguments.of);
+  const Result<ShardSaid> said = parse_shard(arguments.shard, of, [](const char* name) { return std::getenv(name); });
+  if (!said) return Failure(said.error());
+  if (!said->by.empty()) spdlog::info("shard {} of {} ({})", said->shard.index, said->shard.of, said->by);
+  return said->shard;
 }
 
 /// The report that both commands give at the end.
@@ -63,14 +76,12 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
   options.resume = arguments.resume;
   options.folder = folder_for(arguments);
   options.interrupted = &interrupted;
-  if (!arguments.shard.empty()) {
-    const Result<SweepShard> shard = parse_shard(arguments.shard, [](const char* name) { return std::getenv(name); });
-    if (!shard) {
-      print({{"--shard", 0, 0, shard.error()}});
-      return ExitCode::usage;
-    }
-    options.shard = *shard;
+  const Result<SweepShard> shard = shard_of(arguments);
+  if (!shard) {
+    print({{"--shard", 0, 0, shard.error()}});
+    return ExitCode::usage;
   }
+  options.shard = *shard;
   SweepOutcome outcome;
   {
     CountProgress progress(isatty(STDERR_FILENO));
@@ -108,6 +119,7 @@ void add_sweep(Commands& commands) {
   command.operand("scenario", arguments.file, "a scenario file with a [sweep]");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
   command.option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
+  command.option("--of", arguments.of, Range{1, kMostShards}, "N: how many shards there are, for --shard auto");
   command.option("--threads", arguments.threads, Range{0, 1024},
                  "points side by side; 0 = one per core (results do not depend on it)");
   command.option("--stop-after", arguments.stop_after, Range{1, 1'000'000'000},

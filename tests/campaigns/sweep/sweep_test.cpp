@@ -291,37 +291,6 @@ TEST_CASE("Ordered results come in order whatever the threads and the first exce
   }
 }
 
-TEST_CASE("A shard is written as I of N or taken from the batch system") {
-  const auto nothing = [](const char*) -> const char* { return nullptr; };
-  const auto shard = [&](const std::string& text) { return parse_shard(text, nothing); };
-  CHECK(shard("2/5")->index == 2);
-  CHECK(shard("2/5")->of == 5);
-  CHECK(shard("1/1").ok());
-  for (const char* bad : {"", "0/5", "6/5", "2", "2/", "/5", "a/b", "2/5x", "-1/5", "2/0", "1/1000001"}) {
-    INFO(bad);
-    CHECK_FALSE(shard(bad).ok());
-  }
-  CHECK_THAT(shard("auto").error(), Contains("SLURM_ARRAY_TASK_ID"));
-  const auto from = [](std::vector<std::pair<std::string, std::string>> variables) {
-    return parse_shard("auto", [variables](const char* name) -> const char* {
-      for (const auto& [key, value] : variables) {
-        if (key == name) return value.c_str();
-      }
-      return nullptr;
-    });
-  };
-  const auto array = from({{"SLURM_ARRAY_TASK_ID", "12"},
-                           {"SLURM_ARRAY_TASK_COUNT", "4"},
-                           {"SLURM_ARRAY_TASK_MIN", "10"},
-                           {"SLURM_PROCID", "0"},
-                           {"SLURM_NTASKS", "1"}});
-  CHECK(array->index == 3);
-  CHECK(array->of == 4);
-  CHECK(from({{"OMPI_COMM_WORLD_RANK", "0"}, {"OMPI_COMM_WORLD_SIZE", "2"}})->index == 1);
-  CHECK(from({{"CI_NODE_INDEX", "2"}, {"CI_NODE_TOTAL", "2"}})->index == 2);
-  CHECK_FALSE(from({{"CI_NODE_INDEX", "3"}, {"CI_NODE_TOTAL", "2"}}).ok());
-}
-
 TEST_CASE("The command of a point runs it again to the same trace") {
   const Small small(kPlain);
   const SweepOutcome whole = small.run("one");

@@ -19,9 +19,17 @@ namespace evenstep {
 struct SweepShard {
   int index = 1, of = 1;
 };
-/// Parses "2/5", or "auto" for the shard that a batch system gives in the environment (Slurm arrays and tasks, Open MPI,
-/// PMI, GitLab's parallel jobs, Google Test's variables); it is an error if none does. `variable` reads the environment.
-Result<SweepShard> parse_shard(const std::string& text, const std::function<const char*(const char*)>& variable);
+inline constexpr int kMostShards = 1'000'000;
+struct ShardSaid {
+  SweepShard shard;
+  std::string by;  ///< of "auto": the variables that say it, with their values
+};
+/// Parses "2/5", or "auto" for the shard that a batch system gives in the environment. `of` is how many shards there are; it
+/// must be given where jobs are numbered (Slurm arrays, indexed jobs of Kubernetes, GNU parallel), since any of them may be
+/// submitted again alone, and else must agree (Open MPI, PMI, Slurm steps, Google Test's variables, GitLab's parallel jobs).
+/// Variables that contradict each other or `of` are errors. `variable` reads the environment.
+Result<ShardSaid> parse_shard(const std::string& text, std::optional<int> of,
+                              const std::function<const char*(const char*)>& variable);
 
 struct SweepOptions {
   std::vector<std::string> set;
