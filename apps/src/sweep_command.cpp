@@ -61,9 +61,9 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
     return outcome.exit;
   }
   if (json)
-    fmt::print("{}", sweep_json(outcome.record, outcome.summary, command));
+    fmt::print("{}", sweep_json(outcome.header, outcome.summary, command));
   else
-    fmt::print("{}points in {}\n", sweep_text(outcome.record, outcome.summary, command), outcome.file);
+    fmt::print("{}points in {}\n", sweep_text(outcome.header, outcome.summary, command), outcome.file);
   return outcome.exit;
 }
 
@@ -91,12 +91,10 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
     outcome = run_sweep(arguments.file, options);
   }
   if (outcome.exit == ExitCode::interrupted)
-    spdlog::error("interrupted after {} points; --resume goes on from there", outcome.record.points.size());
+    spdlog::error("interrupted after {} points; --resume goes on from there", outcome.summary.all.runs());
   return report(
       outcome,
-      [&](const SweepPoint& point) {
-        return point_command(arguments.program, outcome.record.header, point, arguments.file);
-      },
+      [&](const SweepPoint& point) { return point_command(arguments.program, outcome.header, point, arguments.file); },
       arguments.json);
 }
 
@@ -104,9 +102,7 @@ ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
   const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
   return report(
       outcome,
-      [&](const SweepPoint& point) {
-        return point_command(arguments.program, outcome.record.header, point, outcome.record.header.file);
-      },
+      [&](const SweepPoint& point) { return point_command(arguments.program, outcome.header, point, outcome.header.file); },
       arguments.json);
 }
 

@@ -48,7 +48,7 @@ struct SweepOutcome {
   std::vector<Diagnostic> errors;  ///< errors of the scenario or of the parts to merge; then nothing was run or written
   std::string failure;             ///< why the sweep itself could not go on: disk, or a file of another sweep
   std::string file;                ///< where the points are
-  SweepRecord record;
+  SweepHeader header;
   SweepSummary summary;
 };
 
@@ -61,9 +61,9 @@ struct SweepOutcome {
 /// With [sweep.find] a single shard always passes: only the merge can tell what is found.
 SweepOutcome run_sweep(const std::string& path, const SweepOptions& options);
 
-/// Merges parts, in any order; a complete sweep.jsonl may be one of them. Refuses gaps and overlaps (naming the points),
-/// damaged lines (naming them) and parts of another build, scenario or sweep. Writes the bytes that a single process would
-/// have written.
+/// Merges parts, in any order; a complete sweep.jsonl may be one of them. Refuses gaps (naming the points and the shards)
+/// and overlaps, damaged lines (naming them) and parts of another build, scenario or sweep. Writes the bytes that a single
+/// process would have written. Reads the parts side by side, so the memory it takes does not grow with their lines.
 SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::string& out);
 
 /// The errors in the points of a scenario's [sweep]: every combination is read, but none is run.
