@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -19,7 +20,7 @@ struct SweepArguments {
   std::string program;
   std::string file;
   std::vector<std::string> set;
-  std::string shard, out;
+  std::string shard, out, status;
   std::optional<std::int64_t> of;
   int threads = 0;
   std::optional<std::int64_t> stop_after;
@@ -67,7 +68,42 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
   return outcome.exit;
 }
 
+std::string state_of(const SweepStatus::Part& part) {
+  return fmt::format("shard {} of {}: {} of {} points, {} failed{}\n", part.shard.index, part.shard.of, part.done,
+                     part.points, part.failed, part.ended ? ", complete" : "");
+}
+
+/// At the rate of the whole time until now, which includes pauses.
+std::string rate_of(const SweepStatus& status) {
+  const std::int64_t done = status.summary.all.runs(), left = status.header.points() - done;
+  if (!status.seconds || done == 0) return "";
+  const double rate = static_cast<double>(done) / *status.seconds;
+  return fmt::format("{:.3g} points a second, about {:.0f} s left\n", rate, std::ceil(static_cast<double>(left) / rate));
+}
+
+/// Its exit code says nothing about the points: 0 if the parts could be read.
+ExitCode print_status(const SweepArguments& arguments) {
+  const Result<SweepStatus> status = sweep_status(arguments.status);
+  if (!status) {
+    print({{"--status", 0, 0, status.error()}});
+    return ExitCode::usage;
+  }
+  const int of = status->parts.front().shard.of;
+  fmt::print("{} of {} points, {} of {} shards have begun\n", status->summary.all.runs(), status->header.points(),
+             status->parts.size(), of);
+  for (const SweepStatus::Part& part : status->parts) fmt::print("{}", state_of(part));
+  fmt::print("{}{}", rate_of(*status), sweep_text(status->header, status->summary, [&](const SweepPoint& point) {
+               return point_command(arguments.program, status->header, point, status->header.file);
+             }));
+  return ExitCode::pass;
+}
+
 ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  if (arguments.file.empty() == arguments.status.empty()) {
+    print({{"sweep", 0, 0, "takes a scenario file, or --status and the folder of a sweep's parts"}});
+    return ExitCode::usage;
+  }
+  if (!arguments.status.empty()) return print_status(arguments);
   SweepOptions options;
   options.set = arguments.set;
   options.registry = registry;
@@ -112,7 +148,7 @@ void add_sweep(Commands& commands) {
   auto [command, arguments] =
       commands.add<SweepArguments>("sweep", "every seed with every value of a scenario's [sweep], on all cores", sweep);
   arguments.program = commands.program();
-  command.operand("scenario", arguments.file, "a scenario file with a [sweep]");
+  command.optional_operand("scenario", arguments.file, "a scenario file with a [sweep]");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
   command.option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
   command.option("--of", arguments.of, Range{1, kMostShards}, "N: how many shards there are, for --shard auto");
@@ -122,6 +158,7 @@ void add_sweep(Commands& commands) {
                  "so many failures; instead of [sweep] stop_after");
   command.flag("--resume", arguments.resume, "go on where a sweep was interrupted, or start");
   command.option("--out", arguments.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
+  command.option("--status", arguments.status, "folder of a sweep's parts: how far it has come; runs nothing");
   command.flag("--json", arguments.json, "the summary as JSON instead of text");
 }
 

@@ -3,7 +3,7 @@
 # process every time, and no finished line is lost.
 #   cluster_test.sh EVENSTEP SOURCE_DIR ENGINE [KILLS [SEED]]
 # ENGINE: slurm (a worker, then slurmd, then slurmctld, the latter two every tenth time), openmpi, parallel, workqueue,
-# full_disk. KILLS is how many must hit something. The last line says what was measured. Exit status 77: skipped, and why.
+# full_disk, builds (no kills: what is refused). KILLS is how many must hit something. The last line says what was measured. Exit status 77: skipped, and why.
 # Everything is in a folder of its own, daemons too, and nothing is left running.
 set -uo pipefail
 evenstep=$(readlink -f -- "$1") source_dir=$(readlink -f -- "$2") engine=$3 kills=${4:-3}
@@ -13,7 +13,7 @@ export SHARDS
 examples=$source_dir/examples/sweep
 
 skip() { echo "skipped: $*"; exit 77; }
-fail() { echo "FAIL: $*"; for log in "$work"/*.log "$work"/run/*.log; do [[ -s $log ]] && tail -n 5 -- "$log"; done; exit 1; }
+fail() { echo "FAIL: $*"; for log in "$work"/*.log "$work"/run/*.log; do [[ -s $log ]] && tail -n 5 "$log"; done; exit 1; }
 need() { for tool in "$@"; do command -v "$tool" >/dev/null || skip "$tool is not installed (.ci/cluster-packages.txt)"; done; }
 
 work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-cluster.XXXXXX")
@@ -174,6 +174,33 @@ engine_full_disk() {
   by[disk]=$hits
 }
 
+# refused STATUS TEXT COMMAND... : ends with this status and says this
+refused() {
+  local wanted=$1 text=$2 status
+  shift 2
+  "$@" >refused.log 2>&1
+  status=$?
+  ((status == wanted)) || fail "exit status $status instead of $wanted: $*"
+  grep -qF -- "$text" refused.log || fail "\"$text\" is not said by: $*"
+}
+
+# What must never become a result: a shard of two builds, one that is missing, one twice, one cut short.
+engine_builds() {
+  local shard part=parts/sweep-2-of-4.jsonl
+  for shard in 1 2 3 4; do evenstep sweep "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
+  cp "$work/bin/evenstep" "$work/bin/evenstep-of-another-machine"
+  echo >>"$work/bin/evenstep-of-another-machine"
+  refused 3 'is of another sweep' evenstep-of-another-machine sweep "$scenario" --shard 2/4 --resume --out parts
+  evenstep-of-another-machine sweep "$scenario" --shard 2/4 --out other >run.log 2>&1
+  refused 2 'is of another build' evenstep merge parts/sweep-[134]*.jsonl other/*.jsonl --out sweep.jsonl
+  refused 2 'is of another build' evenstep merge parts/*.jsonl other/*.jsonl --out sweep.jsonl
+  refused 2 'shard 2 of 4 is missing' evenstep merge parts/sweep-[134]*.jsonl --out sweep.jsonl
+  refused 2 'merge each part once' evenstep merge parts/*.jsonl $part --out sweep.jsonl
+  sed -i 4d $part
+  refused 2 "point 9 belongs into $part" evenstep merge parts/*.jsonl --out sweep.jsonl
+  [[ ! -e sweep.jsonl ]] || fail "a refused merge was written"
+}
+
 free_port() {
   local port
   while :; do
@@ -211,9 +238,11 @@ PartitionName=main Nodes=ALL Default=YES State=UP
 CONF
   echo CgroupAutomount=no >cgroup.conf
   export SLURM_CONF=$work/slurm.conf
-  munged -F --key-file=munge.key --socket=munge/socket --pid-file=munge/pid --log-file=munge.log --seed-file=munge/seed \
-    >/dev/null 2>&1 &
-  for _ in {1..50}; do [[ -S munge/socket ]] && break; sleep 0.1; done
+  chmod 755 . munge   # of a socket that not everybody can reach munged will have nothing
+  munged -F --key-file="$work/munge.key" --socket="$work/munge/socket" --pid-file="$work/munge/pid" \
+    --log-file="$work/munge/log" --seed-file="$work/munge/seed" >munge.log 2>&1 &
+  for _ in {1..100}; do [[ -S munge/socket ]] && break; sleep 0.1; done
+  [[ -S munge/socket ]] || fail "munged does not start"
   slurmctld -D >slurmctld.log 2>&1 &
   slurmd -D >slurmd.log 2>&1 &
   for _ in {1..100}; do
@@ -239,7 +268,7 @@ engine_slurm() {
   while ((hits < kills)); do
     names=(evenstep slurmd slurmctld evenstep evenstep evenstep evenstep evenstep evenstep evenstep evenstep evenstep)
     fresh
-    "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses"
+    "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses: $(cat run.log)"
     sleep 0.2
     for _ in 1 2; do
       ((hits < kills)) && strike "${names[hits % ${#names[@]}]}"

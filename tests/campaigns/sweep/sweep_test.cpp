@@ -255,6 +255,32 @@ TEST_CASE("A part whose points are missing or not in order is named") {
   CHECK_THAT(only_error(merge_sweep({halves[0], quarter}, out)), Contains("points: 3, 7, 11; is a shard missing?"));
 }
 
+TEST_CASE("The status of a sweep is read from its parts while they are being written") {
+  const Small small(kPlain);
+  const std::vector<std::string> parts = small.shards(3);
+  const std::string good = contents(parts[1]);
+  std::filesystem::remove(parts[1]);
+  std::filesystem::remove(parts[2]);
+  const std::vector<std::string> lines = lines_of(good);
+  small.folder.write("of-3/sweep-2-of-3.jsonl.partial", lines[0] + lines[1] + lines[2] + lines[3].substr(0, 50));
+  const auto status = sweep_status(small.folder / "of-3");
+  REQUIRE(status.ok());
+  REQUIRE(status->parts.size() == 2);
+  CHECK(status->parts[0].ended);
+  CHECK(status->parts[0].done == 5);
+  CHECK_FALSE(status->parts[1].ended);
+  CHECK(status->parts[1].done == 2);
+  CHECK(status->parts[1].points == 5);
+  CHECK(status->summary.all.runs() == 7);
+  CHECK(status->summary.all.failed == status->parts[0].failed + status->parts[1].failed);
+  CHECK_FALSE(status->summary.worst.empty());
+  CHECK_THAT(sweep_status(small.folder / "absent").error(), Contains("absent"));
+  CHECK_THAT(sweep_status(small.folder / ".").error(), Contains("has no part of a sweep"));
+  small.folder.write("of-3/sweep-3-of-3.jsonl", lines[0] + lines[1].substr(0, 50) + "\n");
+  CHECK_THAT(sweep_status(small.folder / "of-3").error(),
+             Contains("sweep-3-of-3.jsonl:2:1: error: the line does not agree"));
+}
+
 TEST_CASE("Shards of different numbers merge if they have each point once") {
   const Small small(kPlain);
   const std::string whole = contents(small.run("one").file);

@@ -66,6 +66,22 @@ SweepOutcome run_sweep(const std::string& path, const SweepOptions& options);
 /// process would have written. Reads the parts side by side, so the memory it takes does not grow with their lines.
 SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::string& out);
 
+/// How far a sweep has come that other processes run, from the parts in a folder as they are now.
+struct SweepStatus {
+  SweepHeader header;
+  SweepSummary summary;  ///< of the points so far; without `find`
+  struct Part {
+    SweepShard shard;
+    std::int64_t points = 0;  ///< what it has to run, if stop_after does not end it
+    std::int64_t done = 0, failed = 0;
+    bool ended = false;
+  };
+  std::vector<Part> parts;        ///< by their shards; those that have not begun are not among them
+  std::optional<double> seconds;  ///< from the first file to the last line; nothing if the file system does not say
+};
+/// Errors: no folder, no parts in it, a damaged line, or one of another sweep, with the place.
+Result<SweepStatus> sweep_status(const std::string& folder);
+
 /// The errors in the points of a scenario's [sweep]: every combination is read, but none is run.
 std::vector<Diagnostic> check_sweep(const std::string& path, const ReadOptions& options);
 
