@@ -259,6 +259,20 @@ revive() {
   [[ $(ours slurmd) ]] || (cd "$work" && exec slurmd -D >>slurmd.log 2>&1) &
 }
 
+# operate : what its operator does. A slurmctld that was killed has forgotten the jobs of its last five seconds. It gives
+# their numbers to others, and where they still run, it drains the node and holds the new job.
+operate() {
+  local jobs
+  jobs=$(squeue -h -o '%t %r' 2>/dev/null) || return
+  [[ $(sinfo -h -o %t) == dr* ]] && scontrol update NodeName="$(hostname -s)" State=RESUME
+  if [[ $jobs == *JobHeld* || $jobs == *DependencyNeverSatisfied* ]]; then
+    scancel --user="$(id -un)"
+  elif [[ -z $jobs && ! -e sweep.jsonl ]]; then
+    again=$((again + 1))
+    "$examples/slurm/submit.sh" "$scenario" >>run.log 2>&1
+  fi
+}
+
 engine_slurm() {
   need slurmctld slurmd munged sbatch
   (($(id -u) == 0)) || skip "slurmd needs root"
@@ -278,12 +292,10 @@ engine_slurm() {
       revive
       sleep 0.2
       ((++ticks < 900)) || fail "run $runs does not end"
-      if ((ticks % 25 == 0)) && [[ -z $(squeue -h 2>&1) && ! -e sweep.jsonl ]]; then
-        again=$((again + 1))
-        "$examples/slurm/submit.sh" "$scenario" >>run.log 2>&1
-      fi
+      ((ticks % 25)) || operate
     done
     judge
+    scancel --user="$(id -un)"
     for _ in {1..100}; do [[ -z $(squeue -h 2>/dev/null) ]] && break; sleep 0.1; done
   done
 }
