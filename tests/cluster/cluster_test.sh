@@ -264,7 +264,11 @@ revive() {
 operate() {
   local jobs
   jobs=$(squeue -h -o '%t %r' 2>/dev/null) || return
-  [[ $(sinfo -h -o %t) == dr* ]] && scontrol update NodeName="$(hostname -s)" State=RESUME
+  if [[ ! $(sinfo -h -o %t) =~ ^(idle|mix|alloc|comp)$ ]]; then
+    for process in $(ours slurmd); do kill -KILL "$process"; done   # it starts again, and says that it is there
+    revive
+    scontrol update NodeName="$(hostname -s)" State=RESUME
+  fi
   if [[ $jobs == *JobHeld* || $jobs == *DependencyNeverSatisfied* ]]; then
     scancel --user="$(id -un)"
   elif [[ -z $jobs && ! -e sweep.jsonl ]]; then
@@ -291,7 +295,7 @@ engine_slurm() {
     until [[ -e sweep.jsonl ]]; do
       revive
       sleep 0.2
-      ((++ticks < 900)) || fail "run $runs does not end"
+      ((++ticks < 900)) || fail "run $runs does not end: $(sinfo -h -o '%t %E'; squeue)"
       ((ticks % 25)) || operate
     done
     judge

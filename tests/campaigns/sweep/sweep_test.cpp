@@ -278,7 +278,7 @@ TEST_CASE("The status of a sweep is read from its parts while they are being wri
   CHECK_THAT(sweep_status(small.folder / ".").error(), Contains("has no part of a sweep"));
   small.folder.write("of-3/sweep-3-of-3.jsonl", lines[0] + lines[1].substr(0, 50) + "\n");
   CHECK_THAT(sweep_status(small.folder / "of-3").error(),
-             Contains("sweep-3-of-3.jsonl:2:1: error: the line does not agree"));
+             Contains("sweep-3-of-3.jsonl:2:1: error: the line has no checksum"));
 }
 
 TEST_CASE("Shards of different numbers merge if they have each point once") {
