@@ -2,7 +2,7 @@
 
 #include "commands.h"
 #include "evenstep/campaigns/fit_report.h"
-#include "evenstep/recordings/timing_csv.h"
+#include "recording_options.h"
 
 namespace evenstep::app {
 
@@ -11,11 +11,14 @@ namespace {
 struct FitArguments {
   std::string file;
   bool json = false;
+  RecordingArguments recording;
 };
 
 ExitCode fit(const FitArguments& arguments, const std::atomic<bool>&) {
   const std::string& file = arguments.file;
-  const TimingCsv csv = read_timing_csv(file);
+  const std::optional<RecordingOptions> options = recording_options(arguments.recording);
+  if (!options) return ExitCode::usage;
+  const Recording csv = read_recording(file, *options);
   if (!csv) {
     print(csv.error());
     return ExitCode::usage;
@@ -36,8 +39,9 @@ ExitCode fit(const FitArguments& arguments, const std::atomic<bool>&) {
 void add_fit(Commands& commands) {
   auto [command, arguments] = commands.add<FitArguments>(
       "fit", "propose a [timing] table for a recording, and say whether it can stand for the recording", fit);
-  command.operand("timing.csv", arguments.file, "segment,kind,index,begin_ns,end_ns");
+  command.operand("timing.csv", arguments.file, "segment,kind,index,begin_ns,end_ns; or a profiler's file");
   command.flag("--json", arguments.json, "the numbers instead of the table");
+  add_recording_options(command, arguments.recording);
 }
 
 }  // namespace evenstep::app

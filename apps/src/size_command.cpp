@@ -5,6 +5,8 @@
 
 #include "commands.h"
 #include "evenstep/campaigns/size.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "recording_options.h"
 
 namespace evenstep::app {
 namespace {
@@ -12,8 +14,9 @@ namespace {
 struct SizeArguments {
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping, rate, confidence, figure;
+  std::string sampling, emission, damping, rate, confidence, figure, timing;
   bool json = false;
+  RecordingArguments recording;
 };
 
 /// A period or a rate; empty on an error, which is then printed.
@@ -69,16 +72,18 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   return options;
 }
 
-SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const Registry& registry) {
+SizeResult sized(const SizeArguments& arguments, const SizeOptions& options, const RecordingOptions& recording,
+                 const Registry& registry) {
   if (std::filesystem::path(arguments.file).extension() != ".toml") {
-    if (arguments.set.empty()) return size_recording(arguments.file, options);
-    return {{}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
+    if (arguments.set.empty()) return size_recording(arguments.file, options, recording);
+    return {{}, {}, {{"--set", 0, 0, "belongs to a scenario (*.toml); a recording has no keys to set"}}};
   }
   if (!arguments.sampling.empty() || !arguments.emission.empty())
     return {{},
+            {},
             {{arguments.file, 0, 0, "--sampling and --emission belong to a recording; a scenario says so in [[device]]"}}};
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
-  if (!read) return {{}, read.error()};
+  if (!read) return {{}, {}, read.error()};
   return size_scenario(*read, options);
 }
 
@@ -97,15 +102,32 @@ bool write_figure(const std::string& path, const SizeRecord& record) {
   return false;
 }
 
+/// False on an error, which is then printed.
+bool write_timing(const std::string& path, SizeResult& result) {
+  std::ofstream file(path, std::ios::binary);
+  file << format_timing_csv(result.segments);
+  file.close();
+  if (!file) {
+    print({{path, 0, 0, "cannot be written; give --timing a file in a folder that exists"}});
+    return false;
+  }
+  result.record.trace = path;
+  result.record.trace_roles.clear();
+  return true;
+}
+
 ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
-  const SizeResult result = sized(arguments, *options, registry);
+  const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
+  if (!recording) return ExitCode::usage;
+  SizeResult result = sized(arguments, *options, *recording, registry);
   if (!result.errors.empty()) {
     print(result.errors);
     return ExitCode::usage;
   }
   if (!arguments.figure.empty() && !write_figure(arguments.figure, result.record)) return ExitCode::usage;
+  if (!arguments.timing.empty() && !write_timing(arguments.timing, result)) return ExitCode::usage;
   fmt::print("{}", arguments.json ? size_json(result.record) : size_text(result.record));
   return ExitCode::pass;
 }
@@ -115,7 +137,8 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Re
 void add_size(Commands& commands) {
   auto [command, arguments] = commands.add<SizeArguments>(
       "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
-  command.operand("file", arguments.file, "a scenario, or a recording: timing.csv, or a list of steps begin_ns,end_ns");
+  command.operand("file", arguments.file,
+                  "a scenario, or a recording: timing.csv, a list of steps begin_ns,end_ns, or a profiler's file");
   command.repeated("--set", arguments.set, "path=value, overrides the scenario");
   command.option("--sampling", arguments.sampling,
                  "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
@@ -125,7 +148,9 @@ void add_size(Commands& commands) {
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
+  command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");
   command.flag("--json", arguments.json, "the numbers instead of the table");
+  add_recording_options(command, arguments.recording);
 }
 
 }  // namespace evenstep::app

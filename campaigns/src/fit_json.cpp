@@ -37,7 +37,10 @@ Json json_of(const FittedLength& length) {
           {"median_ns", tenths(length.median_ns)},
           {"mean_ns", tenths(length.mean_ns)},
           {"variation", rounded(length.variation)},
-          {"kolmogorov_distance", rounded(length.distance)}};
+          {"kolmogorov_distance", rounded(length.distance)},
+          {"half_width", rounded(length.half_width)},
+          {"uniform_distance", rounded(length.uniform_distance)},
+          {"law", length.is_uniform() ? "uniform" : "lognormal"}};
 }
 
 Json json_of(const FittedNumber& number) { return {{"value", rounded(number.value)}, {"error", rounded(number.error)}}; }
@@ -55,6 +58,8 @@ void put_visualizations(Json& out, const TimingFit& fit) {
   out["dropped"] = fit.dropped;
   out["merged"] = fit.merged;
   out["lag_1"] = rounded(fit.lag_1);
+  if (const auto& hitch = fit.timing.hitch)
+    out["hitch"] = {{"count", fit.hitches}, {"every_ns", hitch->every.ns}, {"visualization_ns", hitch->visualization.ns}};
   if (!fit.timing.regimes) return;
   out["regimes"] = {{"factor", rounded(fit.timing.regimes->factor)},
                     {"mean_length", rounded(fit.timing.regimes->mean_length)},

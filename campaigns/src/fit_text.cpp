@@ -55,6 +55,11 @@ void add_visualization(std::string& out, const TimingFit& fit) {
   } else {
     leave_out(out, fmt::format("no regimes: one level explains it; lag-1 correlation of V {:.2f}", fit.lag_1));
   }
+  if (fit.timing.hitch)
+    add(out,
+        fmt::format("hitch = {{ every = {}, visualization = {} }}", time(fit.timing.hitch->every.ns),
+                    time(fit.timing.hitch->visualization.ns)),
+        fmt::format("{} visualizations of about that length, at equal intervals", fit.hitches));
   if (fit.dropped > 0)
     add(out, fmt::format("dropped_visualization = \"{:.3g} %\"", 100 * fit.timing.dropped_visualization),
         fmt::format("{} of {} segments", fit.dropped, fit.segments));
@@ -84,12 +89,21 @@ void add_steps(std::string& out, const TimingFit& fit) {
                         : leave_out(out, "no slower first step: " + why);
 }
 
+std::string jitter(JitterLaw law, double variation) {
+  return fmt::format("\"{} {:.3g} %\"", law == JitterLaw::uniform ? "uniform" : "lognormal", 100 * variation);
+}
+
 void add_jitter(std::string& out, const TimingFit& fit) {
+  const auto distance = [](const FittedLength& length, JitterLaw law) {
+    return law == JitterLaw::uniform ? length.uniform_distance : length.distance;
+  };
+  const ProgrammedTiming& timing = fit.timing;
   add(out,
-      fmt::format("jitter = {{ visualization = \"lognormal {:.3g} %\", step = \"lognormal {:.3g} %\" }}",
-                  100 * fit.timing.visualization_variation, 100 * fit.timing.step_variation),
-      fmt::format("Kolmogorov distance {:.3f} and {:.3f} (95 %: {:.3f} and {:.3f} if log-normal)",
-                  fit.visualization.distance, fit.step.distance,
+      fmt::format("jitter = {{ visualization = {}, step = {} }}",
+                  jitter(timing.visualization_law, timing.visualization_variation),
+                  jitter(timing.step_law, timing.step_variation)),
+      fmt::format("Kolmogorov distance {:.3f} and {:.3f} (95 %: {:.3f} and {:.3f} if that is their law)",
+                  distance(fit.visualization, timing.visualization_law), distance(fit.step, timing.step_law),
                   1.36 / std::sqrt(std::max<double>(1, static_cast<double>(fit.visualization.count))),
                   1.36 / std::sqrt(std::max<double>(1, static_cast<double>(fit.step.count)))));
 }

@@ -1,18 +1,23 @@
 #include "evenstep/campaigns/size.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <span>
+#include <utility>
 
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/underrun_rate.h"
-#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "evenstep/remap/jump_bound.h"
 #include "evenstep/remap/step_cycle.h"
 #include "evenstep/remap/step_windows.h"
 #include "evenstep/remap/velocity_jump.h"
+#include "evenstep/reports/json.h"
 #include "evenstep/reports/rate_bound.h"
+#include "size_hitches.h"
 #include "size_mend.h"
 #include "size_rate.h"
 
@@ -90,9 +95,11 @@ class Sizer {
     record.held = bounds(false);
     if (record.interpolated) record.linear = bounds(true);
     for (const StrategyTraits& traits : kAllStrategies) {
-      if (traits.remaps && (traits.kind != StrategyKind::foreign || input_.setup.remap.foreign))
-        record.strategies.push_back(strategy(traits.kind));
+      if (!traits.remaps || (traits.kind == StrategyKind::foreign && !input_.setup.remap.foreign)) continue;
+      maps_.push_back(traits.kind);
+      record.strategies.push_back(strategy(traits.kind));
     }
+    add_hitches(record);
   }
 
  private:
@@ -148,6 +155,47 @@ class Sizer {
     });
     close_loop(need, linear);
     return need;
+  }
+
+  Duration latency_of(StrategyKind kind, std::span<const SegmentTiming> segments) const {
+    RunningNeeds needs(devices_, input_.setup.emission, RunningNeeds::Phase::any);
+    each_mapped_step(input_.setup, kind, segments, [&](std::span<const MappedStep> steps) { needs.add(steps); });
+    return needs.budget().latency;
+  }
+
+  void add_hitches(SizeRecord& record) const {
+    const internal::Hitches found(input_.segments);
+    record.segment = found.usual_segment();
+    for (std::size_t i = 0; i < found.kinds().size(); ++i) {
+      SizeHitches kind = in_record(found.kinds()[i]);
+      const std::vector<SegmentTiming> alone = found.mended(i, 1), above = i == 0 ? alone : found.mended(0, i + 1);
+      for (const StrategyKind map : maps_) {
+        SizeNeed all;
+        all.latency = latency_of(map, above);
+        close_loop(all, record.interpolated);
+        kind.mended.push_back({latency_of(map, alone), all.latency, all.stiffness_limit_N_per_m});
+      }
+      record.hitches.push_back(std::move(kind));
+    }
+  }
+
+  static SizeHitches in_record(const internal::HitchKind& kind) {
+    const auto [shortest, longest] =
+        std::minmax_element(kind.begin(), kind.end(), [](const auto& a, const auto& b) { return a.length < b.length; });
+    SizeHitches out{.what = kind.front().what,
+                    .count = std::ssize(kind),
+                    .shortest = shortest->length,
+                    .longest = longest->length,
+                    .usual = kind.front().usual,
+                    .first = kind.front().begin};
+    std::vector<Duration> between;
+    for (std::size_t i = 1; i < kind.size(); ++i) between.push_back(kind[i].begin - kind[i - 1].begin);
+    if (between.empty()) return out;
+    std::sort(between.begin(), between.end());
+    out.least_between = between.front();
+    out.median_between = between[between.size() / 2];
+    out.most_between = between.back();
+    return out;
   }
 
   /// The bounds of jump_bound.h take several passes over the steps with dozens of operations each.
@@ -293,6 +341,7 @@ class Sizer {
   const SizeOptions& options_;
   std::vector<SamplingGrid> devices_;
   Mending mending_;
+  std::vector<StrategyKind> maps_;  // as in SizeRecord::strategies
   std::int64_t steps_ = 0;
   RealTime first_begin_, last_begin_, last_end_;
   Duration slot_;  // mean time from the begin of a step to that of the next
@@ -383,17 +432,48 @@ void shift_numbers(SizeRecord& record) {
 
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
   if (scenario.case_spec)
-    return {{}, {{scenario.file, 0, 0, "a [case] drives the solver without a loop: there is no latency to size"}}};
+    return {{}, {}, {{scenario.file, 0, 0, "a [case] drives the solver without a loop: there is no latency to size"}}};
   Input input{map_setup(scenario), segments_of(scenario)};
   SizeResult result;
   result.record.input = scenario.file;
   result.record.segments_from = scenario.timing.trace.empty() ? "programmed" : "recording";
   Sizer(input, options).size(result.record);
+  result.segments = std::move(input.segments);
   return result;
 }
 
-SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options) {
-  SizeRecord record;
+namespace {
+
+/// [timing] roles for options of the command line; empty if there are none.
+std::string roles_in_toml(const RecordingOptions& options) {
+  const Roles& roles = options.roles;
+  const CsvColumns& columns = options.profile.columns;
+  const std::string step_time = roles.steps > 0 ? fmt::format("{} ns", roles.step_time.ns) : "";
+  std::string out;
+  const auto add = [&](const char* key, const std::string& value) {
+    if (!value.empty()) out += fmt::format("{}{} = {}", out.empty() ? "" : ", ", key, value);
+  };
+  for (const auto& [key, text] :
+       std::initializer_list<std::pair<const char*, const std::string&>>{{"segment", roles.segment},
+                                                                         {"visualization", roles.visualization},
+                                                                         {"step", roles.step},
+                                                                         {"step_begin", roles.step_begin},
+                                                                         {"process", roles.process},
+                                                                         {"step_time", step_time},
+                                                                         {"format", options.profile.format},
+                                                                         {"name", columns.name},
+                                                                         {"begin", columns.begin},
+                                                                         {"end", columns.end},
+                                                                         {"duration", columns.duration},
+                                                                         {"unit", columns.unit}})
+    add(key, text.empty() ? "" : json_text(Json(text)));
+  add("steps", roles.steps > 0 ? std::to_string(roles.steps) : "");
+  return out.empty() ? "" : "{ " + out + " }";
+}
+
+SizeResult size_input(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options) {
+  SizeResult result;
+  SizeRecord& record = result.record;
   record.input = name;
   record.segments_from = "recording";
   Input input;
@@ -405,16 +485,30 @@ SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string&
     input.setup.end = std::max(input.setup.end, segment.end + Duration{1});
   Sizer(input, options).size(record);
   shift_numbers(record);
-  return record;
+  result.segments = std::move(input.segments);
+  return result;
 }
 
-SizeResult size_recording(const std::string& path, const SizeOptions& options) {
-  TimingCsv csv = read_timing_or_steps(path);
-  if (!csv) return {{}, csv.error()};
+}  // namespace
+
+SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options) {
+  return size_input(std::move(segments), name, options).record;
+}
+
+SizeResult size_recording(const std::string& path, const SizeOptions& options, const RecordingOptions& recording) {
+  Recording csv = read_recording(path, recording, true);
+  if (!csv) return {{}, {}, csv.error()};
   const auto has_steps = [](const SegmentTiming& segment) { return !segment.steps.empty(); };
   if (std::none_of(csv->begin(), csv->end(), has_steps))
-    return {{}, {{path, 0, 0, "there is no step in it; write a row of kind step for each"}}};
-  return {size_segments(*std::move(csv), path, options), {}};
+    return {{},
+            {},
+            {{path, 0, 0,
+              "there is no step in it; write a row of kind step for each, or, of pictures, --steps and --step-time"}}};
+  SizeResult result = size_input(*std::move(csv), path, options);
+  if (result.record.segments_from != "recording") return result;
+  result.record.trace = path;
+  result.record.trace_roles = roles_in_toml(recording);
+  return result;
 }
 
 }  // namespace evenstep

@@ -8,14 +8,14 @@ namespace {
 constexpr std::int64_t kLatePart = 100;   // an excess below this fraction of a usual step (1 / 100) is not late
 constexpr std::size_t kBlamedBefore = 2;  // segments before: at 30 Hz a loop of 2 Hz has mostly forgotten the third one
 
+}  // namespace
+
 Duration median(std::vector<std::int64_t>& values) {
   if (values.empty()) return {};
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return {*middle};
 }
-
-}  // namespace
 
 Mending::Mending(std::vector<SegmentTiming>& segments) : segments_(segments) {
   first_step_.reserve(segments.size() + 1);

@@ -8,6 +8,9 @@
 
 namespace evenstep::internal {
 
+/// Changes the order of the values; 0 if there are none.
+Duration median(std::vector<std::int64_t>& values);
+
 /// A run time or a pause is late if it is longer than usual by more than 1 % of a usual step. The usual value is the median,
 /// separately for the first steps of segments and for all others, of the run time and of the pause before a step. (The pause
 /// before the first step of a segment begins with the visualization, or with the end of the step before if the recording has

@@ -141,6 +141,8 @@ std::vector<BinRow> cut(const Timeline& timeline, const BinLayout& layout, RealT
     BinRow& row = rows.emplace_back();
     row.from_s = seconds(from);
     row.to_s = seconds(last ? run_end : to);
+    for (const Vec3& value : std::span(timeline.series.value).subspan(begin, end - begin))
+      row.largest = std::max(row.largest, internal::norm(value));
     put_deviation(row, std::span(deviation).subspan(begin, end - begin));
     row.velocity_jump = internal::velocity_jump(timeline.series.value, with_neighbours);
     row.error_rms = rms_in(timeline.error, from, before);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 
 #include "evenstep/reports/measures.h"
@@ -15,14 +16,20 @@ std::string least_growth_of(const BinnedError& error) { return growth_of(error) 
 /// The curves of a fit depend only on the times of the bins, which most signals of a run have in common.
 using GrowthFits = std::map<std::vector<double>, GrowthFit>;
 
+/// A signal goes through some dozens of operations on doubles, each off by up to half a unit in the last place; what is
+/// below so many of them is rounding, whose size says nothing about the run. Smaller errors count as that large.
+constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+
 void add_growths(const std::vector<BinRow>& rows, GrowthFits& fits, std::map<std::string, double>& values) {
+  double largest = 0;
+  for (const BinRow& row : rows) largest = std::max(largest, row.largest);
   for (const BinnedError& error : kBinnedErrors) {
     std::vector<double> t_s, rms;
     for (const BinRow& row : rows) {
       const std::optional<double> value = error.rms(row);
       if (!value) continue;
       t_s.push_back((row.from_s + row.to_s) / 2);
-      rms.push_back(*value);
+      rms.push_back(std::max(*value, kRounding * largest));
     }
     if (rms.empty()) continue;
     const auto interval = fits.try_emplace(t_s, t_s).first->second(rms);

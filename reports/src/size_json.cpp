@@ -76,6 +76,26 @@ Json json_of(const SizeStrategy& strategy) {
   return out;
 }
 
+Json json_of(const SizeHitches& kind, const SizeRecord& record) {
+  Json out = {{"what", name_of(kind.what)},
+              {"count", kind.count},
+              {"shortest_ns", kind.shortest.ns},
+              {"longest_ns", kind.longest.ns},
+              {"usual_ns", kind.usual.ns},
+              {"first_begin_ns", kind.first.ns},
+              {"least_between_ns", kind.least_between.ns},
+              {"median_between_ns", kind.median_between.ns},
+              {"most_between_ns", kind.most_between.ns},
+              {"mended", Json::object()}};
+  for (std::size_t i = 0; i < kind.mended.size(); ++i) {
+    const SizeHitches::Mended& mended = kind.mended[i];
+    out["mended"][record.strategies[i].name] = {{"latency_ns", mended.latency.ns},
+                                                {"with_all_above_ns", mended.with_all_above.ns},
+                                                {"stiffness_N_per_m", json_number(mended.stiffness_N_per_m)}};
+  }
+  return out;
+}
+
 Json json_of(const SizeCycle& cycle) {
   if (!cycle.found) return {{"found", false}, {"reason", cycle.reason}, {"regularity", json_number(cycle.regularity)}};
   return {{"found", true},
@@ -102,6 +122,7 @@ std::string size_json(const SizeRecord& record) {
               {"segments", record.segments},
               {"segments_from", record.segments_from},
               {"length_ns", record.length.ns},
+              {"segment_ns", record.segment.ns},
               {"sampling_period_ns", record.sampling_period.ns},
               {"emission", record.interpolated ? "linear" : "hold"},
               {"damping_N_s_per_m", json_number(record.damping_N_s_per_m)}};
@@ -114,6 +135,9 @@ std::string size_json(const SizeRecord& record) {
   if (record.linear) put_bounds(out, *record.linear, "_linear");
   out["strategies"] = Json::object();
   for (const SizeStrategy& strategy : record.strategies) out["strategies"][strategy.name] = json_of(strategy);
+  out["hitches"] = Json::array();
+  for (const SizeHitches& kind : record.hitches) out["hitches"].push_back(json_of(kind, record));
+  if (const SizeStrategy* use = strategy_to_use(record)) out["use"] = use->name;
   if (record.cycle) out["cycle"] = json_of(*record.cycle);
   return json_text(out) + '\n';
 }

@@ -1,11 +1,12 @@
 #include <fmt/format.h>
 
 #include "evenstep/reports/size_record.h"
+#include "size_conclusion.h"
 
 namespace evenstep {
 namespace {
 
-double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+using internal::ms;
 
 std::string heading(const SizeRecord& record) {
   std::string from = record.segments_from;
@@ -149,7 +150,7 @@ std::string rates(const SizeRecord& record) {
 
 std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
-         (record.cycle ? cycle_text(record) : "");
+         (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::conclusion_text(record);
 }
 
 }  // namespace evenstep

@@ -141,6 +141,12 @@ FittedLength fit_length(const Sample& durations_ns) {
   fit.variation = std::sqrt(std::expm1(deviation * deviation));
   fit.distance =
       deviation == 0 ? 0 : kolmogorov_distance(logs, [&](double x) { return normal_cdf((x - center) / deviation); });
+  const double low = quantile(durations_ns, 0.05), high = quantile(durations_ns, 0.95);
+  const double half = (high - low) / 1.8, middle = 0.5 * (low + high);
+  fit.half_width = fit.mean_ns > 0 ? half / fit.mean_ns : 0;
+  if (!(half > 0)) return fit;
+  fit.uniform_distance =
+      kolmogorov_distance(durations_ns, [&](double x) { return std::clamp(0.5 + 0.5 * (x - middle) / half, 0.0, 1.0); });
   return fit;
 }
 

@@ -29,6 +29,10 @@ constexpr std::int64_t kLeastTail = 10, kLeastSpikes = 5;
 constexpr double kSpikeAboveLeast = 1.5;
 /// A step was hit if it is above the median by this many deviations of the logarithm and by this factor.
 constexpr double kHitDeviations = 6, kLeastHitFactor = 1.2;
+/// Visualizations are hitches if so many are alike and come at equal intervals of at least so many segments. Whatever comes
+/// by chance, three intervals that long are equal to a segment in one of a thousand recordings.
+constexpr std::size_t kLeastHitches = 4;
+constexpr double kLeastHitchInterval = 8;
 /// A slope is clear if it is this many errors from 0 and makes this difference over the recording.
 constexpr double kClearDrift = 4, kLeastDrift = 0.02;
 /// What is left at the end of a drift that shortens all lengths.
@@ -191,6 +195,11 @@ bool are_two(const TwoLevels& levels) {
          share < 1 - kRule;
 }
 
+void put_jitter(const FittedLength& length, JitterLaw& law, double& variation) {
+  law = length.is_uniform() ? JitterLaw::uniform : JitterLaw::log_normal;
+  variation = std::min(length.is_uniform() ? length.half_width : length.variation, 1.0);
+}
+
 /// Removes the levels: both become V of the model, which is the mean over the segments.
 void fit_regimes(const TwoLevels& levels, Sample& visualizations, TimingFit& fit) {
   const double low = std::exp(std::min(levels.low, levels.high)), high = std::exp(std::max(levels.low, levels.high));
@@ -206,7 +215,63 @@ void fit_regimes(const TwoLevels& levels, Sample& visualizations, TimingFit& fit
     visualizations[i] *= mean / (levels.is_high[i] == named_rightly ? high : low);
 }
 
-void fit_visualization(const Recording& recording, TimingFit& fit) {
+/// The period of hitches that begin at `times`: the roundest one of which they are the first visualizations at or after each
+/// multiple, otherwise their mean distance.
+double hitch_period_s(const Sample& times, double segment_s) {
+  const double longest_s = 1.1 * segment_s;  // a hitch may come that long after its multiple
+  const double mean = (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  double least = 0, most = times.back();
+  for (const double time : times) {
+    const double multiple = std::max(std::round((time - 0.5 * segment_s) / mean), 1.0);
+    least = std::max(least, (time - longest_s) / multiple);
+    most = std::min(most, time / multiple);
+  }
+  for (double step = 10; step > 1e-6 && least < most; step /= 10) {
+    const double round = std::floor(most / step + 1e-9) * step;
+    if (round > least) return round;
+  }
+  return mean;
+}
+
+/// Finds hitches and removes them from the recording.
+void fit_hitch(Recording& recording, TimingFit& fit) {
+  Sample& lengths = recording.visualizations_ns;
+  const double bound =
+      median(lengths) * std::max(kLeastHitFactor, std::exp(kHitDeviations * robust_deviation(logarithms(lengths))));
+  Sample longer;
+  for (const double length : lengths) {
+    if (length > bound) longer.push_back(length);
+  }
+  std::sort(longer.begin(), longer.end());
+  const Cluster cluster = densest(longer);
+  Sample times, alike, others, begins;
+  for (std::size_t i = 0; i < lengths.size(); ++i) {
+    const bool hitch = lengths[i] > bound && std::abs(lengths[i] - cluster.center) <= 0.2 * cluster.center;
+    (hitch ? alike : others).push_back(lengths[i]);
+    (hitch ? times : begins).push_back(recording.visualization_begins_s[i]);
+  }
+  if (times.size() < kLeastHitches) return;
+  Sample intervals;
+  for (std::size_t i = 1; i < times.size(); ++i) intervals.push_back(times[i] - times[i - 1]);
+  const double usual = median(intervals), segment_s = median(recording.lengths_ns) * 1e-9;
+  const double longest_s = segment_s + median(alike) * 1e-9;  // the segments beside a hitch, and its own
+  const auto differs = [&](double interval) { return std::abs(interval - usual) > longest_s; };
+  if (usual < kLeastHitchInterval * segment_s || std::any_of(intervals.begin(), intervals.end(), differs)) return;
+  const Duration every{std::llround(1e9 * hitch_period_s(times, segment_s))};
+  fit.timing.hitch = Hitch{every, {std::llround(median(alike))}};
+  fit.hitches = static_cast<std::int64_t>(alike.size());
+  lengths = std::move(others);
+  recording.visualization_begins_s = std::move(begins);
+}
+
+/// Whether neighbours are at the same level no more often than by chance: then one wide law says as much.
+bool come_by_chance(const TwoLevels& levels) {
+  const double share = static_cast<double>(std::count(levels.is_high.begin(), levels.is_high.end(), true)) /
+                       static_cast<double>(levels.is_high.size());
+  return 2 * share * (1 - share) / levels.leave < kLasting;
+}
+
+void fit_visualization(Recording& recording, TimingFit& fit) {
   const auto all = static_cast<double>(recording.has_visualization.size());
   fit.dropped = std::count(recording.has_visualization.begin(), recording.has_visualization.end(), false);
   if (recording.visualizations_ns.empty()) {
@@ -214,11 +279,12 @@ void fit_visualization(const Recording& recording, TimingFit& fit) {
     return;
   }
   fit.timing.dropped_visualization = static_cast<double>(fit.dropped) / all;
+  fit_hitch(recording, fit);
   Sample durations = recording.visualizations_ns;
   const Sample logs = logarithms(durations);
   fit.lag_1 = lag_correlation(logs, 1);
   const TwoLevels levels = fit_two_levels(logs);
-  if (are_two(levels)) {
+  if (are_two(levels) && !(come_by_chance(levels) && fit_length(durations).is_uniform())) {
     fit_regimes(levels, durations, fit);
   } else {
     const std::vector<bool> merged = merged_ones(logs, robust_deviation(logs));
@@ -232,7 +298,7 @@ void fit_visualization(const Recording& recording, TimingFit& fit) {
   }
   fit.visualization = fit_length(durations);
   fit.timing.visualization = {std::llround(fit.visualization.mean_ns)};
-  fit.timing.visualization_variation = std::min(fit.visualization.variation, 1.0);
+  put_jitter(fit.visualization, fit.timing.visualization_law, fit.timing.visualization_variation);
 }
 
 /// The ratio of the median of the steps that `chosen` selects to that of the others, with its standard error.
@@ -322,7 +388,7 @@ void fit_steps(Recording& recording, TimingFit& fit) {
   }
   fit.step = fit_length(usual);
   fit.timing.step = Duration{std::max<std::int64_t>(std::llround(fit.step.mean_ns), 1)};
-  fit.timing.step_variation = std::min(fit.step.variation, 1.0);
+  put_jitter(fit.step, fit.timing.step_law, fit.timing.step_variation);
   fit.work_s = fit.step.mean_ns * 1e-9 * static_cast<double>(all.size());
   fit_hits(fit);
   fit.timing.visualization = {std::llround(fit.visualization.mean_ns - added_by_preemption_ns(fit))};
@@ -358,6 +424,10 @@ void fit_pace(const Recording& recording, TimingFit& fit) {
 }
 
 }  // namespace
+
+bool FittedLength::is_uniform() const {
+  return half_width > 0 && uniform_distance < distance && uniform_distance < 1.63 / std::sqrt(static_cast<double>(count));
+}
 
 std::string fit_objection(std::span<const SegmentTiming> segments) {
   if (segments.size() < kLeastSegmentsToFit)

@@ -42,6 +42,18 @@ double concurrent_room_ns(const ProgrammedTiming& timing, double visualization_n
   return visualization_ns / timing.slowdown + concurrent_segment_ns(timing, visualization_ns) - visualization_ns;
 }
 
+/// What hitches add to the mean visualization. A share T / every of the segments has one, so without a grid
+/// T = usual + extra T / every.
+double hitches_ns(const ProgrammedTiming& timing, double usual_segment_ns) {
+  if (!timing.hitch) return 0;
+  const double times = 1.0 - timing.dropped_visualization + timing.merged_visualization;
+  const double extra = times * static_cast<double>((timing.hitch->visualization - timing.visualization).ns);
+  const double every = static_cast<double>(timing.hitch->every.ns);
+  const double grid_ns = 1e9 * static_cast<double>(timing.segment.den) / static_cast<double>(timing.segment.num);
+  const double segment_ns = timing.paced ? grid_ns : usual_segment_ns / (1.0 - extra / every);
+  return extra * std::min(segment_ns / every, 1.0);
+}
+
 }  // namespace
 
 Duration scaled(Duration duration, double factor) {
@@ -50,16 +62,33 @@ Duration scaled(Duration duration, double factor) {
 }
 
 MeansInForce::MeansInForce(const ProgrammedTiming& timing)
-    : means_{timing.visualization, starting_step(timing), timing.steps}, changes_(timing.changes) {}
+    : means_{timing.visualization, starting_step(timing), timing.steps},
+      visualization_(timing.visualization),
+      changes_(timing.changes),
+      hitch_(timing.hitch),
+      next_hitch_(timing.hitch ? timing.hitch->every.ns : 0) {}
 
 const MeansInForce::Means& MeansInForce::at(RealTime begin) {
   for (; next_change_ < changes_.size() && changes_[next_change_].at <= begin; ++next_change_) {
     const TimingChange& change = changes_[next_change_];
-    if (change.visualization) means_.visualization = *change.visualization;
+    if (change.visualization) visualization_ = *change.visualization;
     if (change.step) means_.step = *change.step;
     if (!change.steps.empty()) means_.steps = change.steps;
   }
+  means_.visualization = hitches(begin) ? hitch_->visualization : visualization_;
   return means_;
+}
+
+bool MeansInForce::hitches(RealTime begin) {
+  if (!hitch_ || begin < next_hitch_) return false;
+  const std::int64_t every = hitch_->every.ns;
+  next_hitch_ = RealTime{(begin.ns / every + 1) * every};
+  return true;
+}
+
+Duration varied(const RandomStream& stream, std::uint64_t n, Duration mean, JitterLaw law, double variation) {
+  if (law == JitterLaw::log_normal) return log_normal(stream, n, mean, variation);
+  return scaled(mean, 1.0 + variation * (2.0 * stream.uniform(n) - 1.0));
 }
 
 double hit_probability(double rate_Hz, Duration work) {
@@ -109,7 +138,8 @@ double RegimeChain::next_factor() {
 }
 
 VisualizationCost::VisualizationCost(const ProgrammedTiming& timing)
-    : variation_(timing.visualization_variation),
+    : law_(timing.visualization_law),
+      variation_(timing.visualization_variation),
       dropped_(timing.dropped_visualization),
       merged_(timing.merged_visualization),
       lengths_(timing.seed, "timing.visualization"),
@@ -127,19 +157,20 @@ std::optional<Duration> VisualizationCost::next(Duration mean, double drift) {
   const Duration in_regime = scaled(mean, regime_.next_factor());
   const int times = count(k);
   if (mean.ns == 0 || times == 0) return std::nullopt;
-  const Duration work = scaled(log_normal(lengths_, k, in_regime, variation_), drift * times);
+  const Duration work = scaled(varied(lengths_, k, in_regime, law_, variation_), drift * times);
   return work + preemption_.of(k, work);
 }
 
 StepCost::StepCost(const ProgrammedTiming& timing)
-    : variation_(timing.step_variation),
+    : law_(timing.step_law),
+      variation_(timing.step_variation),
       lengths_(timing.seed, "timing.step"),
       spikes_(timing),
       preemption_(timing, "timing.preemption.step") {}
 
 Duration StepCost::next(Duration mean, double factor) {
   const std::uint64_t n = n_++;
-  const Duration work = scaled(log_normal(lengths_, n, mean, variation_), factor);
+  const Duration work = scaled(varied(lengths_, n, mean, law_, variation_), factor);
   return work + spikes_.of(n, work) + preemption_.of(n, work);
 }
 
@@ -150,7 +181,7 @@ double shortest_mean_stay(const Regimes& regimes) {
 }
 
 bool is_periodic(const ProgrammedTiming& timing) {
-  const bool steady_visualization = timing.visualization_variation == 0 && !timing.regimes &&
+  const bool steady_visualization = timing.visualization_variation == 0 && !timing.regimes && !timing.hitch &&
                                     timing.dropped_visualization == 0 && timing.merged_visualization == 0;
   const bool steady_steps = timing.step_variation == 0 && timing.first_step == 0 && !timing.spikes;
   return timing.order != SegmentOrder::concurrent && timing.steps.size() == 1 && steady_visualization && steady_steps &&
@@ -182,6 +213,7 @@ MeanTiming mean_timing(const ProgrammedTiming& timing) {
     mean.step_ns += static_cast<double>(timing.spikes->cost.ns) * hit_probability(timing.spikes->rate_Hz, step);
   }
   if (timing.order == SegmentOrder::concurrent) {
+    mean.visualization_ns += hitches_ns(timing, mean.visualization_ns);
     mean.segment_ns = mean.visualization_ns;
     mean.steps = concurrent_room_ns(timing, mean.visualization_ns) / mean.step_ns;
     return mean;
@@ -189,6 +221,9 @@ MeanTiming mean_timing(const ProgrammedTiming& timing) {
   const double after_visualization = 1.0 - timing.dropped_visualization;
   mean.segment_ns = mean.visualization_ns + mean.steps * mean.step_ns +
                     after_visualization * timing.first_step * static_cast<double>(step.ns);
+  const double hitches = hitches_ns(timing, mean.segment_ns);
+  mean.visualization_ns += hitches;
+  mean.segment_ns += hitches;
   return mean;
 }
 

@@ -14,7 +14,7 @@ namespace evenstep::internal {
 /// floor(duration * factor + 1/2), at least 1 ns and at most 2^62 ns. factor = 1 gives the duration.
 Duration scaled(Duration duration, double factor);
 
-/// V, s and N after the changes so far.
+/// V, s and N after the changes so far, V in a hitch.
 class MeansInForce {
  public:
   struct Means {
@@ -27,10 +27,18 @@ class MeansInForce {
   const Means& at(RealTime begin);
 
  private:
+  bool hitches(RealTime begin);
+
   Means means_;
+  Duration visualization_;  // outside of hitches
   std::vector<TimingChange> changes_;
   std::size_t next_change_ = 0;
+  std::optional<Hitch> hitch_;
+  RealTime next_hitch_;
 };
+
+/// Draw n of a length that varies by this law; `variation` 0 gives the mean.
+Duration varied(const RandomStream& stream, std::uint64_t n, Duration mean, JitterLaw law, double variation);
 
 /// The probability that a piece of work of length d is hit: 1 - exp(-rate d).
 double hit_probability(double rate_Hz, Duration work);
@@ -82,6 +90,7 @@ class VisualizationCost {
  private:
   int count(std::uint64_t k) const;  ///< 0 dropped, 2 merged
 
+  JitterLaw law_;
   double variation_, dropped_, merged_;
   RandomStream lengths_, counts_;
   RegimeChain regime_;
@@ -97,6 +106,7 @@ class StepCost {
   Duration next(Duration mean, double factor);
 
  private:
+  JitterLaw law_;
   double variation_;
   RandomStream lengths_;
   SpikeCost spikes_;

@@ -844,6 +844,22 @@ for s in ("paper", "phase_locked"):
     assert s["latency_this_phase_ns"] <= s["latency_any_phase_ns"] and 0 <= s["culprit_step"] < len(r)
     assert min(s["lead_ns"], s["interaction_capacity"], s["force_capacity"]) > 0' || fail "JSON"
 }
+case_size_prints_tables_that_run_without_an_underrun() {
+  # From a bare list of steps: its segments are those that size found and wrote.
+  awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" { print $4 "," $5 }' \
+    "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv
+  expect 0 "this list has none" size steps.csv
+  expect 2 "cannot be written" size steps.csv --timing nowhere/timing.csv
+  expect 0 'trace = "timing.csv"' size steps.csv --timing timing.csv
+  {
+    printf '%s\n' 'format = 1' '[run]' 'strategies = ["phase_locked"]' '[scene]' 'kind = "spring"' '[[device]]' \
+      'name = "left"' 'render = { kind = "force", emission = "hold" }' '[[expect]]' \
+      'signal = "left.force.phase_locked"' 'metric = "underruns"' 'equals = 0'
+    sed -n '/^\[remap\]/,$p' out
+  } >pasted.toml
+  expect 0 "0 samples missing, 0 forces late" check pasted.toml
+  expect 0 "PASS" run pasted.toml
+}
 case_size_refuses_bad_input() {
   expect 2 "nowhere.csv" size nowhere.csv
   printf 'begin_ns,end_ns\n0,5\n4,9\n' >bad.csv

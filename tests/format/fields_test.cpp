@@ -80,6 +80,12 @@ Value around(std::string_view key, Value value) {
   return table;
 }
 
+/// What gives a table this kind.
+Entry of_kind(std::string_view table, std::string_view kind) {
+  const bool whole = table == "timing" && kind == "trace";  // its kind is a key of that name
+  return {std::string(whole ? kind : kind_key(table)), kHere, text_value(std::string(whole ? "x.csv" : kind), kHere)};
+}
+
 /// A document of this one key (and the kind it needs): whatever else it lacks, nothing may be wrong with the key.
 void check_alone(const Field& field, std::string_view toml) {
   INFO(field.table << "." << field.key << " = " << toml);
@@ -87,7 +93,7 @@ void check_alone(const Field& field, std::string_view toml) {
   const std::vector<std::string_view> kinds = split_words(field.kinds);
   const std::string kind(kind_key(field.table));
   if (!kinds.empty() && field.key != kind && !field.table.empty()) {
-    document.table.push_back({kind, kHere, text_value(std::string(kinds.front()), kHere)});
+    document.table.push_back(of_kind(field.table, kinds.front()));
   }
   for (std::string_view path = field.table; !path.empty();) {
     const std::size_t dot = path.rfind('.');
@@ -104,8 +110,7 @@ void check_alone(const Field& field, std::string_view toml) {
       return !path.empty() && outer.table == path && outer.key == key && !outer.kinds.empty();
     };
     if (const auto outer = std::find_if(fields().begin(), fields().end(), needs_kind); outer != fields().end())
-      document.table.push_back(
-          {std::string(kind_key(path)), kHere, text_value(std::string(split_words(outer->kinds).front()), kHere)});
+      document.table.push_back(of_kind(path, split_words(outer->kinds).front()));
   }
   Errors errors;
   const Check check(document, errors);

@@ -258,7 +258,7 @@ TEST_CASE("Timings that cannot be are named with the numbers that clash") {
            "scenario.toml:9:8: error: 'step': V + N s is out of range; it must be between 10 us and 9 s"},
           {"segment = \"30 Hz\"", "segment = \"-1 s\"", "'segment': \"-1 s\" is out of range"},
           {"steps = 15", "steps = 15\njitter = { step = \"gaussian 3 %\" }",
-           "'step': \"gaussian 3 %\" must be \"lognormal <ratio>\", such as \"lognormal 10 %\""},
+           "'step': \"gaussian 3 %\" must be \"lognormal <ratio>\" or \"uniform <ratio>\", such as \"lognormal 10 %\""},
           {"steps = 15", "steps = 15\njitter = { step = \"lognormal -3 %\" }", "is out of range"},
           {"steps = 15", "steps = 15\njitter = { step = \"lognormal 3 ms\" }", "'ms' is a unit of time, not of ratio"},
           {"steps = 15", "steps = 15\njitter = { step = 10 }", "'step': 10 has no unit"},

@@ -107,6 +107,8 @@ std::string timing_text(const TimingSpec& t) {
     out += fmt::format(" preemption {} {} {} {}", p.preemption->rate_Hz, at(p.preemption->least), at(p.preemption->most),
                        p.preemption->tail);
   if (p.regimes) out += fmt::format(" regimes {} {} {}", p.regimes->factor, p.regimes->mean_length, p.regimes->slow_share);
+  if (p.hitch) out += fmt::format(" hitch {} {}", at(p.hitch->every), at(p.hitch->visualization));
+  out += fmt::format(" law {} {}", static_cast<int>(p.visualization_law), static_cast<int>(p.step_law));
   for (const TimingChange& change : p.changes) {
     out += fmt::format(" change {} V {} s {} N {}", change.at.ns, change.visualization ? at(*change.visualization) : "same",
                        change.step ? at(*change.step) : "same", fmt::join(change.steps, ","));

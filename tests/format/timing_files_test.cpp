@@ -153,3 +153,33 @@ TEST_CASE("A run of a trace that ends with a step is 1 ns longer than the trace,
   folder.write("x.csv", rows + "1,idle,0,64000,64001\n");
   CHECK(read_scenario(path)->run_duration.ns == 64'001);
 }
+
+TEST_CASE("A trace may be a profiler's file, whose roles are in the scenario or guessed") {
+  const Folder folder;
+  const std::string events =
+      folder.write("events.json",
+                   R"([{"ph":"X","name":"draw","ts":0,"dur":10,"pid":1},{"ph":"X","name":"step","ts":10,
+      "dur":5,"pid":1},{"ph":"X","name":"step","ts":15,"dur":5,"pid":1},
+      {"ph":"X","name":"draw","ts":30,"dur":10,"pid":1}])");
+  const std::string csv = folder.write("timing.csv", "segment,kind,index,begin_ns,end_ns\n0,step,0,0,10\n");
+  const std::string trace = "trace = \"" + events + "\"\n";
+  for (const char* const roles : {"", "roles = { visualization = \"dr.w\", step = \"^step$\" }"}) {
+    std::string text = with_timing(trace + roles);
+    const std::string duration = "duration = \"4 s\"\n";
+    text.erase(text.find(duration), duration.size());
+    const ReadResult read = read_text(text);
+    INFO(errors_of(read));
+    REQUIRE(read);
+    REQUIRE(read->timing.trace.size() == 1);
+    CHECK(read->timing.trace[0].steps.size() == 2);
+    CHECK(read->nominal.visualization.ns == 10'000);
+  }
+  CHECK_THAT(errors_of(read_text(with_timing(trace + "roles = { step = \"stepp\" }"))),
+             Contains("no name matches the step 'stepp'; there are 'draw' (2), 'step' (2)"));
+  CHECK_THAT(errors_of(read_text(with_timing(trace + "roles = { visualization = \"draw\", steps = 3 }"))),
+             Contains("'steps' and 'step_time' go together"));
+  CHECK_THAT(errors_of(read_text(with_timing("trace = \"" + csv + "\"\nroles = { step = \"a\" }"))),
+             Contains("'roles' are those of a profiler's file"));
+  CHECK_THAT(errors_of(read_text(with_timing("segment = \"30 Hz\"\nvisualization = \"1 ms\"\nsteps = 2\nroles = {}"))),
+             Contains("'roles' belongs to a recording"));
+}

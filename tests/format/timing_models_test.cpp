@@ -76,6 +76,15 @@ TEST_CASE("Each model of [timing] arrives as it is written, and comes back from 
   CHECK(regimes.regimes->slow_share == 0.5);
   CHECK(timing_of("regimes = { factor = 1.6, mean_length = \"8 segments\", slow_share = \"30 %\" }").regimes->slow_share ==
         0.3);
+  const ProgrammedTiming hitching = timing_of("hitch = { every = \"2 s\", visualization = \"20 ms\" }");
+  REQUIRE(hitching.hitch);
+  CHECK(hitching.hitch->every.ns == 2'000'000'000);
+  CHECK(hitching.hitch->visualization.ns == 20'000'000);
+  const ProgrammedTiming uniform = timing_of("jitter = { visualization = \"uniform 10 %\", step = \"lognormal 5 %\" }");
+  CHECK(uniform.visualization_law == JitterLaw::uniform);
+  CHECK(uniform.visualization_variation == 0.1);
+  CHECK(uniform.step_law == JitterLaw::log_normal);
+  CHECK(uniform.step_variation == 0.05);
   const ProgrammedTiming changed = timing_of(
       "changes = [{ at = \"2 s\", visualization = \"22.2 ms\" }, { at = \"3 s\", step = \"1 ms\", steps = [3, 4] }]");
   REQUIRE(changed.changes.size() == 2);
@@ -97,6 +106,7 @@ TEST_CASE("A scenario without models is periodic; each model alone makes it vary
        {"first_step = \"1 %\"", "drift = \"1 %/s\"", "dropped_visualization = \"1 %\"", "merged_visualization = \"1 %\"",
         "spikes = { rate = \"1 Hz\", cost = \"1 us\" }", "regimes = { factor = 2, mean_length = \"8 segments\" }",
         "preemption = { rate = \"1 Hz\", cost = \"pareto 1 us cap 2 us\" }", "changes = [{ at = \"0 s\", steps = 15 }]",
+        "hitch = { every = \"2 s\", visualization = \"20 ms\" }", "jitter = { step = \"uniform 1 %\" }",
         "jitter = { step = \"lognormal 1 %\" }", "jitter = { visualization = \"lognormal 1 %\" }"}) {
     INFO(model);
     CHECK_FALSE(is_periodic(timing_of(model)));
@@ -116,6 +126,9 @@ TEST_CASE("Nominal segment and slot are means with what the models add; V and s 
   CHECK(nominal(std::string(kBase) + "dropped_visualization = \"2 %\"").segment.ns == 33'333'333 - 222'000);
   // Each of the 15 steps: 4 ms (1 - exp(-2 Hz * 1.482222 ms)) = 11.8402 us.
   CHECK(nominal(std::string(kBase) + "spikes = { rate = \"2 Hz\", cost = \"4 ms\" }").segment.ns == 33'333'333 + 177'603);
+  // A hitch of 20 ms every 2 s: T = 33.33 ms / (1 - 8.9 ms / 2 s).
+  CHECK(nominal(std::string(kBase) + "hitch = { every = \"2 s\", visualization = \"20 ms\" }").segment.ns ==
+        33'333'333 + 148'996);
   // Regimes, drift and changes leave the mean at the start as it is.
   for (const char* model : {"regimes = { factor = 2, mean_length = \"8 segments\" }", "drift = \"5 %/s\"",
                             "changes = [{ at = \"1 s\", visualization = \"20 ms\" }]"}) {
@@ -158,6 +171,12 @@ TEST_CASE("Models that make no sense where they stand are refused with place and
       {base + "drift = \"10 %\"", "scenario.toml:12:9: error: 'drift': '%' is a unit of ratio, not of ratio per time"},
       {base + "drift = \"-25 %/s\"",
        "scenario.toml:12:9: error: 'drift': -25 %/s leaves no run time after 4 s of 4 s; write a slower drift"},
+      {base + "hitch = { every = \"2 s\", visualization = \"2 s\" }", "leaves no time for anything else"},
+      {base + "hitch = { every = \"2 s\" }", "timing.hitch has no 'visualization'; write visualization = \"20 ms\""},
+      {base + "hitch = { every = \"0 s\", visualization = \"20 ms\" }", "out of range"},
+      {base + "jitter = { step = \"uniform 101 %\" }", "\"uniform 101 %\" is out of range"},
+      {base + "jitter = { step = \"uniform 5 ms\" }", "'step'"},
+      {base + "jitter = { step = \"gauss 5 %\" }", "must be \"lognormal <ratio>\" or \"uniform <ratio>\""},
       {base + "spikes = { rate = \"2 Hz\" }", "timing.spikes has no 'cost'; write cost = \"4 ms\""},
       {base + "spikes = { rate = \"0 Hz\", cost = \"4 ms\" }", "'rate': '0 Hz' is not above 0 Hz"},
       {base + "preemption = { rate = \"2 Hz\", cost = \"4 ms\" }",

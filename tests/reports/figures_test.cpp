@@ -210,6 +210,22 @@ TEST_CASE("error over time: another error that is known has a panel and its grow
     CHECK_THAT(svg, Contains(text));
 }
 
+TEST_CASE("growth: an error of the size of rounding is bounded, however it grows") {
+  RunRecord run = synthetic::reference_run({4'000'000'000});
+  for (StrategyRecord& strategy : run.strategies) {
+    const double end_s = seconds(run.nominal.end);
+    for (std::size_t n = 0; n < strategy.steps.size(); ++n) {
+      StepSample& sample = strategy.devices[0].steps[n];
+      sample.true_position_m = sample.position_m;
+      strategy.twin_force_N.push_back(sample.force_N);
+      // 16 units in the last place of the largest force, at the end.
+      strategy.twin_force_N.back()[1] += 16 * 0x1p-52 * 20 * seconds(strategy.steps[n].begin) / end_s;
+    }
+  }
+  const Metrics metrics = with_growths(run);
+  CHECK(metrics.at("left.force.paper").at("deviation_from_ideal_growth") == 0);
+}
+
 TEST_CASE("error over time: one block per device; SI units where there is no step") {
   RunRecord run = synthetic::reference_run({11'000'000'000});
   run.nominal.devices.push_back(run.nominal.devices[0]);

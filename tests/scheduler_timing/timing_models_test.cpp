@@ -204,6 +204,68 @@ TEST_CASE("dropped and merged visualizations come as often as asked, and each se
   check_binomial(dropped_twice, 49'999, 0.01);
 }
 
+TEST_CASE("uniform jitter lies within its share of the mean, each length as likely: Kolmogorov distance of 50 000 draws") {
+  for (const double width : {0.01, 0.3, 1.0}) {
+    ProgrammedTiming timing{.visualization_variation = width, .step_variation = width};
+    timing.visualization_law = timing.step_law = JitterLaw::uniform;
+    timing.step = Duration{1'500'000};
+    const auto segments = play(timing, 50'000);
+    std::vector<double> lengths;
+    for (const SegmentTiming& segment : segments) {
+      lengths.push_back(static_cast<double>(length(*segment.visualization).ns));
+      // Half a nanosecond of rounding; at a width of 100 % at least 1 ns remains.
+      CHECK(std::abs(lengths.back() - 11.1e6) <= width * 11.1e6 + 0.5);
+    }
+    std::sort(lengths.begin(), lengths.end());
+    double distance = 0;
+    for (std::size_t i = 0; i < lengths.size(); ++i) {
+      const double below = (lengths[i] / 11.1e6 - 1 + width) / (2 * width), rank = static_cast<double>(i) / 50'000;
+      distance = std::max({distance, below - rank, rank + 1 / 50'000.0 - below});
+    }
+    INFO("width " << width);
+    CHECK(distance < 2.2 / std::sqrt(50'000));  // P = 1.3e-4
+    const std::vector<Duration> steps = step_durations(segments);
+    const auto [least, most] = std::minmax_element(steps.begin(), steps.end());
+    CHECK(static_cast<double>(least->ns) == Approx(1.5e6 * (1 - width)).margin(1.5e6 * width * 1e-4 + 1));
+    CHECK(static_cast<double>(most->ns) == Approx(1.5e6 * (1 + width)).margin(1.5e6 * width * 1e-4 + 1));
+  }
+}
+
+TEST_CASE("a hitch is the first visualization at or after each multiple of its period, and no other") {
+  ProgrammedTiming timing{.step = Duration{1'500'000}, .step_variation = 0.1};
+  timing.hitch = Hitch{{500 * ms}, {30 * ms}};
+  RealTime before{-1};
+  std::int64_t hitches = 0;
+  const auto segments = play(timing, 2'000);
+  for (const SegmentTiming& segment : segments) {
+    const std::int64_t multiple = segment.begin.ns / (500 * ms) * 500 * ms;
+    const bool expected = multiple > 0 && multiple > before.ns;
+    CHECK(length(*segment.visualization).ns == (expected ? 30 * ms : 11'100'000));
+    hitches += expected;
+    before = segment.begin;
+  }
+  CHECK(hitches == segments.back().begin.ns / (500 * ms));
+}
+
+TEST_CASE("a period shorter than a segment makes every visualization but the first a hitch") {
+  ProgrammedTiming timing{.step = Duration{1'500'000}};
+  timing.hitch = Hitch{{25 * ms}, {20 * ms}};
+  const auto segments = play(timing, 100);
+  CHECK(length(*segments[0].visualization).ns == 11'100'000);
+  for (std::size_t k = 1; k < segments.size(); ++k) CHECK(length(*segments[k].visualization).ns == 20 * ms);
+}
+
+TEST_CASE("on a grid a hitch takes place in its segment, and the grid is reached again") {
+  ProgrammedTiming timing{.step = Duration{1'000'000}, .paced = true};
+  timing.hitch = Hitch{{1'000 * ms}, {40 * ms}};
+  const auto segments = play(timing, 300);
+  std::int64_t late = 0;
+  for (const SegmentTiming& segment : segments) late += segment.begin > tick_time({30, 1}, segment.index);
+  // 40 + 15 ms in a segment of 33.3 ms, of which 7.2 ms are idle: 21.7 ms late, then 14.4 and 7.2. The hitches are those of
+  // segments 30, 60, ..., 270.
+  CHECK(late == 9 * 3);
+}
+
 TEST_CASE("no model shifts another's draws: with all others added, each still does what it does alone") {
   const int n = 3'000;
   const auto bare = play(jittered(), n);
@@ -265,6 +327,7 @@ TEST_CASE("the means that are stated are the means that are played") {
   all.regimes = Regimes{1.6, 8};
   all.dropped_visualization = 0.05;
   all.merged_visualization = 0.1;
+  all.hitch = Hitch{{300 * ms}, {25 * ms}};
   std::vector<ProgrammedTiming> timings(7, jittered());
   timings[0].first_step = 0.4;
   timings[1].spikes = Spikes{10, {4 * ms}};
@@ -277,6 +340,9 @@ TEST_CASE("the means that are stated are the means that are played") {
   timings.push_back(timings[2]);
   timings.back().merged_visualization = 1;
   timings.push_back(all);
+  timings.push_back(jittered());
+  timings.back().visualization_law = timings.back().step_law = JitterLaw::uniform;
+  timings.back().hitch = Hitch{{200 * ms}, {31 * ms}};
   for (std::size_t i = 0; i < timings.size(); ++i) {
     INFO("timing " << i);
     std::vector<double> lengths;
@@ -306,6 +372,9 @@ TEST_CASE("ten thousand random combinations keep the order of a schedule, and ea
     timing.paced = chance(0.5);
     timing.visualization_variation = chance(0.5) ? between(0, 1) : 0;
     timing.step_variation = between(0.001, 1);
+    if (chance(0.3)) timing.visualization_law = JitterLaw::uniform;
+    if (chance(0.3)) timing.step_law = JitterLaw::uniform;
+    if (chance(0.3)) timing.hitch = Hitch{{500 * ms}, {static_cast<std::int64_t>(between(1, 200e6))}};
     if (chance(0.3)) timing.spikes = Spikes{between(0, 1e3), {static_cast<std::int64_t>(between(1, 1e7))}};
     if (chance(0.3)) timing.preemption = Preemption{between(0, 1e3), {3 * ms}, {40 * ms}, between(0.1, 10)};
     if (chance(0.3)) timing.regimes = Regimes{between(1, 5), between(1, 20)};

@@ -11,7 +11,7 @@
 namespace evenstep::internal {
 namespace {
 
-constexpr std::string_view kLognormalWord = "lognormal ";
+constexpr std::string_view kLognormalWord = "lognormal ", kUniformWord = "uniform ";
 constexpr std::string_view kSmoothWord = "smooth ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
@@ -77,7 +77,7 @@ std::string without_unit(const Field& field, const Value& value) {
     return fmt::format("{} has no unit; write \"{} segments\"", as_written(value), as_written(value));
   const Dimension dimension = (field.forms & kRate)                                     ? Dimension::rate
                               : (field.forms & (kDuration | kSpan | kSmooth | kPareto)) ? Dimension::time
-                              : (field.forms & kLognormal)                              ? Dimension::ratio
+                              : (field.forms & kJitter)                                 ? Dimension::ratio
                                                                                         : field.dimension;
   const std::string_view example = info(dimension).example;
   return fmt::format("{} has no unit; write {} such as \"{}{}\"", as_written(value), describe_forms(field),
@@ -122,6 +122,8 @@ std::string pareto_error(const Field& field, std::string_view text) {
   return fmt::format("\"{}\": the cap is below the least cost; write the smaller time first", text);
 }
 
+bool is_uniform(std::string_view text) { return text.substr(0, kUniformWord.size()) == kUniformWord; }
+
 /// The number of "8 segments".
 Result<double> parse_segments(std::string_view text) {
   const NumberAndUnit split = split_number(text);
@@ -156,7 +158,7 @@ std::string text_error(const Field& field, const std::string& text) {
                          near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
     }
   }
-  if (field.forms & kLognormal) return prefixed_error(field, text, kLognormalWord, false);
+  if (field.forms & kJitter) return prefixed_error(field, text, is_uniform(text) ? kUniformWord : kLognormalWord, false);
   if (field.forms & kSmooth) return prefixed_error(field, text, kSmoothWord, true);
   if (field.forms & kPareto) return pareto_error(field, text);
   if (field.forms & kSegments) return parsed(field, parse_segments(text), text);
@@ -187,7 +189,7 @@ std::string error_of(const Field& field, const Value& value) {
       if (field.forms & kLimit) return {};
       if ((field.forms & kNumber) || (whole && (field.forms & kInteger)))
         return out_of_range(field, number, as_written(value));
-      if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLognormal | kSmooth | kPareto | kSegments))
+      if (field.forms & (kDuration | kSpan | kRate | kQuantity | kJitter | kSmooth | kPareto | kSegments))
         return without_unit(field, value);
       return wrong;
     }
@@ -242,6 +244,8 @@ void Check::entry(const std::string& name, const Value& table, const Entry& entr
         : name == "timing" && (kind == "trace" || kind == "foreign")
             ? fmt::format("'{}' does not go with '{}': the {} says it all; remove one of them", entry.key, kind,
                           kind == "trace" ? "recording" : "source")
+        : field->kinds == "trace"
+            ? fmt::format("'{}' belongs to a recording; remove it, or write trace = \"trace.sqlite\"", entry.key)
             : fmt::format("'{}' means nothing with {} = \"{}\"; remove it, or write {} = \"{}\"", entry.key, of, kind, of,
                           fmt::join(split_words(field->kinds), "\" or \"")));
   } else {
@@ -332,8 +336,11 @@ Duration Table::span(std::string_view key, const NominalUnits& nominal, Errors& 
   return parsed.value_or({});
 }
 
-double Table::lognormal(std::string_view key) const {
-  return *parse_si(text(key).substr(kLognormalWord.size()), Dimension::ratio);
+JitterText Table::jitter(std::string_view key) const {
+  const std::string written = text(key);
+  const bool uniform = is_uniform(written);
+  const std::string ratio = written.substr((uniform ? kUniformWord : kLognormalWord).size());
+  return {uniform ? JitterLaw::uniform : JitterLaw::log_normal, *parse_si(ratio, Dimension::ratio)};
 }
 
 ParetoText Table::pareto(std::string_view key) const {

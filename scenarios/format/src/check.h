@@ -9,6 +9,7 @@
 
 #include "evenstep/format/document.h"
 #include "evenstep/format/fields.h"
+#include "evenstep/scheduler/step_timing.h"
 
 namespace evenstep::internal {
 
@@ -34,6 +35,12 @@ class Check {
 /// "pareto 3 ms cap 40 ms"
 struct ParetoText {
   Duration least, most;
+};
+
+/// "lognormal 10 %" or "uniform 10 %"
+struct JitterText {
+  JitterLaw law = JitterLaw::log_normal;
+  double variation = 0;
 };
 
 /// A table without errors, read key by key; a key that is not there has its default.
@@ -65,7 +72,7 @@ class Table {
   /// For a field of the form kSpan. Adds an error if the nominal unit makes it too long. If the nominal times are not known,
   /// [timing] has an error already.
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
-  double lognormal(std::string_view key) const;
+  JitterText jitter(std::string_view key) const;
   Duration smooth(std::string_view key) const;
   ParetoText pareto(std::string_view key) const;
   double segments(std::string_view key) const;  ///< for a field of the form kSegments

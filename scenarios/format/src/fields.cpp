@@ -79,7 +79,7 @@ std::string describe_forms(const Field& field) {
   if (field.forms & kRate) choices.emplace_back("a rate");
   if (field.forms & kQuantity)
     choices.push_back(fmt::format("{} {}", article(info(field.dimension).name), info(field.dimension).name));
-  if (field.forms & kLognormal) choices.emplace_back("\"lognormal <ratio>\"");
+  if (field.forms & kJitter) choices.insert(choices.end(), {"\"lognormal <ratio>\"", "\"uniform <ratio>\""});
   if (field.forms & kSmooth) choices.emplace_back("\"smooth <time>\"");
   if (field.forms & kPareto) choices.emplace_back("\"pareto <time> cap <time>\"");
   if (field.forms & kSegments) choices.emplace_back("a number of segments");

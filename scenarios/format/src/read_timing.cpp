@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "evenstep/format/load.h"
-#include "evenstep/recordings/timing_csv.h"
+#include "evenstep/recordings/recording.h"
 #include "evenstep/text/rational.h"
 #include "field_rows.h"
 #include "read_timing_models.h"
@@ -42,11 +42,44 @@ void set_nominal_of_trace(Scenario& scenario) {
   scenario.scene.step_rate = reduced_rate(steps * kNsPerSecond, end_ns);
 }
 
+/// What the names of a profiler's file are. Adds an error if they cannot be used.
+RecordingOptions read_roles(const Table& table, Errors& errors) {
+  RecordingOptions options;
+  options.profile = {table.has("format") ? table.text("format") : "", {}};
+  options.profile.columns = {table.text("name"),
+                             table.text("begin"),
+                             table.text("end"),
+                             table.text("duration"),
+                             "",
+                             table.has("unit") ? table.text("unit") : ""};
+  Roles& roles = options.roles;
+  roles = {table.text("segment"),
+           table.text("visualization"),
+           table.text("step"),
+           table.text("step_begin"),
+           table.text("process"),
+           table.integer("steps"),
+           {}};
+  if (table.has("step_time")) roles.step_time = table.duration("step_time");
+  if ((roles.steps == 0) != (roles.step_time == Duration{}))
+    errors.add(table.place("steps"), "'steps' and 'step_time' go together: so many steps, each so long");
+  return options;
+}
+
 void read_trace(ScenarioReading& reading, const Table& timing) {
   const Value path = timing.at("trace");
   TimingSpec& spec = reading.scenario.timing;
   spec.trace_file = path_from(path);
-  TimingCsv csv = read_timing_csv(spec.trace_file);
+  RecordingOptions options;
+  if (timing.has("roles")) {
+    options = read_roles(timing.table("roles"), reading.errors);
+    if (is_timing_csv(spec.trace_file))
+      reading.errors.add(timing.place("roles"),
+                         fmt::format("'roles' are those of a profiler's file, and '{}' is a timing.csv; "
+                                     "remove them",
+                                     spec.trace_file));
+  }
+  Recording csv = read_recording(spec.trace_file, options);
   for (const Diagnostic& error : csv.error_or({})) {
     if (error.line == 0) {
       reading.errors.add(path.place, fmt::format("'trace': '{}' {}", error.file, error.message));
@@ -217,6 +250,7 @@ double added_ns(const ProgrammedTiming& programmed) {
   ProgrammedTiming plain = programmed;
   plain.first_step = plain.dropped_visualization = plain.merged_visualization = 0;
   plain.spikes.reset();
+  plain.hitch.reset();
   plain.preemption.reset();
   return mean_timing(programmed).segment_ns - mean_timing(plain).segment_ns;
 }
@@ -429,12 +463,80 @@ const std::vector<Field>& timing_fields() {
       {.table = "timing",
        .key = "trace",
        .forms = kFile,
-       .meaning = "A recording to replay (segment,kind,index,begin_ns,end_ns); then [timing] holds nothing else.",
+       .meaning =
+           "A recording to replay: timing.csv (segment,kind,index,begin_ns,end_ns), or a profiler's file, with `roles` if "
+           "these cannot be guessed. Then [timing] holds nothing else.",
        .example = "\"recorded/x.csv\""},
+      {.table = "timing",
+       .key = "roles",
+       .forms = kTable,
+       .meaning = "Which names of a profiler's file are what: the options of `evenstep import`.",
+       .kinds = "trace"},
       {.table = "timing",
        .key = "foreign",
        .forms = kTable,
        .meaning = "A source that is not evenstep's own; then [timing] holds nothing else."},
+      {.table = "timing.roles",
+       .key = "segment",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "Names that begin a segment, as an extended regular expression; without it, visualizations do."},
+      {.table = "timing.roles",
+       .key = "visualization",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "Names that are visualizations."},
+      {.table = "timing.roles", .key = "step", .forms = kText, .default_toml = "\"\"", .meaning = "Names that are steps."},
+      {.table = "timing.roles",
+       .key = "step_begin",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "Names that a step of several parts begins with; without it, each part is a step."},
+      {.table = "timing.roles",
+       .key = "process",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "Of several processes that have such names: the one to take."},
+      {.table = "timing.roles",
+       .key = "steps",
+       .forms = kInteger,
+       .default_toml = "0",
+       .meaning = "Of a recording of pictures: so many steps after each.",
+       .range = between(0, 10'000)},
+      {.table = "timing.roles",
+       .key = "step_time",
+       .forms = kDuration,
+       .meaning = "How long each of these steps is.",
+       .range = above(0, kLongestRun_s),
+       .example = "\"1.2 ms\""},
+      {.table = "timing.roles",
+       .key = "format",
+       .forms = kWord,
+       .meaning = "The format, if the begin of the file does not tell.",
+       .words = "nsight-sqlite|chrome-json|presentmon|frame-csv|csv",
+       .example = "\"presentmon\""},
+      {.table = "timing.roles",
+       .key = "name",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "Of a CSV with other columns: the one with the name."},
+      {.table = "timing.roles",
+       .key = "begin",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "The column with the begin."},
+      {.table = "timing.roles", .key = "end", .forms = kText, .default_toml = "\"\"", .meaning = "The column with the end."},
+      {.table = "timing.roles",
+       .key = "duration",
+       .forms = kText,
+       .default_toml = "\"\"",
+       .meaning = "In place of `end`: the column with the length."},
+      {.table = "timing.roles",
+       .key = "unit",
+       .forms = kWord,
+       .meaning = "The unit of these columns.",
+       .words = "ns|us|ms|s",
+       .example = "\"ms\""},
   };
   static const std::vector<Field> all =
       joined(joined(joined(rows, library_rows("timing", "")), timing_model_fields()), foreign_rows("timing.foreign", ""));

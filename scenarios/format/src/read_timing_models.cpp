@@ -20,6 +20,16 @@ void read_regimes(const Table& regimes, ProgrammedTiming& timing, Errors& errors
                   2 * timing.regimes->mean_length, shortest_mean_stay(*timing.regimes)));
 }
 
+void read_hitch(const Table& hitch, ProgrammedTiming& timing, Errors& errors) {
+  timing.hitch = Hitch{hitch.duration("every"), hitch.duration("visualization")};
+  if (timing.hitch->visualization < timing.hitch->every) return;
+  errors.add(
+      hitch.place("visualization"),
+      fmt::format("'visualization': a hitch of {} every {} leaves no time for anything else; write a shorter one, or a "
+                  "longer 'every'",
+                  in_ms(timing.hitch->visualization), in_ms(timing.hitch->every)));
+}
+
 void read_additions(const Table& table, ProgrammedTiming& timing, Errors& errors) {
   if (table.has("spikes")) {
     const Table spikes = table.table("spikes");
@@ -31,6 +41,7 @@ void read_additions(const Table& table, ProgrammedTiming& timing, Errors& errors
     timing.preemption = Preemption{in_Hz(preemption.rate("rate")), cost.least, cost.most, preemption.number("tail")};
   }
   if (table.has("regimes")) read_regimes(table.table("regimes"), timing, errors);
+  if (table.has("hitch")) read_hitch(table.table("hitch"), timing, errors);
 }
 
 TimingChange read_change(const Table& entry, const ProgrammedTiming& timing, Errors& errors) {
@@ -105,8 +116,14 @@ std::vector<int> read_step_counts(const Table& table, Errors& errors) {
 
 void read_timing_models(const Table& table, ProgrammedTiming& timing, Errors& errors) {
   const Table jitter = table.table("jitter");
-  if (jitter.has("visualization")) timing.visualization_variation = jitter.lognormal("visualization");
-  if (jitter.has("step")) timing.step_variation = jitter.lognormal("step");
+  const auto read_jitter = [&](const char* key, JitterLaw& law, double& variation) {
+    if (!jitter.has(key)) return;
+    const JitterText text = jitter.jitter(key);
+    law = text.law;
+    variation = text.variation;
+  };
+  read_jitter("visualization", timing.visualization_law, timing.visualization_variation);
+  read_jitter("step", timing.step_law, timing.step_variation);
   if (timing.order == SegmentOrder::concurrent) {
     timing.slowdown = table.number("slowdown");
   } else {
@@ -187,6 +204,11 @@ const std::vector<Field>& timing_model_fields() {
        .meaning = "The visualization jumps between two lengths, each of which lasts a while. The mean stays V.",
        .kinds = kAnyOrder},
       {.table = "timing",
+       .key = "hitch",
+       .forms = kTable,
+       .meaning = "A long visualization again and again: another tab, a garbage collector, a texture that is loaded.",
+       .kinds = kAnyOrder},
+      {.table = "timing",
        .key = "drift",
        .forms = kQuantity,
        .default_toml = "\"0 %/s\"",
@@ -222,13 +244,14 @@ const std::vector<Field>& timing_model_fields() {
        .example = "[{ at = \"2 s\", visualization = \"22.2 ms\" }]"},
       {.table = "timing.jitter",
        .key = "visualization",
-       .forms = kLognormal,
-       .meaning = "Log-normal with this coefficient of variation; the mean stays V.",
+       .forms = kJitter,
+       .meaning = "Log-normal with this coefficient of variation, or uniform: up to so much shorter or longer. The mean "
+                  "stays V.",
        .range = between(0, 1),
        .example = "\"lognormal 10 %\""},
       {.table = "timing.jitter",
        .key = "step",
-       .forms = kLognormal,
+       .forms = kJitter,
        .meaning = "The same for each step; the mean stays s.",
        .range = between(0, 1),
        .example = "\"lognormal 10 %\""},
@@ -289,6 +312,20 @@ const std::vector<Field>& timing_model_fields() {
        .dimension = D::ratio,
        .range = above(0, 0.999),
        .example = "\"30 %\""},
+      {.table = "timing.hitch",
+       .key = "every",
+       .forms = kDuration,
+       .meaning = "The first visualization that begins at or after each multiple of it.",
+       .required = true,
+       .range = above(0, kLongestRun_s),
+       .example = "\"2 s\""},
+      {.table = "timing.hitch",
+       .key = "visualization",
+       .forms = kDuration,
+       .meaning = "V of these, shorter than `every`. Jitter and all else apply to it as to any other.",
+       .required = true,
+       .range = above(0, kLongestRun_s),
+       .example = "\"20 ms\""},
       {.table = "timing.changes",
        .key = "at",
        .forms = kDuration,

@@ -80,7 +80,7 @@ Json alternatives(const Field& field, const Making& making) {
     out.push_back({{"enum", names}});
   else if (field.forms & (kText | kFile))
     out.push_back({{"type", "string"}});
-  if (field.forms & kLognormal) out.push_back(pattern("^lognormal [0-9.]+ *%$"));
+  if (field.forms & kJitter) out.push_back(pattern("^(lognormal|uniform) [0-9.]+ *%$"));
   if (field.forms & kPareto) out.push_back(pattern(fmt::format("^pareto [0-9.]+ *{} cap [0-9.]+ *{}$", kTime, kTime)));
   if (field.forms & kSegments) out.push_back(pattern("^[0-9.]+ *segments?$"));
   if (field.forms & kSmooth) out.push_back(pattern(fmt::format("^smooth [0-9.]+ *{}$", kTime)));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "evenstep/format/scenario.h"
+#include "evenstep/recordings/recording.h"
 #include "evenstep/reports/size_record.h"
 #include "evenstep/text/diagnostic.h"
 
@@ -23,17 +24,19 @@ struct SizeOptions {
 
 struct SizeResult {
   SizeRecord record;
-  std::vector<Diagnostic> errors;  ///< empty: the record is complete
+  std::vector<SegmentTiming> segments;  ///< those that were sized
+  std::vector<Diagnostic> errors;       ///< empty: the record is complete
 };
 
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
 
-/// For a recording: timing.csv (recordings/timing_csv.h), or a list of steps with the header begin_ns,end_ns. The segments
-/// are those of the file. If it has no visualizations and only one segment, they are those of the cycle found in it; if
-/// there is no cycle either, every step is a segment, and then only the loop of `phase_locked` makes sense, not `paper`.
-SizeResult size_recording(const std::string& path, const SizeOptions& options);
+/// For a recording: timing.csv (recordings/timing_csv.h), a list of steps with the header begin_ns,end_ns, or a profiler's
+/// file with roles (recordings/recording.h). The segments are those of the file. If it has no visualizations and only one
+/// segment, they are those of the cycle found in it; if there is no cycle either, every step is a segment, and then only the
+/// loop of `phase_locked` makes sense, not `paper`.
+SizeResult size_recording(const std::string& path, const SizeOptions& options, const RecordingOptions& recording = {});
 /// The same for segments in memory, which must contain a step.
 SizeRecord size_segments(std::vector<SegmentTiming> segments, const std::string& name, const SizeOptions& options);
 

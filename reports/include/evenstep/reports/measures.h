@@ -106,6 +106,7 @@ struct BinRow {
   std::optional<double> error_rms = {};  ///< interaction: from the true position; force: from the undelayed one
   std::optional<double> deviation_from_ideal_rms = {};  ///< force only
   std::int64_t underruns_so_far = 0;
+  double largest = 0;  ///< of the signal itself: what rounding errors go with
 };
 std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run);
 std::map<std::string, std::vector<BinRow>> bins(const RunRecord& run, const BinLayout& layout);

@@ -73,6 +73,25 @@ struct SizeStrategy {
   std::optional<SizeRate> rate;
 };
 
+/// What took clearly longer than usual, by about the same time: a kind of hitch (docs/sizing.md).
+struct SizeHitches {
+  enum class What { visualization, step, gap };
+  What what = What::gap;
+  std::int64_t count = 0;
+  Duration shortest, longest;                            ///< lengths of these pieces
+  Duration usual;                                        ///< the median of all such pieces
+  RealTime first;                                        ///< when the first one begins
+  Duration least_between, median_between, most_between;  ///< from begin to begin; 0 if there is only one
+  struct Mended {
+    Duration latency;              ///< if all of this kind had been as usual
+    Duration with_all_above;       ///< and all kinds before it in the list
+    double stiffness_N_per_m = 0;  ///< that goes with with_all_above
+  };
+  std::vector<Mended> mended;  ///< in the order of SizeRecord::strategies
+  /// Whether they come at equal intervals, to a tenth or a segment.
+  bool regular(Duration segment) const;
+};
+
 /// All bounds are for the same emission.
 struct SizeBounds {
   SizeNeed best_line, taut_string;
@@ -92,11 +111,14 @@ struct SizeCycle {
 
 struct SizeRecord {
   std::string input;          ///< file
+  std::string trace;          ///< file with these segments; empty: none, or a scenario has it
+  std::string trace_roles;    ///< its [timing] roles, in TOML; empty: none are needed
   std::int64_t steps = 0;     ///< steps judged
   std::int64_t left_out = 0;  ///< in a list without segments: the steps before the first long pause
   std::int64_t segments = 0;
   std::string segments_from;  ///< "programmed", "recording", "cycle" (found) or "step" (each step is a segment)
   Duration length;            ///< first begin to last end
+  Duration segment;           ///< median, from begin to begin
   Duration sampling_period;   ///< h, the longest of all devices
   bool interpolated = false;  ///< emission of the strategies
   double damping_N_s_per_m = 1;
@@ -106,8 +128,14 @@ struct SizeRecord {
   SizeBounds held;
   std::optional<SizeBounds> linear;  ///< if interpolated
   std::vector<SizeStrategy> strategies;
-  std::optional<SizeCycle> cycle;  ///< for a list of steps without segments
+  std::vector<SizeHitches> hitches;  ///< in order of the longest excess
+  std::optional<SizeCycle> cycle;    ///< for a list of steps without segments
 };
+
+const char* name_of(SizeHitches::What what);
+/// The map that needs least of those whose velocity jump is at most 0.15 slots; of the one that jumps least, if none is as
+/// smooth. Null if no map has a slot.
+const SizeStrategy* strategy_to_use(const SizeRecord& record);
 
 /// Text for people. Times are in ms with six decimals, that is to the ns.
 std::string size_text(const SizeRecord& record);

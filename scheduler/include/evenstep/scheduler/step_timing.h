@@ -70,6 +70,19 @@ struct Regimes {
 /// How many segments it stays, on average, at the length that it has less often.
 double shortest_mean_stay(const Regimes& regimes);
 
+/// How the lengths of a piece of work vary about their mean.
+enum class JitterLaw {
+  log_normal,  ///< `variation` is the coefficient of variation, 0 to 1
+  uniform,     ///< anywhere within `variation` times the mean of it, equally likely; 0 to 1
+};
+
+/// A visualization that takes long, again and again: the first one that begins at or after each multiple of `every`, which
+/// is longer than `visualization`.
+struct Hitch {
+  Duration every;
+  Duration visualization;  ///< V of that segment
+};
+
 /// New values that apply from the first segment that begins at or after `at`. Values that are not given stay as they were.
 struct TimingChange {
   RealTime at;
@@ -85,12 +98,14 @@ struct ProgrammedTiming {
   std::vector<int> steps{15};          ///< N; from several values one is drawn per segment, all equally likely
   std::optional<Duration> step;        ///< s, mean; empty means "fill", see make_programmed_timing
   SegmentOrder order = SegmentOrder::visualization_first;
-  double visualization_variation = 0;  ///< log-normal coefficient of variation
+  double visualization_variation = 0;  ///< see JitterLaw
   double step_variation = 0;
+  JitterLaw visualization_law = JitterLaw::log_normal, step_law = JitterLaw::log_normal;
   double first_step = 0;  ///< the first step after a visualization takes 1 + first_step times as long
   std::optional<Spikes> spikes;
   std::optional<Preemption> preemption;
   std::optional<Regimes> regimes;
+  std::optional<Hitch> hitch;
   double drift_per_s = 0;            ///< r
   double dropped_visualization = 0;  ///< probability per segment; with `merged` at most 1
   double merged_visualization = 0;
@@ -128,8 +143,8 @@ struct ProgrammedTiming {
 ///
 /// Length of step n, in segment k: d = floor(X_n (1 + r B_k) f + 1/2), and then d + spike_n + preemption_n;
 /// of visualization k:             d = floor(Y_k (1 + r B_k) c_k + 1/2), and then d + preemption_k.
-///   X_n, Y_k      log-normal (random.h) with means s and V; r is drift_per_s, B_k in s; with the values that the reader
-///                 accepts 1 + r B_k is never below 0
+///   X_n, Y_k      log-normal (random.h) with means s and V, or uniform: floor(mean (1 + variation (2 u - 1)) + 1/2); r is
+///                 drift_per_s, B_k in s; with the values that the reader accepts 1 + r B_k is never below 0
 ///   f             1 + first_step for the first step after a visualization; slowdown for one that begins beside one; else 1
 ///   c_k           0 with probability dropped_visualization, 2 with merged_visualization, else 1
 ///   regimes       with p = slow_share, V is V / (1 - p + p factor) or factor times that. The first level is the longer one
@@ -139,6 +154,8 @@ struct ProgrammedTiming {
 ///   spike_n       `cost` with probability 1 - exp(-rate d), else 0
 ///   preemption    with a probability of the same form, a cost from the inverse CDF:
 ///                 least (1 - u (1 - (least/most)^a))^(-1/a)
+///   hitch         V of segment k is that of the hitch if a multiple j every, j >= 1, lies in (B_{k-1}, B_k]; if this
+///                 visualization is dropped, so is the hitch
 ///   changes       V, s and N of segment k are those of the last change with at <= B_k. "fill" keeps the s it began with: a
 ///                 GPU's step does not get faster because its visualization got slower.
 /// Draw n of each stream belongs to the global step number n or to segment k, and each model has streams of its own, so

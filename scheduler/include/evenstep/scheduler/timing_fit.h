@@ -16,9 +16,13 @@ namespace evenstep {
 struct FittedLength {
   std::int64_t count = 0;
   double median_ns = 0;
-  double mean_ns = 0;    ///< mean of the values within 5 deviations of the median (of their logarithms)
-  double variation = 0;  ///< coefficient of variation, from the median absolute deviation of the logarithms
-  double distance = 0;   ///< Kolmogorov distance to that log-normal
+  double mean_ns = 0;           ///< mean of the values within 5 deviations of the median (of their logarithms)
+  double variation = 0;         ///< coefficient of variation, from the median absolute deviation of the logarithms
+  double distance = 0;          ///< Kolmogorov distance to that log-normal
+  double half_width = 0;        ///< of the uniform law with the same 5 and 95 %, over the mean
+  double uniform_distance = 0;  ///< Kolmogorov distance to that law
+  /// Whether the uniform law is the nearer one, and within 1.63 / sqrt(count), which 99 % of its samples are.
+  bool is_uniform() const;
 };
 
 /// An estimate and its standard error.
@@ -34,8 +38,9 @@ struct TimingFit {
   double seconds = 0;         ///< when the last of them begins
   /// Proposed in `timing` if one of them is 4 errors from 0 and amounts to 2 %, and the two agree within 3 errors.
   FittedNumber visualization_drift_per_s, step_drift_per_s;
-  FittedLength visualization;            ///< without drift, regimes and merged visualizations
+  FittedLength visualization;            ///< without drift, hitches, regimes and merged visualizations
   std::int64_t dropped = 0, merged = 0;  ///< number of segments with a dropped or a merged visualization
+  std::int64_t hitches = 0;              ///< visualizations alike in length at equal intervals, if `timing` has a hitch
   double lag_1 = 0;                      ///< correlation of neighbouring visualizations, before regimes are removed
   double regime_separation = 0;          ///< distance of the two levels, in deviations within a level; 0: one level
   double slow_share = 0;                 ///< if there are two levels: the share of segments at the slower one

@@ -23,15 +23,15 @@ enum Form : std::uint32_t {
   kDuration = 1 << 6,
   kSpan = 1 << 7,  ///< a duration, or in the nominal units of [timing]: "8 segments"
   kRate = 1 << 8,
-  kQuantity = 1 << 9,    ///< a number with a unit of Field::dimension
-  kLognormal = 1 << 10,  ///< "lognormal 10 %"
-  kSmooth = 1 << 11,     ///< "smooth 0.2 s"
-  kLimit = 1 << 12,      ///< "4 step", "12 ms", 0
-  kTable = 1 << 13,      ///< the fields of "<table>.<key>"
-  kPareto = 1 << 14,     ///< "pareto 3 ms cap 40 ms"
-  kSegments = 1 << 15,   ///< "8 segments", where their length does not matter
-  kAnything = 1 << 16,   ///< a value for another key (of a grid); checked as a value of that key
-  kOptions = 1 << 17,    ///< a table that is passed on unread; no dates, for it becomes JSON
+  kQuantity = 1 << 9,   ///< a number with a unit of Field::dimension
+  kJitter = 1 << 10,    ///< "lognormal 10 %" or "uniform 10 %"
+  kSmooth = 1 << 11,    ///< "smooth 0.2 s"
+  kLimit = 1 << 12,     ///< "4 step", "12 ms", 0
+  kTable = 1 << 13,     ///< the fields of "<table>.<key>"
+  kPareto = 1 << 14,    ///< "pareto 3 ms cap 40 ms"
+  kSegments = 1 << 15,  ///< "8 segments", where their length does not matter
+  kAnything = 1 << 16,  ///< a value for another key (of a grid); checked as a value of that key
+  kOptions = 1 << 17,   ///< a table that is passed on unread; no dates, for it becomes JSON
 };
 
 enum class Shape { one, list, one_or_list, three };

@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "commands.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "recording_options.h"
+
+namespace evenstep::app {
+namespace {
+
+struct ImportArguments {
+  std::string file, out;
+  bool list = false;
+  RecordingArguments recording;
+};
+
+std::string length_text(Duration length) {
+  const auto ns = static_cast<double>(length.ns);
+  if (length.ns < 1'000'000) return fmt::format("{:.4g} us", ns / 1e3);
+  return length.ns < 1'000'000'000 ? fmt::format("{:.4g} ms", ns / 1e6) : fmt::format("{:.4g} s", ns / 1e9);
+}
+
+void print_head(const Profile& profile) {
+  RealTime end = profile.intervals.front().end;
+  for (const ProfileInterval& interval : profile.intervals) end = std::max(end, interval.end);
+  fmt::print("{}: {}, {} intervals in {}\ntime base: {}\n", profile.file, profile.format, profile.intervals.size(),
+             length_text(end - profile.intervals.front().begin), profile.time_base);
+}
+
+void print_list(const Profile& profile) {
+  const std::vector<NameSummary> names = summarize(profile);
+  std::vector<std::int64_t> of_source(profile.sources.size());
+  for (const ProfileInterval& interval : profile.intervals) ++of_source[interval.source];
+  for (std::size_t i = 0; i < of_source.size(); ++i) {
+    if (!profile.sources[i].empty()) fmt::print("from {}: {} intervals\n", profile.sources[i], of_source[i]);
+  }
+  fmt::print("{:>8}  {:>10}  {:>10}  name\n", "count", "median", "period");
+  for (const NameSummary& name : names) {
+    fmt::print("{:>8}  {:>10}  {:>10}  {}{}{}\n", name.count, length_text(name.median),
+               name.period ? length_text(*name.period) : "", name.category, name.category.empty() ? "" : ": ", name.text);
+  }
+}
+
+void print_left_out(const std::vector<LeftOut>& left_out) {
+  for (const LeftOut& left : left_out) {
+    fmt::print("left out: {} {}{}\n", left.count, left.what,
+               left.first.empty() ? "" : fmt::format(", the first: {}", left.first));
+  }
+}
+
+void print_assigned(const AssignedRoles& assigned) {
+  if (assigned.guessed) {
+    std::string options;
+    const auto add = [&](const char* option, const std::string& value) {
+      if (!value.empty()) options += fmt::format(" --{} '{}'", option, value);
+    };
+    add("segment", assigned.roles.segment);
+    add("visualization", assigned.roles.visualization);
+    add("step", assigned.roles.step);
+    fmt::print("guessed:{}\n", options);
+  }
+  constexpr std::size_t kMostShown = 20;
+  for (std::size_t i = 0; i < std::min(assigned.became.size(), kMostShown); ++i)
+    fmt::print("{}: {} of '{}'\n", assigned.became[i].role, assigned.became[i].count, assigned.became[i].name);
+  if (assigned.became.size() > kMostShown) fmt::print("and {} more names\n", assigned.became.size() - kMostShown);
+  if (assigned.merged > 0)
+    fmt::print("merged: {} intervals into the step or visualization that they are a part of\n", assigned.merged);
+  if (assigned.cut > 0)
+    fmt::print("cut: {} pictures begin before the one before them ends, and are taken to begin there\n", assigned.cut);
+  print_left_out(assigned.left_out);
+  std::size_t shown = 0, steps = 0;
+  for (const SegmentTiming& segment : assigned.segments) {
+    shown += segment.visualization.has_value();
+    steps += segment.steps.size();
+  }
+  fmt::print("{} segments with {} visualizations and {} steps, {} long\n", assigned.segments.size(), shown, steps,
+             length_text(assigned.segments.back().end - RealTime{}));
+  if (steps == 0)
+    fmt::print(
+        "without steps there is nothing to run: say how many follow each visualization, --steps 8 --step-time \"1.2 ms\"\n");
+}
+
+/// False on an error, which is then printed.
+bool write(const std::string& path, const std::vector<SegmentTiming>& segments) {
+  std::ofstream file(path, std::ios::binary);
+  file << format_timing_csv(segments);
+  file.close();
+  if (file) {
+    fmt::print("wrote {}\n", path);
+    return true;
+  }
+  print({{path, 0, 0, "cannot be written; give --out a file in a folder that exists"}});
+  return false;
+}
+
+ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
+  const std::optional<RecordingOptions> options = recording_options(arguments.recording);
+  if (!options) return ExitCode::usage;
+  const ProfileResult profile = read_profile(arguments.file, options->profile);
+  if (!profile) {
+    print(profile.error());
+    return ExitCode::usage;
+  }
+  print_head(*profile);
+  if (arguments.list) {
+    print_list(*profile);
+    print_left_out(profile->left_out);
+    return ExitCode::pass;
+  }
+  const AssignedRolesResult assigned = assign_roles(*profile, options->roles);
+  if (!assigned) {
+    print(assigned.error());
+    return ExitCode::usage;
+  }
+  print_assigned(*assigned);
+  if (arguments.out.empty()) return ExitCode::pass;
+  return write(arguments.out, assigned->segments) ? ExitCode::pass : ExitCode::usage;
+}
+
+}  // namespace
+
+void add_import(Commands& commands) {
+  auto [command, arguments] = commands.add<ImportArguments>(
+      "import", "a profiler's file as timing.csv: which of its names are segments, visualizations and steps", import);
+  command.operand("file", arguments.file,
+                  "Nsight Systems SQLite or CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, or any CSV");
+  command.flag("--list", arguments.list, "only its names, with count, median length and period");
+  command.option("--out", arguments.out, "the timing.csv to write; without it nothing is written");
+  add_recording_options(command, arguments.recording);
+}
+
+}  // namespace evenstep::app

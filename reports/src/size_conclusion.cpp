@@ -1,0 +1,172 @@
+#include "size_conclusion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "evenstep/reports/json.h"
+
+namespace evenstep {
+namespace {
+
+constexpr double kSmooth = 0.15;         // slots; phase_locked accelerates by 0.07 at most
+constexpr double kNearBound = 1.25;      // times the pause bound
+constexpr double kMaterial = 0.01;       // a saving below this share of the latency is none
+constexpr std::size_t kMostKinds = 8;    // rows of the table
+constexpr std::int64_t kAlikePart = 10;  // intervals that differ by less than a tenth are alike
+
+using internal::ms;
+
+std::size_t place_of(const SizeRecord& record, const SizeStrategy& strategy) {
+  return static_cast<std::size_t>(&strategy - record.strategies.data());
+}
+
+std::string some(const SizeHitches& kind) {
+  return kind.count == 1 ? name_of(kind.what) : fmt::format("{} {}s", kind.count, name_of(kind.what));
+}
+
+std::string range(Duration least, Duration most) {
+  const std::string low = fmt::format("{:.4g}", ms(least)), high = fmt::format("{:.4g}", ms(most));
+  return low == high ? low : low + " to " + high;
+}
+
+std::string how_often(const SizeHitches& kind, const SizeRecord& record) {
+  if (kind.count == 1) return fmt::format("once, at {:.4g} s", seconds(kind.first));
+  if (kind.regular(record.segment)) return fmt::format("every {:.4g} s", seconds(kind.median_between));
+  const std::string least = fmt::format("{:.3g}", seconds(kind.least_between));
+  const std::string most = fmt::format("{:.3g}", seconds(kind.most_between));
+  return (least == most ? least : least + " to " + most) + " s apart";
+}
+
+std::string stiffness(const SizeRecord& record, double N_per_m) {
+  return fmt::format("{:.3g} N/m at {:.3g} N s/m", N_per_m, record.damping_N_s_per_m);
+}
+
+/// Whether the map or the machine is to blame.
+std::string blame(const SizeRecord& record, const SizeStrategy& use) {
+  const Duration bound = (record.linear ? *record.linear : record.held).pause;
+  if (bound.ns <= 0) return "";
+  const double times = static_cast<double>(use.any_phase.latency.ns) / static_cast<double>(bound.ns);
+  if (times < 1)
+    return fmt::format("  That is less than the pause bound of {:.4g} ms: the worst comes before the map has slots.\n",
+                       ms(bound));
+  if (times <= kNearBound)
+    return fmt::format("  The pause bound is {:.4g} ms: the machine sets the latency, and another map would win little.\n",
+                       ms(bound));
+  return fmt::format(
+      "  That is {:.2f} times the pause bound of {:.4g} ms: a part of it is how the map follows this timing.\n", times,
+      ms(bound));
+}
+
+std::string compared(const SizeRecord& record, const SizeStrategy& use) {
+  std::string out;
+  for (const SizeStrategy& other : record.strategies) {
+    if (&other == &use || other.any_phase.culprit.step < 0) continue;
+    out += fmt::format("  {} needs {:.4g} ms; its reads jump by {:.2g} slots, those of {} by {:.2g}.\n", other.name,
+                       ms(other.any_phase.latency), other.velocity_jump, use.name, use.velocity_jump);
+  }
+  return out;
+}
+
+/// What hitches cost: all of them, and the kind of which mending saves most.
+std::string worth(const SizeRecord& record, const SizeStrategy& use) {
+  if (record.hitches.empty())
+    return "  Nothing took clearly longer than usual: every cycle needs about as much. A shorter visualization helps, or "
+           "steps\n  between its parts.\n";
+  const std::size_t map = place_of(record, use);
+  const auto alone = [&](const SizeHitches& kind) { return kind.mended[map].latency; };
+  const Duration latency = use.any_phase.latency;
+  const auto saves = [&](Duration mended) {
+    return static_cast<double>((latency - mended).ns) > kMaterial * static_cast<double>(latency.ns);
+  };
+  const SizeHitches::Mended& all = record.hitches.back().mended[map];
+  if (!saves(all.with_all_above))
+    return fmt::format("  Hitches do not set the latency: without any, {:.6f} ms would be needed. The usual cycle does.\n",
+                       ms(all.with_all_above));
+  std::string out = fmt::format("  Without its hitches {:.6f} ms would do, and the loop would carry {}.\n",
+                                ms(all.with_all_above), stiffness(record, all.stiffness_N_per_m));
+  const auto best = std::min_element(record.hitches.begin(), record.hitches.end(),
+                                     [&](const auto& a, const auto& b) { return alone(a) < alone(b); });
+  if (!saves(alone(*best))) return out + "  No kind saves much alone: they hide each other.\n";
+  const std::string these =
+      fmt::format("the {} of {} ms, {}", some(*best), range(best->shortest, best->longest), how_often(*best, record));
+  if (alone(*best) == all.with_all_above) return out + fmt::format("  All of that is {}.\n", these);
+  return out + fmt::format("  Mend first {}: that alone leaves {:.6f} ms.\n", these, ms(alone(*best)));
+}
+
+std::string tables(const SizeRecord& record, const SizeStrategy& use) {
+  std::string out =
+      fmt::format("\n[remap]\nlatency = \"{:.6f} ms\"\nlead = \"{:.6f} ms\"\n", ms(use.any_phase.latency), ms(use.lead));
+  if (!record.trace.empty()) {
+    out += fmt::format("\n[timing]\ntrace = {}\n", json_text(Json(record.trace)));
+    return record.trace_roles.empty() ? out : out + fmt::format("roles = {}\n", record.trace_roles);
+  }
+  if (record.segments_from != "cycle" && record.segments_from != "step") return out;  // the scenario has a [timing]
+  return out + "\n# [timing] takes segments, and this list has none: --timing timing.csv writes those that were sized.\n";
+}
+
+}  // namespace
+
+bool SizeHitches::regular(Duration segment) const {
+  const Duration slack{median_between.ns / kAlikePart + segment.ns};
+  return count > 2 && median_between - least_between <= slack && most_between - median_between <= slack;
+}
+
+const char* name_of(SizeHitches::What what) {
+  switch (what) {
+    case SizeHitches::What::visualization:
+      return "visualization";
+    case SizeHitches::What::step:
+      return "step";
+    case SizeHitches::What::gap:
+      return "gap";
+  }
+  return "";
+}
+
+const SizeStrategy* strategy_to_use(const SizeRecord& record) {
+  const SizeStrategy* use = nullptr;
+  const auto better = [](const SizeStrategy& a, const SizeStrategy& b) {
+    const bool smooth = a.velocity_jump <= kSmooth;
+    if (smooth != (b.velocity_jump <= kSmooth)) return smooth;
+    return smooth ? a.any_phase.latency < b.any_phase.latency : a.velocity_jump < b.velocity_jump;
+  };
+  for (const SizeStrategy& strategy : record.strategies) {
+    if (strategy.any_phase.culprit.step < 0) continue;
+    if (use == nullptr || better(strategy, *use)) use = &strategy;
+  }
+  return use;
+}
+
+namespace internal {
+
+std::string hitches_text(const SizeRecord& record) {
+  const SizeStrategy* use = strategy_to_use(record);
+  if (use == nullptr || record.hitches.empty()) return "";
+  std::string out = fmt::format("\n  Hitches, by kind; latency of {} if all of a kind had been as usual\n", use->name);
+  out += fmt::format("  {:<13} {:>6} {:>18} {:>10} {:>24} {:>13} {:>15} {:>6}\n", "", "count", "took, ms", "usual, ms",
+                     "how often", "mended, ms", "with all above", "N/m");
+  for (std::size_t i = 0; i < std::min(record.hitches.size(), kMostKinds); ++i) {
+    const SizeHitches& kind = record.hitches[i];
+    const SizeHitches::Mended& mended = kind.mended[place_of(record, *use)];
+    out += fmt::format("  {:<13} {:>6} {:>18} {:>10.4g} {:>24} {:>13.6f} {:>15.6f} {:>6.3g}\n", name_of(kind.what),
+                       kind.count, range(kind.shortest, kind.longest), ms(kind.usual), how_often(kind, record),
+                       ms(mended.latency), ms(mended.with_all_above), mended.stiffness_N_per_m);
+  }
+  if (record.hitches.size() > kMostKinds)
+    out += fmt::format("  {} kinds of shorter ones are in --json.\n", record.hitches.size() - kMostKinds);
+  return out;
+}
+
+std::string conclusion_text(const SizeRecord& record) {
+  const SizeStrategy* use = strategy_to_use(record);
+  if (use == nullptr) return "\n  Conclusion: none. A map has slots once it has seen a whole segment; record more.\n";
+  return fmt::format(
+             "\n  Conclusion\n  Use {} with a latency of {:.6f} ms: nothing underruns in this timing, at any phase of the "
+             "device. The loop\n  carries {}.\n",
+             use->name, ms(use->any_phase.latency), stiffness(record, use->any_phase.stiffness_limit_N_per_m)) +
+         worth(record, *use) + blame(record, *use) + compared(record, *use) + tables(record, *use);
+}
+
+}  // namespace internal
+}  // namespace evenstep

@@ -1,0 +1,17 @@
+#pragma once
+/// The last parts of size_text.
+
+#include <string>
+
+#include "evenstep/reports/size_record.h"
+
+namespace evenstep::internal {
+
+inline double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+
+/// The kinds of hitches, and what latency would do without each.
+std::string hitches_text(const SizeRecord& record);
+/// Which map to use and with what, why it needs that, and the tables of a scenario that say so.
+std::string conclusion_text(const SizeRecord& record);
+
+}  // namespace evenstep::internal

@@ -1,0 +1,98 @@
+// What `size` prints to be pasted is a scenario that is accepted, needs just that latency, and has no underrun with it.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "evenstep/format/scenario.h"
+#include "evenstep/harness/run.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "traces.h"
+
+using namespace evenstep;
+using namespace evenstep::testing;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Pasted {
+  SizeRecord sized, scenario;
+  RunOutcome run;
+};
+
+/// Sizes the recording, and runs a scenario that has what was printed.
+Pasted pasted(const std::string& recording, const RecordingOptions& options = {}) {
+  Pasted out;
+  SizeResult sized = size_recording(recording, {}, options);
+  REQUIRE(sized.errors.empty());
+  out.sized = sized.record;
+  const std::string printed = size_text(out.sized);
+  REQUIRE(printed.find("\n[remap]\n") != std::string::npos);
+  const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".toml");
+  std::ofstream(file) << "format = 1\n[run]\nstrategies = [\"" << strategy_to_use(out.sized)->name
+                      << "\"]\n[scene]\nkind = \"spring\"\nsolver = \"cpu-double\"\n[[device]]\nname = \"left\"\n"
+                         "render = { kind = \"force\", emission = \"hold\" }\n[[expect]]\nsignal = \"left.force."
+                      << strategy_to_use(out.sized)->name << "\"\nmetric = \"underruns\"\nequals = 0\n"
+                      << printed.substr(printed.find("\n[remap]\n"));
+  const ReadResult read = read_scenario(file.string());
+  INFO(printed << (read ? "" : text(read.error().front())));
+  REQUIRE(read);
+  out.scenario = size_scenario(*read, {}).record;
+  out.run = run_scenario(*read, {});
+  fs::remove(file);
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("the tables that size prints are accepted, need the same latency, and run without an underrun") {
+  for (const char* name : {"small-paced30-basic", "paperlike-free-basic"}) {
+    INFO(name);
+    const Pasted out = pasted(EVENSTEP_SOURCE_DIR "/scenarios/recorded/" + std::string(name) + ".csv");
+    const SizeStrategy& use = *strategy_to_use(out.sized);
+    CHECK(strategy(out.scenario, use.name).any_phase.latency == use.any_phase.latency);
+    CHECK(strategy(out.scenario, use.name).lead == use.lead);
+    CHECK(out.run.record.strategies.front().latency.latency == use.any_phase.latency);
+    CHECK(out.run.verdict == RunVerdict::pass);
+  }
+}
+
+TEST_CASE("of a profiler's file the printed tables have its roles, and are accepted") {
+  const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".json");
+  const auto events = [](const char* name, RealTime begin, RealTime end) {
+    return fmt::format(R"({{"name":"{}","ph":"X","pid":1,"tid":1,"ts":{}.{:03},"dur":{}.{:03}}},)", name, begin.ns / 1000,
+                       begin.ns % 1000, (end - begin).ns / 1000, (end - begin).ns % 1000);
+  };
+  std::string json = "[";
+  for (const SegmentTiming& segment :
+       play({.visualization = {10 * ms}, .step = Duration{1 * ms}, .hitch = Hitch{{1'000 * ms}, {25 * ms}}}, 300)) {
+    if (segment.visualization) json += events(R"(draw \"all\")", segment.visualization->begin, segment.visualization->end);
+    for (const Interval& step : segment.steps) json += events("solve", step.begin, step.end);
+  }
+  std::ofstream(file) << json.substr(0, json.size() - 1) << "]";
+  const Pasted out = pasted(file.string(), {{"", R"(draw "[a-z]+")", "solve", "", "", 0, {}}, {}});
+  CHECK(out.sized.trace_roles == R"({ visualization = "draw \"[a-z]+\"", step = "solve" })");
+  CHECK(strategy(out.scenario, "phase_locked").any_phase.latency == strategy(out.sized, "phase_locked").any_phase.latency);
+  CHECK(out.run.verdict == RunVerdict::pass);
+  fs::remove(file);
+}
+
+TEST_CASE("the conclusion names map, latency, stiffness and what mending is worth; a list of steps has no [timing] yet") {
+  std::vector<SegmentTiming> segments =
+      play({.visualization = {10 * ms}, .step = Duration{1 * ms}, .hitch = Hitch{{1'000 * ms}, {25 * ms}}}, 300);
+  const SizeRecord record = size_segments(segments, "programmed.csv", {});
+  const std::string text = size_text(record);
+  CHECK_THAT(text, Contains("Use phase_locked with a latency of ") && Contains("N/m at 1 N s/m") &&
+                       Contains("All of that is the 7 visualizations of 25 ms, every "));
+  SizeRecord list = record;
+  list.segments_from = "cycle";
+  CHECK_THAT(size_text(list), Contains("--timing timing.csv"));
+  list.trace = "with \"quotes\" and \\.csv";
+  CHECK_THAT(size_text(list), Contains("trace = \"with \\\"quotes\\\" and \\\\.csv\""));
+  SizeRecord none = record;
+  for (SizeStrategy& one : none.strategies) one.any_phase.culprit.step = -1;
+  CHECK_THAT(size_text(none), Contains("Conclusion: none"));
+  CHECK(strategy_to_use(none) == nullptr);
+}

@@ -1,0 +1,52 @@
+// Any bytes as a profiler's file, with the roles that are guessed and with some that match everything.
+#include "evenstep/recordings/roles.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "property.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+/// Errors are about the whole file, or have a place: a database has no lines.
+void require_read_or_said(bool read, const std::vector<Diagnostic>& errors) {
+  require(read == errors.empty(), "neither read nor refused");
+  for (const Diagnostic& error : errors) require(!error.message.empty(), "an error without words");
+}
+
+void require_sound(const Profile& profile) {
+  require(!profile.intervals.empty(), "a profile has no interval");
+  RealTime last{INT64_MIN};
+  for (const ProfileInterval& interval : profile.intervals) {
+    require(interval.begin <= interval.end && interval.begin >= last, "intervals are not in order");
+    require(interval.name < profile.names.size() && interval.source < profile.sources.size(), "an index is past its list");
+    last = interval.begin;
+  }
+}
+
+/// What is assigned is a recording that timing.csv can hold.
+void require_recording(const Profile& profile, const Roles& roles) {
+  const AssignedRolesResult assigned = assign_roles(profile, roles);
+  require_read_or_said(assigned.ok(), assigned.error_or({}));
+  if (!assigned) return;
+  const std::string csv = format_timing_csv(assigned->segments);
+  const TimingCsv read = parse_timing_csv(csv, "timing.csv");
+  require(read.ok() && format_timing_csv(*read) == csv, "what was assigned does not read back");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const ProfileResult profile = parse_profile({reinterpret_cast<const char*>(data), size}, "profile");
+  require_read_or_said(profile.ok(), profile.error_or({}));
+  if (!profile) return 0;
+  require_sound(*profile);
+  Roles everything, segments, pictures;
+  everything.step = ".";
+  segments.segment = segments.step = ".";
+  pictures.visualization = ".";
+  pictures.steps = 3;
+  pictures.step_time = {1000};
+  for (const Roles& roles : {Roles{}, everything, segments, pictures}) require_recording(*profile, roles);
+  return 0;
+}

@@ -1,0 +1,24 @@
+#pragma once
+/// Recordings of other projects, which are not ours to ship: in the folder that EVENSTEP_RECORDINGS names, or in
+/// shared/recordings beside the repository.
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace evenstep::test {
+
+/// The path of a file; without one the test says so and ends.
+inline std::optional<std::string> real_file(const std::string& name) {
+  namespace fs = std::filesystem;
+  const char* const folder = std::getenv("EVENSTEP_RECORDINGS");
+  const fs::path path =
+      folder != nullptr ? fs::path(folder) / name : fs::path(EVENSTEP_SOURCE_DIR) / "../shared/recordings" / name;
+  if (fs::exists(path)) return path.string();
+  WARN("skipped: there is no " << path.string() << "; set EVENSTEP_RECORDINGS to the folder that has it");
+  return std::nullopt;
+}
+
+}  // namespace evenstep::test
