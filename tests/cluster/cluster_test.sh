@@ -2,8 +2,9 @@
 # Sweeps on other people's engines (examples/sweep), with what is killed while they run: the merged bytes are those of one
 # process every time, and no finished line is lost.
 #   cluster_test.sh EVENSTEP SOURCE_DIR ENGINE [KILLS [SEED]]
-# ENGINE: slurm (a worker, then slurmd, then slurmctld, the latter two every tenth time), openmpi, parallel, workqueue,
-# full_disk, builds (no kills: what is refused). KILLS is how many must hit something. The last line says what was measured. Exit status 77: skipped, and why.
+# ENGINE: slurm (mostly a worker; slurmd and slurmctld each every twelfth time), openmpi, parallel, workqueue, full_disk,
+# builds (no kills: what is refused). KILLS is how many must hit something. The last line says what was measured.
+# Exit status 77: skipped, and why.
 # Everything is in a folder of its own, daemons too, and nothing is left running.
 set -uo pipefail
 evenstep=$(readlink -f -- "$1") source_dir=$(readlink -f -- "$2") engine=$3 kills=${4:-3}
@@ -13,14 +14,23 @@ export SHARDS
 examples=$source_dir/examples/sweep
 
 skip() { echo "skipped: $*"; exit 77; }
-fail() { echo "FAIL: $*"; for log in "$work"/*.log "$work"/run/*.log; do [[ -s $log ]] && tail -n 5 "$log"; done; exit 1; }
-need() { for tool in "$@"; do command -v "$tool" >/dev/null || skip "$tool is not installed (.ci/cluster-packages.txt)"; done; }
+fail() {
+  echo "FAIL: $*"
+  for log in "$work"/*.log "$work"/run/*.log; do [[ -s $log ]] && tail -n 5 "$log"; done
+  exit 1
+}
+need() {
+  for tool in "$@"; do
+    command -v "$tool" >/dev/null || skip "$tool is not installed (.ci/cluster-packages.txt)"
+  done
+}
 
 work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-cluster.XXXXXX")
 # ours PATTERN : processes that run in the folder, or a program in it, with such a name. All of them were started here.
 ours() {
   local process name
-  for process in $(find /proc -maxdepth 2 \( -name exe -o -name cwd \) -lname "$work*" -printf '%h\n' 2>/dev/null | sort -u); do
+  for process in $(find /proc -maxdepth 2 \( -name exe -o -name cwd \) -lname "$work*" -printf '%h\n' 2>/dev/null |
+    sort -u); do
     # shellcheck disable=SC2053
     { read -r name <"$process/comm"; } 2>/dev/null && [[ $name == $1 ]] && echo "${process#/proc/}"
   done
@@ -288,15 +298,14 @@ engine_slurm() {
     fresh
     "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses: $(cat run.log)"
     sleep 0.2
-    for _ in 1 2; do
-      ((hits < kills)) && strike "${names[hits % ${#names[@]}]}"
-    done
+    strike "${names[hits % ${#names[@]}]}"
     ticks=0
     until [[ -e sweep.jsonl ]]; do
       revive
       sleep 0.2
       ((++ticks < 900)) || fail "run $runs does not end: $(sinfo -h -o '%t %E'; squeue)"
       ((ticks % 25)) || operate
+      ((ticks % 300)) || scancel --user="$(id -un)"   # a minute: jobs that Slurm believes to run, but that do not
     done
     judge
     scancel --user="$(id -un)"
