@@ -21,33 +21,30 @@ using internal::SweepPoints;
 /// The part of a sweep that this process runs, from the lines kept in the file to its end.
 class Part {
  public:
-  Part(const SweepPoints& points, SweepShard shard, SweepRecord& record) : points_(points), shard_(shard), record_(record) {
-    record_.header = points.header();
-  }
+  Part(const SweepHeader& header, SweepShard shard) : header_(header), shard_(shard), summarizer_(header) {}
 
-  std::int64_t count() const { return (record_.header.points() - shard_.index + shard_.of) / shard_.of; }
+  std::int64_t count() const { return (header_.points() - shard_.index + shard_.of) / shard_.of; }
   std::int64_t point(std::int64_t n) const { return n * shard_.of + shard_.index - 1; }
-  std::int64_t done() const { return std::ssize(record_.points); }
+  std::int64_t done() const { return done_; }
   std::int64_t failures() const { return failures_; }
-  bool complete() const {
-    return done() == count() || (record_.header.stop_after && failures_ >= *record_.header.stop_after);
-  }
+  SweepSummary summary() const { return summarizer_.summary(); }
+  bool complete() const { return done() == count() || (header_.stop_after && failures_ >= *header_.stop_after); }
 
   /// Adds the next line. Throws if it is not that.
   void add(const std::string& line) {
-    record_.points.push_back(internal::read_point_line(record_.header, line));
-    if (record_.points.back().index != point(done() - 1))
-      throw std::runtime_error(
-          fmt::format("is of point {}, where {} is due", record_.points.back().index, point(done() - 1)));
-    failures_ += internal::failed(record_.points.back()) ? 1 : 0;
+    const SweepPoint next = internal::read_point_line(header_, line);
+    if (next.index != point(done_))
+      throw std::runtime_error(fmt::format("is of point {}, where {} is due", next.index, point(done_)));
+    ++done_;
+    failures_ += internal::failed(next) ? 1 : 0;
+    summarizer_.add(next);
   }
 
   /// Whether the first line of a file is that of this part. Throws if the line is damaged.
   bool is_ours(const std::string& line, const std::string& file) const {
     try {
       const internal::HeaderLine there = internal::read_header_line(line);
-      return internal::same_sweep(there.header, record_.header) && there.shard.index == shard_.index &&
-             there.shard.of == shard_.of;
+      return internal::same_sweep(there.header, header_) && there.shard.index == shard_.index && there.shard.of == shard_.of;
     } catch (const std::runtime_error& error) {
       throw std::runtime_error(fmt::format("{}:1: error: the line {}; remove the file", file, error.what()));
     }
@@ -73,10 +70,10 @@ class Part {
   }
 
  private:
-  const SweepPoints& points_;
+  const SweepHeader& header_;
   SweepShard shard_;
-  SweepRecord& record_;
-  std::int64_t failures_ = 0;
+  SweepSummarizer summarizer_;
+  std::int64_t done_ = 0, failures_ = 0;
 };
 
 std::string file_of(const SweepOptions& options) {
@@ -109,7 +106,8 @@ bool run_rest(const SweepPoints& points, const SweepOptions& options, Part& part
 
 /// Throws std::runtime_error.
 void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutcome& outcome) {
-  Part part(points, options.shard, outcome.record);
+  outcome.header = points.header();
+  Part part(outcome.header, options.shard);
   const bool ended =
       options.resume && !std::filesystem::exists(outcome.file + ".partial") && std::filesystem::exists(outcome.file);
   if (ended) {
@@ -126,7 +124,7 @@ void run_part(const SweepPoints& points, const SweepOptions& options, SweepOutco
       file.finish();
     }
   }
-  outcome.summary = summarize(outcome.record);
+  outcome.summary = part.summary();
   if (outcome.exit == ExitCode::interrupted) return;
   if (options.shard.of > 1 && outcome.summary.find) {
     outcome.summary.find

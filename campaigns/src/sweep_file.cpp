@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -22,6 +23,39 @@ constexpr std::int64_t kMostBytes = std::int64_t{1} << 40;
   throw std::runtime_error(fmt::format("cannot {} '{}': {}", doing, path, std::strerror(errno)));
 }
 
+/// All of the text. `path` is for the error.
+void write_all(int descriptor, std::string_view text, const std::string& path) {
+  for (std::size_t written = 0; written < text.size();) {
+    const ssize_t count = ::write(descriptor, text.data() + written, text.size() - written);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) fail("write", path);
+    written += static_cast<std::size_t>(count);
+  }
+}
+
+/// Makes the folder that a file is to be in.
+void make_folder_of(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
+}
+
+/// Opens a file that no other process writes. It may have been renamed since it was opened.
+int open_alone(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) fail("write", path);
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  ::close(descriptor);
+  throw std::runtime_error(fmt::format("'{}' is being written by another process", path));
+}
+
+/// Makes sure that the file is on disk, and gives it its final name.
+void end_file(int descriptor, const std::string& path, const std::string& name) {
+  if (::fsync(descriptor) != 0) fail("write", path);
+  if (std::rename(path.c_str(), name.c_str()) != 0) fail("rename to its own name", path);
+}
+
 }  // namespace
 
 std::vector<std::string> read_lines(const std::string& path, bool torn_end_allowed) {
@@ -38,19 +72,19 @@ std::vector<std::string> read_lines(const std::string& path, bool torn_end_allow
 }
 
 SweepFile::SweepFile(std::string file, bool resume) : file_(std::move(file)), partial_(file_ + ".partial") {
-  const std::filesystem::path folder = std::filesystem::path(file_).parent_path();
+  make_folder_of(file_);
   std::error_code error;
-  if (!folder.empty()) std::filesystem::create_directories(folder, error);
-  if (error) throw std::runtime_error(fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
   if (!resume && std::filesystem::exists(partial_, error)) {
     throw std::runtime_error(
         fmt::format("'{}' is there, from a sweep that did not end; --resume goes on with it, or remove it", partial_));
   }
-  descriptor_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) fail("write", partial_);
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+  descriptor_ = open_alone(partial_);
+  struct stat opened {
+  }, named{};
+  if (::fstat(descriptor_, &opened) != 0 || ::stat(partial_.c_str(), &named) != 0 || opened.st_ino != named.st_ino) {
     ::close(descriptor_);
-    throw std::runtime_error(fmt::format("'{}' is being written by another process", partial_));
+    throw std::runtime_error(
+        fmt::format("'{}' was ended by another process in the meantime; --resume takes over its file", partial_));
   }
   kept_ = read_lines(partial_, true);
   off_t whole = 0;
@@ -62,19 +96,34 @@ SweepFile::~SweepFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void SweepFile::append(const std::string& line) {
-  const std::string text = line + '\n';
-  for (std::size_t written = 0; written < text.size();) {
-    const ssize_t count = ::write(descriptor_, text.data() + written, text.size() - written);
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) fail("write", partial_);
-    written += static_cast<std::size_t>(count);
-  }
+void SweepFile::append(const std::string& line) { write_all(descriptor_, line + '\n', partial_); }
+
+void SweepFile::finish() { end_file(descriptor_, partial_, file_); }
+
+MergedFile::MergedFile(std::string file) : file_(std::move(file)), unfinished_(file_ + ".merging") {
+  make_folder_of(file_);
+  descriptor_ = open_alone(unfinished_);
+  if (::ftruncate(descriptor_, 0) != 0) fail("write", unfinished_);
 }
 
-void SweepFile::finish() {
-  if (::fsync(descriptor_) != 0) fail("write", partial_);
-  if (std::rename(partial_.c_str(), file_.c_str()) != 0) fail("rename to its own name", partial_);
+MergedFile::~MergedFile() {
+  if (!unfinished_.empty()) ::unlink(unfinished_.c_str());
+  ::close(descriptor_);
+}
+
+void MergedFile::append(const std::string& line) {
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
+  buffer_ += line;
+  buffer_ += '\n';
+  if (buffer_.size() < kPiece) return;
+  write_all(descriptor_, buffer_, unfinished_);
+  buffer_.clear();
+}
+
+void MergedFile::finish() {
+  write_all(descriptor_, buffer_, unfinished_);
+  end_file(descriptor_, unfinished_, file_);
+  unfinished_.clear();
 }
 
 }  // namespace evenstep::internal

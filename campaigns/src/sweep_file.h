@@ -14,7 +14,8 @@ std::vector<std::string> read_lines(const std::string& path, bool torn_end_allow
 class SweepFile {
  public:
   /// Opens "<file>.partial". With `resume` its complete lines are kept; otherwise the file must not exist. Throws
-  /// std::runtime_error with the file, the problem and the remedy; it is an error if another process is writing the file.
+  /// std::runtime_error with the file, the problem and the remedy; it is an error if another process is writing the file, or
+  /// has ended it in the meantime.
   SweepFile(std::string file, bool resume);
   ~SweepFile();
   SweepFile(const SweepFile&) = delete;
@@ -31,6 +32,24 @@ class SweepFile {
   std::string file_, partial_;
   int descriptor_ = -1;
   std::vector<std::string> kept_;
+};
+
+/// The file of a merge: its lines go to "<file>.merging", which the next merge overwrites if this one is killed. Throws
+/// std::runtime_error with the file and the problem.
+class MergedFile {
+ public:
+  explicit MergedFile(std::string file);
+  /// Removes what was not finished.
+  ~MergedFile();
+  MergedFile(const MergedFile&) = delete;
+  MergedFile& operator=(const MergedFile&) = delete;
+
+  void append(const std::string& line);
+  void finish();
+
+ private:
+  std::string file_, unfinished_, buffer_;
+  int descriptor_ = -1;
 };
 
 }  // namespace evenstep::internal

@@ -118,6 +118,13 @@ SweepHeader read_header(const Json& json) {
   return header;
 }
 
+SweepShard read_shard(const Json& json) {
+  if (!json.contains("shard")) return {};
+  const SweepShard shard{json.at("shard").at(0).get<int>(), json.at("shard").at(1).get<int>()};
+  if (shard.of < 2 || shard.index < 1 || shard.index > shard.of) refuse("is of no possible shard");
+  return shard;
+}
+
 /// Turns the errors of the JSON library into ours.
 template <class Read>
 auto reading(const std::string& line, Read read) {
@@ -179,12 +186,20 @@ std::string point_line(const SweepHeader& header, const SweepPoint& point) {
 }
 
 HeaderLine read_header_line(const std::string& line) {
-  return reading(line, [](const Json& json) {
-    HeaderLine out{read_header(json), {}};
-    if (json.contains("shard")) {
-      out.shard = {json.at("shard").at(0).get<int>(), json.at("shard").at(1).get<int>()};
-      if (out.shard.of < 2 || out.shard.index < 1 || out.shard.index > out.shard.of) refuse("is of no possible shard");
-    }
+  return reading(line, [](const Json& json) { return HeaderLine{read_header(json), read_shard(json)}; });
+}
+
+PartHeader read_part_header(const std::string& line) {
+  return reading(line, [](Json json) {
+    PartHeader out{read_shard(json),
+                   json.at("file").get<std::string>(),
+                   {},
+                   json.at("scenario").get<std::string>(),
+                   json.at("build").get<std::string>(),
+                   {}};
+    if (json.contains("set")) out.set = json.at("set").get<std::vector<std::string>>();
+    for (const char* own : {"shard", "file", "set"}) json.erase(own);
+    out.common = json_text(json);
     return out;
   });
 }

@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "evenstep/campaigns/sweep.h"
 
@@ -24,6 +25,16 @@ struct HeaderLine {
 /// These throw std::runtime_error, which says what is wrong with the line.
 HeaderLine read_header_line(const std::string& line);
 SweepPoint read_point_line(const SweepHeader& header, const std::string& line);
+
+/// What a merge compares of a header, without reading its ten million seeds for each of ten thousand parts.
+struct PartHeader {
+  SweepShard shard;
+  std::string file;
+  std::vector<std::string> set;
+  std::string scenario, build;
+  std::string common;  ///< the text that all parts of a sweep share: all but shard, file and set
+};
+PartHeader read_part_header(const std::string& line);
 
 /// Whether two headers are equal, except for the name of the scenario's file.
 bool same_sweep(SweepHeader a, const SweepHeader& b);

@@ -1,142 +1,204 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <map>
+#include <functional>
+#include <queue>
+#include <set>
 #include <stdexcept>
 #include <tuple>
 
 #include "evenstep/campaigns/sweep.h"
+#include "part_lines.h"
 #include "sweep_file.h"
 #include "sweep_lines.h"
 
 namespace evenstep {
 namespace {
 
-/// A line and where it came from.
-struct Line {
-  std::string text;
-  SweepPoint point;
-  std::size_t part = 0, number = 0;
-};
+constexpr std::size_t kMostNamed = 10;
+/// What all parts together may have in memory, and the least and the most that one reads at once.
+constexpr std::size_t kMemory = std::size_t{64} << 20, kLeastPiece = std::size_t{4} << 10, kMostPiece = std::size_t{1} << 20;
 
-class Merge {
+/// The first of many, as text: "3, 17, ..."
+class Named {
  public:
-  explicit Merge(const std::vector<std::string>& parts) : parts_(parts) {}
-
-  void read(std::vector<Diagnostic>& errors) {
-    for (std::size_t part = 0; part < parts_.size(); ++part) read_part(part, errors);
+  void add(const std::string& one) {
+    if (count_ < kMostNamed) text_ += (count_ == 0 ? "" : ", ") + one;
+    if (count_ == kMostNamed) text_ += ", ...";
+    ++count_;
   }
-  /// Adds errors for points that are missing before the end.
-  void check_gaps(std::vector<Diagnostic>& errors) const;
-  /// The header and the lines as a single process writes them.
-  std::vector<std::string> lines() const;
-  SweepRecord record() const;
+  const std::string& text() const { return text_; }
+  std::size_t count() const { return count_; }
 
  private:
-  void read_part(std::size_t part, std::vector<Diagnostic>& errors);
-  bool belongs(const std::string& header, const std::string& part, std::vector<Diagnostic>& errors);
-  /// One past the last point that counts, which is that of the K-th failure, or the last of all.
-  std::int64_t end() const;
-
-  const std::vector<std::string>& parts_;
-  std::string header_line_;  // of the whole sweep
-  SweepHeader header_;
-  std::map<std::int64_t, Line> lines_;
+  std::string text_;
+  std::size_t count_ = 0;
 };
 
-bool Merge::belongs(const std::string& line, const std::string& part, std::vector<Diagnostic>& errors) {
-  const SweepHeader header = internal::read_header_line(line).header;
-  if (header_line_.empty()) header_ = header;
-  // Paths may differ between machines. The same ones are kept, whatever the order of the parts.
-  if (std::tie(header.file, header.set) < std::tie(header_.file, header_.set)) {
-    header_.file = header.file;
-    header_.set = header.set;
+/// Points that no part has.
+class Gaps {
+ public:
+  /// The next point that is there.
+  void reach(std::int64_t index) {
+    if (index > due_) {
+      if (missing_ == 0) first_ = due_;
+      missing_ += index - due_;
+      spans_.add(index == due_ + 1 ? fmt::format("{}", due_) : fmt::format("{}-{}", due_, index - 1));
+    }
+    due_ = index + 1;
   }
-  header_line_ = internal::header_line(header_, {});
-  if (internal::same_sweep(header, header_)) return true;
-  const std::string what = header.scenario != header_.scenario ? "another scenario (or other --set)"
-                           : header.build != header_.build     ? "another build of evenstep"
-                                                               : "another sweep";
-  errors.push_back({part, 1, 1, fmt::format("is of {} than {}", what, parts_.front())});
-  return false;
+  std::int64_t missing() const { return missing_; }
+  std::int64_t first() const { return first_; }
+  const std::string& text() const { return spans_.text(); }
+
+ private:
+  std::int64_t due_ = 0, missing_ = 0, first_ = 0;
+  Named spans_;
+};
+
+struct MergePart {
+  internal::PartLines lines;
+  SweepShard shard;
+  SweepPoint point;  ///< of the line that was read last
+};
+
+/// Reads parts side by side. Errors are collected, each with its place; a part with an error is not read on.
+class Merge {
+ public:
+  Merge(const std::vector<std::string>& parts, std::vector<Diagnostic>& errors);
+
+  /// The header of the whole sweep, if there was no error.
+  const SweepHeader& header() const { return header_; }
+  /// Hands over the points of the whole sweep and their lines, by rising index, until there is an error; reads on then, for
+  /// further errors.
+  void read(const std::function<void(const SweepPoint&, const std::string& line)>& take);
+
+ private:
+  /// Calls `step` for a part; an exception becomes an error at its line, and false.
+  bool reading(MergePart& part, const std::function<bool()>& step);
+  void read_header(MergePart& part);
+  bool next_point(MergePart& part);
+  /// Which shards are not there, or which part lacks points of its own.
+  std::string who_lacks(const Gaps& gaps) const;
+  void error_at(const MergePart& part, const std::string& message) {
+    errors_.push_back({part.lines.path(), part.lines.number(), 1, message});
+  }
+
+  std::vector<MergePart> parts_;
+  std::vector<Diagnostic>& errors_;
+  SweepHeader header_;
+  std::optional<internal::PartHeader> first_;  // of the parts whose header could be read
+  std::string first_path_;
+};
+
+Merge::Merge(const std::vector<std::string>& parts, std::vector<Diagnostic>& errors) : errors_(errors) {
+  const std::size_t piece = std::clamp(kMemory / std::max<std::size_t>(parts.size(), 1), kLeastPiece, kMostPiece);
+  for (const std::string& part : parts) parts_.push_back({internal::PartLines(part, piece), {}, {}});
+  for (MergePart& part : parts_) {
+    reading(part, [&] {
+      part.lines.next();
+      read_header(part);
+      return true;
+    });
+  }
 }
 
-void Merge::read_part(std::size_t part, std::vector<Diagnostic>& errors) {
-  const std::string& path = parts_[part];
-  std::vector<std::string> lines;
-  std::size_t number = 0;
+bool Merge::reading(MergePart& part, const std::function<bool()>& step) {
   try {
-    lines = internal::read_lines(path, true);
-    std::error_code ignored;
-    std::uintmax_t whole = 0;
-    for (const std::string& line : lines) whole += line.size() + 1;
-    if (lines.empty() || whole != std::filesystem::file_size(path, ignored)) {
-      errors.push_back({path, std::ssize(lines) + 1, 1,
-                        "the line has no end: the file was cut off, or its sweep has not ended; "
-                        "`evenstep sweep --resume` ends it"});
-      return;
-    }
-    number = 1;
-    if (!belongs(lines.front(), path, errors)) return;
-    for (number = 2; number <= lines.size(); ++number) {
-      Line line{lines[number - 1], internal::read_point_line(header_, lines[number - 1]), part, number};
-      const auto [there, added] = lines_.try_emplace(line.point.index, line);
-      if (added) continue;
-      errors.push_back({path, static_cast<std::int64_t>(number), 1,
-                        fmt::format("point {} is in {}:{} already; merge each part once", line.point.index,
-                                    parts_[there->second.part], there->second.number)});
-      return;
-    }
+    return step();
   } catch (const std::runtime_error& error) {
-    const std::string message = number == 0 ? error.what() : fmt::format("the line {}", error.what());
-    errors.push_back({path, static_cast<std::int64_t>(number), 1, message});
+    error_at(part, fmt::format("the line {}", error.what()));
+    return false;
   }
 }
 
-std::int64_t Merge::end() const {
-  std::int64_t failures = 0;
-  for (const auto& [index, line] : lines_) {
-    failures += internal::failed(line.point) ? 1 : 0;
-    if (header_.stop_after && failures >= *header_.stop_after) return index + 1;
+void Merge::read_header(MergePart& part) {
+  const internal::PartHeader there = internal::read_part_header(part.lines.line());
+  part.shard = there.shard;
+  if (!first_) {
+    header_ = internal::read_header_line(part.lines.line()).header;
+    first_ = there;
+    first_path_ = part.lines.path();
   }
-  return header_.points();
+  // Paths may differ between machines. The same ones are kept, whatever the order of the parts.
+  if (std::tie(there.file, there.set) < std::tie(header_.file, header_.set)) {
+    header_.file = there.file;
+    header_.set = there.set;
+  }
+  if (there.common == first_->common) return;
+  const std::string what = there.scenario != first_->scenario ? "another scenario (or other --set)"
+                           : there.build != first_->build     ? "another build of evenstep"
+                                                              : "another sweep";
+  error_at(part, fmt::format("is of {} than {}", what, first_path_));
 }
 
-void Merge::check_gaps(std::vector<Diagnostic>& errors) const {
-  constexpr std::size_t kMostNamed = 10;
-  std::vector<std::string> gaps;
-  std::int64_t missing = 0, due = 0;
-  const auto reach = [&](std::int64_t index) {  // the next point that is there
-    if (index > due) gaps.push_back(index == due + 1 ? fmt::format("{}", due) : fmt::format("{}-{}", due, index - 1));
-    missing += index - due;
-    due = index + 1;
+bool Merge::next_point(MergePart& part) {
+  return reading(part, [&] {
+    if (!part.lines.next()) return false;
+    const std::int64_t before = part.lines.number() > 2 ? part.point.index : -1;
+    part.point = internal::read_point_line(header_, part.lines.line());
+    if (part.point.index <= before)
+      throw std::runtime_error(fmt::format("is of point {}, after point {}", part.point.index, before));
+    return true;
+  });
+}
+
+void Merge::read(const std::function<void(const SweepPoint&, const std::string& line)>& take) {
+  const auto later = [&](std::size_t a, std::size_t b) {
+    return std::tie(parts_[a].point.index, a) > std::tie(parts_[b].point.index, b);
   };
-  const std::int64_t last = end();
-  for (const auto& [index, line] : lines_) {
-    if (index < last) reach(index);
+  std::priority_queue<std::size_t, std::vector<std::size_t>, decltype(later)> next(later);
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    if (next_point(parts_[i])) next.push(i);
   }
-  reach(last);
-  if (missing == 0) return;
-  const std::string more = gaps.size() > kMostNamed ? ", ..." : "";
-  gaps.resize(std::min(gaps.size(), kMostNamed));
-  errors.push_back({parts_.front(), 0, 0,
-                    fmt::format("this and the other parts lack {} of {} points: {}{}; is a shard missing?", missing, last,
-                                fmt::join(gaps, ", "), more)});
+  Gaps gaps;
+  std::int64_t failures = 0, end = header_.points();  // one past the last point that counts: the K-th failure, or the last
+  std::int64_t last = -1, number_of_last = 0;
+  std::size_t part_of_last = 0;
+  while (!next.empty()) {
+    const std::size_t i = next.top();
+    MergePart& part = parts_[i];
+    next.pop();
+    if (part.point.index == last) {
+      error_at(part, fmt::format("point {} is in {}:{} already; merge each part once", last,
+                                 parts_[part_of_last].lines.path(), number_of_last));
+      continue;
+    }
+    last = part.point.index;
+    part_of_last = i;
+    number_of_last = part.lines.number();
+    if (last < end) {
+      gaps.reach(last);
+      if (errors_.empty() && gaps.missing() == 0) take(part.point, part.lines.line());
+      failures += internal::failed(part.point) ? 1 : 0;
+      if (header_.stop_after && failures >= *header_.stop_after) end = last + 1;
+    }
+    if (next_point(part)) next.push(i);
+  }
+  gaps.reach(end);
+  if (!errors_.empty() || gaps.missing() == 0) return;
+  errors_.push_back({first_path_, 0, 0,
+                     fmt::format("this and the other parts lack {} of {} points: {}; {}", gaps.missing(), end, gaps.text(),
+                                 who_lacks(gaps))});
 }
 
-std::vector<std::string> Merge::lines() const {
-  std::vector<std::string> out{header_line_};
-  const auto last = lines_.lower_bound(end());
-  for (auto line = lines_.begin(); line != last; ++line) out.push_back(line->second.text);
-  return out;
-}
-
-SweepRecord Merge::record() const {
-  SweepRecord record{header_, {}};
-  const auto last = lines_.lower_bound(end());
-  for (auto line = lines_.begin(); line != last; ++line) record.points.push_back(line->second.point);
-  return record;
+std::string Merge::who_lacks(const Gaps& gaps) const {
+  const int of = parts_.front().shard.of;
+  std::set<int> there;
+  for (const MergePart& part : parts_) {
+    if (part.shard.of != of) return "is a shard missing?";
+    there.insert(part.shard.index);
+  }
+  Named missing;
+  for (int shard = 1; shard <= of; ++shard) {
+    if (there.count(shard) == 0) missing.add(fmt::format("{}", shard));
+  }
+  if (missing.count() > 0)
+    return fmt::format("shard{} {} of {} {} missing", missing.count() == 1 ? "" : "s", missing.text(), of,
+                       missing.count() == 1 ? "is" : "are");
+  const int lacking = static_cast<int>(gaps.first() % of) + 1;
+  const auto part = std::find_if(parts_.begin(), parts_.end(), [&](const MergePart& p) { return p.shard.index == lacking; });
+  return fmt::format("point {} belongs into {}", gaps.first(), part->lines.path());
 }
 
 }  // namespace
@@ -144,25 +206,26 @@ SweepRecord Merge::record() const {
 SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::string& out) {
   SweepOutcome outcome;
   outcome.file = out;
-  Merge merge(parts);
-  merge.read(outcome.errors);
-  if (outcome.errors.empty()) merge.check_gaps(outcome.errors);
-  if (!outcome.errors.empty()) {
-    outcome.exit = ExitCode::usage;
-    return outcome;
-  }
+  Merge merge(parts, outcome.errors);
   try {
-    internal::SweepFile file(out, false);
-    for (const std::string& line : merge.lines()) file.append(line);
-    file.finish();
+    if (outcome.errors.empty()) {
+      outcome.header = merge.header();
+      internal::MergedFile file(out);
+      file.append(internal::header_line(outcome.header, {}));
+      SweepSummarizer summarizer(outcome.header);
+      merge.read([&](const SweepPoint& point, const std::string& line) {
+        file.append(line);
+        summarizer.add(point);
+      });
+      if (outcome.errors.empty()) file.finish();
+      outcome.summary = summarizer.summary();
+    }
   } catch (const std::exception& error) {
     outcome.failure = error.what();
     outcome.exit = ExitCode::run_failed;
     return outcome;
   }
-  outcome.record = merge.record();
-  outcome.summary = summarize(outcome.record);
-  outcome.exit = internal::exit_of(outcome.summary);
+  outcome.exit = outcome.errors.empty() ? internal::exit_of(outcome.summary) : ExitCode::usage;
   return outcome;
 }
 

@@ -84,6 +84,4 @@ std::int64_t unix_seconds() { return read_ns(CLOCK_REALTIME) / kNanosecondsPerSe
 
 double monotonic_seconds() { return static_cast<double>(read_ns(CLOCK_MONOTONIC)) * 1e-9; }
 
-std::int64_t unix_seconds() { return read_ns(CLOCK_REALTIME) / kNanosecondsPerSecond; }
-
 }  // namespace evenstep

@@ -49,19 +49,19 @@ std::string values_of(const SweepHeader& header, const SweepPoint& point) {
   return text;
 }
 
-Html worst_points(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command) {
+Html worst_points(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command) {
   if (summary.worst.empty()) return {};
   std::vector<std::vector<Html>> rows;
   for (const SweepSummary::Worst& worst : summary.worst) {
-    const SweepPoint& point = record.points[worst.point];
+    const SweepPoint& point = worst.point;
     Html why = point.failure;
     if (worst.expectation && point.expect[*worst.expectation].value) {
-      const SweepHeader::Expect& expect = record.header.expectations[*worst.expectation];
+      const SweepHeader::Expect& expect = header.expectations[*worst.expectation];
       why = element("code", expect.signal) +
             fmt::format(" {} {:.6g} {}", expect.metric, *point.expect[*worst.expectation].value, expect.unit);
     }
-    rows.push_back({verdict_badge(name_of(point.verdict)), fmt::format("{}", record.header.seed_of(point.index)),
-                    values_of(record.header, point), why, element("code", command(point))});
+    rows.push_back({verdict_badge(name_of(point.verdict)), fmt::format("{}", header.seed_of(point.index)),
+                    values_of(header, point), why, element("code", command(point))});
   }
   return table("The points that exceed their limits by most, or stopped; each with the command that runs it again.",
                {{"verdict"}, {"seed", true}, {"values"}, {"what"}, {"again"}}, rows);
@@ -82,9 +82,8 @@ Html found(const SweepHeader& header, const SweepSummary& summary) {
 
 }  // namespace
 
-std::string sweep_page(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command,
+std::string sweep_page(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command,
                        const std::string& verdict, const std::string& reproduce) {
-  const SweepHeader& header = record.header;
   Html outcome = element("p", fmt::format("{} of {} points passed, {} failed, {} had errors.", summary.all.passed,
                                           summary.all.runs(), summary.all.failed, summary.all.errors));
   if (summary.stopped)
@@ -93,7 +92,7 @@ std::string sweep_page(const SweepRecord& record, const SweepSummary& summary, c
   Page page{header.name, "evenstep sweep", verdict, outcome, reproduce, {}, ""};
   const Html all = table("All points", kTallyColumns, {tally_row("all", summary.all)});
   page.sections = {{"values", "Values", all + axes(header, summary)},
-                   {"worst", "Worst points", worst_points(record, summary, command)},
+                   {"worst", "Worst points", worst_points(header, summary, command)},
                    {"environment", "Environment",
                     facts({{"seeds", fmt::format("{}", header.seeds.size())},
                            {"digest of the scenario", element("code", header.scenario)},

@@ -29,12 +29,15 @@ std::optional<double> excess_of(const SweepPoint::Value& judged) {
   return (excess > 0) == passes ? -excess : excess;
 }
 
-SweepSummary::Worst worst_of(const SweepPoint& point, std::size_t at) {
-  if (point.expect.empty()) return {at, kInfinity, std::nullopt};
-  SweepSummary::Worst worst{at, -kInfinity, std::nullopt};
+SweepSummary::Worst worst_of(const SweepPoint& point) {
+  if (point.expect.empty()) return {point, kInfinity, std::nullopt};
+  SweepSummary::Worst worst{point, -kInfinity, std::nullopt};
   for (std::size_t i = 0; i < point.expect.size(); ++i) {
     const std::optional<double> excess = excess_of(point.expect[i]);
-    if (excess && (*excess > worst.excess || !worst.expectation)) worst = {at, *excess, i};
+    if (excess && (*excess > worst.excess || !worst.expectation)) {
+      worst.excess = *excess;
+      worst.expectation = i;
+    }
   }
   return worst;
 }
@@ -49,24 +52,11 @@ std::optional<std::size_t> deciding_value(const SweepHeader& header, const std::
   return header.find->smallest ? *found->value - 1 : *found->value + 1;
 }
 
-std::vector<SweepSummary::Worst> worst_points(const SweepRecord& record, std::optional<std::size_t> value) {
-  std::vector<SweepSummary::Worst> all;
-  for (std::size_t i = 0; i < record.points.size(); ++i) {
-    const SweepPoint& point = record.points[i];
-    if (value && record.header.value_of(point.index, record.header.find->axis) != *value) continue;
-    const SweepSummary::Worst worst = worst_of(point, i);
-    if (worst.expectation || point.verdict != SweepVerdict::pass) all.push_back(worst);
-  }
-  const auto kept = all.begin() + std::min<std::ptrdiff_t>(record.header.keep_worst, std::ssize(all));
-  std::partial_sort(all.begin(), kept, all.end(), [&](const auto& a, const auto& b) {
-    // Points that did not pass come first, however small their excess is.
-    const bool a_passes = record.points[a.point].verdict == SweepVerdict::pass;
-    const bool b_passes = record.points[b.point].verdict == SweepVerdict::pass;
-    if (a_passes != b_passes) return b_passes;
-    return a.excess != b.excess ? a.excess > b.excess : a.point < b.point;
-  });
-  all.erase(kept, all.end());
-  return all;
+bool is_worse(const SweepSummary::Worst& a, const SweepSummary::Worst& b) {
+  // Points that did not pass come first, however small their excess is.
+  const bool a_passes = a.point.verdict == SweepVerdict::pass, b_passes = b.point.verdict == SweepVerdict::pass;
+  if (a_passes != b_passes) return b_passes;
+  return a.excess != b.excess ? a.excess > b.excess : a.point.index < b.point.index;
 }
 
 SweepSummary::Find find_value(const SweepHeader::Find& wanted, const std::vector<SweepTally>& tallies) {
@@ -104,18 +94,41 @@ std::size_t SweepHeader::value_of(std::int64_t point, std::size_t axis) const {
   return static_cast<std::size_t>(rest % std::ssize(grid[axis].values));
 }
 
-SweepSummary summarize(const SweepRecord& record) {
-  const SweepHeader& header = record.header;
-  SweepSummary summary;
-  for (const SweepHeader::Axis& axis : header.grid) summary.values.emplace_back(axis.values.size());
-  for (const SweepPoint& point : record.points) {
-    count(summary.all, point.verdict);
-    for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
-      count(summary.values[axis][header.value_of(point.index, axis)], point.verdict);
+SweepSummarizer::SweepSummarizer(const SweepHeader& header) : header_(&header) {
+  for (const SweepHeader::Axis& axis : header.grid) so_far_.values.emplace_back(axis.values.size());
+  worst_.resize(header.find ? header.grid[header.find->axis].values.size() : 1);
+}
+
+void SweepSummarizer::add(const SweepPoint& point) {
+  count(so_far_.all, point.verdict);
+  for (std::size_t axis = 0; axis < header_->grid.size(); ++axis)
+    count(so_far_.values[axis][header_->value_of(point.index, axis)], point.verdict);
+  const SweepSummary::Worst worst = worst_of(point);
+  if (!worst.expectation && point.verdict == SweepVerdict::pass) return;
+  std::vector<SweepSummary::Worst>& kept = worst_[header_->find ? header_->value_of(point.index, header_->find->axis) : 0];
+  const auto most = static_cast<std::size_t>(header_->keep_worst);
+  if (kept.size() == most && (most == 0 || !is_worse(worst, kept.back()))) return;
+  kept.insert(std::upper_bound(kept.begin(), kept.end(), worst, is_worse), worst);
+  if (kept.size() > most) kept.pop_back();
+}
+
+SweepSummary SweepSummarizer::summary() const {
+  SweepSummary summary = so_far_;
+  summary.stopped = header_->stop_after && summary.all.failed + summary.all.errors >= *header_->stop_after;
+  if (!header_->find) {
+    summary.worst = worst_.front();
+    return summary;
   }
-  summary.stopped = header.stop_after && summary.all.failed + summary.all.errors >= *header.stop_after;
-  if (header.find) summary.find = find_value(*header.find, summary.values[header.find->axis]);
-  summary.worst = worst_points(record, deciding_value(header, summary.find));
+  summary.find = find_value(*header_->find, summary.values[header_->find->axis]);
+  if (const std::optional<std::size_t> value = deciding_value(*header_, summary.find)) {
+    summary.worst = worst_[*value];
+    return summary;
+  }
+  // Every value passes: the worst of all.
+  for (const std::vector<SweepSummary::Worst>& of_value : worst_)
+    summary.worst.insert(summary.worst.end(), of_value.begin(), of_value.end());
+  std::sort(summary.worst.begin(), summary.worst.end(), is_worse);
+  summary.worst.resize(std::min(summary.worst.size(), static_cast<std::size_t>(header_->keep_worst)));
   return summary;
 }
 

@@ -81,13 +81,13 @@ Json json_of(const SweepHeader::Axis& axis, const std::vector<SweepTally>& talli
   return out;
 }
 
-Json json_of(const SweepRecord& record, const SweepSummary::Worst& worst, const SweepCommand& command) {
-  const SweepPoint& point = record.points[worst.point];
+Json json_of(const SweepHeader& header, const SweepSummary::Worst& worst, const SweepCommand& command) {
+  const SweepPoint& point = worst.point;
   return {{"index", point.index},
-          {"seed", record.header.seed_of(point.index)},
+          {"seed", header.seed_of(point.index)},
           {"verdict", name_of(point.verdict)},
           {"excess", json_number(worst.excess)},
-          {"reason", reason(record.header, point, worst)},
+          {"reason", reason(header, point, worst)},
           {"again", command(point)}};
 }
 
@@ -107,8 +107,7 @@ std::string shown_value(const std::string& toml) {
   return plain ? toml.substr(1, toml.size() - 2) : toml;
 }
 
-std::string sweep_text(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command) {
-  const SweepHeader& header = record.header;
+std::string sweep_text(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command) {
   std::size_t width = 12;
   for (const SweepHeader::Axis& axis : header.grid) {
     width = std::max(width, axis.path.size());
@@ -128,7 +127,7 @@ std::string sweep_text(const SweepRecord& record, const SweepSummary& summary, c
         fmt::format("stopped after failure {}: {} of {} points\n", *header.stop_after, summary.all.runs(), header.points());
   if (!summary.worst.empty()) out += "worst points\n";
   for (const SweepSummary::Worst& worst : summary.worst) {
-    const SweepPoint& point = record.points[worst.point];
+    const SweepPoint& point = worst.point;
     out += fmt::format("  {:<5} {}: {}\n        {}\n", name_of(point.verdict), values_of(header, point),
                        reason(header, point, worst), command(point));
   }
@@ -136,8 +135,7 @@ std::string sweep_text(const SweepRecord& record, const SweepSummary& summary, c
   return out;
 }
 
-std::string sweep_json(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command) {
-  const SweepHeader& header = record.header;
+std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command) {
   Json out = {{"sweep", header.name}, {"scenario", header.scenario}, {"build", header.build}};
   put_tally(out, summary.all);
   out["stopped"] = summary.stopped;
@@ -145,7 +143,7 @@ std::string sweep_json(const SweepRecord& record, const SweepSummary& summary, c
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
     out["grid"].push_back(json_of(header.grid[axis], summary.values[axis]));
   out["worst"] = Json::array();
-  for (const SweepSummary::Worst& worst : summary.worst) out["worst"].push_back(json_of(record, worst, command));
+  for (const SweepSummary::Worst& worst : summary.worst) out["worst"].push_back(json_of(header, worst, command));
   out["find"] = summary.find ? json_of(header, *summary.find) : Json(nullptr);
   return json_text(out) + '\n';
 }

@@ -102,11 +102,16 @@ TEST_CASE("A sweep over the options of a solver writes the same bytes on one thr
     const SweepOutcome outcome = run_sweep(work.path("own_parts.toml"), options);
     INFO(text_of(outcome.errors) << outcome.failure);
     CHECK(outcome.exit == ExitCode::pass);
-    REQUIRE(outcome.record.points.size() == 4);
-    CHECK(outcome.record.points[0].trace_hash != outcome.record.points[2].trace_hash);  // another stiffness
+    CHECK(outcome.summary.all.runs() == 4);
     lines[static_cast<std::size_t>(threads - 1)] = bytes_of(outcome.file);
   }
   CHECK(lines[0] == lines[1]);
+  std::vector<std::string> traces;
+  const std::string key = "\"trace\":\"";
+  for (std::size_t at = 0; (at = lines[0].find(key, at)) != std::string::npos; at += key.size())
+    traces.push_back(lines[0].substr(at + key.size(), 16));
+  REQUIRE(traces.size() == 4);
+  CHECK(traces[0] != traces[2]);                                           // another stiffness
   CHECK_FALSE(run_sweep(work.path("own_parts.toml"), {}).errors.empty());  // without the parts
 }
 

@@ -41,7 +41,7 @@ class Folder {
     const SweepOutcome outcome = run_sweep((path_ / "a.toml").string(), options);
     INFO(text_of(outcome.errors) << outcome.failure);
     REQUIRE(outcome.exit == ExitCode::pass);
-    return outcome.record.header.scenario;
+    return outcome.header.scenario;
   }
 
  private:

@@ -113,7 +113,7 @@ TEST_CASE("The digest of a sweep follows what its files say and not where they l
     const SweepOutcome outcome = run_sweep(scenario, options);
     for (const Diagnostic& error : outcome.errors) UNSCOPED_INFO(text(error));
     REQUIRE(outcome.errors.empty());
-    return outcome.record.header.scenario;
+    return outcome.header.scenario;
   };
   const std::string rows = "0,step,0,0,2000000\n0,step,1,2000000,4000000\n1,step,0,4000000,6000000\n";
   CHECK(digest(rows) == digest(rows));

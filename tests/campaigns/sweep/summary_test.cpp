@@ -11,6 +11,17 @@ using Catch::Contains;
 
 namespace {
 
+struct SweepRecord {
+  SweepHeader header;
+  std::vector<SweepPoint> points;
+};
+
+SweepSummary summarize(const SweepRecord& record) {
+  SweepSummarizer summarizer(record.header);
+  for (const SweepPoint& point : record.points) summarizer.add(point);
+  return summarizer.summary();
+}
+
 /// Rows of p, f and e: one row per value of an axis, one letter per seed. `find` over its values 1, 2, 3 ...
 SweepRecord record_of(const std::vector<std::string>& rows, bool smallest = true, std::size_t allowed = 100) {
   SweepRecord record;
@@ -90,7 +101,7 @@ TEST_CASE("A value outside its gate is not what was asked for") {
     CHECK(found(falling, false, allowed).within_gate == (allowed >= 3));  // the last ones are large enough
   }
   CHECK_FALSE(found({"ff", "pf"}).within_gate);
-  CHECK_THAT(sweep_text(record_of(rising, true, 2), summarize(record_of(rising, true, 2)), [](auto&) { return ""; }),
+  CHECK_THAT(sweep_text(record_of(rising, true, 2).header, summarize(record_of(rising, true, 2)), [](auto&) { return ""; }),
              Contains("smallest k: 3, but at most x is asked for"));
 }
 
@@ -109,9 +120,9 @@ TEST_CASE("Worst points come by share of the limit and then by number, what did 
   set(3, V::fail, {{1.0, 2.0, std::nullopt, V::fail}});  // 50 % below its least
   set(4, V::error, {});
   set(5, V::fail, {{9.0, std::nullopt, 2.0, V::fail}});
-  std::vector<std::size_t> order;
-  for (const auto& worst : summarize(record).worst) order.push_back(worst.point);
-  CHECK(order == std::vector<std::size_t>{4, 5, 2, 3, 1, 0});
+  std::vector<std::int64_t> order;
+  for (const auto& worst : summarize(record).worst) order.push_back(worst.point.index);
+  CHECK(order == std::vector<std::int64_t>{4, 5, 2, 3, 1, 0});
   record.header.keep_worst = 2;
   CHECK(summarize(record).worst.size() == 2);
 }

@@ -2,7 +2,10 @@
 #include "evenstep/campaigns/sweep.h"
 #include "evenstep/apps/shell.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -56,6 +59,14 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
+std::vector<SweepPoint> points_of(const SweepOutcome& outcome) {
+  std::vector<SweepPoint> points;
+  const std::vector<std::string> lines = lines_of(contents(outcome.file));
+  for (std::size_t i = 1; i < lines.size(); ++i)
+    points.push_back(internal::read_point_line(outcome.header, lines[i].substr(0, lines[i].size() - 1)));
+  return points;
+}
+
 /// Lines that were changed, with the checksums of what they are now.
 std::string resummed(const std::string& text) {
   std::string out;
@@ -92,8 +103,8 @@ TEST_CASE("Threads give the bytes of one thread and shards in any order merge to
       REQUIRE(merged.errors.empty());
       CHECK(contents(merged.file) == bytes);
       CHECK(merged.exit == whole.exit);
-      CHECK(sweep_json(merged.record, merged.summary, [](const SweepPoint&) { return "x"; }) ==
-            sweep_json(whole.record, whole.summary, [](const SweepPoint&) { return "x"; }));
+      CHECK(sweep_json(merged.header, merged.summary, [](const SweepPoint&) { return "x"; }) ==
+            sweep_json(whole.header, whole.summary, [](const SweepPoint&) { return "x"; }));
     }
   }
 }
@@ -103,8 +114,8 @@ TEST_CASE("A sweep that stops after K failures ends with the K-th by number") {
   const SweepOutcome whole = small.run("one", {}, 4);
   CHECK(whole.summary.stopped);
   CHECK(whole.summary.all.failed == 4);
-  CHECK(whole.record.points.back().verdict == SweepVerdict::fail);
-  CHECK(std::ssize(whole.record.points) < whole.record.header.points());
+  CHECK(points_of(whole).back().verdict == SweepVerdict::fail);
+  CHECK(whole.summary.all.runs() < whole.header.points());
 }
 
 TEST_CASE("A sweep that was cut anywhere in its last two lines goes on to the same bytes", "[sweep]") {
@@ -152,8 +163,8 @@ TEST_CASE("An interrupted sweep keeps what it has and goes on to the same bytes"
   options.progress = [&](std::int64_t done, std::int64_t, std::int64_t) { interrupted = done >= 4; };
   const SweepOutcome first = run_sweep(small.scenario, options);
   CHECK(first.exit == ExitCode::interrupted);
-  CHECK(first.record.points.size() >= 4);  // what was under way may still come
-  CHECK(first.record.points.size() < 15);
+  CHECK(first.summary.all.runs() >= 4);  // what was under way may still come
+  CHECK(first.summary.all.runs() < 15);
   CHECK(contents(first.file) == bytes.substr(0, contents(first.file).size()));
 
   const SweepOutcome refused = run_sweep(small.scenario, options);
@@ -195,8 +206,10 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
   const Small small(kPlain);
   const std::vector<std::string> parts = small.shards(3);
   const std::string out = small.folder / "merged.jsonl";
-  CHECK_THAT(only_error(merge_sweep({parts[0], parts[2]}, out)), Contains("lack 5 of 15 points: 1, 4, 7, 10, 13;"));
-  CHECK_THAT(only_error(merge_sweep({parts[0], parts[1]}, out)), Contains("lack 5 of 15 points: 2, 5, 8, 11, 14;"));
+  CHECK_THAT(only_error(merge_sweep({parts[0], parts[2]}, out)),
+             Contains("lack 5 of 15 points: 1, 4, 7, 10, 13; shard 2 of 3 is missing"));
+  CHECK_THAT(only_error(merge_sweep({parts[0], parts[1]}, out)),
+             Contains("lack 5 of 15 points: 2, 5, 8, 11, 14; shard 3 of 3 is missing"));
   CHECK_THAT(only_error(merge_sweep({parts[0], parts[1], parts[2], parts[1]}, out)),
              Contains("sweep-2-of-3.jsonl:2:1: error: point 1 is in") && Contains("sweep-2-of-3.jsonl:2 already"));
   const auto with = [&](const std::string& part) { return only_error(merge_sweep({parts[0], part, parts[2]}, out)); };
@@ -220,7 +233,76 @@ TEST_CASE("Merge refuses gaps and overlaps and damaged or foreign parts and writ
              Contains("index:2:1: error: the line has other values than point 2"));
   CHECK_THAT(with(changed("verdict", "\"verdict\":\"", "pasz")), Contains("verdict:2:1: error: the line verdict \"pasz"));
   CHECK_FALSE(std::filesystem::exists(out));
-  CHECK_FALSE(std::filesystem::exists(out + ".partial"));
+  CHECK_FALSE(std::filesystem::exists(out + ".merging"));
+}
+
+TEST_CASE("A part whose points are missing or not in order is named") {
+  const Small small(kPlain);
+  const std::vector<std::string> parts = small.shards(3);
+  const std::string out = small.folder / "merged.jsonl";
+  const std::vector<std::string> good = lines_of(contents(parts[1]));
+  const auto with = [&](const std::string& text) {
+    return only_error(merge_sweep({parts[0], small.folder.write("part", text), parts[2]}, out));
+  };
+  CHECK_THAT(with(good[0] + good[1] + good[2]),
+             Contains("lack 3 of 15 points: 7, 10, 13; point 7 belongs into") && Contains("/part"));
+  CHECK_THAT(with(good[0] + good[2] + good[1]), Contains("part:3:1: error: the line is of point 1, after point 4"));
+  CHECK_THAT(with(good[0] + good[1] + good[1]), Contains("part:3:1: error: the line is of point 1, after point 1"));
+  CHECK_THAT(with(good[0] + good[1] + good[0]), Contains("part:3:1: error: the line is not a line"));
+  CHECK_THAT(only_error(merge_sweep({parts[0]}, out)), Contains("; shards 2, 3 of 3 are missing"));
+  const std::vector<std::string> halves = small.shards(2);
+  const std::string quarter = small.run("quarter", {2, 4}).file;
+  CHECK_THAT(only_error(merge_sweep({halves[0], quarter}, out)), Contains("points: 3, 7, 11; is a shard missing?"));
+}
+
+TEST_CASE("The status of a sweep is read from its parts while they are being written") {
+  const Small small(kPlain);
+  const std::vector<std::string> parts = small.shards(3);
+  const std::string good = contents(parts[1]);
+  std::filesystem::remove(parts[1]);
+  std::filesystem::remove(parts[2]);
+  const std::vector<std::string> lines = lines_of(good);
+  small.folder.write("of-3/sweep-2-of-3.jsonl.partial", lines[0] + lines[1] + lines[2] + lines[3].substr(0, 50));
+  const auto status = sweep_status(small.folder / "of-3");
+  REQUIRE(status.ok());
+  REQUIRE(status->parts.size() == 2);
+  CHECK(status->parts[0].ended);
+  CHECK(status->parts[0].done == 5);
+  CHECK_FALSE(status->parts[1].ended);
+  CHECK(status->parts[1].done == 2);
+  CHECK(status->parts[1].points == 5);
+  CHECK(status->summary.all.runs() == 7);
+  CHECK(status->summary.all.failed == status->parts[0].failed + status->parts[1].failed);
+  CHECK_FALSE(status->summary.worst.empty());
+  CHECK_THAT(sweep_status(small.folder / "absent").error(), Contains("absent"));
+  CHECK_THAT(sweep_status(small.folder / ".").error(), Contains("has no part of a sweep"));
+  small.folder.write("of-3/sweep-3-of-3.jsonl", lines[0] + lines[1].substr(0, 50) + "\n");
+  CHECK_THAT(sweep_status(small.folder / "of-3").error(),
+             Contains("sweep-3-of-3.jsonl:2:1: error: the line has no checksum"));
+}
+
+TEST_CASE("Shards of different numbers merge if they have each point once") {
+  const Small small(kPlain);
+  const std::string whole = contents(small.run("one").file);
+  const std::vector<std::string> parts = {small.run("mixed", {1, 2}).file, small.run("mixed", {2, 4}).file,
+                                          small.run("mixed", {4, 4}).file};
+  const std::string out = small.folder / "merged.jsonl";
+  REQUIRE(merge_sweep(parts, out).errors.empty());
+  CHECK(contents(out) == whole);
+}
+
+TEST_CASE("A merge that was killed is simply run again and one beside another is refused") {
+  const Small small(kPlain);
+  const std::vector<std::string> parts = small.shards(2);
+  const std::string out = small.folder / "merged.jsonl";
+  small.folder.write("merged.jsonl.merging", std::string(100'000, 'x'));
+  REQUIRE(merge_sweep(parts, out).errors.empty());
+  CHECK(contents(out) == contents(small.run("one").file));
+  CHECK_FALSE(std::filesystem::exists(out + ".merging"));
+  const int other = ::open((out + ".merging").c_str(), O_RDWR | O_CREAT, 0600);
+  REQUIRE(::flock(other, LOCK_EX) == 0);
+  CHECK_THAT(merge_sweep(parts, out).failure, Contains("is being written by another process"));
+  ::close(other);
 }
 
 TEST_CASE("Any damaged byte of a part is refused with its file and line") {
@@ -249,7 +331,7 @@ TEST_CASE("Parts that call the scenario by different names merge to the same byt
   parts[1] = small.folder.write("other-name", resummed(text));
   const SweepOutcome merged = merge_sweep(parts, small.folder / "merged");
   REQUIRE(merged.errors.empty());
-  CHECK(merged.record.header.file == std::min<std::string>(small.scenario, "elsewhere/small.toml"));
+  CHECK(merged.header.file == std::min<std::string>(small.scenario, "elsewhere/small.toml"));
   std::reverse(parts.begin(), parts.end());
   REQUIRE(merge_sweep(parts, small.folder / "reversed").errors.empty());
   CHECK(contents(small.folder / "reversed") == contents(small.folder / "merged"));
@@ -258,9 +340,9 @@ TEST_CASE("Parts that call the scenario by different names merge to the same byt
 TEST_CASE("The summary of a merge names the scenario as it was given and its commands run from there") {
   const Small small(kPlain);
   const SweepOutcome merged = merge_sweep(small.shards(2), small.folder / "merged");
-  CHECK(merged.record.header.file == small.scenario);
-  const std::string summary = sweep_text(merged.record, merged.summary, [&](const SweepPoint& point) {
-    return point_command("evenstep", merged.record.header, point, merged.record.header.file);
+  CHECK(merged.header.file == small.scenario);
+  const std::string summary = sweep_text(merged.header, merged.summary, [&](const SweepPoint& point) {
+    return point_command("evenstep", merged.header, point, merged.header.file);
   });
   CHECK_THAT(summary, Contains("evenstep run " + small.scenario + " --seed"));
 }
@@ -291,42 +373,11 @@ TEST_CASE("Ordered results come in order whatever the threads and the first exce
   }
 }
 
-TEST_CASE("A shard is written as I of N or taken from the batch system") {
-  const auto nothing = [](const char*) -> const char* { return nullptr; };
-  const auto shard = [&](const std::string& text) { return parse_shard(text, nothing); };
-  CHECK(shard("2/5")->index == 2);
-  CHECK(shard("2/5")->of == 5);
-  CHECK(shard("1/1").ok());
-  for (const char* bad : {"", "0/5", "6/5", "2", "2/", "/5", "a/b", "2/5x", "-1/5", "2/0", "1/1000001"}) {
-    INFO(bad);
-    CHECK_FALSE(shard(bad).ok());
-  }
-  CHECK_THAT(shard("auto").error(), Contains("SLURM_ARRAY_TASK_ID"));
-  const auto from = [](std::vector<std::pair<std::string, std::string>> variables) {
-    return parse_shard("auto", [variables](const char* name) -> const char* {
-      for (const auto& [key, value] : variables) {
-        if (key == name) return value.c_str();
-      }
-      return nullptr;
-    });
-  };
-  const auto array = from({{"SLURM_ARRAY_TASK_ID", "12"},
-                           {"SLURM_ARRAY_TASK_COUNT", "4"},
-                           {"SLURM_ARRAY_TASK_MIN", "10"},
-                           {"SLURM_PROCID", "0"},
-                           {"SLURM_NTASKS", "1"}});
-  CHECK(array->index == 3);
-  CHECK(array->of == 4);
-  CHECK(from({{"OMPI_COMM_WORLD_RANK", "0"}, {"OMPI_COMM_WORLD_SIZE", "2"}})->index == 1);
-  CHECK(from({{"CI_NODE_INDEX", "2"}, {"CI_NODE_TOTAL", "2"}})->index == 2);
-  CHECK_FALSE(from({{"CI_NODE_INDEX", "3"}, {"CI_NODE_TOTAL", "2"}}).ok());
-}
-
 TEST_CASE("The command of a point runs it again to the same trace") {
   const Small small(kPlain);
   const SweepOutcome whole = small.run("one");
-  const SweepPoint& point = whole.record.points[7];
-  SweepHeader header = whole.record.header;
+  const SweepPoint point = points_of(whole)[7];
+  SweepHeader header = whole.header;
   header.set = {"run.warmup=0.1 s"};
   CHECK(point_command("./run.sh", header, point, "a b.toml") ==
         "./run.sh run 'a b.toml' --seed 5 --set 'run.warmup=0.1 s' --set 'remap.latency=17 ms'");

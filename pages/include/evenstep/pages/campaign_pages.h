@@ -13,7 +13,7 @@
 namespace evenstep {
 
 /// `verdict`: "pass", "fail" or "error"; `command` gives the command that runs a point again.
-std::string sweep_page(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command,
+std::string sweep_page(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command,
                        const std::string& verdict, const std::string& reproduce);
 std::string study_page(const StudyRecord& study, const std::string& reproduce);
 std::string felt_study_page(const FeltStudyRecord& study, const std::string& reproduce);

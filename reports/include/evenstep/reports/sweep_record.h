@@ -65,11 +65,6 @@ struct SweepPoint {
   std::string failure;  ///< why it stopped or could not be judged
 };
 
-struct SweepRecord {
-  SweepHeader header;
-  std::vector<SweepPoint> points;  ///< by index; from 0 on without a gap, unless it is a shard
-};
-
 struct SweepTally {
   std::int64_t passed = 0, failed = 0, errors = 0;
   std::int64_t runs() const { return passed + failed + errors; }
@@ -82,7 +77,7 @@ struct SweepSummary {
   std::vector<std::vector<SweepTally>> values;  ///< per axis and value
   bool stopped = false;                         ///< stopped by stop_after: later points were not run, or are left out
   struct Worst {
-    std::size_t point = 0;                   ///< position in SweepRecord::points
+    SweepPoint point;
     double excess = 0;                       ///< by how much the limit is exceeded, as a share of it; below 0: within it
     std::optional<std::size_t> expectation;  ///< empty: the run stopped
   };
@@ -95,12 +90,25 @@ struct SweepSummary {
   };
   std::optional<Find> find;
 };
-SweepSummary summarize(const SweepRecord& record);
+
+/// Adds points up to their summary, in memory that does not grow with their number.
+class SweepSummarizer {
+ public:
+  explicit SweepSummarizer(const SweepHeader& header);  ///< which must outlive it
+  /// Points by rising index; from 0 on without a gap, unless they are of a shard.
+  void add(const SweepPoint& point);
+  SweepSummary summary() const;
+
+ private:
+  const SweepHeader* header_;
+  SweepSummary so_far_;                                  // without its find and worst
+  std::vector<std::vector<SweepSummary::Worst>> worst_;  // with `find` of each of its values, else of all points
+};
 
 /// The command that runs a point again.
 using SweepCommand = std::function<std::string(const SweepPoint&)>;
-std::string sweep_text(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command);
-std::string sweep_json(const SweepRecord& record, const SweepSummary& summary, const SweepCommand& command);
+std::string sweep_text(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
+std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 
 /// A value of the grid without TOML's quotes: 5 ms for "5 ms".
 std::string shown_value(const std::string& toml);

@@ -1,0 +1,13 @@
+#!/bin/bash
+# run.sh SCENARIO [MPIRUN OPTIONS] : a rank is a shard. mpirun ends all ranks when one is killed, or exits with another
+# status than 0; --resume goes on with what each has written. Exit status 1, points that fail, is a result.
+set -uo pipefail
+scenario=$1
+shift
+rank='evenstep sweep "$0" --shard auto --resume --threads 1 --out parts || [ $? -eq 1 ]'
+for attempt in 1 2 3 4 5; do
+  if mpirun -n "${SHARDS:-4}" "$@" sh -c "$rank" "$scenario"; then
+    exec evenstep merge parts/sweep-*-of-"${SHARDS:-4}".jsonl --out sweep.jsonl
+  fi
+done
+exit 3

@@ -1,0 +1,14 @@
+#!/bin/bash
+# run.sh SCENARIO [MAKEFLOW OPTIONS] : a task is a shard. It is given to a worker that asks for work (work_queue_worker HOST
+# PORT), and to another one when that is gone. The folder must be the same on all machines. Makeflow's log says what is done:
+# after makeflow itself was killed, run this again.
+set -uo pipefail
+here=$(dirname -- "$(readlink -f -- "$0")")
+scenario=$(readlink -f -- "$1")
+shift
+for shard in $(seq "${SHARDS:-4}"); do
+  printf '%s:\n\t%s %s %s %s %s\n\n' "$PWD/parts/sweep-$shard-of-${SHARDS:-4}.jsonl" \
+    "$here/shard.sh" "$PWD" "$shard/${SHARDS:-4}" "$(command -v evenstep)" "$scenario"
+done >sweep.makeflow
+makeflow -T wq --shared-fs "$PWD" --retry-count=5 "$@" sweep.makeflow || exit 3
+exec evenstep merge parts/sweep-*-of-"${SHARDS:-4}".jsonl --out sweep.jsonl

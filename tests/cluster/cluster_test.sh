@@ -1,0 +1,319 @@
+#!/usr/bin/env bash
+# Sweeps on other people's engines (examples/sweep), with what is killed while they run: the merged bytes are those of one
+# process every time, and no finished line is lost.
+#   cluster_test.sh EVENSTEP SOURCE_DIR ENGINE [KILLS [SEED]]
+# ENGINE: slurm (mostly a worker; slurmd and slurmctld each every twelfth time), openmpi, parallel, workqueue, full_disk,
+# builds (no kills: what is refused). KILLS is how many must hit something. The last line says what was measured.
+# Exit status 77: skipped, and why.
+# Everything is in a folder of its own, daemons too, and nothing is left running.
+set -uo pipefail
+evenstep=$(readlink -f -- "$1") source_dir=$(readlink -f -- "$2") engine=$3 kills=${4:-3}
+RANDOM=${5:-1}
+readonly SHARDS=4
+export SHARDS
+examples=$source_dir/examples/sweep
+
+skip() { echo "skipped: $*"; exit 77; }
+fail() {
+  echo "FAIL: $*"
+  for log in "$work"/*.log "$work"/run/*.log; do [[ -s $log ]] && tail -n 5 "$log"; done
+  exit 1
+}
+need() {
+  for tool in "$@"; do
+    command -v "$tool" >/dev/null || skip "$tool is not installed (.ci/cluster-packages.txt)"
+  done
+}
+
+work=$(mktemp -d "${TMPDIR:-/tmp}/evenstep-cluster.XXXXXX")
+# ours PATTERN : processes that run in the folder, or a program in it, with such a name. All of them were started here.
+ours() {
+  local process name
+  for process in $(find /proc -maxdepth 2 \( -name exe -o -name cwd \) -lname "$work*" -printf '%h\n' 2>/dev/null |
+    sort -u); do
+    # shellcheck disable=SC2053
+    { read -r name <"$process/comm"; } 2>/dev/null && [[ $name == $1 ]] && echo "${process#/proc/}"
+  done
+}
+clean_up() {
+  trap - EXIT
+  cd /
+  for _ in 1 2 3; do
+    for process in $(ours '*'); do kill -KILL "$process"; done
+    sleep 0.1
+  done 2>/dev/null
+  rm -rf -- "$work"
+}
+trap clean_up EXIT
+trap 'exit 130' INT TERM
+
+# Its bytes are those of this test alone, so that `ours` finds it; its build is the same.
+mkdir "$work/bin" "$work/run"
+cp -- "$evenstep" "$work/bin/evenstep"
+export PATH="$work/bin:$PATH" POCL_CACHE_DIR=$work/pocl
+scenario=$work/s.toml
+cat >"$scenario" <<TOML
+format = 1
+extends = ["$source_dir/scenarios/paper/figure-1-spring.toml"]
+name = "cluster"
+expect = [{ signal = "left.force.phase_locked", metric = "underruns", equals = 0 }]
+[run]
+duration = "20 s"
+strategies = ["phase_locked"]
+[timing]
+jitter = { step = "lognormal 10 %" }
+[remap]
+lead = "1 ms"
+[sweep]
+seeds = "0..20"
+grid = { "remap.latency" = ["9 ms", "40 ms"] }
+TOML
+unset "${!SLURM_@}" "${!OMPI_@}" "${!PMI@}" "${!PARALLEL@}" "${!CI_NODE_@}" "${!GTEST_@}" JOB_COMPLETION_INDEX
+begin=$(date +%s%N)
+evenstep sweep "$scenario" --threads 2 --out "$work/one" >"$work/one.log" 2>&1
+(($? == 1)) || fail "the reference does not end"
+span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # the engines take a little longer
+cd "$work/run" || exit 1
+
+finished_lines() { cat parts/*.jsonl parts/*.partial 2>/dev/null | wc -l; }
+
+# strike PATTERN... : after a random time, kills one of the processes with such names; false if there is none by then
+strike() {
+  local pattern=${1} victims before
+  sleep "$((RANDOM * span_ms / 32768))e-3"
+  mapfile -t victims < <(ours "$pattern")
+  ((${#victims[@]})) || return 1
+  before=$(finished_lines)
+  kill -KILL "${victims[RANDOM % ${#victims[@]}]}" 2>/dev/null || return 1
+  ((before >= lines_before)) || fail "$lines_before lines were finished, now $before are"
+  lines_before=$before
+  hits=$((hits + 1)) by[$pattern]=$((${by[$pattern]:-0} + 1))
+}
+
+# judge : the run is complete
+judge() {
+  cmp -s sweep.jsonl "$work/one/sweep.jsonl" || fail "run $runs: the merged bytes are others"
+  runs=$((runs + 1))
+}
+declare -A by=()
+hits=0 runs=0 again=0 lines_before=0
+
+fresh() {
+  cd "$work" && rm -rf run && mkdir run && cd run || exit 1
+  lines_before=0
+}
+
+# struck NAME... -- COMMAND... : runs the command, which is run.sh of an example, and kills one of NAME twice meanwhile. If
+# the command itself does not survive that, it is run again, as its user would.
+struck() {
+  local names=() tries=0 shell
+  while [[ $1 != -- ]]; do names+=("$1"); shift; done
+  shift
+  fresh
+  "$@" >run.log 2>&1 &
+  shell=$!
+  for _ in 1 2; do
+    ((hits < kills)) && kill -0 "$shell" 2>/dev/null && strike "${names[hits % ${#names[@]}]}"
+  done
+  until wait "$shell"; (($? <= 1)); do
+    ((++tries < 100)) || fail "run $runs does not end"
+    again=$((again + 1))
+    sleep 0.2
+    "$@" >>run.log 2>&1 &
+    shell=$!
+  done
+  judge
+}
+
+engine_parallel() {
+  need parallel
+  while ((hits < kills)); do
+    struck evenstep evenstep evenstep parallel -- "$examples/parallel/run.sh" "$scenario" -j2
+  done
+}
+
+engine_openmpi() {
+  need mpirun
+  local options=(--oversubscribe)
+  (($(id -u) == 0)) && options+=(--allow-run-as-root)
+  export TMPDIR=$work
+  while ((hits < kills)); do
+    struck evenstep evenstep evenstep mpirun -- "$examples/openmpi/run.sh" "$scenario" "${options[@]}"
+  done
+}
+
+# Workers come and go: as soon as one is gone, there is another one.
+workers() {
+  cd "$work" || exit 1
+  while sleep 0.1; do
+    [[ -s run/port ]] && work_queue_worker -t 5 --cores 2 -s "$work" 127.0.0.1 "$(cat run/port)" >/dev/null 2>&1
+  done
+}
+engine_workqueue() {
+  need makeflow work_queue_worker
+  local workers
+  while ((hits < kills)); do
+    workers & workers=$!
+    struck evenstep work_queue_work evenstep makeflow -- "$examples/workqueue/run.sh" "$scenario" -Z port -p 0
+    kill "$workers" 2>/dev/null
+    wait "$workers" 2>/dev/null
+  done
+}
+
+# A disk of random size that fills up while four shards write, and then has room again.
+engine_full_disk() {
+  local shard size status bytes
+  bytes=$(stat -c %s "$work/one/sweep.jsonl")
+  while ((hits < kills)); do
+    fresh
+    mkdir parts
+    size=$((bytes * (RANDOM % 100) / 100 + 4096))
+    mount -t tmpfs -o size="$size" none parts 2>/dev/null || skip "tmpfs cannot be mounted here, which a full disk needs"
+    for shard in 1 2 3 4; do evenstep sweep "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
+    grep -q 'No space left on device' run.log && hits=$((hits + 1))
+    mount -o remount,size=10m parts
+    for shard in 1 2 3 4; do
+      evenstep sweep "$scenario" --shard $shard/4 --resume --out parts >>run.log 2>&1
+      status=$?
+      ((status <= 1)) || fail "shard $shard exits with $status where there is room again"
+    done
+    evenstep merge parts/*.jsonl --out sweep.jsonl >>run.log 2>&1
+    umount parts
+    judge
+  done
+  by[disk]=$hits
+}
+
+# refused STATUS TEXT COMMAND... : ends with this status and says this
+refused() {
+  local wanted=$1 text=$2 status
+  shift 2
+  "$@" >refused.log 2>&1
+  status=$?
+  ((status == wanted)) || fail "exit status $status instead of $wanted: $*"
+  grep -qF -- "$text" refused.log || fail "\"$text\" is not said by: $*"
+}
+
+# What must never become a result: a shard of two builds, one that is missing, one twice, one cut short.
+engine_builds() {
+  local shard part=parts/sweep-2-of-4.jsonl
+  for shard in 1 2 3 4; do evenstep sweep "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
+  cp "$work/bin/evenstep" "$work/bin/evenstep-of-another-machine"
+  echo >>"$work/bin/evenstep-of-another-machine"
+  refused 3 'is of another sweep' evenstep-of-another-machine sweep "$scenario" --shard 2/4 --resume --out parts
+  evenstep-of-another-machine sweep "$scenario" --shard 2/4 --out other >run.log 2>&1
+  refused 2 'is of another build' evenstep merge parts/sweep-[134]*.jsonl other/*.jsonl --out sweep.jsonl
+  refused 2 'is of another build' evenstep merge parts/*.jsonl other/*.jsonl --out sweep.jsonl
+  refused 2 'shard 2 of 4 is missing' evenstep merge parts/sweep-[134]*.jsonl --out sweep.jsonl
+  refused 2 'merge each part once' evenstep merge parts/*.jsonl $part --out sweep.jsonl
+  sed -i 4d $part
+  refused 2 "point 9 belongs into $part" evenstep merge parts/*.jsonl --out sweep.jsonl
+  [[ ! -e sweep.jsonl ]] || fail "a refused merge was written"
+}
+
+free_port() {
+  local port
+  while :; do
+    port=$((20000 + RANDOM % 20000))
+    (: <>"/dev/tcp/127.0.0.1/$port") 2>/dev/null || { echo "$port"; return; }
+  done
+}
+
+start_slurm() {
+  local host
+  host=$(hostname -s)
+  cd "$work" || exit 1
+  mkdir munge state spool
+  (umask 077 && head -c 1024 /dev/urandom >munge.key)
+  cat >slurm.conf <<CONF
+ClusterName=evenstep
+SlurmctldHost=$host(127.0.0.1)
+SlurmctldPort=$(free_port)
+SlurmdPort=$(free_port)
+SlurmUser=root
+AuthInfo=socket=$work/munge/socket,cred_expire=5
+StateSaveLocation=$work/state
+SlurmdSpoolDir=$work/spool
+SlurmctldPidFile=$work/slurmctld.pid
+SlurmdPidFile=$work/slurmd.pid
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+JobAcctGatherType=jobacct_gather/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU
+SchedulerParameters=batch_sched_delay=0,sched_min_interval=0
+ReturnToService=2
+NodeName=$host NodeAddr=127.0.0.1 CPUs=2 State=UNKNOWN
+PartitionName=main Nodes=ALL Default=YES State=UP
+CONF
+  echo CgroupAutomount=no >cgroup.conf
+  export SLURM_CONF=$work/slurm.conf
+  chmod 755 . munge   # of a socket that not everybody can reach munged will have nothing
+  munged -F --key-file="$work/munge.key" --socket="$work/munge/socket" --pid-file="$work/munge/pid" \
+    --log-file="$work/munge/log" --seed-file="$work/munge/seed" >munge.log 2>&1 &
+  for _ in {1..100}; do [[ -S munge/socket ]] && break; sleep 0.1; done
+  [[ -S munge/socket ]] || fail "munged does not start"
+  slurmctld -D >slurmctld.log 2>&1 &
+  slurmd -D >slurmd.log 2>&1 &
+  for _ in {1..100}; do
+    [[ $(sinfo -h -o %t 2>/dev/null) == idle ]] && return
+    kill -0 $! 2>/dev/null || skip "slurmd does not start here: $(tail -n 1 slurmd.log)"
+    sleep 0.1
+  done
+  fail "Slurm does not start"
+}
+
+# Daemons that were killed start again, as their supervisor would see to.
+revive() {
+  [[ $(ours slurmctld) ]] || (cd "$work" && exec slurmctld -D >>slurmctld.log 2>&1) &
+  [[ $(ours slurmd) ]] || (cd "$work" && exec slurmd -D >>slurmd.log 2>&1) &
+}
+
+# operate : what its operator does. A slurmctld that was killed has forgotten the jobs of its last five seconds. It gives
+# their numbers to others, and where they still run, it drains the node and holds the new job.
+operate() {
+  local jobs
+  jobs=$(squeue -h -o '%t %r' 2>/dev/null) || return
+  if [[ ! $(sinfo -h -o %t) =~ ^(idle|mix|alloc|comp)$ ]]; then
+    for process in $(ours slurmd); do kill -KILL "$process"; done   # it starts again, and says that it is there
+    revive
+    scontrol update NodeName="$(hostname -s)" State=RESUME
+  fi
+  if [[ $jobs == *JobHeld* || $jobs == *DependencyNeverSatisfied* ]]; then
+    scancel --user="$(id -un)"
+  elif [[ -z $jobs && ! -e sweep.jsonl ]]; then
+    again=$((again + 1))
+    "$examples/slurm/submit.sh" "$scenario" >>run.log 2>&1
+  fi
+}
+
+engine_slurm() {
+  need slurmctld slurmd munged sbatch
+  (($(id -u) == 0)) || skip "slurmd needs root"
+  [[ -d /sys/fs/cgroup ]] || skip "slurmd does not start without /sys/fs/cgroup"
+  local names ticks
+  start_slurm
+  while ((hits < kills)); do
+    names=(evenstep slurmd slurmctld evenstep evenstep evenstep evenstep evenstep evenstep evenstep evenstep evenstep)
+    fresh
+    "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses: $(cat run.log)"
+    sleep 0.2
+    strike "${names[hits % ${#names[@]}]}"
+    ticks=0
+    until [[ -e sweep.jsonl ]]; do
+      revive
+      sleep 0.2
+      ((++ticks < 900)) || fail "run $runs does not end: $(sinfo -h -o '%t %E'; squeue)"
+      ((ticks % 25)) || operate
+      ((ticks % 300)) || scancel --user="$(id -un)"   # a minute: jobs that Slurm believes to run, but that do not
+    done
+    judge
+    scancel --user="$(id -un)"
+    for _ in {1..100}; do [[ -z $(squeue -h 2>/dev/null) ]] && break; sleep 0.1; done
+  done
+}
+
+"engine_$engine"
+printf '%s: %d kills (' "$engine" "$hits"
+for name in "${!by[@]}"; do printf ' %s %d' "$name" "${by[$name]}"; done
+printf ' ), %d runs, %d submitted again, merged bytes equal each time; %d s\n' "$runs" "$again" "$SECONDS"
