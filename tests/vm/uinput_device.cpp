@@ -29,9 +29,10 @@ std::string UinputDevice::refusal() {
 
 UinputDevice::UinputDevice() {
   must(fd_ = open("/dev/uinput", O_RDWR | O_NONBLOCK), "/dev/uinput");
-  must(ioctl(fd_, UI_SET_EVBIT, EV_FF), "EV_FF");
+  for (const int type : {EV_ABS, EV_FF}) must(ioctl(fd_, UI_SET_EVBIT, type), "type of events");
   for (const int bit : {FF_CONSTANT, FF_SPRING, FF_GAIN, FF_AUTOCENTER}) must(ioctl(fd_, UI_SET_FFBIT, bit), "FF bit");
   for (const int code : {ABS_X, ABS_Y}) {
+    must(ioctl(fd_, UI_SET_ABSBIT, code), "UI_SET_ABSBIT");
     uinput_abs_setup axis{};
     axis.code = static_cast<__u16>(code);
     axis.absinfo.minimum = -kMost;
