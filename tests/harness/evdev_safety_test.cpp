@@ -22,7 +22,8 @@ TEST_CASE("what the guard does in the safety scenarios it does above evdev, too"
       INFO(result.metric << " " << result.detail);
       if (result.metric == "lost") continue;  // positions have no number
       REQUIRE(result.value);
-      const double allowed = result.metric == "motors_max" ? 0.02 : 0;  // some counts of 100 N
+      // Some counts of 100 N; and at the start the hand moves no count for longer than it may be unreported.
+      const double allowed = result.metric == "motors_max" ? 0.02 : result.metric == "cuts_stale_hand" ? 1 : 0;
       if (result.min) CHECK(*result.value >= *result.min - allowed);
       if (result.max) CHECK(*result.value <= *result.max + allowed);
     }

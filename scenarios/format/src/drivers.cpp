@@ -37,13 +37,15 @@ ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const 
 
 namespace {
 
-std::optional<OwnSprings> springs_of(const ReferenceSpec&) { return std::nullopt; }
-std::optional<OwnSprings> springs_of(const ForeignDriverSpec&) { return std::nullopt; }
 template <class Spec>
 std::optional<OwnSprings> springs_of(const Spec& spec) {
-  OwnSprings springs{{}, spec.firmware_rate};
-  if (spec.knows_newtons()) springs.steepest_N_per_m = steepest_spring_N_per_m(spec.options);
-  return springs;
+  if constexpr (requires { steepest_spring_N_per_m(spec.options); }) {
+    OwnSprings springs{{}, spec.firmware_rate};
+    if (spec.knows_newtons()) springs.steepest_N_per_m = steepest_spring_N_per_m(spec.options);
+    return springs;
+  } else {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
