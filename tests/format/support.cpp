@@ -144,8 +144,8 @@ std::string evdev_text(const EvdevSpec& e) {
                                 o.update_rate.num, o.update_rate.den, o.still.ns);
   for (std::size_t axis = 0; axis < 2; ++axis)
     out += fmt::format(" {} {}", o.reversed_force[axis], o.reversed_spring[axis] ? *o.reversed_spring[axis] : -1);
-  return out + fmt::format(" effects {} {} {} {}", e.effects, e.foreign_effects, e.held,
-                           e.meddled_at ? e.meddled_at->ns : -1);
+  return out +
+         fmt::format(" effects {} {} {} {}", e.effects, e.foreign_effects, e.held, e.meddled_at ? e.meddled_at->ns : -1);
 }
 
 std::string case_text(const CaseSpec& c) {

@@ -1,4 +1,4 @@
-/// The simulated force feedback device on USB, as the kernel's own PID driver (hid-pidff) sees it: driven through evdev and
+/// Simulated force feedback boards on USB, as the kernel's own PID driver (hid-pidff) sees it: driven through evdev and
 /// directly through hidraw. Two readings of the PID standard, ours and the kernel's, must make the same forces of the same
 /// commands.
 
@@ -8,10 +8,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 #include <glm/geometric.hpp>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -19,6 +19,7 @@
 #include "evenstep/device/evdev/evdev_file.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/pid_driver.h"
+#include "evenstep/device/hid/simulated_board.h"
 #include "kernel_bench.h"
 #include "usbip_pid_device.h"
 
@@ -28,22 +29,27 @@ namespace {
 
 constexpr double kFull_N = 10;
 
-SimulatedPidOptions firmware(PidFlavour flavour) {
-  SimulatedPidOptions options;
-  options.descriptor.flavour = flavour;
+SimulatedBoardOptions firmware(BoardKind kind) {
+  SimulatedBoardOptions options;
+  options.kind = kind;
   options.travel_m = {0.4, 0.4, 0};
   options.full_scale_N = kFull_N;
   return options;
 }
 
+/// What both drivers are told.
+template <class Options>
+Options told(BoardKind kind) {
+  Options options;
+  options.travel_m = {0.4, 0.4, 0};
+  options.full_scale_N = kFull_N;
+  options.gain = 1;
+  options.reversed_force[0] = options.reversed_force[1] = kind == BoardKind::arduino;
+  return options;
+}
+
 struct Direct {
-  explicit Direct(const UsbipPidDevice& device) : transport(device.hidraw_node(), a_clock()) {
-    PidOptions options;
-    options.travel_m = {0.4, 0.4, 0};
-    options.full_scale_N = kFull_N;
-    options.gain = 1;
-    options.springs = true;
-    options.reversed_spring[1] = false;
+  Direct(const UsbipPidDevice& device, BoardKind kind) : transport(device.hidraw_node(), a_clock()) {
     driver = std::make_unique<PidDriver>(transport, *pid_layout(*parse_report_descriptor(transport.report_descriptor())),
                                          options);
   }
@@ -52,14 +58,8 @@ struct Direct {
 };
 
 struct ByKernel {
-  explicit ByKernel(const UsbipPidDevice& device) : file(device.event_node()) {
-    EvdevOptions options;
-    options.travel_m = {0.4, 0.4, 0};
-    options.full_scale_N = kFull_N;
-    options.gain = 1;
-    options.springs = true;
-    options.reversed_spring[1] = false;
-    driver = std::make_unique<EvdevDriver>(file, options);
+  ByKernel(const UsbipPidDevice& device, BoardKind kind) : file(device.event_node()) {
+    driver = std::make_unique<EvdevDriver>(file, told<EvdevOptions>(kind));
   }
   EvdevFile file;
   std::unique_ptr<HapticDevice> driver;
@@ -67,32 +67,20 @@ struct ByKernel {
 
 void pause(std::int64_t us) { std::this_thread::sleep_for(std::chrono::microseconds(us)); }
 
-glm::dvec3 force_of(const UsbipPidDevice& device) {
-  return device.look([](auto& made) { return made.force_N(); });
-}
-
-/// What the device renders 30 ticks after each command; forces first, then springs.
+/// What the device renders 30 ticks after each command.
 std::vector<glm::dvec3> rendered(const UsbipPidDevice& device, HapticDevice& driver) {
   std::vector<glm::dvec3> forces_N;
-  const auto run = [&](const glm::dvec3& force_N, const DeviceSpring& spring) {
+  const auto run = [&](const glm::dvec3& force_N) {
     for (int tick = 0; tick < 30; ++tick) {
       driver.read(a_clock().now());
       driver.write(force_N);
-      driver.write_spring(spring);
       pause(1000);
     }
-    forces_N.push_back(force_of(device));
+    forces_N.push_back(device.force_N());
   };
   for (const glm::dvec3 force_N :
        {glm::dvec3{1, 0, 0}, {-1, 0, 0}, {0, 2, 0}, {0, -2, 0}, {5, -3, 0}, {-9, 9, 0}, {0.05, 0, 0}, {0, 0, 0}})
-    run(force_N, {});
-  DeviceSpring spring;
-  spring.below_N_per_m = spring.above_N_per_m = {20, 10, 0};
-  spring.center_m = {0.05, -0.1, 0};
-  spring.limit_N = {10, 10, 0};
-  run({}, spring);
-  spring.limit_N = {0.3, 0.4, 0};
-  run({}, spring);
+    run(force_N);
   return forces_N;
 }
 
@@ -127,11 +115,12 @@ Latency latency(const UsbipPidDevice& device, HapticDevice& driver) {
   return found;
 }
 
-void say(const char* way, const char* flavour, const Latency& found) {
-  std::printf("latency %s %s: force p50 %.3f p99 %.3f max %.3f ms, position p50 %.3f p99 %.3f ms of %zu\n", way, flavour,
-              Latency::quantile(found.force_ms, 0.5), Latency::quantile(found.force_ms, 0.99),
-              Latency::quantile(found.force_ms, 1), Latency::quantile(found.position_ms, 0.5),
-              Latency::quantile(found.position_ms, 0.99), found.position_ms.size());
+void say(const char* way, std::string_view flavour, const Latency& found) {
+  std::printf("latency %s %.*s: force p50 %.3f p99 %.3f max %.3f ms, position p50 %.3f p99 %.3f ms of %zu\n", way,
+              static_cast<int>(flavour.size()), flavour.data(), Latency::quantile(found.force_ms, 0.5),
+              Latency::quantile(found.force_ms, 0.99), Latency::quantile(found.force_ms, 1),
+              Latency::quantile(found.position_ms, 0.5), Latency::quantile(found.position_ms, 0.99),
+              found.position_ms.size());
 }
 
 }  // namespace
@@ -141,45 +130,47 @@ TEST_CASE("usbip: the kernel's PID driver and ours make the same forces of the s
     WARN("no USB/IP here: " << refusal);
     return;
   }
-  // The array flavour has no Direction Enable, without which Linux 6.1 refuses a device.
-  for (const PidFlavour flavour : {PidFlavour::mask}) {
-    const char* const name = flavour == PidFlavour::array ? "array" : "mask";
-    // 20 mm/s, so that every report has another position.
-    UsbipPidDevice device(a_clock(), firmware(flavour), ConstantVelocity{{0.002, 0.002, 0}});
+  // Linux 6.1 takes no device without Set Envelope and Direction Enable: evenstep's own simulated one has neither in its
+  // array flavour, and no envelope in the other.
+  for (const NamedBoard& board : simulated_boards()) {
+    if (board.kind != BoardKind::arduino && board.kind != BoardKind::openffboard_2) continue;
+    const std::string name(board.name);
+    // 2 mm/s: its positions change in nearly every report.
+    UsbipPidDevice device(a_clock(), firmware(board.kind), ConstantVelocity{{0.002, 0.002, 0}});
     INFO(name);
     REQUIRE(!device.hidraw_node().empty());
     REQUIRE(!device.event_node().empty());
     std::array<std::vector<glm::dvec3>, 2> forces_N;
     std::array<Latency, 2> latencies;
     {
-      ByKernel way(device);
+      ByKernel way(device, board.kind);
       way.driver->start();
       forces_N[1] = rendered(device, *way.driver);
       latencies[1] = latency(device, *way.driver);
       way.driver->stop();
       pause(50'000);
-      CHECK(force_of(device) == glm::dvec3(0));
+      CHECK(device.force_N() == glm::dvec3(0));
     }
     {
-      Direct way(device);
+      Direct way(device, board.kind);
       way.driver->start();
       forces_N[0] = rendered(device, *way.driver);
       latencies[0] = latency(device, *way.driver);
       way.driver->stop();
       pause(50'000);
-      CHECK(force_of(device) == glm::dvec3(0));
+      CHECK(device.force_N() == glm::dvec3(0));
     }
     say("direct", name, latencies[0]);
     say("evdev", name, latencies[1]);
     for (std::size_t i = 0; i < forces_N[0].size(); ++i) {
-      std::printf("force %s %zu: direct %.4f %.4f, evdev %.4f %.4f N\n", name, i, forces_N[0][i].x, forces_N[0][i].y,
+      std::printf("force %s %zu: direct %.4f %.4f, evdev %.4f %.4f N\n", name.c_str(), i, forces_N[0][i].x, forces_N[0][i].y,
                   forces_N[1][i].x, forces_N[1][i].y);
     }
     std::fflush(stdout);
-    // The hand has gone on between the two, so springs differ by what it went: 20 N/m and some 2 mm/s for some seconds.
+    // A direction of 8 bits is up to 0.7 degrees off, and Linux rounds it another way than we do.
     for (std::size_t i = 0; i < forces_N[0].size(); ++i) {
       INFO(i);
-      CHECK(glm::length(forces_N[0][i] - forces_N[1][i]) < (i < 8 ? 0.0063 * kFull_N : 1.0));
+      CHECK(glm::length(forces_N[0][i] - forces_N[1][i]) < 0.03 * kFull_N);
     }
   }
 }

@@ -73,7 +73,7 @@ std::string UsbipPidDevice::refusal() {
   return access((kHost / "attach").c_str(), W_OK) == 0 ? "" : (kHost / "attach").string() + ": " + std::strerror(errno);
 }
 
-UsbipPidDevice::UsbipPidDevice(const WallClock& clock, const SimulatedPidOptions& options, const Motion& motion)
+UsbipPidDevice::UsbipPidDevice(const WallClock& clock, const SimulatedBoardOptions& options, const Motion& motion)
     : clock_(clock), firmware_(clock, ProgrammedMotion{motion, clock.now()}, options) {
   int ends[2];
   if (socketpair(AF_UNIX, SOCK_STREAM, 0, ends) != 0) throw std::runtime_error(std::strerror(errno));
@@ -101,6 +101,11 @@ std::string UsbipPidDevice::hidraw_node() const {
 std::string UsbipPidDevice::event_node() const {
   const std::string name = find_node("input", "event");
   return name.empty() ? "" : "/dev/input/" + name;
+}
+
+glm::dvec3 UsbipPidDevice::force_N() const {
+  const std::lock_guard lock(mutex_);
+  return firmware_.motors().force_N;
 }
 
 RealTime UsbipPidDevice::force_changed_at() const {
@@ -210,7 +215,7 @@ void UsbipPidDevice::transfer() {
 
 void UsbipPidDevice::note_force() {
   const std::lock_guard lock(mutex_);
-  const glm::dvec3 force_N = firmware_.force_N();
+  const glm::dvec3 force_N = firmware_.motors().force_N;
   if (force_N == force_N_) return;
   force_N_ = force_N;
   force_changed_at_ = clock_.now();
@@ -223,7 +228,7 @@ Octets UsbipPidDevice::descriptor(const std::array<std::uint8_t, 8>& setup) cons
   const Octets hid{9, 0x21, 0x11, 0x01, 0, 1, 0x22, low, high};
   switch (setup[3]) {
     case 1:
-      return {18, 1, 0x00, 0x02, 0, 0, 0, 64, 0x09, 0x12, 0x58, 0x0E, 0x00, 0x01, 1, 2, 0, 1};
+      return {18, 1, 0x00, 0x02, 0, 0, 0, 64, 0x09, 0x12, 0x58, 0x0E, 0x00, 0x01, 1, 2, 0, 1};  // 1209:0E58
     case 2: {
       Octets all{9, 2, 41, 0, 1, 1, 0, 0x80, 50, 9, 4, 0, 0, 2, 3, 0, 0, 0};
       all.insert(all.end(), hid.begin(), hid.end());

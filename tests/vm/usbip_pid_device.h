@@ -1,5 +1,5 @@
 #pragma once
-/// The simulated force feedback device (simulated_pid_device.h) as a full-speed USB device of this machine: served to the
+/// A simulated force feedback board (simulated_board.h) as a full-speed USB device of this machine: served to the
 /// kernel's vhci_hcd over USB/IP, by a socket pair. So usbcore, usbhid and hid-pidff bind to it as to a real one; a uhid
 /// device does not get hid-pidff, which is a part of usbhid. Its interrupt endpoints pass one report a millisecond each way,
 /// as those of a full-speed device do. It needs the modules vhci-hcd and usbhid and the right to write to vhci_hcd's attach
@@ -16,14 +16,14 @@
 #include <vector>
 
 #include "evenstep/clock/wall_clock.h"
-#include "evenstep/device/hid/simulated_pid_device.h"
+#include "evenstep/device/hid/simulated_board.h"
 
 class UsbipPidDevice {
  public:
   /// Why it cannot be; empty if it can.
   static std::string refusal();
 
-  UsbipPidDevice(const evenstep::WallClock& clock, const evenstep::SimulatedPidOptions& options,
+  UsbipPidDevice(const evenstep::WallClock& clock, const evenstep::SimulatedBoardOptions& options,
                  const evenstep::Motion& motion = evenstep::Still{});
   ~UsbipPidDevice();
   UsbipPidDevice(const UsbipPidDevice&) = delete;
@@ -31,11 +31,7 @@ class UsbipPidDevice {
 
   std::string hidraw_node() const;  ///< "/dev/hidraw0"; empty after a generous wait
   std::string event_node() const;   ///< "/dev/input/event1", with force feedback; empty after a generous wait
-  template <class Look>
-  auto look(Look look) const {
-    const std::lock_guard lock(mutex_);
-    return look(const_cast<evenstep::SimulatedPidDevice&>(firmware_));
-  }
+  glm::dvec3 force_N() const;       ///< that it renders now
   /// When the device rendered another force than before, and when it last sent a position.
   evenstep::RealTime force_changed_at() const;
   evenstep::RealTime reported_at() const;
@@ -59,7 +55,7 @@ class UsbipPidDevice {
 
   const evenstep::WallClock& clock_;
   mutable std::mutex mutex_;
-  evenstep::SimulatedPidDevice firmware_;
+  mutable evenstep::SimulatedBoard firmware_;
   int socket_ = -1;
   std::deque<Submit> in_, out_;
   glm::dvec3 force_N_{0};
