@@ -51,7 +51,7 @@ Options told(BoardKind kind) {
 struct Direct {
   Direct(const UsbipPidDevice& device, BoardKind kind) : transport(device.hidraw_node(), a_clock()) {
     driver = std::make_unique<PidDriver>(transport, *pid_layout(*parse_report_descriptor(transport.report_descriptor())),
-                                         options);
+                                         told<PidOptions>(kind));
   }
   HidapiTransport transport;
   std::unique_ptr<HapticDevice> driver;
