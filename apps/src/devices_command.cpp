@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.h"
+#include "evenstep/device/evdev/evdev_file.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/pid_axes.h"
@@ -57,33 +58,117 @@ Ability ability_of(const HidListing& listing) {
   return {"none", fmt::format("force feedback of the PID class, but without {}", fmt::join(layout.error(), ", "))};
 }
 
-void print_listing(const HidListing& listing) {
+/// The evdev device that the kernel's driver made of a HID device; nullptr if there is none.
+const EvdevListing* evdev_of(const HidListing& listing, const std::vector<EvdevListing>& evdev) {
+  const auto is_it = [&](const EvdevListing& one) { return one.info.path == listing.force_feedback_node; };
+  const auto found = std::find_if(evdev.begin(), evdev.end(), is_it);
+  return found == evdev.end() ? nullptr : &*found;
+}
+
+std::string evdev_ability(const EvdevListing& listing) {
+  std::string positions, forces;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!listing.has_axis[axis]) continue;
+    positions += "XYZ"[axis];
+    if (axis < 2 && listing.constant) forces += "XYZ"[axis];
+  }
+  const auto or_none = [](const std::string& axes) { return axes.empty() ? "no axis" : axes; };
+  return fmt::format(
+      "force feedback by the kernel's driver: reads {}, renders constant forces{} along {}; driver = \"evdev\" with its "
+      "travel and its full scale in newtons; it does not say whether its motors are on",
+      or_none(positions), listing.spring ? " and springs" : "", or_none(forces));
+}
+
+/// Which of a device's two ways to use, and why. `pid` is the shorter one: it knows what was refused and which switch is
+/// open, and the newest force overtakes those that wait.
+std::string advice(const HidListing& listing, const EvdevListing& evdev) {
+  const std::string kind = ability_of(listing).kind;
+  if (!evdev.constant) return "neither its evdev node, which plays no constant forces, nor what evenstep has for it";
+  if (kind != "pid")
+    return fmt::format("{} with driver = \"evdev\": evenstep itself cannot drive its reports", evdev.info.path);
+  if (!listing.refusal.empty() && evdev.refusal.empty())
+    return fmt::format("{} with driver = \"evdev\", since only that may be opened", evdev.info.path);
+  return fmt::format(
+      "{} with driver = \"pid\": a refused force is sent again and an open switch is seen; \"evdev\" if that fails, or to "
+      "have the kernel erase the effects when evenstep is killed",
+      listing.info.path);
+}
+
+void print_refusal(const std::string& refusal, const std::string& rule) {
+  if (refusal.empty()) return;
+  fmt::print(
+      "    cannot be opened: {}. Paste this line into /etc/udev/rules.d/70-evenstep.rules, then plug it in again:\n"
+      "      {}\n",
+      refusal, rule);
+}
+
+std::string udev_rule_of(const EvdevListing& listing) {
+  return fmt::format(
+      "SUBSYSTEM==\"input\", KERNEL==\"event*\", ATTRS{{id/vendor}}==\"{:04x}\", ATTRS{{id/product}}==\"{:04x}\", "
+      "TAG+=\"uaccess\"",
+      listing.info.vendor_id, listing.info.product_id);
+}
+
+void print_listing(const HidListing& listing, const EvdevListing* evdev) {
   const HidDeviceInfo& info = listing.info;
   fmt::print("{}  {:04x}:{:04x}  {}{}\n", info.path, info.vendor_id, info.product_id,
              info.product.empty() ? "(no name)" : info.product, info.serial.empty() ? "" : "  serial " + info.serial);
   fmt::print("    {}\n", ability_of(listing).text);
   if (!listing.force_feedback_node.empty())
     fmt::print("    the kernel's force-feedback driver holds it, too: {}\n", listing.force_feedback_node);
-  if (listing.refusal.empty()) return;
-  fmt::print(
-      "    cannot be opened: {}. Paste this line into /etc/udev/rules.d/70-evenstep.rules, then plug it in again:\n"
-      "      {}\n",
-      listing.refusal, udev_rule(info));
+  print_refusal(listing.refusal, udev_rule(info));
+  if (!evdev) return;
+  fmt::print("    {}: {}\n", evdev->info.path, evdev_ability(*evdev));
+  print_refusal(evdev->refusal, udev_rule_of(*evdev));
+  fmt::print("    use {}\n", advice(listing, *evdev));
 }
 
-nlohmann::ordered_json json_of(const HidListing& listing) {
+void print_listing(const EvdevListing& listing) {
+  fmt::print("{}  {:04x}:{:04x}  {}\n    {}\n", listing.info.path, listing.info.vendor_id, listing.info.product_id,
+             listing.info.name.empty() ? "(no name)" : listing.info.name, evdev_ability(listing));
+  print_refusal(listing.refusal, udev_rule_of(listing));
+}
+
+nlohmann::ordered_json json_of(const EvdevListing& listing) {
+  return {{"path", listing.info.path},
+          {"vendor_id", listing.info.vendor_id},
+          {"product_id", listing.info.product_id},
+          {"product", listing.info.name},
+          {"serial", ""},
+          {"driver", "evdev"},
+          {"ability", evdev_ability(listing)},
+          {"refusal", listing.refusal},
+          {"udev_rule", udev_rule_of(listing)},
+          {"force_feedback_node", listing.info.path}};
+}
+
+nlohmann::ordered_json json_of(const HidListing& listing, const EvdevListing* evdev) {
   const HidDeviceInfo& info = listing.info;
   const Ability ability = ability_of(listing);
-  return {{"path", info.path},
-          {"vendor_id", info.vendor_id},
-          {"product_id", info.product_id},
-          {"product", info.product},
-          {"serial", info.serial},
-          {"driver", ability.kind},
-          {"ability", ability.text},
-          {"refusal", listing.refusal},
-          {"udev_rule", udev_rule(info)},
-          {"force_feedback_node", listing.force_feedback_node}};
+  nlohmann::ordered_json json = {{"path", info.path},
+                                 {"vendor_id", info.vendor_id},
+                                 {"product_id", info.product_id},
+                                 {"product", info.product},
+                                 {"serial", info.serial},
+                                 {"driver", ability.kind},
+                                 {"ability", ability.text},
+                                 {"refusal", listing.refusal},
+                                 {"udev_rule", udev_rule(info)},
+                                 {"force_feedback_node", listing.force_feedback_node}};
+  if (!evdev) return json;
+  json["evdev"] = json_of(*evdev);
+  json["advice"] = "use " + advice(listing, *evdev);
+  return json;
+}
+
+/// Those that no HID device in the list has made.
+std::vector<EvdevListing> evdev_alone(const std::vector<HidListing>& hid, const std::vector<EvdevListing>& evdev) {
+  std::vector<EvdevListing> alone;
+  for (const EvdevListing& one : evdev) {
+    const auto made_it = [&](const HidListing& listing) { return listing.force_feedback_node == one.info.path; };
+    if (std::none_of(hid.begin(), hid.end(), made_it)) alone.push_back(one);
+  }
+  return alone;
 }
 
 ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
@@ -94,23 +179,26 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
     spdlog::error("error: {}", error.what());
     return ExitCode::run_failed;
   }
+  const std::vector<EvdevListing> evdev = evdev_devices(), alone = evdev_alone(found, evdev);
   if (arguments.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const HidListing& listing : found) list.push_back(json_of(listing));
+    for (const HidListing& listing : found) list.push_back(json_of(listing, evdev_of(listing, evdev)));
+    for (const EvdevListing& listing : alone) list.push_back(json_of(listing));
     // The strings of a device may be anything; if they are not UTF-8, the list must be printed nevertheless.
     fmt::print("{}\n", list.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
     return ExitCode::pass;
   }
-  for (const HidListing& listing : found) print_listing(listing);
-  if (found.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
+  for (const HidListing& listing : found) print_listing(listing, evdev_of(listing, evdev));
+  for (const EvdevListing& listing : alone) print_listing(listing);
+  if (found.empty() && alone.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
   return ExitCode::pass;
 }
 
 }  // namespace
 
 void add_devices(Commands& commands) {
-  auto [command, arguments] =
-      commands.add<DevicesArguments>("devices", "the HID devices of this machine, and what each of them can do", devices);
+  auto [command, arguments] = commands.add<DevicesArguments>(
+      "devices", "the devices of this machine, what each of them can do, and by which driver", devices);
   command.flag("--json", arguments.json, "the list as JSON instead of text");
 }
 

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "evenstep/device/evdev/evdev_file.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "foreign_device.h"
 #include "make_driver.h"
@@ -71,6 +72,7 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
 struct LiveDevices::Device {
   std::string name;
   std::unique_ptr<HidapiTransport> transport;  // for a real HID device
+  std::unique_ptr<EvdevFile> node;             // for one of Linux' input core
   std::unique_ptr<SimulatedMotors> simulated;  // for a simulated one
   std::unique_ptr<HapticDevice> driver;
 };
@@ -88,6 +90,9 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     }
     if (const auto* foreign = std::get_if<ForeignDriverSpec>(&scenario.devices[tool].driver)) {
       device.driver = internal::make_foreign_device(*foreign, scenario.devices[tool], nullptr, binding->path);
+    } else if (const auto* evdev = std::get_if<EvdevSpec>(&scenario.devices[tool].driver)) {
+      device.node = std::make_unique<EvdevFile>(binding->path);
+      device.driver = internal::make_evdev_driver(*evdev, *device.node);
     } else {
       device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
       device.driver = internal::make_driver(scenario.devices[tool], *device.transport);

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "evenstep/device/evdev/simulated_evdev.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/reference_driver.h"
@@ -18,7 +19,7 @@ namespace {
 
 /// A `Device` that is held by a hand that feels the force, or that follows a programmed motion.
 template <class Device, class Options>
-std::unique_ptr<SimulatedDevice> under_hand(const DeviceSpec& device, const Clock& clock, const Options& options) {
+std::unique_ptr<Device> under_hand(const DeviceSpec& device, const Clock& clock, const Options& options) {
   if (device.hand) return std::make_unique<Device>(clock, Hand(*device.hand, device.motion), options);
   return std::make_unique<Device>(clock, device.motion, options);
 }
@@ -101,6 +102,24 @@ std::unique_ptr<HapticDevice> driver(const PidSpec& spec, HidTransport& transpor
   return pid;
 }
 
+std::unique_ptr<SimulatedEvdev> simulated_evdev(const EvdevSpec& spec, const DeviceSpec& device, const Clock& clock) {
+  SimulatedEvdevOptions options;
+  options.reports = simulated_options(device);
+  options.travel_m = spec.options.travel_m;
+  options.full_scale_N = spec.options.full_scale_N.value_or(options.full_scale_N);
+  options.full_slope_N_per_m = spec.options.full_slope_N_per_m;
+  options.firmware_rate = spec.firmware_rate;
+  options.effects = spec.effects;
+  options.foreign_effects = spec.foreign_effects;
+  options.held = spec.held;
+  options.meddled_at = spec.meddled_at;
+  return under_hand<SimulatedEvdev>(device, clock, options);
+}
+
+std::unique_ptr<HapticDevice> driver(const EvdevSpec&, HidTransport& transport) {
+  throw refusal(transport, "driver = \"evdev\" talks to /dev/input/event*, not to a HID transport");
+}
+
 std::unique_ptr<HapticDevice> driver(const ForeignDriverSpec& spec, HidTransport& transport) {
   throw refusal(transport, fmt::format("the driver '{}' talks to no HID transport", spec.part.name));
 }
@@ -109,6 +128,12 @@ template <class Spec>
 SimulatedParts parts(const Spec& spec, const DeviceSpec& device, const Clock& clock) {
   std::unique_ptr<SimulatedDevice> below = simulated(spec, device, clock);
   std::unique_ptr<HapticDevice> above = driver(spec, *below);
+  return {std::move(below), std::move(above)};
+}
+
+SimulatedParts parts(const EvdevSpec& spec, const DeviceSpec& device, const Clock& clock) {
+  std::unique_ptr<SimulatedEvdev> below = simulated_evdev(spec, device, clock);
+  std::unique_ptr<HapticDevice> above = make_evdev_driver(spec, *below);
   return {std::move(below), std::move(above)};
 }
 
@@ -126,6 +151,12 @@ SimulatedParts make_simulated(const DeviceSpec& device, const Clock& clock) {
 
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport) {
   return std::visit([&](const auto& spec) { return driver(spec, transport); }, device.driver);
+}
+
+std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, EvdevNode& node) {
+  auto evdev = std::make_unique<EvdevDriver>(node, spec.options);
+  if (evdev->is_read_only()) return std::make_unique<ReadOnlyDevice>(std::move(evdev));
+  return evdev;
 }
 
 }  // namespace evenstep::internal

@@ -18,5 +18,7 @@ struct SimulatedParts {
 SimulatedParts make_simulated(const DeviceSpec& device, const Clock& clock);
 /// The driver of a HID device. Throws DeviceError if it cannot drive the device there.
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
+/// The driver of /dev/input/eventN, or of a simulated one. Throws DeviceError.
+std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, EvdevNode& node);
 
 }  // namespace evenstep::internal

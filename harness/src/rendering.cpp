@@ -60,9 +60,9 @@ LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const
   loop.device_s = seconds(device.force_delay);
   loop.scheduled_s = latency_s + loop.period_s / 2;
   if (const LocalRender* local = local_of(device); !local || !local->by_device) return loop;
-  const PidSpec& pid = std::get<PidSpec>(device.driver);  // the only driver with springs: the reader refuses others
-  loop.own_N_per_m = steepest_spring_N_per_m(pid.options);
-  loop.own_period_s = period_s(pid.firmware_rate);
+  const OwnSprings springs = *own_springs(device.driver);  // the reader refuses drivers without, or without newtons
+  loop.own_N_per_m = *springs.steepest_N_per_m;
+  loop.own_period_s = period_s(springs.firmware_rate);
   return loop;
 }
 

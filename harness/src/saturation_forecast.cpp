@@ -31,7 +31,9 @@ ReportRange range_of(const ReferenceSpec&) {
   constexpr double kMost = std::numeric_limits<std::int32_t>::max();
   return {glm::dvec3(kMost / 1e9), kMost / 1e6};
 }
-ReportRange range_of(const PidSpec& spec) {
+template <class Spec>
+requires requires(const Spec& spec) { spec.options.travel_m; }
+ReportRange range_of(const Spec& spec) {
   ReportRange range{glm::dvec3(kInfinity), spec.options.full_scale_N.value_or(kInfinity) * spec.options.gain};
   for (int axis = 0; axis < 3; ++axis) {
     if (spec.options.travel_m[axis] > 0) range.position_m[axis] = spec.options.travel_m[axis] / 2;

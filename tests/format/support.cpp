@@ -137,6 +137,17 @@ std::string pid_text(const PidSpec& p) {
   return out;
 }
 
+std::string evdev_text(const EvdevSpec& e) {
+  const EvdevOptions& o = e.options;
+  std::string out = fmt::format(" evdev {} {} {} scale {} gain {} duration {} updates {} {} still {}", o.travel_m.x,
+                                o.travel_m.y, o.travel_m.z, o.full_scale_N.value_or(-1), o.gain, o.effect_duration.ns,
+                                o.update_rate.num, o.update_rate.den, o.still.ns);
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    out += fmt::format(" {} {}", o.reversed_force[axis], o.reversed_spring[axis] ? *o.reversed_spring[axis] : -1);
+  return out +
+         fmt::format(" effects {} {} {} {}", e.effects, e.foreign_effects, e.held, e.meddled_at ? e.meddled_at->ns : -1);
+}
+
 std::string case_text(const CaseSpec& c) {
   std::string out =
       fmt::format("case {} values {} periods {} most {} duration {} step {} particles {} iterations {} unstable {}", c.kind,
@@ -306,6 +317,7 @@ std::string describe(const Scenario& s) {
     out += fmt::format("device {} unplug {} faults", d.name, d.unplug ? d.unplug->ns : -1);
     for (const ReportFault& f : d.faults) out += fmt::format(" {} {} {}", static_cast<int>(f.kind), f.tick, f.amount);
     if (const auto* pid = std::get_if<PidSpec>(&d.driver)) out += pid_text(*pid);
+    if (const auto* evdev = std::get_if<EvdevSpec>(&d.driver)) out += evdev_text(*evdev);
     if (const auto* foreign = std::get_if<ForeignDriverSpec>(&d.driver))
       out += fmt::format(" foreign {} {}", foreign->part.name, foreign->part.options);
     out += "\n";

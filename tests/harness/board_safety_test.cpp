@@ -14,14 +14,16 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Those of the reference device whose subject is its own protocol have a twin for PID devices.
-bool is_about_reports_of_reference(const std::string& name) { return name.find("reference") != std::string::npos; }
+/// Those whose subject is the protocol of the reference device, or evdev, have a twin for PID devices.
+bool is_about_another_driver(const std::string& name) {
+  return name.find("reference") != std::string::npos || name.find("evdev") != std::string::npos;
+}
 
 std::vector<std::string> safety_scenarios() {
   std::vector<std::string> names;
   for (const auto& file : std::filesystem::directory_iterator(shipped("safety"))) {
     const std::string name = file.path().stem().string();
-    if (file.path().extension() == ".toml" && !is_about_reports_of_reference(name)) names.push_back(name);
+    if (file.path().extension() == ".toml" && !is_about_another_driver(name)) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;

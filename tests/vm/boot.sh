@@ -22,7 +22,8 @@ mkdir -p -- "$folder"
 cd -- "$folder"
 
 # --- the kernel: an uncompressed image boots in half the time
-if [[ ! -s kernel/vmlinux ]]; then
+# A folder of before has fewer modules.
+if [[ ! -s kernel/vmlinux || -z $(find kernel/lib -name vhci-hcd.ko 2>/dev/null) ]]; then
   mkdir -p kernel
   name=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -nE 's/^ *Depends: (linux-image-[^ ]*)$/\1/p' | head -n 1)
   [[ -n $name ]] || skip "apt knows no linux-image-amd64 (run apt-get update)"
@@ -30,7 +31,9 @@ if [[ ! -s kernel/vmlinux ]]; then
     skip "the kernel package $name cannot be downloaded: $(tail -n 1 kernel/download.log)"
   rm -rf kernel/boot kernel/lib
   dpkg-deb --fsys-tarfile kernel/"$name"_*.deb |
-    tar -x -C kernel --wildcards './boot/vmlinuz*' '*/hid/hid.ko' '*/hid/uhid.ko' '*/hid/hid-generic.ko'
+    tar -x -C kernel --wildcards './boot/vmlinuz*' '*/hid/hid.ko' '*/hid/uhid.ko' '*/hid/hid-generic.ko' \
+      '*/input/evdev.ko' '*/misc/uinput.ko' '*/usb/common/usb-common.ko' '*/usb/core/usbcore.ko' '*/usbhid/usbhid.ko' \
+      '*/usbip/usbip-core.ko' '*/usbip/vhci-hcd.ko'
   offset=$(LC_ALL=C grep -abo -m1 $'\xfd7zXZ' kernel/boot/vmlinuz* | head -n 1 | cut -d: -f1)
   # xz complains of what follows its stream.
   tail -c +$((offset + 1)) kernel/boot/vmlinuz* | xz -dc >kernel/vmlinux.new 2>/dev/null || [[ -s kernel/vmlinux.new ]]

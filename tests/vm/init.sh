@@ -33,5 +33,11 @@ live live-pid uhid_pid_player 5 10000 200 40
 echo "== kernel"
 test_uhid --use-colour no 2>&1
 echo "== kernel: $?"
+for module in evdev uinput usb-common usbcore usbhid usbip-core vhci-hcd; do
+  insmod /modules/$module.ko || echo "no module $module"
+done
+echo "== evdev"
+test_evdev --use-colour no 2>&1
+echo "== evdev: $?"
 echo "== end"
 poweroff -f

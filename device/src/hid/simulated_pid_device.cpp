@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "evenstep/time/reproducible_math.h"
+#include "../turns.h"
 
 namespace evenstep {
 namespace {
@@ -19,15 +19,6 @@ double fraction(std::span<const std::byte> report, const PidValue& value) {
 }
 double fraction(std::span<const std::byte> report, const std::optional<PidValue>& value, double otherwise) {
   return value ? fraction(report, *value) : otherwise;
-}
-
-/// The sine of an angle in turns, exact at quarter turns.
-double sin_of_turn(double turns) {
-  constexpr double kPi = 3.14159265358979323846;
-  const double within = turns - std::floor(turns);
-  const double half = within < 0.5 ? within : within - 0.5;
-  const double value = reproducible::sin(kPi * 2 * std::min(half, 0.5 - half));
-  return within < 0.5 ? value : -value;
 }
 
 }  // namespace
@@ -297,6 +288,7 @@ std::array<double, pid::kAxes> SimulatedPidDevice::axes_of(std::span<const std::
             static_cast<double>(field.logical_maximum - field.logical_minimum);
   }
   // Away from where the direction points: north is the lower end of Y, east the upper one of X.
+  using internal::sin_of_turn;
   const std::array<double, pid::kAxes> direction{-sin_of_turn(turns), sin_of_turn(turns + 0.25), 0};
   for (std::size_t axis = 0; axis < pid::kAxes; ++axis) {
     const bool enabled = any_bit ? is_set(layout.axis_enable[axis]) : by_direction ? axis < 2 : !lists_axes && axis == 0;

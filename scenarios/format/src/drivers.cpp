@@ -35,6 +35,25 @@ ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const 
   return spec;
 }
 
+namespace {
+
+template <class Spec>
+std::optional<OwnSprings> springs_of(const Spec& spec) {
+  if constexpr (requires { steepest_spring_N_per_m(spec.options); }) {
+    OwnSprings springs{{}, spec.firmware_rate};
+    if (spec.knows_newtons()) springs.steepest_N_per_m = steepest_spring_N_per_m(spec.options);
+    return springs;
+  } else {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+std::optional<OwnSprings> own_springs(const DriverSpec& driver) {
+  return std::visit([](const auto& spec) { return springs_of(spec); }, driver);
+}
+
 namespace internal {
 namespace {
 

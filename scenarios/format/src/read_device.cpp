@@ -107,14 +107,15 @@ void read_faults(const ScenarioReading& reading, const Table& device, DeviceSpec
 
 /// Checks that the device can render springs: it must have them, and its newtons must be known to give their stiffness.
 void check_springs(const Table& render, const DeviceSpec& spec, Errors& errors) {
-  const auto* pid = std::get_if<PidSpec>(&spec.driver);
   const auto* local = std::get_if<LocalRender>(&spec.render);
-  if (!local || !local->by_device || (pid && pid->options.full_scale_N)) return;
+  if (!local || !local->by_device) return;
+  const std::optional<OwnSprings> springs = own_springs(spec.driver);
+  if (springs && springs->steepest_N_per_m) return;
   errors.add(render.place("kind"),
-             pid ? "'kind': \"device_spring\" needs to know what the device's springs are in N/m; write "
-                   "full_scale in its 'pid'"
-                 : "'kind': \"device_spring\" is for devices that render springs by themselves; write "
-                   "driver = \"pid\", or kind = \"local\", which sends the same as forces");
+             springs ? "'kind': \"device_spring\" needs to know what the device's springs are in N/m; write "
+                       "full_scale in its 'pid' or 'evdev'"
+                     : "'kind': \"device_spring\" is for devices that render springs by themselves; write "
+                       "driver = \"pid\" or \"evdev\", or kind = \"local\", which sends the same as forces");
 }
 
 GuardSpec read_guard(const Table& device, const NominalUnits& nominal, Errors& errors) {
@@ -199,8 +200,8 @@ const std::vector<Field>& device_fields() {
        .forms = kWord,
        .default_toml = "\"reference\"",
        .meaning = "The driver code that runs: of the reference device (docs/reference-device.md), or of force-feedback "
-                  "devices of the "
-                  "PID class (docs/hid.md). `foreign`: one of your own.",
+                  "devices of the PID class (docs/hid.md), or of all that Linux has a driver for (docs/evdev.md). "
+                  "`foreign`: one of your own.",
        .words = driver_words()},
       {.table = "device",
        .key = "transport",

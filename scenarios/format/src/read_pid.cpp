@@ -1,27 +1,12 @@
 // [[device]] driver = "pid"
-#include <fmt/format.h>
-
 #include "field_rows.h"
+#include "read_signs.h"
 #include "sections.h"
 
 namespace evenstep {
 using namespace internal;
 
 namespace {
-
-std::size_t axis_of(char letter) { return static_cast<std::size_t>(letter - 'x'); }
-
-void read_signs(const Table& pid, PidOptions& options, Errors& errors) {
-  for (const Value& axis : pid.at("reversed_force").list) options.reversed_force[axis_of(axis.text[0])] = true;
-  for (const Value& axis : pid.at("springs").list) {
-    const bool reversed = axis.text[0] == '-';
-    auto& known = options.reversed_spring[axis_of(axis.text.back())];
-    if (known && *known != reversed)
-      errors.add(axis.place,
-                 fmt::format("'springs' names both signs of {}; write the one that was measured", axis.text.back()));
-    known = reversed;
-  }
-}
 
 std::optional<BoardKind> board_named(const std::string& name) {
   for (const NamedBoard& board : simulated_boards()) {

@@ -77,7 +77,11 @@ class SimulatedReports {
   /// Whether this read is interrupted.
   bool take_interruption() { return interruptions_ > 0 && interruptions_-- > 0; }
   /// The oldest report; none in a tick that is `unread`.
-  std::optional<SimulatedReport> take() { return unread_tick_ == next_tick_ - 1 ? std::nullopt : queue_.pop(); }
+  std::optional<SimulatedReport> take() { return is_unread() ? std::nullopt : queue_.pop(); }
+  /// Whether nobody reads in this tick (`unread`).
+  bool is_unread() const { return unread_tick_ == next_tick_ - 1; }
+  /// The oldest report, in an `unread` tick as well: for a kernel that reads all the time.
+  std::optional<SimulatedReport> pop() { return queue_.pop(); }
   /// Queues a report of another kind, made now.
   void push(std::uint64_t other) { queue_.push({next_tick_ - 1, {}, other}); }
   /// What becomes of an output report: ok, rejected, or ok with `lost` set.

@@ -11,6 +11,7 @@
 #include <variant>
 #include <vector>
 
+#include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/foreign_device.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "evenstep/device/hid/simulated_board.h"
@@ -49,6 +50,21 @@ struct PidSpec {
   std::vector<PidDeviceEvent> events;
 };
 
+/// driver = "evdev": a force-feedback device through Linux' own driver for it, and its simulated device.
+struct EvdevSpec {
+  static constexpr std::string_view kName = "evdev";
+  static std::vector<internal::Field> fields();
+  static EvdevSpec read(const internal::ScenarioReading& reading, const internal::Table& device);
+  bool knows_newtons() const { return options.full_scale_N.has_value(); }
+
+  EvdevOptions options;
+  Rate firmware_rate{4000, 1};  ///< at which it renders springs by itself
+  int effects = 16;             ///< this and the next three are of the simulated device
+  int foreign_effects = 0;
+  bool held = false;
+  std::optional<RealTime> meddled_at;
+};
+
 /// driver = "foreign": registered by the program that runs the scenario.
 struct ForeignDriverSpec {
   static constexpr std::string_view kName = "foreign";
@@ -60,9 +76,17 @@ struct ForeignDriverSpec {
   DeviceFactory make;
 };
 
-using DriverSpec = std::variant<ReferenceSpec, PidSpec, ForeignDriverSpec>;
+using DriverSpec = std::variant<ReferenceSpec, PidSpec, EvdevSpec, ForeignDriverSpec>;
 inline bool knows_newtons(const DriverSpec& driver) {
   return std::visit([](const auto& spec) { return spec.knows_newtons(); }, driver);
 }
+
+/// The springs that devices of a driver render by themselves.
+struct OwnSprings {
+  std::optional<double> steepest_N_per_m;  ///< empty: its newtons are not known
+  Rate firmware_rate;
+};
+/// Empty: none.
+std::optional<OwnSprings> own_springs(const DriverSpec& driver);
 
 }  // namespace evenstep

@@ -1,0 +1,134 @@
+#pragma once
+/// A force feedback device through Linux' own driver for it: positions from EV_ABS, forces by FF_CONSTANT and springs by
+/// FF_SPRING. So it works with every wheel and stick that has a driver in the kernel, PID or not. docs/evdev.md says what is
+/// sent when.
+///
+/// Like PID, evdev has neither metres nor newtons: they are given as options, as for PidDriver (hid/pid_driver.h). X and Y
+/// have forces; Z is only read. The directions are Linux': an effect of direction left with a positive level pushes towards
+/// lower X, one of direction down towards the user, higher Y.
+///
+/// The kernel tells changes only. So for `still` after the last event a hand without events counts as one that holds still
+/// (the sample is fresh), and then as not reported. When events were lost (SYN_DROPPED) the positions are asked for.
+///
+/// A tick uploads what has changed, but no more than `update_rate` uploads and plays a second, in turn: what the device
+/// cannot take in time waits in a queue of the kernel's, up to 256 reports, where no newer force can overtake. Every
+/// effect ends by itself `effect_duration` after it was played (the device or the kernel sees to it), and is played again
+/// after half of that, together with gain and autocenter, because any other program may change those and stop our effects.
+/// If the process dies the kernel erases its effects.
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/device/evdev/evdev_node.h"
+#include "evenstep/device/haptic_device.h"
+
+namespace evenstep {
+
+struct EvdevOptions {
+  /// Distance from one end of each axis' range to the other; the middle is position 0. An axis with 0 is not used.
+  glm::dvec3 travel_m{0};
+  std::optional<double> full_scale_N;     ///< the force at the largest level and full gain; > 0; empty: read-only
+  double gain = 0.25;                     ///< (0, 1]; the share of full_scale_N that may be used
+  Duration effect_duration{500'000'000};  ///< 2 ms to 32.767 s, in whole milliseconds
+  Rate update_rate{1000, 1};              ///< reports that the device takes in a second
+  Duration still{1'000'000'000};
+  std::array<bool, 2> reversed_force{};  ///< the device pushes the other way than Linux means it
+  bool springs = false;                  ///< also upload one spring for each axis whose spring's sign is known
+  /// Whether a positive coefficient pushes away from the center, as it was measured. Empty: not measured, and no spring is
+  /// rendered along the axis; only along X, if its force is not reversed, an empty one counts as false.
+  std::array<std::optional<bool>, 2> reversed_spring{};
+  /// Slope of the largest coefficient at full gain. Empty: full_scale_N over half the travel.
+  std::optional<glm::dvec3> full_slope_N_per_m;
+};
+
+struct EvdevCounters {
+  std::int64_t refreshes = 0;  ///< how often everything was played again in time
+  std::int64_t saturated = 0;  ///< writes of a force beyond gain * full_scale_N along an axis
+  std::int64_t dropped = 0;    ///< how often events were lost because nobody had read them
+  std::int64_t waited = 0;     ///< ticks in which a changed force or spring had to wait for update_rate
+};
+
+class EvdevDriver final : public HapticDevice {
+ public:
+  /// Takes the node for itself and stops the kernel from smoothing its axes. The node must outlive the driver. Throws
+  /// DeviceError if another program has the node for itself, if it lacks an axis that has a travel or the effects that are
+  /// asked for, or if an option is out of its range.
+  EvdevDriver(EvdevNode& node, const EvdevOptions& options);
+  /// Stops, and sets the smoothing of the axes as it was.
+  ~EvdevDriver() override;
+  EvdevDriver(const EvdevDriver&) = delete;
+  EvdevDriver& operator=(const EvdevDriver&) = delete;
+
+  /// Do not call it from a tick. Throws DeviceError (no room, refused, gone); then nothing is left behind.
+  void start() override;
+  /// Stops and erases the effects; each is tried three times.
+  void stop() noexcept override;
+  bool is_read_only() const { return !options_.full_scale_N; }
+  DeviceSample read(RealTime now) override;
+  /// Throws DeviceError if the driver is read-only, not started, or the device is gone. read() throws, too, once the device
+  /// has refused an effect for `effect_duration`.
+  void write(const glm::dvec3& force_N) override;
+  /// Renders no spring along Z, nor where its sign is not known or its center lies outside the travel.
+  DeviceSpring write_spring(const DeviceSpring& wanted) override;
+  /// gain * full_scale_N; 0 if the driver is read-only.
+  double largest_force_N() const override { return options_.gain * options_.full_scale_N.value_or(0); }
+  const DeviceCounters& counters() const override { return counters_; }
+  const EvdevCounters& evdev_counters() const { return evdev_counters_; }
+  std::map<std::string, std::int64_t> own_counters() const override;
+
+ private:
+  struct Effect {
+    int axis = 0;
+    EvdevEffect wanted;
+    bool is_sent = false;                   // the newest version was taken
+    bool is_played = false;                 // since the last refresh was due
+    std::optional<RealTime> refused_since;  // its uploads
+  };
+
+  bool is_used(int axis) const { return options_.travel_m[axis] > 0; }
+  bool has_spring(int axis) const;
+  void check_options() const;
+  void adopt_axes();
+  void restore_axes() noexcept;
+  void ask_positions();
+  void take(const EvdevEvent& event);
+  void place(int axis, std::int32_t value);
+  bool is_position_known() const;
+  void create(int axis, bool is_spring);
+  void set_device();
+  void require_writable() const;
+  EvdevCondition condition_of(const DeviceSpring& wanted, int axis, DeviceSpring& rendered) const;
+  void want(Effect& effect, EvdevEffect newest);
+  void send_wanted();
+  bool send_one();
+  bool is_taken(int error);
+  void notice_refusals(RealTime now) const;
+  double full_slope_N_per_m(int axis) const;
+  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail_gone() const;
+
+  EvdevNode& node_;
+  EvdevOptions options_;
+  DeviceCounters counters_;
+  EvdevCounters evdev_counters_;
+  DeviceSample last_;
+  std::array<EvdevAxis, 3> axes_{};  // as they were found
+  std::array<std::int32_t, 3> raw_{};
+  std::vector<Effect> effects_;
+  std::size_t next_effect_ = 0;  // whose turn it is
+  bool started_ = false;
+  bool is_lost_ = false;  // events were dropped, and no SYN_REPORT has followed yet
+  bool positions_changed_ = false;
+  std::optional<RealTime> last_event_, refreshed_at_;
+  RealTime next_send_;
+};
+
+/// The stiffest spring that a device with these options can render by itself on all axes in use.
+double steepest_spring_N_per_m(const EvdevOptions& options);
+
+}  // namespace evenstep

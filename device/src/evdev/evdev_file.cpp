@@ -1,0 +1,188 @@
+#include "evenstep/device/evdev/evdev_file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/input.h>
+#include <linux/major.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+#include <utility>
+
+#include "evenstep/device/haptic_device.h"
+
+namespace evenstep {
+namespace fs = std::filesystem;
+namespace {
+
+static_assert(evdev::kConstant == FF_CONSTANT && evdev::kSpring == FF_SPRING && evdev::kGain == FF_GAIN &&
+              evdev::kAutocenter == FF_AUTOCENTER && evdev::kAbs == EV_ABS && evdev::kFf == EV_FF &&
+              evdev::kSynDropped == SYN_DROPPED);
+
+const fs::path kClass = "/sys/class/input";
+
+/// 0 or the errno.
+template <class Argument>
+int ask(int fd, unsigned long request, Argument argument) {
+  return ::ioctl(fd, request, argument) < 0 ? errno : 0;
+}
+
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
+  return text;
+}
+
+std::string line_of(const fs::path& path) {
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+std::uint16_t hexadecimal(const std::string& text) {
+  return static_cast<std::uint16_t>(std::strtoul(text.c_str(), nullptr, 16));
+}
+
+/// Whether a bit is set in the mask of a sysfs file: words in hexadecimal, the highest first, without leading zeros.
+bool has_bit(const std::string& mask, unsigned bit) {
+  constexpr unsigned kBits = sizeof(long) * 8;
+  std::size_t end = mask.size();
+  for (unsigned word = 0; word < bit / kBits; ++word) {
+    const std::size_t space = mask.find_last_of(' ', end == 0 ? 0 : end - 1);
+    if (space == std::string::npos || end == 0) return false;
+    end = space;
+  }
+  const std::size_t space = end == 0 ? std::string::npos : mask.find_last_of(' ', end - 1);
+  const std::string word = mask.substr(space == std::string::npos ? 0 : space + 1, end);
+  return (std::strtoull(word.c_str(), nullptr, 16) >> (bit % kBits) & 1) != 0;
+}
+
+EvdevInfo info_of(const std::string& event) {
+  const fs::path device = kClass / event / "device";
+  return {"/dev/input/" + event, printable(line_of(device / "name")), hexadecimal(line_of(device / "id" / "vendor")),
+          hexadecimal(line_of(device / "id" / "product"))};
+}
+
+ff_effect kernel_effect(const EvdevEffect& effect) {
+  ff_effect out{};
+  out.type = effect.type;
+  out.id = effect.id;
+  out.direction = effect.direction;
+  out.replay.length = effect.length_ms;
+  if (effect.type == FF_CONSTANT) out.u.constant.level = effect.level;
+  for (std::size_t axis = 0; axis < 2 && effect.type == FF_SPRING; ++axis) {
+    const EvdevCondition& from = effect.conditions[axis];
+    out.u.condition[axis] = {from.right_saturation, from.left_saturation, from.right_coefficient,
+                             from.left_coefficient, from.dead_band,       from.center};
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<EvdevListing> evdev_devices() {
+  std::vector<std::pair<long, EvdevListing>> found;
+  std::error_code gone;  // a device may be unplugged meanwhile; the result is then whatever is still there
+  for (fs::directory_iterator at(kClass, gone), end; !gone && at != end; at.increment(gone)) {
+    const std::string event = at->path().filename().string();
+    if (event.compare(0, 5, "event") != 0) continue;
+    const std::string effects = line_of(at->path() / "device/capabilities/ff");
+    if (effects.find_first_of("123456789abcdef") == std::string::npos) continue;
+    const std::string axes = line_of(at->path() / "device/capabilities/abs");
+    EvdevListing listing{.info = info_of(event),
+                         .constant = has_bit(effects, FF_CONSTANT),
+                         .spring = has_bit(effects, FF_SPRING),
+                         .gain = has_bit(effects, FF_GAIN)};
+    for (unsigned axis = 0; axis < 3; ++axis) listing.has_axis[axis] = has_bit(axes, axis);
+    if (::access(listing.info.path.c_str(), R_OK | W_OK) != 0) listing.refusal = std::strerror(errno);
+    found.emplace_back(std::strtol(event.c_str() + 5, nullptr, 10), std::move(listing));
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<EvdevListing> listings;
+  for (auto& [number, listing] : found) listings.push_back(std::move(listing));
+  return listings;
+}
+
+EvdevFile::EvdevFile(const std::string& path) {
+  struct stat node {};
+  if (::stat(path.c_str(), &node) != 0) throw DeviceError(fmt::format("{}: {}", path, std::strerror(errno)));
+  std::error_code missing;
+  const std::string event = fs::canonical(path, missing).filename().string();
+  if (!S_ISCHR(node.st_mode) || major(node.st_rdev) != INPUT_MAJOR || event.compare(0, 5, "event") != 0)
+    throw DeviceError(path +
+                      ": not an evdev device (/dev/input/event*); `evenstep devices` lists those with force feedback");
+  fd_ = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0) {
+    throw DeviceError(
+        fmt::format("{}: {}; a line in /etc/udev/rules.d/70-evenstep.rules lets the person at the machine open "
+                    "it: KERNEL==\"event*\", SUBSYSTEM==\"input\", TAG+=\"uaccess\"",
+                    path, std::strerror(errno)));
+  }
+  info_ = info_of(event);
+  info_.path = path;
+}
+
+EvdevFile::~EvdevFile() { ::close(fd_); }
+
+EvdevRead EvdevFile::read(std::span<EvdevEvent> events) {
+  std::array<input_event, 64> got;
+  const ssize_t size = ::read(fd_, got.data(), std::min(events.size(), got.size()) * sizeof(input_event));
+  if (size < 0) {
+    if (errno == EAGAIN) return {EvdevRead::Status::nothing};
+    return {errno == EINTR ? EvdevRead::Status::interrupted : EvdevRead::Status::gone};
+  }
+  const std::size_t count = static_cast<std::size_t>(size) / sizeof(input_event);
+  for (std::size_t i = 0; i < count; ++i) events[i] = {got[i].type, got[i].code, got[i].value};
+  return {count > 0 ? EvdevRead::Status::events : EvdevRead::Status::nothing, count};
+}
+
+int EvdevFile::write(const EvdevEvent& event) {
+  input_event out{};
+  out.type = event.type;
+  out.code = event.code;
+  out.value = event.value;
+  return ::write(fd_, &out, sizeof out) < 0 ? errno : 0;
+}
+
+int EvdevFile::upload(EvdevEffect& effect) {
+  ff_effect out = kernel_effect(effect);
+  const int error = ask(fd_, EVIOCSFF, &out);
+  if (error == 0) effect.id = out.id;
+  return error;
+}
+
+int EvdevFile::erase(int id) { return ask(fd_, EVIOCRMFF, id); }
+int EvdevFile::grab() { return ask(fd_, EVIOCGRAB, 1); }
+int EvdevFile::effect_count(int& count) { return ask(fd_, EVIOCGEFFECTS, &count); }
+
+bool EvdevFile::has(int type, std::uint16_t code) {
+  std::array<std::uint8_t, std::max(ABS_CNT, FF_CNT) / 8> bits{};
+  const unsigned long request = _IOC(_IOC_READ, 'E', 0x20 + type, bits.size());  // EVIOCGBIT
+  return code / 8u < bits.size() && ask(fd_, request, bits.data()) == 0 && (bits[code / 8u] >> (code % 8u) & 1) != 0;
+}
+bool EvdevFile::has_axis(std::uint16_t code) { return has(EV_ABS, code); }
+bool EvdevFile::has_feedback(std::uint16_t code) { return has(EV_FF, code); }
+
+int EvdevFile::axis(std::uint16_t code, EvdevAxis& axis) {
+  input_absinfo got{};
+  const int error = ask(fd_, EVIOCGABS(code), &got);
+  if (error == 0) axis = {got.value, got.minimum, got.maximum, got.fuzz, got.flat, got.resolution};
+  return error;
+}
+
+int EvdevFile::set_axis(std::uint16_t code, const EvdevAxis& axis) {
+  const input_absinfo wanted{axis.value, axis.minimum, axis.maximum, axis.fuzz, axis.flat, axis.resolution};
+  return ask(fd_, EVIOCSABS(code), &wanted);
+}
+
+}  // namespace evenstep
