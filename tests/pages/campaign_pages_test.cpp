@@ -1,0 +1,42 @@
+#include <catch2/catch.hpp>
+
+#include "evenstep/pages/campaign_pages.h"
+
+namespace evenstep {
+namespace {
+
+using Catch::Matchers::Contains;
+
+TEST_CASE("the page of a sweep has a row per value, and the worst points with their commands") {
+  SweepRecord record;
+  record.header.name = "latency <b>";
+  record.header.seeds = {1, 2};
+  record.header.grid = {{"remap.latency", {"\"5 ms\"", "\"6 ms\""}}};
+  for (std::int64_t i = 0; i < 4; ++i)
+    record.points.push_back({i, i == 1 ? SweepVerdict::error : SweepVerdict::pass, {}, 0, "stopped"});
+  const std::string page = sweep_page(
+      record, summarize(record), [](const SweepPoint&) { return "evenstep run x"; }, "error", "evenstep sweep x");
+  CHECK_THAT(page,
+             Contains("latency &lt;b&gt;") && Contains("3 of 4 points passed") && Contains("5 ms") && Contains("6 ms"));
+  CHECK_THAT(page, Contains("evenstep run x") && Contains("evenstep sweep x") && Contains("verdict error"));
+}
+
+TEST_CASE("studies and sizes have pages without a verdict, with their tables") {
+  StiffnessLimits limits;
+  limits.scenario = "stiff";
+  limits.limits = {{"direct", StiffnessLimit::State::found, 194, 195, 0, 9}};
+  CHECK_THAT(stiffness_page(limits, "evenstep study x"),
+             Contains("194") && Contains("direct") && !Contains("class=\"verdict"));
+  FeltStudyRecord felt;
+  felt.scenario = "felt";
+  CHECK_THAT(felt_study_page(felt, "evenstep study x"), Contains("felt") && Contains("<svg"));
+  StudyRecord study;
+  study.scenario = "study";
+  CHECK_THAT(study_page(study, "evenstep study x"), Contains("study") && Contains("<svg"));
+  SizeRecord size;
+  size.input = "timing.csv";
+  CHECK_THAT(size_page(size, "evenstep size x"), Contains("timing.csv") && Contains("taut string"));
+}
+
+}  // namespace
+}  // namespace evenstep
