@@ -19,9 +19,9 @@ using AddCommand = void(Commands&);
 AddCommand add_run, add_check, add_devices, add_list, add_study, add_record, add_import, add_fit, add_size, add_sweep,
     add_merge, add_shrink, add_diff, add_compare, add_index, add_init, add_schema, add_shell_texts;
 /// In the order of --help.
-constexpr AddCommand* kCommands[] = {add_run,    add_check, add_devices, add_list,    add_study, add_record,
-                                     add_import, add_fit,   add_size,    add_sweep,   add_merge, add_shrink,
-                                     add_diff,   add_compare, add_index, add_init,  add_schema,  add_shell_texts};
+constexpr AddCommand* kCommands[] = {add_run,    add_check,   add_devices, add_list,  add_study,  add_record,
+                                     add_import, add_fit,     add_size,    add_sweep, add_merge,  add_shrink,
+                                     add_diff,   add_compare, add_index,   add_init,  add_schema, add_shell_texts};
 
 }  // namespace app
 

@@ -9,6 +9,7 @@
 
 #include "commands.h"
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/text/text_file.h"
 #include "output.h"
 
 namespace evenstep::app {
@@ -64,11 +65,9 @@ std::string here_or_installed(const std::string& path) {
 }
 
 bool write_text(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (file) return true;
-  print({{path, 0, 0, "cannot be written; name a file in a folder that exists"}});
+  const std::string error = internal::write_text_file(path, text);
+  if (error.empty()) return true;
+  print({{path, 0, 0, error}});
   return false;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "commands.h"
+#include "evenstep/apps/origin.h"
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/record_solver.h"
 #include "evenstep/clock/wall_clock.h"

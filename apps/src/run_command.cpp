@@ -342,10 +342,7 @@ struct Tally {
 /// Writes --junit FILE. A call that was refused before its first run is a suite of its own.
 ExitCode write_junit(const Call& call, ExitCode code) {
   if (call.arguments.junit.empty()) return code;
-  const std::string error = write_file(call.arguments.junit, [&](std::ostream& out) { out << junit_xml(call.suites); });
-  if (error.empty()) return code;
-  spdlog::error("--junit: error: {}", error);
-  return worse(code, ExitCode::run_failed);
+  return write_text(call.arguments.junit, junit_xml(call.suites)) ? code : worse(code, ExitCode::run_failed);
 }
 
 /// The summaries as one JSON document: that of the run, or a list where there may be several.
@@ -361,9 +358,9 @@ void print_json(const Call& call) {
 
 /// A folder without scenarios: JUnit must show that nothing ran.
 ExitCode no_scenarios(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
-  Call call{arguments, interrupted, registry, true, {}, {}, {}};
+  Call call{arguments, interrupted, registry, true, {}, {}, {}, {}};
   const std::string paths = fmt::format("{}", fmt::join(arguments.paths, " "));
-  call.suites.push_back(junit_suite(broken(paths, {{paths, 0, 0, "no scenario (*.toml) in a folder"}}), ""));
+  call.suites.push_back(junit_suite(broken(paths, {{paths, 0, 0, "no scenario (*.toml) in a folder"}}, call), ""));
   return write_junit(call, ExitCode::usage);
 }
 

@@ -6,7 +6,6 @@
 #include "commands.h"
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/size.h"
-#include "evenstep/harness/run_folder.h"
 #include "evenstep/pages/campaign_pages.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "recording_options.h"
@@ -99,12 +98,7 @@ bool write_figure(const std::string& path, const SizeRecord& record) {
     print({{path, 0, 0, "there is no curve to draw: too many steps, or none; size a part of the recording"}});
     return false;
   }
-  std::ofstream file(path, std::ios::binary);
-  file << figure;
-  file.close();
-  if (file) return true;
-  print({{path, 0, 0, "cannot be written; give --figure a file in a folder that exists"}});
-  return false;
+  return write_text(path, figure);
 }
 
 /// The command that does this again.
@@ -133,6 +127,7 @@ std::string again(const SizeArguments& arguments) {
   option("--end", recording.columns.end);
   option("--duration", recording.columns.duration);
   option("--unit", recording.columns.unit);
+  if (arguments.other_maps) command += " --other-maps";
   option("--timing", arguments.timing);
   option("--report", arguments.report);
   return command;
@@ -140,23 +135,12 @@ std::string again(const SizeArguments& arguments) {
 
 /// False on an error, which is then printed.
 bool write_report(const SizeArguments& arguments, const SizeRecord& record) {
-  if (arguments.report.empty()) return true;
-  const std::string page = size_page(record, again(arguments));
-  const std::string error = write_file(arguments.report, [&](std::ostream& out) { out << page; });
-  if (error.empty()) return true;
-  print({{arguments.report, 0, 0, error + "; give --report a file in a folder that exists"}});
-  return false;
+  return arguments.report.empty() || write_text(arguments.report, size_page(record, again(arguments)));
 }
 
 /// False on an error, which is then printed.
 bool write_timing(const std::string& path, SizeResult& result) {
-  std::ofstream file(path, std::ios::binary);
-  file << format_timing_csv(result.segments);
-  file.close();
-  if (!file) {
-    print({{path, 0, 0, "cannot be written; give --timing a file in a folder that exists"}});
-    return false;
-  }
+  if (!write_text(path, format_timing_csv(result.segments))) return false;
   result.record.trace = path;
   result.record.trace_roles.clear();
   return true;

@@ -76,12 +76,7 @@ ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool j
   if (page.file.empty() || outcome.exit == ExitCode::interrupted) return outcome.exit;
   const char* const verdict = outcome.summary.all.errors > 0 ? "error" : outcome.exit == ExitCode::pass ? "pass" : "fail";
   const std::string text = sweep_page(outcome.header, outcome.summary, command, verdict, page.reproduce);
-  const std::string error = write_file(page.file.string(), [&](std::ostream& out) { out << text; });
-  if (!error.empty()) {
-    spdlog::error("error: {}", error);
-    return worse(outcome.exit, ExitCode::run_failed);
-  }
-  return outcome.exit;
+  return write_text(page.file.string(), text) ? outcome.exit : worse(outcome.exit, ExitCode::run_failed);
 }
 
 std::string state_of(const SweepStatus::Part& part) {

@@ -2,7 +2,6 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -183,17 +182,6 @@ RecordedMachine machine_here() {
   if (::uname(&system) == 0) machine.system = fmt::format("{} {} {}", system.sysname, system.release, system.machine);
   machine.host_clock = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
   return machine;
-}
-
-std::string utc_text(std::int64_t unix_s) {
-  using namespace std::chrono;
-  using std::chrono::seconds;
-  const sys_seconds at{seconds(unix_s)};
-  const auto day = floor<days>(at);
-  const year_month_day date(day);
-  const hh_mm_ss time(at - day);
-  return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", int(date.year()), unsigned(date.month()), unsigned(date.day()),
-                     time.hours().count(), time.minutes().count(), time.seconds().count());
 }
 
 std::string head_text(const RecordHead& head, const Scenario& scenario, const SolverInfo& info,

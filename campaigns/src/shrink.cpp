@@ -28,10 +28,8 @@ using internal::Value;
 struct Interrupted {};
 
 void write_text(const std::string& path, const std::string& text) {
-  std::ofstream out(path, std::ios::binary);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
-  out.close();
-  if (!out) throw std::runtime_error(fmt::format("cannot write '{}'", path));
+  const std::string error = internal::write_text_file(path, text);
+  if (!error.empty()) throw std::runtime_error(fmt::format("'{}' {}", path, error));
 }
 
 /// A folder for the recording of a candidate, which is removed at the end.

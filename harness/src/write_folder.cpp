@@ -137,20 +137,4 @@ std::string write_folder(const std::string& folder, const std::vector<FolderFile
   }
 }
 
-std::string write_file(const std::string& file, const std::function<void(std::ostream&)>& write) {
-  const fs::path path = internal::absolute_folder(file);
-  try {
-    if (fs::exists(path) && !fs::is_regular_file(path)) {  // a pipe or a device, such as /dev/stdout
-      fill(path, write);
-      return {};
-    }
-    const Workshop workshop(path);
-    fill(workshop.made(), write);
-    fs::rename(workshop.made(), path);
-    return {};
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-}
-
 }  // namespace evenstep

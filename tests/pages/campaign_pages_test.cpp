@@ -8,14 +8,15 @@ namespace {
 using Catch::Matchers::Contains;
 
 TEST_CASE("the page of a sweep has a row per value, and the worst points with their commands") {
-  SweepRecord record;
-  record.header.name = "latency <b>";
-  record.header.seeds = {1, 2};
-  record.header.grid = {{"remap.latency", {"\"5 ms\"", "\"6 ms\""}}};
+  SweepHeader header;
+  header.name = "latency <b>";
+  header.seeds = {1, 2};
+  header.grid = {{"remap.latency", {"\"5 ms\"", "\"6 ms\""}}};
+  SweepSummarizer summarizer(header);
   for (std::int64_t i = 0; i < 4; ++i)
-    record.points.push_back({i, i == 1 ? SweepVerdict::error : SweepVerdict::pass, {}, 0, "stopped"});
+    summarizer.add({i, i == 1 ? SweepVerdict::error : SweepVerdict::pass, {}, 0, "stopped"});
   const std::string page = sweep_page(
-      record, summarize(record), [](const SweepPoint&) { return "evenstep run x"; }, "error", "evenstep sweep x");
+      header, summarizer.summary(), [](const SweepPoint&) { return "evenstep run x"; }, "error", "evenstep sweep x");
   CHECK_THAT(page,
              Contains("latency &lt;b&gt;") && Contains("3 of 4 points passed") && Contains("5 ms") && Contains("6 ms"));
   CHECK_THAT(page, Contains("evenstep run x") && Contains("evenstep sweep x") && Contains("verdict error"));

@@ -98,8 +98,6 @@ struct RecordHead {
   std::string date;     ///< UTC, "2026-11-23T11:20:00Z"
   RecordedMachine machine;
 };
-/// "2026-11-23T11:20:00Z"
-std::string utc_text(std::int64_t unix_s);
 /// The lines before the header of timing.csv, each beginning with "# ".
 std::string head_text(const RecordHead& head, const Scenario& scenario, const SolverInfo& info,
                       const SolverRecording& recording);

@@ -40,8 +40,6 @@ std::string write_run_folder(const std::string& folder, const Scenario& scenario
 
 /// Writes a folder with any files. An older folder is replaced if it contains a file with the name of the first one.
 std::string write_folder(const std::string& folder, const std::vector<FolderFile>& files);
-/// Writes a single file. An older one of its name is replaced.
-std::string write_file(const std::string& path, const std::function<void(std::ostream&)>& write);
 
 /// The files of a run folder, summary.json first; its figures. Scenario and outcome must outlive what they return.
 std::vector<FolderFile> data_files(const Scenario& scenario, const RunOutcome& outcome, const std::string& reproduce);
