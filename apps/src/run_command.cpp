@@ -342,6 +342,9 @@ struct Tally {
 /// Writes --junit FILE. A call that was refused before its first run is a suite of its own.
 ExitCode write_junit(const Call& call, ExitCode code) {
   if (call.arguments.junit.empty()) return code;
+  std::error_code ignored;  // write_text says what is wrong
+  if (const auto folder = std::filesystem::path(call.arguments.junit).parent_path(); !folder.empty())
+    std::filesystem::create_directories(folder, ignored);
   return write_text(call.arguments.junit, junit_xml(call.suites)) ? code : worse(code, ExitCode::run_failed);
 }
 

@@ -197,7 +197,7 @@ TEST_CASE("What a device renders must go together, and with its scene") {
            {"kind = \"local\", cap = \"law\"", "'cap': \"law\" follows from the mass and damping of a hand"},
            {"kind = \"device_spring\"",
             "scenario.toml:17:19: error: 'kind': \"device_spring\" is for devices that render springs by "
-            "themselves; write driver = \"pid\", or kind = \"local\""},
+            "themselves; write driver = \"pid\" or \"evdev\", or kind = \"local\""},
            {"kind = \"device_spring\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"]",
             "write full_scale in its 'pid'"},
            {"kind = \"local\" }\ndriver = \"pid\"\npid = { travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_slope = \"0 "
