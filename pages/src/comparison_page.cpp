@@ -33,11 +33,11 @@ Html figures_of(const ComparisonRecord& record) {
     Html what =
         figure->breaks.empty() ? Html(name_of(figure->change)) : verdict_badge("fail") + Html(" ") + name_of(figure->change);
     for (const std::size_t condition : figure->breaks) what += Html("; ") + record.conditions[condition].text;
-    rows.push_back({record.runs[figure->run].name, figure->signal, figure_name(*figure), value_a(*figure), value_b(*figure),
-                    change_text(*figure), what});
+    rows.push_back({what, record.runs[figure->run].name, figure->signal, figure_name(*figure), value_a(*figure),
+                    value_b(*figure), change_text(*figure)});
   }
   Html shown = table("Figures that differ, the worst first",
-                     {{"run"}, {"signal"}, {"figure"}, {"A", true}, {"B", true}, {"change", true}, {"what that is"}}, rows);
+                     {{"what that is"}, {"run"}, {"signal"}, {"figure"}, {"A", true}, {"B", true}, {"change", true}}, rows);
   if (rows.size() < figures.size())
     shown += element("p", std::to_string(figures.size() - rows.size()) + " more are left out");
   return rows.empty() ? Html() : shown;

@@ -48,12 +48,16 @@ Html trend(Runs runs) {
                                 {"stroke-opacity", "0.3"}});
   std::string points;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    const std::string x = fmt::format("{:.1f}", kEdge + step * static_cast<double>(i)),
-                      y = fmt::format("{:.1f}", y_of(runs[i]->margin.value_or(0)));
-    if (runs[i]->margin) points += fmt::format("{}{},{}", points.empty() ? "" : " ", x, y);
-    if (runs[i]->verdict != "pass" || runs.size() == 1)
+    const double x = kEdge + step * static_cast<double>(i), y = y_of(runs[i]->margin.value_or(0));
+    if (runs[i]->margin) points += fmt::format("{}{:.1f},{:.1f}", points.empty() ? "" : " ", x, y);
+    if (runs[i]->verdict != "pass") {
+      const std::string cross = fmt::format("M{:.1f},{:.1f} l6,6 m0,-6 l-6,6", x - 3, y - 3);
+      marks += element("path", {{"d", cross}, {"stroke", "#d55e00"}, {"stroke-width", "2"}});
+    } else if (runs.size() == 1) {
       marks += element(
-          "circle", {{"cx", x}, {"cy", y}, {"r", "3"}, {"fill", runs[i]->verdict == "pass" ? "currentColor" : "#d55e00"}});
+          "circle",
+          {{"cx", fmt::format("{:.1f}", x)}, {"cy", fmt::format("{:.1f}", y)}, {"r", "3"}, {"fill", "currentColor"}});
+    }
   }
   marks += element("polyline", {{"points", points}, {"fill", "none"}, {"stroke", "currentColor"}, {"stroke-width", "1.5"}});
   const std::string label = fmt::format("worst margin of {} runs, from {} to {}", runs.size(),
@@ -79,7 +83,7 @@ Html scenarios_of(const std::map<std::string, Runs>& by_file) {
     rows.push_back({latest.scenario, verdict_badge(latest.verdict), margin_of(latest), latest.margin_of, trend(runs),
                     std::to_string(runs.size()), link_to(latest)});
   }
-  return table("The latest run of each scenario; a red point in the trend is a run that did not pass",
+  return table("The latest run of each scenario; a cross in the trend is a run that did not pass",
                {{"scenario"}, {"verdict"}, {"worst margin", true}, {"of"}, {"trend"}, {"runs", true}, {"latest"}}, rows);
 }
 

@@ -271,10 +271,17 @@
     const y = bins && values(bins);
     return { look: strategy, x: y ? bins.t : [], y: y ?? [] };
   }
+  // Strategies with the same limit share a line and its text.
   function limitsOf(kind, metric) {
-    return data.limits.filter((l) => l.metric === metric && strategyOf(l.signal) && !state.hidden.has(strategyOf(l.signal).name) &&
-        l.signal.startsWith(`${state.device}.${kind}.`))
-      .map((l) => ({ at: l.steps, text: `${strategyOf(l.signal).name}: ${l.word} ${short(l.steps)} step` }));
+    const names = new Map();
+    for (const l of data.limits) {
+      const strategy = strategyOf(l.signal);
+      if (l.metric !== metric || !strategy || state.hidden.has(strategy.name)) continue;
+      if (!l.signal.startsWith(`${state.device}.${kind}.`)) continue;
+      const limit = `${l.word} ${short(l.steps)} step`;
+      names.set(limit, { at: l.steps, of: [...(names.get(limit)?.of ?? []), strategy.name] });
+    }
+    return [...names].map(([limit, { at, of }]) => ({ at, text: `${of.join(", ")}: ${limit}` }));
   }
 
   // Lines across a chart: limits, and where expectations fail. A limit that cannot be told from 0 here is not shown.
