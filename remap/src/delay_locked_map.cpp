@@ -18,8 +18,11 @@ void DelayLockedMap::boundary(std::int64_t n, RealTime begin) {
   const auto steps = static_cast<double>(n - first_step_);
   if (started_ && steps == 0) return;
   const bool acquiring = slot_ns_ == 0;
-  if (started_ && acquiring)
-    slot_ns_ = period_ns_ = std::clamp(static_cast<double>((begin - origin_).ns) / steps, kLeast_ns, kMost_ns);
+  if (started_ && acquiring) {
+    const double length_ns = static_cast<double>((begin - origin_).ns);
+    slot_ns_ = period_ns_ = std::clamp(length_ns / steps, kLeast_ns, kMost_ns);
+    turn_ = std::min(2 * std::numbers::pi * bandwidth_Hz_ * length_ns * 1e-9, kMostTurn);
+  }
   started_ = true;
   first_step_ = n;
   if (acquiring) {
@@ -28,18 +31,11 @@ void DelayLockedMap::boundary(std::int64_t n, RealTime begin) {
   }
   const double end_ns = remainder_ns_ + steps * slot_ns_;  // t1, from origin_ on
   const double error_ns = static_cast<double>((begin - origin_).ns) - end_ns;
-  if (error_ns > steps * period_ns_) {
-    origin_ = begin;
-    remainder_ns_ = 0;
-    slot_ns_ = period_ns_;
-    return;
-  }
   const double whole_ns = std::floor(end_ns);
   origin_ = origin_ + Duration{static_cast<std::int64_t>(whole_ns)};
   remainder_ns_ = end_ns - whole_ns;
-  const double turn = std::min(2 * std::numbers::pi * bandwidth_Hz_ * steps * period_ns_ * 1e-9, kMostTurn);
-  slot_ns_ = std::clamp(period_ns_ + std::numbers::sqrt2 * turn * error_ns / steps, kLeast_ns, kMost_ns);
-  period_ns_ = std::clamp(period_ns_ + turn * turn * error_ns / steps, kLeast_ns, kMost_ns);
+  slot_ns_ = std::clamp(period_ns_ + std::numbers::sqrt2 * turn_ * error_ns / steps, kLeast_ns, kMost_ns);
+  period_ns_ = std::clamp(period_ns_ + turn_ * turn_ * error_ns / steps, kLeast_ns, kMost_ns);
 }
 
 std::optional<RealTime> DelayLockedMap::slot(std::int64_t n) {

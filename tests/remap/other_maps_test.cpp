@@ -41,10 +41,11 @@ TEST_CASE("jack_dll: with a constant number of steps it is the published loop, t
     // In seconds, and with the names of the paper.
     const auto at = [&](std::size_t k) { return static_cast<double>(schedule[k].begin.ns) * 1e-9; };
     double e2 = at(1) - at(0), t0 = at(1), t1 = t0 + e2;
+    const double w = 2 * std::numbers::pi * 1.5 * e2;
     std::size_t n = schedule[0].steps.size();
     for (std::size_t k = 1; k < schedule.size(); ++k) {
       if (k > 1) {
-        const double w = 2 * std::numbers::pi * 1.5 * e2, e = at(k) - t1;
+        const double e = at(k) - t1;
         t0 = t1;
         t1 += std::sqrt(2.0) * w * e + e2;
         e2 += w * w * e;

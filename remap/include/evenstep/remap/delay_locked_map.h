@@ -5,14 +5,14 @@
 ///   after the first complete segment:  t0 = B, e2 = T, t1 = B + e2
 ///   at each boundary B after it:       e = B - t1;  t0 = t1;  t1 = t1 + b e + e2;  e2 = e2 + c e
 ///   slot of step i of the segment:     t0 + i (t1 - t0) / N
-///   with w = 2 pi f e2, b = sqrt(2) w, c = w^2, and f the bandwidth (JACK 2 has 0.125 Hz)
+///   with w = 2 pi f T of that first segment, b = sqrt(2) w, c = w^2, and f the bandwidth (JACK 2 has 0.125 Hz)
 ///
 /// Here N is that of the segment before. If the segment then has another number of steps, t1 is the slot of the step after
 /// its last one, and e2 is scaled to the new N.
 ///
 /// Outside the formula: w is at most 0.5, because the loop rings at more; t1 - t0 is at least 1 ns per step, so the slots
-/// are strictly monotone; an error of more than a segment is a hang (JACK's xrun), after which t0 = B. An e2 beyond 1000 s
-/// per step is held there. A segment without steps becomes part of the next one.
+/// are strictly monotone. An e2 beyond 1000 s per step is held there. A segment without steps becomes part of the next one.
+/// (JACK itself sets t0 = B after an xrun; here that made jumps of 10 to 40 slots wherever a segment took twice its time.)
 
 #include "evenstep/remap/slot_map.h"
 
@@ -33,6 +33,7 @@ class DelayLockedMap final : public SlotMap {
   std::int64_t first_step_ = 0;  // of the segment
   RealTime origin_;              // t0, floored to ns
   double remainder_ns_ = 0;      // t0 - origin_
+  double turn_ = 0;              // w
   double slot_ns_ = 0;           // (t1 - t0) / N; 0 while acquiring
   double period_ns_ = 0;         // e2 / N
 };
