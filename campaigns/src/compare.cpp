@@ -44,6 +44,28 @@ Figures figures_of(const RunSummary& run, const internal::ExpectationNames& name
   return figures;
 }
 
+/// The largest size of a number by signal and unit, on both sides.
+using Sizes = std::map<std::pair<std::string, std::string>, double>;
+
+/// Below this share of the largest number that a signal has in a unit, a number is rounding: a double has 2.2e-16, and a run
+/// adds up thousands of them.
+constexpr double kRounding = 1e-12;
+
+void add_sizes(const Figures& figures, Sizes& sizes) {
+  for (const auto& [key, figure] : figures) {
+    const auto& [signal, metric, of] = key;
+    if (!figure.number || metric == "margin") continue;
+    double& size = sizes[{signal, figure_unit(signal, metric)}];
+    size = std::max(size, std::abs(*figure.number));
+  }
+}
+
+bool is_rounding(const ComparedFigure& figure, const Sizes& sizes) {
+  const auto size = sizes.find({figure.signal, figure.unit});
+  if (!figure.has_numbers() || figure.metric == "margin" || figure.unit == "count" || size == sizes.end()) return false;
+  return std::max(std::abs(*figure.a), std::abs(*figure.b)) < kRounding * size->second;
+}
+
 /// From good to bad; 0 for a word that is no verdict.
 int badness(const std::string& verdict) {
   constexpr const char* kOrder[] = {"pass", "skipped", "none", "degraded", "fail", "error"};
@@ -52,7 +74,7 @@ int badness(const std::string& verdict) {
 }
 
 /// What happened to one figure. `a` or `b` may be missing, not both.
-ComparedFigure compared(std::size_t run, const FigureKey& key, const Figure* a, const Figure* b) {
+ComparedFigure compared(std::size_t run, const FigureKey& key, const Figure* a, const Figure* b, const Sizes& sizes) {
   ComparedFigure figure;
   figure.run = run;
   std::tie(figure.signal, figure.metric, figure.of) = key;
@@ -61,7 +83,9 @@ ComparedFigure compared(std::size_t run, const FigureKey& key, const Figure* a, 
   figure.b = b ? b->number : Value();
   if (!figure.a) figure.a_word = a ? a->word : kAbsent;
   if (!figure.b) figure.b_word = b ? b->word : kAbsent;
-  figure.minor = figure.metric == "margin" || figure.metric == "trace" || is_timed(figure.signal, figure.metric);
+  figure.rounding = is_rounding(figure, sizes);
+  figure.minor =
+      figure.rounding || figure.metric == "margin" || figure.metric == "trace" || is_timed(figure.signal, figure.metric);
 
   if (!a) {
     figure.change = Change::other;  // new in B: there is nothing that it could be worse than
@@ -97,7 +121,7 @@ bool is_broken(const Threshold& threshold, const ComparedFigure& figure, const F
       if (a && !figure.has_numbers()) return true;  // nobody can say that it did not change too much
       break;
   }
-  if (!figure.has_numbers()) return false;
+  if (!figure.has_numbers() || figure.rounding) return false;
   return threshold.exceeded(figure.signal, figure.metric, *figure.a, *figure.b,
                             better_of(figure.signal, figure.metric) == Better::more);
 }
@@ -116,6 +140,9 @@ class Comparison {
     const auto [names_a, names_b] = internal::expectation_names(a, b);
     run.notes = internal::notes_on(a, b);
     const Figures before = figures_of(a, names_a), after = figures_of(b, names_b);
+    sizes_.clear();
+    add_sizes(before, sizes_);
+    add_sizes(after, sizes_);
     std::set<FigureKey> keys;
     for (const auto& [key, figure] : before) keys.insert(key);
     for (const auto& [key, figure] : after) keys.insert(key);
@@ -143,7 +170,7 @@ class Comparison {
     }
     record_.runs.back().notes.emplace_back("is only in A: B has no such run");
     const Figure verdict{{}, run.verdict};
-    ComparedFigure figure = compared(record_.runs.size() - 1, {"run", "verdict", ""}, &verdict, nullptr);
+    ComparedFigure figure = compared(record_.runs.size() - 1, {"run", "verdict", ""}, &verdict, nullptr, {});
     figure.b_word = "no run";
     for (std::size_t i = 0; i < thresholds_.size() && !allow_missing_; ++i) mark_broken(figure, i);
     record_.figures.push_back(std::move(figure));
@@ -165,7 +192,7 @@ class Comparison {
     const bool undefined = both_words && a->word == kNoNumber;
     const bool equal = (both_numbers && *a->number == *b->number) || (both_words && a->word == b->word);
     if (!undefined) run.figures += 1, run.equal += equal ? 1 : 0;
-    ComparedFigure figure = compared(record_.runs.size() - 1, key, a, b);
+    ComparedFigure figure = compared(record_.runs.size() - 1, key, a, b, sizes_);
     for (std::size_t i = 0; i < thresholds_.size(); ++i) {
       const Threshold& threshold = thresholds_[i];
       if (!threshold.covers(signal, metric)) continue;
@@ -199,6 +226,7 @@ class Comparison {
 
   const std::vector<Threshold>& thresholds_;
   bool allow_missing_;
+  Sizes sizes_;  // of the pair that is compared
   ComparisonRecord record_;
 };
 

@@ -109,6 +109,24 @@ TEST_CASE("a threshold counts what it judged and what it broke, and broken ones 
   CHECK(record.figures[0].breaks == std::vector<std::size_t>{0});
 }
 
+TEST_CASE("numbers below 1e-12 of the largest of their signal are rounding: no better, no worse, and no threshold breaks") {
+  RunSummary a = run_named("x");
+  a.metrics["left.force.paper"] = {{"error_max", 0.4}, {"deviation_max", 1.6e-14}, {"jump_max", 3e-13}};
+  RunSummary b = a;
+  b.metrics["left.force.paper"]["deviation_max"] = 2.2e-14;
+  const ComparisonRecord record = compared(a, b, {"deviation_max > +5 %", "worse > +1 %"});
+  CHECK(record.holds());
+  CHECK(figure(record, "deviation_max")->rounding);
+  CHECK(figure(record, "deviation_max")->change == Change::other);
+  CHECK(shown_figures(record, false).empty());
+  b.metrics["left.force.paper"]["jump_max"] = 5e-13;  // above 1e-12 of 0.4 N
+  CHECK_FALSE(compared(a, b, {"worse > +1 %"}).holds());
+  // Nothing is rounding by itself: here nothing of the signal is larger.
+  a.metrics["left.force.paper"] = {{"deviation_max", 1.6e-14}};
+  b.metrics["left.force.paper"] = {{"deviation_max", 2.2e-14}};
+  CHECK_FALSE(compared(a, b, {"worse > +1 %"}).holds());
+}
+
 TEST_CASE("a threshold that could judge no figure does not hold") {
   const ComparisonRecord record = compared(run_named("x"), run_named("x"), {"phase_delay > +5 %"});
   CHECK(record.conditions[0].judged == 0);

@@ -36,8 +36,9 @@ struct ComparedFigure {
   std::optional<double> a, b;  ///< empty: no number, and the word says what stands there instead
   std::string a_word, b_word;
   enum class Change : std::uint8_t { incomparable, worse, better, other } change = Change::other;
-  bool minor = false;  ///< not shown unless a condition is broken: margins, and what the machine's clock says
+  bool minor = false;  ///< not shown unless a condition is broken: margins, rounding, and what the machine's clock says
   std::vector<std::size_t> breaks = {};  ///< indices into ComparisonRecord::conditions
+  bool rounding = false;  ///< both numbers are below 1e-12 of the largest of their signal with this unit: no change at all
 
   bool has_numbers() const { return a && b; }
   double difference() const { return *b - *a; }
