@@ -294,7 +294,7 @@ engine_slurm() {
   local names ticks
   start_slurm
   while ((hits < kills)); do
-    names=(evenstep slurmd slurmctld evenstep evenstep evenstep evenstep evenstep evenstep evenstep evenstep evenstep)
+    names=(evenstep evenstep evenstep evenstep evenstep slurmd evenstep evenstep evenstep evenstep evenstep slurmctld)
     fresh
     "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses: $(cat run.log)"
     sleep 0.2
