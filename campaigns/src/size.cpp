@@ -259,7 +259,7 @@ class Sizer {
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;
-    VelocityJump jump(first_begin_ + Duration{1'000'000'000});
+    VelocityJump jump(first_begin_ + std::min(Duration{1'000'000'000}, Duration{(last_end_ - first_begin_).ns / 2}));
     each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
       any.add(steps);
       here.add(steps);

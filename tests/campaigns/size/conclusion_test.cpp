@@ -59,6 +59,17 @@ TEST_CASE("the tables that size prints are accepted, need the same latency, and 
   }
 }
 
+TEST_CASE(
+    "of a recording below two seconds jumps count from its half on, so no map seems smooth because none was looked at") {
+  std::vector<SegmentTiming> segments =
+      play({.visualization = {10 * ms}, .step = Duration{1 * ms}, .hitch = Hitch{{100 * ms}, {15 * ms}}}, 12);
+  const SizeRecord record = size_segments(segments, "short.csv", {});
+  REQUIRE(record.length < Duration{1'000'000'000});
+  CHECK(strategy(record, "paper").velocity_jump > 0.5);
+  CHECK(strategy(record, "phase_locked").velocity_jump < 0.15);
+  CHECK(strategy_to_use(record)->name == "phase_locked");
+}
+
 TEST_CASE("of a profiler's file the printed tables have its roles, and are accepted") {
   const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".json");
   const auto events = [](const char* name, RealTime begin, RealTime end) {

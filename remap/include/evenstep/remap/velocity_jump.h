@@ -1,6 +1,7 @@
 #pragma once
 /// The largest velocity jump of a map: max of |R(n+1) - 2 R(n) + R(n-1)| over mapped steps. (A constant lead cancels, so
-/// slots do as well as reads.) `evenstep size` gives it in mean slots, for the steps after the first second.
+/// slots do as well as reads.) `evenstep size` gives it in mean slots, for the steps after the first second, or the first
+/// half.
 
 #include <algorithm>
 #include <cstdint>

@@ -64,7 +64,8 @@ struct SizeStrategy {
   std::string name;
   bool for_comparison = false;  ///< never the one to use
   SizeNeed any_phase;
-  /// The largest velocity jump of its read times, in mean slots, after the first second.
+  /// The largest velocity jump of its read times, in mean slots, after the first second, or after the first half of what is
+  /// shorter than two seconds.
   double velocity_jump = 0;
   std::optional<SizePath> path;  ///< any path at that jump; empty where there are too many steps
   Duration lead;                 ///< c that belongs to any_phase
