@@ -278,6 +278,7 @@ class Sizer {
     if (open && windows.empty()) windows.push_back(window.budget().latency);
     const LatencyBudget least = any.budget();
     SizeStrategy out{name_of(kind), traits_of(kind).for_comparison};
+    out.jump_seen = jump.seen();
     if (slot_.ns > 0) out.velocity_jump = static_cast<double>(jump.most_ns()) / static_cast<double>(slot_.ns);
     if (const std::vector<StepTimes> steps = due_steps(emission == Emission::linear); !steps.empty())
       out.path = path(steps, out.velocity_jump);

@@ -61,7 +61,7 @@ std::string blame(const SizeRecord& record, const SizeStrategy& use) {
 std::string compared(const SizeRecord& record, const SizeStrategy& use) {
   std::string out;
   for (const SizeStrategy& other : record.strategies) {
-    if (&other == &use || other.any_phase.culprit.step < 0) continue;
+    if (&other == &use || other.any_phase.culprit.step < 0 || !other.jump_seen) continue;
     out += fmt::format("  {} needs {:.4g} ms; its reads jump by {:.2g} slots, those of {} by {:.2g}.\n", other.name,
                        ms(other.any_phase.latency), other.velocity_jump, use.name, use.velocity_jump);
   }
@@ -132,7 +132,7 @@ const SizeStrategy* strategy_to_use(const SizeRecord& record) {
     return smooth ? a.any_phase.latency < b.any_phase.latency : a.velocity_jump < b.velocity_jump;
   };
   for (const SizeStrategy& strategy : record.strategies) {
-    if (strategy.any_phase.culprit.step < 0 || strategy.for_comparison) continue;
+    if (strategy.any_phase.culprit.step < 0 || strategy.for_comparison || !strategy.jump_seen) continue;
     if (use == nullptr || better(strategy, *use)) use = &strategy;
   }
   return use;

@@ -69,7 +69,7 @@ Json json_of(const SizeStrategy& strategy) {
               {"lead_culprit_step", strategy.lead_culprit},
               {"interaction_capacity", strategy.interaction_capacity},
               {"force_capacity", strategy.force_capacity}};
-  out["velocity_jump"] = json_number(strategy.velocity_jump);
+  out["velocity_jump"] = strategy.jump_seen ? json_number(strategy.velocity_jump) : Json(nullptr);
   if (strategy.path) out["any_path_at_this_jump_ns"] = strategy.path->latency.ns;
   put_need(out, strategy.any_phase);
   if (strategy.rate) out["rate"] = json_of(*strategy.rate);

@@ -66,8 +66,9 @@ std::string jumps(const SizeRecord& record) {
   for (const SizeStrategy& strategy : record.strategies) {
     const Duration latency = strategy.any_phase.latency;
     const std::string smooth = strategy.path ? fmt::format("{:.2f}", times(latency, strategy.path->latency)) : "-";
-    out += fmt::format("  {:<13} {:>13.6f} {:>12.4f} {:>24} {:>24.2f}\n", strategy.name, ms(latency), strategy.velocity_jump,
-                       smooth, times(latency, bounds.pause));
+    out += fmt::format("  {:<13} {:>13.6f} {:>12} {:>24} {:>24.2f}\n", strategy.name, ms(latency),
+                       strategy.jump_seen ? fmt::format("{:.4f}", strategy.velocity_jump) : "-", smooth,
+                       times(latency, bounds.pause));
   }
   if (bounds.paths.empty()) out += "  Too many steps for the least latencies of any path.\n";
   return out +

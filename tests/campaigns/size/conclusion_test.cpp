@@ -70,6 +70,15 @@ TEST_CASE(
   CHECK(strategy_to_use(record)->name == "phase_locked");
 }
 
+TEST_CASE("where there are too few steps to see a jump, no map is called even and none is to be used") {
+  std::vector<SegmentTiming> segments = play({.visualization = {10 * ms}, .step = Duration{1 * ms}}, 2);
+  segments[1].steps.resize(2);
+  const SizeRecord record = size_segments(segments, "short.csv", {});
+  for (const SizeStrategy& one : record.strategies) CHECK_FALSE(one.jump_seen);
+  CHECK(strategy_to_use(record) == nullptr);
+  CHECK_THAT(size_text(record), Contains("Conclusion: none"));
+}
+
 TEST_CASE("of a profiler's file the printed tables have its roles, and are accepted") {
   const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".json");
   const auto events = [](const char* name, RealTime begin, RealTime end) {

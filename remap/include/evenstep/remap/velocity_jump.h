@@ -26,6 +26,7 @@ class VelocityJump {
     }
   }
   std::int64_t most_ns() const { return most_ns_; }
+  bool seen() const { return seen_ >= 3; }  ///< whether there was a jump to look at, of any size
 
  private:
   RealTime from_, before_, last_;

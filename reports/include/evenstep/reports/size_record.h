@@ -67,6 +67,7 @@ struct SizeStrategy {
   /// The largest velocity jump of its read times, in mean slots, after the first second, or after the first half of what is
   /// shorter than two seconds.
   double velocity_jump = 0;
+  bool jump_seen = true;         ///< false: there were too few steps, so the jump is 0 and says nothing
   std::optional<SizePath> path;  ///< any path at that jump; empty where there are too many steps
   Duration lead;                 ///< c that belongs to any_phase
   Duration latency_this_phase, lead_this_phase;
