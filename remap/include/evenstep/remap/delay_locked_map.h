@@ -12,7 +12,7 @@
 ///
 /// Outside the formula: w is at most 0.5, because the loop rings at more; t1 - t0 is at least 1 ns per step, so the slots
 /// are strictly monotone. An e2 beyond 1000 s per step is held there. A segment without steps becomes part of the next one.
-/// (JACK itself sets t0 = B after an xrun; here that made jumps of 10 to 40 slots wherever a segment took twice its time.)
+/// JACK itself also begins anew, with t0 = B, after an xrun; the published loop does not, and neither does this one.
 
 #include "evenstep/remap/slot_map.h"
 
