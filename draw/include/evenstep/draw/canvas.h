@@ -1,0 +1,52 @@
+#pragma once
+/// Draws a mesh with OpenGL ES 3 off screen, through EGL: on a GPU, or on the processor where Mesa's llvmpipe stands for one.
+///
+/// libEGL is opened by the first make_canvas, and by nothing else: a program that draws nothing loads no OpenGL. Of the
+/// devices that EGL knows the first one that is no software is taken, otherwise the software one, otherwise Mesa's platform
+/// without a surface.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "evenstep/draw/tissue_mesh.h"
+#include "evenstep/draw/view.h"
+#include "evenstep/time/result.h"
+
+namespace evenstep {
+
+inline constexpr int kLeastCanvas = 16, kMostCanvas = 8192;  ///< pixels, for width and height
+
+struct DrawError {
+  std::string what, remedy;
+};
+
+/// Rows from top to bottom, width x height x (red, green, blue, opacity).
+struct Image {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> pixels;
+};
+
+class Canvas {
+ public:
+  virtual ~Canvas() = default;
+  /// Gives the device the positions (as many as the mesh had that the canvas was made for), draws, and waits until all is
+  /// drawn. It may be called by any thread, one at a time.
+  virtual Result<bool, DrawError> draw(const std::vector<glm::vec3>& positions_m) = 0;
+  /// What was drawn last.
+  virtual Image image() = 0;
+  /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL ES 3.2 Mesa 22.3.6"
+  virtual const std::string& device() const = 0;
+};
+
+/// Compiles all that is needed and draws once, so that the first draw() is like the others. Errors: this evenstep is built
+/// without OpenGL, no libEGL, no device, a size outside of the limits, what the driver says.
+Result<std::unique_ptr<Canvas>, DrawError> make_canvas(int width, int height, const View& view, const Mesh& mesh);
+/// Whether this evenstep can draw at all (EVENSTEP_DRAW).
+bool built_with_drawing();
+
+/// The image as a PNG file. Errors: zlib is not there.
+Result<std::string> png_of(const Image& image);
+
+}  // namespace evenstep

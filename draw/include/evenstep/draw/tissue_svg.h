@@ -1,0 +1,24 @@
+#pragma once
+/// A picture of a mesh as SVG: the faces that are turned to the eye, from the farthest to the nearest. It is drawn without
+/// OpenGL, and the same mesh gives the same bytes on every machine. Faces that cut each other are not split, so where a tool
+/// goes through the surface the edge between them is ragged.
+
+#include <span>
+#include <string>
+
+#include "evenstep/draw/tissue_mesh.h"
+#include "evenstep/draw/view.h"
+
+namespace evenstep {
+
+struct SvgPicture {
+  int width = 1600, height = 1200;  ///< of the view box
+  std::string title;                ///< for readers who do not see it; XML-escaped by tissue_svg
+  /// Corners of the box that is dashed behind everything: the block at rest. glm::dvec3(0): none.
+  glm::dvec3 outline_m{0};
+};
+
+/// The farthest that a coordinate may lie outside is ten times the picture; it is then there.
+std::string tissue_svg(const Mesh& mesh, const View& view, const SvgPicture& picture);
+
+}  // namespace evenstep
