@@ -106,6 +106,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 # Opened by the runs that need them; apt installs them unless told otherwise.
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS
   "ocl-icd-libopencl1 | libopencl1, pocl-opencl-icd | opencl-icd, libhidapi-hidraw0, libsqlite3-0, zlib1g")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "libegl1, libgl1-mesa-dri")   # visualizations that draw
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libevenstep-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libfmt-dev, libspdlog-dev, libtomlplusplus-dev, libglm-dev")

@@ -9,6 +9,7 @@
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/record_solver.h"
 #include "evenstep/clock/wall_clock.h"
+#include "evenstep/harness/visualization.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/text/text_file.h"
@@ -23,6 +24,7 @@ struct RecordArguments {
   bool host_only = false;
   std::optional<std::uint64_t> seed;
   std::vector<std::string> set;
+  std::string visualization;
 };
 
 /// Long enough for everything to be ready before t = 0.
@@ -31,6 +33,7 @@ constexpr Duration kStartDelay{100'000'000};
 std::string typed(const RecordArguments& arguments) {
   std::string command = fmt::format("evenstep record {} --seconds {}", shell_file(arguments.file), arguments.seconds);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
+  if (!arguments.visualization.empty()) command += " --visualization " + shell_word(arguments.visualization);
   if (arguments.seed) command += fmt::format(" --seed {}", *arguments.seed);
   return command + (arguments.host_only ? " --host-only" : "");
 }
@@ -50,17 +53,26 @@ bool write(const std::string& path, const std::string& text) {
   return error.empty();
 }
 
-SolverRecording record_now(const Scenario& scenario, Solver& solver, int length_s, const std::atomic<bool>& interrupted) {
+/// "timing.csv" -> "timing.drawing.png"
+std::string drawing_path(const std::string& out) {
+  return std::filesystem::path(out).replace_extension(".drawing.png").string();
+}
+
+SolverRecording record_now(const Scenario& scenario, Solver& solver, Visualization* visualization, int length_s,
+                           const std::atomic<bool>& interrupted) {
   Progress progress(isatty(STDERR_FILENO));
   WallClock clock(WallEpoch::in(kStartDelay));
   return record_solver(scenario, solver, clock,
                        {.length = Duration{length_s * std::int64_t{1'000'000'000}},
                         .interrupted = &interrupted,
-                        .progress = [&](double fraction) { progress.update("record", fraction); }});
+                        .progress = [&](double fraction) { progress.update("record", fraction); },
+                        .visualization = visualization});
 }
 
 /// False after an error, which is then printed.
-bool write_files(const RecordArguments& arguments, const std::string& head, const SolverRecording& recording) {
+bool write_files(const RecordArguments& arguments, const std::string& head, const SolverRecording& recording,
+                 const std::string& drawing) {
+  if (!drawing.empty() && !write(drawing_path(arguments.out), drawing)) return false;
   if (!recording.commands.empty() && !write(profile_path(arguments.out), head + commands_csv(recording))) return false;
   return write(arguments.out, head + format_timing_csv(recording.segments));
 }
@@ -75,13 +87,16 @@ std::string host_only_text(const RecordArguments& arguments, Solver& solver) {
 ExitCode record_read(const RecordArguments& arguments, const Scenario& scenario, const std::atomic<bool>& interrupted) {
   RecordHead head{typed(arguments), utc_text(unix_seconds()), machine_here()};
   const double started_s = monotonic_seconds();
-  const std::unique_ptr<Solver> solver = make_recorded_solver(scenario, !arguments.host_only);
+  auto solver =
+      std::make_unique<WatchedSolver>(make_recorded_solver(scenario, !arguments.host_only), scenario.scene.tool_count);
+  const std::unique_ptr<RealVisualization> visualization = make_visualization(scenario, *solver);
+  if (visualization) head.visualization = visualization->text();
   head.machine.warm_up_s = monotonic_seconds() - started_s;
   if (!solver->info().device.empty()) head.machine.device = describe_opencl();
   fmt::print("recording {} for {} s; Ctrl-C ends it earlier and keeps what was recorded until then\n{}", scenario.file,
              arguments.seconds, host_only_text(arguments, *solver));
   std::fflush(stdout);
-  const SolverRecording recording = record_now(scenario, *solver, arguments.seconds, interrupted);
+  const SolverRecording recording = record_now(scenario, *solver, visualization.get(), arguments.seconds, interrupted);
   head.machine.load_after = load_now();
   const RecordSummary summary = summarize(recording);
   if (summary.steps == 0) {
@@ -90,7 +105,7 @@ ExitCode record_read(const RecordArguments& arguments, const Scenario& scenario,
   }
   const std::string head_lines = head_text(head, scenario, solver->info(), recording);
   fmt::print("{}\n{}", head_lines, record_table(summary, recording));
-  if (!write_files(arguments, head_lines, recording)) return ExitCode::run_failed;
+  if (!write_files(arguments, head_lines, recording, visualization ? visualization->png() : "")) return ExitCode::run_failed;
   fmt::print("next: {} size {}; in a scenario: [timing] trace = \"{}\"\n", arguments.program, shell_file(arguments.out),
              arguments.out);
   return recording.interrupted ? ExitCode::interrupted : ExitCode::pass;
@@ -98,7 +113,9 @@ ExitCode record_read(const RecordArguments& arguments, const Scenario& scenario,
 
 ExitCode record(const RecordArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   const std::string file = here_or_installed(arguments.file);
-  const ReadResult scenario = read_scenario(file, {arguments.set, arguments.seed, registry});
+  std::vector<std::string> set = arguments.set;
+  if (!arguments.visualization.empty()) set.push_back("timing.visualization=" + arguments.visualization);
+  const ReadResult scenario = read_scenario(file, {set, arguments.seed, registry, true});
   if (!scenario) {
     print(scenario.error());
     return ExitCode::usage;
@@ -133,6 +150,9 @@ void add_record(Commands& commands) {
                           "the timing.csv to write; the device's own times go beside it, into timing.profile.csv");
   command.option("--seconds", arguments.seconds, Range{1, 3600}, "how long (default: 20)");
   command.flag("--host-only", arguments.host_only, "without OpenCL's profiling events, which cost a little time themselves");
+  command.option("--visualization", arguments.visualization,
+                 "instead of the scenario's: render (the tissue is drawn), \"burn 11.1 ms\" (the device is kept busy), or a "
+                 "pause of so long");
   command.option("--seed", arguments.seed, "of the scenario's timing");
   command.repeated("--set", arguments.set, "path=value, overrides the file");
 }

@@ -228,6 +228,7 @@ RunOptions options_of(const Call& call) {
   options.allow_degraded = call.arguments.allow_degraded;
   options.control.permute_ties = call.arguments.permute_ties;
   options.control.interrupted = &call.interrupted;
+  options.control.picture = true;
   return options;
 }
 
@@ -280,7 +281,7 @@ RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors
 /// Runs one scenario; nullopt if it was left out.
 std::optional<RunOutcome> run_one(const std::string& file, const std::string& folder, Call& call) {
   const RunArguments& arguments = call.arguments;
-  const ReadResult read = read_scenario(file, {arguments.set, arguments.seed, call.registry});
+  const ReadResult read = read_scenario(file, {arguments.set, arguments.seed, call.registry, arguments.clock == "wall"});
   if (!read) return refuse(file, read.error(), folder, call);
   const Scenario& scenario = *read;
   if (leave_out(scenario, arguments)) {

@@ -83,7 +83,12 @@ class Recorder {
 
   bool rest(Duration length, SegmentTiming& made) {
     const RealTime began = clock_.now();
-    if (!wait_until(began + length)) return false;
+    if (control_.visualization) {
+      control_.visualization->begins(length);
+      control_.visualization->run();
+    } else if (!wait_until(began + length)) {
+      return false;
+    }
     made.visualization = Interval{began, clock_.now()};
     return true;
   }
@@ -151,7 +156,7 @@ std::string record_objection(const Scenario& scenario) {
   const auto beside = [](const SegmentTiming& segment) { return segment.overlaps(); };
   if (scenario.timing.programmed.order != SegmentOrder::concurrent && std::none_of(trace.begin(), trace.end(), beside))
     return {};
-  return "its visualizations run beside the steps, and a pause in which nothing is drawn cannot stand for that; give one "
+  return "its visualizations run beside the steps, and nothing that is done between them can stand for that; give one "
          "whose steps wait for them (order = \"visualization-first\" or \"steps-first\")";
 }
 

@@ -157,15 +157,17 @@ std::string device_rows(const RecordSummary& summary) {
 
 RecordSummary summarize(const SolverRecording& recording) {
   RecordSummary summary;
-  std::vector<std::int64_t> host;
+  std::vector<std::int64_t> host, visualizations;
   for (const SegmentTiming& segment : recording.segments) {
     ++summary.segments;
-    summary.visualizations += segment.visualization.has_value();
+    if (segment.visualization) visualizations.push_back((segment.visualization->end - segment.visualization->begin).ns);
     for (const Interval& step : segment.steps) host.push_back((step.end - step.begin).ns);
   }
   if (!recording.segments.empty()) summary.length = recording.segments.back().end - recording.segments.front().begin;
   summary.steps = static_cast<std::int64_t>(host.size());
   summary.host = spread_of(std::move(host));
+  summary.visualizations = static_cast<std::int64_t>(visualizations.size());
+  summary.visualization = spread_of(std::move(visualizations));
   DeviceSums().add(recording, summary);
   return summary;
 }
@@ -204,7 +206,9 @@ std::string head_text(const RecordHead& head, const Scenario& scenario, const So
     clock += fmt::format("; the device's own, of {} ns, for its commands", machine.device.timer_resolution_ns);
   line(clock);
   line(fmt::format("before it, not in it: {:.3f} s until kernels were built and had run once", machine.warm_up_s));
-  line("in a visualization nothing was drawn: it is a pause of the length that the scenario gives");
+  line("in a visualization " + (head.visualization.empty()
+                                    ? "nothing was drawn: it is a pause of the length that the scenario gives"
+                                    : head.visualization));
   if (recording.interrupted) line("interrupted: shorter than asked for");
   return text;
 }
@@ -228,6 +232,10 @@ std::string record_table(const RecordSummary& summary, const SolverRecording& re
   std::string text =
       fmt::format("{} segments, {} visualizations and {} steps in {:.3f} s{}\n\n", summary.segments, summary.visualizations,
                   summary.steps, seconds(summary.length), recording.interrupted ? ", interrupted" : "");
+  if (summary.visualizations > 0) {
+    text += fmt::format("{:<38}{:>12}{:>12}{:>12}\n", "per visualization, ms", "p50", "p99", "max");
+    text += spread_row("host: from its begin to its end", summary.visualization) + "\n";
+  }
   text += fmt::format("{:<38}{:>12}{:>12}{:>12}\n", "per step, ms", "p50", "p99", "max");
   text += spread_row("host: call to forces", summary.host);
   if (summary.steps_on_device > 0) text += device_rows(summary);

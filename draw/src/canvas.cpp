@@ -174,7 +174,8 @@ class GlCanvas final : public Canvas {
 
   std::string make_program(const View& view) {
     program_ = gl().glCreateProgram();
-    for (const auto& [kind, source] : {std::pair(GL_VERTEX_SHADER, kVertexShader), std::pair(GL_FRAGMENT_SHADER, kFragmentShader)})
+    for (const auto& [kind, source] :
+         {std::pair(GL_VERTEX_SHADER, kVertexShader), std::pair(GL_FRAGMENT_SHADER, kFragmentShader)})
       if (std::string error = add_shader(static_cast<GLenum>(kind), source); !error.empty()) return error;
     gl().glLinkProgram(program_);
     GLint done = 0;

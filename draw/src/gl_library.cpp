@@ -11,7 +11,7 @@ GlLibrary load() {
   library.missing = load_on_demand("libEGL.so.1", {EVENSTEP_EGL_FUNCTIONS(EVENSTEP_BY_NAME)}).value_or("");
 #undef EVENSTEP_BY_NAME
   if (!library.missing.empty()) return library;
-#define EVENSTEP_BY_NAME(name)                                                       \
+#define EVENSTEP_BY_NAME(name)                                                          \
   library.name = reinterpret_cast<decltype(&::name)>(library.eglGetProcAddress(#name)); \
   if (library.name == nullptr) library.missing = "libEGL.so.1 does not give " #name;
   EVENSTEP_GL_FUNCTIONS(EVENSTEP_BY_NAME)

@@ -58,7 +58,8 @@ Sphere unit_sphere() {
     std::vector<Face> finer;
     for (const auto& [a, b, c, same] : sphere.faces) {
       const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      for (const auto& [u, v, w] : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) finer.push_back({u, v, w, w});
+      for (const auto& [u, v, w] : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+        finer.push_back({u, v, w, w});
     }
     sphere.faces = std::move(finer);
   }
@@ -204,7 +205,8 @@ void TissueMesh::add_tool(std::size_t tool) {
   tool_at_[tool] = mesh_.positions_m.size();
   const auto add = [&](std::span<const Face> faces, std::size_t vertices, const glm::vec3& colour) {
     const auto first = static_cast<std::uint32_t>(mesh_.positions_m.size());
-    for (const Face& face : faces) mesh_.faces.push_back({first + face[0], first + face[1], first + face[2], first + face[3]});
+    for (const Face& face : faces)
+      mesh_.faces.push_back({first + face[0], first + face[1], first + face[2], first + face[3]});
     mesh_.positions_m.resize(first + vertices);
     mesh_.colours.resize(first + vertices, colour);
   };

@@ -23,8 +23,7 @@ View view_of(const TissueScene& tissue, int width, int height) {
   const glm::dvec3 block_m = tissue.spacing_m * glm::dvec3(nx - 1, ny - 1, nz - 1);
   view.center_m = 0.5 * block_m;
   for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 from_center_m =
-        block_m * (glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) - glm::dvec3(0.5));
+    const glm::dvec3 from_center_m = block_m * (glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1) - glm::dvec3(0.5));
     view.half_width_m = std::max(corner == 0 ? 0 : view.half_width_m, std::abs(glm::dot(view.right, from_center_m)));
     view.half_height_m = std::max(corner == 0 ? 0 : view.half_height_m, std::abs(glm::dot(view.up, from_center_m)));
   }
@@ -41,8 +40,9 @@ View view_of(const TissueScene& tissue, int width, int height) {
 double brightness(const View& view, const glm::dvec3& normal) {
   const double length = glm::length(normal);
   if (!(length > 0)) return 1;
-  const glm::dvec3 seen = glm::dvec3(glm::dot(normal, view.right), glm::dot(normal, view.up), glm::dot(normal, view.to_eye)) *
-                          ((glm::dot(normal, view.to_eye) < 0 ? -1 : 1) / length);
+  const glm::dvec3 seen =
+      glm::dvec3(glm::dot(normal, view.right), glm::dot(normal, view.up), glm::dot(normal, view.to_eye)) *
+      ((glm::dot(normal, view.to_eye) < 0 ? -1 : 1) / length);
   return kAmbient + (1 - kAmbient) * std::max(0.0, glm::dot(seen, kLight));
 }
 

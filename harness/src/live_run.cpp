@@ -6,6 +6,7 @@
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "evenstep/harness/visualization.h"
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/loop/recorder.h"
 #include "evenstep/scheduler/live_lanes.h"
@@ -76,6 +77,13 @@ void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::si
   if (launched > finished && !segments.empty()) segments.back().steps.push_back({last_launch, std::max(end, last_launch)});
 }
 
+/// The visualization that the end of the run has cut off lasts until then.
+void cut_visualization(StrategyRecord& record, RealTime end) {
+  if (record.segments.empty() || !record.segments.back().visualization) return;
+  auto& [began, ended] = *record.segments.back().visualization;
+  if (ended - began == kLongestRun) ended = std::max(end, began);
+}
+
 /// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
 std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::vector<Event>& events, RealTime end) {
   std::vector<SegmentTiming> segments = recorded_timing(record);
@@ -138,7 +146,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   LiveRecording recording;
   const std::string name = name_of(plan.kind);
   // It may compile for a second, so this is done before t = 0 is chosen.
-  std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);
+  auto solver = std::make_unique<WatchedSolver>(make_scenario_solver(scenario, plan.kind), scenario.scene.tool_count);
+  const std::unique_ptr<RealVisualization> visualization = make_visualization(scenario, *solver);
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
@@ -148,7 +157,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
-  lanes.spawn(device, simulation);
+  lanes.spawn(device, simulation, visualization.get());
 
   const RealTime end{scenario.run_duration.ns};
   SlicedRun on_device;
@@ -173,6 +182,11 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   recording.record.interrupted = on_device.interrupted || in_simulation.interrupted;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
+  cut_visualization(recording.record, end);
+  if (visualization) {
+    recording.visualization = visualization->text();
+    recording.drawing_png = visualization->png();
+  }
   recording.timing = timing_of(recording.record, simulation.events(), end);
   return recording;
 }
@@ -180,8 +194,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control) {
   RecordedExchange exchange(live_links(scenario, plan, all_entries(recording)), recording.inputs, true);
-  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), exchange,
-                      make_replayed_timing(recording.timing), {});
+  auto [solver, watched] = make_watched_solver(scenario, plan.kind, control);
+  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_replayed_timing(recording.timing), {});
   VirtualClock device_clock, simulation_clock;
   InlineExecutor executor;
   Scheduler simulation(simulation_clock, executor, {control.limits, control.permute_ties, true});
@@ -207,6 +221,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
   throw_if_failed(simulation.status(), name_of(plan.kind));
   StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()));
   record.shadow = true;
+  if (watched) record.tissue = picture_of(scenario, *watched);
   return record;
 }
 

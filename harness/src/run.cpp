@@ -136,6 +136,8 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
   LiveRecording recording = run_live(scenario, *live, options.devices, options.control);
   run.live = recording.record.name;
+  run.visualization = recording.visualization;
+  run.drawing_png = std::move(recording.drawing_png);
   run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
   const bool interrupted = options.control.is_interrupted();
   for (const StrategyPlan& plan : plans) {
@@ -149,7 +151,9 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
       run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
   }
   if (interrupted) return;
-  const StrategyRecord twin = replay(scenario, *live, recording, options.control);
+  StrategyRecord twin = replay(scenario, *live, recording, options.control);
+  for (StrategyRecord& strategy : run.strategies)
+    if (strategy.name == twin.name) strategy.tissue = std::move(twin.tissue);
   if (twin.trace_hash == recording.record.trace_hash) return;
   const auto found = first_difference({recording.record}, {twin});
   difference =

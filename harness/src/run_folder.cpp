@@ -101,6 +101,9 @@ std::vector<FolderFile> figures(const Scenario& scenario, const RunOutcome& outc
   }
   if (const auto figure = error_over_time_svg(run, outcome.metrics)) files.push_back({"error-over-time.svg", *figure});
   if (const auto figure = latency_over_time_svg(run)) files.push_back({"latency-over-time.svg", *figure});
+  for (const StrategyRecord& one : run.strategies)
+    if (!one.tissue.svg.empty()) files.push_back({"tissue.svg", one.tissue.svg});
+  if (!run.drawing_png.empty()) files.push_back({"drawing.png", run.drawing_png});
   const auto [strategy, device] = segment_shown(scenario, outcome);
   files.push_back({"figure-2to4.svg", figure_2to4_svg(run, strategy, device, outcome.results)});
   return files;

@@ -171,11 +171,11 @@ StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan,
       lanes_(device_lanes(scenario, devices)),
       device_recorders_(record_.devices.begin(), record_.devices.end()) {}
 
-void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation) {
+void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation, Visualization* visualization) {
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
     device.spawn(device_lane(device, lanes_[tool], exchange_, device_recorders_[tool]));
   }
-  simulation.spawn(simulation_lane(simulation, *timing_, *map_, step_, exchange_, step_recorder_));
+  simulation.spawn(simulation_lane(simulation, *timing_, *map_, step_, exchange_, step_recorder_, visualization));
 }
 
 StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {

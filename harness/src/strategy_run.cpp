@@ -6,6 +6,7 @@
 
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/harness/simulated_devices.h"
+#include "evenstep/harness/visualization.h"
 #include "evenstep/loop/exchange.h"
 #include "evenstep/scheduler/live_lanes.h"
 
@@ -78,9 +79,19 @@ SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& s
   return run;
 }
 
+MaybeWatched make_watched_solver(const Scenario& scenario, StrategyKind kind, const RunControl& control) {
+  std::unique_ptr<Solver> solver = make_scenario_solver(scenario, kind);
+  const std::int64_t every = steps_between_poses(scenario.scene);
+  if (!control.picture || kind != scenario.live || every == 0) return {std::move(solver), nullptr};
+  auto watched = std::make_unique<WatchedSolver>(std::move(solver), scenario.scene.tool_count, every);
+  WatchedSolver* const seen = watched.get();
+  return {std::move(watched), seen};
+}
+
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control) {
-  StrategyLanes lanes(scenario, plan, make_scenario_solver(scenario, plan.kind), parts.exchange, std::move(parts.timing),
-                      std::move(parts.devices), control.row_files);
+  auto [solver, watched] = make_watched_solver(scenario, plan.kind, control);
+  StrategyLanes lanes(scenario, plan, std::move(solver), parts.exchange, std::move(parts.timing), std::move(parts.devices),
+                      control.row_files);
   std::unique_ptr<Executor> executor = std::make_unique<InlineExecutor>();
   if (control.worker_thread) executor = std::make_unique<WorkerExecutor>(parts.clock);
   Scheduler scheduler(parts.clock, *executor, {control.limits, control.permute_ties, scenario.keep_rows});
@@ -99,6 +110,7 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
   StrategyRecord record = lanes.finish(scheduler.events());
   record.interrupted = run.interrupted;
   record.trace_hash = scheduler.trace_hash();  // known even if no events are kept
+  if (watched) record.tissue = picture_of(scenario, *watched);
   return record;
 }
 

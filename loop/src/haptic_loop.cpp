@@ -22,6 +22,13 @@ SaturationCauses causes_of(const DeviceLane& lane, const DeviceSample& sample, c
   return causes;
 }
 
+/// Runs the visualization, or waits as long as it would take.
+Scheduler::External visualize(Scheduler& scheduler, Duration programmed, Visualization* visualization) {
+  if (visualization == nullptr) return scheduler.external(scheduler.now() + programmed, nullptr, "visualization");
+  visualization->begins(programmed);
+  return scheduler.external(scheduler.now(), visualization, "visualization");
+}
+
 }  // namespace
 
 Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record) {
@@ -43,7 +50,7 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
 }
 
 Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
-                     StepRecorder& record) {
+                     StepRecorder& record, Visualization* visualization) {
   SegmentTiming segment;
   RemapSteps steps(map);
   Postponement pushed;  // the delay caused by the waits of a gate
@@ -56,7 +63,9 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
     const Pause pause = pause_of(segment, own_lane);
     if (pause.before_steps) {
       pushed.end(segment.visualization->end);
-      co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");  // 3 d: the large delay
+      if (visualization) record.visualization_begins(scheduler.now());
+      co_await visualize(scheduler, pause.length, visualization);  // 3 d: the large delay
+      if (visualization) record.visualization_ends(scheduler.now());
     }
     for (const Interval& step : segment.steps) {
       // An event of its own, so that it comes after the sample of the same instant.
@@ -84,7 +93,9 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
     }
     if (pause.after_steps) {
       pushed.end(segment.visualization->end);
-      co_await scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");
+      if (visualization) record.visualization_begins(scheduler.now());
+      co_await visualize(scheduler, pause.length, visualization);
+      if (visualization) record.visualization_ends(scheduler.now());
     }
   }
 }

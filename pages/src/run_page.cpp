@@ -93,6 +93,19 @@ Html figure_1(const RunPage& page) {
          still_figures(page);
 }
 
+/// What the tissue looked like, and what was done on a wall clock while the steps waited.
+Html tissue(const RunPage& page) {
+  Html body;
+  for (const StrategyRecord& strategy : page.run.strategies) {
+    if (strategy.tissue.svg.empty()) continue;
+    body += element("figure", {{"class", "paper"}},
+                    Html::markup(strategy.tissue.svg) +
+                        element("figcaption", element("code", strategy.name) + (": " + strategy.tissue.caption)));
+  }
+  if (!page.run.visualization.empty()) body += note("In the time of a visualization: " + page.run.visualization + ".");
+  return body;
+}
+
 Html stepper() {
   return element("div", {{"class", "controls"}, {"data-controls", "stepper"}}) +
          element(
@@ -272,6 +285,7 @@ std::string run_page(const RunPage& page) {
       {"expectations", "Expectations", internal::expectations_table(page.results, page.run.file) + saturated(page)},
       {"cells", "Cells", case_section(page)},
       {"figure-1", "Motion and force", drawn ? figure_1(page) : Html()},
+      {"tissue", "Tissue", tissue(page)},
       {"segment", "One segment", drawn ? stepper() : Html()},
       {"staircase", "Staircase",
        drawn ? chart("staircase",

@@ -1,4 +1,5 @@
 // In the place of the OpenCL solver in a build without it (EVENSTEP_OPENCL=OFF).
+#include "evenstep/sim/busy_device.h"
 #include "evenstep/sim/solver.h"
 #include "opencl/opencl_solver.h"
 
@@ -13,6 +14,7 @@ namespace {
 }  // namespace
 
 std::unique_ptr<Solver> internal::make_opencl_tissue(const Scene&, const SceneFeatures&, const SolverOptions&) { refuse(); }
+std::unique_ptr<BusyDevice> make_busy_device(const SolverOptions&) { refuse(); }
 bool built_with_opencl() { return false; }
 void open_opencl(const SolverOptions&) { refuse(); }
 OpenClDescription describe_opencl(const SolverOptions&) { refuse(); }

@@ -146,6 +146,10 @@ case_a_run_loads_only_the_libraries_that_it_uses() {
   loaded 'libfmt' --version || fail "the dynamic linker says nothing: this test sees nothing"
   ! loaded 'lib(OpenCL|hidapi|udev)' run "$spring" --out spring || fail "a spring's run loads a library for nothing"
   loaded 'libOpenCL' run "$source_dir/scenarios/paper/figure-1.toml" --out tissue || fail "OpenCL is not seen"
+  small_block
+  ! loaded 'lib(EGL|GL)' run block.toml --set 'timing.visualization="render 2 ms"' --allow-no-expectations --out drawn ||
+    fail "OpenGL is loaded under the virtual clock"
+  grep -q '<svg.*<title>block' drawn/tissue.svg || fail "no picture of the tissue"
   loaded 'libhidapi' devices || fail "hidapi is not seen"
 }
 case_a_run_says_what_was_saturated_asked_or_not() {
@@ -955,6 +959,25 @@ case_record_of_a_solver_without_a_device_has_host_times_only() {
   small_block
   expect 0 "host times only: --host-only" record block.toml --out timing.csv --seconds 1 --host-only
   [ ! -e timing.profile.csv ] || fail "a profile that was not asked for"
+}
+case_record_draws_or_burns_where_it_is_told_to() {
+  small_block
+  expect 0 "per visualization, ms" record block.toml -o burnt.csv --seconds 1 --visualization "burn 2 ms"
+  grep -q '^# in a visualization a kernel kept the compute device busy' burnt.csv || fail "not what was done"
+  __EGL_VENDOR_LIBRARY_DIRS=$work expect 3 "remedy: install a driver of OpenGL" \
+    record block.toml -o none.csv --seconds 1 --visualization render
+  [ ! -e none.csv ] || fail "a file of a recording that failed"
+  expect 2 "'visualization': \"rendr\" must be" record block.toml -o none.csv --visualization rendr
+  if ! "$evenstep" record block.toml -o drawn.csv --seconds 1 --visualization render >out 2>err; then
+    grep -q "nothing to draw on\|OpenGL cannot be loaded\|built without OpenGL" err || fail "another error"
+    echo "skipped: this machine cannot draw: $(cat err)"
+    return
+  fi
+  grep -q '^# evenstep record block.toml --seconds 1 --visualization render (evenstep' drawn.csv || fail "no command"
+  grep -q '^# in a visualization the tissue is drawn, 800 x 600 pixels, by ' drawn.csv || fail "not by what"
+  [ "$(head -c 4 drawn.drawing.png | tail -c 3)" = PNG ] || fail "no drawing"
+  traced drawn.csv
+  expect 0 "NO VERDICT" run t.toml --allow-no-expectations
 }
 case_record_refuses_what_it_cannot_do_before_it_starts() {
   scenario

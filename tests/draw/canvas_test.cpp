@@ -69,8 +69,8 @@ TEST_CASE("A size out of the limits is an error that says the limits") {
     return;
   }
   const TissueScene tissue = block({2, 2, 2});
-  const auto [width, height] =
-      GENERATE(std::pair(0, 100), std::pair(15, 100), std::pair(100, -1), std::pair(8193, 100), std::pair(100, 2'000'000'000));
+  const auto [width, height] = GENERATE(std::pair(0, 100), std::pair(15, 100), std::pair(100, -1), std::pair(8193, 100),
+                                        std::pair(100, 2'000'000'000));
   const auto canvas = make_canvas(width, height, view_of(tissue, 100, 100), TissueMesh(tissue, 0).mesh());
   REQUIRE_FALSE(canvas);
   CHECK_THAT(canvas.error().remedy, Contains("16 to 8192"));
@@ -126,10 +126,10 @@ TEST_CASE("What is near hides what is far, whichever is drawn first") {
     const Pixel at = pixel(canvas->image(), static_cast<int>(160 + 160 * clip.x), static_cast<int>(120 - 120 * clip.y));
     return at[2] > at[0] + 20;
   };
-  CHECK(blue_at_tool({0, 0, 0.002}));                             // half of it above the surface
-  CHECK(blue_at_tool({0.012, -0.02, -0.01}));                     // before the block
-  CHECK_FALSE(blue_at_tool(-0.012 * glm::dvec3(0, 0, 1)));        // in the middle of it
-  CHECK_FALSE(blue_at_tool(-0.04 * view.to_eye));                 // behind it
+  CHECK(blue_at_tool({0, 0, 0.002}));                       // half of it above the surface
+  CHECK(blue_at_tool({0.012, -0.02, -0.01}));               // before the block
+  CHECK_FALSE(blue_at_tool(-0.012 * glm::dvec3(0, 0, 1)));  // in the middle of it
+  CHECK_FALSE(blue_at_tool(-0.04 * view.to_eye));           // behind it
 }
 
 TEST_CASE("Any thread may draw, one at a time, and several canvases do not disturb each other") {

@@ -64,7 +64,8 @@ TEST_CASE("What a grab holds has the tool's colour, and what is fixed is grey") 
   const TissueScene tissue = with_tool(block({5, 5, 5}), CouplingKind::grab);
   const TissueMesh drawn(tissue, 0);
   std::set<std::tuple<float, float, float>> colours;
-  for (std::size_t n = 0; n < 98; ++n) colours.insert({drawn.mesh().colours[n].r, drawn.mesh().colours[n].g, drawn.mesh().colours[n].b});
+  for (std::size_t n = 0; n < 98; ++n)
+    colours.insert({drawn.mesh().colours[n].r, drawn.mesh().colours[n].g, drawn.mesh().colours[n].b});
   CHECK(colours.size() == 3);
 }
 

@@ -39,8 +39,7 @@ TEST_CASE("What is near is painted after what is far") {
   Mesh both = near;
   both.positions_m.insert(both.positions_m.end(), mesh.positions_m.begin(), mesh.positions_m.end());
   both.colours.insert(both.colours.end(), mesh.colours.begin(), mesh.colours.end());
-  for (const auto& [a, b, c, d] : mesh.faces)
-    both.faces.push_back({a + vertices, b + vertices, c + vertices, d + vertices});
+  for (const auto& [a, b, c, d] : mesh.faces) both.faces.push_back({a + vertices, b + vertices, c + vertices, d + vertices});
   const std::string svg = tissue_svg(both, view, kPicture);
   std::size_t last_red = 0, first_blue = std::string::npos;
   for (std::size_t at = svg.find("fill=\"#", svg.find("<g")); at != std::string::npos; at = svg.find("fill=\"#", at + 1)) {
@@ -57,8 +56,7 @@ TEST_CASE("A title is text, whatever it says, and a position that is far away st
   const TissueScene tissue = block({3, 3, 3});
   Mesh mesh = TissueMesh(tissue, 0).mesh();
   mesh.positions_m[0] = glm::vec3(1e30F, -1e30F, 0);
-  const std::string svg =
-      tissue_svg(mesh, view_of(tissue, 800, 600), {800, 600, "<script>&", 0.005 * glm::dvec3(2, 2, 2)});
+  const std::string svg = tissue_svg(mesh, view_of(tissue, 800, 600), {800, 600, "<script>&", 0.005 * glm::dvec3(2, 2, 2)});
   CHECK_THAT(svg, Contains("&lt;script&gt;&amp;"));
   CHECK_THAT(svg, !Contains("nan") && !Contains("inf") && Contains("stroke-dasharray"));
   CHECK(count(svg, "<svg") == 1);

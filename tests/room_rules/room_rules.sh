@@ -8,8 +8,8 @@
 set -u -o pipefail
 export LC_ALL=C
 
-readonly rooms='clock remap scheduler sim device reports pages text recordings plugins catalogue loop harness campaigns apps
-  tests bench examples cmake docs scenarios scripts'
+readonly rooms='clock remap scheduler sim device reports pages text recordings plugins catalogue loop draw harness campaigns
+  apps tests bench examples cmake docs scenarios scripts'
 readonly posix_clock='clock_gettime|clock_nanosleep|nanosleep|usleep'
 readonly std_clock='steady_clock|system_clock|high_resolution_clock'
 # A clock of ours has a sleep_until(), too (scheduler/blocking_clock.h), so those of std go by their namespace.
@@ -22,8 +22,8 @@ readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
 readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files'\
 '|device/src/hid/hidapi_transport|tests/|examples/'
-readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugins|scenarios/format|catalogue|loop|harness'\
-'|campaigns'
+readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugins|scenarios/format|catalogue|loop|draw'\
+'|harness|campaigns'
 
 # name @ which files (regular expression on the path) @ where it is allowed @ what must not be there
 # Paths are relative to the root. Line comments are gone by then, except for rules that start with "raw ".
@@ -39,6 +39,7 @@ readonly rules=(
   "own loaders only@$source@^(clock/time/src/library_on_demand|plugins/src/library|tests/)@\bdlopen *\("
   "processes only in plugins and of pairs@$source@^(plugins/src/child|campaigns/src/cost_pairs|tests/)@$processes"
   "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
+  "OpenGL only in draw@$source@^draw/src/@# *include *[<\"](EGL|GLES[0-9]|GL)/"
 )
 
 scratch=$(mktemp -d) || exit 2
@@ -79,7 +80,7 @@ headers_without_opening() {
 # rooms_too_large ROOT: no room holds more than a fifth of the product's code, or it is several rooms in one. Lines
 # of $source.
 readonly product='clock remap scheduler sim device reports pages text recordings plugins scenarios/format catalogue loop
-  harness campaigns apps'
+  draw harness campaigns apps'
 rooms_too_large() {
   local room lines total=0
   local -A held=()
@@ -172,6 +173,8 @@ prove_rules() {
     expect seen 10 docs/metrics.md "$word"
   done
   expect unseen 10 sim/src/solver.cpp '// MAXXXX'
+  expect seen 11 harness/src/visualization.cpp '#include <GLES3/gl3.h>'
+  expect unseen 11 draw/src/gl_library.h '#include <EGL/egl.h>'
   local rule
   for rule in "${!rules[@]}"; do
     [ "${tried[$rule]:-0}" = 1 ] || fail "rule '${rules[$rule]%%@*}' has no planted violation"

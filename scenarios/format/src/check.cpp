@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::string_view kLognormalWord = "lognormal ", kUniformWord = "uniform ";
 constexpr std::string_view kSmoothWord = "smooth ";
+constexpr std::string_view kRenderWord = "render ", kBurnWord = "burn ";
 constexpr std::string_view kSweepRange = "sweep.grid.*";
 constexpr std::string_view kParetoWord = "pareto ", kCapWord = " cap ";
 /// Lengths that stand in while the forms are checked; the real ones are read from [timing] later.
@@ -122,6 +123,13 @@ std::string pareto_error(const Field& field, std::string_view text) {
   return fmt::format("\"{}\": the cap is below the least cost; write the smaller time first", text);
 }
 
+/// The word that a visualization's time follows; empty if there is none.
+std::string_view work_word(std::string_view text) {
+  for (const std::string_view word : {kRenderWord, kBurnWord})
+    if (text.substr(0, word.size()) == word) return word;
+  return {};
+}
+
 bool is_uniform(std::string_view text) { return text.substr(0, kUniformWord.size()) == kUniformWord; }
 
 /// The number of "8 segments".
@@ -149,6 +157,7 @@ bool starts_like_number(std::string_view text) {
 std::string text_error(const Field& field, const std::string& text) {
   if (field.forms & kText) return {};
   if (field.forms & kFile) return text.empty() ? "names no file" : "";
+  if ((field.forms & kWork) && !work_word(text).empty()) return prefixed_error(field, text, work_word(text), true);
   constexpr std::uint32_t kNumeric = kDuration | kSpan | kRate | kQuantity | kLimit;
   if (field.forms & kWord) {
     if (contains(field.words, text)) return {};
@@ -341,6 +350,18 @@ JitterText Table::jitter(std::string_view key) const {
   const bool uniform = is_uniform(written);
   const std::string ratio = written.substr((uniform ? kUniformWord : kLognormalWord).size());
   return {uniform ? JitterLaw::uniform : JitterLaw::log_normal, *parse_si(ratio, Dimension::ratio)};
+}
+
+WorkText Table::work(std::string_view key) const {
+  const std::string written = text(key);
+  const std::string_view word = work_word(written);
+  const bool is_render = word == kRenderWord || written == "render";
+  WorkText out{is_render      ? VisualizationWork::render
+               : word.empty() ? VisualizationWork::pause
+                              : VisualizationWork::burn,
+               std::nullopt};
+  if (written != "render") out.length = *parse_duration(std::string_view(written).substr(word.size()));
+  return out;
 }
 
 ParetoText Table::pareto(std::string_view key) const {

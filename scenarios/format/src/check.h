@@ -9,6 +9,7 @@
 
 #include "evenstep/format/document.h"
 #include "evenstep/format/fields.h"
+#include "evenstep/format/scenario.h"
 #include "evenstep/scheduler/step_timing.h"
 
 namespace evenstep::internal {
@@ -43,6 +44,12 @@ struct JitterText {
   double variation = 0;
 };
 
+/// "11.1 ms", "render", "render 11.1 ms" or "burn 11.1 ms"
+struct WorkText {
+  VisualizationWork work = VisualizationWork::pause;
+  std::optional<Duration> length;  ///< empty: not known beforehand
+};
+
 /// A table without errors, read key by key; a key that is not there has its default.
 class Table {
  public:
@@ -74,6 +81,7 @@ class Table {
   Duration span(std::string_view key, const NominalUnits& nominal, Errors& errors) const;
   JitterText jitter(std::string_view key) const;
   Duration smooth(std::string_view key) const;
+  WorkText work(std::string_view key) const;
   ParetoText pareto(std::string_view key) const;
   double segments(std::string_view key) const;  ///< for a field of the form kSegments
   std::vector<Table> tables(std::string_view key) const;

@@ -11,7 +11,7 @@ namespace evenstep::internal {
 namespace {
 
 std::string_view base_unit_of(const Field& field) {
-  if (field.forms & (kDuration | kSpan | kSmooth | kPareto)) return "s";
+  if (field.forms & (kDuration | kSpan | kSmooth | kPareto | kWork)) return "s";
   if (field.forms & kSegments) return "segments";
   if (field.forms & kRate) return "Hz";
   if (field.dimension == Dimension::ratio) return "";
@@ -81,6 +81,7 @@ std::string describe_forms(const Field& field) {
     choices.push_back(fmt::format("{} {}", article(info(field.dimension).name), info(field.dimension).name));
   if (field.forms & kJitter) choices.insert(choices.end(), {"\"lognormal <ratio>\"", "\"uniform <ratio>\""});
   if (field.forms & kSmooth) choices.emplace_back("\"smooth <time>\"");
+  if (field.forms & kWork) choices.insert(choices.end(), {"\"render <time>\"", "\"burn <time>\""});
   if (field.forms & kPareto) choices.emplace_back("\"pareto <time> cap <time>\"");
   if (field.forms & kSegments) choices.emplace_back("a number of segments");
   if (field.forms & kLimit) choices.emplace_back("a limit");

@@ -194,12 +194,47 @@ struct Shares {
   }
 };
 
+/// What stands for the length of a drawing that nobody knows before it is made, in all that is computed before the run.
+constexpr Duration kUnknownDrawing{1};
+
+/// Adds an error if the sizes do not go with what is drawn.
+void read_picture(const Table& timing, TimingSpec& spec, Errors& errors) {
+  if (!timing.has("picture")) return;
+  if (spec.work != VisualizationWork::render)
+    return errors.add(timing.place("picture"),
+                      "'picture' is about visualization = \"render\", and nothing is drawn here; remove it");
+  const std::vector<Value> sides = timing.at("picture").list;
+  if (sides.size() != 2)
+    return errors.add(timing.place("picture"), "'picture': it has a width and a height; write picture = [800, 600]");
+  spec.picture_px = {static_cast<int>(sides[0].integer), static_cast<int>(sides[1].integer)};
+}
+
+/// Reads the visualization into `spec`; of a drawing without a length V is kUnknownDrawing.
+void read_visualization(ScenarioReading& reading, const Table& timing) {
+  TimingSpec& spec = reading.scenario.timing;
+  const WorkText written = timing.work("visualization");
+  spec.work = written.work;
+  spec.programmed.visualization = written.length.value_or(kUnknownDrawing);
+  if (!written.length) {
+    spec.real_steps = spec.real_steps || !spec.programmed.step;  // "fill" shares out what V leaves
+    if (!reading.real_time)
+      reading.errors.add(timing.place("visualization"),
+                         "'visualization': \"render\" takes as long as it takes, which only a wall clock can tell; write "
+                         "\"render 11.1 ms\", or `evenstep record --visualization render` here and replay its trace");
+  } else if (spec.work != VisualizationWork::pause && written.length->ns == 0) {
+    reading.errors.add(
+        timing.place("visualization"),
+        fmt::format("'visualization': \"{}\" is out of range; it must be above 0 s", timing.text("visualization")));
+  }
+  read_picture(timing, spec, reading.errors);
+}
+
 Shares read_shares(const Table& timing, ProgrammedTiming& programmed, Errors& errors) {
   Shares shares;
   programmed.steps = read_step_counts(timing, errors);
   for (const int count : programmed.steps) shares.sum += count;
   shares.count = static_cast<__int128>(programmed.steps.size());
-  shares.visualization = timing.duration("visualization");
+  shares.visualization = programmed.visualization;
   return shares;
 }
 
@@ -314,7 +349,6 @@ void read_in_turn(ScenarioReading& reading, const Table& timing) {
   const Duration step = programmed.step ? *programmed.step : fill(timing, shares, errors);
   if (errors.count() > errors_before) return;
   programmed.segment = shares.segment;
-  programmed.visualization = shares.visualization;
   read_timing_models(timing, programmed, errors);
   check_grid_is_used(timing, programmed, errors);
   check_pace(timing, programmed, errors);
@@ -323,7 +357,7 @@ void read_in_turn(ScenarioReading& reading, const Table& timing) {
 
 /// Computes T and s for a visualization in a lane of its own; false, with an error, if that is impossible.
 bool read_lanes(const Table& timing, ProgrammedTiming& programmed, Shares& shares, Errors& errors) {
-  programmed.visualization = shares.visualization = timing.duration("visualization");
+  shares.visualization = programmed.visualization;
   if (programmed.visualization.ns == 0) {
     errors.add(timing.place("visualization"),
                "'visualization': order = \"concurrent\" needs one, it opens the segments; write a longer time, or another "
@@ -391,6 +425,7 @@ void read_programmed(ScenarioReading& reading, const Table& timing) {
   programmed.order = static_cast<SegmentOrder>(order - std::begin(kOrders));
   programmed.paced = timing.boolean("paced");
   programmed.seed = reading.scenario.seed;
+  read_visualization(reading, timing);
   if (programmed.order == SegmentOrder::concurrent) {
     read_concurrent(reading, timing);
   } else {
@@ -438,12 +473,23 @@ const std::vector<Field>& timing_fields() {
        .example = "\"30 Hz\""},
       {.table = "timing",
        .key = "visualization",
-       .forms = kDuration,
-       .meaning = "Run time V of the visualization, the mean where it varies.",
+       .forms = kWord | kWork | kDuration,
+       .meaning = "Run time V of the visualization, the mean where it varies. What is done in it on a wall clock: nothing; "
+                  "`render`: the tissue is drawn, which takes as long as it takes; `burn`: the compute device is kept busy. "
+                  "Under the virtual clock only V matters, so `render` needs it.",
+       .words = "render",
        .kinds = kAnyOrder,
        .required = true,
        .range = between(0, kLongestRun_s),
        .example = "\"11.1 ms\""},
+      {.table = "timing",
+       .key = "picture",
+       .forms = kInteger,
+       .shape = Shape::list,
+       .default_toml = "[800, 600]",
+       .meaning = "Width and height, in pixels, of what `render` draws.",
+       .kinds = kAnyOrder,
+       .range = between(16, 8192)},
       {.table = "timing",
        .key = "steps",
        .forms = kInteger,

@@ -37,6 +37,16 @@ void set_seed(Value& document, std::uint64_t seed, Errors& errors) {
   apply_override(document, fmt::format("run.seed={}", seed), errors);
 }
 
+/// Adds an error if the scene has nothing that can be drawn.
+void check_drawing(ScenarioReading& reading) {
+  if (reading.errors.any() || reading.scenario.timing.work != VisualizationWork::render) return;
+  if (std::holds_alternative<TissueScene>(reading.scenario.scene.body)) return;
+  reading.errors.add(
+      reading.section("timing").place("visualization"),
+      "'visualization': \"render\" draws a tissue, and this scene has none; write \"burn 11.1 ms\", which keeps "
+      "the compute device busy, or a time");
+}
+
 /// Motions, limits and units refer to each other, so the order of these calls matters.
 void read_sections(ScenarioReading& reading) {
   read_strategies(reading);
@@ -47,6 +57,7 @@ void read_sections(ScenarioReading& reading) {
     read_run(reading);
     read_devices(reading);
     read_scene(reading);
+    check_drawing(reading);
     read_rendering(reading);
     read_remap(reading);
     read_study(reading);
@@ -193,13 +204,13 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
   return document;
 }
 
-ReadResult read_document(Value document, const std::string& path, const Registry& registry) {
+ReadResult read_document(Value document, const std::string& path, const Registry& registry, bool real_time) {
   Errors errors;
   Scenario scenario;
   scenario.file = path;
   resolve_kind(document, registry);
   const Check check(document, errors);
-  ScenarioReading reading{document, check, errors, scenario, registry};
+  ScenarioReading reading{document, check, errors, scenario, registry, real_time};
   read_sections(reading);
   if (errors.any()) return Failure(errors.sorted(path));
   make_paths_absolute(document);
@@ -214,7 +225,7 @@ ReadResult read_scenario(const std::string& path, const ReadOptions& options) {
   Errors errors;
   Value document = load_with_overrides(path, options, errors);
   if (errors.any()) return Failure(errors.sorted(path));
-  return read_document(std::move(document), path, options.registry);
+  return read_document(std::move(document), path, options.registry, options.real_time);
 }
 
 }  // namespace evenstep

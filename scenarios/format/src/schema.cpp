@@ -84,6 +84,7 @@ Json alternatives(const Field& field, const Making& making) {
   if (field.forms & kPareto) out.push_back(pattern(fmt::format("^pareto [0-9.]+ *{} cap [0-9.]+ *{}$", kTime, kTime)));
   if (field.forms & kSegments) out.push_back(pattern("^[0-9.]+ *segments?$"));
   if (field.forms & kSmooth) out.push_back(pattern(fmt::format("^smooth [0-9.]+ *{}$", kTime)));
+  if (field.forms & kWork) out.push_back(pattern(fmt::format("^(render|burn) [0-9.]+ *{}$", kTime)));
   if (field.forms & (kDuration | kSpan | kRate | kQuantity | kLimit)) out.push_back(pattern(unit_pattern(field)));
   if (field.forms & kAnything) out.push_back(Json::object());
   if (field.forms & kOptions) out.push_back({{"type", "object"}});

@@ -13,6 +13,7 @@ struct ScenarioReading {
   Errors& errors;
   Scenario& scenario;
   const Registry& registry;
+  bool real_time = false;  ///< of ReadOptions
 
   /// The section, or its defaults if it is not there.
   Table section(std::string_view name) const;

@@ -91,6 +91,26 @@ TEST_CASE("A recording has the pauses and the rate of the scenario, and steps as
         "2,visualization,0,20000000,23000000\n2,step,0,23000000,25000000\n2,step,1,25000000,27000000\n");
 }
 
+TEST_CASE("A visualization that is really run is recorded as long as it takes, and in the place of the pause") {
+  struct Drawing final : Visualization {
+    explicit Drawing(VirtualClock& moved) : clock(moved) {}
+    void begins(Duration length) override { programmed = length; }
+    void run() override { clock.wait_until(clock.now() + Duration{1'500'000 + 500'000 * drawn++}); }
+    VirtualClock& clock;
+    Duration programmed;
+    std::int64_t drawn = 0;
+  };
+  TimedSolver solver({1'000'000});
+  Drawing drawing(solver.clock);
+  const SolverRecording recording =
+      record_solver(scenario_with(), solver, solver.clock, {.length = Duration{20'000'000}, .visualization = &drawing});
+  CHECK(rows(recording) ==
+        "0,visualization,0,0,1500000\n0,step,0,1500000,2500000\n0,step,1,2500000,3500000\n0,idle,0,3500000,10000000\n"
+        "1,visualization,0,10000000,12000000\n1,step,0,12000000,13000000\n1,step,1,13000000,14000000\n");
+  CHECK(drawing.programmed == Duration{3'000'000});
+  CHECK(summarize(recording).visualization.max == 2'000'000);
+}
+
 TEST_CASE("A solver that is too slow for the rate begins its segments late, and none is skipped") {
   TimedSolver solver({5'000'000});
   const SolverRecording recording = recorded(solver, scenario_with());

@@ -3,9 +3,9 @@
 ///
 /// The schedule is that of a run on a wall clock with step = "real". A segment begins when [timing] says, or when the one
 /// before it is done, whichever is later. Its visualization is a pause of the given length, in which nothing is drawn and
-/// nothing runs. Its steps follow each other as fast as the solver can. There is no hand and no device: the tools move as
-/// their [device] motions say, and no map runs. What only evenstep's own checks need of a solver (state digest, energy) is
-/// left out.
+/// nothing runs, unless RecordControl has one that is really run. Its steps follow each other as fast as the solver can.
+/// There is no hand and no device: the tools move as their [device] motions say, and no map runs. What only evenstep's own
+/// checks need of a solver (state digest, energy) is left out.
 ///
 /// A step's host time is from the call of the solver until its forces are known, on the clock that is passed in. Beside it
 /// are the times that the device itself gives its commands, on a clock of its own.
@@ -18,6 +18,7 @@
 
 #include "evenstep/clock/clock.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/loop/haptic_loop.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/sim/solver.h"
 
@@ -45,6 +46,7 @@ struct RecordControl {
   Duration length{20'000'000'000};  ///< what begins before it ends is recorded
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(double fraction)> progress = {};
+  Visualization* visualization = nullptr;  ///< is run instead of the pauses; its length is what is recorded
 };
 
 /// Why a scenario's timing cannot be recorded, with the remedy; empty if it can.
@@ -66,7 +68,8 @@ struct CommandSummary {
 struct RecordSummary {
   std::int64_t segments = 0, visualizations = 0, steps = 0;
   Duration length;
-  Spread host;  ///< per step
+  Spread host;           ///< per step
+  Spread visualization;  ///< per visualization
   // Of the steps that gave commands to a device. Lengths alone are compared, so it does not matter where its clock begins.
   std::int64_t steps_on_device = 0;
   Spread span;     ///< from the first command queued to the last one ended
@@ -97,6 +100,7 @@ struct RecordHead {
   std::string command;  ///< what was typed
   std::string date;     ///< UTC, "2026-11-23T11:20:00Z"
   RecordedMachine machine;
+  std::string visualization = {};  ///< what was really done in its time; empty: nothing
 };
 /// The lines before the header of timing.csv, each beginning with "# ".
 std::string head_text(const RecordHead& head, const Scenario& scenario, const SolverInfo& info,

@@ -1,5 +1,6 @@
 #pragma once
-/// Draws a mesh with OpenGL ES 3 off screen, through EGL: on a GPU, or on the processor where Mesa's llvmpipe stands for one.
+/// Draws a mesh with OpenGL ES 3 off screen, through EGL: on a GPU, or on the processor where Mesa's llvmpipe stands for
+/// one.
 ///
 /// libEGL is opened by the first make_canvas, and by nothing else: a program that draws nothing loads no OpenGL. Of the
 /// devices that EGL knows the first one that is no software is taken, otherwise the software one, otherwise Mesa's platform

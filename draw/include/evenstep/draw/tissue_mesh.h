@@ -36,11 +36,11 @@ inline constexpr std::int64_t kMostDrawnParticles = 4'000'000;
 
 class TissueMesh {
  public:
-  /// At rest. `tissue` has at most kMostDrawnParticles. An arrow is `arrow_m_per_N` long for each newton, and at most as long
-  /// as the block.
+  /// At rest. `tissue` has at most kMostDrawnParticles. An arrow is `arrow_m_per_N` long for each newton, and at most as
+  /// long as the block.
   TissueMesh(const TissueScene& tissue, double arrow_m_per_N);
-  /// The vertices for this state and these tools (as many as the tissue has). Where a position is not finite, or farther than
-  /// 1000 blocks away, the particle stays where it rests.
+  /// The vertices for this state and these tools (as many as the tissue has). Where a position is not finite, or farther
+  /// than 1000 blocks away, the particle stays where it rests.
   void move(const ParticleState& state, std::span<const DrawnTool> tools);
   const Mesh& mesh() const { return mesh_; }
 
@@ -60,8 +60,8 @@ class TissueMesh {
 
   TissueScene tissue_;  // without the state at step 0
   double size_m_, arrow_m_per_N_;
-  std::vector<Vertex> vertices_;                ///< the first ones of the mesh
-  std::vector<glm::dvec3> sphere_;              ///< a sphere's vertices, at a distance of 1
+  std::vector<Vertex> vertices_;                  ///< the first ones of the mesh
+  std::vector<glm::dvec3> sphere_;                ///< a sphere's vertices, at a distance of 1
   std::array<std::size_t, kMaxTools> tool_at_{};  ///< where a tool's vertices begin: its sphere, then its arrow
   Mesh mesh_;
 };

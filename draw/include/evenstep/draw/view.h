@@ -21,8 +21,8 @@ struct View {
 /// All of the block at rest, with a fifth of its size around it; `width` and `height` are those of the picture.
 View view_of(const TissueScene& tissue, int width, int height);
 
-/// How bright a face is that looks along `normal` (of any length; turned to the eye): from kAmbient to 1. The light comes from
-/// above the left shoulder.
+/// How bright a face is that looks along `normal` (of any length; turned to the eye): from kAmbient to 1. The light comes
+/// from above the left shoulder.
 double brightness(const View& view, const glm::dvec3& normal);
 /// Where the light comes from, for `brightness`: along right, up, to_eye.
 inline constexpr glm::dvec3 kLight{-0.28, 0.60, 0.75};

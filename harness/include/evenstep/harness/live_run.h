@@ -17,7 +17,8 @@ namespace evenstep {
 struct LiveRecording {
   StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
-  std::vector<SegmentTiming> timing;  ///< segments and steps as they really ran
+  std::vector<SegmentTiming> timing;       ///< segments and steps as they really ran
+  std::string visualization, drawing_png;  ///< as in RunRecord
   RealTimeGrant device_grant, simulation_grant;
 };
 

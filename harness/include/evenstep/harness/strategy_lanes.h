@@ -27,7 +27,8 @@ class StrategyLanes {
 
   /// Starts the device lanes on one scheduler and the simulation lane on the other. In virtual time both are the same
   /// scheduler; on a wall clock each has its own thread. The schedulers must be destroyed before this object.
-  void spawn(Scheduler& device, Scheduler& simulation);
+  /// `visualization`: what is really done in its time, on a wall clock; it must outlive the run.
+  void spawn(Scheduler& device, Scheduler& simulation, Visualization* visualization = nullptr);
 
   /// The record of what the lanes did. `events` are those of all schedulers, merged into one order (scheduler/event.h).
   StrategyRecord finish(const std::vector<Event>& events);

@@ -11,6 +11,7 @@
 #include "evenstep/format/scenario.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_lanes.h"
+#include "evenstep/harness/watched_solver.h"
 #include "evenstep/loop/exchange.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/run_record.h"
@@ -28,6 +29,7 @@ struct RunControl {
     return (interrupted && interrupted->load()) || (interrupted_by_scenario && interrupted_by_scenario->load());
   }
   std::function<void(const std::string& strategy, double fraction)> progress;
+  bool picture = false;                           ///< of the live strategy a picture of its tissue is kept (TissuePicture)
   std::shared_ptr<RowFiles> row_files = nullptr;  ///< where long records are kept (virtual clock only); null: in memory
 };
 
@@ -44,6 +46,12 @@ struct LaneParts {
   std::unique_ptr<StepTiming> timing;
   std::vector<HapticDevice*> devices;  ///< empty: a shadow
 };
+/// The scenario's solver, and itself again if a picture of it is to be kept.
+struct MaybeWatched {
+  std::unique_ptr<Solver> solver;
+  const WatchedSolver* watched = nullptr;
+};
+MaybeWatched make_watched_solver(const Scenario& scenario, StrategyKind kind, const RunControl& control);
 /// Runs both lanes on one scheduler.
 StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, LaneParts parts, const RunControl& control);
 /// Throws RunFailure if the scheduler has failed; otherwise returns. `steps`, the number of steps made so far, is given as

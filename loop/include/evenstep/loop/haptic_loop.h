@@ -23,12 +23,22 @@ struct DeviceLane {
   ForceGuard guard;
 };
 
+/// What is really done in the time of a visualization, on the executor of the simulation lane. Its real length then takes
+/// the place of the programmed one.
+class Visualization : public Work {
+ public:
+  virtual ~Visualization() = default;
+  /// It is about to run; `programmed` is the length that the timing gives it.
+  virtual void begins(Duration programmed) = 0;
+};
+
 /// Figure 2 a: the hand, in real time. One tick reads the device and drives it.
 Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record);
 
 /// Figures 3 and 4: for each segment a visualization and its steps. Each step reads the hand at its slot's time (3 a-c), and
-/// its force gets an emission time (4 c-e).
+/// its force gets an emission time (4 c-e). Without a `visualization` (always under a virtual clock) a visualization is a
+/// wait of its programmed length.
 Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, SolverStep& solver, Exchange& exchange,
-                     StepRecorder& record);
+                     StepRecorder& record, Visualization* visualization = nullptr);
 
 }  // namespace evenstep

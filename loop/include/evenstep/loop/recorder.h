@@ -38,11 +38,16 @@ struct UnderrunWords {
   const char* force = "";        ///< what a tick does if its force is not there yet: "hold"
 };
 
+inline constexpr Duration kLongestRun{1'000'000'000'000'000};  ///< 1e6 s, as the format allows
+
 class StepRecorder {
  public:
   StepRecorder(StrategyRecord& record, const UnderrunWords& words) : record_(record), words_(words) {}
   /// A segment began at `began`, which on a wall clock is later than programmed.
   void segment(const SegmentTiming& segment, RealTime began);
+  /// The visualization of this segment is really run. One that the end of the run cuts off seems to last as long as any run.
+  void visualization_begins(RealTime now) { record_.segments.back().visualization = {{now, now + kLongestRun}}; }
+  void visualization_ends(RealTime now) { (*record_.segments.back().visualization)[1] = now; }
   /// Step n has read `hand`, after having waited for it for `waited` (policy `gate`).
   void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
   void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,

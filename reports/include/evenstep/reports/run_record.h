@@ -162,6 +162,11 @@ struct LineLook {
   std::string dash;  ///< of SVG: "14 6"; empty: a whole line
 };
 
+/// What a tissue looked like at one instant of a run; both empty: it is not known.
+struct TissuePicture {
+  std::string svg, caption;
+};
+
 struct StrategyRecord {
   std::string name;  ///< "phase_locked"
   LineLook look;
@@ -185,6 +190,7 @@ struct StrategyRecord {
   Duration interaction_memory, force_memory;
   bool variable_step = false;  ///< simulation time is StepRow::simulated instead of n * slot
   bool interrupted = false;    ///< ended before its end, by a signal
+  TissuePicture tissue;        ///< of one strategy of a run
   bool shadow = false;         ///< replayed from a live run: its forces never reached the hand
 };
 
@@ -246,7 +252,9 @@ struct RunRecord {
   std::vector<StrategyRecord> strategies;
   std::uint64_t trace_hash = 0;  ///< hash over the pairs (strategy name, chained hash)
   std::vector<std::string> left_out;
-  bool keep_rows = true;  ///< false (long runs): no events, and series.csv holds the bins only
+  std::string visualization = {};  ///< what was really done in the time of visualizations; empty: nothing
+  std::string drawing_png = {};    ///< what was drawn last on a wall clock; empty: nothing was
+  bool keep_rows = true;           ///< false (long runs): no events, and series.csv holds the bins only
 };
 
 }  // namespace evenstep

@@ -31,6 +31,7 @@ enum Form : std::uint32_t {
   kPareto = 1 << 14,    ///< "pareto 3 ms cap 40 ms"
   kSegments = 1 << 15,  ///< "8 segments", where their length does not matter
   kAnything = 1 << 16,  ///< a value for another key (of a grid); checked as a value of that key
+  kWork = 1 << 18,      ///< "render 11.1 ms" or "burn 11.1 ms"
   kOptions = 1 << 17,   ///< a table that is passed on unread; no dates, for it becomes JSON
 };
 

@@ -12,8 +12,8 @@ namespace evenstep::internal {
 
 /// The table of a scenario with `extends` and --set applied.
 Value load_with_overrides(const std::string& path, const ReadOptions& options, Errors& errors);
-/// `path` is the scenario's file, for messages. `registry`: ReadOptions::registry.
-ReadResult read_document(Value document, const std::string& path, const Registry& registry = {});
+/// `path` is the scenario's file, for messages. `registry` and `real_time` are those of ReadOptions.
+ReadResult read_document(Value document, const std::string& path, const Registry& registry = {}, bool real_time = false);
 
 /// Whether the value at this path of a scenario is the name of a file.
 bool names_file(std::string_view path);

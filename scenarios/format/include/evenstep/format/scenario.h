@@ -141,10 +141,19 @@ struct RemapSpec {
 /// The filter of `filtered` for a signal that comes at `rate`.
 FilterSpec filter_at(const RemapSpec& remap, Rate rate);
 
+/// What is done in a visualization's time on a wall clock. Under the virtual clock it is only a length.
+enum class VisualizationWork {
+  pause,   ///< nothing: the steps wait
+  render,  ///< the tissue is drawn, and that takes as long as it takes
+  burn     ///< a kernel keeps the compute device busy for about the length
+};
+
 struct TimingSpec {
   ProgrammedTiming programmed;
-  bool real_steps = false;           ///< step = "real": no programmed floor on a wall clock
-  std::vector<SegmentTiming> trace;  ///< if not empty, this is replayed and `programmed` is not used
+  bool real_steps = false;  ///< step = "real": no programmed floor on a wall clock
+  VisualizationWork work = VisualizationWork::pause;
+  std::array<int, 2> picture_px{800, 600};  ///< width and height of what `render` draws
+  std::vector<SegmentTiming> trace;         ///< if not empty, this is replayed and `programmed` is not used
   std::string trace_file;
   std::optional<Foreign> source;  ///< the program's own, from which `trace` was drawn
 };
@@ -262,6 +271,7 @@ struct ReadOptions {
   std::vector<std::string> set;
   std::optional<std::uint64_t> seed;
   Registry registry = {};  ///< the parts that the program brings along; a scenario with another one is an error
+  bool real_time = false;  ///< it will run on a wall clock: how long a drawing takes need not be known
 };
 /// Or all its errors, by position.
 using ReadResult = Result<Scenario, std::vector<Diagnostic>>;
