@@ -173,8 +173,8 @@ class RingWrites final : public CorePath {
 /// One segment of 15 steps.
 class TimingSegments final : public CorePath {
  public:
-  explicit TimingSegments(double variation)
-      : timing_(make_programmed_timing({.visualization_variation = variation, .step_variation = variation})) {}
+  explicit TimingSegments(int percent)
+      : timing_(make_programmed_timing({.visualization_variation = percent / 100.0, .step_variation = percent / 100.0})) {}
   void run(std::int64_t count) override {
     for (std::int64_t i = 0; i < count; ++i) timing_->next(segment_);
     use(segment_.end);
@@ -218,8 +218,8 @@ constexpr std::pair<const char*, std::unique_ptr<CorePath> (*)()> kPaths[] = {
     {"force_read_6_back", make<ForceReads, 6>},
     {"force_read_920_back", make<ForceReads, 920>},  // 2.3 s at 400 Hz
     {"ring_write", make<RingWrites>},
-    {"periodic_segment", make<TimingSegments, 0.0>},
-    {"varying_segment", make<TimingSegments, 0.1>},
+    {"periodic_segment", make<TimingSegments, 0>},
+    {"varying_segment", make<TimingSegments, 10>},
     {"spring_step", make<SpringSteps>},
 };
 
