@@ -7,26 +7,20 @@
 #include <cmath>
 #include <string>
 
+#include "../device/evdev_bench.h"
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/evdev_file.h"
 #include "kernel_bench.h"
 #include "uinput_device.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 using Catch::Contains;
 
 namespace {
 
-EvdevOptions two_axes() {
-  EvdevOptions options;
-  options.travel_m = {0.4, 0.4, 0};
-  options.full_scale_N = 10;
-  options.gain = 1;
-  return options;
-}
-
 struct Bench {
-  explicit Bench(const EvdevOptions& options = two_axes()) : file(device.node()), driver(file, options) {}
+  explicit Bench(const EvdevOptions& options = evdev_options()) : file(device.node()), driver(file, options) {}
   DeviceSample tick(const glm::dvec3& force_N) {
     const DeviceSample sample = driver.read(a_clock().now());
     driver.write(force_N);
@@ -36,16 +30,6 @@ struct Bench {
   EvdevFile file;
   EvdevDriver driver;
 };
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return {};
-}
 
 }  // namespace
 
@@ -77,7 +61,7 @@ TEST_CASE("evdev on the kernel: forces are uploaded, played, changed and erased"
 }
 
 TEST_CASE("evdev on the kernel: springs reach the device as conditions of their axis") {
-  EvdevOptions options = two_axes();
+  EvdevOptions options = evdev_options();
   options.springs = true;
   options.reversed_spring[1] = true;
   Bench bench(options);
@@ -102,7 +86,7 @@ TEST_CASE("evdev on the kernel: positions are exact although the axis had a fuzz
   EvdevFile look(device.node());
   {
     EvdevFile file(device.node());
-    EvdevDriver driver(file, two_axes());
+    EvdevDriver driver(file, evdev_options());
     for (const int count : {1000, 1001, 1003, 1010, 900, -32767, 32767}) {
       device.report(count, -count);
       REQUIRE(eventually([&] {
@@ -136,7 +120,7 @@ TEST_CASE("evdev on the kernel: a second program that has the device, or its roo
     EvdevFile other(device.node());
     REQUIRE(other.grab() == 0);
     EvdevFile file(device.node());
-    CHECK_THAT(error_of([&] { EvdevDriver driver(file, two_axes()); }),
+    CHECK_THAT(device_error_of([&] { EvdevDriver driver(file, evdev_options()); }),
                Contains("another program has the device for itself"));
   }
   EvdevFile other(device.node());
@@ -146,8 +130,8 @@ TEST_CASE("evdev on the kernel: a second program that has the device, or its roo
     REQUIRE(other.upload(theirs) == 0);
   }
   EvdevFile file(device.node());
-  EvdevDriver driver(file, two_axes());
-  CHECK_THAT(error_of([&] { driver.start(); }), Contains("no room for effect 2: the device has room for 4"));
+  EvdevDriver driver(file, evdev_options());
+  CHECK_THAT(device_error_of([&] { driver.start(); }), Contains("no room for effect 2: the device has room for 4"));
   CHECK(device.told().effects.size() == UinputDevice::kEffects - 1);
   CHECK(file.erase(theirs.id) == EACCES);
   CHECK(file.upload(theirs) == EACCES);
@@ -193,7 +177,7 @@ TEST_CASE("evdev on the kernel: a device that is unplugged while it plays is an 
   REQUIRE(eventually([&] { return bench.tick({1, 0, 0}), bench.device.told().plays.count(0) != 0; }));
   bench.device.unplug();
   std::string error;
-  REQUIRE(eventually([&] { return !(error = error_of([&] { bench.tick({1, 0, 0}); })).empty(); }));
+  REQUIRE(eventually([&] { return !(error = device_error_of([&] { bench.tick({1, 0, 0}); })).empty(); }));
   CHECK_THAT(error, Contains("device 'evenstep uinput device' is gone"));
   bench.driver.stop();
 }
@@ -208,6 +192,6 @@ TEST_CASE("evdev on the kernel: the list has the device with what it can do, and
   CHECK(found->info.vendor_id == 0x1209);
   CHECK(found->has_axis == std::array<bool, 3>{true, true, false});
   CHECK((found->constant && found->spring && found->gain && found->refusal.empty()));
-  CHECK_THAT(error_of([] { EvdevFile file("/dev/null"); }), Contains("not an evdev device"));
-  CHECK_THAT(error_of([] { EvdevFile file("/dev/input/event99"); }), Contains("No such file"));
+  CHECK_THAT(device_error_of([] { EvdevFile file("/dev/null"); }), Contains("not an evdev device"));
+  CHECK_THAT(device_error_of([] { EvdevFile file("/dev/input/event99"); }), Contains("No such file"));
 }

@@ -70,7 +70,7 @@ bool has_bit(const std::string& mask, unsigned bit) {
 EvdevInfo info_of(const std::string& event) {
   const fs::path device = kClass / event / "device";
   return {"/dev/input/" + event, printable(line_of(device / "name")), hexadecimal(line_of(device / "id" / "vendor")),
-          hexadecimal(line_of(device / "id" / "product"))};
+          hexadecimal(line_of(device / "id" / "product")), printable(line_of(device / "uniq"))};
 }
 
 ff_effect kernel_effect(const EvdevEffect& effect) {
@@ -111,6 +111,21 @@ std::vector<EvdevListing> evdev_devices() {
   std::vector<EvdevListing> listings;
   for (auto& [number, listing] : found) listings.push_back(std::move(listing));
   return listings;
+}
+
+std::vector<std::unique_ptr<EvdevNode>> open_again(const EvdevInfo& info) {
+  std::vector<std::unique_ptr<EvdevNode>> opened;
+  for (const EvdevListing& one : evdev_devices()) {
+    const EvdevInfo& found = one.info;
+    if (found.vendor_id != info.vendor_id || found.product_id != info.product_id || found.serial != info.serial ||
+        found.name != info.name)
+      continue;
+    try {
+      opened.push_back(std::make_unique<EvdevFile>(found.path));
+    } catch (const DeviceError&) {  // not ready yet: udev sets its permissions a moment after it appears
+    }
+  }
+  return opened;
 }
 
 EvdevFile::EvdevFile(const std::string& path) {
