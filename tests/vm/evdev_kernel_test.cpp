@@ -5,11 +5,14 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <cmath>
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "../device/evdev_bench.h"
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/evdev_file.h"
+#include "evenstep/device/evdev/live_evdev.h"
 #include "kernel_bench.h"
 #include "uinput_device.h"
 
@@ -180,6 +183,38 @@ TEST_CASE("evdev on the kernel: a device that is unplugged while it plays is an 
   REQUIRE(eventually([&] { return !(error = device_error_of([&] { bench.tick({1, 0, 0}); })).empty(); }));
   CHECK_THAT(error, Contains("device 'evenstep uinput device' is gone"));
   bench.driver.stop();
+}
+
+TEST_CASE("evdev on the kernel: a device that was unplugged is found by what it is, has its effects anew and plays them") {
+  UinputDevice device;
+  auto file = std::make_unique<EvdevFile>(device.node());
+  const EvdevInfo info = file->info();
+  LiveEvdev live(
+      std::move(file), [info] { return open_again(info); }, a_clock(), Duration{10'000'000'000});
+  EvdevDriver driver(live, evdev_options());
+  const auto tick = [&](const glm::dvec3& force_N) {
+    const DeviceSample sample = driver.read(a_clock().now());
+    driver.write(force_N);
+    return sample;
+  };
+  const auto plays = [&](int level) {
+    const UinputDevice::Told told = device.told();
+    return told.effects.size() == 2 && std::abs(told.effects.at(0).u.constant.level - level) <= 1 && told.plays.count(0) &&
+           told.plays.at(0) == 1;
+  };
+  driver.start();
+  REQUIRE(eventually([&] { return tick({1, 0, 0}), plays(-3277); }));
+  device.unplug();
+  REQUIRE(eventually([&] { return !tick({1, 0, 0}).drivable; }));
+  device.plug_in();
+  REQUIRE(eventually([&] { return tick({0.5, 0, 0}).drivable; }));
+  REQUIRE(eventually([&] { return tick({2, 0, 0}), plays(-6553); }));
+  device.report(1000, 0);
+  REQUIRE(eventually([&] { return std::abs(tick({2, 0, 0}).position_m.x - 0.2 * 1000 / 32767) < 1e-9; }));
+  CHECK(live.times_unplugged() == 1);
+  CHECK(EvdevFile(device.node()).grab() == EBUSY);
+  driver.stop();
+  CHECK(device.told().effects.empty());
 }
 
 TEST_CASE("evdev on the kernel: the list has the device with what it can do, and other files are refused") {
