@@ -16,6 +16,7 @@
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
 #include "../live_sender.h"
+#include "../printable.h"
 #include "hidapi_library.h"
 #include "hidraw_sysfs.h"
 
@@ -23,6 +24,7 @@ namespace evenstep {
 namespace {
 
 using internal::hidapi;
+using internal::printable;
 
 /// The largest report that hidraw delivers (HID_MAX_BUFFER_SIZE is larger).
 constexpr std::size_t kLargestReport = 4096;
@@ -51,17 +53,6 @@ using HidHandle = std::unique_ptr<hid_device, CloseHid>;
 
 std::string or_else(std::string text, const std::string& name, const char* key) {
   return text.empty() ? internal::hidraw_property(name, key) : text;
-}
-
-/// What a device calls itself goes to terminals and logs, so the characters that control those become '?'.
-std::string printable(std::string text) {
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const auto before = i > 0 ? static_cast<unsigned char>(text[i - 1]) : 0;
-    if (byte < 0x20 || byte == 0x7F) text[i] = '?';
-    if (before == 0xC2 && byte >= 0x80 && byte < 0xA0) text[i - 1] = text[i] = '?';  // the same in two bytes of UTF-8
-  }
-  return text;
 }
 
 std::string refusal_of(const std::string& path) {
