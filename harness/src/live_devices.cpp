@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "evenstep/device/evdev/evdev_file.h"
+#include "evenstep/device/evdev/live_evdev.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "foreign_device.h"
 #include "make_driver.h"
@@ -32,6 +33,21 @@ std::filesystem::path node_of(const std::string& path) {
   std::error_code endless;
   const std::filesystem::path node = std::filesystem::weakly_canonical(path, endless);
   return endless ? std::filesystem::path(path) : node;
+}
+
+/// Of what is sent by a thread of its own: a HidapiTransport or a LiveEvdev.
+template <class Sender>
+std::map<std::string, double> sending_counters(const Sender& sender) {
+  const WriteTimes times = sender.write_times();
+  std::map<std::string, double> counters{{"writes", static_cast<double>(times.taken.count())},
+                                         {"writes_overtaken", static_cast<double>(times.overtaken)},
+                                         {"writes_rejected", static_cast<double>(times.rejected)},
+                                         {"unplugged", static_cast<double>(sender.times_unplugged())}};
+  if (times.taken.count() == 0) return counters;
+  counters["write_time_p50"] = seconds(times.taken.quantile(500));
+  counters["write_time_p99"] = seconds(times.taken.quantile(990));
+  counters["write_time_max"] = seconds(times.taken.largest());
+  return counters;
 }
 
 }  // namespace
@@ -72,7 +88,7 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
 struct LiveDevices::Device {
   std::string name;
   std::unique_ptr<HidapiTransport> transport;  // for a real HID device
-  std::unique_ptr<EvdevFile> node;             // for one of Linux' input core
+  std::unique_ptr<LiveEvdev> node;             // for one of Linux' input core
   std::unique_ptr<SimulatedMotors> simulated;  // for a simulated one
   std::unique_ptr<HapticDevice> driver;
 };
@@ -91,7 +107,9 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     if (const auto* foreign = std::get_if<ForeignDriverSpec>(&scenario.devices[tool].driver)) {
       device.driver = internal::make_foreign_device(*foreign, scenario.devices[tool], nullptr, binding->path);
     } else if (const auto* evdev = std::get_if<EvdevSpec>(&scenario.devices[tool].driver)) {
-      device.node = std::make_unique<EvdevFile>(binding->path);
+      auto file = std::make_unique<EvdevFile>(binding->path);
+      const EvdevInfo info = file->info();
+      device.node = std::make_unique<LiveEvdev>(std::move(file), [info] { return open_again(info); }, clock, kPatience);
       device.driver = internal::make_evdev_driver(*evdev, *device.node);
     } else {
       device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
@@ -130,19 +148,10 @@ void LiveDevices::forget_queued() {
 }
 
 std::map<std::string, double> LiveDevices::counters(std::size_t tool) const {
-  const HidapiTransport* const transport = devices_[tool].transport.get();
-  if (devices_[tool].simulated) return motor_counters(*devices_[tool].simulated);
-  if (!transport) return {};
-  const HidWriteTimes times = transport->write_times();
-  std::map<std::string, double> counters{{"writes", static_cast<double>(times.taken.count())},
-                                         {"writes_overtaken", static_cast<double>(times.overtaken)},
-                                         {"writes_rejected", static_cast<double>(times.rejected)},
-                                         {"unplugged", static_cast<double>(transport->times_unplugged())}};
-  if (times.taken.count() == 0) return counters;
-  counters["write_time_p50"] = seconds(times.taken.quantile(500));
-  counters["write_time_p99"] = seconds(times.taken.quantile(990));
-  counters["write_time_max"] = seconds(times.taken.largest());
-  return counters;
+  const Device& device = devices_[tool];
+  if (device.simulated) return motor_counters(*device.simulated);
+  if (device.transport) return sending_counters(*device.transport);
+  return device.node ? sending_counters(*device.node) : std::map<std::string, double>{};
 }
 
 }  // namespace evenstep

@@ -21,7 +21,7 @@ readonly processes='\b(v?fork|posix_spawnp?|exec[vl][pe]*|popen|std::system) *\(
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
 readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files'\
-'|device/src/hid/hidapi_transport|tests/|examples/'
+'|device/src/live_sender|tests/|examples/'
 readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugins|scenarios/format|catalogue|loop|harness'\
 '|campaigns'
 
@@ -31,7 +31,7 @@ readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^(device/src/hid/hidapi_library|tests/fake_hidapi/)@# *include *[<\"]hidapi/"
   "OS clock only in clock@$source@^(clock|tests|examples)/@$os_clock"
-  "threads only in live lanes, parallel loops, row files and hidapi transport@$source@^($with_threads)@$threads"
+  "threads only in live lanes, parallel loops, row files and live senders@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
   "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
   "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi/|toml|spdlog)"
@@ -133,7 +133,7 @@ prove_rules() {
     expect seen 3 harness/src/run.cpp "$call"
     expect unseen 3 scheduler/src/parallel_for.cpp "$call"
     expect unseen 3 scheduler/src/live_lanes.cpp "$call"
-    expect unseen 3 device/src/hid/hidapi_transport.cpp "$call"
+    expect unseen 3 device/src/live_sender.h "$call"
     expect unseen 3 tests/scheduler/lanes_test.cpp "$call"
     expect unseen 3 examples/embed/embed.cpp "$call"
   done
