@@ -50,10 +50,10 @@ bool choose_strategies(const ReplayArguments& arguments, Scenario& scenario) {
   std::vector<StrategyKind> chosen{scenario.live};
   for (const std::string& name : arguments.strategies) {
     const auto is_it = [&](const StrategyTraits& traits) { return name == traits.name; };
-    const auto found = std::find_if(std::begin(kStrategyTraits), std::end(kStrategyTraits), is_it);
-    if (found == std::end(kStrategyTraits)) {
+    const auto found = std::find_if(kAllStrategies.begin(), kAllStrategies.end(), is_it);
+    if (found == kAllStrategies.end()) {
       std::vector<std::string_view> known;
-      for (const StrategyTraits& traits : kStrategyTraits) known.emplace_back(traits.name);
+      for (const StrategyTraits& traits : kAllStrategies) known.emplace_back(traits.name);
       spdlog::error("--strategy: error: '{}' is no strategy{}", name, internal::suggestion(name, known));
       return false;
     }

@@ -317,10 +317,9 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
   LiveRecording& recording = replayed.recording;
   recording.inputs = log.inputs;
   recording.timing = timing_of(log.rows, log.unfinished, RealTime{scenario.run_duration.ns});
-  if (log.device_checks.empty() || log.simulation_checks.empty()) {
-    replayed.difference = "the recording ends before the run began";
-    return replayed;
-  }
+  if (log.until() == RealTime{0})
+    throw RunFailure("recording", log.file + ": it ends before both lanes had a whole slice in it: there is nothing to replay",
+                     "record for longer than 20 ms");
   LanesReplay lanes = replay_lanes(scenario, plan, recording, log.device_checks, log.simulation_checks, control);
   replayed.until = lanes.until;
   replayed.difference = difference_of(lanes, log);

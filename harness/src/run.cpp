@@ -212,7 +212,6 @@ void run_recorded(const Scenario& scenario, const std::vector<StrategyPlan>& pla
   const LogReplay replayed = replay(scenario, live_plan(scenario, plans), log, options.control);
   run.real_time_granted = !log.end || log.end->real_time_granted;
   difference = replayed.difference;
-  if (replayed.recording.record.devices.empty()) return;  // there is nothing in it
   Scenario as_far = scenario;
   if (!log.whole()) as_far.run_duration = replayed.until - RealTime{0};
   run.nominal.end = RealTime{as_far.run_duration.ns};
