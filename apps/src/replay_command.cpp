@@ -34,12 +34,14 @@ void introduce(const Scenario& scenario, const InputLog& log) {
   fmt::print("evenstep {}  {}  (recorded {} by evenstep {} from {})\n", kVersion, scenario.name,
              log.head.origin.date.empty() ? "at a time that is not said" : log.head.origin.date, log.head.version,
              log.head.scenario_file);
-  fmt::print("recording    {:.6g} s of {:.6g} s: {}\n", seconds(log.until()), seconds(scenario.run_duration), length_text(log));
+  fmt::print("recording    {:.6g} s of {:.6g} s: {}\n", seconds(log.until()), seconds(scenario.run_duration),
+             length_text(log));
   if (!log.end)
-    fmt::print("it has no last block: its writer was killed, its disk was full, or the run failed; block {} would begin at "
-               "byte {}, {}\n",
-               log.blocks, log.bytes,
-               log.left_bytes == 0 ? "where the file ends" : fmt::format("and {} bytes are left there", log.left_bytes));
+    fmt::print(
+        "it has no last block: its writer was killed, its disk was full, or the run failed; block {} would begin at "
+        "byte {}, {}\n",
+        log.blocks, log.bytes,
+        log.left_bytes == 0 ? "where the file ends" : fmt::format("and {} bytes are left there", log.left_bytes));
   if (log.end && log.end->interrupted) fmt::print("the run was interrupted\n");
   std::fflush(stdout);
 }
@@ -66,8 +68,9 @@ bool choose_strategies(const ReplayArguments& arguments, Scenario& scenario) {
 /// The last line. Of a recording that ends early nothing is judged, only compared.
 std::string last_line(const Scenario& scenario, const RunOutcome& outcome, const InputLog& log) {
   if (log.whole() || outcome.exit != ExitCode::pass) return std::string(words(outcome));
-  return fmt::format("EQUAL until {:.6g} s; what follows until {:.6g} s is not in the recording, and no expectation is judged",
-                     seconds(outcome.record.nominal.end), seconds(scenario.run_duration));
+  return fmt::format(
+      "EQUAL until {:.6g} s; what follows until {:.6g} s is not in the recording, and no expectation is judged",
+      seconds(outcome.record.nominal.end), seconds(scenario.run_duration));
 }
 
 RunOptions options_of(const ReplayArguments& arguments, const InputLog& log, const std::atomic<bool>& interrupted) {
@@ -127,6 +130,9 @@ ExitCode replay(const ReplayArguments& arguments, const std::atomic<bool>& inter
     fmt::print("{}\n", summary_of(outcome));
   } else {
     print_outcome(scenario, outcome, folder, arguments.program, reproduce);
+    if (outcome.exit == ExitCode::not_reproducible)
+      fmt::print("recorded by evenstep {}, compiler {}; this is {}, compiler {}\n", log->head.version, log->head.build,
+                 kVersion, compiler_here());
     fmt::print("{}\n", last_line(scenario, outcome, *log));
   }
   return outcome.exit;
@@ -136,7 +142,8 @@ ExitCode replay(const ReplayArguments& arguments, const std::atomic<bool>& inter
 
 void add_replay(Commands& commands) {
   auto [command, arguments] = commands.add<ReplayArguments>(
-      "replay", "a recording of a live run (run --record) again, on the virtual clock; exit 4 if it is not the same", replay);
+      "replay", "a recording of a live run (run --record) again, on the virtual clock; exit 4 if it is not the same",
+      replay);
   arguments.program = commands.program();
   command.operand("file", arguments.file, "what `run --clock wall --record FILE` has written");
   command.option("--out", arguments.out, "run folder; default runs/<name>");
@@ -144,7 +151,8 @@ void add_replay(Commands& commands) {
   command.repeated("--strategy", arguments.strategies,
                    "with this one beside the live one, over the recorded samples; default: those of the scenario");
   command.flag("--before-damage", arguments.before_damage, "replay what stands before the first block that is damaged");
-  command.flag("--allow-degraded", arguments.allow_degraded, "exit with 0, not 1, if only expectations with clock = \"wall\" fail");
+  command.flag("--allow-degraded", arguments.allow_degraded,
+               "exit with 0, not 1, if only expectations with clock = \"wall\" fail");
   command.flag("--json", arguments.json, "print summary.json instead of tables");
 }
 

@@ -435,8 +435,9 @@ void add_run(Commands& commands) {
                    "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
                    "[[device]], default the first");
   command.flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
-  command.option("--record", arguments.record,
-                 "with --clock wall: write the inputs of the run to this file while it runs; `replay` runs it again from there");
+  command.option(
+      "--record", arguments.record,
+      "with --clock wall: write the inputs of the run to this file while it runs; `replay` runs it again from there");
   command.flag("--long", arguments.include_long,
                "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
   command.flag("--allow-no-expectations", arguments.allow_no_expectations,

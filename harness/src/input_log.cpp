@@ -46,8 +46,9 @@ class LogReader {
     const bool has_head = log_.blocks > 0;
     if (!errors_.empty() && (!reading_.before_damage || !has_head)) return Failure(std::move(errors_));
     if (!has_head)
-      return fail(at_, "the file ends before its first block is whole, so it does not say what was run: there is nothing to "
-                       "replay"),
+      return fail(at_,
+                  "the file ends before its first block is whole, so it does not say what was run: there is nothing to "
+                  "replay"),
              Failure(std::move(errors_));
     log_.bytes = static_cast<std::int64_t>(at_);
     log_.left_bytes = static_cast<std::int64_t>(bytes_.size() - at_);
@@ -64,16 +65,18 @@ class LogReader {
     const std::size_t size = kInputLogMagic.size() + sizeof kInputLogVersion;
     const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
     if (!text.starts_with(kInputLogMagic))
-      return fail(0, "is no recording of a live run, which begins with \"evenstep-record\"; `evenstep run --clock wall "
-                     "--record FILE` makes one");
+      return fail(0,
+                  "is no recording of a live run, which begins with \"evenstep-record\"; `evenstep run --clock wall "
+                  "--record FILE` makes one");
     if (bytes_.size() < size) return fail(kInputLogMagic.size(), "the file ends within its first 20 bytes");
     std::uint32_t version = 0;
     std::memcpy(&version, bytes_.data() + kInputLogMagic.size(), sizeof version);
     if (version != kInputLogVersion)
-      return fail(kInputLogMagic.size(),
-                  fmt::format("is a recording of version {}, and this evenstep reads version {}: replay it with the evenstep "
-                              "that made it",
-                              version, kInputLogVersion));
+      return fail(
+          kInputLogMagic.size(),
+          fmt::format("is a recording of version {}, and this evenstep reads version {}: replay it with the evenstep "
+                      "that made it",
+                      version, kInputLogVersion));
     at_ = size;
     return true;
   }
@@ -271,6 +274,8 @@ InputLogResult parse_input_log(std::span<const std::byte> bytes, const std::stri
   return LogReader(bytes, name, reading).read();
 }
 
+const char* compiler_here() { return __VERSION__; }
+
 std::uint64_t digest_of_forces(const StrategyRecord& record) {
   std::uint64_t digest = 0;
   for (const DeviceRecord& device : record.devices) {
@@ -289,7 +294,8 @@ ReadResult scenario_of(const InputLog& log, const Registry& registry) {
   for (const NamedFile& then : log.head.files) {
     const auto is_it = [&](const NamedFile& file) { return file.path == then.path && file.digest == then.digest; };
     if (std::none_of(now.begin(), now.end(), is_it))
-      changed.push_back({place, 0, 0, fmt::format("'{}' is not what it was when the run was recorded; put it back", then.path)});
+      changed.push_back(
+          {place, 0, 0, fmt::format("'{}' is not what it was when the run was recorded; put it back", then.path)});
   }
   if (!changed.empty()) return Failure(std::move(changed));
   Errors errors;
@@ -298,7 +304,8 @@ ReadResult scenario_of(const InputLog& log, const Registry& registry) {
   ReadResult scenario = read_document(std::move(document), place, registry);
   if (!scenario) return scenario;
   if (scenario->case_spec || scenario->devices.size() != log.inputs.size() || name_of(scenario->live) != log.head.strategy)
-    return Failure(std::vector<Diagnostic>{{place, 0, 0, "the devices or the live strategy are not those of the recording"}});
+    return Failure(
+        std::vector<Diagnostic>{{place, 0, 0, "the devices or the live strategy are not those of the recording"}});
   return scenario;
 }
 

@@ -104,7 +104,8 @@ void InputLogWriter::loop() {
 }
 
 void InputLogWriter::take_from_rings() {
-  for (const auto& [ring, kind] : {std::pair(&device_ring_, BlockKind::device), {&simulation_ring_, BlockKind::simulation}}) {
+  for (const auto& [ring, kind] :
+       {std::pair(&device_ring_, BlockKind::device), {&simulation_ring_, BlockKind::simulation}}) {
     while (write_pending() && ring->pop(message_)) next_block(kind, message_);
   }
   write_pending();

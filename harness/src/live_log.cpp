@@ -126,10 +126,10 @@ std::string LiveLog::finish(const LiveRecording& recording, const std::string& p
   if (written && error.empty()) return {};
   const InputLogResult read = read_input_log(path);
   const std::size_t ticks = ticks_of(recording.inputs), steps = recording.record.steps.size();
-  if (!read)
-    return fmt::format("{}: the recording is lost: {} ({} ticks, {} steps)", path, error, ticks, steps);
+  if (!read) return fmt::format("{}: the recording is lost: {} ({} ticks, {} steps)", path, error, ticks, steps);
   return fmt::format(
-      "{}: the recording is not complete: {}; {} of {} ticks and {} of {} steps are not in it, and it replays until {:.6g} s",
+      "{}: the recording is not complete: {}; {} of {} ticks and {} of {} steps are not in it, and it replays until {:.6g} "
+      "s",
       path, error, ticks - ticks_of(read->inputs), ticks, steps - read->rows.steps.size(), steps, seconds(read->until()));
 }
 

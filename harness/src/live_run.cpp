@@ -218,8 +218,8 @@ class ReplayedLane {
   void compare() {
     for (; next_ < checks_.size() && checks_[next_].events <= scheduler_.event_count(); ++next_) {
       if (difference_.empty() && checks_[next_].hash != scheduler_.trace_hash())
-        difference_ = fmt::format("{} differs between {:.6g} s and {:.6g} s", name_, seconds(until_),
-                                  seconds(checks_[next_].until));
+        difference_ =
+            fmt::format("{} differs between {:.6g} s and {:.6g} s", name_, seconds(until_), seconds(checks_[next_].until));
       if (difference_.empty()) until_ = checks_[next_].until;
     }
   }
@@ -318,7 +318,8 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
   recording.inputs = log.inputs;
   recording.timing = timing_of(log.rows, log.unfinished, RealTime{scenario.run_duration.ns});
   if (log.until() == RealTime{0})
-    throw RunFailure("recording", log.file + ": it ends before both lanes had a whole slice in it: there is nothing to replay",
+    throw RunFailure("recording",
+                     log.file + ": it ends before both lanes had a whole slice in it: there is nothing to replay",
                      "record for longer than 20 ms");
   LanesReplay lanes = replay_lanes(scenario, plan, recording, log.device_checks, log.simulation_checks, control);
   replayed.until = lanes.until;

@@ -133,12 +133,9 @@ std::string culprit_of(const Scenario& scenario, const StrategyRecord& a, const 
   return culprit.empty() ? "" : fmt::format("; {}: it is not reproducible", culprit);
 }
 
-/// The compiler, for the head of a recording: another one may round sums in another order.
-constexpr const char* kBuild = __VERSION__;
-
 InputLogHead head_of(const Scenario& scenario, const RunOptions& options) {
   return {.version = kVersion,
-          .build = kBuild,
+          .build = compiler_here(),
           .scenario_file = scenario.file,
           .scenario_text = scenario.resolved_toml,
           .files = files_named_by(scenario.resolved_toml),
@@ -206,8 +203,8 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
 }
 
 /// The same of a recording. One that ends early is measured, and shadowed, up to where both lanes are in it.
-void run_recorded(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
-                  std::string& difference) {
+void run_recorded(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options,
+                  RunRecord& run, std::string& difference) {
   const InputLog& log = *options.replayed;
   const LogReplay replayed = replay(scenario, live_plan(scenario, plans), log, options.control);
   run.real_time_granted = !log.end || log.end->real_time_granted;
@@ -364,7 +361,8 @@ std::optional<RunFailure> interruption(const Scenario& scenario, const RunRecord
 
 std::string objection_to(const Scenario& scenario, const RunOptions& options) {
   if (!options.record_to.empty() && options.clock != ClockKind::wall)
-    return "--record keeps the inputs of a run on the wall clock; on the virtual clock the scenario is all there is to keep: "
+    return "--record keeps the inputs of a run on the wall clock; on the virtual clock the scenario is all there is to "
+           "keep: "
            "add --clock wall, or leave it out";
   if (std::error_code error; std::filesystem::is_regular_file(options.record_to, error))
     return fmt::format("--record {}: exists already; a recording is never overwritten: give another name, or remove it",

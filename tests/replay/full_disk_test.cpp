@@ -1,9 +1,9 @@
 // A disk that takes nothing any more, or nothing for a while. Without rights there is no small disk to fill: /dev/full takes
 // nothing at all, and a limit on the size of files (RLIMIT_FSIZE) takes a part of a block.
 
-#include <csignal>
 #include <sys/resource.h>
 #include <sys/wait.h>
+#include <csignal>
 
 #include "evenstep/harness/run.h"
 #include "recordings.h"
@@ -30,8 +30,11 @@ struct LimitedFiles {
   ~LimitedFiles() { limit_files_to(RLIM_INFINITY); }
 };
 
-const std::vector<std::string> kShort{"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.5 s\"",
-                                      "run.strategies=[\"phase_locked\"]", "run.warmup=\"0 s\"",
+const std::vector<std::string> kShort{"remap.latency=\"60 ms\"",
+                                      "remap.lead=\"20 ms\"",
+                                      "run.duration=\"0.5 s\"",
+                                      "run.strategies=[\"phase_locked\"]",
+                                      "run.warmup=\"0 s\"",
                                       "expect=[{ signal = \"left.interaction.phase_locked\", metric = \"back_steps\", "
                                       "max = 100000 }]"};
 

@@ -1,9 +1,9 @@
 // The file of a recording: what is read of one that was cut or changed at any place, and of one whose writer was killed.
 
-#include <csignal>
-#include <cstring>
 #include <sys/mman.h>
 #include <sys/wait.h>
+#include <csignal>
+#include <cstring>
 #include <thread>
 
 #include "evenstep/scheduler/random.h"
@@ -17,7 +17,9 @@ using namespace evenstep::test;
 
 namespace {
 
-std::uint64_t below(std::uint64_t& state, std::uint64_t limit) { return (state = spread(state + 0x9e3779b97f4a7c15ULL)) % limit; }
+std::uint64_t below(std::uint64_t& state, std::uint64_t limit) {
+  return (state = spread(state + 0x9e3779b97f4a7c15ULL)) % limit;
+}
 
 }  // namespace
 

@@ -1,13 +1,13 @@
 #pragma once
 // Recordings for tests: written by the writer itself, with made-up ticks and steps.
 
-#include <catch2/catch.hpp>
 #include <fcntl.h>
+#include <unistd.h>
+#include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
-#include <unistd.h>
 #include <vector>
 
 #include "evenstep/harness/input_log.h"
@@ -51,7 +51,9 @@ inline internal::DeviceSlice device_slice(std::int64_t index) {
   for (std::int64_t k = 20 * index; k < 20 * (index + 1); ++k) {
     const RealTime at{k * 1'000'000};
     internal::LoggedTick tick;
-    tick.input = {{at, {0.1 * static_cast<double>(k), 0, 0}, static_cast<std::uint32_t>(k), true}, at, 0,
+    tick.input = {{at, {0.1 * static_cast<double>(k), 0, 0}, static_cast<std::uint32_t>(k), true},
+                  at,
+                  0,
                   static_cast<std::uint64_t>(k)};
     slice.tools[0].ticks.push_back(tick);
   }

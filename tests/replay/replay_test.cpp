@@ -1,8 +1,10 @@
 // A live run, its recording, and the replay of it. Nothing here asserts how late a machine is: what must hold on any is that
 // the replay is the run, bit for bit, also of one that was killed.
 
-#include <csignal>
 #include <sys/wait.h>
+#include <csignal>
+#include <cstring>
+#include <set>
 #include <thread>
 
 #include "evenstep/harness/live_run.h"
@@ -18,8 +20,8 @@ using namespace evenstep::test;
 namespace {
 
 std::vector<std::string> live(std::vector<std::string> more, const std::string& duration = "0.5 s") {
-  more.insert(more.end(), {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"" + duration + "\"", "expect=[]",
-                           "run.strategies=[\"direct\", \"phase_locked\"]", "run.warmup=\"0 s\""});
+  more.insert(more.end(), {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"" + duration + "\"",
+                           "expect=[]", "run.strategies=[\"direct\", \"phase_locked\"]", "run.warmup=\"0 s\""});
   return more;
 }
 
@@ -66,8 +68,9 @@ std::string first_difference_of(const Metrics& a, const Metrics& b) {
 }  // namespace
 
 TEST_CASE("a replay from the file has the hash, the forces and every metric of the live run, whatever the device is") {
-  const std::string motion = "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = "
-                             "\"3 Hz\" }";
+  const std::string motion =
+      "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = "
+      "\"3 Hz\" }";
   struct Case {
     const char *name, *scenario;
     std::vector<std::string> set;
@@ -77,18 +80,22 @@ TEST_CASE("a replay from the file has the hash, the forces and every metric of t
   const std::vector<Case> cases{
       {"reference", "paper/figure-1-spring.toml", {motion}},
       {"two devices and a tissue", "paper/figure-1.toml", two_devices},
-      {"PID", "paper/figure-1-spring.toml",
+      {"PID",
+       "paper/figure-1-spring.toml",
        {motion, "device.left.driver=\"pid\"",
         "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0 }"}},
-      {"springs of a PID device", "paper/figure-1-spring.toml",
+      {"springs of a PID device",
+       "paper/figure-1-spring.toml",
        {motion, "device.left.driver=\"pid\"",
         "device.left.pid={ travel = [\"400 mm\", \"400 mm\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0, springs = "
         "[\"x\", \"y\"], flavour = \"mask\", full_slope = \"500 N/m\" }",
         "device.left.render={ kind = \"device_spring\" }"}},
-      {"evdev", "paper/figure-1-spring.toml",
+      {"evdev",
+       "paper/figure-1-spring.toml",
        {motion, "device.left.driver=\"evdev\"",
         "device.left.evdev={ travel = [\"0.6 m\", \"0.6 m\", \"0 m\"], full_scale = \"100 N\", gain = 1.0 }"}},
-      {"adaptive, steps as fast as they come", "paper/figure-1-spring.toml",
+      {"adaptive, steps as fast as they come",
+       "paper/figure-1-spring.toml",
        {motion, "timing.step=\"real\"", "remap.adapt={ window = \"0.1 s\" }"}}};
   const Folder folder;
   for (const Case& one : cases) {
@@ -138,6 +145,39 @@ TEST_CASE("a recording that is cut at any block replays, as far as it goes, to w
   CHECK(lengths.size() > 30);
 }
 
+TEST_CASE("a recording whose contents were changed under right checksums replays to some end, or is refused") {
+  const Folder folder;
+  REQUIRE(record(read("paper/figure-1-spring.toml", live({}, "0.1 s")), folder / "x").exit == ExitCode::pass);
+  const Bytes bytes = bytes_of(folder / "x");
+  const InputLogResult log = read_input_log(folder / "x");
+  REQUIRE(log);
+  const ReadResult scenario = scenario_of(*log);
+  REQUIRE(scenario);
+  std::uint64_t state = 5;
+  int replayed = 0;
+  for (int round = 0; round < 150; ++round) {
+    Bytes changed = internal::file_begin();
+    std::uint64_t sequence = 0;
+    for (std::size_t at = changed.size(); at < bytes.size();) {
+      internal::BlockHeader header;
+      std::memcpy(&header, bytes.data() + at, sizeof header);
+      at += sizeof header;
+      Bytes content(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                    bytes.begin() + static_cast<std::ptrdiff_t>(at + header.length));
+      at += header.length;
+      state = spread(state + 1);
+      if (sequence > 0 && state % 4 == 0) content[state / 4 % content.size()] = static_cast<std::byte>(state >> 50);
+      append(changed, internal::block_bytes(header.kind, sequence++, content));
+    }
+    const InputLogResult read = parse_input_log(changed, "x");
+    if (!read) continue;
+    ++replayed;
+    const RunOutcome outcome = replay_log(*read, *scenario);
+    REQUIRE(outcome.exit != ExitCode::usage);
+  }
+  CHECK(replayed > 20);
+}
+
 TEST_CASE("a replay that is not the run exits with 4 and says where it differs") {
   const Folder folder;
   REQUIRE(record(read("paper/figure-1-spring.toml", live({})), folder / "x").exit == ExitCode::pass);
@@ -171,9 +211,9 @@ TEST_CASE("how long the segments of a recording took is a trace that a scenario 
   const TimingCsv again = read_timing_csv(folder / "timing.csv");
   REQUIRE(again);
   CHECK(again->size() == segments.size());
-  const Scenario replayed = read("paper/figure-1-spring.toml", {"timing={ trace = \"" + (folder / "timing.csv") + "\" }",
-                                                               "expect=[]", "run.warmup=\"0 s\"",
-                                                               "run.strategies=[\"phase_locked\"]"});
+  const Scenario replayed =
+      read("paper/figure-1-spring.toml", {"timing={ trace = \"" + (folder / "timing.csv") + "\" }", "expect=[]",
+                                          "run.warmup=\"0 s\"", "run.strategies=[\"phase_locked\"]"});
   const RunRecord run = run_all(replayed);
   const Rows<StepRow>& steps = strategy(run, "phase_locked").steps;
   REQUIRE(steps.size() + 1 >= log->rows.steps.size());

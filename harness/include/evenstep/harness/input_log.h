@@ -1,6 +1,6 @@
 #pragma once
-/// The recording of a run on the wall clock, as a file that is written while it runs (`run --record FILE`): everything that a
-/// replay needs, in blocks, each with a checksum. docs/replay.md has the format byte by byte and what is kept when.
+/// The recording of a run on the wall clock, as a file that is written while it runs (`run --record FILE`): everything that
+/// a replay needs, in blocks, each with a checksum. docs/replay.md has the format byte by byte and what is kept when.
 ///
 /// A file whose writer was killed is valid up to its last whole block. Files are not trusted: whatever they contain is
 /// either read or an error with its place.
@@ -33,9 +33,9 @@ struct NamedFile {
 struct InputLogHead {
   std::string version, build;  ///< of evenstep: "0.2.0"; the compiler
   std::string scenario_file;
-  std::string scenario_text;      ///< the whole scenario in one: `extends`, --set and --seed are merged into it
-  std::vector<NamedFile> files;   ///< the files that it names in turn (recorded timing, motions)
-  RunOrigin origin;               ///< when it began, and from which commit of the user's repository
+  std::string scenario_text;           ///< the whole scenario in one: `extends`, --set and --seed are merged into it
+  std::vector<NamedFile> files;        ///< the files that it names in turn (recorded timing, motions)
+  RunOrigin origin;                    ///< when it began, and from which commit of the user's repository
   std::vector<DeviceBinding> devices;  ///< --device
   bool forces = false;                 ///< --forces
   std::optional<std::uint64_t> permute_ties;
@@ -102,6 +102,9 @@ InputLogResult parse_input_log(std::span<const std::byte> bytes, const std::stri
 /// The scenario that ran, as it stands in the head; its place in messages is "FILE:scenario". It is an error, too, if a file
 /// that it names is not what it was.
 ReadResult scenario_of(const InputLog& log, const Registry& registry = {});
+
+/// The compiler of this evenstep: another one may round sums in another way.
+const char* compiler_here();
 
 /// Of the forces of all ticks as they were sent, bit for bit, device by device.
 std::uint64_t digest_of_forces(const StrategyRecord& record);
