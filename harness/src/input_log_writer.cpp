@@ -43,6 +43,7 @@ std::vector<std::byte> file_begin() {
 Result<std::unique_ptr<InputLogWriter>> InputLogWriter::create(const std::string& path, const InputLogHead& head) {
   constexpr int kHow = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC;
   int file = ::open(path.c_str(), kHow | O_EXCL, 0666);
+  const bool is_new = file >= 0;
   struct stat status {};
   if (file < 0 && errno == EEXIST) {
     if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode))
@@ -51,6 +52,7 @@ Result<std::unique_ptr<InputLogWriter>> InputLogWriter::create(const std::string
   }
   if (file < 0) return Failure(fmt::format("cannot be written: {}", std::strerror(errno)));
   std::unique_ptr<InputLogWriter> writer(new InputLogWriter(path, file));
+  writer->is_new_ = is_new;
   std::vector<std::byte> content;
   encode(head, content);
   writer->next_block(BlockKind::head, content);
@@ -71,6 +73,7 @@ InputLogWriter::InputLogWriter(std::string path, int file)
 InputLogWriter::~InputLogWriter() {
   stop();
   ::close(file_);
+  if (is_new_ && blocks_kept() <= 1) ::unlink(path_.c_str());
 }
 
 bool InputLogWriter::offer(BlockKind lane, std::span<const std::byte> content) {

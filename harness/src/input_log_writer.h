@@ -23,6 +23,7 @@ class InputLogWriter {
  public:
   /// Creates the file and writes the head. An error if the file exists (a device such as /dev/full may), or cannot be made.
   static Result<std::unique_ptr<InputLogWriter>> create(const std::string& path, const InputLogHead& head);
+  /// A file that has nothing but a head is removed.
   ~InputLogWriter();
   InputLogWriter(const InputLogWriter&) = delete;
   InputLogWriter& operator=(const InputLogWriter&) = delete;
@@ -50,6 +51,7 @@ class InputLogWriter {
 
   std::string path_;
   int file_;
+  bool is_new_ = false;  // there was no such file
   MessageRing device_ring_, simulation_ring_;
   std::vector<std::byte> message_, pending_;  // the block that is being written
   std::size_t sent_ = 0;                      // bytes of it that the kernel has

@@ -316,6 +316,7 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
   LogReplay replayed;
   LiveRecording& recording = replayed.recording;
   recording.inputs = log.inputs;
+  recording.record = log.rows;
   recording.timing = timing_of(log.rows, log.unfinished, RealTime{scenario.run_duration.ns});
   if (log.until() == RealTime{0})
     throw RunFailure("recording",

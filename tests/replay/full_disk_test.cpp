@@ -101,6 +101,16 @@ TEST_CASE("a run whose disk gets full says how much is missing, and the rest rep
   CHECK_THAT(outcome.failure, Catch::Contains(std::to_string(lost) + " of "));
 }
 
+TEST_CASE("a recording of nothing is no file") {
+  const Folder folder;
+  {
+    auto writer = internal::InputLogWriter::create(folder / "x", made_up_head());
+    REQUIRE(writer);
+    CHECK(std::filesystem::exists(folder / "x"));
+  }
+  CHECK_FALSE(std::filesystem::exists(folder / "x"));
+}
+
 TEST_CASE("a recording is never overwritten, and is for the wall clock") {
   const Folder folder;
   const std::string path = folder / "x";
