@@ -20,6 +20,7 @@
 #include "progress.h"
 #include "run_annotations.h"
 #include "run_places.h"
+#include "run_printing.h"
 
 namespace evenstep::app {
 namespace fs = std::filesystem;
@@ -31,7 +32,7 @@ struct RunArguments {
   std::string clock = "virtual";
   std::optional<std::uint64_t> seed;
   std::vector<std::string> set;
-  std::string out, junit;
+  std::string out, junit, record;
   bool trace_json = false;
   bool repeat = false;
   std::optional<std::uint64_t> permute_ties;
@@ -85,6 +86,8 @@ std::string lacking_line(const SolverRecord& solver) {
   if (solver.lacks.empty()) return "";
   return fmt::format("the solver '{}' lacks {}: what needs them is left out\n", solver.name, fmt::join(solver.lacks, ", "));
 }
+
+}  // namespace
 
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
                    const std::string& program, const std::string& reproduce) {
@@ -143,6 +146,8 @@ std::string_view words(const RunOutcome& outcome) {
   }
   return "";
 }
+
+namespace {
 
 /// Whether the scenario is left out, because it was only found in a folder, not named, and takes long.
 bool leave_out(const Scenario& scenario, const RunArguments& arguments) {
@@ -228,6 +233,7 @@ RunOptions options_of(const Call& call) {
   options.allow_degraded = call.arguments.allow_degraded;
   options.control.permute_ties = call.arguments.permute_ties;
   options.control.interrupted = &call.interrupted;
+  options.record_to = call.arguments.record;
   return options;
 }
 
@@ -299,6 +305,7 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     return outcome;
   }
   RunOptions options = options_of(call);
+  options.origin = origin_of(file, call);
   if (options.clock == ClockKind::wall)
     warn_of_devices(options.devices);
   else
@@ -308,12 +315,14 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
     outcome = run_scenario(scenario, options);
   }
-  outcome.record.origin = origin_of(file, call);
+  outcome.record.origin = options.origin;
   if (!outcome.errors.empty()) return refuse(file, outcome.errors, folder, call);
   const std::string reproduce = reproduce_command(arguments, scenario);
   keep(folder, scenario, outcome, reproduce, call);
   if (!arguments.json) {
     print_outcome(scenario, outcome, folder, arguments.program, reproduce);
+    if (!arguments.record.empty() && !outcome.record.strategies.empty())
+      fmt::print("recorded: {} replay {}\n", arguments.program, shell_file(arguments.record));
     fmt::print("{}\n\n", words(outcome));
     std::fflush(stdout);
   }
@@ -380,6 +389,10 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return no_scenarios(arguments, interrupted, registry);
   const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
+  if (!arguments.record.empty() && files->size() > 1) {
+    spdlog::error("--record: error: it is the recording of one run, and these are {} scenarios", files->size());
+    return ExitCode::usage;
+  }
   Call call{arguments, interrupted, registry, !one_was_named, *date, {}, {}, {}};
   const std::vector<std::string> folders = run_places(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
@@ -422,6 +435,9 @@ void add_run(Commands& commands) {
                    "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
                    "[[device]], default the first");
   command.flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
+  command.option(
+      "--record", arguments.record,
+      "with --clock wall: write the inputs of the run to this file while it runs; `replay` runs it again from there");
   command.flag("--long", arguments.include_long,
                "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
   command.flag("--allow-no-expectations", arguments.allow_no_expectations,

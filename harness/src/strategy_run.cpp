@@ -61,14 +61,16 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
   }
 }
 
-SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control) {
+SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control,
+                        const std::function<void(RealTime until)>& after_slice) {
   constexpr Duration kSlice{20'000'000};  // 20 ms: short enough that an interrupt seems immediate on both clocks
   SlicedRun run;
   for (RealTime until = RealTime{0} + kSlice;; until = until + kSlice) {
     run.status = scheduler.run(std::min(until, end));
-    if (run.status.end == RunEnd::failed || run.status.end == RunEnd::limit || run.status.end == RunEnd::stopped ||
-        run.status.end == RunEnd::idle)
-      break;
+    if (run.status.end == RunEnd::failed || run.status.end == RunEnd::limit || run.status.end == RunEnd::stopped) break;
+    const bool idle = run.status.end == RunEnd::idle;  // and will be until the end
+    if (after_slice) after_slice(idle ? end : std::min(until, end));
+    if (idle) break;
     if (until >= end) break;
     run.interrupted = control.is_interrupted();
     if (run.interrupted) break;

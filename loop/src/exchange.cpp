@@ -140,7 +140,7 @@ bool RecordedExchange::next_tick_ready() const {
     next = &candidate;
     next_tool = tool;
   }
-  return !next || next->force_head <= forces(static_cast<int>(next_tool));
+  return next && next->force_head <= forces(static_cast<int>(next_tool));
 }
 
 bool RecordedExchange::next_step_ready() const {
@@ -169,9 +169,9 @@ std::uint64_t RecordedExchange::interaction_head(int tool) {
 }
 
 DeviceSpring RecordedExchange::render(int tool, const DeviceSpring&) {
-  if (!use_heads_) return {};
   const std::size_t device = static_cast<std::size_t>(tool);
-  return inputs_[device].springs.at(next_spring_[device]++);
+  if (!use_heads_ || next_spring_[device] == inputs_[device].springs.size()) return {};
+  return inputs_[device].springs[next_spring_[device]++];
 }
 
 }  // namespace evenstep

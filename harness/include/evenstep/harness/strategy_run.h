@@ -53,7 +53,9 @@ struct SlicedRun {
   RunStatus status;
   bool interrupted = false;  ///< before its end
 };
-/// Runs in slices of virtual or wall time, so that an interrupt is noticed and progress is shown.
-SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control);
+/// Runs in slices of virtual or wall time, so that an interrupt is noticed and progress is shown. `after_slice` is called at
+/// the end of each that did not fail: all events before `until` are run.
+SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control,
+                        const std::function<void(RealTime until)>& after_slice = {});
 
 }  // namespace evenstep

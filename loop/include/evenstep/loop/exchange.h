@@ -174,8 +174,8 @@ class IdealExchange final : public DeviceExchange {
 class RecordedExchange final : public Exchange {
  public:
   RecordedExchange(const std::vector<LinkSpec>& links, const std::vector<DeviceInputs>& inputs, bool use_heads);
-  /// Whether all forces that the next tick saw according to its recorded head are there. The next tick is that of the device
-  /// whose turn it is.
+  /// Whether all forces that the next tick saw according to its recorded head are there; false if there is no next one. The
+  /// next tick is that of the device whose turn it is.
   bool next_tick_ready() const;
   /// Whether all samples that the next step saw according to its recorded heads are there.
   bool next_step_ready() const;

@@ -242,6 +242,7 @@ struct RunRecord {
   std::string clock;  ///< "virtual" | "wall"
   std::string live;   ///< the strategy that ran on the wall clock; empty if none did
   bool real_time_granted = true;
+  std::string recording_lacks = {};  ///< what the recording of --record does not have, and why; empty: nothing, or none
   Nominal nominal;
   std::vector<StrategyRecord> strategies;
   std::uint64_t trace_hash = 0;  ///< hash over the pairs (strategy name, chained hash)
