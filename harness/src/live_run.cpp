@@ -169,7 +169,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   throw_if_failed(on_device.status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
   throw_if_failed(in_simulation.status, name);
 
-  recording.record = lanes.finish(merge(simulation.events(), device.events()));
+  recording.record = lanes.finish(merge(simulation.events(), device.events()), in_simulation.reached);
   recording.record.interrupted = on_device.interrupted || in_simulation.interrupted;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
@@ -205,7 +205,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
   }
   throw_if_failed(device.status(), name_of(plan.kind));
   throw_if_failed(simulation.status(), name_of(plan.kind));
-  StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()));
+  StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()), end);
   record.shadow = true;
   return record;
 }

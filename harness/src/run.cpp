@@ -14,6 +14,7 @@
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/loop/recorder.h"
+#include "evenstep/reports/balance.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/parallel_for.h"
@@ -266,6 +267,14 @@ void end_early(RunRecord& run) {
   if (!run.strategies.empty()) run.nominal.end = std::min(run.nominal.end, reached);
 }
 
+/// Numbers of a run that has lost something without counting it are worth nothing.
+void refuse_imbalance(const RunRecord& run) {
+  const std::vector<std::string> broken = imbalances(run);
+  if (broken.empty()) return;
+  throw RunFailure("imbalance", fmt::format("the counts of the run do not add up: {}", fmt::join(broken, "; ")),
+                   "this is a defect of evenstep, or of a driver of your own; please report it with the scenario");
+}
+
 void measure(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
   outcome.metrics = evenstep::measure(outcome.record);
   const auto asks = [](const Expectation& expectation) { return is_growth(expectation.metric); };
@@ -338,6 +347,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
         difference = compare(scenario, outcome.record, again);
       }
       end_early(outcome.record);
+      refuse_imbalance(outcome.record);
       measure(scenario, options, outcome);
       if (!interrupted()) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
     }

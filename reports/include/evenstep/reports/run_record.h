@@ -89,9 +89,27 @@ struct LoopRecord {
   std::optional<double> cap_N_per_m = {};              ///< for a local model; infinite: no cap
 };
 
+/// What became of a device's ticks, samples and forces over the whole run, counted where it happened. balance.h says which of
+/// these numbers must add up, and to what.
+struct DeviceFlow {
+  std::int64_t ticks_skipped = 0;     ///< by the lane, before a tick that ran, because the tick before that was late
+  std::int64_t ticks_unforced = 0;    ///< ticks before the first force was due
+  std::int64_t ticks_underrun = 0;    ///< linear emission: past the newest force that was there
+  std::int64_t ticks_overrun = 0;     ///< the force of this tick had left the ring
+  std::int64_t ticks_on_time = 0;     ///< all others
+  std::int64_t samples = 0;           ///< put in the ring of samples
+  std::int64_t samples_fresh = 0;     ///< of them, those with a new report of the device
+  std::int64_t forces = 0;            ///< put in the ring of forces; each of them is one of the next four
+  std::int64_t forces_sent = 0;       ///< at some tick the newest that was due
+  std::int64_t forces_overtaken = 0;  ///< at the first tick at which it was due, a newer one was due as well
+  std::int64_t forces_dropped = 0;    ///< left the ring before a tick at which it was due
+  std::int64_t forces_pending = 0;    ///< due after the last tick
+};
+
 struct DeviceRecord {
   std::string name;
   LoopRecord loop;
+  std::optional<DeviceFlow> flow = {};  ///< empty in a record that no lane has made
   std::optional<double> stored_J;  ///< energy stored in the scene when judging begins, if the scene knows it
   Rows<StepSample> steps;
   Rows<TickRow> ticks;
@@ -171,6 +189,8 @@ struct StrategyRecord {
   std::vector<DeviceRecord> devices;
   LatencyRecord latency;
   SolverRecord solver;
+  /// Steps whose programmed begin lies in the run, and those that began: fewer where the simulation fell behind.
+  std::int64_t steps_due = 0, steps_begun = 0;
   std::int64_t emission_repairs = 0;
   std::int64_t latency_growths = 0;  ///< for an adaptive latency; over the whole run
   std::vector<std::string> event_names;
