@@ -17,9 +17,11 @@ namespace {
 constexpr Duration kStartDelay{100'000'000};
 /// A device reports all the time; its lane starts to read this long before its first tick.
 constexpr Duration kListenBefore{500'000};
-/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation.
+/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation, and that above the
+/// solver, which may take all of a core for as long as a step lasts.
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
+constexpr int kSolverPriority = 35;
 
 /// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;
@@ -95,6 +97,10 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
   return segments;
 }
 
+LiveRights::Thread thread_rights(const std::string& name, const RealTimeGrant& grant) {
+  return {name, grant.priority, grant.fifo, grant.timer_slack_ns, grant.refusal};
+}
+
 /// A device that is not there, or may not be opened, makes the run fail, just like one that is unplugged later.
 std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallClock& clock,
                                           const LiveDeviceOptions& options) {
@@ -139,12 +145,13 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   const std::string name = name_of(plan.kind);
   // It may compile for a second, so this is done before t = 0 is chosen.
   std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);
+  const MemoryLock memory;
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
   DeviceExchange exchange(live_links(scenario, plan, kSpare), devices->drivers(), &recording.inputs);
   StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers());
-  WorkerExecutor worker(simulation_clock);
+  WorkerExecutor worker(simulation_clock, kSolverPriority);
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
@@ -154,15 +161,20 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   SlicedRun on_device;
   RunControl quiet = control;
   quiet.progress = nullptr;
+  RealTimeGrant device_granted, simulation_granted;
   LaneThread device_thread([&] {
-    recording.device_grant = request_real_time(kDevicePriority);
+    const RealTimeRights rights(kDevicePriority);
+    device_granted = rights.grant();
     device_clock.wait_until(RealTime{} - kListenBefore);
     devices->forget_queued();
     on_device = run_in_slices(device, end, name, quiet);
     if (ended_badly(on_device.status)) simulation.request_stop();
   });
-  recording.simulation_grant = request_real_time(kSimulationPriority);
-  const SlicedRun in_simulation = run_in_slices(simulation, end, name, control);
+  const SlicedRun in_simulation = [&] {
+    const RealTimeRights rights(kSimulationPriority);
+    simulation_granted = rights.grant();
+    return run_in_slices(simulation, end, name, control);
+  }();
   if (ended_badly(in_simulation.status)) device.request_stop();  // there will be no more forces
   device_thread.join();
   devices->stop_simulated();
@@ -174,6 +186,10 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
   recording.timing = timing_of(recording.record, simulation.events(), end);
+  recording.rights = {{thread_rights("device", device_granted), thread_rights("simulation", simulation_granted),
+                       thread_rights("solver", worker.grant())},
+                      memory.refusal().empty(),
+                      memory.refusal()};
   return recording;
 }
 

@@ -137,7 +137,10 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
   LiveRecording recording = run_live(scenario, *live, options.devices, options.control);
   run.live = recording.record.name;
-  run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
+  run.rights = recording.rights;
+  const auto& threads = recording.rights.threads;
+  run.real_time_granted =
+      std::all_of(threads.begin(), threads.end(), [](const LiveRights::Thread& thread) { return thread.fifo; });
   const bool interrupted = options.control.is_interrupted();
   for (const StrategyPlan& plan : plans) {
     if (plan.kind == scenario.live)

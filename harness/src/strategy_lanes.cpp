@@ -124,17 +124,17 @@ DeviceFlow flow_of(const DeviceLane& lane, const Exchange& exchange) {
   const ForceCounts& forces = exchange.force_counts(lane.tool);
   const auto ticks = [&](ReadStatus status) { return forces.ticks.at(static_cast<std::size_t>(status)); };
   return {.ticks_skipped = lane.skipped,
-                  .ticks_unforced = ticks(ReadStatus::empty),
-                  .ticks_underrun = ticks(ReadStatus::underrun),
-                  .ticks_overrun = ticks(ReadStatus::overrun),
-                  .ticks_on_time = ticks(ReadStatus::inside),
-                  .samples = static_cast<std::int64_t>(exchange.samples(lane.tool)),
-                  .samples_fresh = exchange.fresh_samples(lane.tool),
-                  .forces = static_cast<std::int64_t>(exchange.forces(lane.tool)),
-                  .forces_sent = forces.sent,
-                  .forces_overtaken = forces.overtaken,
-                  .forces_dropped = forces.dropped,
-                  .forces_pending = exchange.pending_forces(lane.tool)};
+          .ticks_unforced = ticks(ReadStatus::empty),
+          .ticks_underrun = ticks(ReadStatus::underrun),
+          .ticks_overrun = ticks(ReadStatus::overrun),
+          .ticks_on_time = ticks(ReadStatus::inside),
+          .samples = static_cast<std::int64_t>(exchange.samples(lane.tool)),
+          .samples_fresh = exchange.fresh_samples(lane.tool),
+          .forces = static_cast<std::int64_t>(exchange.forces(lane.tool)),
+          .forces_sent = forces.sent,
+          .forces_overtaken = forces.overtaken,
+          .forces_dropped = forces.dropped,
+          .forces_pending = exchange.pending_forces(lane.tool)};
 }
 
 /// Records the energy that the scene stores when judging begins.

@@ -46,19 +46,19 @@ std::string faults(Draw& draw) {
 
 std::string timing(Draw& draw) {
   const std::string order = draw.of({"visualization-first", "steps-first"});
-  return fmt::format(
-      "timing={{ segment = \"30 Hz\", order = \"{}\", visualization = \"{}\", steps = {}{} }}", order,
-      draw.of({"2 ms", "11.1 ms", "25 ms"}), 1 + draw.below(30),
-      draw.of({"", ", jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 60 %\" }",
-               ", hitch = { every = \"0.1 s\", visualization = \"80 ms\" }", ", spikes = { rate = \"40 Hz\", cost = \"9 ms\" }"}));
+  return fmt::format("timing={{ segment = \"30 Hz\", order = \"{}\", visualization = \"{}\", steps = {}{} }}", order,
+                     draw.of({"2 ms", "11.1 ms", "25 ms"}), 1 + draw.below(30),
+                     draw.of({"", ", jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 60 %\" }",
+                              ", hitch = { every = \"0.1 s\", visualization = \"80 ms\" }",
+                              ", spikes = { rate = \"40 Hz\", cost = \"9 ms\" }"}));
 }
 
 /// A scenario that overloads, stalls, clips, interrupts or unplugs something, or all of it.
 std::vector<std::string> random_settings(std::uint64_t seed) {
   Draw draw(seed);
-  std::string device = fmt::format(
-      "rate = \"{}\", render = {{ kind = \"force\", emission = \"{}\" }}, faults = {}, {}", 
-      draw.of({"125 Hz", "500 Hz", "1 kHz", "8 kHz"}), draw.of({"hold", "linear"}), faults(draw), driver(draw));
+  std::string device =
+      fmt::format("rate = \"{}\", render = {{ kind = \"force\", emission = \"{}\" }}, faults = {}, {}",
+                  draw.of({"125 Hz", "500 Hz", "1 kHz", "8 kHz"}), draw.of({"hold", "linear"}), faults(draw), driver(draw));
   if (draw.below(8) == 0) device += fmt::format(", unplug = \"{} ms\"", 1 + draw.below(200));
   std::vector<std::string> set{
       timing(draw),
@@ -68,8 +68,10 @@ std::vector<std::string> random_settings(std::uint64_t seed) {
                   draw.of({"phase_locked", "paper"})),
       "expect=[]",
       fmt::format("remap={{ latency = \"{} ms\", lead = \"{} ms\", underrun = {{ interaction = \"{}\", force = \"{}\" }} }}",
-                  1 + draw.below(60), draw.below(10), draw.of({"clamp", "extrapolate", "gate"}), draw.of({"hold", "extrapolate"})),
-      "device=[{ name = \"left\", motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] }, " +
+                  1 + draw.below(60), draw.below(10), draw.of({"clamp", "extrapolate", "gate"}),
+                  draw.of({"hold", "extrapolate"})),
+      "device=[{ name = \"left\", motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] "
+      "}, " +
           device + " }]"};
   return set;
 }

@@ -18,7 +18,7 @@ struct LiveRecording {
   StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
   std::vector<SegmentTiming> timing;  ///< segments and steps as they really ran
-  RealTimeGrant device_grant, simulation_grant;
+  LiveRights rights;
 };
 
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.

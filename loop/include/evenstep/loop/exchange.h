@@ -64,9 +64,9 @@ struct RenderedContactsSummary {
 
 /// What became of the forces (or contact records) of a device, and what its ticks found, so far.
 struct ForceCounts {
-  std::int64_t sent = 0;       ///< at some tick the newest that was due
-  std::int64_t overtaken = 0;  ///< at the first tick at which it was due, a newer one was due as well
-  std::int64_t dropped = 0;    ///< left the ring before a tick at which it was due
+  std::int64_t sent = 0;                ///< at some tick the newest that was due
+  std::int64_t overtaken = 0;           ///< at the first tick at which it was due, a newer one was due as well
+  std::int64_t dropped = 0;             ///< left the ring before a tick at which it was due
   std::array<std::int64_t, 4> ticks{};  ///< by the ReadStatus of their force
 };
 

@@ -1,15 +1,15 @@
 #pragma once
 /// Conservation laws of a run: whatever went into its lanes came out of them or is counted as missed, dropped or overtaken.
-/// Each side of a law was counted in a different place (the device lane, the rings, the recorder, the scheduler, the driver),
-/// so a tick, sample, step or force that gets lost without being counted breaks one of them. They hold on any machine,
-/// however late it is, and on every clock:
+/// Each side of a law was counted in a different place (the device lane, the rings, the recorder, the scheduler, the
+/// driver), so a tick, sample, step or force that gets lost without being counted breaks one of them. They hold on any
+/// machine, however late it is, and on every clock:
 ///
-///   ticks     grid ticks up to the last that ran = ran + skipped; on the virtual clock none is skipped, and all of the run ran
-///   forces of ticks   on time + underrun + overrun + before the first force = ticks that ran
-///   samples   in the ring = ticks that ran; with a new report + `stale` of the driver (if it counts) = ticks that ran
-///   steps     ended <= begun <= ended + 1, begun <= due; and 'launch', 'step' and 'tick' events are as many
-///   reads     late reads and waits, and late forces, of all steps = rows of underruns.csv
-///   forces    in the ring = steps that ended = sent + overtaken + dropped + pending
+///   ticks     grid ticks up to the last that ran = ran + skipped; on the virtual clock none is skipped, and all of the run
+///   ran forces of ticks   on time + underrun + overrun + before the first force = ticks that ran samples   in the ring =
+///   ticks that ran; with a new report + `stale` of the driver (if it counts) = ticks that ran steps     ended <= begun <=
+///   ended + 1, begun <= due; and 'launch', 'step' and 'tick' events are as many reads     late reads and waits, and late
+///   forces, of all steps = rows of underruns.csv forces    in the ring = steps that ended = sent + overtaken + dropped +
+///   pending
 ///
 /// Nothing here is about how late or how many: that is what expectations are for.
 

@@ -89,8 +89,8 @@ struct LoopRecord {
   std::optional<double> cap_N_per_m = {};              ///< for a local model; infinite: no cap
 };
 
-/// What became of a device's ticks, samples and forces over the whole run, counted where it happened. balance.h says which of
-/// these numbers must add up, and to what.
+/// What became of a device's ticks, samples and forces over the whole run, counted where it happened. balance.h says which
+/// of these numbers must add up, and to what.
 struct DeviceFlow {
   std::int64_t ticks_skipped = 0;     ///< by the lane, before a tick that ran, because the tick before that was late
   std::int64_t ticks_unforced = 0;    ///< ticks before the first force was due
@@ -110,7 +110,7 @@ struct DeviceRecord {
   std::string name;
   LoopRecord loop;
   std::optional<DeviceFlow> flow = {};  ///< empty in a record that no lane has made
-  std::optional<double> stored_J;  ///< energy stored in the scene when judging begins, if the scene knows it
+  std::optional<double> stored_J;       ///< energy stored in the scene when judging begins, if the scene knows it
   Rows<StepSample> steps;
   Rows<TickRow> ticks;
   Rows<SpringRow> springs;                 ///< one per tick if the device renders springs by itself; otherwise empty
@@ -253,15 +253,30 @@ struct RunOrigin {
   std::string commit;  ///< 40 or 64 hex digits; empty: not known
 };
 
+/// What the operating system granted the threads of a live run, and the process.
+struct LiveRights {
+  struct Thread {
+    std::string name;  ///< "device", "simulation", "solver"
+    int priority = 0;  ///< the SCHED_FIFO priority asked for
+    bool fifo = false;
+    std::int64_t timer_slack_ns = 0;
+    std::string refusal;  ///< empty: nothing was refused
+  };
+  std::vector<Thread> threads;
+  bool memory_locked = false;
+  std::string memory_refusal;
+};
+
 struct RunRecord {
   std::string scenario;  ///< its name
   std::string file;
   std::optional<std::uint64_t> digest = {};  ///< of all in the scenario that the run depends on; empty: it was not read
   RunOrigin origin = {};
   std::uint64_t seed = 1;
-  std::string clock;  ///< "virtual" | "wall"
-  std::string live;   ///< the strategy that ran on the wall clock; empty if none did
-  bool real_time_granted = true;
+  std::string clock;                      ///< "virtual" | "wall"
+  std::string live;                       ///< the strategy that ran on the wall clock; empty if none did
+  bool real_time_granted = true;          ///< every thread of a live run had SCHED_FIFO, or none was needed
+  std::optional<LiveRights> rights = {};  ///< of a live run
   Nominal nominal;
   std::vector<StrategyRecord> strategies;
   std::uint64_t trace_hash = 0;  ///< hash over the pairs (strategy name, chained hash)
