@@ -53,27 +53,25 @@ std::string timing(Draw& draw) {
                               ", spikes = { rate = \"40 Hz\", cost = \"9 ms\" }"}));
 }
 
-/// A scenario that overloads, stalls, clips, interrupts or unplugs something, or all of it.
+/// A scenario that overloads, stalls, interrupts or unplugs something, or all of it.
 std::vector<std::string> random_settings(std::uint64_t seed) {
   Draw draw(seed);
-  std::string device =
-      fmt::format("rate = \"{}\", render = {{ kind = \"force\", emission = \"{}\" }}, faults = {}, {}",
-                  draw.of({"125 Hz", "500 Hz", "1 kHz", "8 kHz"}), draw.of({"hold", "linear"}), faults(draw), driver(draw));
-  if (draw.below(8) == 0) device += fmt::format(", unplug = \"{} ms\"", 1 + draw.below(200));
-  std::vector<std::string> set{
-      timing(draw),
+  const std::string emission = draw.of({"hold", "linear"});
+  const std::string unplug = draw.below(8) == 0 ? fmt::format(", unplug = \"{} ms\"", 1 + draw.below(200)) : "";
+  const std::string interrupt = draw.below(8) == 0 ? fmt::format(", interrupt = \"{} ms\"", 1 + draw.below(200)) : "";
+  const std::string device =
+      fmt::format("rate = \"{}\", render = {{ kind = \"force\", emission = \"{}\" }}, faults = {}, {}{}",
+                  draw.of({"125 Hz", "500 Hz", "1 kHz", "8 kHz"}), emission, faults(draw), driver(draw), unplug);
+  return {
+      timing(draw), "expect=[]",
       fmt::format("run={{ duration = \"{} ms\", seed = {}, keep = \"{}\"{}, strategies = [\"ideal\", \"direct\", \"{}\"] }}",
-                  150 + draw.below(350), seed, draw.of({"all", "summary"}),
-                  draw.below(8) == 0 ? fmt::format(", interrupt = \"{} ms\"", 1 + draw.below(200)) : "",
-                  draw.of({"phase_locked", "paper"})),
-      "expect=[]",
+                  150 + draw.below(350), seed, draw.of({"all", "summary"}), interrupt, draw.of({"phase_locked", "paper"})),
       fmt::format("remap={{ latency = \"{} ms\", lead = \"{} ms\", underrun = {{ interaction = \"{}\", force = \"{}\" }} }}",
                   1 + draw.below(60), draw.below(10), draw.of({"clamp", "extrapolate", "gate"}),
-                  draw.of({"hold", "extrapolate"})),
+                  emission == "hold" ? "hold" : draw.of({"hold", "extrapolate"})),
       "device=[{ name = \"left\", motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] "
       "}, " +
           device + " }]"};
-  return set;
 }
 
 /// Every core runs a thread that never sleeps, for as long as this lives.
