@@ -1,6 +1,7 @@
 #include "evenstep/harness/live_run.h"
 
 #include <algorithm>
+#include <numeric>
 #include <string_view>
 
 #include "evenstep/clock/virtual_clock.h"
@@ -97,8 +98,28 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
   return segments;
 }
 
+/// Makes room for all that a run will record, up to an hour of it: a list that grows is copied, which takes tens of
+/// milliseconds after some minutes, in a tick. Memory that is not used yet costs nothing.
+void reserve_rows(const Scenario& scenario, StrategyLanes& lanes, std::vector<DeviceInputs>& inputs, Scheduler& device,
+                  Scheduler& simulation) {
+  constexpr std::int64_t kHour_ns = 3'600'000'000'000;
+  const RealTime end{std::min(scenario.run_duration.ns, kHour_ns)};
+  const auto count = [&](Rate rate) { return static_cast<std::size_t>(first_tick_at_or_after(rate, end)); };
+  const std::size_t steps = count(scenario.scene.step_rate) + 1;
+  std::vector<std::size_t> ticks;
+  for (const DeviceSpec& spec : scenario.devices) ticks.push_back(count(spec.rate));
+  lanes.reserve(ticks, steps);
+  for (std::size_t tool = 0; tool < inputs.size(); ++tool) {
+    inputs[tool].ticks.reserve(ticks[tool]);
+    inputs[tool].interaction_heads.reserve(steps);
+  }
+  device.reserve_events(std::accumulate(ticks.begin(), ticks.end(), std::size_t{0}));
+  constexpr std::size_t kEventsPerStep = 4;  // launch and step; segment and visualization if there is a single step in it
+  simulation.reserve_events(kEventsPerStep * steps);
+}
+
 LiveRights::Thread thread_rights(const std::string& name, const RealTimeGrant& grant) {
-  return {name, grant.priority, grant.fifo, grant.timer_slack_ns, grant.refusal};
+  return {name, grant.priority, grant.fifo, grant.timer_slack_ns, grant.slice_ns, grant.refusal};
 }
 
 /// A device that is not there, or may not be opened, makes the run fail, just like one that is unplugged later.
@@ -155,6 +176,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
+  reserve_rows(scenario, lanes, recording.inputs, device, simulation);
   lanes.spawn(device, simulation);
 
   const RealTime end{scenario.run_duration.ns};

@@ -222,6 +222,14 @@ void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation) {
 
 StrategyLanes::~StrategyLanes() = default;
 
+void StrategyLanes::reserve(const std::vector<std::size_t>& ticks, std::size_t steps) {
+  record_.steps.reserve(steps);
+  for (std::size_t tool = 0; tool < record_.devices.size(); ++tool) {
+    record_.devices[tool].ticks.reserve(ticks.at(tool));
+    record_.devices[tool].steps.reserve(steps);
+  }
+}
+
 StrategyRecord StrategyLanes::finish(const std::vector<Event>& events, RealTime end) {
   keep_events(events, record_);
   record_.steps_due = timing_->steps_before(end);

@@ -74,7 +74,10 @@ std::string rights_lines(const LiveRights& rights) {
   int highest = 0;
   std::int64_t slack_ns = 0;
   for (const LiveRights::Thread& thread : rights.threads) {
-    threads += fmt::format("{} {} {}, ", thread.name, thread.fifo ? "SCHED_FIFO" : "refused SCHED_FIFO", thread.priority);
+    threads += fmt::format("{} {} {}", thread.name, thread.fifo ? "SCHED_FIFO" : "refused SCHED_FIFO", thread.priority);
+    threads += thread.slice_ns > 0
+                   ? fmt::format(" (a slice of {:.3g} ms instead), ", 1e-6 * static_cast<double>(thread.slice_ns))
+                   : ", ";
     all_granted = all_granted && thread.fifo;
     highest = std::max(highest, thread.priority);
     slack_ns = std::max(slack_ns, thread.timer_slack_ns);

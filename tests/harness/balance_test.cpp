@@ -4,8 +4,11 @@
 #include "evenstep/reports/balance.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "evenstep/scheduler/random.h"
@@ -155,8 +158,48 @@ TEST_CASE("whatever the timing, the device and the policies, nothing is lost wit
   CHECK((overtaken > 1000 && pending > 1000 && late > 1000));
 }
 
-TEST_CASE("a live run while every core is loaded loses nothing without counting it") { check_live(run_busy("2 s"), 2000); }
+TEST_CASE("a live run while every core is loaded loses nothing without counting it") {
+  const RunOutcome outcome = run_busy("2 s");
+  check_live(outcome, 2000);
+  // What is recorded has its place before t = 0; a list that grew as it was filled would have one of a power of two.
+  const StrategyRecord& live = strategy(outcome.record, "phase_locked");
+  CHECK(live.devices[0].ticks.capacity() == 2000);
+  CHECK(live.steps.capacity() == 901);
+  REQUIRE(outcome.record.rights);
+  CHECK(outcome.record.rights->threads.size() == 3);
+}
 
 TEST_CASE("a minute live while every core is loaded loses nothing without counting it", "[long]") {
   check_live(run_busy("60 s"), 60'000);
+}
+
+TEST_CASE("one hour in virtual time needs no more memory at its end than after ten minutes", "[long]") {
+  namespace fs = std::filesystem;
+  const auto resident_MiB = [] {
+    std::ifstream pages("/proc/self/statm");
+    std::int64_t all = 0, resident = 0;
+    pages >> all >> resident;
+    return resident * sysconf(_SC_PAGESIZE) >> 20;
+  };
+  const fs::path folder = fs::temp_directory_path() / "evenstep_one_hour";
+  fs::create_directories(folder);
+  std::int64_t after_ten_minutes_MiB = 0, at_end_MiB = 0;
+  RunOptions options;
+  options.allow_no_expectations = true;
+  options.control.row_files = std::make_shared<RowFiles>(folder.string());
+  options.control.progress = [&](const std::string&, double fraction) {
+    if (after_ten_minutes_MiB == 0 && fraction >= 1.0 / 6) after_ten_minutes_MiB = resident_MiB();
+    if (fraction >= 1) at_end_MiB = resident_MiB();
+  };
+  const RunOutcome outcome = run_scenario(
+      read("paper/figure-1-spring.toml",
+           {"expect=[]", "run.duration=\"3600 s\"", "run.keep=\"summary\"", "run.strategies=[\"phase_locked\"]"}),
+      options);
+  INFO(outcome.failure);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK(imbalances(outcome.record) == std::vector<std::string>{});
+  CHECK(outcome.record.strategies.at(0).devices.at(0).ticks.size() == 3'600'000);
+  WARN("resident: " << after_ten_minutes_MiB << " MiB after ten minutes, " << at_end_MiB << " MiB after sixty");
+  CHECK(at_end_MiB <= after_ten_minutes_MiB + 32);  // MiB: what rows may have in memory between two looks (rows.h)
+  fs::remove_all(folder);
 }

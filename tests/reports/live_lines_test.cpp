@@ -62,17 +62,18 @@ TEST_CASE("ticks are missed at the end of a run as they are in its middle: after
 TEST_CASE("a live run says what it was granted, and how to get what it was not") {
   RunRecord run = live_run();
   CHECK_THAT(live_lines(run, measure(run)), !Contains("rights"));
-  run.rights = LiveRights{{{"device", 45, true, 0, ""}, {"solver", 35, true, 1, ""}}, true, ""};
+  run.rights = LiveRights{{{"device", 45, true, 0, 0, ""}, {"solver", 35, true, 1, 0, ""}}, true, ""};
   CHECK_THAT(live_lines(run, measure(run)),
              Contains("rights       device SCHED_FIFO 45, solver SCHED_FIFO 35, memory locked, timer slack 1 ns\n"));
   CHECK_THAT(live_lines(run, measure(run)), !Contains("limits.d"));
   run.rights->threads[0].fifo = false;
+  run.rights->threads[0].slice_ns = 100'000;
   run.rights->memory_locked = false;
-  CHECK_THAT(
-      live_lines(run, measure(run)),
-      Contains("rights       device refused SCHED_FIFO 45, solver SCHED_FIFO 35, memory not locked, timer slack 1 ns\n") &&
-          Contains("/etc/security/limits.d/evenstep.conf") && Contains(" - rtprio 45\n") &&
-          Contains(" - memlock unlimited\n"));
+  CHECK_THAT(live_lines(run, measure(run)),
+             Contains("rights       device refused SCHED_FIFO 45 (a slice of 0.1 ms instead), solver SCHED_FIFO 35, memory "
+                      "not locked, timer slack 1 ns\n") &&
+                 Contains("/etc/security/limits.d/evenstep.conf") && Contains(" - rtprio 45\n") &&
+                 Contains(" - memlock unlimited\n"));
 }
 
 TEST_CASE("a live run says how long it ran, how late it was and what it missed, in whole sentences of one line each") {

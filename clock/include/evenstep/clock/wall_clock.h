@@ -38,6 +38,7 @@ struct RealTimeGrant {
   int priority = 0;                 ///< the SCHED_FIFO priority asked for
   bool fifo = false;                ///< SCHED_FIFO at that priority
   std::int64_t timer_slack_ns = 0;  ///< how late the kernel may wake the thread to save power
+  std::int64_t slice_ns = 0;        ///< without SCHED_FIFO, the time slice that was granted; 0: the system's own
   std::string refusal;              ///< empty, or why SCHED_FIFO was refused (errno text): the run is marked "not real-time"
 };
 /// The real-time rights of the thread that makes this, until it is destroyed by the same thread: SCHED_FIFO, if that is

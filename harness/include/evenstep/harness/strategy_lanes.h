@@ -32,6 +32,8 @@ class StrategyLanes {
   /// scheduler; on a wall clock each has its own thread. The schedulers must be destroyed before this object.
   void spawn(Scheduler& device, Scheduler& simulation);
 
+  /// Makes room for the rows of so many ticks of each device and so many steps.
+  void reserve(const std::vector<std::size_t>& ticks, std::size_t steps);
   /// The record of what the lanes did before `end`. `events` are those of all schedulers, merged into one order
   /// (scheduler/event.h).
   StrategyRecord finish(const std::vector<Event>& events, RealTime end);

@@ -260,7 +260,8 @@ struct LiveRights {
     int priority = 0;  ///< the SCHED_FIFO priority asked for
     bool fifo = false;
     std::int64_t timer_slack_ns = 0;
-    std::string refusal;  ///< empty: nothing was refused
+    std::int64_t slice_ns = 0;  ///< the time slice granted instead of SCHED_FIFO; 0: the system's own
+    std::string refusal;        ///< empty: nothing was refused
   };
   std::vector<Thread> threads;
   bool memory_locked = false;
