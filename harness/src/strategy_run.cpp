@@ -21,7 +21,7 @@ Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupt
 /// The record of what the lanes did until they failed; null if even that is impossible.
 std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, const Scheduler& scheduler) {
   try {
-    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.events(), scheduler.now()));
+    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.events(), scheduler.now() + Duration{1}));
   } catch (const std::exception&) {
     return nullptr;
   }

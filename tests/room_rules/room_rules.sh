@@ -30,7 +30,7 @@ readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugin
 readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^(device/src/hid/hidapi_library|tests/fake_hidapi/)@# *include *[<\"]hidapi/"
-  "OS clock only in clock@$source@^(clock|tests|examples)/@$os_clock"
+  "OS clock only in clock@$source@^(clock/|tests/|examples/|bench/device_tick)@$os_clock"
   "threads only in live lanes, parallel loops, row files, hidapi transport and a benchmark@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
   "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
