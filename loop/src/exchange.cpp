@@ -58,9 +58,7 @@ std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
 
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
-  Link& link = links_[static_cast<std::size_t>(tool)];
-  link.interaction.push(sample.read_at, sample.position_m);
-  link.fresh += sample.fresh;
+  links_[static_cast<std::size_t>(tool)].interaction.push(sample.read_at, sample.position_m);
   return sample;
 }
 

@@ -252,9 +252,10 @@ void put_flow(Values& values, const DeviceRecord& device) {
   put(values, "ticks_unforced", static_cast<double>(flow.ticks_unforced));
   put(values, "ticks_underrun", static_cast<double>(flow.ticks_underrun));
   put(values, "ticks_overrun", static_cast<double>(flow.ticks_overrun));
-  const auto reports = device.counters.find("reports");
-  if (reports == device.counters.end()) return;
-  put(values, "reports_overtaken", reports->second - static_cast<double>(flow.samples_fresh));
+  const auto reports = device.counters.find("reports"), stale = device.counters.find("stale");
+  if (reports == device.counters.end() || stale == device.counters.end()) return;
+  const double ticks_with_report = static_cast<double>(device.ticks.size()) - stale->second;
+  put(values, "reports_overtaken", reports->second - ticks_with_report);
 }
 
 Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::size_t device_index,

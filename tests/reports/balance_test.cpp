@@ -26,11 +26,10 @@ RunRecord balanced_run() {
         strategy.underruns.push_back({step, 0, UnderrunRow::Side::force, {}, "hold"});
     }
     strategy.event_counts = {{"device.tick", ticks}, {"completion.step", steps}, {"launch.launch", steps}};
-    device.counters = {{"reports", static_cast<double>(ticks)}, {"stale", 1}};
+    device.counters = {{"reports", static_cast<double>(ticks - 1)}, {"stale", 1}};
     device.flow = DeviceFlow{.ticks_unforced = 3,
                              .ticks_on_time = ticks - 3,
                              .samples = ticks,
-                             .samples_fresh = ticks - 1,
                              .forces = steps,
                              .forces_sent = steps - 7,
                              .forces_overtaken = 4,
@@ -55,7 +54,6 @@ TEST_CASE("each count that is changed by one breaks a law, which is named with i
       [](StrategyRecord& s) { ++s.devices[0].flow->ticks_overrun; },
       [](StrategyRecord& s) { --s.devices[0].flow->ticks_on_time; },
       [](StrategyRecord& s) { --s.devices[0].flow->samples; },
-      [](StrategyRecord& s) { --s.devices[0].flow->samples_fresh; },
       [](StrategyRecord& s) { --s.devices[0].flow->forces; },
       [](StrategyRecord& s) { --s.devices[0].flow->forces_sent; },
       [](StrategyRecord& s) { ++s.devices[0].flow->forces_overtaken; },
@@ -70,7 +68,9 @@ TEST_CASE("each count that is changed by one breaks a law, which is named with i
       [](StrategyRecord& s) {
         s.underruns.push_back({0, 0, UnderrunRow::Side::force, {}, "hold"});
       },
-      [](StrategyRecord& s) { ++s.devices[0].counters["stale"]; },
+      [](StrategyRecord& s) { --s.devices[0].counters["reports"]; },
+      [](StrategyRecord& s) { --s.devices[0].counters["stale"]; },
+      [](StrategyRecord& s) { s.devices[0].counters["stale"] += 1e6; },
       [](StrategyRecord& s) { --s.event_counts["device.tick"]; },
       [](StrategyRecord& s) { --s.event_counts["completion.step"]; },
       [](StrategyRecord& s) { --s.event_counts["launch.launch"]; },
@@ -97,7 +97,6 @@ TEST_CASE("a late machine may skip ticks and fall behind, and a signal may end a
   device.flow->ticks_skipped = 20;
   device.flow->samples -= 20;
   device.flow->ticks_on_time -= 20;
-  device.flow->samples_fresh -= 20;
   live.event_counts["device.tick"] -= 20;
   live.steps_due += 30;
   ++live.steps_begun;

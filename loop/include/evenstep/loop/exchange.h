@@ -129,8 +129,7 @@ class Exchange {
 
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
   std::uint64_t forces(int tool) const;
-  /// Call these after the run. The samples that held a new report of the device:
-  std::int64_t fresh_samples(int tool) const { return links_[static_cast<std::size_t>(tool)].fresh; }
+  // Call these after the run.
   std::int64_t pending_forces(int tool) const;  ///< due at none of the ticks
   const ForceCounts& force_counts(int tool) const { return links_[static_cast<std::size_t>(tool)].counts; }
   /// Empty unless the device renders a local model.
@@ -150,7 +149,6 @@ class Exchange {
     std::unique_ptr<internal::RenderedSchedule> forces;
     std::optional<Filter<glm::dvec3>> interaction_filter, force_filter;
     // Of the device lane:
-    std::int64_t fresh = 0;
     ForceCounts counts;
     std::uint64_t next_due = 0;  // the first force that was not due at the ticks so far
   };

@@ -4,12 +4,12 @@
 /// driver), so a tick, sample, step or force that gets lost without being counted breaks one of them. They hold on any
 /// machine, however late it is, and on every clock:
 ///
-///   ticks     grid ticks up to the last that ran = ran + skipped; on the virtual clock none is skipped, and all of the run
-///   ran forces of ticks   on time + underrun + overrun + before the first force = ticks that ran samples   in the ring =
-///   ticks that ran; with a new report + `stale` of the driver (if it counts) = ticks that ran steps     ended <= begun <=
-///   ended + 1, begun <= due; and 'launch', 'step' and 'tick' events are as many reads     late reads and waits, and late
-///   forces, of all steps = rows of underruns.csv forces    in the ring = steps that ended = sent + overtaken + dropped +
-///   pending
+///   - Ticks of the grid up to the last that ran = ran + skipped. On the virtual clock all of the run's ticks ran.
+///   - Ticks that ran = their forces on time + underrun + overrun + before the first force.
+///   - Samples in the ring = ticks that ran; of a driver that counts, ticks that ran <= reports + stale.
+///   - Steps ended <= begun <= ended + 1, and begun <= due. Events 'tick', 'launch' and 'step' are as many.
+///   - Late reads, waits and late forces of all steps = rows of underruns.csv.
+///   - Forces in the ring = steps that ended = sent + overtaken + dropped + pending.
 ///
 /// Nothing here is about how late or how many: that is what expectations are for.
 
