@@ -98,7 +98,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
     fmt::print("remedy: {}\n", with_program(outcome.remedy, program));
   if (!outcome.repeat_difference.empty()) fmt::print("not reproducible: {}\n", outcome.repeat_difference);
   if (outcome.record.clock == "wall" && !outcome.record.real_time_granted) {
-    fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's\n");
+    fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's (see \"rights\")\n");
   }
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <string_view>
 
 #include "evenstep/clock/virtual_clock.h"
@@ -22,9 +23,11 @@ namespace {
 constexpr Duration kStartDelay{100'000'000};
 /// A device reports all the time; its lane starts to read this long before its first tick.
 constexpr Duration kListenBefore{500'000};
-/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation.
+/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation, and that above the
+/// solver, which may take all of a core for as long as a step lasts.
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
+constexpr int kSolverPriority = 35;
 
 /// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;
@@ -101,6 +104,30 @@ LaneCheck check_of(const Scheduler& scheduler, RealTime until) {
   return {until, scheduler.event_count(), scheduler.trace_hash()};
 }
 
+/// Makes room for all that a run will record, up to an hour of it: a list that grows is copied, which takes tens of
+/// milliseconds after some minutes, in a tick. Memory that is not used yet costs nothing.
+void reserve_rows(const Scenario& scenario, StrategyLanes& lanes, std::vector<DeviceInputs>& inputs, Scheduler& device,
+                  Scheduler& simulation) {
+  constexpr std::int64_t kHour_ns = 3'600'000'000'000;
+  const RealTime end{std::min(scenario.run_duration.ns, kHour_ns)};
+  const auto count = [&](Rate rate) { return static_cast<std::size_t>(first_tick_at_or_after(rate, end)); };
+  const std::size_t steps = count(scenario.scene.step_rate) + 1;
+  std::vector<std::size_t> ticks;
+  for (const DeviceSpec& spec : scenario.devices) ticks.push_back(count(spec.rate));
+  lanes.reserve(ticks, steps);
+  for (std::size_t tool = 0; tool < inputs.size(); ++tool) {
+    inputs[tool].ticks.reserve(ticks[tool]);
+    inputs[tool].interaction_heads.reserve(steps);
+  }
+  device.reserve_events(std::accumulate(ticks.begin(), ticks.end(), std::size_t{0}));
+  constexpr std::size_t kEventsPerStep = 4;  // launch and step; segment and visualization if there is a single step in it
+  simulation.reserve_events(kEventsPerStep * steps);
+}
+
+LiveRights::Thread thread_rights(const std::string& name, const RealTimeGrant& grant) {
+  return {name, grant.priority, grant.fifo, grant.timer_slack_ns, grant.slice_ns, grant.refusal};
+}
+
 /// A device that is not there, or may not be opened, makes the run fail, just like one that is unplugged later.
 std::unique_ptr<LiveDevices> open_devices(const Scenario& scenario, const WallClock& clock,
                                           const LiveDeviceOptions& options) {
@@ -145,23 +172,27 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   const std::string name = name_of(plan.kind);
   // It may compile for a second, so this is done before t = 0 is chosen.
   std::unique_ptr<Solver> solver = make_scenario_solver(scenario, plan.kind);
+  const MemoryLock memory;
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
   DeviceExchange exchange(live_links(scenario, plan, kSpare), devices->drivers(), &recording.inputs);
   StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers());
-  WorkerExecutor worker(simulation_clock);
+  WorkerExecutor worker(simulation_clock, kSolverPriority);
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
+  reserve_rows(scenario, lanes, recording.inputs, device, simulation);
   lanes.spawn(device, simulation);
 
   const RealTime end{scenario.run_duration.ns};
   SlicedRun on_device;
   RunControl quiet = control;
   quiet.progress = nullptr;
+  RealTimeGrant device_granted, simulation_granted;
   LaneThread device_thread([&] {
-    recording.device_grant = request_real_time(kDevicePriority);
+    const RealTimeRights rights(kDevicePriority);
+    device_granted = rights.grant();
     device_clock.wait_until(RealTime{} - kListenBefore);
     devices->forget_queued();
     on_device = run_in_slices(device, end, name, quiet, [&](RealTime until) {
@@ -170,23 +201,30 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
     });
     if (ended_badly(on_device.status)) simulation.request_stop();
   });
-  recording.simulation_grant = request_real_time(kSimulationPriority);
-  const SlicedRun in_simulation = run_in_slices(simulation, end, name, control, [&](RealTime until) {
-    recording.simulation_check = check_of(simulation, until);
-    recording.unfinished = unfinished_launch(simulation.events());
-    if (log) log->simulation_slice(recording.inputs, lanes.record(), recording.unfinished, recording.simulation_check);
-  });
+  const SlicedRun in_simulation = [&] {
+    const RealTimeRights rights(kSimulationPriority);
+    simulation_granted = rights.grant();
+    return run_in_slices(simulation, end, name, control, [&](RealTime until) {
+      recording.simulation_check = check_of(simulation, until);
+      recording.unfinished = unfinished_launch(simulation.events());
+      if (log) log->simulation_slice(recording.inputs, lanes.record(), recording.unfinished, recording.simulation_check);
+    });
+  }();
   if (ended_badly(in_simulation.status)) device.request_stop();  // there will be no more forces
   device_thread.join();
   devices->stop_simulated();
   throw_if_failed(on_device.status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
   throw_if_failed(in_simulation.status, name);
 
-  recording.record = lanes.finish(merge(simulation.events(), device.events()));
+  recording.record = lanes.finish(merge(simulation.events(), device.events()), in_simulation.reached);
   recording.record.interrupted = on_device.interrupted || in_simulation.interrupted;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
   recording.timing = timing_of(recording.record, recording.unfinished, end);
+  recording.rights = {{thread_rights("device", device_granted), thread_rights("simulation", simulation_granted),
+                       thread_rights("solver", worker.grant())},
+                      memory.refusal().empty(),
+                      memory.refusal()};
   return recording;
 }
 
@@ -265,7 +303,8 @@ LanesReplay replay_lanes(const Scenario& scenario, const StrategyPlan& plan, con
   }
   throw_if_failed(device.status(), name_of(plan.kind));
   throw_if_failed(simulation.status(), name_of(plan.kind));
-  return {lanes.finish(merge(simulation.events(), device.events())), std::min(ticks.until(), steps.until()),
+  const RealTime reached = simulation_checks.empty() ? end : steps.until();
+  return {lanes.finish(merge(simulation.events(), device.events()), reached), std::min(ticks.until(), steps.until()),
           ticks.difference().empty() ? steps.difference() : ticks.difference()};
 }
 

@@ -16,6 +16,7 @@
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/loop/recorder.h"
+#include "evenstep/reports/balance.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/parallel_for.h"
@@ -162,7 +163,10 @@ LiveRecording run_and_record(const Scenario& scenario, const StrategyPlan& live,
   const std::unique_ptr<internal::LiveLog> log = start_log(scenario, options);
   LiveRecording recording = run_live(scenario, live, options.devices, options.control, log.get());
   if (log) run.recording_lacks = log->finish(recording, options.record_to);
-  run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
+  run.rights = recording.rights;
+  const auto& threads = recording.rights.threads;
+  run.real_time_granted =
+      std::all_of(threads.begin(), threads.end(), [](const LiveRights::Thread& thread) { return thread.fifo; });
   return recording;
 }
 
@@ -326,6 +330,14 @@ void end_early(RunRecord& run) {
   if (!run.strategies.empty()) run.nominal.end = std::min(run.nominal.end, reached);
 }
 
+/// Numbers of a run that has lost something without counting it are worth nothing.
+void refuse_imbalance(const RunRecord& run) {
+  const std::vector<std::string> broken = imbalances(run);
+  if (broken.empty()) return;
+  throw RunFailure("imbalance", fmt::format("the counts of the run do not add up: {}", fmt::join(broken, "; ")),
+                   "this is a defect of evenstep, or of a driver of your own; please report it with the scenario");
+}
+
 void measure(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
   outcome.metrics = evenstep::measure(outcome.record);
   const auto asks = [](const Expectation& expectation) { return is_growth(expectation.metric); };
@@ -417,6 +429,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
         difference = compare(scenario, outcome.record, again);
       }
       if (!options.replayed) end_early(outcome.record);
+      refuse_imbalance(outcome.record);
       measure(scenario, options, outcome);
       if (!interrupted() && whole) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
     }

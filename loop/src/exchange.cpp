@@ -1,5 +1,6 @@
 #include "evenstep/loop/exchange.h"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -26,6 +27,19 @@ Exchange::Link::Link(const LinkSpec& link)
       interaction_filter(filter_of(link.interaction_filter, link.step_rate)),
       force_filter(filter_of(link.force_filter, link.ticks.rate)) {}
 
+/// Every force is looked at once: by the first tick at which it is due, or that finds it gone.
+void Exchange::Link::count(const TickInput& tick, ReadStatus found) {
+  ++counts.ticks.at(static_cast<std::size_t>(found));
+  std::int64_t due = 0;
+  for (; next_due < tick.force_head; ++next_due) {
+    const std::optional<RealTime> emission = forces->emission(next_due, tick.force_head);
+    if (emission && *emission > tick.played_at) break;
+    ++(emission ? due : counts.dropped);
+  }
+  counts.sent += due > 0;
+  counts.overtaken += std::max<std::int64_t>(due - 1, 0);
+}
+
 Exchange::Exchange(const std::vector<LinkSpec>& links) {
   for (const LinkSpec& link : links) links_.emplace_back(link);
 }
@@ -33,6 +47,10 @@ Exchange::Exchange(const std::vector<LinkSpec>& links) {
 Exchange::~Exchange() = default;
 
 std::uint64_t Exchange::forces(int tool) const { return links_[static_cast<std::size_t>(tool)].forces->head(); }
+
+std::int64_t Exchange::pending_forces(int tool) const {
+  return static_cast<std::int64_t>(forces(tool) - links_[static_cast<std::size_t>(tool)].next_due);
+}
 
 std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
   return links_[static_cast<std::size_t>(tool)].forces->contacts();
@@ -48,6 +66,7 @@ Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& sch
   const TickInput input = look(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
   Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample), link.forces->spring()};
+  link.count(input, played.force_N.status);
   if (link.force_filter) played.force_N.value = link.force_filter->next(played.force_N.value);
   return played;
 }

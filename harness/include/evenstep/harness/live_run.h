@@ -25,7 +25,7 @@ struct LiveRecording {
   std::vector<SegmentTiming> timing;   ///< segments and steps as they really ran
   std::optional<RealTime> unfinished;  ///< when the step was launched that ran when the run ended
   LaneCheck device_check, simulation_check;
-  RealTimeGrant device_grant, simulation_grant;
+  LiveRights rights;
 };
 
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.

@@ -52,6 +52,7 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
 struct SlicedRun {
   RunStatus status;
   bool interrupted = false;  ///< before its end
+  RealTime reached;          ///< everything before it has happened
 };
 /// Runs in slices of virtual or wall time, so that an interrupt is noticed and progress is shown. `after_slice` is called at
 /// the end of each that did not fail: all events before `until` are run.

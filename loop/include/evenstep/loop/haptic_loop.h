@@ -21,6 +21,7 @@ struct DeviceLane {
   RealTime first_tick;
   HapticDevice* device = nullptr;  ///< nullptr: a shadow, whose force is not sent to any device
   ForceGuard guard;
+  std::int64_t skipped = 0;  ///< ticks before one that ran, left out because the tick before that ran late
 };
 
 /// Figure 2 a: the hand, in real time. One tick reads the device and drives it.
