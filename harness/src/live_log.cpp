@@ -111,7 +111,7 @@ bool LiveLog::write_rest(const LiveRecording& recording) {
   InputLogEnd end{.trace_hash = recording.record.trace_hash,
                   .forces_digest = digest_of_forces(recording.record),
                   .interrupted = recording.record.interrupted,
-                  .real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo,
+                  .real_time_granted = recording.rights.fifo(),
                   .counters = {}};
   for (const DeviceRecord& device : recording.record.devices) end.counters.push_back(device.counters);
   std::vector<std::byte> bytes;

@@ -11,6 +11,7 @@
 #include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/hid/simulated_transport.h"
+#include "evenstep/device/inverse3/simulated_inverse3.h"
 #include "foreign_device.h"
 #include "read_only_device.h"
 
@@ -120,6 +121,21 @@ std::unique_ptr<HapticDevice> driver(const EvdevSpec&, HidTransport& transport) 
   throw refusal(transport, "driver = \"evdev\" talks to /dev/input/event*, not to a HID transport");
 }
 
+std::unique_ptr<SimulatedInverse3> simulated_inverse3(const Inverse3Spec& spec, const DeviceSpec& device,
+                                                      const Clock& clock) {
+  SimulatedInverse3Options options;
+  options.reports = simulated_options(device);
+  options.origin_m = spec.options.origin_m;
+  options.hold = spec.hold;
+  options.in_use = spec.in_use;
+  options.uncalibrated_at = spec.uncalibrated_at;
+  return under_hand<SimulatedInverse3>(device, clock, options);
+}
+
+std::unique_ptr<HapticDevice> driver(const Inverse3Spec&, HidTransport& transport) {
+  throw refusal(transport, "driver = \"inverse3\" talks to a service, ws://127.0.0.1:10001, not to a HID transport");
+}
+
 std::unique_ptr<HapticDevice> driver(const ForeignDriverSpec& spec, HidTransport& transport) {
   throw refusal(transport, fmt::format("the driver '{}' talks to no HID transport", spec.part.name));
 }
@@ -134,6 +150,12 @@ SimulatedParts parts(const Spec& spec, const DeviceSpec& device, const Clock& cl
 SimulatedParts parts(const EvdevSpec& spec, const DeviceSpec& device, const Clock& clock) {
   std::unique_ptr<SimulatedEvdev> below = simulated_evdev(spec, device, clock);
   std::unique_ptr<HapticDevice> above = make_evdev_driver(spec, *below);
+  return {std::move(below), std::move(above)};
+}
+
+SimulatedParts parts(const Inverse3Spec& spec, const DeviceSpec& device, const Clock& clock) {
+  std::unique_ptr<SimulatedInverse3> below = simulated_inverse3(spec, device, clock);
+  std::unique_ptr<HapticDevice> above = make_inverse3_driver(spec, *below, "");
   return {std::move(below), std::move(above)};
 }
 
@@ -157,6 +179,13 @@ std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, EvdevNode
   auto evdev = std::make_unique<EvdevDriver>(node, spec.options);
   if (evdev->is_read_only()) return std::make_unique<ReadOnlyDevice>(std::move(evdev));
   return evdev;
+}
+
+std::unique_ptr<HapticDevice> make_inverse3_driver(const Inverse3Spec& spec, Inverse3Link& link,
+                                                   const std::string& device_id) {
+  Inverse3Options options = spec.options;
+  options.device_id = device_id;
+  return std::make_unique<Inverse3Driver>(link, options);
 }
 
 }  // namespace evenstep::internal

@@ -164,9 +164,7 @@ LiveRecording run_and_record(const Scenario& scenario, const StrategyPlan& live,
   LiveRecording recording = run_live(scenario, live, options.devices, options.control, log.get());
   if (log) run.recording_lacks = log->finish(recording, options.record_to);
   run.rights = recording.rights;
-  const auto& threads = recording.rights.threads;
-  run.real_time_granted =
-      std::all_of(threads.begin(), threads.end(), [](const LiveRights::Thread& thread) { return thread.fifo; });
+  run.real_time_granted = recording.rights.fifo();
   return recording;
 }
 

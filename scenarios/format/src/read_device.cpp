@@ -200,8 +200,8 @@ const std::vector<Field>& device_fields() {
        .forms = kWord,
        .default_toml = "\"reference\"",
        .meaning = "The driver code that runs: of the reference device (docs/reference-device.md), or of force-feedback "
-                  "devices of the PID class (docs/hid.md), or of all that Linux has a driver for (docs/evdev.md). "
-                  "`foreign`: one of your own.",
+                  "devices of the PID class (docs/hid.md), or of all that Linux has a driver for (docs/evdev.md), or of a "
+                  "Haply Inverse3 (docs/inverse3.md). `foreign`: one of your own.",
        .words = driver_words()},
       {.table = "device",
        .key = "transport",

@@ -265,6 +265,13 @@ struct LiveRights {
   std::vector<Thread> threads;
   bool memory_locked = false;
   std::string memory_refusal;
+
+  /// Every thread has SCHED_FIFO.
+  bool fifo() const {
+    for (const Thread& thread : threads)
+      if (!thread.fifo) return false;
+    return true;
+  }
 };
 
 struct RunRecord {
