@@ -8,7 +8,7 @@ namespace evenstep {
 namespace {
 
 constexpr std::int64_t kBlock_ns = 500'000'000;
-constexpr std::size_t kPoints = 2 * 128;
+constexpr std::size_t kBlocks = 128;
 constexpr std::int64_t kMostSlope = 100;  // 1 / 100
 constexpr Duration kSetForward{50'000'000}, kSetBack{100'000'000};
 constexpr Duration kOldest{1'000'000'000};
@@ -50,7 +50,7 @@ RealTime DeviceClock::taken(std::uint32_t stamp_us, RealTime read) {
   if (running_ && device_ns_ + followed() - read.ns > kSetForward.ns) restart();
   if (!running_) begin(read);
   note({device_ns_, read.ns - device_ns_});
-  return in_order(RealTime{device_ns_ + followed()} - least_age_, read);
+  return in_order(RealTime{device_ns_ + followed()}, read) - least_age_;
 }
 
 void DeviceClock::restart() {
@@ -63,7 +63,7 @@ void DeviceClock::begin(RealTime read) {
   device_ns_ = 0;
   line_ = {{0, read.ns}};
   gap_ns_ = 0;
-  lowest_.clear();
+  blocks_.clear();
   begin_block();
 }
 
@@ -97,21 +97,24 @@ void DeviceClock::fit() {
   if (!block_) return;
   if (block_->first.offset_ns - line_.at(block_->first.device_ns) > kSetBack.ns) return restart();
   const std::int64_t before_ns = followed();
-  lowest_.push_back(block_->first);
-  if (block_->last.device_ns != block_->first.device_ns) lowest_.push_back(block_->last);
-  while (lowest_.size() > kPoints) lowest_.pop_front();
-
-  line_ = line_below(lowest_);
+  blocks_.push_back(*block_);
+  if (blocks_.size() > kBlocks) blocks_.pop_front();
+  std::vector<Point> lowest;
+  for (const auto& [first, last] : blocks_) {
+    lowest.push_back(first);
+    if (last.device_ns > first.device_ns) lowest.push_back(last);
+  }
+  line_ = line_below(lowest);
   gap_ns_ = before_ns - line_.at(device_ns_);
   gap_from_ns_ = device_ns_;
   ages_.clock_rate_error = -static_cast<double>(line_.rise_ns) / static_cast<double>(line_.run_ns);
   std::int64_t most_ns = 0;
-  for (const Point& point : lowest_) most_ns = std::max(most_ns, point.offset_ns - line_.at(point.device_ns));
+  for (const Point& point : lowest) most_ns = std::max(most_ns, point.offset_ns - line_.at(point.device_ns));
   ages_.residual = Duration{most_ns};
   begin_block();
 }
 
-DeviceClock::Line DeviceClock::line_below(const std::deque<Point>& points) {
+DeviceClock::Line DeviceClock::line_below(const std::vector<Point>& points) {
   if (points.size() == 1) return {points.front()};
   const auto [a, b] = edge_over_mean(points);
   Line line{a, b.offset_ns - a.offset_ns, b.device_ns - a.device_ns};
@@ -123,11 +126,13 @@ DeviceClock::Line DeviceClock::line_below(const std::deque<Point>& points) {
   return line;
 }
 
+/// Without the least age.
 RealTime DeviceClock::in_order(RealTime taken, RealTime read) {
-  const RealTime least = std::max(read - kOldest, last_taken_ ? *last_taken_ + Duration{1} : read - kOldest);
+  RealTime least = read - kOldest;
+  if (last_taken_) least = std::max(least, std::min(*last_taken_ + Duration{1}, read));
   if (taken < least) {
     ++ages_.capped;
-    taken = std::min(least, read);
+    taken = least;
   }
   last_taken_ = taken;
   return taken;

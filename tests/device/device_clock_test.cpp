@@ -82,14 +82,109 @@ TEST_CASE("on one clock, and with one age, a sample's time is exact to the stamp
   }
 }
 
-TEST_CASE("print", "[.print]") {
-  for (double ppm : {-500., -100., -50., -20., 0., 5., 20., 50., 100., 200., 500.}) {
-    for (std::int64_t tick : {std::int64_t{0}, kMs}) {
-      for (std::int64_t jitter : {std::int64_t{0}, 300 * kUs, 2 * kMs}) {
-        const Seen seen = follow({.ppm = ppm, .jitter_ns = jitter, .tick_ns = tick}, 200, 100, 1);
-        std::printf("ppm %6.0f tick %7ld jitter %7ld: %8.1f .. %8.1f us, ahead %ld max %.1f us restarts %ld, rate %.2f ppm, residual %.1f us\n", ppm, tick, jitter,
-                    seen.earliest_ns / 1e3, seen.latest_ns / 1e3, seen.ages.ahead, static_cast<double>(seen.ages.ahead_max.ns) / 1e3, seen.ages.restarts, seen.ages.clock_rate_error * 1e6, static_cast<double>(seen.ages.residual.ns) / 1e3);
-      }
-    }
+TEST_CASE("of 100 random devices the age above the least is known to a few reports' worth of their jitter") {
+  std::mt19937_64 random(7);
+  const auto between = [&](double least, double most) {
+    return least + (most - least) * static_cast<double>(random() >> 11) * 0x1p-53;
+  };
+  for (int trial = 0; trial < 100; ++trial) {
+    Device device{.rate_Hz = between(125, 2000),
+                  .ppm = between(-500, 500),
+                  .ppm_per_s = between(-0.01, 0.01),
+                  .least_age_ns = static_cast<std::int64_t>(between(0, 5e6)),
+                  .lost = between(0, 0.2),
+                  .first_stamp_us = static_cast<std::uint32_t>(random())};
+    device.jitter_ns = static_cast<std::int64_t>(between(0, 2e9 / device.rate_Hz));
+    const Seen seen = follow(device, 15, 4, random());
+    // The least of the n jitters of a block is within J x / n of 0 but for a share e^-x; a line through such points, drawn on
+    // by half its length and a block, doubles what they are off. A stamp is a microsecond, and its least one another.
+    const double reports = device.rate_Hz * (1 - device.lost) / 2;
+    const double bound_ns = 2 * 20 * static_cast<double>(device.jitter_ns) / reports + 3000;
+    CAPTURE(trial, seen.ages.restarts, seen.ages.capped, device.rate_Hz, device.ppm, device.jitter_ns, device.lost, seen.earliest_ns, seen.latest_ns);
+    REQUIRE(seen.worst_ns <= bound_ns);
+    REQUIRE((seen.ages.restarts == 0 && seen.ages.capped == 0));
+    REQUIRE(std::abs(*seen.ages.clock_rate_error * 1e6 - device.ppm) <= 0.5 + bound_ns / 5e3);
+  }
+}
+
+TEST_CASE("a clock whose rate drifts is followed to drift times the square of the window over 8") {
+  for (const double ppm_per_s : {-0.1, 0.1}) {
+    const Seen seen = follow({.ppm = 20, .ppm_per_s = ppm_per_s, .jitter_ns = 200 * kUs}, 100, 70, 3);
+    CHECK(seen.worst_ns <= 0.1e-6 * 64 * 64 / 8 * 1e9 * 1.25);  // a quarter more: the line is up to two blocks old
+  }
+}
+
+TEST_CASE("reports seen at ticks of their own period: off by up to a period, and by a twentieth after three slips") {
+  for (const double ppm : {-500.0, -100.0, 100.0, 200.0, 500.0}) {
+    const double slip_s = 1e3 / std::abs(ppm);
+    const Device device{.ppm = ppm, .jitter_ns = 200 * kUs, .tick_ns = kMs};
+    CHECK(follow(device, 3 * slip_s, 1, 5).worst_ns <= 1.3e6);  // one more by a first line that is too steep
+    CHECK(follow(device, 70, 50, 5).worst_ns <= 0.05e6);
+  }
+}
+
+TEST_CASE("stamps in milliseconds leave at most a millisecond") {
+  const Seen seen = follow({.rate_Hz = 700, .ppm = 50, .jitter_ns = 200 * kUs, .quantum_us = 1000}, 20, 4, 1);
+  CHECK((seen.earliest_ns >= -1.02e6 && seen.latest_ns <= 0.02e6));
+  CHECK(seen.ages.capped == 0);
+}
+
+TEST_CASE("a report may be as late as it likes: the others keep their times, and it has its own") {
+  DeviceClock clock;
+  for (std::uint32_t k = 0; k < 5000; ++k) {
+    const bool late = k % 100 == 99;
+    const RealTime taken{k * kMs};
+    REQUIRE(clock.taken(k * 1000, taken + Duration{late ? 999 * kUs : 0}) == taken);
+  }
+  CHECK((clock.ages().ahead == 0 && clock.ages().capped == 0 && clock.ages().residual == Duration{0}));
+}
+
+TEST_CASE("a clock that was set is followed anew, and what was moved is counted") {
+  DeviceClock clock;
+  const auto at = [&](double device_ms, double read_ms) {
+    const RealTime read{static_cast<std::int64_t>(read_ms * 1e6)};
+    return (clock.taken(static_cast<std::uint32_t>(device_ms * 1000), read) - RealTime{0}).ns / 1e6;
+  };
+  for (int k = 0; k < 100; ++k) at(k, k);
+  CHECK(at(100.04, 100) == 100);  // 40 us from the future: the line moves down to it
+  CHECK((clock.ages().ahead == 1 && clock.ages().ahead_max == Duration{40 * kUs}));
+  CHECK(at(101, 101) == Approx(100.96));
+  CHECK(at(160, 102) == 102);  // 58 ms from the future
+  CHECK(clock.ages().restarts == 1);
+  CHECK(at(150, 103) == 103);  // and back
+  CHECK(clock.ages().restarts == 2);
+
+  CHECK(at(151, 2000) == 1000);  // at most a second old
+  CHECK(clock.ages().capped == 1);
+  CHECK(at(151, 2001) == Approx(1001));
+  // From now on it is 200 ms behind: first these reports are old, and at the end of their block the clock is followed anew.
+  clock.restart();
+  for (int k = 0; k < 600; ++k) at(200 + k, 3000 + k);
+  CHECK(at(800, 3800) == Approx(3600));
+  for (int k = 1; k < 1000; ++k) at(800 + k, 3800 + k);
+  CHECK(at(1801, 4801) == 4801);
+  CHECK(clock.ages().restarts == 4);
+
+  clock.passed_on(RealTime{5}, RealTime{9});
+  CHECK((clock.ages().ages.count() == 1 && clock.ages().ages.largest() == Duration{4}));
+}
+
+TEST_CASE("the least age is subtracted where it is known") {
+  DeviceClock clock(Duration{300 * kUs});
+  for (std::uint32_t k = 1; k < 1000; ++k) REQUIRE(clock.taken(k * 1000, RealTime{k * kMs}) == RealTime{k * kMs - 300 * kUs});
+}
+
+TEST_CASE("whatever a device stamps, its times do not decrease, are not from the future, and overflow nothing: 200,000") {
+  std::mt19937_64 random(11);
+  DeviceClock clock;
+  RealTime read, before{-10 * kSecond};
+  std::uint32_t stamp = 0;
+  for (int k = 0; k < 200'000; ++k) {
+    read = read + Duration{static_cast<std::int64_t>(random() % (random() % 50 == 0 ? 3'000'000'000 : 2'000'000))};
+    stamp += random() % 20 == 0 ? static_cast<std::uint32_t>(random()) : static_cast<std::uint32_t>(random() % 2000);
+    const RealTime taken = clock.taken(stamp, read);
+    REQUIRE((taken <= read && taken >= before && read - taken <= Duration{kSecond}));
+    before = taken;
+    if (random() % 5000 == 0) clock.restart();
   }
 }

@@ -28,6 +28,7 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <vector>
 
 #include "evenstep/time/duration_histogram.h"
 #include "evenstep/time/time.h"
@@ -77,7 +78,7 @@ class DeviceClock {
     Point first, last;
   };
 
-  static Line line_below(const std::deque<Point>& points);
+  static Line line_below(const std::vector<Point>& points);
   void begin(RealTime read);
   void begin_block();
   std::int64_t followed() const;  ///< the offset at the device's time
@@ -94,7 +95,7 @@ class DeviceClock {
   std::int64_t gap_ns_ = 0, gap_from_ns_ = 0;  // what is followed is off the line by the gap, which closes over a block
   std::int64_t block_begin_ns_ = 0;
   std::optional<Block> block_;
-  std::deque<Point> lowest_;  // of the blocks before, in order
+  std::deque<Block> blocks_;  // those before, in order
   std::optional<RealTime> last_taken_;
 };
 
