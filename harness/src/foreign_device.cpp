@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "evenstep/device/device_clock.h"
+
 namespace evenstep::internal {
 namespace {
 

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "evenstep/device/device_clock.h"
 #include "evenstep/harness/rendering.h"
 #include "evenstep/reports/run_failure.h"
 #include "make_driver.h"

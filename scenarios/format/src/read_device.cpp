@@ -126,7 +126,7 @@ ReportAge read_age(const ScenarioReading& reading, const Table& device, const Dr
   if (device.has("report_age_jitter"))
     age.jitter = device.span("report_age_jitter", reading.scenario.nominal, reading.errors);
   if (device.has("clock_rate_error")) {
-    const double ppm = device.number("clock_rate_error") * 1e6;
+    const double ppm = device.si("clock_rate_error") * 1e6;
     age.clock_ppm = static_cast<std::int64_t>(ppm < 0 ? ppm - 0.5 : ppm + 0.5);
   }
   if (device.has("sample_time")) age.follows_clock = device.text("sample_time") == "taken";

@@ -10,10 +10,11 @@
 
 #include <glm/vec3.hpp>
 
-#include "evenstep/device/device_clock.h"
 #include "evenstep/time/time.h"
 
 namespace evenstep {
+
+struct SampleAges;  // device_clock.h
 
 struct DeviceSample {
   RealTime read_at;  ///< when the driver read it, by the clock

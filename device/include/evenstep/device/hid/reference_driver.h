@@ -14,6 +14,7 @@
 #include <optional>
 #include <span>
 
+#include "evenstep/device/device_clock.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hid_transport.h"
 
