@@ -60,8 +60,8 @@ class NamedDevice final : public HapticDevice {
   void check_taken(RealTime taken, RealTime now, bool fresh) {
     if (taken > now) throw failed(fmt::format("says at {} ns that a position was taken at {} ns", now.ns, taken.ns));
     if (last_taken_ && taken < *last_taken_)
-      throw failed(fmt::format("says that a position was taken at {} ns, before the last one, at {} ns", taken.ns,
-                               last_taken_->ns));
+      throw failed(
+          fmt::format("says that a position was taken at {} ns, before the last one, at {} ns", taken.ns, last_taken_->ns));
     last_taken_ = taken;
     if (fresh) ages_.ages.add(now - taken);
   }

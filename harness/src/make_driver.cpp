@@ -45,8 +45,8 @@ Rate rate_by_host(Rate rate, std::int64_t clock_ppm) {
 std::function<Duration(std::int64_t)> age_of(const DeviceSpec& device) {
   const ReportAge& age = device.age;
   if (age.least.ns == 0 && age.jitter.ns == 0) return nullptr;
-  return [least = age.least, jitter = age.jitter, stream = RandomStream(age.seed, device.name + ".report_age")](
-             std::int64_t tick) {
+  return [least = age.least, jitter = age.jitter,
+          stream = RandomStream(age.seed, device.name + ".report_age")](std::int64_t tick) {
     const auto choices = static_cast<std::uint64_t>(jitter.ns) + 1;
     return least + Duration{static_cast<std::int64_t>(stream.below(static_cast<std::uint64_t>(tick), choices))};
   };

@@ -116,7 +116,8 @@ std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time) 
 
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario) {
   std::vector<SamplingGrid> grids;
-  for (const DeviceSpec& device : scenario.devices) grids.push_back({device.rate, RealTime{device.phase.ns}, largest_age(device)});
+  for (const DeviceSpec& device : scenario.devices)
+    grids.push_back({device.rate, RealTime{device.phase.ns}, largest_age(device)});
   return grids;
 }
 

@@ -25,7 +25,7 @@ std::vector<std::string> with_ages(const std::string& jitter, std::vector<std::s
   return set;
 }
 
-RunOutcome run(const std::vector<std::string>& set, ClockKind clock = ClockKind::virtual_time) {
+RunOutcome run(const std::vector<std::string>& set, ClockKind clock = ClockKind::virtual_clock) {
   RunOptions options;
   options.clock = clock;
   options.allow_no_expectations = true;
@@ -76,14 +76,15 @@ TEST_CASE("the least latency is longer by the largest age, and less than that is
   CHECK(longer_s == Approx(1.3e-3 + 999e-9).margin(1e-9));
   CHECK(metric(old, "interaction", "underruns") == 0);
   const double lead_s = metric(old, "buffers", "lead");
-  const RunOutcome less = run(with_ages("0.9 ms", {"remap.lead=\"" + std::to_string(std::lround(lead_s * 1e9) - 1'400'000) + " ns\"",
-                                                   "remap.latency=\"20 ms\""}));
+  const RunOutcome less =
+      run(with_ages("0.9 ms", {"remap.lead=\"" + std::to_string(std::lround(lead_s * 1e9) - 1'400'000) + " ns\"",
+                               "remap.latency=\"20 ms\""}));
   CHECK(metric(less, "interaction", "underruns") > 0);
 }
 
 TEST_CASE("the time at which a sample was taken is an input of a live run, which replays to the same trace") {
-  const RunOutcome live = run(with_ages("0.9 ms", {"run.duration=\"0.7 s\"", "run.warmup=\"0.3 s\"", "remap.latency=\"60 ms\"",
-                                                   "remap.lead=\"20 ms\""}),
+  const RunOutcome live = run(with_ages("0.9 ms", {"run.duration=\"0.7 s\"", "run.warmup=\"0.3 s\"",
+                                                   "remap.latency=\"60 ms\"", "remap.lead=\"20 ms\""}),
                               ClockKind::wall);
   CHECK(live.repeat_difference.empty());
   CHECK(metric(live, "force", "sample_age_max") > 0);

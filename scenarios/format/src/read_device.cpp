@@ -328,9 +328,10 @@ const std::vector<Field>& device_fields() {
       {.table = "device",
        .key = "sample_time",
        .forms = kWord,
-       .meaning = "What a sample's time is: when it was `taken`, by the time stamps of the reports, or its `arrival`, when it "
-                  "was read (docs/ages.md). Default: `taken` with `--device` and where one of the next three keys is written, "
-                  "if reports have stamps.",
+       .meaning =
+           "What a sample's time is: when it was `taken`, by the time stamps of the reports, or its `arrival`, when it "
+           "was read (docs/ages.md). Default: `taken` with `--device` and where one of the next three keys is written, "
+           "if reports have stamps.",
        .words = "taken|arrival",
        .example = "\"taken\""},
       {.table = "device",

@@ -6,8 +6,8 @@
 /// the report's age. An age is never negative, but may be as late as it likes (a busy bus, a late tick, a wait for the next
 /// tick). So the offset is the line below all points (d, y): of all such lines the one that lies nearest to them (S. Moon,
 /// P. Skelly, D. Towsley, "Estimation and removal of clock skew from network delay measurements", INFOCOM 1999). It is the
-/// edge of their lower hull over their mean d. A delay-locked loop would take the mean age for the least, and follow a report
-/// that is late; this line does neither.
+/// edge of their lower hull over their mean d. A delay-locked loop would take the mean age for the least, and follow a
+/// report that is late; this line does neither.
 ///
 /// The line is fitted anew for each block of 0.5 s, over the lowest points of the last 128 blocks (64 s). What changes at a
 /// fit is followed over the next block, so a time never jumps. A point below the line moves the line down to it at once,
@@ -15,13 +15,13 @@
 ///
 /// What it cannot know: the least age itself. Reports that are all 1 ms old look like reports of age 0 by a clock that is
 /// 1 ms late. `least_age` is subtracted for it. And where a report is seen only at the ticks of a reader, whose period is
-/// about that of the device, the clocks' difference does not show until it has added up to a period: until then a time may be
-/// off by up to a period (docs/ages.md).
+/// about that of the device, the clocks' difference does not show until it has added up to a period: until then a time may
+/// be off by up to a period (docs/ages.md).
 ///
-/// A time is at most its read, at most 1 s before it, and after the time before it (by 1 ns, where stamps or that cap would have
-/// it otherwise; two reports of one read may have the same). What had to be moved for that is counted. The clock is followed anew after restart(), if it goes
-/// back, if a report is more than 50 ms from the future, and if no report of a block was younger than 100 ms: it was set. A
-/// rate that is wrong by more than 1 % is followed as 1 %.
+/// A time is at most its read, at most 1 s before it, and after the time before it (by 1 ns, where stamps or that cap would
+/// have it otherwise; two reports of one read may have the same). What had to be moved for that is counted. The clock is
+/// followed anew after restart(), if it goes back, if a report is more than 50 ms from the future, and if no report of a
+/// block was younger than 100 ms: it was set. A rate that is wrong by more than 1 % is followed as 1 %.
 ///
 /// Integers only. A report costs some 20 ns, a fit a microsecond.
 
@@ -37,14 +37,14 @@ namespace evenstep {
 
 /// What a device's time stamps said in a run.
 struct SampleAges {
-  DurationHistogram ages;        ///< from when a fresh sample was taken until it was read
-  std::int64_t ahead = 0;        ///< reports below the line: they moved it down
-  Duration ahead_max;            ///< the most that one of them did
-  std::int64_t capped = 0;       ///< times that were moved: older than 1 s, or not later than the one before
-  std::int64_t restarts = 0;     ///< the clock was followed anew
+  DurationHistogram ages;     ///< from when a fresh sample was taken until it was read
+  std::int64_t ahead = 0;     ///< reports below the line: they moved it down
+  Duration ahead_max;         ///< the most that one of them did
+  std::int64_t capped = 0;    ///< times that were moved: older than 1 s, or not later than the one before
+  std::int64_t restarts = 0;  ///< the clock was followed anew
   /// By the last fit: 1e-6 is a clock that gains 1 us a second. Empty before the first, or if no clock is followed.
   std::optional<double> clock_rate_error;
-  Duration residual;             ///< the highest of the lowest points of the blocks above that line
+  Duration residual;  ///< the highest of the lowest points of the blocks above that line
 };
 
 class DeviceClock {

@@ -49,8 +49,8 @@ struct SimulatedDeviceOptions {
   /// How old the report of a tick is when it comes, >= 0; a report never overtakes the one before it. Empty: it comes at its
   /// tick.
   std::function<Duration(std::int64_t tick)> age = nullptr;
-  Rate clock_rate{0, 1};             ///< the rate by the device's own clock, for its time stamps; 0: `rate`
-  std::string name = "simulated";    ///< HidDeviceInfo::path, which names the device in errors
+  Rate clock_rate{0, 1};           ///< the rate by the device's own clock, for its time stamps; 0: `rate`
+  std::string name = "simulated";  ///< HidDeviceInfo::path, which names the device in errors
   std::vector<ReportFault> faults;
 };
 
@@ -119,7 +119,7 @@ class SimulatedReports {
   glm::dvec3 hand_m_{0};      // its last position
   bool has_let_go_ = false;   // the hand has diverged
   ReportQueue<SimulatedReport> queue_;
-  std::vector<Late> late_;           // in order of due
+  std::vector<Late> late_;          // in order of due
   std::deque<UnderWay> under_way_;  // with ages: in order of due
   std::size_t next_fault_ = 0;
   std::int64_t next_tick_ = 0;

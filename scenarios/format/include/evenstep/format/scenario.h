@@ -87,8 +87,8 @@ inline constexpr ForceLimits kLiveLimits{
 
 /// How old the reports of a device are, and what time a sample has because of it.
 struct ReportAge {
-  Duration least;   ///< of every report when it comes
-  Duration jitter;  ///< a report is older than that by anything up to this, equally likely
+  Duration least;              ///< of every report when it comes
+  Duration jitter;             ///< a report is older than that by anything up to this, equally likely
   std::int64_t clock_ppm = 0;  ///< the device's clock, and so its ticks, are faster by this
   std::uint64_t seed = 1;
   /// What was written for `sample_time`: whether a sample's time is when it was taken instead of when it was read.
@@ -120,8 +120,8 @@ struct DeviceSpec {
 /// Whether the time of a device's samples is when they were taken, by the device's own clock. Otherwise it is when they were
 /// read. If nothing is written: for a real device, and where ages are given, as far as its driver can tell.
 bool follows_clock(const DeviceSpec& device);
-/// The largest age of its samples at the tick that reads them, by their own time; 0 if that is when they were read. The least
-/// age counts, as far as the driver knows it; the wait for the tick varies only if the clocks differ.
+/// The largest age of its samples at the tick that reads them, by their own time; 0 if that is when they were read. The
+/// least age counts, as far as the driver knows it; the wait for the tick varies only if the clocks differ.
 Duration largest_age(const DeviceSpec& device);
 
 /// A latency or lead: the minimum for any phase, the minimum for this phase, or a fixed duration. A latency can also be
