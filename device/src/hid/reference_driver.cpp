@@ -22,6 +22,9 @@ static_assert(kBufferSize >= reference_device::kInputSize);
 /// if it is even older, the device has started to count anew.
 constexpr std::int32_t kDeepestQueue = 64;
 
+/// Before the first report nothing is known; this is before anything that will be (device_clock.h).
+constexpr Duration kOlderThanAny{2'000'000'000};
+
 /// A device that is farther away reports an end of the range (reference_device.h).
 bool is_end_of_range(std::int32_t position_nm) {
   using Limits = std::numeric_limits<std::int32_t>;
@@ -36,7 +39,7 @@ ReferenceDriver::ReferenceDriver(HidTransport& transport, std::optional<DeviceCl
 DeviceSample ReferenceDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
-  if (clock_ && !last_.taken_at) last_.taken_at = now;  // nothing is known yet, and nothing will be older
+  if (clock_ && !last_.taken_at) last_.taken_at = now - kOlderThanAny;
   std::array<std::byte, kBufferSize> buffer;
   internal::drain(
       transport_, buffer, [&](std::span<const std::byte> report) { take(report); }, [&] { begin_anew(); });
