@@ -87,14 +87,14 @@ void ForceGuard::follow_hand(const DeviceSample& sample) {
   // The oldest sample in the window, or the last sample if none is in it.
   for (std::size_t back = kept; back >= 1; --back) {
     const Position& then = hand_[(fresh_samples_ - back) % hand_.size()];
-    const Duration since = sample.read_at - then.at;
+    const Duration since = sample.time() - then.at;
     if (since.ns <= 0 || (since > kSpeedWindow && back > 1)) continue;
     const double speed_m_per_s = length(sample.position_m - then.m) / seconds(since);
     const double limit_m_per_s = limits_.cut.max_speed_m_per_s;
     too_fast_ = !(speed_m_per_s <= (too_fast_ ? limit_m_per_s / 2 : limit_m_per_s));
     break;
   }
-  hand_[fresh_samples_++ % hand_.size()] = {sample.read_at, sample.position_m};
+  hand_[fresh_samples_++ % hand_.size()] = {sample.time(), sample.position_m};
 }
 
 /// The counter of the first reason for a cut; nullptr if there is none.

@@ -58,7 +58,9 @@ std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
 
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
-  links_[static_cast<std::size_t>(tool)].interaction.push(sample.read_at, sample.position_m);
+  // A position that is not new was taken when the last one was, and is in the ring already.
+  if (sample.fresh || !sample.taken_at)
+    links_[static_cast<std::size_t>(tool)].interaction.push(sample.time(), sample.position_m);
   return sample;
 }
 

@@ -25,6 +25,7 @@ SpringRow to_row(const DeviceSpring& spring) {
 void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
                           const SentForce& sent) {
   scheduler.note(static_cast<std::uint64_t>(sample.read_at.ns));
+  if (sample.taken_at) scheduler.note(static_cast<std::uint64_t>(sample.taken_at->ns));
   scheduler.note(static_cast<std::uint64_t>(played.at.ns));
   note(scheduler, sample.position_m);
   note(scheduler, sent.force_N);

@@ -81,7 +81,7 @@ class ContactsByMode final : public RenderedSchedule {
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
     const Reading<AffineContact> contact = contacts_.at(at, head);
     // Called even if there is no record yet, because the renderer remembers the hand and must see every tick.
-    const glm::dvec3 force_N = renderer_.force_N(contact.value, at - contact.newest, sample.read_at, sample.position_m);
+    const glm::dvec3 force_N = renderer_.force_N(contact.value, at - contact.newest, sample.time(), sample.position_m);
     return {contact.status == ReadStatus::empty ? glm::dvec3(0) : force_N, contact.status, contact.newest};
   }
 
