@@ -67,14 +67,21 @@ SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
   return options;
 }
 
+/// What simulated devices that play effects have in common.
+template <class Options, class Spec>
+Options simulated_effects(const Spec& spec, const DeviceSpec& device) {
+  Options options;
+  options.reports = simulated_options(device);
+  options.travel_m = spec.options.travel_m;
+  options.full_scale_N = spec.options.full_scale_N.value_or(options.full_scale_N);
+  options.full_slope_N_per_m = spec.options.full_slope_N_per_m;
+  options.firmware_rate = spec.firmware_rate;
+  return options;
+}
+
 std::unique_ptr<SimulatedDevice> simulated_board(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
-  SimulatedBoardOptions board;
+  auto board = simulated_effects<SimulatedBoardOptions>(spec, device);
   board.kind = *spec.board;
-  board.reports = simulated_options(device);
-  board.travel_m = spec.options.travel_m;
-  board.full_scale_N = spec.options.full_scale_N.value_or(board.full_scale_N);
-  board.full_slope_N_per_m = spec.options.full_slope_N_per_m;
-  board.firmware_rate = spec.firmware_rate;
   board.pool_effects = spec.pool_effects;
   board.block_load_error_at = spec.block_load_error_at;
   board.events = spec.events;
@@ -101,14 +108,9 @@ std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, const DeviceSpec& dev
 
 std::unique_ptr<SimulatedDevice> simulated(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
   if (spec.board) return simulated_board(spec, device, clock);
-  SimulatedPidOptions pid;
+  auto pid = simulated_effects<SimulatedPidOptions>(spec, device);
   pid.descriptor.flavour = spec.flavour;
   pid.descriptor.axes = spec.options.travel_m.z > 0 ? 3 : 2;
-  pid.reports = simulated_options(device);
-  pid.travel_m = spec.options.travel_m;
-  pid.full_scale_N = spec.options.full_scale_N.value_or(pid.full_scale_N);
-  pid.full_slope_N_per_m = spec.options.full_slope_N_per_m;
-  pid.firmware_rate = spec.firmware_rate;
   pid.events = spec.events;
   pid.pool_effects = spec.pool_effects;
   pid.block_load_error_at = spec.block_load_error_at;
@@ -129,12 +131,7 @@ std::unique_ptr<HapticDevice> driver(const PidSpec& spec, const DeviceSpec&, Hid
 }
 
 std::unique_ptr<SimulatedEvdev> simulated_evdev(const EvdevSpec& spec, const DeviceSpec& device, const Clock& clock) {
-  SimulatedEvdevOptions options;
-  options.reports = simulated_options(device);
-  options.travel_m = spec.options.travel_m;
-  options.full_scale_N = spec.options.full_scale_N.value_or(options.full_scale_N);
-  options.full_slope_N_per_m = spec.options.full_slope_N_per_m;
-  options.firmware_rate = spec.firmware_rate;
+  auto options = simulated_effects<SimulatedEvdevOptions>(spec, device);
   options.effects = spec.effects;
   options.foreign_effects = spec.foreign_effects;
   options.held = spec.held;

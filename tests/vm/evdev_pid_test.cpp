@@ -16,6 +16,7 @@
 
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/evdev_file.h"
+#include "evenstep/device/evdev/live_evdev.h"
 #include "evenstep/device/hid/hidapi_transport.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "evenstep/device/hid/simulated_board.h"
@@ -58,11 +59,13 @@ struct Direct {
   std::unique_ptr<HapticDevice> driver;
 };
 
+/// As live runs have it.
 struct ByKernel {
-  ByKernel(const UsbipPidDevice& device, BoardKind kind) : file(device.event_node()) {
-    driver = std::make_unique<EvdevDriver>(file, told<EvdevOptions>(kind));
-  }
-  EvdevFile file;
+  ByKernel(const UsbipPidDevice& device, BoardKind kind)
+      : node(
+            std::make_unique<EvdevFile>(device.event_node()), [] { return EvdevNodes(); }, a_clock()),
+        driver(std::make_unique<EvdevDriver>(node, told<EvdevOptions>(kind))) {}
+  LiveEvdev node;
   std::unique_ptr<HapticDevice> driver;
 };
 
@@ -146,7 +149,7 @@ TEST_CASE("usbip: the kernel's PID driver and ours make the same forces of the s
   CHECK(device.outputs(kControl) == std::vector<std::vector<std::uint8_t>>{{kControl, 0}, {kControl, 0}, {kControl, 1}});
   std::array<std::vector<glm::dvec3>, 2> forces_N;
   std::array<Latency, 2> latencies;
-  const auto drive = [&](auto way, std::size_t place) {
+  const auto drive = [&](auto&& way, std::size_t place) {
     way.driver->start();
     forces_N[place] = rendered(device, *way.driver);
     latencies[place] = latency(device, *way.driver);

@@ -26,15 +26,6 @@ Count counts(double share, int whole) {
   return static_cast<Count>(std::lround(std::clamp(share, -1.0, 1.0) * whole));
 }
 
-bool same(const EvdevCondition& a, const EvdevCondition& b) {
-  return a.right_saturation == b.right_saturation && a.left_saturation == b.left_saturation &&
-         a.right_coefficient == b.right_coefficient && a.left_coefficient == b.left_coefficient &&
-         a.dead_band == b.dead_band && a.center == b.center;
-}
-bool same(const EvdevEffect& a, const EvdevEffect& b) {
-  return a.level == b.level && same(a.conditions[0], b.conditions[0]) && same(a.conditions[1], b.conditions[1]);
-}
-
 template <class Call>
 int tried(Call call) {
   int error = 0;
@@ -368,7 +359,7 @@ void EvdevDriver::want(Effect& effect, EvdevEffect newest) {
     newest.level = static_cast<std::int16_t>(newest.level + (!is_odd ? 0 : newest.level > 0 ? -1 : 1));
   else
     newest.conditions[static_cast<std::size_t>(effect.axis)].dead_band = is_odd;
-  if (same(newest, effect.wanted)) return;
+  if (newest == effect.wanted) return;
   effect.wanted = newest;
   effect.is_sent = false;
 }

@@ -49,6 +49,7 @@ struct EvdevCondition {
   std::int16_t right_coefficient = 0, left_coefficient = 0;
   std::uint16_t dead_band = 0;
   std::int16_t center = 0;
+  bool operator==(const EvdevCondition&) const = default;
 };
 
 /// struct ff_effect, for constant forces and springs.
@@ -59,6 +60,7 @@ struct EvdevEffect {
   std::uint16_t length_ms = 0;                 ///< 0: plays until it is stopped
   std::int16_t level = 0;                      ///< of a constant force
   std::array<EvdevCondition, 2> conditions{};  ///< of a spring: along X, along Y
+  bool operator==(const EvdevEffect&) const = default;
 };
 
 struct EvdevInfo {
