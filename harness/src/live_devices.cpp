@@ -137,7 +137,8 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     } else if (const auto* evdev = std::get_if<EvdevSpec>(&scenario.devices[tool].driver)) {
       auto file = std::make_unique<EvdevFile>(binding->path);
       const EvdevInfo info = file->info();
-      device.node = std::make_unique<LiveEvdev>(std::move(file), [info] { return open_again(info); }, clock, kPatience);
+      device.node = std::make_unique<LiveEvdev>(
+          std::move(file), [info] { return open_again(info); }, clock, kPatience);
       device.driver = internal::make_evdev_driver(*evdev, *device.node);
     } else if (const auto* inverse3 = std::get_if<Inverse3Spec>(&scenario.devices[tool].driver)) {
       std::tie(device.service, device.driver) = open_inverse3(*inverse3, binding->path, clock);

@@ -298,7 +298,8 @@ TEST_CASE("evdev: a device without room says how much it has, and nothing of our
 TEST_CASE("evdev: a device that another program has for itself is refused") {
   SimulatedEvdevOptions options;
   options.held = true;
-  CHECK_THAT(device_error_of([&] { Bench bench(options); }), Contains("another program has the device for itself (EVIOCGRAB)"));
+  CHECK_THAT(device_error_of([&] { Bench bench(options); }),
+             Contains("another program has the device for itself (EVIOCGRAB)"));
 }
 
 TEST_CASE("evdev: a device that is unplugged while it plays is an error and stop is quiet") {

@@ -50,7 +50,8 @@ struct Passed final : EvdevNode {
 };
 
 struct LiveBench {
-  explicit LiveBench(std::function<EvdevNodes()> find = [] { return EvdevNodes(); }, Duration patience = {})
+  explicit LiveBench(
+      std::function<EvdevNodes()> find = [] { return EvdevNodes(); }, Duration patience = {})
       : live(std::make_unique<Passed>(node), std::move(find), wall(), patience), driver(live, options()) {
     driver.start();
   }
@@ -84,7 +85,8 @@ EvdevNodes one(ScriptedNode& node) {
 
 }  // namespace
 
-TEST_CASE("live evdev: ticks do not wait for an upload that takes long, and the newest force takes the place of older ones") {
+TEST_CASE(
+    "live evdev: ticks do not wait for an upload that takes long, and the newest force takes the place of older ones") {
   LiveBench bench;
   bench.node.change([&] { bench.node.is_slow = true; });
   for (int tick = 0; tick < 3; ++tick) bench.tick(0.5);

@@ -127,10 +127,9 @@ bool plays_constant_forces(const UsbipPidDevice& device) {
 
 void say(const char* way, const Latency& found) {
   std::printf("latency %s: force p50 %.3f p99 %.3f max %.3f ms, position p50 %.3f p99 %.3f ms of %zu\n", way,
-              Latency::quantile(found.force_ms, 0.5),
-              Latency::quantile(found.force_ms, 0.99), Latency::quantile(found.force_ms, 1),
-              Latency::quantile(found.position_ms, 0.5), Latency::quantile(found.position_ms, 0.99),
-              found.position_ms.size());
+              Latency::quantile(found.force_ms, 0.5), Latency::quantile(found.force_ms, 0.99),
+              Latency::quantile(found.force_ms, 1), Latency::quantile(found.position_ms, 0.5),
+              Latency::quantile(found.position_ms, 0.99), found.position_ms.size());
 }
 
 }  // namespace

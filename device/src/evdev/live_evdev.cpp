@@ -44,8 +44,7 @@ EvdevEffect without_force(EvdevEffect effect) {
 
 struct LiveEvdev::State final : internal::LiveSender<Order, Node>::Cable {
   using Sender = internal::LiveSender<Order, Node>;
-  State(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find, const WallClock& clock,
-        Duration patience)
+  State(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find, const WallClock& clock, Duration patience)
       : find_again(std::move(find)), reader(std::move(node)), writer(reader), info(reader->info()) {
     sender.emplace(clock, patience, *this);
   }
@@ -147,8 +146,8 @@ int LiveEvdev::State::upload_new(EvdevEffect& effect) {
   });
 }
 
-LiveEvdev::LiveEvdev(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find,
-                     const WallClock& clock, Duration patience)
+LiveEvdev::LiveEvdev(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find, const WallClock& clock,
+                     Duration patience)
     : state_(std::make_unique<State>(std::move(node), std::move(find), clock, patience)) {}
 LiveEvdev::~LiveEvdev() = default;
 

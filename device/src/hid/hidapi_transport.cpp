@@ -13,10 +13,10 @@
 #include <optional>
 #include <utility>
 
-#include "evenstep/device/haptic_device.h"
-#include "evenstep/device/hid/report_descriptor.h"
 #include "../live_sender.h"
 #include "../printable.h"
+#include "evenstep/device/haptic_device.h"
+#include "evenstep/device/hid/report_descriptor.h"
 #include "hidapi_library.h"
 #include "hidraw_sysfs.h"
 

@@ -74,15 +74,22 @@ std::vector<Field> EvdevSpec::fields() {
        .range = between(0, kLongestRun_s),
        .example = "\"2 s\""},
   };
-  return joined(device, joined(effect_rows({.table = "device.evdev",
-       .travel = "From one end of each axis (ABS_X, ABS_Y, ABS_Z) to the other, its middle at 0; 0: the axis is not used. "
-                 "Forces are along X and Y.",
-       .full_scale = "Its force at the largest level, measured or from its data sheet. Without it the device is only read, and "
-                     "no expectation may be about its force.",
-       .reversed_force = "Axes along which the device pushes the other way than Linux means it; measure it.",
-       .axes = "x|y",
-       .signed_axes = "x|y|-x|-y",
-       .longest_effect_s = 32}), own));
+  return joined(
+      device,
+      joined(
+          effect_rows(
+              {.table = "device.evdev",
+               .travel =
+                   "From one end of each axis (ABS_X, ABS_Y, ABS_Z) to the other, its middle at 0; 0: the axis is not used. "
+                   "Forces are along X and Y.",
+               .full_scale = "Its force at the largest level, measured or from its data sheet. Without it the device is "
+                             "only read, and "
+                             "no expectation may be about its force.",
+               .reversed_force = "Axes along which the device pushes the other way than Linux means it; measure it.",
+               .axes = "x|y",
+               .signed_axes = "x|y|-x|-y",
+               .longest_effect_s = 32}),
+          own));
 }
 // clang-format on
 

@@ -99,15 +99,22 @@ std::vector<Field> PidSpec::fields() {
        .required = true,
        .example = "false"},
   };
-  return joined(device, joined(effect_rows({.table = "device.pid",
-       .travel = "From one end of each axis to the other, its middle at 0; 0: the axis is not used.",
-       .full_scale = "Its force at the largest magnitude, measured or from its data sheet: PID knows no newtons. Without it "
-                     "the device "
-                     "is only read, and no expectation may be about its force.",
-       .reversed_force = "Axes along which the device pushes the other way than Linux and DirectInput mean it; measure it.",
-       .axes = "x|y|z",
-       .signed_axes = "x|y|z|-x|-y|-z",
-       .longest_effect_s = 60}), own));
+  return joined(
+      device,
+      joined(
+          effect_rows(
+              {.table = "device.pid",
+               .travel = "From one end of each axis to the other, its middle at 0; 0: the axis is not used.",
+               .full_scale =
+                   "Its force at the largest magnitude, measured or from its data sheet: PID knows no newtons. Without it "
+                   "the device "
+                   "is only read, and no expectation may be about its force.",
+               .reversed_force =
+                   "Axes along which the device pushes the other way than Linux and DirectInput mean it; measure it.",
+               .axes = "x|y|z",
+               .signed_axes = "x|y|z|-x|-y|-z",
+               .longest_effect_s = 60}),
+          own));
 }
 // clang-format on
 

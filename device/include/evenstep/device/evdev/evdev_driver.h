@@ -16,8 +16,8 @@
 /// after half of that, together with gain and autocenter, because any other program may change those and stop our effects.
 /// If the process dies the kernel erases its effects.
 ///
-/// While a device is away (unplugged, and looked for) its samples are not drivable, and nothing is sent. When it is back, its
-/// effects are played anew, and the first sample is not drivable either.
+/// While a device is away (unplugged, and looked for) its samples are not drivable, and nothing is sent. When it is back,
+/// its effects are played anew, and the first sample is not drivable either.
 
 #include <array>
 #include <cstdint>
@@ -131,7 +131,7 @@ class EvdevDriver final : public HapticDevice {
   bool has_gain_ = false, has_autocenter_ = false;
   bool is_away_ = false;
   bool is_asking_ = false;  // the positions, since events were lost
-  bool is_lost_ = false;  // events were dropped, and no SYN_REPORT has followed yet
+  bool is_lost_ = false;    // events were dropped, and no SYN_REPORT has followed yet
   bool positions_changed_ = false;
   std::optional<RealTime> last_event_, refreshed_at_;
   RealTime next_send_;

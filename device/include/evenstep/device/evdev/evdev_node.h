@@ -1,6 +1,7 @@
 #pragma once
 /// What a program may ask of one /dev/input/eventN of Linux: events, axes, and force feedback effects (linux/input.h). The
-/// driver lies above this interface; below it are the kernel (evdev_file.h, in a live run live_evdev.h) and a simulated device.
+/// driver lies above this interface; below it are the kernel (evdev_file.h, in a live run live_evdev.h) and a simulated
+/// device.
 ///
 /// Calls that return int give 0, or the errno of the system call: ENODEV after the device was unplugged, for every call.
 /// Numbers of types, codes and effects are those of linux/input-event-codes.h and linux/input.h.
