@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <new>
 #include <numeric>
 #include <string_view>
 
@@ -104,24 +105,29 @@ LaneCheck check_of(const Scheduler& scheduler, RealTime until) {
   return {until, scheduler.event_count(), scheduler.trace_hash()};
 }
 
-/// Makes room for all that a run will record, up to an hour of it: a list that grows is copied, which takes tens of
-/// milliseconds after some minutes, in a tick. Memory that is not used yet costs nothing.
+/// Makes room for what a run will record, up to an hour of it at 1 kHz: a list that grows is copied, which takes tens of
+/// milliseconds after some minutes, in a tick. Memory that is not used yet costs nothing; where the system promises none,
+/// lists grow.
 void reserve_rows(const Scenario& scenario, StrategyLanes& lanes, std::vector<DeviceInputs>& inputs, Scheduler& device,
                   Scheduler& simulation) {
-  constexpr std::int64_t kHour_ns = 3'600'000'000'000;
-  const RealTime end{std::min(scenario.run_duration.ns, kHour_ns)};
-  const auto count = [&](Rate rate) { return static_cast<std::size_t>(first_tick_at_or_after(rate, end)); };
+  constexpr std::int64_t kMostRows = 3'600'000;
+  const auto count = [&](Rate rate) {
+    return static_cast<std::size_t>(std::min(first_tick_at_or_after(rate, RealTime{scenario.run_duration.ns}), kMostRows));
+  };
   const std::size_t steps = count(scenario.scene.step_rate) + 1;
   std::vector<std::size_t> ticks;
   for (const DeviceSpec& spec : scenario.devices) ticks.push_back(count(spec.rate));
-  lanes.reserve(ticks, steps);
-  for (std::size_t tool = 0; tool < inputs.size(); ++tool) {
-    inputs[tool].ticks.reserve(ticks[tool]);
-    inputs[tool].interaction_heads.reserve(steps);
+  try {
+    lanes.reserve(ticks, steps);
+    for (std::size_t tool = 0; tool < inputs.size(); ++tool) {
+      inputs[tool].ticks.reserve(ticks[tool]);
+      inputs[tool].interaction_heads.reserve(steps);
+    }
+    device.reserve_events(std::accumulate(ticks.begin(), ticks.end(), std::size_t{0}));
+    constexpr std::size_t kEventsPerStep = 4;  // launch and step; segment and visualization if it has a single step
+    simulation.reserve_events(kEventsPerStep * steps);
+  } catch (const std::bad_alloc&) {
   }
-  device.reserve_events(std::accumulate(ticks.begin(), ticks.end(), std::size_t{0}));
-  constexpr std::size_t kEventsPerStep = 4;  // launch and step; segment and visualization if there is a single step in it
-  simulation.reserve_events(kEventsPerStep * steps);
 }
 
 LiveRights::Thread thread_rights(const std::string& name, const RealTimeGrant& grant) {

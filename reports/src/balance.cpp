@@ -27,7 +27,8 @@ class Ledger {
 
 std::int64_t counter(const DeviceRecord& device, const char* name) {
   const auto found = device.counters.find(name);
-  return found == device.counters.end() ? 0 : static_cast<std::int64_t>(found->second);
+  constexpr double kMost = 9e15;  // a driver of the program's own may say anything
+  return found == device.counters.end() ? 0 : static_cast<std::int64_t>(std::clamp(found->second, 0.0, kMost));
 }
 
 /// Ticks of the device's grid before `end`.
@@ -51,7 +52,7 @@ void check_ticks(const RunRecord& run, const StrategyRecord& strategy, const Dev
                "ticks asked for their force", ticks, "ran");
   ledger.equal(flow.samples, "samples are in the ring", ticks, "ticks ran");
   const std::int64_t reports = counter(device, "reports"), stale = counter(device, "stale");
-  if (reports + stale == 0) return;  // it counts nothing
+  if (reports == 0) return;  // it counts none, or none came
   ledger.at_most(stale, "samples were stale", ticks, "ticks ran");
   ledger.at_most(ticks - stale, "ticks had a new report", reports, "reports came");
 }

@@ -39,44 +39,64 @@ std::string driver(Draw& draw) {
                   "driver=\"evdev\", evdev={ travel = [\"2 m\", \"2 m\", \"0 m\"], full_scale = \"100 N\", gain = 1.0 }"});
 }
 
+// Each draw is a statement of its own: the arguments of a call are evaluated in an order that compilers choose.
+
 std::string faults(Draw& draw) {
   std::string list;
   for (std::uint64_t i = draw.below(4); i > 0; --i) {
-    list += fmt::format("{{ kind = \"{}\", at = \"{} ms\", ticks = {} }},",
-                        draw.of({"lost", "duplicated", "late", "cut", "unread", "write-lost", "write-rejected"}),
-                        1 + draw.below(300), 1 + draw.below(60));
+    const std::string kind = draw.of({"lost", "duplicated", "late", "cut", "unread", "write-lost", "write-rejected"});
+    const std::uint64_t at_ms = 1 + draw.below(300), ticks = 1 + draw.below(60);
+    list += fmt::format("{{ kind = \"{}\", at = \"{} ms\", ticks = {} }},", kind, at_ms, ticks);
   }
   return "[" + list + "]";
 }
 
 std::string timing(Draw& draw) {
   const std::string order = draw.of({"visualization-first", "steps-first"});
+  const std::string visualization = draw.of({"2 ms", "11.1 ms", "25 ms"});
+  const std::uint64_t steps = 1 + draw.below(30);
+  const std::string more = draw.of({"", ", jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 60 %\" }",
+                                    ", hitch = { every = \"0.1 s\", visualization = \"80 ms\" }",
+                                    ", spikes = { rate = \"40 Hz\", cost = \"9 ms\" }"});
   return fmt::format("timing={{ segment = \"30 Hz\", order = \"{}\", visualization = \"{}\", steps = {}{} }}", order,
-                     draw.of({"2 ms", "11.1 ms", "25 ms"}), 1 + draw.below(30),
-                     draw.of({"", ", jitter = { visualization = \"lognormal 10 %\", step = \"lognormal 60 %\" }",
-                              ", hitch = { every = \"0.1 s\", visualization = \"80 ms\" }",
-                              ", spikes = { rate = \"40 Hz\", cost = \"9 ms\" }"}));
+                     visualization, steps, more);
+}
+
+std::string run(Draw& draw, std::uint64_t seed) {
+  const std::uint64_t duration_ms = 150 + draw.below(350);
+  const std::string keep = draw.of({"all", "summary"}), strategy = draw.of({"phase_locked", "paper"});
+  const bool interrupted = draw.below(8) == 0;
+  const std::uint64_t interrupt_ms = 1 + draw.below(140);
+  return fmt::format(
+      "run={{ duration = \"{} ms\", seed = {}, keep = \"{}\"{}, strategies = [\"ideal\", \"direct\", \"{}\"] }}",
+      duration_ms, seed, keep, interrupted ? fmt::format(", interrupt = \"{} ms\"", interrupt_ms) : "", strategy);
+}
+
+std::string remap(Draw& draw, const std::string& emission) {
+  const std::uint64_t latency_ms = 1 + draw.below(60), lead_ms = draw.below(10);
+  const std::string interaction = draw.of({"clamp", "extrapolate", "gate"});
+  const std::string force = emission == "hold" ? "hold" : draw.of({"hold", "extrapolate"});
+  return fmt::format(
+      "remap={{ latency = \"{} ms\", lead = \"{} ms\", underrun = {{ interaction = \"{}\", force = \"{}\" }} }}", latency_ms,
+      lead_ms, interaction, force);
+}
+
+std::string device(Draw& draw, const std::string& emission) {
+  const std::string rate = draw.of({"125 Hz", "500 Hz", "1 kHz", "8 kHz"}), of_cable = faults(draw), driven = driver(draw);
+  const bool unplugged = draw.below(8) == 0;
+  const std::uint64_t unplug_ms = 1 + draw.below(140);
+  return fmt::format(
+      "device=[{{ name = \"left\", motion = {{ kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] "
+      "}}, "
+      "rate = \"{}\", render = {{ kind = \"force\", emission = \"{}\" }}, faults = {}, {}{} }}]",
+      rate, emission, of_cable, driven, unplugged ? fmt::format(", unplug = \"{} ms\"", unplug_ms) : "");
 }
 
 /// A scenario that overloads, stalls, interrupts or unplugs something, or all of it.
 std::vector<std::string> random_settings(std::uint64_t seed) {
   Draw draw(seed);
   const std::string emission = draw.of({"hold", "linear"});
-  const std::string unplug = draw.below(8) == 0 ? fmt::format(", unplug = \"{} ms\"", 1 + draw.below(200)) : "";
-  const std::string interrupt = draw.below(8) == 0 ? fmt::format(", interrupt = \"{} ms\"", 1 + draw.below(140)) : "";
-  const std::string device =
-      fmt::format("rate = \"{}\", render = {{ kind = \"force\", emission = \"{}\" }}, faults = {}, {}{}",
-                  draw.of({"125 Hz", "500 Hz", "1 kHz", "8 kHz"}), emission, faults(draw), driver(draw), unplug);
-  return {
-      timing(draw), "expect=[]",
-      fmt::format("run={{ duration = \"{} ms\", seed = {}, keep = \"{}\"{}, strategies = [\"ideal\", \"direct\", \"{}\"] }}",
-                  150 + draw.below(350), seed, draw.of({"all", "summary"}), interrupt, draw.of({"phase_locked", "paper"})),
-      fmt::format("remap={{ latency = \"{} ms\", lead = \"{} ms\", underrun = {{ interaction = \"{}\", force = \"{}\" }} }}",
-                  1 + draw.below(60), draw.below(10), draw.of({"clamp", "extrapolate", "gate"}),
-                  emission == "hold" ? "hold" : draw.of({"hold", "extrapolate"})),
-      "device=[{ name = \"left\", motion = { kind = \"constant-velocity\", velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"] "
-      "}, " +
-          device + " }]"};
+  return {"expect=[]", timing(draw), run(draw, seed), remap(draw, emission), device(draw, emission)};
 }
 
 /// Every core runs a thread that never sleeps, for as long as this lives.
