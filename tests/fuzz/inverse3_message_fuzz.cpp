@@ -16,7 +16,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(devices->size() <= kMostInverse3Devices, "more devices than the limit");
     for (const Inverse3State& device : *devices) {
       require(!device.device_id.empty() && device.device_id.size() <= kLongestInverse3Id, "an id of a wrong length");
-      for (const char c : device.device_id) require(c > ' ' && c <= '~' && c != '"' && c != '\\', "an id that must be escaped");
+      for (const char c : device.device_id)
+        require(c > ' ' && c <= '~' && c != '"' && c != '\\', "an id that must be escaped");
       for (int axis = 0; axis < 3 && device.position_m; ++axis)
         require(std::abs((*device.position_m)[axis]) <= kInverse3Reach_m, "a position out of reach");
       // What is sent to it is JSON that has the id back.
@@ -26,7 +27,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
   }
   const auto address = read_inverse3_address(text);
-  require(!address.ok() || (address->port >= 1 && address->port <= 65535 && !address->host.empty()), "an address of nothing");
+  require(!address.ok() || (address->port >= 1 && address->port <= 65535 && !address->host.empty()),
+          "an address of nothing");
   require(address.ok() || address.error().size() < 200, "a refusal says too much");
   return 0;
 }

@@ -1,4 +1,5 @@
-// The scenarios of scenarios/safety that name no driver, on a Haply Inverse3. Those about reports have a twin that is shipped.
+// The scenarios of scenarios/safety that name no driver, on a Haply Inverse3. Those about reports have a twin that is
+// shipped.
 
 #include <fmt/format.h>
 
