@@ -23,7 +23,7 @@
 /// followed anew after restart(), if it goes back, if a report is more than 50 ms from the future, and if no report of a
 /// block was younger than 100 ms: it was set. A rate that is wrong by more than 1 % is followed as 1 %.
 ///
-/// Integers only. A report costs some 20 ns, a fit a microsecond.
+/// Times are integers only, so a run is reproducible. A fit allocates, twice a second.
 
 #include <cstdint>
 #include <deque>
