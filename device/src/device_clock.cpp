@@ -107,7 +107,7 @@ void DeviceClock::fit() {
   line_ = line_below(lowest);
   gap_ns_ = before_ns - line_.at(device_ns_);
   gap_from_ns_ = device_ns_;
-  ages_.clock_rate_error = -static_cast<double>(line_.rise_ns) / static_cast<double>(line_.run_ns);
+  ages_.clock_rate_error = static_cast<double>(-line_.rise_ns) / static_cast<double>(line_.run_ns);
   std::int64_t most_ns = 0;
   for (const Point& point : lowest) most_ns = std::max(most_ns, point.offset_ns - line_.at(point.device_ns));
   ages_.residual = Duration{most_ns};
