@@ -194,9 +194,10 @@ void EvdevDriver::come_back() {
   last_.drivable = false;
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
     EvdevAxis found;
-    is_away_ = is_away_ || (is_used(axis) && node_.axis(axis, found) != 0);
+    if (!is_used(axis) || node_.axis(axis, found) != ENXIO) continue;
+    is_away_ = true;  // again: the next read says so
+    return;
   }
-  if (is_away_) return;  // again: the next read says so
   adopt_axes();
   note_report();
   for (Effect& effect : effects_) {
