@@ -144,7 +144,6 @@ TEST_CASE("contents that no run can have are refused, though their checksums are
 }
 
 TEST_CASE("bytes changed at random under right checksums are read or refused, 5,000 times") {
-  const MadeUp made(2);
   std::uint64_t state = 20261123;
   for (int round = 0; round < 5000; ++round) {
     const std::vector<Bytes> contents{encoded(made_up_head()), encoded(device_slice(0)), encoded(simulation_slice(0))};
