@@ -22,7 +22,7 @@ namespace {
 
 using namespace internal;
 
-constexpr std::int64_t kMostBytes = std::int64_t{4} << 30;  // four hours of two devices at 1 kHz
+constexpr std::int64_t kMostBytes = std::int64_t{4} << 30;  // five hours of two devices at 1 kHz
 constexpr std::int64_t kMostNamedBytes = std::int64_t{1} << 30;
 /// No instant of a run lies further from its begin: sums of some of them are still far from an overflow.
 constexpr std::int64_t kFarthest_ns = 100'000'000'000'000;  // a day and more

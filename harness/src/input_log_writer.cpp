@@ -18,7 +18,7 @@ namespace {
 constexpr Duration kLook{10'000'000};
 /// How often data is asked to reach the disk, which takes milliseconds to seconds.
 constexpr Duration kFlush{1'000'000'000};
-/// Four seconds of two devices at 1 kHz. What does not fit stays where the lanes have it.
+/// Five seconds of two devices at 1 kHz. What does not fit stays where the lanes have it.
 constexpr std::size_t kRingBytes = 1 << 20;
 
 }  // namespace
