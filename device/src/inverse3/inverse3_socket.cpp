@@ -235,7 +235,8 @@ Inverse3Times Inverse3Socket::times() const {
 std::vector<Inverse3State> inverse3_devices(const Inverse3Address& address) {
   const WallClock clock(WallEpoch::in(Duration{}));
   try {
-    const Inverse3Socket service(address, clock, {.patience = kListing});
+    // Whoever names an address wants to know; a listing sends no force.
+    const Inverse3Socket service(address, clock, {.patience = kListing, .remote = true});
     return read_inverse3_message(service.first_message()).value_or({});
   } catch (const DeviceError&) {
     return {};
