@@ -41,4 +41,9 @@ RealTimeGrant request_real_time(int fifo_priority) {
   return grant;
 }
 
+void leave_real_time() {
+  const sched_param ordinary{};
+  sched_setscheduler(0, SCHED_OTHER, &ordinary);  // allowed to everybody
+}
+
 }  // namespace evenstep

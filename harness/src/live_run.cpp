@@ -1,6 +1,8 @@
 #include "evenstep/harness/live_run.h"
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <string_view>
 
 #include "evenstep/clock/virtual_clock.h"
@@ -29,6 +31,26 @@ std::size_t all_entries(const LiveRecording& recording) {
   for (const DeviceInputs& inputs : recording.inputs) entries = std::max(entries, inputs.ticks.size());
   return entries;
 }
+
+/// Whoever watches is told when the loop begins and, whatever way that comes, when it has ended.
+class Viewing {
+ public:
+  Viewing(LiveView* view, StrategyLanes& lanes, WallEpoch epoch) : view_(view) {
+    if (!view_) return;
+    watch_ = std::make_unique<LoopWatch>();
+    lanes.show(*watch_);
+    view_->begin(*watch_, epoch);
+  }
+  ~Viewing() {
+    if (view_) view_->end();
+  }
+  Viewing(const Viewing&) = delete;
+  Viewing& operator=(const Viewing&) = delete;
+
+ private:
+  LiveView* view_;
+  std::unique_ptr<LoopWatch> watch_;
+};
 
 /// On a wall clock lanes run late, so rings hold four times what the programmed timing needs, and at least 64 entries.
 std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, std::size_t spare) {
@@ -154,6 +176,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   SlicedRun on_device;
   RunControl quiet = control;
   quiet.progress = nullptr;
+  std::optional<Viewing> viewing(std::in_place, control.view, lanes, epoch);
   LaneThread device_thread([&] {
     recording.device_grant = request_real_time(kDevicePriority);
     device_clock.wait_until(RealTime{} - kListenBefore);
@@ -162,9 +185,11 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
     if (ended_badly(on_device.status)) simulation.request_stop();
   });
   recording.simulation_grant = request_real_time(kSimulationPriority);
-  const SlicedRun in_simulation = run_in_slices(simulation, end, name, control);
+  // Whoever watches shows how far it is; this thread then writes to no terminal, which may make it wait.
+  const SlicedRun in_simulation = run_in_slices(simulation, end, name, control.view ? quiet : control);
   if (ended_badly(in_simulation.status)) device.request_stop();  // there will be no more forces
   device_thread.join();
+  viewing.reset();
   devices->stop_simulated();
   throw_if_failed(on_device.status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
   throw_if_failed(in_simulation.status, name);

@@ -178,6 +178,12 @@ void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation) {
   simulation.spawn(simulation_lane(simulation, *timing_, *map_, step_, exchange_, step_recorder_));
 }
 
+void StrategyLanes::show(LoopWatch& watch) {
+  for (std::size_t tool = 0; tool < device_recorders_.size(); ++tool)
+    device_recorders_[tool].show(watch.ticks, static_cast<std::uint32_t>(tool));
+  step_recorder_.show(watch.steps);
+}
+
 StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
   keep_events(events, record_);
   record_.emission_repairs = map_->emission_repairs();

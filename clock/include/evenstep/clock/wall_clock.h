@@ -41,6 +41,8 @@ struct RealTimeGrant {
 };
 /// Sets the calling thread's timer slack to 1 ns (always), and SCHED_FIFO and mlockall where permitted.
 RealTimeGrant request_real_time(int fifo_priority);
+/// Gives the calling thread the ordinary priority, which it may not have from the thread that started it.
+void leave_real_time();
 
 /// CPU time that this process has used, s, all threads together: for run-time reports, never for decisions.
 double process_cpu_seconds();

@@ -29,6 +29,9 @@ class StrategyLanes {
   /// scheduler; on a wall clock each has its own thread. The schedulers must be destroyed before this object.
   void spawn(Scheduler& device, Scheduler& simulation);
 
+  /// Shows what the lanes do; call it before they begin. `watch` must live as long as they run.
+  void show(LoopWatch& watch);
+
   /// The record of what the lanes did. `events` are those of all schedulers, merged into one order (scheduler/event.h).
   StrategyRecord finish(const std::vector<Event>& events);
   const StrategyRecord& record() const { return record_; }
