@@ -140,4 +140,12 @@ std::string status_line(const WatchedRun& run, const LiveSnapshot& snapshot, std
   return first_columns(line, *columns);
 }
 
+std::string drawn(const Screen& screen, const WatchedRun& run, const LiveSnapshot& snapshot) {
+  if (!screen.terminal) return status_line(run, snapshot) + '\n';
+  const bool red = screen.colour && any_cut(run, snapshot);
+  std::string line = "\r\033[K" + std::string(red ? "\033[31m" : "") + status_line(run, snapshot, screen.columns);
+  if (red) line += "\033[0m";
+  return snapshot.ended ? line + '\n' : line;
+}
+
 }  // namespace evenstep::app

@@ -19,4 +19,13 @@ bool any_cut(const WatchedRun& run, const LiveSnapshot& snapshot);
 /// important are left out. What stays longest: whether forces are let through, the time left, and how to stop.
 std::string status_line(const WatchedRun& run, const LiveSnapshot& snapshot, std::optional<std::size_t> columns = {});
 
+/// Where lines go.
+struct Screen {
+  bool terminal = false;  ///< one line that is rewritten; otherwise plain lines
+  bool colour = false;    ///< red while a force is cut off; needs a terminal
+  std::size_t columns = 80;
+};
+/// What is written there for a line; that of a loop that has ended stays.
+std::string drawn(const Screen& screen, const WatchedRun& run, const LiveSnapshot& snapshot);
+
 }  // namespace evenstep::app

@@ -8,8 +8,6 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "live_status.h"
-
 namespace evenstep::app {
 namespace {
 
@@ -33,14 +31,6 @@ Screen screen_of_stderr() {
   // The last column stays free: some terminals begin a new line when it is written.
   if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1) screen.columns = size.ws_col - 1U;
   return screen;
-}
-
-std::string drawn(const Screen& screen, const WatchedRun& run, const LiveSnapshot& snapshot) {
-  if (!screen.terminal) return status_line(run, snapshot) + '\n';
-  const bool red = screen.colour && any_cut(run, snapshot);
-  std::string line = "\r\033[K" + std::string(red ? "\033[31m" : "") + status_line(run, snapshot, screen.columns);
-  if (red) line += "\033[0m";
-  return snapshot.ended ? line + '\n' : line;
 }
 
 LiveWatcher::LiveWatcher(const Scenario& scenario, const LiveDeviceOptions& options)

@@ -11,21 +11,14 @@
 #include "evenstep/harness/live_figures.h"
 #include "evenstep/harness/live_view.h"
 #include "evenstep/scheduler/live_lanes.h"
+#include "live_status.h"
 #include "scope_feed.h"
 #include "scope_server.h"
 
 namespace evenstep::app {
 
-/// Where lines go.
-struct Screen {
-  bool terminal = false;  ///< one line that is rewritten; otherwise plain lines
-  bool colour = false;    ///< red while a force is cut off; needs a terminal
-  std::size_t columns = 80;
-};
 /// stderr as it is now: a terminal (that is not "dumb"), its width, and colour unless NO_COLOR is set.
 Screen screen_of_stderr();
-/// What is written there for a line; that of a loop that has ended stays.
-std::string drawn(const Screen& screen, const WatchedRun& run, const LiveSnapshot& snapshot);
 
 class LiveWatcher final : public LiveView {
  public:
