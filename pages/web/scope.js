@@ -119,6 +119,20 @@
     };
   }
 
+  // Which line is which, above the chart.
+  for (const box of document.querySelectorAll("[data-live]")) {
+    const list = document.createElement("div");
+    list.className = "toggles";
+    for (const one of charts[box.dataset.live].curves) {
+      const line = document.createElement("span"), entry = document.createElement("span");
+      line.style.cssText = `width: 1.6rem; border-top: 2px ${one.dash ? "dashed" : "solid"} var(${one.colour})`;
+      entry.className = "toggle";
+      entry.append(line, one.name);
+      list.append(entry);
+    }
+    box.before(list);
+  }
+
   const plots = new Map();
   function make() {
     for (const box of document.querySelectorAll("[data-live]")) {

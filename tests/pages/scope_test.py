@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
-"""The page of a live run, while it runs: in a browser, and under clients that want to harm it.
+"""A live run while it runs: its status line on a terminal, and its page in a browser and under clients that want to harm it.
 
     scope_test.py PROGRAM SOURCE_DIR
 
 Exit status 77, with the reason, where there is no browser; what needs none is then still tested. No test says how long
 anything takes: a run lasts until what is looked for has been seen, and is then interrupted.
 """
+import fcntl
 import json
+import os
+import pty
 import re
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import unittest
 import urllib.error
 import urllib.request
@@ -56,6 +61,33 @@ class LiveRun:
         return client
 
 
+class StatusLine(unittest.TestCase):
+    def test_on_a_terminal_one_line_is_rewritten_within_its_width_and_the_last_one_stays(self):
+        ours, theirs = pty.openpty()
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 60, 0, 0))
+        process = subprocess.Popen([PROGRAM, "run", "--clock", "wall", f"{SOURCES}/scenarios/live/figure-1-spring.toml",
+                                    "--set", "run.duration=\"2.5 s\"", "--set", "expect=[]", "--out", FOLDER / "line"],
+                                   stdout=subprocess.DEVNULL, stderr=theirs,
+                                   env={**os.environ, "TERM": "xterm", "NO_COLOR": "1"})
+        os.close(theirs)
+        written = b""
+        try:
+            while more := os.read(ours, 65536):
+                written += more
+        except OSError:  # the other end is closed
+            pass
+        process.wait(timeout=60)
+        live = written[:written.index(b"ended") + len(b"ended\r\n")].decode()
+        self.assertTrue(live.endswith("ended\r\n"), live)
+        lines = live[:-2].split("\r\033[K")
+        self.assertEqual(lines[0], "")
+        self.assertGreaterEqual(len(lines), 3)  # one in each second, and the last
+        for line in lines[1:]:
+            self.assertRegex(line, r"^(ARMED|WAITING|CUT \(.*\)) \| .*(\d s left, Ctrl-C|ended)$")
+            self.assertLessEqual(len(line), 59)
+            self.assertNotIn("\033", line)
+
+
 class Clients(unittest.TestCase):
     def test_clients_that_never_read_change_nothing(self):
         run = LiveRun(2)
@@ -93,8 +125,8 @@ class Clients(unittest.TestCase):
         self.assertEqual(simulated, sorted(set(simulated)))
         for rows in seen["rows"]:
             steps, ticks = rows["devices"][0]["steps"], rows["devices"][0]["ticks"]
-            self.assertEqual({len(c) for c in steps["hand"] + steps["direct"] + [steps["force"], steps["sample"], steps["end"]]},
-                             {len(steps["simulated"])})
+            columns = steps["hand"] + steps["direct"] + [steps["force"], steps["sample"], steps["end"]]
+            self.assertEqual({len(column) for column in columns}, {len(steps["simulated"])})
             self.assertEqual({len(axis) for axis in ticks["force"] + ticks["direct"]}, {len(ticks["at"])})
 
 
@@ -112,6 +144,8 @@ class InBrowser(unittest.TestCase):
             self.assertEqual(page.run("document.querySelector('h1').textContent"), HOSTILE)
             self.assertIsNone(page.run("window.hacked ?? null"))
             self.assertEqual(page.run("document.querySelectorAll('.plot canvas').length"), 4)
+            self.assertEqual(page.run("[...document.querySelectorAll('.toggle')].map((e) => e.textContent).join()"),
+                             3 * "phase_locked,direct (shadow)," + "force,sample")
             self.assertRegex(page.run("document.getElementById('figures').textContent"),
                              r"Time left\d+ s.*Rates[\d.]+ ticks/s, [\d.]+ steps/s.*Force, left[\d.]+ of 100 N")
             # The hand moves evenly: from step to step direct's jumps.
