@@ -16,6 +16,7 @@
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/trace_json.h"
 #include "evenstep/reports/writers.h"
+#include "live_watcher.h"
 #include "output.h"
 #include "progress.h"
 #include "run_annotations.h"
@@ -40,6 +41,8 @@ struct RunArguments {
   bool json = false;
   std::vector<std::string> devices;  ///< NAME=PATH or PATH
   bool forces = false;
+  bool scope = false;
+  std::optional<std::int64_t> scope_port;
   bool allow_no_expectations = false, allow_degraded = false;
   bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
 };
@@ -283,6 +286,31 @@ RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors
   return outcome;
 }
 
+/// Shows how far the run is and, on the wall clock, what it does. False if --scope cannot be had; then nothing ran.
+bool run_watched(const Scenario& scenario, RunOptions& options, const RunArguments& arguments, RunOutcome& outcome) {
+  Progress progress(isatty(STDERR_FILENO));
+  options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
+  if (options.clock != ClockKind::wall) {
+    outcome = run_scenario(scenario, options);
+    return true;
+  }
+  const Scenario guarded = with_live_guards(scenario, options.devices.bindings);
+  LiveWatcher watcher(guarded, options.devices);
+  options.control.view = &watcher;
+  if (arguments.scope) {
+    const Result<std::string> address = watcher.open_scope(static_cast<std::uint16_t>(arguments.scope_port.value_or(0)));
+    if (!address) {
+      spdlog::error("error: --scope: {}", address.error());
+      outcome.exit = ExitCode::run_failed;
+      outcome.failure = "--scope: " + address.error();
+      return false;
+    }
+    fmt::print(stderr, "scope: {}\n", *address);
+  }
+  outcome = run_scenario(scenario, options);
+  return true;
+}
+
 /// Runs one scenario; nullopt if it was left out.
 std::optional<RunOutcome> run_one(const std::string& file, const std::string& folder, Call& call) {
   const RunArguments& arguments = call.arguments;
@@ -310,10 +338,11 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     warn_of_devices(options.devices);
   else
     options.control.row_files = std::make_shared<RowFiles>(fs::path(folder + "/..").lexically_normal());
-  {
-    Progress progress(isatty(STDERR_FILENO));
-    options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
-    outcome = run_scenario(scenario, options);
+  if (!run_watched(scenario, options, arguments, outcome)) {
+    outcome.record.scenario = scenario.name;
+    outcome.record.file = file;
+    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
+    return outcome;
   }
   outcome.record.origin = options.origin;
   if (!outcome.errors.empty()) return refuse(file, outcome.errors, folder, call);
@@ -376,9 +405,23 @@ ExitCode no_scenarios(const RunArguments& arguments, const std::atomic<bool>& in
   return write_junit(call, ExitCode::usage);
 }
 
+/// Why --scope makes no sense here; empty if it does, or is not given.
+std::string scope_objection(const RunArguments& arguments) {
+  if (arguments.scope_port && !arguments.scope) return "--scope-port is the port of --scope; add that";
+  if (!arguments.scope) return "";
+  if (arguments.clock != "wall")
+    return "it shows a run while real time passes, which it does not on the virtual clock; add --clock wall, or open "
+           "report.html after the run";
+  return built_with_scope() ? "" : "this evenstep was built without it; build it with -DEVENSTEP_SCOPE=ON (Boost.Beast)";
+}
+
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   if (arguments.forces && (arguments.devices.empty() || arguments.clock != "wall")) {
     spdlog::error("--forces: error: it lets forces reach a real device; add --clock wall --device PATH, or leave it out");
+    return ExitCode::usage;
+  }
+  if (const std::string objection = scope_objection(arguments); !objection.empty()) {
+    spdlog::error("--scope: error: {}", objection);
     return ExitCode::usage;
   }
   const Result<std::string> date = date_of_run(std::getenv, unix_seconds());
@@ -438,6 +481,9 @@ void add_run(Commands& commands) {
   command.option(
       "--record", arguments.record,
       "with --clock wall: write the inputs of the run to this file while it runs; `replay` runs it again from there");
+  command.flag("--scope", arguments.scope,
+               "with --clock wall: a page that shows the run while it lasts, for a browser of this machine");
+  command.option("--scope-port", arguments.scope_port, Range{0, 65535}, "of that page's server; 0 (default): a free one");
   command.flag("--long", arguments.include_long,
                "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
   command.flag("--allow-no-expectations", arguments.allow_no_expectations,

@@ -79,4 +79,9 @@ MemoryLock::~MemoryLock() {
   if (refusal_.empty()) munlockall();
 }
 
+void leave_real_time() {
+  const sched_param ordinary{};
+  sched_setscheduler(0, SCHED_OTHER, &ordinary);  // allowed to everybody
+}
+
 }  // namespace evenstep

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <new>
 #include <numeric>
+#include <optional>
 #include <string_view>
 
 #include "evenstep/clock/virtual_clock.h"
@@ -38,6 +40,26 @@ std::size_t all_entries(const LiveRecording& recording) {
   for (const DeviceInputs& inputs : recording.inputs) entries = std::max(entries, inputs.ticks.size());
   return entries;
 }
+
+/// Whoever watches is told when the loop begins and, whatever way that comes, when it has ended.
+class Viewing {
+ public:
+  Viewing(LiveView* view, StrategyLanes& lanes, WallEpoch epoch) : view_(view) {
+    if (!view_) return;
+    watch_ = std::make_unique<LoopWatch>();
+    lanes.show(*watch_);
+    view_->begin(*watch_, epoch);
+  }
+  ~Viewing() {
+    if (view_) view_->end();
+  }
+  Viewing(const Viewing&) = delete;
+  Viewing& operator=(const Viewing&) = delete;
+
+ private:
+  LiveView* view_;
+  std::unique_ptr<LoopWatch> watch_;
+};
 
 /// On a wall clock lanes run late, so rings hold four times what the programmed timing needs, and at least 64 entries.
 std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, std::size_t spare) {
@@ -196,6 +218,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   RunControl quiet = control;
   quiet.progress = nullptr;
   RealTimeGrant device_granted, simulation_granted;
+  std::optional<Viewing> viewing(std::in_place, control.view, lanes, epoch);
   LaneThread device_thread([&] {
     const RealTimeRights rights(kDevicePriority);
     device_granted = rights.grant();
@@ -210,7 +233,8 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   const SlicedRun in_simulation = [&] {
     const RealTimeRights rights(kSimulationPriority);
     simulation_granted = rights.grant();
-    return run_in_slices(simulation, end, name, control, [&](RealTime until) {
+    // Whoever watches shows how far it is; this thread then writes to no terminal, which may make it wait.
+    return run_in_slices(simulation, end, name, control.view ? quiet : control, [&](RealTime until) {
       recording.simulation_check = check_of(simulation, until);
       recording.unfinished = unfinished_launch(simulation.events());
       if (log) log->simulation_slice(recording.inputs, lanes.record(), recording.unfinished, recording.simulation_check);
@@ -218,6 +242,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   }();
   if (ended_badly(in_simulation.status)) device.request_stop();  // there will be no more forces
   device_thread.join();
+  viewing.reset();
   devices->stop_simulated();
   throw_if_failed(on_device.status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
   throw_if_failed(in_simulation.status, name);

@@ -229,6 +229,12 @@ void StrategyLanes::reserve(const std::vector<std::size_t>& ticks, std::size_t s
   }
 }
 
+void StrategyLanes::show(LoopWatch& watch) {
+  for (std::size_t tool = 0; tool < device_recorders_.size(); ++tool)
+    device_recorders_[tool].show(watch.ticks, static_cast<std::uint32_t>(tool));
+  step_recorder_.show(watch.steps);
+}
+
 StrategyRecord StrategyLanes::finish(const std::vector<Event>& events, RealTime end) {
   keep_events(events, record_);
   record_.steps_due = timing_->steps_before(end);

@@ -36,6 +36,7 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
     const glm::dvec3 written_N = sent.force_N - played.sprung_N(sample.position_m);
     if (lane.device) lane.device->write(written_N);
     sent.saturated = causes_of(lane, sample, written_N);
+    sent.guard = lane.guard.state();
     record.tick(scheduler, arrival, sample, played, sent);
     // Ticks that were missed because this one ran late are skipped and not sent in a burst; the tick that is due now still
     // runs.

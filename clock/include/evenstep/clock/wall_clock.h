@@ -71,6 +71,9 @@ class MemoryLock {
   std::string refusal_;
 };
 
+/// Gives the calling thread the ordinary priority, which it may not have from the thread that started it.
+void leave_real_time();
+
 /// CPU time that this process has used, s, all threads together: for run-time reports, never for decisions.
 double process_cpu_seconds();
 /// CLOCK_MONOTONIC, s since an arbitrary origin: for run-time reports, never for decisions.

@@ -34,6 +34,8 @@ class StrategyLanes {
 
   /// Makes room for the rows of so many ticks of each device and so many steps.
   void reserve(const std::vector<std::size_t>& ticks, std::size_t steps);
+  /// Shows what the lanes do; call it before they begin. `watch` must live as long as they run.
+  void show(LoopWatch& watch);
   /// The record of what the lanes did before `end`. `events` are those of all schedulers, merged into one order
   /// (scheduler/event.h).
   StrategyRecord finish(const std::vector<Event>& events, RealTime end);

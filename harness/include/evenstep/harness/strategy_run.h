@@ -9,6 +9,7 @@
 #include <string>
 
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/live_view.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_lanes.h"
 #include "evenstep/loop/exchange.h"
@@ -28,6 +29,7 @@ struct RunControl {
     return (interrupted && interrupted->load()) || (interrupted_by_scenario && interrupted_by_scenario->load());
   }
   std::function<void(const std::string& strategy, double fraction)> progress;
+  LiveView* view = nullptr;                       ///< who watches a run on the wall clock; null: nobody
   std::shared_ptr<RowFiles> row_files = nullptr;  ///< where long records are kept (virtual clock only); null: in memory
 };
 
