@@ -44,7 +44,9 @@ bool SimulatedInverse3::is_gone() {
   while (!reports_.is_gone() && tick_time(device.rate, next_tick_, device.first_tick) <= now) {
     const RealTime tick = tick_time(device.rate, next_tick_++, device.first_tick);
     reports_.advance(tick);
-    if (!reports_.is_gone()) hear(tick, outbox_.due(tick));
+    if (reports_.is_gone()) break;
+    while (const auto report = reports_.pop()) newest_ = report;
+    hear(tick, outbox_.due(tick));
   }
   if (!reports_.is_gone()) reports_.advance(now);
   return reports_.is_gone();
@@ -86,10 +88,9 @@ Inverse3Link::Read SimulatedInverse3::read(std::string& text) {
     return Read::gone;
   }
   if (reports_.is_unread()) return Read::nothing;
-  std::optional<SimulatedReport> newest;
-  while (const auto report = reports_.pop()) newest = report;
-  if (!newest) return Read::nothing;
-  text = told(*newest);
+  if (!newest_) return Read::nothing;
+  text = told(*newest_);
+  newest_.reset();
   return Read::message;
 }
 

@@ -60,6 +60,7 @@ class SimulatedInverse3 final : public Inverse3Link, public SimulatedMotors {
   MotorLog motors_;
   std::string first_message_;
   glm::dvec3 force_N_{0};
+  std::optional<SimulatedReport> newest_;  // that nobody has read yet
   std::int64_t next_tick_ = 0;
 };
 
