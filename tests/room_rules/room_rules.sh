@@ -23,6 +23,7 @@ readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
 readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files|bench/device_tick'\
 '|device/src/live_sender|device/src/inverse3/inverse3_socket|tests/|examples/'
 readonly sockets='# *include *[<"](boost/(asio|beast)|sys/socket)'
+readonly with_sockets='device/src/inverse3/inverse3_socket|apps/src/scope_server|tests/'
 readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugins|scenarios/format|catalogue|loop|harness'\
 '|campaigns'
 
@@ -39,7 +40,7 @@ readonly rules=(
   "no fast math@(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh|^sim/.*$source)\$@^\$@$fast_math"
   "own loaders only@$source@^(clock/time/src/library_on_demand|plugins/src/library|tests/)@\bdlopen *\("
   "processes only in plugins and of pairs@$source@^(plugins/src/child|campaigns/src/cost_pairs|tests/)@$processes"
-  "sockets only in the link to a service@$source@^(device/src/inverse3/inverse3_socket|tests/)@$sockets"
+  "sockets only in the link to a service and the scope@$source@^($with_sockets)@$sockets"
   "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
 )
 
