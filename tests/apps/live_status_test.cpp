@@ -78,8 +78,7 @@ TEST_CASE("a line before the first tick, of a strategy without a map, and at the
         "force 1.2 of 3 N, 4 clamped (run 31) | ended after 12 s");
 }
 
-TEST_CASE(
-    "a terminal's line is rewritten, red while a force is cut off, elsewhere there are plain lines") {
+TEST_CASE("a terminal's line is rewritten, red while a force is cut off, elsewhere there are plain lines") {
   const WatchedRun run = one_device();
   LiveSnapshot now = busy_second();
   CHECK(drawn({true, true, 40}, run, now) == "\r\033[KARMED | 8 s left, Ctrl-C");
