@@ -48,7 +48,7 @@ struct SimulationSlice {
 
 template <class Codec>
 void code(Codec& codec, DeviceSample& sample) {
-  codec(sample.read_at, sample.position_m, sample.sequence, sample.fresh, sample.at_range, sample.drivable);
+  codec(sample.read_at, sample.taken_at, sample.position_m, sample.sequence, sample.fresh, sample.at_range, sample.drivable);
 }
 template <class Codec>
 void code(Codec& codec, TickInput& input) {

@@ -46,7 +46,7 @@ TEST_CASE("the status line fits the terminal: parts become shorter, then the lea
   for (std::size_t columns = 1; columns < 300; ++columns) REQUIRE(status_line(run, now, columns).size() <= columns);
 }
 
-TEST_CASE("several devices, each with its state and its force; a name is never a command for the terminal") {
+TEST_CASE("several devices, each with its state and its force, and a name is never a command for the terminal") {
   WatchedRun run = one_device();
   run.devices.push_back({"ri\033[2Jght\u202E", {1000, 1}, {}, 0.5, true});
   LiveSnapshot now = busy_second();
@@ -78,8 +78,7 @@ TEST_CASE("a line before the first tick, of a strategy without a map, and at the
         "force 1.2 of 3 N, 4 clamped (run 31) | ended after 12 s");
 }
 
-TEST_CASE(
-    "a terminal's line is rewritten, red while a force is cut off; the last one stays; elsewhere there are plain lines") {
+TEST_CASE("a terminal's line is rewritten, red while a force is cut off, elsewhere there are plain lines") {
   const WatchedRun run = one_device();
   LiveSnapshot now = busy_second();
   CHECK(drawn({true, true, 40}, run, now) == "\r\033[KARMED | 8 s left, Ctrl-C");

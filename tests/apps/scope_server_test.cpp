@@ -144,7 +144,7 @@ TEST_CASE("what is no request for the page is refused, however long") {
   CHECK(served.status(served.get("/")) == kOk);
 }
 
-TEST_CASE("a hundred clients: four streams, and 503 for the others; a stream that ends makes room") {
+TEST_CASE("a hundred clients: four streams, and 503 for the others, until a stream ends") {
   const Served served;
   std::vector<std::unique_ptr<Client>> streams;
   for (int i = 0; i < 4; ++i) {
@@ -161,7 +161,7 @@ TEST_CASE("a hundred clients: four streams, and 503 for the others; a stream tha
   CHECK(again.send(served.get("/events")).receive("retry: 1000\n\n").starts_with(kOk));
 }
 
-TEST_CASE("a reader that takes nothing loses events, which are counted and told to it; others lose none") {
+TEST_CASE("a reader that takes nothing loses events, which are counted and told to it, and others lose none") {
   Served served;
   Client idle(served.server->url(), 2048), reader(served.server->url());
   idle.send(served.get("/events"));

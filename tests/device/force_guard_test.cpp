@@ -352,7 +352,7 @@ TEST_CASE("the guard says whether it lets the force through, and if not, why") {
     const RealTime now{ms * kMs};
     if (force_comes) due = now;
     x_m += moves_m;
-    DeviceSample sample{now, {x_m, 0, 0}};
+    DeviceSample sample{.read_at = now, .position_m = {x_m, 0, 0}};
     sample.fresh = fresh;
     sample.drivable = drivable;
     guard.pass(now, {1, 0, 0}, {sample, ms < 2 ? std::nullopt : std::optional(due)});

@@ -51,7 +51,10 @@ inline internal::DeviceSlice device_slice(std::int64_t index) {
   for (std::int64_t k = 20 * index; k < 20 * (index + 1); ++k) {
     const RealTime at{k * 1'000'000};
     internal::LoggedTick tick;
-    tick.input = {{at, {0.1 * static_cast<double>(k), 0, 0}, static_cast<std::uint32_t>(k), true},
+    tick.input = {{.read_at = at,
+                   .position_m = {0.1 * static_cast<double>(k), 0, 0},
+                   .sequence = static_cast<std::uint32_t>(k),
+                   .fresh = true},
                   at,
                   0,
                   static_cast<std::uint64_t>(k)};
