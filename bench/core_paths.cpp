@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "evenstep/clock/virtual_clock.h"
+#include "evenstep/loop/loop_watch.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/phase_locked_map.h"
 #include "evenstep/remap/sample_buffer.h"
@@ -170,11 +171,27 @@ class RingWrites final : public CorePath {
   RealTime at_;
 };
 
+/// What a loop that is watched shows of a tick, or of a step.
+template <class Seen>
+class Shown final : public CorePath {
+ public:
+  void run(std::int64_t count) override {
+    for (std::int64_t i = 0; i < count; ++i) {
+      use(seen_);
+      ring_.push(seen_);
+    }
+  }
+
+ private:
+  Seen seen_;
+  SeenRing<Seen> ring_{LoopWatch::kTicks};
+};
+
 /// One segment of 15 steps.
 class TimingSegments final : public CorePath {
  public:
-  explicit TimingSegments(double variation)
-      : timing_(make_programmed_timing({.visualization_variation = variation, .step_variation = variation})) {}
+  explicit TimingSegments(int percent)
+      : timing_(make_programmed_timing({.visualization_variation = percent / 100.0, .step_variation = percent / 100.0})) {}
   void run(std::int64_t count) override {
     for (std::int64_t i = 0; i < count; ++i) timing_->next(segment_);
     use(segment_.end);
@@ -218,8 +235,10 @@ constexpr std::pair<const char*, std::unique_ptr<CorePath> (*)()> kPaths[] = {
     {"force_read_6_back", make<ForceReads, 6>},
     {"force_read_920_back", make<ForceReads, 920>},  // 2.3 s at 400 Hz
     {"ring_write", make<RingWrites>},
-    {"periodic_segment", make<TimingSegments, 0.0>},
-    {"varying_segment", make<TimingSegments, 0.1>},
+    {"shown_tick", make<Shown<SeenTick>>},
+    {"shown_step", make<Shown<SeenStep>>},
+    {"periodic_segment", make<TimingSegments, 0>},
+    {"varying_segment", make<TimingSegments, 10>},
     {"spring_step", make<SpringSteps>},
 };
 

@@ -2,6 +2,7 @@
 # Builds and runs the benchmarks and prints their tables, least and median of the repetitions (docs/performance.md):
 #   scripts/bench.sh                  all
 #   scripts/bench.sh scheduler        the tables named: scheduler paths sizing solver features figure-1
+#   scripts/bench.sh tick             how late a thread wakes 1000 times a second, by how it waits and what it is granted
 #   scripts/bench.sh fronts           latency against jump of all maps on the recordings, and its figure in docs/images
 # EVENSTEP_BENCH_REPETITIONS (9) says how often each number is taken; the repetitions of one table are interleaved.
 set -euo pipefail
@@ -66,6 +67,10 @@ for table in "${tables[@]}"; do
       POCL_DEVICES=${POCL_DEVICES:-basic} "$build/bench/bench_figure_1" "$repo/scenarios/paper/figure-1.toml" \
         "$repetitions"
       ;;
-    *) fail "no table '$table': scheduler paths sizing solver features figure-1 fronts" ;;
+    tick)
+      compile 'building bench_device_tick' bench_device_tick
+      "$build/bench/bench_device_tick" $((repetitions * 5))
+      ;;
+    *) fail "no table '$table': scheduler paths sizing solver features figure-1 tick fronts" ;;
   esac
 done

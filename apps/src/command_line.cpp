@@ -16,12 +16,12 @@ namespace app {
 
 // Each command is defined in a file of its own.
 using AddCommand = void(Commands&);
-AddCommand add_run, add_check, add_devices, add_list, add_study, add_record, add_import, add_fit, add_size, add_sweep,
-    add_merge, add_shrink, add_diff, add_compare, add_index, add_init, add_schema, add_shell_texts;
+AddCommand add_run, add_check, add_devices, add_list, add_study, add_record, add_replay, add_import, add_fit, add_size,
+    add_sweep, add_merge, add_shrink, add_diff, add_compare, add_index, add_init, add_schema, add_shell_texts;
 /// In the order of --help.
-constexpr AddCommand* kCommands[] = {add_run,    add_check,   add_devices, add_list,  add_study,  add_record,
-                                     add_import, add_fit,     add_size,    add_sweep, add_merge,  add_shrink,
-                                     add_diff,   add_compare, add_index,   add_init,  add_schema, add_shell_texts};
+constexpr AddCommand* kCommands[] = {add_run,     add_check, add_devices, add_list,   add_study,      add_record, add_replay,
+                                     add_import,  add_fit,   add_size,    add_sweep,  add_merge,      add_shrink, add_diff,
+                                     add_compare, add_index, add_init,    add_schema, add_shell_texts};
 
 }  // namespace app
 
@@ -37,7 +37,9 @@ void on_signal(int signal) {
 
 void take_signals() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
+  // What cannot be written is an error of that write, not the end of a run that drives a device.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 }  // namespace

@@ -13,12 +13,14 @@
 #include "evenstep/device/hid/pid_layout.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
+#include "evenstep/device/inverse3/inverse3_socket.h"
 
 namespace evenstep::app {
 namespace {
 
 struct DevicesArguments {
   bool json = false;
+  std::string service = "ws://127.0.0.1:10001";
 };
 
 /// What evenstep can do with a device.
@@ -161,6 +163,31 @@ nlohmann::ordered_json json_of(const HidListing& listing, const EvdevListing* ev
   return json;
 }
 
+std::string inverse3_path(const Inverse3Address& service, const Inverse3State& device) {
+  return service.text.substr(0, service.text.find('#')) + "#" + device.device_id;
+}
+
+std::string inverse3_ability(const Inverse3State& device) {
+  std::string text =
+      "reads 3 positions in metres, renders 3 forces in newtons (Inverse3); driver = \"inverse3\" with its origin";
+  if (!device.calibrated.value_or(true)) text += "; it is not calibrated";
+  if (device.in_use.value_or(false)) text += "; another program uses it";
+  return text;
+}
+
+nlohmann::ordered_json json_of(const Inverse3Address& service, const Inverse3State& device) {
+  return {{"path", inverse3_path(service, device)},
+          {"vendor_id", 0},
+          {"product_id", 0},
+          {"product", "Haply Inverse3"},
+          {"serial", device.device_id},
+          {"driver", "inverse3"},
+          {"ability", inverse3_ability(device)},
+          {"refusal", ""},
+          {"udev_rule", ""},
+          {"force_feedback_node", ""}};
+}
+
 /// Those that no HID device in the list has made.
 std::vector<EvdevListing> evdev_alone(const std::vector<HidListing>& hid, const std::vector<EvdevListing>& evdev) {
   std::vector<EvdevListing> alone;
@@ -179,18 +206,27 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
     spdlog::error("error: {}", error.what());
     return ExitCode::run_failed;
   }
+  const auto service = read_inverse3_address(arguments.service);
+  if (!service) {
+    spdlog::error("error: --service {}: {}", arguments.service, service.error());
+    return ExitCode::usage;
+  }
   const std::vector<EvdevListing> evdev = evdev_devices(), alone = evdev_alone(found, evdev);
+  const std::vector<Inverse3State> arms = inverse3_devices(*service);
   if (arguments.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const HidListing& listing : found) list.push_back(json_of(listing, evdev_of(listing, evdev)));
     for (const EvdevListing& listing : alone) list.push_back(json_of(listing));
+    for (const Inverse3State& arm : arms) list.push_back(json_of(*service, arm));
     // The strings of a device may be anything; if they are not UTF-8, the list must be printed nevertheless.
     fmt::print("{}\n", list.dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
     return ExitCode::pass;
   }
   for (const HidListing& listing : found) print_listing(listing, evdev_of(listing, evdev));
   for (const EvdevListing& listing : alone) print_listing(listing);
-  if (found.empty() && alone.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
+  for (const Inverse3State& arm : arms)
+    fmt::print("{}  Haply Inverse3\n    {}\n", inverse3_path(*service, arm), inverse3_ability(arm));
+  if (found.empty() && alone.empty() && arms.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
   return ExitCode::pass;
 }
 
@@ -200,6 +236,7 @@ void add_devices(Commands& commands) {
   auto [command, arguments] = commands.add<DevicesArguments>(
       "devices", "the devices of this machine, what each of them can do, and by which driver", devices);
   command.flag("--json", arguments.json, "the list as JSON instead of text");
+  command.option("--service", arguments.service, "where a Haply Inverse Service may listen: ws://127.0.0.1:10001");
 }
 
 }  // namespace evenstep::app

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "commands.h"
+#include "evenstep/harness/input_log.h"
+#include "evenstep/harness/recorded_timing.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/text/text_file.h"
 #include "recording_options.h"
@@ -94,7 +96,21 @@ bool write(const std::string& path, const std::vector<SegmentTiming>& segments) 
   return error.empty();
 }
 
+/// A recording of a live run says itself what its segments and steps are.
+ExitCode import_live_run(const ImportArguments& arguments) {
+  const InputLogResult log = read_input_log(arguments.file);
+  if (!log) {
+    print(log.error());
+    return ExitCode::usage;
+  }
+  fmt::print("{}: recording of a live run, {} segments with {} steps, {} long\n", arguments.file, log->rows.segments.size(),
+             log->rows.steps.size(), length_text(log->until() - RealTime{}));
+  if (arguments.out.empty() || arguments.list) return ExitCode::pass;
+  return write(arguments.out, recorded_timing(log->rows)) ? ExitCode::pass : ExitCode::usage;
+}
+
 ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
+  if (is_input_log(arguments.file)) return import_live_run(arguments);
   const std::optional<RecordingOptions> options = recording_options(arguments.recording);
   if (!options) return ExitCode::usage;
   const ProfileResult profile = read_profile(arguments.file, options->profile);
@@ -123,8 +139,10 @@ ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
 void add_import(Commands& commands) {
   auto [command, arguments] = commands.add<ImportArguments>(
       "import", "a profiler's file as timing.csv: which of its names are segments, visualizations and steps", import);
-  command.operand("file", arguments.file,
-                  "Nsight Systems SQLite or CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, or any CSV");
+  command.operand(
+      "file", arguments.file,
+      "Nsight Systems SQLite or CSV, PresentMon, trace events (JSON, also gzipped), Tracy, Unreal, any CSV, or a "
+      "recording of `run --record`");
   command.flag("--list", arguments.list, "only its names, with count, median length and period");
   command.option("--out", arguments.out, "the timing.csv to write; without it nothing is written");
   add_recording_options(command, arguments.recording);

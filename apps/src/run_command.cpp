@@ -16,10 +16,12 @@
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/trace_json.h"
 #include "evenstep/reports/writers.h"
+#include "live_watcher.h"
 #include "output.h"
 #include "progress.h"
 #include "run_annotations.h"
 #include "run_places.h"
+#include "run_printing.h"
 
 namespace evenstep::app {
 namespace fs = std::filesystem;
@@ -31,7 +33,7 @@ struct RunArguments {
   std::string clock = "virtual";
   std::optional<std::uint64_t> seed;
   std::vector<std::string> set;
-  std::string out, junit;
+  std::string out, junit, record;
   bool trace_json = false;
   bool repeat = false;
   std::optional<std::uint64_t> permute_ties;
@@ -39,6 +41,8 @@ struct RunArguments {
   bool json = false;
   std::vector<std::string> devices;  ///< NAME=PATH or PATH
   bool forces = false;
+  bool scope = false;
+  std::optional<std::int64_t> scope_port;
   bool allow_no_expectations = false, allow_degraded = false;
   bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
 };
@@ -86,6 +90,8 @@ std::string lacking_line(const SolverRecord& solver) {
   return fmt::format("the solver '{}' lacks {}: what needs them is left out\n", solver.name, fmt::join(solver.lacks, ", "));
 }
 
+}  // namespace
+
 void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const std::string& folder,
                    const std::string& program, const std::string& reproduce) {
   const bool colour = isatty(STDOUT_FILENO) && !std::getenv("NO_COLOR");
@@ -95,7 +101,7 @@ void print_outcome(const Scenario& scenario, const RunOutcome& outcome, const st
     fmt::print("remedy: {}\n", with_program(outcome.remedy, program));
   if (!outcome.repeat_difference.empty()) fmt::print("not reproducible: {}\n", outcome.repeat_difference);
   if (outcome.record.clock == "wall" && !outcome.record.real_time_granted) {
-    fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's\n");
+    fmt::print("not real-time: the system refused SCHED_FIFO, lateness is the kernel's (see \"rights\")\n");
   }
   if (outcome.case_record) print_case(*outcome.case_record, outcome, folder);
   if (!outcome.record.strategies.empty()) {
@@ -143,6 +149,8 @@ std::string_view words(const RunOutcome& outcome) {
   }
   return "";
 }
+
+namespace {
 
 /// Whether the scenario is left out, because it was only found in a folder, not named, and takes long.
 bool leave_out(const Scenario& scenario, const RunArguments& arguments) {
@@ -229,6 +237,7 @@ RunOptions options_of(const Call& call) {
   options.control.permute_ties = call.arguments.permute_ties;
   options.control.interrupted = &call.interrupted;
   options.control.picture = true;
+  options.record_to = call.arguments.record;
   return options;
 }
 
@@ -278,6 +287,31 @@ RunOutcome refuse(const std::string& file, const std::vector<Diagnostic>& errors
   return outcome;
 }
 
+/// Shows how far the run is and, on the wall clock, what it does. False if --scope cannot be had; then nothing ran.
+bool run_watched(const Scenario& scenario, RunOptions& options, const RunArguments& arguments, RunOutcome& outcome) {
+  Progress progress(isatty(STDERR_FILENO));
+  options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
+  if (options.clock != ClockKind::wall) {
+    outcome = run_scenario(scenario, options);
+    return true;
+  }
+  const Scenario guarded = with_live_guards(scenario, options.devices.bindings);
+  LiveWatcher watcher(guarded, options.devices);
+  options.control.view = &watcher;
+  if (arguments.scope) {
+    const Result<std::string> address = watcher.open_scope(static_cast<std::uint16_t>(arguments.scope_port.value_or(0)));
+    if (!address) {
+      spdlog::error("error: --scope: {}", address.error());
+      outcome.exit = ExitCode::run_failed;
+      outcome.failure = "--scope: " + address.error();
+      return false;
+    }
+    fmt::print(stderr, "scope: {}\n", *address);
+  }
+  outcome = run_scenario(scenario, options);
+  return true;
+}
+
 /// Runs one scenario; nullopt if it was left out.
 std::optional<RunOutcome> run_one(const std::string& file, const std::string& folder, Call& call) {
   const RunArguments& arguments = call.arguments;
@@ -300,21 +334,25 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     return outcome;
   }
   RunOptions options = options_of(call);
+  options.origin = origin_of(file, call);
   if (options.clock == ClockKind::wall)
     warn_of_devices(options.devices);
   else
     options.control.row_files = std::make_shared<RowFiles>(fs::path(folder + "/..").lexically_normal());
-  {
-    Progress progress(isatty(STDERR_FILENO));
-    options.control.progress = [&](const std::string& strategy, double fraction) { progress.update(strategy, fraction); };
-    outcome = run_scenario(scenario, options);
+  if (!run_watched(scenario, options, arguments, outcome)) {
+    outcome.record.scenario = scenario.name;
+    outcome.record.file = file;
+    call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
+    return outcome;
   }
-  outcome.record.origin = origin_of(file, call);
+  outcome.record.origin = options.origin;
   if (!outcome.errors.empty()) return refuse(file, outcome.errors, folder, call);
   const std::string reproduce = reproduce_command(arguments, scenario);
   keep(folder, scenario, outcome, reproduce, call);
   if (!arguments.json) {
     print_outcome(scenario, outcome, folder, arguments.program, reproduce);
+    if (!arguments.record.empty() && !outcome.record.strategies.empty())
+      fmt::print("recorded: {} replay {}\n", arguments.program, shell_file(arguments.record));
     fmt::print("{}\n\n", words(outcome));
     std::fflush(stdout);
   }
@@ -368,9 +406,23 @@ ExitCode no_scenarios(const RunArguments& arguments, const std::atomic<bool>& in
   return write_junit(call, ExitCode::usage);
 }
 
+/// Why --scope makes no sense here; empty if it does, or is not given.
+std::string scope_objection(const RunArguments& arguments) {
+  if (arguments.scope_port && !arguments.scope) return "--scope-port is the port of --scope; add that";
+  if (!arguments.scope) return "";
+  if (arguments.clock != "wall")
+    return "it shows a run while real time passes, which it does not on the virtual clock; add --clock wall, or open "
+           "report.html after the run";
+  return built_with_scope() ? "" : "this evenstep was built without it; build it with -DEVENSTEP_SCOPE=ON (Boost.Beast)";
+}
+
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   if (arguments.forces && (arguments.devices.empty() || arguments.clock != "wall")) {
     spdlog::error("--forces: error: it lets forces reach a real device; add --clock wall --device PATH, or leave it out");
+    return ExitCode::usage;
+  }
+  if (const std::string objection = scope_objection(arguments); !objection.empty()) {
+    spdlog::error("--scope: error: {}", objection);
     return ExitCode::usage;
   }
   const Result<std::string> date = date_of_run(std::getenv, unix_seconds());
@@ -381,6 +433,10 @@ ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted
   const std::optional<std::vector<std::string>> files = scenario_files(arguments.paths);
   if (!files) return no_scenarios(arguments, interrupted, registry);
   const bool one_was_named = files->size() == 1 && files->front() == arguments.paths.front();
+  if (!arguments.record.empty() && files->size() > 1) {
+    spdlog::error("--record: error: it is the recording of one run, and these are {} scenarios", files->size());
+    return ExitCode::usage;
+  }
   Call call{arguments, interrupted, registry, !one_was_named, *date, {}, {}, {}};
   const std::vector<std::string> folders = run_places(*files, arguments.out);
   ExitCode worst_code = ExitCode::pass;
@@ -423,6 +479,12 @@ void add_run(Commands& commands) {
                    "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
                    "[[device]], default the first");
   command.flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
+  command.option(
+      "--record", arguments.record,
+      "with --clock wall: write the inputs of the run to this file while it runs; `replay` runs it again from there");
+  command.flag("--scope", arguments.scope,
+               "with --clock wall: a page that shows the run while it lasts, for a browser of this machine");
+  command.option("--scope-port", arguments.scope_port, Range{0, 65535}, "of that page's server; 0 (default): a free one");
   command.flag("--long", arguments.include_long,
                "with a folder: also its scenarios with the tag \"long\" (a file that is named always runs)");
   command.flag("--allow-no-expectations", arguments.allow_no_expectations,

@@ -133,7 +133,7 @@ void add_strategy_notes(const RunSummary& a, const RunSummary& b, std::vector<st
       continue;
     }
     const RunSummary::Strategy& other = found->second;
-    const auto differs = [&](const char* what, const std::string& in_a, const std::string& in_b) {
+    const auto differs = [&, &name = name](const char* what, const std::string& in_a, const std::string& in_b) {
       if (in_a != in_b)
         notes.push_back(fmt::format("strategy '{}' has another {}: A '{}', B '{}'", plain_text(name), what, plain_text(in_a),
                                     plain_text(in_b)));

@@ -104,7 +104,12 @@ class Sizer {
   }
 
  private:
-  Duration sampling_term() const { return longest_period(devices_) - Duration{1}; }
+  /// How long after the time that a read asks for its sample may come.
+  Duration sampling_term() const {
+    Duration longest;
+    for (const SamplingGrid& device : devices_) longest = std::max(longest, period_ceil(device.rate) + device.age);
+    return longest - Duration{1};
+  }
 
   /// Visits the steps that end within the run, as the maps see them.
   template <class Visit>

@@ -26,6 +26,12 @@ constexpr Duration kSpeedWindow{5'000'000};
 
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
+std::int64_t& counter_of(GuardState reason, ForceGuardCounters& counters) {
+  if (reason == GuardState::cut_device) return counters.cuts_device;
+  if (reason == GuardState::cut_stale_hand) return counters.cuts_stale_hand;
+  return reason == GuardState::cut_stale_force ? counters.cuts_stale_force : counters.cuts_speed;
+}
+
 }  // namespace
 
 ForceGuard::ForceGuard(ForceLimits limits) : limits_(limits) {
@@ -87,33 +93,38 @@ void ForceGuard::follow_hand(const DeviceSample& sample) {
   // The oldest sample in the window, or the last sample if none is in it.
   for (std::size_t back = kept; back >= 1; --back) {
     const Position& then = hand_[(fresh_samples_ - back) % hand_.size()];
-    const Duration since = sample.read_at - then.at;
+    const Duration since = sample.time() - then.at;
     if (since.ns <= 0 || (since > kSpeedWindow && back > 1)) continue;
     const double speed_m_per_s = length(sample.position_m - then.m) / seconds(since);
     const double limit_m_per_s = limits_.cut.max_speed_m_per_s;
     too_fast_ = !(speed_m_per_s <= (too_fast_ ? limit_m_per_s / 2 : limit_m_per_s));
     break;
   }
-  hand_[fresh_samples_++ % hand_.size()] = {sample.read_at, sample.position_m};
+  hand_[fresh_samples_++ % hand_.size()] = {sample.time(), sample.position_m};
 }
 
-/// The counter of the first reason for a cut; nullptr if there is none.
-std::int64_t* ForceGuard::reason_to_cut(RealTime now, const GuardedTick& tick) {
+GuardState ForceGuard::state() const {
+  return reason_ == GuardState::armed && authority_ < 1 ? GuardState::ramping : reason_;
+}
+
+/// The first reason for a cut; armed if there is none.
+GuardState ForceGuard::reason_to_cut(RealTime now, const GuardedTick& tick) const {
   const RealTime last_fresh = fresh_samples_ == 0 ? RealTime{} : hand_[(fresh_samples_ - 1) % hand_.size()].at;
-  if (!tick.sample.drivable) return &counters_.cuts_device;
-  if (now - last_fresh > limits_.cut.stale_hand) return &counters_.cuts_stale_hand;
-  if (!tick.force_due || now - *tick.force_due > limits_.cut.stale_force) return &counters_.cuts_stale_force;
-  if (too_fast_) return &counters_.cuts_speed;
-  return nullptr;
+  if (!tick.sample.drivable) return GuardState::cut_device;
+  if (now - last_fresh > limits_.cut.stale_hand) return GuardState::cut_stale_hand;
+  if (!tick.force_due || now - *tick.force_due > limits_.cut.stale_force) return GuardState::cut_stale_force;
+  if (too_fast_) return GuardState::cut_speed;
+  return GuardState::armed;
 }
 
 void ForceGuard::move_authority(RealTime now, const GuardedTick& tick) {
-  std::int64_t* const reason = reason_to_cut(now, tick);
-  if (reason && !cut_ && authority_ > 0) ++*reason;
-  cut_ = reason != nullptr;
-  const Duration ramp = cut_ ? limits_.cut.ramp_down : limits_.cut.ramp_up;
+  const bool was_cut = reason_ != GuardState::armed;
+  reason_ = reason_to_cut(now, tick);
+  const bool cut = reason_ != GuardState::armed;
+  if (cut && !was_cut && authority_ > 0) ++counter_of(reason_, counters_);
+  const Duration ramp = cut ? limits_.cut.ramp_down : limits_.cut.ramp_up;
   const double most = ramp.ns == 0 ? 1.0 : static_cast<double>((now - last_at_).ns) / static_cast<double>(ramp.ns);
-  authority_ = cut_ ? std::max(0.0, authority_ - most) : std::min(1.0, authority_ + most);
+  authority_ = cut ? std::max(0.0, authority_ - most) : std::min(1.0, authority_ + most);
 }
 
 }  // namespace evenstep

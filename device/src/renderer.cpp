@@ -129,14 +129,15 @@ glm::dvec3 SmithRenderer::output_at(RealTime at) const {
 
 glm::dvec3 SmithRenderer::force_N(const AffineContact& scheduled, Duration age, RealTime now, const glm::dvec3& hand_m) {
   const Duration since = kept_ > 0 ? now - back(0).at : Duration{};
-  assert(kept_ == 0 || since.ns > 0);
-  if (kept_ == 0 || since > kFadeAfter)
-    rest_at(hand_m);
-  else
-    advance(since, hand_m);
-  outputs_[next_] = {now, (hand_m - mass_m_) * -mode_.contact_N_per_m};
-  next_ = (next_ + 1) % outputs_.size();
-  kept_ = std::min(kept_ + 1, outputs_.size());
+  if (kept_ == 0 || since.ns > 0) {
+    if (kept_ == 0 || since > kFadeAfter)
+      rest_at(hand_m);
+    else
+      advance(since, hand_m);
+    outputs_[next_] = {now, (hand_m - mass_m_) * -mode_.contact_N_per_m};
+    next_ = (next_ + 1) % outputs_.size();
+    kept_ = std::min(kept_ + 1, outputs_.size());
+  }
   const glm::dvec3 correction_N = back(0).force_N - output_at(scheduled.read_at);
   return without_pull((scheduled.force_N + correction_N) * fade(age), scheduled.outward);
 }

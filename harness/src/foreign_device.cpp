@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "evenstep/device/device_clock.h"
+
 namespace evenstep::internal {
 namespace {
 
@@ -22,6 +24,7 @@ class NamedDevice final : public HapticDevice {
   DeviceSample read(RealTime now) override {
     DeviceSample sample = guarded([&] { return device_->read(now); });
     sample.read_at = now;
+    if (sample.taken_at) check_taken(*sample.taken_at, now, sample.fresh);
     const glm::dvec3& x = sample.position_m;
     if (!std::isfinite(x.x) || !std::isfinite(x.y) || !std::isfinite(x.z))
       throw failed(fmt::format("gave a position that is not finite at {} ns", now.ns));
@@ -35,6 +38,10 @@ class NamedDevice final : public HapticDevice {
   }
   double largest_force_N() const override { return device_->largest_force_N(); }
   const DeviceCounters& counters() const override { return device_->counters(); }
+  const SampleAges* ages() const override {
+    const SampleAges* const own = device_->ages();
+    return own || ages_.ages.count() == 0 ? own : &ages_;
+  }
   std::map<std::string, std::int64_t> own_counters() const override { return device_->own_counters(); }
 
  private:
@@ -50,12 +57,22 @@ class NamedDevice final : public HapticDevice {
       throw failed("threw something that is no std::exception");
     }
   }
+  void check_taken(RealTime taken, RealTime now, bool fresh) {
+    if (taken > now) throw failed(fmt::format("says at {} ns that a position was taken at {} ns", now.ns, taken.ns));
+    if (last_taken_ && taken < *last_taken_)
+      throw failed(
+          fmt::format("says that a position was taken at {} ns, before the last one, at {} ns", taken.ns, last_taken_->ns));
+    last_taken_ = taken;
+    if (fresh) ages_.ages.add(now - taken);
+  }
   DeviceError failed(const std::string& what) const {
     return DeviceError(fmt::format("{}: the driver '{}': {}", device_name_, name_, what));
   }
 
   std::string name_, device_name_;
   std::unique_ptr<HapticDevice> device_;
+  std::optional<RealTime> last_taken_;
+  SampleAges ages_;
 };
 
 }  // namespace

@@ -46,7 +46,7 @@ MetricSamples missing_of(const Scenario& scenario, const StrategyPlan& plan, con
   const std::vector<bool> missing = interaction_underruns(plan.sizing.steps, grid, plan.lead);
   auto [found, most] = bad_steps(scenario, plan, missing, "missing its sample", [&](const MappedStep& step) {
     // The newest sample at the step's begin.
-    const std::int64_t next = first_tick_at_or_after(grid.rate, step.begin + Duration{1}, grid.origin);
+    const std::int64_t next = first_tick_at_or_after(grid.rate, step.begin - grid.age + Duration{1}, grid.origin);
     return step.slot - plan.lead - tick_time(grid.rate, next - 1, grid.origin);
   });
   if (!plan.adapts) missing_by(found, most);
@@ -73,7 +73,7 @@ void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& fo
     for (const char* metric : {"late", "underruns"}) foreseen.add(device + ".force." + strategy, metric, late);
     const std::string buffers = device + ".buffers." + strategy;
     foreseen.add(buffers, "force_underruns", late);
-    if (gated) continue;
+    if (gated || scenario.devices[d].age.is_given()) continue;  // with ages, which samples are missing is not known before
     const MetricSamples missing = missing_of(scenario, plan, grids[d]);
     foreseen.add(device + ".interaction." + strategy, "underruns", missing);
     foreseen.add(buffers, "interaction_underruns", missing);

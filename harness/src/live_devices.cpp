@@ -6,9 +6,12 @@
 #include <array>
 #include <filesystem>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "evenstep/device/evdev/evdev_file.h"
+#include "evenstep/device/evdev/live_evdev.h"
+#include "evenstep/device/inverse3/inverse3_socket.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "foreign_device.h"
 #include "make_driver.h"
@@ -32,6 +35,46 @@ std::filesystem::path node_of(const std::string& path) {
   std::error_code endless;
   const std::filesystem::path node = std::filesystem::weakly_canonical(path, endless);
   return endless ? std::filesystem::path(path) : node;
+}
+
+std::map<std::string, double> write_time_counters(const DurationHistogram& taken) {
+  if (taken.count() == 0) return {};
+  return {{"write_time_p50", seconds(taken.quantile(500))},
+          {"write_time_p99", seconds(taken.quantile(990))},
+          {"write_time_max", seconds(taken.largest())}};
+}
+
+/// Of what is sent by a thread of its own: a HidapiTransport or a LiveEvdev.
+template <class Sender>
+std::map<std::string, double> sending_counters(const Sender& sender) {
+  const WriteTimes times = sender.write_times();
+  std::map<std::string, double> counters{{"writes", static_cast<double>(times.taken.count())},
+                                         {"writes_overtaken", static_cast<double>(times.overtaken)},
+                                         {"writes_rejected", static_cast<double>(times.rejected)},
+                                         {"unplugged", static_cast<double>(sender.times_unplugged())}};
+  counters.merge(write_time_counters(times.taken));
+  return counters;
+}
+
+/// Throws DeviceError if that is no address, or no service is there.
+std::pair<std::unique_ptr<Inverse3Socket>, std::unique_ptr<HapticDevice>> open_inverse3(const Inverse3Spec& spec,
+                                                                                        const std::string& path,
+                                                                                        const WallClock& clock) {
+  const auto address = read_inverse3_address(path);
+  if (!address) throw DeviceError("--device " + path + ": " + address.error());
+  auto socket = std::make_unique<Inverse3Socket>(
+      *address, clock, Inverse3SocketOptions{.update_rate = spec.update_rate, .hold = spec.hold, .remote = spec.remote});
+  auto driver = internal::make_inverse3_driver(spec, *socket, address->device_id);
+  return {std::move(socket), std::move(driver)};
+}
+
+/// A write is a message, and takes until its answer.
+std::map<std::string, double> sending_counters(const Inverse3Times& times) {
+  std::map<std::string, double> counters{{"writes", static_cast<double>(times.answered.count() + times.unanswered)},
+                                         {"writes_overtaken", static_cast<double>(times.overtaken)},
+                                         {"writes_rejected", static_cast<double>(times.unanswered)}};
+  counters.merge(write_time_counters(times.answered));
+  return counters;
 }
 
 }  // namespace
@@ -72,7 +115,8 @@ Scenario with_live_guards(Scenario scenario, const std::vector<DeviceBinding>& b
 struct LiveDevices::Device {
   std::string name;
   std::unique_ptr<HidapiTransport> transport;  // for a real HID device
-  std::unique_ptr<EvdevFile> node;             // for one of Linux' input core
+  std::unique_ptr<LiveEvdev> node;             // for one of Linux' input core
+  std::unique_ptr<Inverse3Socket> service;     // for one of an Inverse Service
   std::unique_ptr<SimulatedMotors> simulated;  // for a simulated one
   std::unique_ptr<HapticDevice> driver;
 };
@@ -91,8 +135,13 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
     if (const auto* foreign = std::get_if<ForeignDriverSpec>(&scenario.devices[tool].driver)) {
       device.driver = internal::make_foreign_device(*foreign, scenario.devices[tool], nullptr, binding->path);
     } else if (const auto* evdev = std::get_if<EvdevSpec>(&scenario.devices[tool].driver)) {
-      device.node = std::make_unique<EvdevFile>(binding->path);
+      auto file = std::make_unique<EvdevFile>(binding->path);
+      const EvdevInfo info = file->info();
+      device.node = std::make_unique<LiveEvdev>(
+          std::move(file), [info] { return open_again(info); }, clock, kPatience);
       device.driver = internal::make_evdev_driver(*evdev, *device.node);
+    } else if (const auto* inverse3 = std::get_if<Inverse3Spec>(&scenario.devices[tool].driver)) {
+      std::tie(device.service, device.driver) = open_inverse3(*inverse3, binding->path, clock);
     } else {
       device.transport = std::make_unique<HidapiTransport>(binding->path, clock, kPatience);
       device.driver = internal::make_driver(scenario.devices[tool], *device.transport);
@@ -130,19 +179,11 @@ void LiveDevices::forget_queued() {
 }
 
 std::map<std::string, double> LiveDevices::counters(std::size_t tool) const {
-  const HidapiTransport* const transport = devices_[tool].transport.get();
-  if (devices_[tool].simulated) return motor_counters(*devices_[tool].simulated);
-  if (!transport) return {};
-  const HidWriteTimes times = transport->write_times();
-  std::map<std::string, double> counters{{"writes", static_cast<double>(times.taken.count())},
-                                         {"writes_overtaken", static_cast<double>(times.overtaken)},
-                                         {"writes_rejected", static_cast<double>(times.rejected)},
-                                         {"unplugged", static_cast<double>(transport->times_unplugged())}};
-  if (times.taken.count() == 0) return counters;
-  counters["write_time_p50"] = seconds(times.taken.quantile(500));
-  counters["write_time_p99"] = seconds(times.taken.quantile(990));
-  counters["write_time_max"] = seconds(times.taken.largest());
-  return counters;
+  const Device& device = devices_[tool];
+  if (device.simulated) return motor_counters(*device.simulated);
+  if (device.transport) return sending_counters(*device.transport);
+  if (device.service) return sending_counters(device.service->times());
+  return device.node ? sending_counters(*device.node) : std::map<std::string, double>{};
 }
 
 }  // namespace evenstep

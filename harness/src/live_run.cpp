@@ -1,6 +1,14 @@
 #include "evenstep/harness/live_run.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+#include <new>
+#include <numeric>
+#include <optional>
 #include <string_view>
 
 #include "evenstep/clock/virtual_clock.h"
@@ -10,6 +18,7 @@
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/loop/recorder.h"
 #include "evenstep/scheduler/live_lanes.h"
+#include "live_log.h"
 
 namespace evenstep {
 namespace {
@@ -18,9 +27,11 @@ namespace {
 constexpr Duration kStartDelay{100'000'000};
 /// A device reports all the time; its lane starts to read this long before its first tick.
 constexpr Duration kListenBefore{500'000};
-/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation.
+/// Priorities: below the kernel's own threaded interrupts (50), and the device above the simulation, and that above the
+/// solver, which may take all of a core for as long as a step lasts.
 constexpr int kDevicePriority = 45;
 constexpr int kSimulationPriority = 40;
+constexpr int kSolverPriority = 35;
 
 /// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;
@@ -30,6 +41,26 @@ std::size_t all_entries(const LiveRecording& recording) {
   for (const DeviceInputs& inputs : recording.inputs) entries = std::max(entries, inputs.ticks.size());
   return entries;
 }
+
+/// Whoever watches is told when the loop begins and, whatever way that comes, when it has ended.
+class Viewing {
+ public:
+  Viewing(LiveView* view, StrategyLanes& lanes, WallEpoch epoch) : view_(view) {
+    if (!view_) return;
+    watch_ = std::make_unique<LoopWatch>();
+    lanes.show(*watch_);
+    view_->begin(*watch_, epoch);
+  }
+  ~Viewing() {
+    if (view_) view_->end();
+  }
+  Viewing(const Viewing&) = delete;
+  Viewing& operator=(const Viewing&) = delete;
+
+ private:
+  LiveView* view_;
+  std::unique_ptr<LoopWatch> watch_;
+};
 
 /// On a wall clock lanes run late, so rings hold four times what the programmed timing needs, and at least 64 entries.
 std::vector<LinkSpec> live_links(const Scenario& scenario, StrategyPlan plan, std::size_t spare) {
@@ -64,17 +95,14 @@ std::unique_ptr<StepTiming> make_live_timing(const Scenario& scenario) {
 
 bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed || status.end == RunEnd::limit; }
 
-/// Adds the step that was running when the run ended: it was launched but did not complete. A replay must launch it too.
-void add_unfinished_step(const std::vector<Event>& events, RealTime end, std::size_t finished,
-                         std::vector<SegmentTiming>& segments) {
-  std::size_t launched = 0;
-  RealTime last_launch;
-  for (const Event& event : events) {
-    if (std::string_view(event.name.text) != "launch") continue;
-    ++launched;
-    last_launch = event.time;
+/// When the step was launched that has not ended yet. A replay must launch it too.
+std::optional<RealTime> unfinished_launch(const std::vector<Event>& events) {
+  for (auto event = events.rbegin(); event != events.rend(); ++event) {
+    const std::string_view name = event->name.text;
+    if (name == "step") return std::nullopt;
+    if (name == "launch") return event->time;
   }
-  if (launched > finished && !segments.empty()) segments.back().steps.push_back({last_launch, std::max(end, last_launch)});
+  return std::nullopt;
 }
 
 /// The visualization that the end of the run has cut off lasts until then.
@@ -85,7 +113,7 @@ void cut_visualization(StrategyRecord& record, RealTime end) {
 }
 
 /// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
-std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::vector<Event>& events, RealTime end) {
+std::vector<SegmentTiming> timing_of(const StrategyRecord& record, std::optional<RealTime> unfinished, RealTime end) {
   std::vector<SegmentTiming> segments = recorded_timing(record);
   for (SegmentTiming& segment : segments) {
     if (!segment.visualization) continue;
@@ -95,12 +123,45 @@ std::vector<SegmentTiming> timing_of(const StrategyRecord& record, const std::ve
       begin = segment.steps.back().end;  // steps first
     segment.visualization = Interval{begin, begin + length};
   }
-  add_unfinished_step(events, end, record.steps.size(), segments);
+  if (unfinished && !segments.empty()) segments.back().steps.push_back({*unfinished, std::max(end, *unfinished)});
   for (SegmentTiming& segment : segments) {
     segment.end = segment.visualization ? segment.visualization->end : segment.begin;
     if (!segment.steps.empty()) segment.end = std::max(segment.end, segment.steps.back().end);
   }
   return segments;
+}
+
+LaneCheck check_of(const Scheduler& scheduler, RealTime until) {
+  return {until, scheduler.event_count(), scheduler.trace_hash()};
+}
+
+/// Makes room for what a run will record, up to an hour of it at 1 kHz: a list that grows is copied, which takes tens of
+/// milliseconds after some minutes, in a tick. Memory that is not used yet costs nothing; where the system promises none,
+/// lists grow.
+void reserve_rows(const Scenario& scenario, StrategyLanes& lanes, std::vector<DeviceInputs>& inputs, Scheduler& device,
+                  Scheduler& simulation) {
+  constexpr std::int64_t kMostRows = 3'600'000;
+  const auto count = [&](Rate rate) {
+    return static_cast<std::size_t>(std::min(first_tick_at_or_after(rate, RealTime{scenario.run_duration.ns}), kMostRows));
+  };
+  const std::size_t steps = count(scenario.scene.step_rate) + 1;
+  std::vector<std::size_t> ticks;
+  for (const DeviceSpec& spec : scenario.devices) ticks.push_back(count(spec.rate));
+  try {
+    lanes.reserve(ticks, steps);
+    for (std::size_t tool = 0; tool < inputs.size(); ++tool) {
+      inputs[tool].ticks.reserve(ticks[tool]);
+      inputs[tool].interaction_heads.reserve(steps);
+    }
+    device.reserve_events(std::accumulate(ticks.begin(), ticks.end(), std::size_t{0}));
+    constexpr std::size_t kEventsPerStep = 4;  // launch and step; segment and visualization if it has a single step
+    simulation.reserve_events(kEventsPerStep * steps);
+  } catch (const std::bad_alloc&) {
+  }
+}
+
+LiveRights::Thread thread_rights(const std::string& name, const RealTimeGrant& grant) {
+  return {name, grant.priority, grant.fifo, grant.timer_slack_ns, grant.slice_ns, grant.refusal};
 }
 
 /// A device that is not there, or may not be opened, makes the run fail, just like one that is unplugged later.
@@ -142,43 +203,60 @@ std::string wall_clock_objection(const Scenario& scenario) {
 }
 
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const LiveDeviceOptions& options,
-                       const RunControl& control) {
+                       const RunControl& control, internal::LiveLog* log) {
   LiveRecording recording;
   const std::string name = name_of(plan.kind);
   // It may compile for a second, so this is done before t = 0 is chosen.
   auto solver = std::make_unique<WatchedSolver>(make_scenario_solver(scenario, plan.kind), scenario.scene.tool_count);
   const std::unique_ptr<RealVisualization> visualization = make_visualization(scenario, *solver);
+  const MemoryLock memory;
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
   DeviceExchange exchange(live_links(scenario, plan, kSpare), devices->drivers(), &recording.inputs);
   StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers());
-  WorkerExecutor worker(simulation_clock);
+  WorkerExecutor worker(simulation_clock, kSolverPriority);
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
+  reserve_rows(scenario, lanes, recording.inputs, device, simulation);
   lanes.spawn(device, simulation, visualization.get());
 
   const RealTime end{scenario.run_duration.ns};
   SlicedRun on_device;
   RunControl quiet = control;
   quiet.progress = nullptr;
+  RealTimeGrant device_granted, simulation_granted;
+  std::optional<Viewing> viewing(std::in_place, control.view, lanes, epoch);
   LaneThread device_thread([&] {
-    recording.device_grant = request_real_time(kDevicePriority);
+    const RealTimeRights rights(kDevicePriority);
+    device_granted = rights.grant();
     device_clock.wait_until(RealTime{} - kListenBefore);
     devices->forget_queued();
-    on_device = run_in_slices(device, end, name, quiet);
+    on_device = run_in_slices(device, end, name, quiet, [&](RealTime until) {
+      recording.device_check = check_of(device, until);
+      if (log) log->device_slice(recording.inputs, lanes.record(), recording.device_check);
+    });
     if (ended_badly(on_device.status)) simulation.request_stop();
   });
-  recording.simulation_grant = request_real_time(kSimulationPriority);
-  const SlicedRun in_simulation = run_in_slices(simulation, end, name, control);
+  const SlicedRun in_simulation = [&] {
+    const RealTimeRights rights(kSimulationPriority);
+    simulation_granted = rights.grant();
+    // Whoever watches shows how far it is; this thread then writes to no terminal, which may make it wait.
+    return run_in_slices(simulation, end, name, control.view ? quiet : control, [&](RealTime until) {
+      recording.simulation_check = check_of(simulation, until);
+      recording.unfinished = unfinished_launch(simulation.events());
+      if (log) log->simulation_slice(recording.inputs, lanes.record(), recording.unfinished, recording.simulation_check);
+    });
+  }();
   if (ended_badly(in_simulation.status)) device.request_stop();  // there will be no more forces
   device_thread.join();
+  viewing.reset();
   devices->stop_simulated();
   throw_if_failed(on_device.status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
   throw_if_failed(in_simulation.status, name);
 
-  recording.record = lanes.finish(merge(simulation.events(), device.events()));
+  recording.record = lanes.finish(merge(simulation.events(), device.events()), in_simulation.reached);
   recording.record.interrupted = on_device.interrupted || in_simulation.interrupted;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
@@ -187,12 +265,65 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
     recording.visualization = visualization->text();
     recording.drawing_png = visualization->png();
   }
-  recording.timing = timing_of(recording.record, simulation.events(), end);
+  recording.timing = timing_of(recording.record, recording.unfinished, end);
+  recording.rights = {{thread_rights("device", device_granted), thread_rights("simulation", simulation_granted),
+                       thread_rights("solver", worker.grant())},
+                      memory.refusal().empty(),
+                      memory.refusal()};
   return recording;
 }
 
-StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
-                      const RunControl& control) {
+namespace {
+
+/// A lane of a replay: how far it may go, and whether its events are those that were recorded.
+class ReplayedLane {
+ public:
+  /// `checks` empty: as far as the scenario lasts.
+  ReplayedLane(Scheduler& scheduler, RealTime end, const std::vector<LaneCheck>& checks, const char* name)
+      : scheduler_(scheduler), end_(end), checks_(checks), name_(name) {
+    compare();
+  }
+  std::optional<Scheduler::Key> next() const {
+    if (!checks_.empty() && scheduler_.event_count() >= checks_.back().events) return std::nullopt;
+    const auto key = scheduler_.next();
+    return key && key->time < end_ ? key : std::nullopt;
+  }
+  bool run_one() {
+    const bool ran = scheduler_.run_one();
+    compare();
+    return ran;
+  }
+  /// All events before it were compared.
+  RealTime until() const { return until_; }
+  const std::string& difference() const { return difference_; }
+
+ private:
+  void compare() {
+    for (; next_ < checks_.size() && checks_[next_].events <= scheduler_.event_count(); ++next_) {
+      if (difference_.empty() && checks_[next_].hash != scheduler_.trace_hash())
+        difference_ =
+            fmt::format("{} differs between {:.6g} s and {:.6g} s", name_, seconds(until_), seconds(checks_[next_].until));
+      if (difference_.empty()) until_ = checks_[next_].until;
+    }
+  }
+
+  Scheduler& scheduler_;
+  RealTime end_, until_;
+  const std::vector<LaneCheck>& checks_;
+  const char* name_;
+  std::size_t next_ = 0;
+  std::string difference_;
+};
+
+struct LanesReplay {
+  StrategyRecord record;
+  RealTime until;
+  std::string difference;
+};
+
+LanesReplay replay_lanes(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
+                         const std::vector<LaneCheck>& device_checks, const std::vector<LaneCheck>& simulation_checks,
+                         const RunControl& control) {
   RecordedExchange exchange(live_links(scenario, plan, all_entries(recording)), recording.inputs, true);
   auto [solver, watched] = make_watched_solver(scenario, plan.kind, control);
   StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_replayed_timing(recording.timing), {});
@@ -204,25 +335,91 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
 
   // Each lane goes only as far as the other one had got during the recording, which the recorded heads tell.
   const RealTime end{scenario.run_duration.ns};
-  const auto next_before_end = [&](Scheduler& scheduler) {
-    const auto key = scheduler.next();
-    return key && key->time < end ? key : std::nullopt;
-  };
+  ReplayedLane ticks(device, end, device_checks, "the device lane");
+  ReplayedLane steps(simulation, end, simulation_checks, "the simulation lane");
   for (;;) {
-    const auto tick = next_before_end(device);
-    const auto event = next_before_end(simulation);
+    const auto tick = ticks.next();
+    const auto event = steps.next();
     const bool tick_ready = tick && exchange.next_tick_ready();
     const bool event_ready = event && (event->lane != Lane::launch || exchange.next_step_ready());
     if (!tick_ready && !event_ready) break;  // both at their end
     const bool tick_first = tick_ready && (!event_ready || tick->time <= event->time);
-    if (!(tick_first ? device : simulation).run_one()) break;
+    if (!(tick_first ? ticks : steps).run_one()) break;
   }
   throw_if_failed(device.status(), name_of(plan.kind));
   throw_if_failed(simulation.status(), name_of(plan.kind));
-  StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()));
-  record.shadow = true;
+  const RealTime reached = simulation_checks.empty() ? end : steps.until();
+  StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()), reached);
   if (watched) record.tissue = picture_of(scenario, *watched);
+  return {std::move(record), std::min(ticks.until(), steps.until()),
+          ticks.difference().empty() ? steps.difference() : ticks.difference()};
+}
+
+bool same_bits(const glm::dvec3& a, const Vec3& b) {
+  return std::bit_cast<Vec3>(a) == b && std::signbit(a.x) == std::signbit(b[0]) && std::signbit(a.y) == std::signbit(b[1]) &&
+         std::signbit(a.z) == std::signbit(b[2]);
+}
+
+/// The first tick whose force is another one than was sent; empty if there is none.
+std::string force_difference(const StrategyRecord& record, const InputLog& log) {
+  for (std::size_t tool = 0; tool < record.devices.size(); ++tool) {
+    const Rows<TickRow>& ticks = record.devices[tool].ticks;
+    for (std::size_t k = 0; k < std::min(ticks.size(), log.ticks[tool].size()); ++k) {
+      const glm::dvec3& sent = log.ticks[tool][k].force_N;
+      const Vec3& again = ticks[k].force_N;
+      if (same_bits(sent, again)) continue;
+      return fmt::format("tick {} of {}, at {:.6f} s: ({}, {}, {}) N was sent, and the replay sends ({}, {}, {}) N", k,
+                         record.devices[tool].name, seconds(ticks[k].at), sent.x, sent.y, sent.z, again[0], again[1],
+                         again[2]);
+    }
+  }
+  return {};
+}
+
+/// Where the replay first differs from the recording.
+std::string difference_of(const LanesReplay& replayed, const InputLog& log) {
+  if (std::string force = force_difference(replayed.record, log); !force.empty()) return force;
+  if (!replayed.difference.empty()) return replayed.difference;
+  if (!log.end) return {};
+  if (replayed.until < log.until())
+    return fmt::format("the replay ends at {:.6g} s, before the recording does", seconds(replayed.until));
+  if (replayed.record.trace_hash != log.end->trace_hash)
+    return fmt::format("trace {:016x} was recorded, and the replay has {:016x}", log.end->trace_hash,
+                       replayed.record.trace_hash);
+  return digest_of_forces(replayed.record) == log.end->forces_digest ? "" : "the forces differ";
+}
+
+}  // namespace
+
+StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
+                      const RunControl& control) {
+  StrategyRecord record = replay_lanes(scenario, plan, recording, {}, {}, control).record;
+  record.shadow = true;
   return record;
+}
+
+LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const InputLog& log, const RunControl& control) {
+  LogReplay replayed;
+  LiveRecording& recording = replayed.recording;
+  recording.inputs = log.inputs;
+  recording.record = log.rows;
+  recording.timing = timing_of(log.rows, log.unfinished, RealTime{scenario.run_duration.ns});
+  if (log.until() == RealTime{0})
+    throw RunFailure("recording",
+                     log.file + ": it ends before both lanes had a whole slice in it: there is nothing to replay",
+                     "record for longer than 20 ms");
+  LanesReplay lanes = replay_lanes(scenario, plan, recording, log.device_checks, log.simulation_checks, control);
+  replayed.until = lanes.until;
+  replayed.difference = difference_of(lanes, log);
+  recording.record = std::move(lanes.record);
+  recording.record.interrupted = !log.whole();
+  for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool) {
+    DeviceRecord& device = recording.record.devices[tool];
+    const std::vector<LiveTick>& live = log.ticks[tool];
+    for (std::size_t k = 0; k < std::min(device.ticks.size(), live.size()); ++k) device.ticks[k].lateness = live[k].lateness;
+    if (log.end) device.counters = log.end->counters[tool];
+  }
+  return replayed;
 }
 
 StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,

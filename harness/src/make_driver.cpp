@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <functional>
+#include <numeric>
 #include <utility>
 
 #include "evenstep/device/evdev/simulated_evdev.h"
@@ -11,6 +13,8 @@
 #include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
 #include "evenstep/device/hid/simulated_transport.h"
+#include "evenstep/device/inverse3/simulated_inverse3.h"
+#include "evenstep/scheduler/random.h"
 #include "foreign_device.h"
 #include "read_only_device.h"
 
@@ -30,11 +34,32 @@ DeviceError refusal(const HidTransport& transport, const std::string& why) {
       fmt::format("{}: '{}' ({:04x}:{:04x}): {}", info.path, info.product, info.vendor_id, info.product_id, why));
 }
 
+/// The rate of the device's ticks by the host's clock.
+Rate rate_by_host(Rate rate, std::int64_t clock_ppm) {
+  if (clock_ppm == 0) return rate;
+  constexpr std::int64_t kMillion = 1'000'000;
+  const std::int64_t num = rate.num * (kMillion + clock_ppm), den = rate.den * kMillion;
+  const std::int64_t common = std::gcd(num, den);
+  return {num / common, den / common};
+}
+
+std::function<Duration(std::int64_t)> age_of(const DeviceSpec& device) {
+  const ReportAge& age = device.age;
+  if (age.least.ns == 0 && age.jitter.ns == 0) return nullptr;
+  return [least = age.least, jitter = age.jitter,
+          stream = RandomStream(age.seed, device.name + ".report_age")](std::int64_t tick) {
+    const auto choices = static_cast<std::uint64_t>(jitter.ns) + 1;
+    return least + Duration{static_cast<std::int64_t>(stream.below(static_cast<std::uint64_t>(tick), choices))};
+  };
+}
+
 SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
-  SimulatedDeviceOptions options{.rate = device.rate,
+  SimulatedDeviceOptions options{.rate = rate_by_host(device.rate, device.age.clock_ppm),
                                  .first_tick = RealTime{device.phase.ns},
                                  .queue = device.queue,
                                  .force_delay = device.force_delay,
+                                 .age = age_of(device),
+                                 .clock_rate = device.rate,
                                  .name = device.name,
                                  .faults = device.faults};
   if (device.unplug)
@@ -42,14 +67,21 @@ SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
   return options;
 }
 
+/// What simulated devices that play effects have in common.
+template <class Options, class Spec>
+Options simulated_effects(const Spec& spec, const DeviceSpec& device) {
+  Options options;
+  options.reports = simulated_options(device);
+  options.travel_m = spec.options.travel_m;
+  options.full_scale_N = spec.options.full_scale_N.value_or(options.full_scale_N);
+  options.full_slope_N_per_m = spec.options.full_slope_N_per_m;
+  options.firmware_rate = spec.firmware_rate;
+  return options;
+}
+
 std::unique_ptr<SimulatedDevice> simulated_board(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
-  SimulatedBoardOptions board;
+  auto board = simulated_effects<SimulatedBoardOptions>(spec, device);
   board.kind = *spec.board;
-  board.reports = simulated_options(device);
-  board.travel_m = spec.options.travel_m;
-  board.full_scale_N = spec.options.full_scale_N.value_or(board.full_scale_N);
-  board.full_slope_N_per_m = spec.options.full_slope_N_per_m;
-  board.firmware_rate = spec.firmware_rate;
   board.pool_effects = spec.pool_effects;
   board.block_load_error_at = spec.block_load_error_at;
   board.events = spec.events;
@@ -62,7 +94,7 @@ std::unique_ptr<SimulatedDevice> simulated(const ReferenceSpec&, const DeviceSpe
   return under_hand<SimulatedTransport>(device, clock, simulated_options(device));
 }
 
-std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, HidTransport& transport) {
+std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, const DeviceSpec& device, HidTransport& transport) {
   const HidDeviceInfo& info = transport.info();
   if (info.vendor_id != reference_device::kVendorId || info.product_id != reference_device::kProductId) {
     throw refusal(
@@ -70,26 +102,22 @@ std::unique_ptr<HapticDevice> driver(const ReferenceSpec&, HidTransport& transpo
         "not a reference device; one that `evenstep devices` calls PID needs driver = \"pid\" and its travel and full "
         "scale in pid = { ... }");
   }
-  return std::make_unique<ReferenceDriver>(transport);
+  return std::make_unique<ReferenceDriver>(
+      transport, follows_clock(device) ? std::optional(DeviceClock(device.age.least)) : std::nullopt);
 }
 
 std::unique_ptr<SimulatedDevice> simulated(const PidSpec& spec, const DeviceSpec& device, const Clock& clock) {
   if (spec.board) return simulated_board(spec, device, clock);
-  SimulatedPidOptions pid;
+  auto pid = simulated_effects<SimulatedPidOptions>(spec, device);
   pid.descriptor.flavour = spec.flavour;
   pid.descriptor.axes = spec.options.travel_m.z > 0 ? 3 : 2;
-  pid.reports = simulated_options(device);
-  pid.travel_m = spec.options.travel_m;
-  pid.full_scale_N = spec.options.full_scale_N.value_or(pid.full_scale_N);
-  pid.full_slope_N_per_m = spec.options.full_slope_N_per_m;
-  pid.firmware_rate = spec.firmware_rate;
   pid.events = spec.events;
   pid.pool_effects = spec.pool_effects;
   pid.block_load_error_at = spec.block_load_error_at;
   return under_hand<SimulatedPidDevice>(device, clock, pid);
 }
 
-std::unique_ptr<HapticDevice> driver(const PidSpec& spec, HidTransport& transport) {
+std::unique_ptr<HapticDevice> driver(const PidSpec& spec, const DeviceSpec&, HidTransport& transport) {
   const auto parsed = parse_report_descriptor(transport.report_descriptor());
   if (!parsed)
     throw refusal(transport,
@@ -103,12 +131,7 @@ std::unique_ptr<HapticDevice> driver(const PidSpec& spec, HidTransport& transpor
 }
 
 std::unique_ptr<SimulatedEvdev> simulated_evdev(const EvdevSpec& spec, const DeviceSpec& device, const Clock& clock) {
-  SimulatedEvdevOptions options;
-  options.reports = simulated_options(device);
-  options.travel_m = spec.options.travel_m;
-  options.full_scale_N = spec.options.full_scale_N.value_or(options.full_scale_N);
-  options.full_slope_N_per_m = spec.options.full_slope_N_per_m;
-  options.firmware_rate = spec.firmware_rate;
+  auto options = simulated_effects<SimulatedEvdevOptions>(spec, device);
   options.effects = spec.effects;
   options.foreign_effects = spec.foreign_effects;
   options.held = spec.held;
@@ -116,24 +139,45 @@ std::unique_ptr<SimulatedEvdev> simulated_evdev(const EvdevSpec& spec, const Dev
   return under_hand<SimulatedEvdev>(device, clock, options);
 }
 
-std::unique_ptr<HapticDevice> driver(const EvdevSpec&, HidTransport& transport) {
+std::unique_ptr<HapticDevice> driver(const EvdevSpec&, const DeviceSpec&, HidTransport& transport) {
   throw refusal(transport, "driver = \"evdev\" talks to /dev/input/event*, not to a HID transport");
 }
 
-std::unique_ptr<HapticDevice> driver(const ForeignDriverSpec& spec, HidTransport& transport) {
+std::unique_ptr<SimulatedInverse3> simulated_inverse3(const Inverse3Spec& spec, const DeviceSpec& device,
+                                                      const Clock& clock) {
+  SimulatedInverse3Options options;
+  options.reports = simulated_options(device);
+  options.origin_m = spec.options.origin_m;
+  options.hold = spec.hold;
+  options.in_use = spec.in_use;
+  options.uncalibrated_at = spec.uncalibrated_at;
+  return under_hand<SimulatedInverse3>(device, clock, options);
+}
+
+std::unique_ptr<HapticDevice> driver(const Inverse3Spec&, const DeviceSpec&, HidTransport& transport) {
+  throw refusal(transport, "driver = \"inverse3\" talks to a service, ws://127.0.0.1:10001, not to a HID transport");
+}
+
+std::unique_ptr<HapticDevice> driver(const ForeignDriverSpec& spec, const DeviceSpec&, HidTransport& transport) {
   throw refusal(transport, fmt::format("the driver '{}' talks to no HID transport", spec.part.name));
 }
 
 template <class Spec>
 SimulatedParts parts(const Spec& spec, const DeviceSpec& device, const Clock& clock) {
   std::unique_ptr<SimulatedDevice> below = simulated(spec, device, clock);
-  std::unique_ptr<HapticDevice> above = driver(spec, *below);
+  std::unique_ptr<HapticDevice> above = driver(spec, device, *below);
   return {std::move(below), std::move(above)};
 }
 
 SimulatedParts parts(const EvdevSpec& spec, const DeviceSpec& device, const Clock& clock) {
   std::unique_ptr<SimulatedEvdev> below = simulated_evdev(spec, device, clock);
   std::unique_ptr<HapticDevice> above = make_evdev_driver(spec, *below);
+  return {std::move(below), std::move(above)};
+}
+
+SimulatedParts parts(const Inverse3Spec& spec, const DeviceSpec& device, const Clock& clock) {
+  std::unique_ptr<SimulatedInverse3> below = simulated_inverse3(spec, device, clock);
+  std::unique_ptr<HapticDevice> above = make_inverse3_driver(spec, *below, "");
   return {std::move(below), std::move(above)};
 }
 
@@ -150,13 +194,20 @@ SimulatedParts make_simulated(const DeviceSpec& device, const Clock& clock) {
 }
 
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport) {
-  return std::visit([&](const auto& spec) { return driver(spec, transport); }, device.driver);
+  return std::visit([&](const auto& spec) { return driver(spec, device, transport); }, device.driver);
 }
 
 std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, EvdevNode& node) {
   auto evdev = std::make_unique<EvdevDriver>(node, spec.options);
   if (evdev->is_read_only()) return std::make_unique<ReadOnlyDevice>(std::move(evdev));
   return evdev;
+}
+
+std::unique_ptr<HapticDevice> make_inverse3_driver(const Inverse3Spec& spec, Inverse3Link& link,
+                                                   const std::string& device_id) {
+  Inverse3Options options = spec.options;
+  options.device_id = device_id;
+  return std::make_unique<Inverse3Driver>(link, options);
 }
 
 }  // namespace evenstep::internal

@@ -14,6 +14,7 @@ class ReadOnlyDevice final : public HapticDevice {
   DeviceSample read(RealTime now) override { return device_->read(now); }
   void write(const glm::dvec3&) override {}
   const DeviceCounters& counters() const override { return device_->counters(); }
+  const SampleAges* ages() const override { return device_->ages(); }
 
  private:
   std::unique_ptr<HapticDevice> device_;

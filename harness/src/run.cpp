@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <map>
 #include <optional>
@@ -13,11 +14,14 @@
 #include "evenstep/harness/live_run.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/sizing.h"
+#include "evenstep/harness/version.h"
 #include "evenstep/loop/recorder.h"
+#include "evenstep/reports/balance.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/parallel_for.h"
 #include "judge.h"
+#include "live_log.h"
 #include "run_case.h"
 
 namespace evenstep {
@@ -130,16 +134,47 @@ std::string culprit_of(const Scenario& scenario, const StrategyRecord& a, const 
   return culprit.empty() ? "" : fmt::format("; {}: it is not reproducible", culprit);
 }
 
-/// Runs the live strategy first, then its exact twin (which proves that the recording is complete), then the shadows.
-void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
-              std::string& difference) {
-  const auto live = std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
-  LiveRecording recording = run_live(scenario, *live, options.devices, options.control);
-  run.live = recording.record.name;
+InputLogHead head_of(const Scenario& scenario, const RunOptions& options) {
+  return {.version = kVersion,
+          .build = compiler_here(),
+          .scenario_file = scenario.file,
+          .scenario_text = scenario.resolved_toml,
+          .files = files_named_by(scenario.resolved_toml),
+          .origin = options.origin,
+          .devices = options.devices.bindings,
+          .forces = options.devices.forces,
+          .permute_ties = options.control.permute_ties,
+          .strategy = name_of(scenario.live),
+          .tools = static_cast<std::uint32_t>(scenario.devices.size())};
+}
+
+/// Null if nothing is to be recorded.
+std::unique_ptr<internal::LiveLog> start_log(const Scenario& scenario, const RunOptions& options) {
+  if (options.record_to.empty()) return nullptr;
+  auto writer = internal::InputLogWriter::create(options.record_to, head_of(scenario, options));
+  if (!writer)
+    throw RunFailure("disk", fmt::format("--record {}: {}", options.record_to, writer.error()),
+                     "give a place that can be written");
+  return std::make_unique<internal::LiveLog>(std::move(*writer));
+}
+
+/// The live run, and what its recording lacks.
+LiveRecording run_and_record(const Scenario& scenario, const StrategyPlan& live, const RunOptions& options, RunRecord& run) {
+  const std::unique_ptr<internal::LiveLog> log = start_log(scenario, options);
+  LiveRecording recording = run_live(scenario, live, options.devices, options.control, log.get());
+  if (log) run.recording_lacks = log->finish(recording, options.record_to);
+  run.rights = recording.rights;
+  run.real_time_granted = recording.rights.fifo();
   run.visualization = recording.visualization;
   run.drawing_png = std::move(recording.drawing_png);
-  run.real_time_granted = recording.device_grant.fifo && recording.simulation_grant.fifo;
+  return recording;
+}
+
+/// All strategies of a run whose live one has been recorded: the others are shadows.
+void add_strategies(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const LiveRecording& recording,
+                    const RunOptions& options, RunRecord& run) {
   const bool interrupted = options.control.is_interrupted();
+  run.live = recording.record.name;
   for (const StrategyPlan& plan : plans) {
     if (plan.kind == scenario.live)
       run.strategies.push_back(recording.record);
@@ -150,8 +185,20 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
     else
       run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
   }
-  if (interrupted) return;
-  StrategyRecord twin = replay(scenario, *live, recording, options.control);
+}
+
+const StrategyPlan& live_plan(const Scenario& scenario, const std::vector<StrategyPlan>& plans) {
+  return *std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
+}
+
+/// Runs the live strategy first, then the shadows, then its exact twin (which proves that the recording is complete).
+void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
+              std::string& difference) {
+  const StrategyPlan& live = live_plan(scenario, plans);
+  const LiveRecording recording = run_and_record(scenario, live, options, run);
+  add_strategies(scenario, plans, recording, options, run);
+  if (options.control.is_interrupted()) return;
+  StrategyRecord twin = replay(scenario, live, recording, options.control);
   for (StrategyRecord& strategy : run.strategies)
     if (strategy.name == twin.name) strategy.tissue = std::move(twin.tissue);
   if (twin.trace_hash == recording.record.trace_hash) return;
@@ -159,6 +206,19 @@ void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, 
   difference =
       found ? "the recorded run and its virtual twin differ: " + found->text + culprit_of(scenario, recording.record, twin)
             : "hashes differ, events do not";
+}
+
+/// The same of a recording. One that ends early is measured, and shadowed, up to where both lanes are in it.
+void run_recorded(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options,
+                  RunRecord& run, std::string& difference) {
+  const InputLog& log = *options.replayed;
+  const LogReplay replayed = replay(scenario, live_plan(scenario, plans), log, options.control);
+  run.real_time_granted = !log.end || log.end->real_time_granted;
+  difference = replayed.difference;
+  Scenario as_far = scenario;
+  if (!log.whole()) as_far.run_duration = replayed.until - RealTime{0};
+  run.nominal.end = RealTime{as_far.run_duration.ns};
+  add_strategies(as_far, plans, replayed.recording, options, run);
 }
 
 void finish(RunRecord& run) {
@@ -172,7 +232,9 @@ void finish(RunRecord& run) {
 void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& run, std::string& difference) {
   run = start_run(scenario, options);
   const std::vector<StrategyPlan> plans = plan(scenario, PlannedSteps::drop);
-  if (options.clock == ClockKind::wall)
+  if (options.replayed)
+    run_recorded(scenario, plans, options, run, difference);
+  else if (options.clock == ClockKind::wall)
     run_wall(scenario, plans, options, run, difference);
   else
     run_virtual(scenario, plans, options, run);
@@ -270,6 +332,14 @@ void end_early(RunRecord& run) {
   if (!run.strategies.empty()) run.nominal.end = std::min(run.nominal.end, reached);
 }
 
+/// Numbers of a run that has lost something without counting it are worth nothing.
+void refuse_imbalance(const RunRecord& run) {
+  const std::vector<std::string> broken = imbalances(run);
+  if (broken.empty()) return;
+  throw RunFailure("imbalance", fmt::format("the counts of the run do not add up: {}", fmt::join(broken, "; ")),
+                   "this is a defect of evenstep, or of a driver of your own; please report it with the scenario");
+}
+
 void measure(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
   outcome.metrics = evenstep::measure(outcome.record);
   const auto asks = [](const Expectation& expectation) { return is_growth(expectation.metric); };
@@ -304,12 +374,28 @@ std::optional<RunFailure> interruption(const Scenario& scenario, const RunRecord
 }
 
 std::string objection_to(const Scenario& scenario, const RunOptions& options) {
+  if (!options.record_to.empty() && options.clock != ClockKind::wall)
+    return "--record keeps the inputs of a run on the wall clock; on the virtual clock the scenario is all there is to "
+           "keep: "
+           "add --clock wall, or leave it out";
+  if (std::error_code error; std::filesystem::is_regular_file(options.record_to, error))
+    return fmt::format("--record {}: exists already; a recording is never overwritten: give another name, or remove it",
+                       options.record_to);
   if (options.clock == ClockKind::wall) {
     const std::string objection = wall_clock_objection(scenario);
     return objection.empty() ? binding_objection(scenario, options.devices.bindings) : objection;
   }
   return options.devices.bindings.empty() ? ""
                                           : "a real device cannot wait for a virtual clock; --device needs --clock wall";
+}
+
+/// A recording that was asked for and is not complete is like a run folder that cannot be written: whatever was judged, the
+/// run has failed.
+void add_recording_failure(RunOutcome& outcome) {
+  if (outcome.record.recording_lacks.empty()) return;
+  outcome.failure += (outcome.failure.empty() ? "" : "\n") + outcome.record.recording_lacks;
+  outcome.remedy = "free some space, or give a place on another disk; what is in the file replays";
+  outcome.exit = worse(outcome.exit, ExitCode::run_failed);
 }
 
 /// Everything but the verdict of the run as a whole.
@@ -331,6 +417,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
   };
   try {
     const auto interrupted = [&] { return options.control.is_interrupted(); };
+    const bool whole = !options.replayed || options.replayed->whole();
     if (scenario.case_spec) {
       internal::run_case(scenario, options, outcome);
     } else {
@@ -338,13 +425,17 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
       run_once(scenario, options, outcome.record, difference);
       if (options.repeat && !interrupted()) {
         RunRecord again;
-        run_once(scenario, options, again, difference);
+        RunOptions unrecorded = options;
+        unrecorded.record_to.clear();
+        run_once(scenario, unrecorded, again, difference);
         difference = compare(scenario, outcome.record, again);
       }
-      end_early(outcome.record);
+      if (!options.replayed) end_early(outcome.record);
+      refuse_imbalance(outcome.record);
       measure(scenario, options, outcome);
-      if (!interrupted()) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+      if (!interrupted() && whole) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
     }
+    add_recording_failure(outcome);
     if (interrupted()) {
       outcome.exit = ExitCode::interrupted;
       count_seconds();

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <utility>
 
+#include "evenstep/device/device_clock.h"
 #include "evenstep/harness/rendering.h"
 #include "evenstep/reports/run_failure.h"
 #include "make_driver.h"
@@ -130,6 +131,23 @@ std::vector<DeviceLane> device_lanes(const Scenario& scenario, const std::vector
   return lanes;
 }
 
+namespace {
+
+void put_ages(const SampleAges& ages, std::map<std::string, double>& counters) {
+  counters["sample_age_p50"] = seconds(ages.ages.quantile(500));
+  counters["sample_age_p99"] = seconds(ages.ages.quantile(990));
+  counters["sample_age_max"] = seconds(ages.ages.largest());
+  counters["ages_capped"] = static_cast<double>(ages.capped);
+  if (!ages.clock_rate_error) return;
+  counters["clock_rate_error"] = *ages.clock_rate_error;
+  counters["clock_residual"] = seconds(ages.residual);
+  counters["clock_ahead"] = static_cast<double>(ages.ahead);
+  counters["clock_ahead_max"] = seconds(ages.ahead_max);
+  counters["clock_restarts"] = static_cast<double>(ages.restarts);
+}
+
+}  // namespace
+
 std::map<std::string, double> counters_of(const DeviceLane& lane) {
   const ForceGuardCounters& guarded = lane.guard.counters();
   std::map<std::string, double> counters{{"clamped", static_cast<double>(guarded.clamped)},
@@ -147,6 +165,7 @@ std::map<std::string, double> counters_of(const DeviceLane& lane) {
   counters["stale"] = static_cast<double>(driver.stale);
   counters["write_failures"] = static_cast<double>(driver.write_failures);
   for (const auto& [name, count] : lane.device->own_counters()) counters[name] = static_cast<double>(count);
+  if (const SampleAges* const ages = lane.device->ages(); ages && ages->ages.count() > 0) put_ages(*ages, counters);
   return counters;
 }
 

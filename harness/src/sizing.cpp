@@ -37,8 +37,8 @@ struct GateModel {
 
   RealTime opens(RealTime slot, const SamplingGrid& device) const {
     const RealTime read = slot - lead;
-    if (any_phase) return read + period_ceil(device.rate) - Duration{1};
-    return tick_time(device.rate, first_tick_at_or_after(device.rate, read, device.origin), device.origin);
+    if (any_phase) return read + period_ceil(device.rate) - Duration{1} + device.age;
+    return tick_time(device.rate, first_tick_at_or_after(device.rate, read, device.origin), device.origin) + device.age;
   }
 };
 
@@ -116,7 +116,8 @@ std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time) 
 
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario) {
   std::vector<SamplingGrid> grids;
-  for (const DeviceSpec& device : scenario.devices) grids.push_back({device.rate, RealTime{device.phase.ns}});
+  for (const DeviceSpec& device : scenario.devices)
+    grids.push_back({device.rate, RealTime{device.phase.ns}, largest_age(device)});
   return grids;
 }
 

@@ -120,6 +120,22 @@ void put_contacts(const std::optional<RenderedContactsSummary>& contacts, Device
   record.counters["softened"] = static_cast<double>(contacts->softened);
 }
 
+DeviceFlow flow_of(const DeviceLane& lane, const Exchange& exchange) {
+  const ForceCounts& forces = exchange.force_counts(lane.tool);
+  const auto ticks = [&](ReadStatus status) { return forces.ticks.at(static_cast<std::size_t>(status)); };
+  return {.ticks_skipped = lane.skipped,
+          .ticks_unforced = ticks(ReadStatus::empty),
+          .ticks_underrun = ticks(ReadStatus::underrun),
+          .ticks_overrun = ticks(ReadStatus::overrun),
+          .ticks_on_time = ticks(ReadStatus::inside),
+          .samples = static_cast<std::int64_t>(exchange.samples(lane.tool)),
+          .forces = static_cast<std::int64_t>(exchange.forces(lane.tool)),
+          .forces_sent = forces.sent,
+          .forces_overtaken = forces.overtaken,
+          .forces_dropped = forces.dropped,
+          .forces_pending = exchange.pending_forces(lane.tool)};
+}
+
 /// Records the energy that the scene stores when judging begins.
 void put_stored(const Scenario& scenario, DeviceRecord& record) {
   const RealTime from{scenario.warmup.ns};
@@ -146,6 +162,31 @@ void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
 
 }  // namespace
 
+/// A timing that knows when all the steps that it has handed out were programmed to begin.
+class CountedTiming final : public StepTiming {
+ public:
+  explicit CountedTiming(std::unique_ptr<StepTiming> timing) : timing_(std::move(timing)) {}
+  bool next(SegmentTiming& segment) override {
+    if (!timing_->next(segment)) return false;
+    last_ = segment;
+    steps_ += std::ssize(segment.steps);
+    return true;
+  }
+  /// How many steps are programmed to begin before `end`, those of segments that nobody has asked for included.
+  std::int64_t steps_before(RealTime end) {
+    SegmentTiming segment;
+    while (last_.begin < end && next(segment)) {
+    }
+    const auto later = [&](const Interval& step) { return step.begin >= end; };
+    return steps_ - std::count_if(last_.steps.begin(), last_.steps.end(), later);
+  }
+
+ private:
+  std::unique_ptr<StepTiming> timing_;
+  SegmentTiming last_;
+  std::int64_t steps_ = 0;
+};
+
 std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyKind kind) {
   SolverOptions options;
   options.work_group_size = scenario.work_group_size;
@@ -164,7 +205,7 @@ StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan,
       exchange_(exchange),
       solver_(std::move(solver)),
       map_(map_of(scenario, plan)),
-      timing_(std::move(timing)),
+      timing_(std::make_unique<CountedTiming>(std::move(timing))),
       record_(start_record(scenario, plan, row_files)),
       step_(*solver_, scene_),
       step_recorder_(record_, underrun_words(scenario.remap, plan.kind)),
@@ -178,8 +219,26 @@ void StrategyLanes::spawn(Scheduler& device, Scheduler& simulation, Visualizatio
   simulation.spawn(simulation_lane(simulation, *timing_, *map_, step_, exchange_, step_recorder_, visualization));
 }
 
-StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
+StrategyLanes::~StrategyLanes() = default;
+
+void StrategyLanes::reserve(const std::vector<std::size_t>& ticks, std::size_t steps) {
+  record_.steps.reserve(steps);
+  for (std::size_t tool = 0; tool < record_.devices.size(); ++tool) {
+    record_.devices[tool].ticks.reserve(ticks.at(tool));
+    record_.devices[tool].steps.reserve(steps);
+  }
+}
+
+void StrategyLanes::show(LoopWatch& watch) {
+  for (std::size_t tool = 0; tool < device_recorders_.size(); ++tool)
+    device_recorders_[tool].show(watch.ticks, static_cast<std::uint32_t>(tool));
+  step_recorder_.show(watch.steps);
+}
+
+StrategyRecord StrategyLanes::finish(const std::vector<Event>& events, RealTime end) {
   keep_events(events, record_);
+  record_.steps_due = timing_->steps_before(end);
+  record_.steps_begun = step_.begun;
   record_.emission_repairs = map_->emission_repairs();
   record_.latency_growths = map_->latency().growths();
   record_.solver = solver_record(*solver_, scene_, step_.seconds);
@@ -187,6 +246,7 @@ StrategyRecord StrategyLanes::finish(const std::vector<Event>& events) {
   for (std::size_t tool = 0; tool < lanes_.size(); ++tool) {
     DeviceRecord& device = record_.devices[tool];
     device.counters = counters_of(lanes_[tool]);
+    device.flow = flow_of(lanes_[tool], exchange_);
     put_contacts(exchange_.contacts(static_cast<int>(tool)), device);
     put_stored(scenario_, device);
     if (scenario_.devices[tool].hand || scenario_.devices[tool].is_real) continue;  // its true motion is not known

@@ -22,7 +22,7 @@ Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupt
 /// The record of what the lanes did until they failed; null if even that is impossible.
 std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, const Scheduler& scheduler) {
   try {
-    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.events()));
+    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.events(), scheduler.now() + Duration{1}));
   } catch (const std::exception&) {
     return nullptr;
   }
@@ -62,14 +62,17 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
   }
 }
 
-SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control) {
+SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control,
+                        const std::function<void(RealTime until)>& after_slice) {
   constexpr Duration kSlice{20'000'000};  // 20 ms: short enough that an interrupt seems immediate on both clocks
   SlicedRun run;
   for (RealTime until = RealTime{0} + kSlice;; until = until + kSlice) {
-    run.status = scheduler.run(std::min(until, end));
-    if (run.status.end == RunEnd::failed || run.status.end == RunEnd::limit || run.status.end == RunEnd::stopped ||
-        run.status.end == RunEnd::idle)
-      break;
+    run.reached = std::min(until, end);
+    run.status = scheduler.run(run.reached);
+    if (run.status.end == RunEnd::failed || run.status.end == RunEnd::limit || run.status.end == RunEnd::stopped) break;
+    const bool idle = run.status.end == RunEnd::idle;  // and will be until the end
+    if (after_slice) after_slice(idle ? end : run.reached);
+    if (idle) break;
     if (until >= end) break;
     run.interrupted = control.is_interrupted();
     if (run.interrupted) break;
@@ -107,7 +110,7 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
     failure.so_far = record_so_far(lanes, scheduler);
     throw;
   }
-  StrategyRecord record = lanes.finish(scheduler.events());
+  StrategyRecord record = lanes.finish(scheduler.events(), run.reached);
   record.interrupted = run.interrupted;
   record.trace_hash = scheduler.trace_hash();  // known even if no events are kept
   if (watched) record.tissue = picture_of(scenario, *watched);

@@ -1,5 +1,6 @@
 #include "evenstep/loop/exchange.h"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -26,6 +27,19 @@ Exchange::Link::Link(const LinkSpec& link)
       interaction_filter(filter_of(link.interaction_filter, link.step_rate)),
       force_filter(filter_of(link.force_filter, link.ticks.rate)) {}
 
+/// Every force is looked at once: by the first tick at which it is due, or that finds it gone.
+void Exchange::Link::count(const TickInput& tick, ReadStatus found) {
+  ++counts.ticks.at(static_cast<std::size_t>(found));
+  std::int64_t due = 0;
+  for (; next_due < tick.force_head; ++next_due) {
+    const std::optional<RealTime> emission = forces->emission(next_due, tick.force_head);
+    if (emission && *emission > tick.played_at) break;
+    ++(emission ? due : counts.dropped);
+  }
+  counts.sent += due > 0;
+  counts.overtaken += std::max<std::int64_t>(due - 1, 0);
+}
+
 Exchange::Exchange(const std::vector<LinkSpec>& links) {
   for (const LinkSpec& link : links) links_.emplace_back(link);
 }
@@ -34,13 +48,19 @@ Exchange::~Exchange() = default;
 
 std::uint64_t Exchange::forces(int tool) const { return links_[static_cast<std::size_t>(tool)].forces->head(); }
 
+std::int64_t Exchange::pending_forces(int tool) const {
+  return static_cast<std::int64_t>(forces(tool) - links_[static_cast<std::size_t>(tool)].next_due);
+}
+
 std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
   return links_[static_cast<std::size_t>(tool)].forces->contacts();
 }
 
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
-  links_[static_cast<std::size_t>(tool)].interaction.push(sample.read_at, sample.position_m);
+  // A position that is not new was taken when the last one was, and is in the ring already.
+  if (sample.fresh || !sample.taken_at)
+    links_[static_cast<std::size_t>(tool)].interaction.push(sample.time(), sample.position_m);
   return sample;
 }
 
@@ -48,6 +68,7 @@ Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& sch
   const TickInput input = look(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
   Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample), link.forces->spring()};
+  link.count(input, played.force_N.status);
   if (link.force_filter) played.force_N.value = link.force_filter->next(played.force_N.value);
   return played;
 }
@@ -140,7 +161,7 @@ bool RecordedExchange::next_tick_ready() const {
     next = &candidate;
     next_tool = tool;
   }
-  return !next || next->force_head <= forces(static_cast<int>(next_tool));
+  return next && next->force_head <= forces(static_cast<int>(next_tool));
 }
 
 bool RecordedExchange::next_step_ready() const {
@@ -169,9 +190,9 @@ std::uint64_t RecordedExchange::interaction_head(int tool) {
 }
 
 DeviceSpring RecordedExchange::render(int tool, const DeviceSpring&) {
-  if (!use_heads_) return {};
   const std::size_t device = static_cast<std::size_t>(tool);
-  return inputs_[device].springs.at(next_spring_[device]++);
+  if (!use_heads_ || next_spring_[device] == inputs_[device].springs.size()) return {};
+  return inputs_[device].springs[next_spring_[device]++];
 }
 
 }  // namespace evenstep

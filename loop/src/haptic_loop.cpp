@@ -32,8 +32,9 @@ Scheduler::External visualize(Scheduler& scheduler, Duration programmed, Visuali
 }  // namespace
 
 Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, DeviceRecorder& record) {
-  for (std::int64_t k = 0;; ++k) {
+  for (std::int64_t k = 0, skipped = 0;; k += 1 + skipped) {
     const Arrival arrival = co_await scheduler.until(tick_time(lane.rate, k, lane.first_tick), Lane::device, "tick");
+    lane.skipped += skipped;
     const DeviceSample sample = exchange.sense(lane.tool, scheduler);
     Played played = exchange.play(lane.tool, sample, scheduler);
     SentForce sent;
@@ -42,10 +43,12 @@ Task device_lane(Scheduler& scheduler, DeviceLane& lane, Exchange& exchange, Dev
     const glm::dvec3 written_N = sent.force_N - played.sprung_N(sample.position_m);
     if (lane.device) lane.device->write(written_N);
     sent.saturated = causes_of(lane, sample, written_N);
+    sent.guard = lane.guard.state();
     record.tick(scheduler, arrival, sample, played, sent);
     // Ticks that were missed because this one ran late are skipped and not sent in a burst; the tick that is due now still
     // runs.
-    k = std::max(k, first_tick_at_or_after(lane.rate, played.at + Duration{1}, lane.first_tick) - 2);
+    const std::int64_t due = first_tick_at_or_after(lane.rate, played.at + Duration{1}, lane.first_tick) - 1;
+    skipped = std::max<std::int64_t>(due - (k + 1), 0);
   }
 }
 

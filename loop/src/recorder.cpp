@@ -25,6 +25,7 @@ SpringRow to_row(const DeviceSpring& spring) {
 void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
                           const SentForce& sent) {
   scheduler.note(static_cast<std::uint64_t>(sample.read_at.ns));
+  if (sample.taken_at) scheduler.note(static_cast<std::uint64_t>(sample.taken_at->ns));
   scheduler.note(static_cast<std::uint64_t>(played.at.ns));
   note(scheduler, sample.position_m);
   note(scheduler, sent.force_N);
@@ -34,6 +35,15 @@ void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const De
                            .force_N = to_vec3(sent.force_N),
                            .started = played.force_N.status != ReadStatus::empty,
                            .saturated = sent.saturated});
+  if (watch_)
+    watch_->push({.scheduled = arrival.scheduled,
+                  .lateness = arrival.lateness(),
+                  .sample = sample,
+                  .force_N = sent.force_N,
+                  .ran = static_cast<std::int64_t>(record_.ticks.size()),
+                  .tool = tool_,
+                  .guard = sent.guard,
+                  .saturated = sent.saturated});
   if (!played.spring) return;
   const DeviceSpring& spring = *played.spring;
   for (const glm::dvec3& part : {spring.center_m, spring.below_N_per_m, spring.above_N_per_m, spring.limit_N})
@@ -60,6 +70,10 @@ StepRead StepRecorder::read_of(const Slot& slot, const Reading<glm::dvec3>& hand
 void StepRecorder::hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) {
   const StepRead read = read_of(slot, hand, waited);
   reads_[static_cast<std::size_t>(tool)] = read;
+  if (watch_) {
+    seen_.tools[static_cast<std::size_t>(tool)] = {hand.newest, hand.newest - slot.read, hand.value};
+    seen_.late_reads += read == StepRead::underrun;
+  }
   if (read != StepRead::underrun && read != StepRead::gated) return;
   const Duration lateness = read == StepRead::gated ? waited : slot.read - hand.newest;
   record_.underruns.push_back(
@@ -87,7 +101,15 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
         {to_vec3(solver.positions_m[device]), to_vec3(solver.response.force_N[device]), reads_[device]});
     if (emission.late.ns == 0) continue;
     record_.underruns.push_back({n, device, UnderrunRow::Side::force, emission.late, words_.force});
+    seen_.late_forces += watch_ != nullptr;
   }
+  if (!watch_) return;
+  seen_.number = n;
+  seen_.end = scheduler.now();
+  seen_.simulated = solver.simulated();
+  seen_.mapped = slot.kind == SlotKind::mapped;
+  seen_.force_margin = emission.at - seen_.end;
+  watch_->push(seen_);
 }
 
 }  // namespace evenstep

@@ -14,6 +14,9 @@ class ForcesAsScheduled final : public RenderedSchedule {
   explicit ForcesAsScheduled(const LinkSpec& link) : forces_(link.forces, link.emission, link.force, link.spare) {}
   void push(RealTime emission, const ContactRecord& record) override { forces_.push(emission, record.force_N); }
   std::uint64_t head() const override { return forces_.head(); }
+  std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const override {
+    return forces_.emission(index, head);
+  }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample&) override { return forces_.at(at, head); }
 
  private:
@@ -32,6 +35,9 @@ class ContactsByLaw final : public RenderedSchedule {
     contacts_.push(emission, affine_contact(soft.record, local_.knows_gap));
   }
   std::uint64_t head() const override { return contacts_.head(); }
+  std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const override {
+    return contacts_.emission(index, head);
+  }
   std::optional<RenderedContactsSummary> contacts() const override { return summary_; }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
     const Reading<AffineContact> contact = contacts_.at(at, head);
@@ -69,10 +75,13 @@ class ContactsByMode final : public RenderedSchedule {
     contacts_.push(emission, affine_contact(record, true));
   }
   std::uint64_t head() const override { return contacts_.head(); }
+  std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const override {
+    return contacts_.emission(index, head);
+  }
   Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) override {
     const Reading<AffineContact> contact = contacts_.at(at, head);
     // Called even if there is no record yet, because the renderer remembers the hand and must see every tick.
-    const glm::dvec3 force_N = renderer_.force_N(contact.value, at - contact.newest, sample.read_at, sample.position_m);
+    const glm::dvec3 force_N = renderer_.force_N(contact.value, at - contact.newest, sample.time(), sample.position_m);
     return {contact.status == ReadStatus::empty ? glm::dvec3(0) : force_N, contact.status, contact.newest};
   }
 

@@ -19,6 +19,8 @@ class RenderedSchedule {
   virtual void push(RealTime emission, const ContactRecord& record) = 0;
   virtual std::optional<RenderedContactsSummary> contacts() const { return std::nullopt; }
   virtual std::uint64_t head() const = 0;
+  /// Device lane: when force `index` of the first `head` is due; empty if it has left the ring.
+  virtual std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const = 0;
   /// Device lane, once per tick: the force at `at` for the hand's position as sampled in this tick.
   virtual Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) = 0;
   /// The part of that force that the device may render by itself.

@@ -19,6 +19,7 @@ RunFailure run_failure(const SolverError& error, std::int64_t at_step) {
 }
 
 void SolverStep::begins(RealTime began) {
+  ++begun;
   if (variable_ && began_) step_s_ = evenstep::seconds(began - *began_);
   if (!first_began_) first_began_ = began;
   simulated_ = variable_ ? SimTime{(began - *first_began_).ns} : sim_time(step_rate_, step_);

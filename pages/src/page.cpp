@@ -22,18 +22,12 @@ constexpr std::array kVerdicts = std::to_array<VerdictLook>(
 Html script(const PageFile& file) { return element("script", Html::markup(std::string(file.text))); }
 Html style(const PageFile& file) { return element("style", Html::markup(std::string(file.text))); }
 
-/// Only our own scripts and styles; nothing is fetched, sent, embedded or submitted.
-std::string policy(bool charts) {
-  const auto hash = [](const PageFile& file) { return fmt::format(" 'sha256-{}'", file.sha256); };
-  return fmt::format("default-src 'none'; script-src{}{}; style-src{}{}; base-uri 'none'; form-action 'none'",
-                     hash(internal::page_js), charts ? hash(internal::uPlot_iife_min_js) + hash(internal::report_js) : "",
-                     hash(internal::report_css), charts ? hash(internal::uPlot_min_css) : "");
-}
+const PageFile& script_of(const Page& page) { return page.live ? internal::scope_js : internal::report_js; }
 
 Html head_of(const Page& page) {
   const bool charts = !page.charts.empty();
   Html head = Html::markup("<meta charset=\"utf-8\">\n");
-  head += Html::markup(fmt::format("<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n", policy(charts)));
+  head += Html::markup(fmt::format("<meta http-equiv=\"Content-Security-Policy\" content=\"{}\">\n", policy_of(page)));
   head += Html::markup("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
   head += Html::markup("<meta name=\"color-scheme\" content=\"light dark\">\n");
   head += element("title", page.verdict.empty() ? page.title : fmt::format("{}: {}", page.verdict, page.title));
@@ -75,6 +69,16 @@ Html verdict_badge(std::string_view verdict) {
   return element("span", {{"class", look}}, sign + Html(verdict));
 }
 
+/// Only our own scripts and styles; nothing is fetched, sent, embedded or submitted, but for what a live page asks for.
+std::string policy_of(const Page& page) {
+  const bool charts = !page.charts.empty();
+  const auto hash = [](const PageFile& file) { return fmt::format(" 'sha256-{}'", file.sha256); };
+  return fmt::format("default-src 'none'; script-src{}{}; style-src{}{}; {}base-uri 'none'; form-action 'none'",
+                     hash(internal::page_js), charts ? hash(internal::uPlot_iife_min_js) + hash(script_of(page)) : "",
+                     hash(internal::report_css), charts ? hash(internal::uPlot_min_css) : "",
+                     page.live ? "connect-src 'self'; " : "");
+}
+
 std::string html_of(const Page& page) {
   Html main;
   for (const PageSection& section : page.sections) {
@@ -88,7 +92,7 @@ std::string html_of(const Page& page) {
     for (const char c : page.charts) data += c == '<' ? "\\u003c" : std::string(1, c);
     body += element("script", {{"type", "application/json"}, {"id", "charts"}}, Html::markup(std::move(data)));
     body += Html::markup("\n") + script(internal::uPlot_iife_min_js) + Html::markup("\n");
-    body += script(internal::report_js);
+    body += script(script_of(page));
   }
   body += Html::markup("\n") + script(internal::page_js);
   return fmt::format("<!doctype html>\n<html lang=\"en\">\n<head>\n{}\n</head>\n<body>\n{}\n</body>\n</html>\n",

@@ -10,6 +10,6 @@ struct PageFile {
   std::string_view sha256;  ///< in base64, as a content security policy names it
 };
 /// LICENSE is uPlot's.
-extern const PageFile uPlot_iife_min_js, uPlot_min_css, LICENSE, report_css, page_js, report_js;
+extern const PageFile uPlot_iife_min_js, uPlot_min_css, LICENSE, report_css, page_js, report_js, scope_js;
 
 }  // namespace evenstep::internal

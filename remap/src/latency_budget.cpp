@@ -10,7 +10,7 @@ using internal::EmissionSlots;
 /// The time that the newest sample is sure to have reached when a step begins, at any phase of the device.
 class NewestAnyPhase {
  public:
-  explicit NewestAnyPhase(SamplingGrid device) : sampling_term_(period_ceil(device.rate) - Duration{1}) {}
+  explicit NewestAnyPhase(SamplingGrid device) : sampling_term_(period_ceil(device.rate) - Duration{1} + device.age) {}
   RealTime operator()(RealTime begin) const { return begin - sampling_term_; }
 
  private:
@@ -25,7 +25,9 @@ class NewestThisPhase {
     per_ns_ = 1 / static_cast<double>(period_.ns);
   }
   RealTime operator()(RealTime begin) const {
-    const auto& [rate, origin] = device_;
+    begin = begin - device_.age;
+    const Rate rate = device_.rate;
+    const RealTime origin = device_.origin;
     if (!whole_) return tick_time(rate, first_tick_at_or_after(rate, begin + Duration{1}, origin) - 1, origin);
     // The usual case, without an integer division: below 2^50 ns (13 days) the quotient is off by 1 at most.
     const std::int64_t since = (begin - origin).ns;

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <set>
 #include <string_view>
 
@@ -27,6 +28,8 @@ constexpr Counted kCounted[] = {{"clamped", "clamped"},
                                 {"pid_saturated", "saturated by the PID device"},
                                 {"evdev_saturated", "saturated by the evdev device"},
                                 {"evdev_dropped", "times events dropped"},
+                                {"inverse3_absent", "messages without the device"},
+                                {"inverse3_uncalibrated", "messages of an uncalibrated device"},
                                 {"non_finite", "not finite"},
                                 {"lost", "reports lost"},
                                 {"write_failures", "writes failed"},
@@ -49,6 +52,48 @@ std::string device_line(const Metrics& metrics, const std::string& device, const
   return line + '\n';
 }
 
+/// Steps that never began, and what became of the forces of the others.
+std::string flow_lines(const Metrics& metrics, const StrategyRecord& strategy) {
+  std::string text;
+  const std::string solver = "solver." + strategy.name;
+  if (const double missing = value_of(metrics, solver, "steps_not_begun"); missing > 0)
+    text += fmt::format("steps        {} began, {} that were programmed did not: the simulation fell behind\n",
+                        value_of(metrics, solver, "steps_begun"), missing);
+  for (const DeviceRecord& device : strategy.devices) {
+    if (!device.flow) continue;
+    const DeviceFlow& flow = *device.flow;
+    text += fmt::format("{:<13}{} forces: {} sent, {} overtaken by a newer one, {} dropped, {} due after the last tick\n",
+                        device.name, flow.forces, flow.forces_sent, flow.forces_overtaken, flow.forces_dropped,
+                        flow.forces_pending);
+  }
+  return text;
+}
+
+/// What the threads were granted, and how to get the rest.
+std::string rights_lines(const LiveRights& rights) {
+  std::string threads;
+  bool all_granted = rights.memory_locked;
+  int highest = 0;
+  std::int64_t slack_ns = 0;
+  for (const LiveRights::Thread& thread : rights.threads) {
+    threads += fmt::format("{} {} {}", thread.name, thread.fifo ? "SCHED_FIFO" : "refused SCHED_FIFO", thread.priority);
+    threads += thread.slice_ns > 0
+                   ? fmt::format(" (a slice of {:.3g} ms instead), ", 1e-6 * static_cast<double>(thread.slice_ns))
+                   : ", ";
+    all_granted = all_granted && thread.fifo;
+    highest = std::max(highest, thread.priority);
+    slack_ns = std::max(slack_ns, thread.timer_slack_ns);
+  }
+  const std::string text = fmt::format("rights       {}memory {}, timer slack {} ns\n", threads,
+                                       rights.memory_locked ? "locked" : "not locked", slack_ns);
+  if (all_granted) return text;
+  return text + fmt::format(
+                    "             for all of them: two lines in /etc/security/limits.d/evenstep.conf, then log in again\n"
+                    "               YOUR-USER-NAME - rtprio {}\n"
+                    "               YOUR-USER-NAME - memlock unlimited\n",
+                    highest);
+}
+
 }  // namespace
 
 std::string live_lines(const RunRecord& run, const Metrics& metrics) {
@@ -59,8 +104,11 @@ std::string live_lines(const RunRecord& run, const Metrics& metrics) {
     text += fmt::format("live         {} for {:.3g} s on the wall clock: {} steps, {} ticks, {} ticks missed ({:.3g} %)\n",
                         strategy.name, seconds(run.nominal.end), strategy.steps.size(), tick("ticks_run"),
                         tick("deadline_misses"), 100 * tick("deadline_miss_share"));
-    text += fmt::format("lateness     p50 {}, p99 {}, max {}\n", milliseconds(tick("lateness_p50")),
-                        milliseconds(tick("lateness_p99")), milliseconds(tick("lateness_max")));
+    text += fmt::format("lateness     p50 {}, p99 {}, p99.9 {}, max {}\n", milliseconds(tick("lateness_p50")),
+                        milliseconds(tick("lateness_p99")), milliseconds(tick("lateness_p999")),
+                        milliseconds(tick("lateness_max")));
+    text += flow_lines(metrics, strategy);
+    if (run.rights) text += rights_lines(*run.rights);
     for (const DeviceRecord& device : strategy.devices) text += device_line(metrics, device.name, strategy.name);
   }
   return text;

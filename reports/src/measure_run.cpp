@@ -240,6 +240,24 @@ void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, st
   put(values, "deviation_from_ideal", peak.value, judged);
 }
 
+/// What became of the ticks and forces of the whole run.
+void put_flow(Values& values, const DeviceRecord& device) {
+  if (!device.flow) return;
+  const DeviceFlow& flow = *device.flow;
+  put(values, "forces", static_cast<double>(flow.forces));
+  put(values, "forces_sent", static_cast<double>(flow.forces_sent));
+  put(values, "forces_overtaken", static_cast<double>(flow.forces_overtaken));
+  put(values, "forces_dropped", static_cast<double>(flow.forces_dropped));
+  put(values, "forces_pending", static_cast<double>(flow.forces_pending));
+  put(values, "ticks_unforced", static_cast<double>(flow.ticks_unforced));
+  put(values, "ticks_underrun", static_cast<double>(flow.ticks_underrun));
+  put(values, "ticks_overrun", static_cast<double>(flow.ticks_overrun));
+  const auto reports = device.counters.find("reports"), stale = device.counters.find("stale");
+  if (reports == device.counters.end() || stale == device.counters.end()) return;
+  const double ticks_with_report = static_cast<double>(device.ticks.size()) - stale->second;
+  put(values, "reports_overtaken", reports->second - ticks_with_report);
+}
+
 Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::size_t device_index,
                     const Rows<std::size_t>& steps) {
   const DeviceRecord& device = strategy.devices[device_index];
@@ -252,6 +270,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   put(values, "emission_repairs", static_cast<double>(strategy.emission_repairs));
   put(values, "latency_growths", static_cast<double>(strategy.latency_growths));
   for (const auto& [name, count] : device.counters) put(values, name, count);
+  put_flow(values, device);
   if (!ticks.empty()) {
     const Series series = internal::force_series(device, ticks, run.nominal.judged_from);
     const Pieces pieces = internal::straight_ticks(strategy, device, nominal, ticks);
@@ -347,18 +366,17 @@ Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& st
   put(values, "limit_particle", static_cast<double>(solver.limit_particle), solver.step_limit_s > 0);
   put(values, "iterations", solver.iterations, solver.iterations > 0);
   put(values, "solver_seconds", solver.solver_seconds);
+  put(values, "steps_begun", static_cast<double>(strategy.steps_begun), strategy.steps_due > 0);
+  put(values, "steps_not_begun", static_cast<double>(strategy.steps_due - strategy.steps_begun), strategy.steps_due > 0);
   put(values, "steps_over_limit", static_cast<double>(solver.steps_over_limit), solver.variable_step);
   put(values, "step_over_limit_max", solver.step_over_limit_max, solver.variable_step);
   put_segment_mean(values, strategy, steps);
   return values;
 }
 
-/// The number of ticks of the device's grid, between the first and the last that ran, that never ran because one before them
-/// ran late.
-std::int64_t skipped_ticks(const Rows<TickRow>& ticks, const Nominal::Device& device) {
-  if (ticks.empty()) return 0;
-  const auto index = [&](const TickRow& tick) { return first_tick_at_or_after(device.rate, tick.at, device.first_tick); };
-  return index(ticks.back()) - index(ticks.front()) + 1 - static_cast<std::int64_t>(ticks.size());
+/// The number of ticks of the device's grid before the end of the run that never ran, because one before them ran late.
+std::int64_t missed_ticks(const Rows<TickRow>& ticks, const Nominal::Device& device, RealTime end) {
+  return first_tick_at_or_after(device.rate, end, device.first_tick) - std::ssize(ticks);
 }
 
 /// The lateness of all ticks of the strategy that ran live. Shadows and the ideal twin ran in virtual time, where nothing is
@@ -371,13 +389,14 @@ void put_lateness(Values& values, const RunRecord& run) {
     for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
       const Rows<TickRow>& ticks = strategy.devices[d].ticks;
       for (const TickRow& tick : ticks) lateness_ns.push_back(tick.lateness.ns);
-      misses += skipped_ticks(ticks, run.nominal.devices[d]);
+      misses += missed_ticks(ticks, run.nominal.devices[d], run.nominal.end);
     }
   }
   if (lateness_ns.empty()) return;
   std::sort(lateness_ns.begin(), lateness_ns.end());
   put(values, "lateness_p50", percentile_s(lateness_ns, 0.5));
   put(values, "lateness_p99", percentile_s(lateness_ns, 0.99));
+  put(values, "lateness_p999", percentile_s(lateness_ns, 0.999));
   put(values, "lateness_max", nearest_s(lateness_ns.back()));
   put(values, "ticks_run", static_cast<double>(lateness_ns.size()));
   put(values, "deadline_misses", static_cast<double>(misses));

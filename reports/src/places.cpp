@@ -139,7 +139,8 @@ MetricSamples of_series(MetricSamples found, const internal::Series& series, std
 }
 
 std::optional<MetricSamples> of_interaction(const Source& source, const std::string& signal, std::string_view metric) {
-  const auto& [run, strategy, device, index, nominal, steps, ticks] = source;
+  const StrategyRecord& strategy = source.strategy;
+  const DeviceRecord& device = source.device;
   if (metric == "underruns") return missing(source);
   if (metric == "overruns") return overruns(source);
   if (metric == "back_steps") return back_steps(source);
@@ -155,14 +156,14 @@ std::optional<MetricSamples> of_interaction(const Source& source, const std::str
       return norm(minus(step.position_m, *step.true_position_m));
     });
   }
-  const std::optional<double> step_m = step_unit(run.nominal, signal);
+  const std::optional<double> step_m = step_unit(source.run.nominal, signal);
   const bool ratio = (metric == "step_ratio_max" || metric == "step_ratio_min") && step_m;
   if (metric != "velocity_jump" && metric != "deviation_max" && !ratio) return std::nullopt;
   Rows<MetricSample> rows(source.steps.get_allocator());
-  for (const std::size_t n : steps) rows.push_back(source.step(n, 0));
+  for (const std::size_t n : source.steps) rows.push_back(source.step(n, 0));
   MetricSamples found = of_series(of_steps(source, metric == "step_ratio_min" ? Kind::least : Kind::largest),
-                                  internal::interaction_series(strategy, device, steps, run.nominal.slot_s), metric, rows,
-                                  internal::straight_steps(strategy, nominal, steps));
+                                  internal::interaction_series(strategy, device, source.steps, source.run.nominal.slot_s),
+                                  metric, rows, internal::straight_steps(strategy, source.nominal, source.steps));
   if (ratio) {
     for (MetricSample& sample : found.samples) sample.amount /= *step_m;
   }
@@ -170,7 +171,8 @@ std::optional<MetricSamples> of_interaction(const Source& source, const std::str
 }
 
 std::optional<MetricSamples> of_force(const Source& source, std::string_view metric) {
-  const auto& [run, strategy, device, index, nominal, steps, ticks] = source;
+  const StrategyRecord& strategy = source.strategy;
+  const DeviceRecord& device = source.device;
   if (metric == "late" || metric == "underruns") return late(source);
   if (metric == "schedule_latency" || metric == "schedule_latency_min") {
     return each_step(source, metric == "schedule_latency" ? Kind::largest : Kind::least, [&](std::size_t n) {
@@ -179,14 +181,14 @@ std::optional<MetricSamples> of_force(const Source& source, std::string_view met
   }
   if (metric == "deviation_from_ideal") {
     return each_step(source, Kind::largest, [&](std::size_t n) -> std::optional<double> {
-      const std::size_t twin = n * strategy.devices.size() + index;
+      const std::size_t twin = n * strategy.devices.size() + source.device_index;
       if (twin >= strategy.twin_force_N.size()) return std::nullopt;
       return norm(minus(device.steps[n].force_N, strategy.twin_force_N[twin]));
     });
   }
   if (metric == "error_max") {
     MetricSamples found = of_ticks(source, Kind::largest);
-    for (const std::size_t k : ticks) {
+    for (const std::size_t k : source.ticks) {
       const TickRow& tick = device.ticks[k];
       if (tick.undelayed_N) found.samples.push_back(source.tick(k, norm(minus(tick.force_N, *tick.undelayed_N))));
     }
@@ -194,13 +196,13 @@ std::optional<MetricSamples> of_force(const Source& source, std::string_view met
   }
   if (metric != "velocity_jump" && metric != "deviation_max" && metric != "jump_max") return std::nullopt;
   Rows<MetricSample> rows(source.steps.get_allocator());
-  for (const std::size_t k : ticks) rows.push_back(source.tick(k, 0));
+  for (const std::size_t k : source.ticks) rows.push_back(source.tick(k, 0));
   // A jump of the force counts in a turn too.
-  const std::vector<internal::Window> pieces = metric == "jump_max"
-                                                   ? std::vector<internal::Window>{{0, ticks.size()}}
-                                                   : internal::straight_ticks(strategy, device, nominal, ticks);
-  return of_series(of_ticks(source, Kind::largest), internal::force_series(device, ticks, run.nominal.judged_from), metric,
-                   rows, pieces);
+  const std::vector<internal::Window> pieces =
+      metric == "jump_max" ? std::vector<internal::Window>{{0, source.ticks.size()}}
+                           : internal::straight_ticks(strategy, device, source.nominal, source.ticks);
+  return of_series(of_ticks(source, Kind::largest),
+                   internal::force_series(device, source.ticks, source.run.nominal.judged_from), metric, rows, pieces);
 }
 
 std::optional<MetricSamples> of_buffers(const Source& source, std::string_view metric) {

@@ -116,6 +116,15 @@ Json json_of(const std::vector<std::pair<std::string_view, GrowthInterval>>& gro
   return out;
 }
 
+Json json_of(const LiveRights& rights) {
+  Json threads = Json::array();
+  for (const auto& [name, priority, fifo, timer_slack_ns, slice_ns, refusal] : rights.threads) {
+    threads.push_back(
+        {{"name", name}, {"priority", priority}, {"fifo", fifo}, {"timer_slack_ns", timer_slack_ns}, {"refusal", refusal}});
+  }
+  return {{"threads", threads}, {"memory_locked", rights.memory_locked}, {"memory_refusal", rights.memory_refusal}};
+}
+
 }  // namespace
 
 std::string summary_schema() { return internal::kSummarySchema; }
@@ -143,6 +152,7 @@ std::string summary_json(const RunRecord& run, const Metrics& metrics, const std
               {"bins", Json::object()},
               {"left_out", run.left_out},
               {"failure", failure}};
+  if (run.rights) out["rights"] = json_of(*run.rights);
   for (const ExpectationResult& result : results) out["expectations"].push_back(json_of(result));
   for (const auto& [signal, values] : metrics) out["metrics"][signal] = json_of(values);
   for (const auto& [signal, saturation] : saturations(run)) out["saturated"][signal] = json_of(saturation);

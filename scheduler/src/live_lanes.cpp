@@ -2,6 +2,7 @@
 
 #include <condition_variable>
 #include <exception>
+#include <future>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -53,6 +54,16 @@ struct WorkerExecutor::State {
 
 WorkerExecutor::WorkerExecutor(const Clock& clock) : state_(std::make_unique<State>(clock)) {
   state_->thread = std::thread([state = state_.get()] { state->loop(); });
+}
+
+WorkerExecutor::WorkerExecutor(const Clock& clock, int fifo_priority) : state_(std::make_unique<State>(clock)) {
+  std::promise<RealTimeGrant> granted;
+  state_->thread = std::thread([state = state_.get(), fifo_priority, &granted] {
+    const RealTimeRights rights(fifo_priority);
+    granted.set_value(rights.grant());
+    state->loop();
+  });
+  grant_ = granted.get_future().get();
 }
 
 WorkerExecutor::~WorkerExecutor() {

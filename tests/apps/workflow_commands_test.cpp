@@ -113,7 +113,7 @@ TEST_CASE("The summary is a table whatever its cells hold, and no larger than al
   CHECK(summary_markdown(many, "end", 300).find(" more | | |\n\nend\n") != std::string::npos);
 }
 
-TEST_CASE("no text reaches a terminal as a command, wherever it is cut in two; our own colours and line clearing do") {
+TEST_CASE("no text reaches a terminal as a command, wherever it is cut in two, but our own colours and line clearing do") {
   const std::string hostile =
       "a\x1b]0;title\x07"
       "b\x1b[2Jc\rd\x08"

@@ -1,12 +1,13 @@
 #include "evenstep/clock/wall_clock.h"
 
 #include <sched.h>
-#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
 #include <catch2/catch.hpp>
 #include <cerrno>
+#include <fstream>
+#include <string>
 #include <thread>
 
 using namespace evenstep;
@@ -111,30 +112,65 @@ template <class Function>
 void in_own_thread(Function function) {
   std::thread thread(function);
   thread.join();
-  munlockall();
 }
 
 }  // namespace
 
 TEST_CASE("a real-time grant says what the kernel really gave to the thread") {
   in_own_thread([] {
-    const RealTimeGrant grant = request_real_time(1);
+    const RealTimeRights rights(1);
+    const RealTimeGrant& grant = rights.grant();
     CHECK(grant.fifo == (sched_getscheduler(0) == SCHED_FIFO));
-    CHECK(grant.refusal.empty() == (grant.fifo && grant.memory_locked));
-    CHECK((grant.refusal.find("SCHED_FIFO priority 1 refused: ") != std::string::npos) == !grant.fifo);
-    CHECK((grant.refusal.find("mlockall refused: ") != std::string::npos) == !grant.memory_locked);
+    CHECK(grant.priority == 1);
+    CHECK((grant.refusal.find("SCHED_FIFO priority 1 refused: ") == 0) == !grant.fifo);
+    CHECK(grant.refusal.empty() == grant.fifo);
     // 1 ns for an ordinary thread; the kernels that give a real-time thread none report 0.
     CHECK(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0) <= 1);
+    CHECK(grant.timer_slack_ns == prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0));
   });
+}
+
+TEST_CASE("a thread that gives its real-time rights back is as it was before, and so is what it starts then") {
+  in_own_thread([] {
+    const int policy = sched_getscheduler(0), slack = prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0);
+    { const RealTimeRights rights(1); }
+    CHECK(sched_getscheduler(0) == policy);
+    CHECK(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0) == slack);
+    int policy_later = -1;
+    std::thread([&] { policy_later = sched_getscheduler(0); }).join();
+    CHECK(policy_later == policy);
+  });
+}
+
+TEST_CASE("memory is locked until the lock is gone, or the system's reason is said") {
+  const auto locked_kB = [] {
+    std::ifstream status("/proc/self/status");
+    for (std::string word; status >> word;) {
+      if (word == "VmLck:") break;
+    }
+    std::int64_t kB = -1;
+    status >> kB;
+    return kB;
+  };
+  const std::int64_t before_kB = locked_kB();
+  {
+    const MemoryLock lock;
+    CHECK((locked_kB() > before_kB) == lock.refusal().empty());
+    CHECK((lock.refusal().find("mlockall refused: ") == 0) == !lock.refusal().empty());
+  }
+  CHECK(locked_kB() == before_kB);
 }
 
 TEST_CASE("a priority that no kernel knows is refused in words, and the timer slack is 1 ns all the same") {
   in_own_thread([] {
-    const RealTimeGrant grant = request_real_time(1'000);
+    const RealTimeRights rights(1'000);
+    const RealTimeGrant& grant = rights.grant();
     CHECK_FALSE(grant.fifo);
     CHECK(grant.refusal.find("SCHED_FIFO priority 1000 refused: Invalid argument") == 0);
     CHECK(sched_getscheduler(0) == SCHED_OTHER);
     CHECK(prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0) == 1);
+    // Linux 6.12 and later grant every thread a short slice; earlier ones report none.
+    CHECK((grant.slice_ns == 0 || grant.slice_ns == 100'000));
   });
 }
 

@@ -328,3 +328,32 @@ TEST_CASE("a board without room and one that fails to load are errors of their o
     }
   }
 }
+
+TEST_CASE("on OpenFFBoard a force rises from its attack level and falls to its fade level, and zero times change nothing") {
+  VirtualClock clock;
+  SimulatedBoardOptions options;
+  options.kind = BoardKind::openffboard_2;
+  SimulatedBoard device(clock, ProgrammedMotion{Still{}, RealTime{}}, options);
+  const auto send = [&](std::initializer_list<int> bytes) {
+    std::vector<std::byte> report;
+    for (const int byte : bytes) report.push_back(static_cast<std::byte>(byte));
+    CHECK(device.write(report) == HidWrite::ok);
+  };
+  const auto force_at = [&](std::int64_t ms) {
+    clock.wait_until(RealTime{ms * kMs});
+    return device.motors().force_N.x;
+  };
+  // Block 1 for 400 ms from 270 degrees, which is towards higher X, with half of the largest magnitude of 10 N.
+  send({1, 1, 1, 0x90, 0x01, 0, 0, 0, 0, 0, 0, 255, 0, 4, 0x78, 0x69, 0, 0, 0, 0, 0, 0});
+  send({5, 1, 0x00, 0x40});
+  send({2, 1, 0x00, 0x20, 0x00, 0x00, 100, 0, 0, 0, 200, 0, 0, 0});
+  send({10, 1, 1, 1});
+  CHECK(force_at(0) == Approx(2.5).margin(0.01));
+  CHECK(force_at(50) == Approx(3.75).margin(0.02));
+  CHECK(force_at(150) == Approx(5).margin(0.01));
+  CHECK(force_at(300) == Approx(2.5).margin(0.02));
+  CHECK(force_at(402) == 0);
+  send({2, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});
+  send({10, 1, 1, 1});
+  for (const std::int64_t ms : {402, 403, 600, 801}) CHECK(force_at(ms) == Approx(5).margin(0.01));
+}

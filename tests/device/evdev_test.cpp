@@ -9,29 +9,22 @@
 #include <limits>
 #include <vector>
 
+#include "evdev_bench.h"
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/simulated_evdev.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 using Catch::Contains;
 
 namespace {
 
 constexpr Duration kTick{1'000'000};
 
-/// Two axes of 0.4 m, 10 N, all of which may be used.
-EvdevOptions driver_options() {
-  EvdevOptions options;
-  options.travel_m = {0.4, 0.4, 0};
-  options.full_scale_N = 10;
-  options.gain = 1;
-  return options;
-}
-
 struct Bench {
   explicit Bench(SimulatedEvdevOptions options = {}, const Motion& motion = Still{},
-                 const EvdevOptions& own = driver_options())
+                 const EvdevOptions& own = evdev_options())
       : device(clock, ProgrammedMotion{motion, RealTime{}}, std::move(options)), driver(device, own) {}
   DeviceSample tick(const glm::dvec3& force_N) {
     clock.wait_until(clock.now() + kTick);
@@ -49,16 +42,6 @@ struct Bench {
   SimulatedEvdev device;
   EvdevDriver driver;
 };
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return {};
-}
 
 ReportFault fault(ReportFault::Kind kind, std::int64_t tick, std::int64_t amount) { return {kind, tick, amount}; }
 
@@ -81,7 +64,7 @@ TEST_CASE("evdev: a force along each axis is rendered in its direction and nothi
 }
 
 TEST_CASE("evdev: no force beyond the share that may be used is rendered and each is counted") {
-  EvdevOptions options = driver_options();
+  EvdevOptions options = evdev_options();
   options.gain = 0.25;
   Bench bench({}, Still{}, options);
   bench.driver.start();
@@ -92,7 +75,7 @@ TEST_CASE("evdev: no force beyond the share that may be used is rendered and eac
 }
 
 TEST_CASE("evdev: a device that pushes the other way is sent the other sign") {
-  EvdevOptions options = driver_options();
+  EvdevOptions options = evdev_options();
   options.reversed_force = {true, true};
   Bench bench({}, Still{}, options);
   bench.driver.start();
@@ -131,29 +114,8 @@ TEST_CASE("evdev: a hand that nobody read for longer than the buffer holds is fo
 }
 
 TEST_CASE("evdev: what comes between SYN_DROPPED and the next SYN_REPORT is not believed") {
-  struct Node final : EvdevNode {
-    std::vector<EvdevEvent> events;
-    std::int32_t x = 0;
-    EvdevInfo here{"/dev/input/event7", "a node", 1, 2};
-    EvdevRead read(std::span<EvdevEvent> into) override {
-      const std::size_t count = std::min(into.size(), events.size());
-      std::copy_n(events.begin(), count, into.begin());
-      events.erase(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(count));
-      return count ? EvdevRead{EvdevRead::Status::events, count} : EvdevRead{};
-    }
-    int write(const EvdevEvent&) override { return 0; }
-    int upload(EvdevEffect&) override { return 0; }
-    int erase(int) override { return 0; }
-    int grab() override { return 0; }
-    int effect_count(int&) override { return 0; }
-    bool has_axis(std::uint16_t code) override { return code == 0; }
-    bool has_feedback(std::uint16_t) override { return true; }
-    int axis(std::uint16_t, EvdevAxis& axis) override { return axis = {x, -100, 100}, 0; }
-    int set_axis(std::uint16_t, const EvdevAxis&) override { return 0; }
-    const EvdevInfo& info() const override { return here; }
-  };
-  Node node;
-  EvdevOptions options = driver_options();
+  ScriptedNode node;
+  EvdevOptions options = evdev_options();
   options.travel_m = {0.2, 0, 0};
   EvdevDriver driver(node, options);
   const auto x_after = [&](std::vector<EvdevEvent> events, std::int64_t at) {
@@ -225,7 +187,7 @@ TEST_CASE(
     SimulatedEvdevOptions options;
     // The upload of tick 600 and the gain, plays and uploads that could follow it for 20 ms.
     options.reports.faults = {fault(ReportFault::Kind::write_lost, 600, 1)};
-    EvdevOptions own = driver_options();
+    EvdevOptions own = evdev_options();
     own.travel_m.y = 0;
     Bench bench(options, Still{}, own);
     bench.driver.start();
@@ -254,7 +216,7 @@ TEST_CASE("evdev: an upload that is refused is repeated, and a device that refus
   Bench broken(options);
   broken.driver.start();
   std::int64_t ended = 0;
-  const std::string error = error_of([&] {
+  const std::string error = device_error_of([&] {
     for (int tick = 1; tick < 2000; ++tick) ended = tick, broken.tick({tick * 1e-3, 0, 0});
   });
   CHECK_THAT(error, Contains("has refused an effect for 500 ms; if it still pushes, switch it off"));
@@ -262,7 +224,7 @@ TEST_CASE("evdev: an upload that is refused is repeated, and a device that refus
 }
 
 TEST_CASE("evdev: no more is sent than the device takes, axes take turns, and the newest force overtakes") {
-  EvdevOptions options = driver_options();
+  EvdevOptions options = evdev_options();
   options.update_rate = {250, 1};
   Bench bench({}, Still{}, options);
   bench.driver.start();
@@ -286,7 +248,7 @@ TEST_CASE("evdev: no more is sent than the device takes, axes take turns, and th
 }
 
 TEST_CASE("evdev: a spring pulls to its center on the side that was asked for") {
-  EvdevOptions options = driver_options();
+  EvdevOptions options = evdev_options();
   options.springs = true;
   options.reversed_spring[1] = false;
   Bench bench({}, Still{{0.05, -0.02, 0}}, options);
@@ -311,7 +273,7 @@ TEST_CASE("evdev: a spring pulls to its center on the side that was asked for") 
 }
 
 TEST_CASE("evdev: along an axis whose spring has no known sign there is none") {
-  EvdevOptions options = driver_options();
+  EvdevOptions options = evdev_options();
   options.springs = true;
   options.reversed_force[0] = true;
   Bench bench({}, Still{}, options);
@@ -329,14 +291,15 @@ TEST_CASE("evdev: a device without room says how much it has, and nothing of our
   options.effects = 4;
   options.foreign_effects = 3;
   Bench bench(options);
-  CHECK_THAT(error_of([&] { bench.driver.start(); }), Contains("no room for effect 2: the device has room for 4"));
+  CHECK_THAT(device_error_of([&] { bench.driver.start(); }), Contains("no room for effect 2: the device has room for 4"));
   CHECK(bench.device.motors().effects_allocated == 0);
 }
 
 TEST_CASE("evdev: a device that another program has for itself is refused") {
   SimulatedEvdevOptions options;
   options.held = true;
-  CHECK_THAT(error_of([&] { Bench bench(options); }), Contains("another program has the device for itself (EVIOCGRAB)"));
+  CHECK_THAT(device_error_of([&] { Bench bench(options); }),
+             Contains("another program has the device for itself (EVIOCGRAB)"));
 }
 
 TEST_CASE("evdev: a device that is unplugged while it plays is an error and stop is quiet") {
@@ -344,36 +307,36 @@ TEST_CASE("evdev: a device that is unplugged while it plays is an error and stop
   options.reports.unplug_at_tick = 50;
   Bench bench(options);
   bench.driver.start();
-  CHECK_THAT(error_of([&] { bench.ticks(100, {1, 0, 0}); }), Contains("device 'evenstep evdev device' is gone"));
+  CHECK_THAT(device_error_of([&] { bench.ticks(100, {1, 0, 0}); }), Contains("device 'evenstep evdev device' is gone"));
   bench.driver.stop();
   CHECK(bench.device.motors().force_N == glm::dvec3(0));
 }
 
 TEST_CASE("evdev: options that make no sense and axes that are not there are refused") {
   const auto refused = [](auto change) {
-    EvdevOptions options = driver_options();
+    EvdevOptions options = evdev_options();
     change(options);
-    return error_of([&] { Bench bench({}, Still{}, options); });
+    return device_error_of([&] { Bench bench({}, Still{}, options); });
   };
   CHECK_THAT(refused([](auto& o) { o.gain = 0; }), Contains("gain is 0"));
   CHECK_THAT(refused([](auto& o) { o.travel_m.z = 0.1; }), Contains("axis Z has a travel, but the device has no such axis"));
   CHECK_THAT(refused([](auto& o) { o.travel_m = {0, 0, 0}; }), Contains("no axis has a travel"));
   CHECK_THAT(refused([](auto& o) { o.full_scale_N = -1; }), Contains("full_scale_N is -1"));
   CHECK_THAT(refused([](auto& o) { o.effect_duration = Duration{33'000'000'000}; }), Contains("effect_duration must be"));
-  EvdevOptions springs = driver_options();
+  EvdevOptions springs = evdev_options();
   springs.springs = true;
   SimulatedEvdevOptions without;
   without.springs = false;
-  CHECK_THAT(error_of([&] { Bench bench(without, Still{}, springs); }), Contains("plays no springs (FF_SPRING)"));
+  CHECK_THAT(device_error_of([&] { Bench bench(without, Still{}, springs); }), Contains("plays no springs (FF_SPRING)"));
 }
 
 TEST_CASE("evdev: without a full scale nothing is uploaded and a force is an error") {
-  EvdevOptions options = driver_options();
+  EvdevOptions options = evdev_options();
   options.full_scale_N.reset();
   Bench bench({}, Still{}, options);
   bench.driver.start();
   CHECK(bench.device.motors().effects_allocated == 0);
-  CHECK_THAT(error_of([&] { bench.tick({}); }), Contains("a force cannot be written"));
+  CHECK_THAT(device_error_of([&] { bench.tick({}); }), Contains("a force cannot be written"));
 }
 
 // ---- the simulated device, as the kernel has it

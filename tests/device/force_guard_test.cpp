@@ -340,3 +340,33 @@ TEST_CASE("the guard says which limits made a force another one, 100,000 random 
   }
   for (const int count : seen) CHECK(count > 100);
 }
+
+TEST_CASE("the guard says whether it lets the force through, and if not, why") {
+  ForceLimits limits;
+  limits.cut = {1, Duration{10 * kMs}, Duration{4 * kMs}, 1.0, Duration{50 * kMs}, Duration{20 * kMs}};
+  ForceGuard guard(limits);
+  CHECK(guard.state() == GuardState::cut_stale_force);
+  double x_m = 0;
+  RealTime due;
+  const auto pass = [&](std::int64_t ms, double moves_m, bool drivable, bool fresh, bool force_comes) {
+    const RealTime now{ms * kMs};
+    if (force_comes) due = now;
+    x_m += moves_m;
+    DeviceSample sample{.read_at = now, .position_m = {x_m, 0, 0}};
+    sample.fresh = fresh;
+    sample.drivable = drivable;
+    guard.pass(now, {1, 0, 0}, {sample, ms < 2 ? std::nullopt : std::optional(due)});
+    return guard.state();
+  };
+  CHECK(pass(0, 0, true, true, false) == GuardState::cut_stale_force);
+  CHECK(pass(2, 0, true, true, true) == GuardState::ramping);
+  for (std::int64_t ms = 3; ms < 10; ++ms) CHECK(pass(ms, 0, true, true, true) == GuardState::ramping);
+  CHECK(pass(12, 0, true, true, true) == GuardState::armed);
+  CHECK(pass(13, 0.1, true, true, true) == GuardState::cut_speed);
+  CHECK(pass(14, 0, false, true, true) == GuardState::cut_device);
+  for (std::int64_t ms = 15; ms < 45; ++ms) pass(ms, 0, true, true, true);
+  CHECK(guard.state() == GuardState::armed);
+  CHECK(pass(66, 0, true, false, true) == GuardState::cut_stale_hand);
+  CHECK(pass(67, 0, true, true, true) == GuardState::ramping);
+  CHECK(pass(118, 0, true, true, false) == GuardState::cut_stale_force);
+}

@@ -250,3 +250,40 @@ TEST_CASE("a position at either end of what a report can carry is marked, and on
     CHECK_FALSE(bench.driver.read(RealTime{2}).at_range);
   }
 }
+
+TEST_CASE("with a clock a sample says when it was taken, and a stale one says when the last one was") {
+  ScriptedTransport transport;
+  ReferenceDriver driver(transport, DeviceClock{});
+  const auto report = [&](std::uint32_t sequence, std::uint32_t stamp_us) {
+    const auto bytes = reference_device::encode(InputReport{sequence, stamp_us, {}});
+    transport.say(HidRead::Status::report, Bytes(bytes.begin(), bytes.end()));
+  };
+  const auto read_ms = [&](double ms) { return driver.read(RealTime{static_cast<std::int64_t>(ms * 1e6)}); };
+  const DeviceSample before = read_ms(0);
+  CHECK((!before.fresh && before.taken_at < RealTime{-1'000'000'000}));  // so no report is older
+  report(1, 0xFFFFFFFF - 999);
+  CHECK(read_ms(10).taken_at == RealTime{10'000'000});
+  report(2, 0);  // wrapped around after 1 ms, and read 0.7 ms late
+  CHECK(read_ms(11.7).taken_at == RealTime{11'000'000});
+  const DeviceSample stale = read_ms(12);
+  CHECK((!stale.fresh && stale.read_at == RealTime{12'000'000} && stale.taken_at == RealTime{11'000'000}));
+  report(4, 2'000);
+  report(3, 1'000);  // came late: the newer one counts
+  CHECK(read_ms(13.5).taken_at == RealTime{13'000'000});
+  REQUIRE(driver.ages());
+  CHECK((driver.ages()->ages.count() == 3 && driver.ages()->ages.largest() == Duration{700'000}));
+  CHECK((driver.ages()->restarts == 0 && driver.ages()->capped == 0 && !driver.ages()->clock_rate_error));
+
+  report(1000, 5);  // a device that was reset keeps counting its reports, or not: both begin anew
+  CHECK(read_ms(20).taken_at == RealTime{20'000'000});
+  report(1, 7);
+  CHECK(read_ms(30).taken_at == RealTime{30'000'000});
+  CHECK(driver.ages()->restarts == 2);
+}
+
+TEST_CASE("without a clock nothing says how old a sample is") {
+  Bench bench;
+  bench.transport.report(1);
+  CHECK_FALSE(bench.driver.read(RealTime{5}).taken_at);
+  CHECK(bench.driver.ages() == nullptr);
+}

@@ -461,3 +461,27 @@ TEST_CASE("Filters, policies and long runs are read as they are written") {
   CHECK(gate.remap.force_underrun == ForceUnderrun::extrapolate);
   CHECK_FALSE(gate.keep_rows);
 }
+
+TEST_CASE("Ages of reports are read exactly, and where they are given a sample's time is when it was taken") {
+  const auto with = [](const std::string& keys) {
+    return good(changed(kSpring, "name = \"left\"", "name = \"left\"\n" + keys));
+  };
+  const DeviceSpec plain = good(kSpring).devices.at(0);
+  CHECK_FALSE((plain.age.is_given() || follows_clock(plain)));
+  CHECK(largest_age(plain).ns == 0);
+
+  const DeviceSpec aged =
+      with("report_age = \"0.3 ms\"\nreport_age_jitter = \"1.2 ms\"\nclock_rate_error = \"-50 ppm\"").devices.at(0);
+  CHECK((aged.age.least.ns == 300'000 && aged.age.jitter.ns == 1'200'000 && aged.age.clock_ppm == -50));
+  CHECK(follows_clock(aged));
+  CHECK(largest_age(aged).ns == 300'000 + 1'200'000 + 999'999 + 999);  // and the wait for a tick, and a stamp
+  CHECK_FALSE(follows_clock(with("report_age = \"1 ms\"\nsample_time = \"arrival\"").devices.at(0)));
+  CHECK(follows_clock(with("sample_time = \"taken\"").devices.at(0)));
+
+  // On one clock reports of 0.9 ms to 1.1 ms wait for the first tick or the second: the age varies by a period.
+  const DeviceSpec one_clock = with("report_age = \"0.9 ms\"\nreport_age_jitter = \"0.2 ms\"").devices.at(0);
+  CHECK(largest_age(one_clock).ns == 900'000 + 1'000'000 + 999);
+  DeviceSpec real = plain;
+  real.is_real = true;
+  CHECK((follows_clock(real) && largest_age(real).ns == 999'999 + 999));
+}

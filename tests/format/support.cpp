@@ -148,6 +148,13 @@ std::string evdev_text(const EvdevSpec& e) {
          fmt::format(" effects {} {} {} {}", e.effects, e.foreign_effects, e.held, e.meddled_at ? e.meddled_at->ns : -1);
 }
 
+std::string inverse3_text(const Inverse3Spec& i) {
+  const Inverse3Options& o = i.options;
+  return fmt::format(" inverse3 {} {} {} shared {} updates {} {} hold {} remote {} in use {} uncalibrated {}", o.origin_m.x,
+                     o.origin_m.y, o.origin_m.z, o.shared, i.update_rate.num, i.update_rate.den, i.hold.ns, i.remote,
+                     i.in_use, i.uncalibrated_at ? i.uncalibrated_at->ns : -1);
+}
+
 std::string case_text(const CaseSpec& c) {
   std::string out =
       fmt::format("case {} values {} periods {} most {} duration {} step {} particles {} iterations {} unstable {}", c.kind,
@@ -318,6 +325,7 @@ std::string describe(const Scenario& s) {
     for (const ReportFault& f : d.faults) out += fmt::format(" {} {} {}", static_cast<int>(f.kind), f.tick, f.amount);
     if (const auto* pid = std::get_if<PidSpec>(&d.driver)) out += pid_text(*pid);
     if (const auto* evdev = std::get_if<EvdevSpec>(&d.driver)) out += evdev_text(*evdev);
+    if (const auto* inverse3 = std::get_if<Inverse3Spec>(&d.driver)) out += inverse3_text(*inverse3);
     if (const auto* foreign = std::get_if<ForeignDriverSpec>(&d.driver))
       out += fmt::format(" foreign {} {}", foreign->part.name, foreign->part.options);
     out += "\n";

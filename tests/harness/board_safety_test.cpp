@@ -14,9 +14,10 @@ using namespace evenstep::test;
 
 namespace {
 
-/// Those whose subject is the protocol of the reference device, or evdev, have a twin for PID devices.
+/// Those whose subject is the protocol of the reference device, evdev, or an Inverse Service, have a twin for PID devices.
 bool is_about_another_driver(const std::string& name) {
-  return name.find("reference") != std::string::npos || name.find("evdev") != std::string::npos;
+  return name.find("reference") != std::string::npos || name.find("evdev") != std::string::npos ||
+         name.find("inverse3") != std::string::npos;
 }
 
 std::vector<std::string> safety_scenarios() {

@@ -40,9 +40,9 @@ inline evenstep::RunOutcome run(const std::vector<std::string>& set, const evens
 }
 
 /// A run that must end well.
-inline evenstep::RunRecord record(const std::vector<std::string>& set, const evenstep::Registry& registry = registry(),
+inline evenstep::RunRecord record(const std::vector<std::string>& set, const evenstep::Registry& parts = registry(),
                                   const evenstep::RunOptions& options = {}) {
-  const evenstep::RunOutcome outcome = run(set, registry, options);
+  const evenstep::RunOutcome outcome = run(set, parts, options);
   INFO(text_of(outcome.errors) << outcome.failure << outcome.repeat_difference);
   REQUIRE(outcome.exit == evenstep::ExitCode::pass);
   return outcome.record;

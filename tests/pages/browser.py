@@ -40,6 +40,7 @@ class Browser:
         os.close(from_it)
         self.number, self.rest, self.faults, self.events = 0, b"", [], []
         self.session, self.limit_s = None, limit_s
+        self.own = "file:"  # what a page may ask for
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self.session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
@@ -78,7 +79,7 @@ class Browser:
             self.faults.append(str(values["args"]))
         elif name == "Log.entryAdded" and values["entry"]["level"] in ("error", "warning"):
             self.faults.append(values["entry"]["text"])
-        elif name == "Network.requestWillBeSent" and not values["request"]["url"].startswith(("file:", "data:", "about:")):
+        elif name == "Network.requestWillBeSent" and not values["request"]["url"].startswith((self.own, "data:", "about:")):
             self.faults.append("asks for " + values["request"]["url"])
 
     def call(self, method, **params):
@@ -106,7 +107,8 @@ class Browser:
         self.look(width, height, dark)
         self.call("Emulation.setScriptExecutionDisabled", value=not scripts)
         self.events.clear()
-        self.call("Page.navigate", url=Path(file).resolve().as_uri())
+        url = file if str(file).startswith("http:") else Path(file).resolve().as_uri()
+        self.call("Page.navigate", url=url)
         while "Page.loadEventFired" not in self.events:
             self.note(self.receive())
 

@@ -53,7 +53,7 @@ TEST_CASE("A text in JSON may have 16 MiB with what is around it, and not more")
   CHECK_THAT(refusal(with((std::size_t{16} << 20) + 1)), Contains("a text in it is longer than 16777216 bytes"));
 }
 
-TEST_CASE("Of begins without an end there may be a million, and not one more") {
+TEST_CASE("Of begins without an end there may be a million, and not one more", "[sweep]") {
   const auto begins = [](std::size_t count) {
     return "[" + kEvent + repeated(R"(,{"ph":"B","name":"b","ts":3})", count) + "]";
   };
@@ -81,7 +81,7 @@ TEST_CASE("A name is kept with 1,000 bytes, and not within a character") {
   CHECK(kept(std::string(999, 'x') + "\xC3\xA4") == std::string(999, 'x'));
 }
 
-TEST_CASE("A million names are kept, or 64 MiB of them, and not one more") {
+TEST_CASE("A million names are kept, or 64 MiB of them, and not one more", "[sweep]") {
   ProfileBuilder many("x"), long_ones("x");
   for (std::size_t i = 0; i < kMostNames; ++i) many.name(std::to_string(i), "");
   CHECK_FALSE(many.failed());

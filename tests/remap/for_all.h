@@ -6,20 +6,13 @@
 
 #include <sstream>
 
+#include "cases.h"
 #include "schedules.h"
 
 namespace evenstep::testing {
 
 constexpr std::uint64_t kMany = 100'000;
 constexpr std::uint64_t kVeryMany = 1'000'000;
-
-/// Sanitized builds use a tenth of the schedules: they check memory and arithmetic, not the property, take ten times as
-/// long, and see the same paths in fewer schedules.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::uint64_t kShare = 10;
-#else
-constexpr std::uint64_t kShare = 1;
-#endif
 
 /// Shrinks a schedule so that it ends with the first failing segment and begins as late as possible.
 template <class Fails>
@@ -52,7 +45,7 @@ inline std::string written(const Schedule& schedule) {
 template <class Property>
 void for_all(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
-  for (std::uint64_t seed = first; seed < first + count / kShare; ++seed) {
+  for (std::uint64_t seed = first; seed < first + cases(count); ++seed) {
     Draw draw(seed);
     const Schedule schedule = random_schedule(draw, draw.between(2, 5));
     const Draw choices(mix(seed, std::uint64_t{1}));
@@ -67,7 +60,7 @@ void for_all(std::uint64_t count, Property property) {
 template <class Property>
 void for_all_draws(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
-  for (std::uint64_t seed = first; seed < first + count / kShare; ++seed) {
+  for (std::uint64_t seed = first; seed < first + cases(count); ++seed) {
     const char* wrong = property(Draw(seed));
     if (wrong != nullptr) FAIL("seed " << seed << ": " << wrong);
   }

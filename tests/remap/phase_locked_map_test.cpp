@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <thread>
 
+#include "cases.h"
 #include "evenstep/remap/buffer_oracle.h"
 #include "schedules.h"
 
@@ -189,7 +190,7 @@ TEST_CASE("a segment without steps changes nothing in phase_locked") {
 
 TEST_CASE("the velocity of phase_locked changes by at most 7 % of its pace from step to step, 2000 random schedules") {
   std::int64_t judged = 0, excepted = 0;
-  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(2000); ++seed) {
     Draw draw(seed);
     PhaseLockedMap map({}, {});
     std::int64_t n = 0, before_ns = 0;
@@ -298,7 +299,7 @@ TEST_CASE("under a drift of r per segment the slots of phase_locked stay within 
 }
 
 TEST_CASE("phase_locked is even again after any hang, burst or change of pace: 2000 random ones") {
-  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(2000); ++seed) {
     Draw draw(seed);
     PhaseLockedMap map({}, {});
     PeriodicRun run(map);

@@ -20,8 +20,10 @@ readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\
 readonly processes='\b(v?fork|posix_spawnp?|exec[vl][pe]*|popen|std::system) *\('
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
-readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files'\
-'|device/src/hid/hidapi_transport|tests/|examples/'
+readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files|bench/device_tick'\
+'|device/src/live_sender|device/src/inverse3/inverse3_socket|tests/|examples/'
+readonly sockets='# *include *[<"](boost/(asio|beast)|sys/socket)'
+readonly with_sockets='device/src/inverse3/inverse3_socket|apps/src/scope_server|tests/'
 readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugins|scenarios/format|catalogue|loop|draw'\
 '|harness|campaigns'
 
@@ -30,14 +32,15 @@ readonly hashed='scheduler|remap|sim|device|reports|pages|text|recordings|plugin
 readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^(device/src/hid/hidapi_library|tests/fake_hidapi/)@# *include *[<\"]hidapi/"
-  "OS clock only in clock@$source@^(clock|tests|examples)/@$os_clock"
-  "threads only in live lanes, parallel loops, row files and hidapi transport@$source@^($with_threads)@$threads"
+  "OS clock only in clock@$source@^(clock/|tests/|examples/|bench/device_tick)@$os_clock"
+  "threads only in live lanes, parallel loops, row files, senders and a benchmark@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
   "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
-  "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi/|toml|spdlog)"
+  "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi/|toml|spdlog|boost/)"
   "no fast math@(CMakeLists\.txt|\.cmake|CMakePresets\.json|\.sh|^sim/.*$source)\$@^\$@$fast_math"
   "own loaders only@$source@^(clock/time/src/library_on_demand|plugins/src/library|tests/)@\bdlopen *\("
   "processes only in plugins and of pairs@$source@^(plugins/src/child|campaigns/src/cost_pairs|tests/)@$processes"
+  "sockets only in the link to a service and the scope@$source@^($with_sockets)@$sockets"
   "raw no unfinished work@.@^\$@\b(TODO|FIXME|XXX)\b"
   "OpenGL only in draw@$source@^draw/src/@# *include *[<\"](EGL|GLES[0-9]|GL)/"
 )
@@ -134,7 +137,7 @@ prove_rules() {
     expect seen 3 harness/src/run.cpp "$call"
     expect unseen 3 scheduler/src/parallel_for.cpp "$call"
     expect unseen 3 scheduler/src/live_lanes.cpp "$call"
-    expect unseen 3 device/src/hid/hidapi_transport.cpp "$call"
+    expect unseen 3 device/src/live_sender.h "$call"
     expect unseen 3 tests/scheduler/lanes_test.cpp "$call"
     expect unseen 3 examples/embed/embed.cpp "$call"
   done
@@ -151,7 +154,7 @@ prove_rules() {
     expect seen 5 "$call" 'std::unordered_map<int, int> m;'
   done
   expect unseen 5 apps/main.cpp 'std::unordered_set<int> s;'
-  for call in 'CL/cl.h' 'hidapi/hidapi.h' 'toml++/toml.h' 'spdlog/spdlog.h'; do
+  for call in 'CL/cl.h' 'hidapi/hidapi.h' 'toml++/toml.h' 'spdlog/spdlog.h' 'boost/asio.hpp'; do
     expect seen 6 harness/include/evenstep/harness/a.h "#include <$call>"
     expect seen 6 clock/time/include/evenstep/time/a.h "#include <$call>"
     expect unseen 6 harness/src/a.cpp "#include <$call>"
@@ -167,14 +170,19 @@ prove_rules() {
     expect seen 9 harness/src/run.cpp "$call"
     expect unseen 9 plugins/src/child_start.cpp "$call"
   done
+  for call in 'boost/asio/ip/tcp.hpp' 'boost/beast/websocket.hpp' 'sys/socket.h'; do
+    expect seen 10 device/src/hid/hidapi_transport.cpp "#include <$call>"
+    expect unseen 10 device/src/inverse3/inverse3_socket.cpp "#include <$call>"
+  done
+  expect unseen 10 reports/src/a.cpp '#include <boost/math/distributions/beta.hpp>'
   local word
   for word in TODO FIXME XXX; do
-    expect seen 10 sim/src/solver.cpp "// $word: later"
-    expect seen 10 docs/metrics.md "$word"
+    expect seen 11 sim/src/solver.cpp "// $word: later"
+    expect seen 11 docs/metrics.md "$word"
   done
-  expect unseen 10 sim/src/solver.cpp '// MAXXXX'
-  expect seen 11 harness/src/visualization.cpp '#include <GLES3/gl3.h>'
-  expect unseen 11 draw/src/gl_library.h '#include <EGL/egl.h>'
+  expect unseen 11 sim/src/solver.cpp '// MAXXXX'
+  expect seen 12 harness/src/visualization.cpp '#include <GLES3/gl3.h>'
+  expect unseen 12 draw/src/gl_library.h '#include <EGL/egl.h>'
   local rule
   for rule in "${!rules[@]}"; do
     [ "${tried[$rule]:-0}" = 1 ] || fail "rule '${rules[$rule]%%@*}' has no planted violation"

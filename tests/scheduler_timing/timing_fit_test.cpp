@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "cases.h"
 #include "evenstep/scheduler/random.h"
 #include "fit_statistics.h"
 #include "timing_checks.h"
@@ -355,7 +356,7 @@ TEST_CASE("statistics of the fit against closed forms") {
 TEST_CASE("fit: a hitch comes back with its period, and the rest is as without it, 100 schedules") {
   const RandomStream random(1, "fit.hitch");
   std::uint64_t draw = 0;
-  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+  for (std::uint64_t seed = 1; seed <= evenstep::testing::cases(100); ++seed) {
     ProgrammedTiming timing = base(seed);
     timing.paced = seed % 2 == 0;
     if (timing.paced) timing.step = Duration{1'200'000};  // leaves idle time, by which pacing is seen
@@ -376,7 +377,7 @@ TEST_CASE("fit: a hitch comes back with its period, and the rest is as without i
 
 TEST_CASE("fit: merged visualizations and other chance events are no hitches, 1,000 schedules") {
   std::int64_t invented = 0;
-  for (std::uint64_t seed = 1; seed <= 1'000; ++seed) {
+  for (std::uint64_t seed = 1; seed <= evenstep::testing::cases(1'000); ++seed) {
     ProgrammedTiming timing = base(seed);
     timing.merged_visualization = 0.005 * static_cast<double>(1 + seed % 8);
     if (seed % 3 == 0) timing.preemption = Preemption{1, {8 * ms}, {40 * ms}};
@@ -389,7 +390,7 @@ TEST_CASE("fit: merged visualizations and other chance events are no hitches, 1,
 TEST_CASE("fit: uniform jitter comes back as such, and log-normal jitter does not, 200 schedules of each") {
   std::int64_t missed = 0, invented = 0, other = 0;
   double worst = 0;
-  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+  for (std::uint64_t seed = 1; seed <= evenstep::testing::cases(200); ++seed) {
     const double width = 0.02 * static_cast<double>(1 + seed % 20);
     ProgrammedTiming timing = base(seed);
     invented += fitted(timing, 500).visualization.is_uniform() + fitted(timing, 500).step.is_uniform();

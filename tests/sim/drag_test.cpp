@@ -43,7 +43,8 @@ std::vector<glm::dvec3> forces_of(SolverKind kind, const TissueScene& tissue, bo
 
 }  // namespace
 
-TEST_CASE("A region of another mass has the drag of a scene of that mass, with every method and solver", "[physics]") {
+TEST_CASE("A region of another mass has the drag of a scene of that mass, with every method and solver",
+          "[physics][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const Method method : kAllMethods) {
       for (const double ratio : {0.5, 4.0}) {

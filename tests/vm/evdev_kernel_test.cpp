@@ -5,28 +5,25 @@
 #include <catch2/catch.hpp>
 #include <cerrno>
 #include <cmath>
+#include <memory>
 #include <string>
+#include <utility>
 
+#include "../device/evdev_bench.h"
 #include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/evdev/evdev_file.h"
+#include "evenstep/device/evdev/live_evdev.h"
 #include "kernel_bench.h"
 #include "uinput_device.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 using Catch::Contains;
 
 namespace {
 
-EvdevOptions two_axes() {
-  EvdevOptions options;
-  options.travel_m = {0.4, 0.4, 0};
-  options.full_scale_N = 10;
-  options.gain = 1;
-  return options;
-}
-
 struct Bench {
-  explicit Bench(const EvdevOptions& options = two_axes()) : file(device.node()), driver(file, options) {}
+  explicit Bench(const EvdevOptions& options = evdev_options()) : file(device.node()), driver(file, options) {}
   DeviceSample tick(const glm::dvec3& force_N) {
     const DeviceSample sample = driver.read(a_clock().now());
     driver.write(force_N);
@@ -36,16 +33,6 @@ struct Bench {
   EvdevFile file;
   EvdevDriver driver;
 };
-
-template <class Call>
-std::string error_of(Call call) {
-  try {
-    call();
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return {};
-}
 
 }  // namespace
 
@@ -77,7 +64,7 @@ TEST_CASE("evdev on the kernel: forces are uploaded, played, changed and erased"
 }
 
 TEST_CASE("evdev on the kernel: springs reach the device as conditions of their axis") {
-  EvdevOptions options = two_axes();
+  EvdevOptions options = evdev_options();
   options.springs = true;
   options.reversed_spring[1] = true;
   Bench bench(options);
@@ -102,7 +89,7 @@ TEST_CASE("evdev on the kernel: positions are exact although the axis had a fuzz
   EvdevFile look(device.node());
   {
     EvdevFile file(device.node());
-    EvdevDriver driver(file, two_axes());
+    EvdevDriver driver(file, evdev_options());
     for (const int count : {1000, 1001, 1003, 1010, 900, -32767, 32767}) {
       device.report(count, -count);
       REQUIRE(eventually([&] {
@@ -136,7 +123,7 @@ TEST_CASE("evdev on the kernel: a second program that has the device, or its roo
     EvdevFile other(device.node());
     REQUIRE(other.grab() == 0);
     EvdevFile file(device.node());
-    CHECK_THAT(error_of([&] { EvdevDriver driver(file, two_axes()); }),
+    CHECK_THAT(device_error_of([&] { EvdevDriver driver(file, evdev_options()); }),
                Contains("another program has the device for itself"));
   }
   EvdevFile other(device.node());
@@ -146,8 +133,8 @@ TEST_CASE("evdev on the kernel: a second program that has the device, or its roo
     REQUIRE(other.upload(theirs) == 0);
   }
   EvdevFile file(device.node());
-  EvdevDriver driver(file, two_axes());
-  CHECK_THAT(error_of([&] { driver.start(); }), Contains("no room for effect 2: the device has room for 4"));
+  EvdevDriver driver(file, evdev_options());
+  CHECK_THAT(device_error_of([&] { driver.start(); }), Contains("no room for effect 2: the device has room for 4"));
   CHECK(device.told().effects.size() == UinputDevice::kEffects - 1);
   CHECK(file.erase(theirs.id) == EACCES);
   CHECK(file.upload(theirs) == EACCES);
@@ -193,9 +180,41 @@ TEST_CASE("evdev on the kernel: a device that is unplugged while it plays is an 
   REQUIRE(eventually([&] { return bench.tick({1, 0, 0}), bench.device.told().plays.count(0) != 0; }));
   bench.device.unplug();
   std::string error;
-  REQUIRE(eventually([&] { return !(error = error_of([&] { bench.tick({1, 0, 0}); })).empty(); }));
+  REQUIRE(eventually([&] { return !(error = device_error_of([&] { bench.tick({1, 0, 0}); })).empty(); }));
   CHECK_THAT(error, Contains("device 'evenstep uinput device' is gone"));
   bench.driver.stop();
+}
+
+TEST_CASE("evdev on the kernel: a device that was unplugged is found by what it is, has its effects anew and plays them") {
+  UinputDevice device;
+  auto file = std::make_unique<EvdevFile>(device.node());
+  const EvdevInfo info = file->info();
+  LiveEvdev live(
+      std::move(file), [info] { return open_again(info); }, a_clock(), Duration{10'000'000'000});
+  EvdevDriver driver(live, evdev_options());
+  const auto tick = [&](const glm::dvec3& force_N) {
+    const DeviceSample sample = driver.read(a_clock().now());
+    driver.write(force_N);
+    return sample;
+  };
+  const auto plays = [&](int level) {
+    const UinputDevice::Told told = device.told();
+    return told.effects.size() == 2 && std::abs(told.effects.at(0).u.constant.level - level) <= 1 && told.plays.count(0) &&
+           told.plays.at(0) == 1;
+  };
+  driver.start();
+  REQUIRE(eventually([&] { return tick({1, 0, 0}), plays(-3277); }));
+  device.unplug();
+  REQUIRE(eventually([&] { return !tick({1, 0, 0}).drivable; }));
+  device.plug_in();
+  REQUIRE(eventually([&] { return tick({0.5, 0, 0}).drivable; }));
+  REQUIRE(eventually([&] { return tick({2, 0, 0}), plays(-6553); }));
+  device.report(1000, 0);
+  REQUIRE(eventually([&] { return std::abs(tick({2, 0, 0}).position_m.x - 0.2 * 1000 / 32767) < 1e-9; }));
+  CHECK(live.times_unplugged() == 1);
+  CHECK(EvdevFile(device.node()).grab() == EBUSY);
+  driver.stop();
+  CHECK(device.told().effects.empty());
 }
 
 TEST_CASE("evdev on the kernel: the list has the device with what it can do, and other files are refused") {
@@ -208,6 +227,6 @@ TEST_CASE("evdev on the kernel: the list has the device with what it can do, and
   CHECK(found->info.vendor_id == 0x1209);
   CHECK(found->has_axis == std::array<bool, 3>{true, true, false});
   CHECK((found->constant && found->spring && found->gain && found->refusal.empty()));
-  CHECK_THAT(error_of([] { EvdevFile file("/dev/null"); }), Contains("not an evdev device"));
-  CHECK_THAT(error_of([] { EvdevFile file("/dev/input/event99"); }), Contains("No such file"));
+  CHECK_THAT(device_error_of([] { EvdevFile file("/dev/null"); }), Contains("not an evdev device"));
+  CHECK_THAT(device_error_of([] { EvdevFile file("/dev/input/event99"); }), Contains("No such file"));
 }

@@ -27,7 +27,11 @@ std::string UinputDevice::refusal() {
   return {};
 }
 
-UinputDevice::UinputDevice() {
+UinputDevice::UinputDevice() { plug_in(); }
+
+void UinputDevice::plug_in() {
+  told_ = {};
+  closing_ = false;
   must(fd_ = open("/dev/uinput", O_RDWR | O_NONBLOCK), "/dev/uinput");
   for (const int type : {EV_ABS, EV_FF}) must(ioctl(fd_, UI_SET_EVBIT, type), "type of events");
   for (const int bit : {FF_CONSTANT, FF_SPRING, FF_GAIN, FF_AUTOCENTER}) must(ioctl(fd_, UI_SET_FFBIT, bit), "FF bit");

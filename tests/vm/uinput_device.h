@@ -25,6 +25,7 @@ class UinputDevice {
   std::string node() const;  ///< "/dev/input/event3", as soon as the kernel has made it
   void report(int x, int y);
   void unplug();
+  void plug_in();                                   ///< again after unplug(); it has forgotten everything
   void refuse(int error) { refuse_with_ = error; }  ///< uploads fail with this from now on; 0: no more
 
   struct Told {

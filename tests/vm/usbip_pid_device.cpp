@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <span>
 #include <stdexcept>
 
@@ -24,7 +25,7 @@ const fs::path kHost = "/sys/devices/platform/vhci_hcd.0";
 constexpr std::uint32_t kSubmit = 1, kUnlink = 2, kSubmitted = 3, kUnlinked = 4;
 constexpr std::size_t kHeader = 48;
 constexpr std::int32_t kStall = -EPIPE;
-constexpr std::uint32_t kInEndpoint = 1, kOutEndpoint = 2;
+constexpr std::size_t kKept = 100;  // of the reports to the device
 
 using Octets = std::vector<std::uint8_t>;
 
@@ -49,12 +50,14 @@ Octets text_descriptor(const std::string& text) {
   return bytes;
 }
 
-/// The first "NAME*" below a folder of the USB device's HID device.
+/// The first "NAME*" below a folder of the USB device's HID device, once the kernel's PID driver has looked at it too: the
+/// nodes are there before, and "country" is made afterwards.
 std::string find_node(const std::string& below, const std::string& name) {
   for (int tries = 0; tries < 3000; ++tries) {
     std::error_code none;
     for (const auto& entry : fs::directory_iterator("/sys/bus/hid/devices", none)) {
       if (entry.path().filename().string().find(":1209:0E58.") == std::string::npos) continue;
+      if (!fs::exists(entry.path() / "country", none)) continue;
       for (const auto& one : fs::recursive_directory_iterator(entry.path() / below, none)) {
         const std::string found = one.path().filename().string();
         if (found.compare(0, name.size(), name) == 0) return found;
@@ -106,6 +109,13 @@ std::string UsbipPidDevice::event_node() const {
 glm::dvec3 UsbipPidDevice::force_N() const {
   const std::lock_guard lock(mutex_);
   return firmware_.motors().force_N;
+}
+
+std::vector<Octets> UsbipPidDevice::outputs(std::uint8_t id) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Octets> of_id;
+  std::copy_if(outputs_.begin(), outputs_.end(), std::back_inserter(of_id), [&](const Octets& one) { return one[0] == id; });
+  return of_id;
 }
 
 RealTime UsbipPidDevice::force_changed_at() const {
@@ -192,8 +202,8 @@ void UsbipPidDevice::transfer() {
     {
       const std::lock_guard lock(mutex_);
       firmware_.write(bytes_of(submit.data));
+      if (outputs_.size() < kKept && !submit.data.empty()) outputs_.push_back(submit.data);
     }
-    ++outputs_;
     note_force();
     reply(submit.sequence, 0, {}, submit.length);
   }

@@ -6,7 +6,6 @@
 /// file.
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <glm/vec3.hpp>
@@ -35,7 +34,8 @@ class UsbipPidDevice {
   /// When the device rendered another force than before, and when it last sent a position.
   evenstep::RealTime force_changed_at() const;
   evenstep::RealTime reported_at() const;
-  int outputs() const { return outputs_; }  ///< interrupt transfers to the device so far
+  /// The first output reports with this id, of all first hundred.
+  std::vector<std::vector<std::uint8_t>> outputs(std::uint8_t id) const;
 
  private:
   struct Submit {
@@ -60,7 +60,6 @@ class UsbipPidDevice {
   std::deque<Submit> in_, out_;
   glm::dvec3 force_N_{0};
   evenstep::RealTime force_changed_at_, reported_at_;
-  std::atomic<int> outputs_{0};
-  std::atomic<bool> closing_{false};
+  std::vector<std::vector<std::uint8_t>> outputs_;
   std::thread thread_;
 };

@@ -143,6 +143,7 @@ const std::vector<Unit>& units() {
       {"Hz", D::rate, 1, 0},
       {"kHz", D::rate, 1, 3},
       {"%", D::ratio, 1, -2},
+      {"ppm", D::ratio, 1, -6},
       {"%/s", D::drift, 1, -2},
   };
   return table;

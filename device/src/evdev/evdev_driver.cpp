@@ -26,15 +26,6 @@ Count counts(double share, int whole) {
   return static_cast<Count>(std::lround(std::clamp(share, -1.0, 1.0) * whole));
 }
 
-bool same(const EvdevCondition& a, const EvdevCondition& b) {
-  return a.right_saturation == b.right_saturation && a.left_saturation == b.left_saturation &&
-         a.right_coefficient == b.right_coefficient && a.left_coefficient == b.left_coefficient &&
-         a.dead_band == b.dead_band && a.center == b.center;
-}
-bool same(const EvdevEffect& a, const EvdevEffect& b) {
-  return a.level == b.level && same(a.conditions[0], b.conditions[0]) && same(a.conditions[1], b.conditions[1]);
-}
-
 template <class Call>
 int tried(Call call) {
   int error = 0;
@@ -53,6 +44,8 @@ EvdevDriver::EvdevDriver(EvdevNode& node, const EvdevOptions& options) : node_(n
   } else if (error != 0) {
     fail(fmt::format("it cannot be taken for evenstep alone: {}", std::strerror(error)));
   }
+  has_gain_ = node_.has_feedback(evdev::kGain);
+  has_autocenter_ = node_.has_feedback(evdev::kAutocenter);
   adopt_axes();
 }
 
@@ -100,7 +93,7 @@ void EvdevDriver::adopt_axes() {
     if (found.fuzz != 0 && node_.set_axis(code, exact) != 0)
       fail(fmt::format("the kernel smooths axis {} and cannot be told not to", "XYZ"[axis]));
   }
-  ask_positions();
+  if (!ask_positions()) fail("it does not say where its axes are");
 }
 
 void EvdevDriver::restore_axes() noexcept {
@@ -112,14 +105,19 @@ void EvdevDriver::restore_axes() noexcept {
   }
 }
 
-void EvdevDriver::ask_positions() {
+/// False: it cannot say now.
+bool EvdevDriver::ask_positions() {
+  std::array<EvdevAxis, 3> now;
+  for (std::uint16_t axis = 0; axis < 3; ++axis) {
+    const int error = is_used(axis) ? node_.axis(axis, now[axis]) : 0;
+    if (error == ENODEV) fail_gone();
+    if (error != 0) return false;
+  }
   last_.at_range = false;
   for (int axis = 0; axis < 3; ++axis) {
-    if (!is_used(axis)) continue;
-    EvdevAxis now;
-    if (node_.axis(static_cast<std::uint16_t>(axis), now) != 0) fail_gone();
-    place(axis, now.value);
+    if (is_used(axis)) place(axis, now[static_cast<std::size_t>(axis)].value);
   }
+  return true;
 }
 
 /// A value outside the range counts as its nearest end.
@@ -144,15 +142,21 @@ void EvdevDriver::take(const EvdevEvent& event) {
     ++evdev_counters_.dropped;
   }
   if (event.code != evdev::kSynReport || !(is_lost_ || positions_changed_)) return;
-  if (std::exchange(is_lost_, false)) {
-    ask_positions();  // what was lost is in the kernel's own table; what came since is not newer
-  } else {
+  if (is_lost_ && !ask_positions()) {  // what was lost is in the kernel's own table; what came since is not newer
+    is_asking_ = true;
+    return;
+  }
+  if (!is_lost_) {
     last_.at_range = false;
     for (int axis = 0; axis < 3; ++axis) {
       if (is_used(axis)) place(axis, raw_[static_cast<std::size_t>(axis)]);
     }
   }
-  positions_changed_ = false;
+  note_report();
+}
+
+void EvdevDriver::note_report() {
+  is_lost_ = is_asking_ = positions_changed_ = false;
   ++counters_.reports;
   ++last_.sequence;
   last_.fresh = true;
@@ -161,22 +165,46 @@ void EvdevDriver::take(const EvdevEvent& event) {
 DeviceSample EvdevDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
+  last_.drivable = true;
   std::array<EvdevEvent, kEventsPerRead> events;
   for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
     const EvdevRead got = node_.read(events);
     if (got.status == EvdevRead::Status::gone) fail_gone();
-    if (got.status == EvdevRead::Status::nothing) break;
-    if (got.status == EvdevRead::Status::interrupted) continue;
+    if (got.status == EvdevRead::Status::away) is_away_ = true;
+    if (got.status == EvdevRead::Status::returned) come_back();
+    if (is_away_ || got.status == EvdevRead::Status::nothing) break;
     for (std::size_t i = 0; i < std::min(got.count, events.size()); ++i) take(events[i]);
   }
+  if (is_asking_ && !is_away_ && ask_positions()) note_report();
   if (last_.fresh) last_event_ = now;
+  if (is_away_) last_.drivable = false;
   if (!last_.fresh) {
     ++counters_.stale;
     if (!last_event_ && is_position_known()) last_event_ = now;
-    last_.fresh = last_event_ && now - *last_event_ <= options_.still;
+    last_.fresh = !is_away_ && last_event_ && now - *last_event_ <= options_.still;
   }
+  notice_uploads();
   notice_refusals(now);
   return last_;
+}
+
+/// The forces rise from zero again, because this tick still says that the device is not drivable.
+void EvdevDriver::come_back() {
+  is_away_ = false;
+  last_.drivable = false;
+  for (std::uint16_t axis = 0; axis < 3; ++axis) {
+    EvdevAxis found;
+    if (!is_used(axis) || node_.axis(axis, found) != ENXIO) continue;
+    is_away_ = true;  // again: the next read says so
+    return;
+  }
+  adopt_axes();
+  note_report();
+  for (Effect& effect : effects_) {
+    effect.is_sent = effect.is_played = false;
+    effect.refused_since.reset();
+  }
+  refreshed_at_.reset();
 }
 
 /// Before its first event the kernel says 0 of every axis. That is a position only if it is not an end of the range.
@@ -211,8 +239,8 @@ void EvdevDriver::start() {
 /// The share of the full scale is in the levels, because there are drivers that ignore the gain; and a device that centers
 /// by itself would push unasked.
 void EvdevDriver::set_device() {
-  if (node_.has_feedback(evdev::kGain) && node_.write({evdev::kFf, evdev::kGain, evdev::kFullGain}) == ENODEV) fail_gone();
-  if (node_.has_feedback(evdev::kAutocenter) && node_.write({evdev::kFf, evdev::kAutocenter, 0}) == ENODEV) fail_gone();
+  if (has_gain_ && node_.write({evdev::kFf, evdev::kGain, evdev::kFullGain}) == ENODEV) fail_gone();
+  if (has_autocenter_ && node_.write({evdev::kFf, evdev::kAutocenter, 0}) == ENODEV) fail_gone();
 }
 
 bool EvdevDriver::has_spring(int axis) const {
@@ -332,12 +360,13 @@ void EvdevDriver::want(Effect& effect, EvdevEffect newest) {
     newest.level = static_cast<std::int16_t>(newest.level + (!is_odd ? 0 : newest.level > 0 ? -1 : 1));
   else
     newest.conditions[static_cast<std::size_t>(effect.axis)].dead_band = is_odd;
-  if (same(newest, effect.wanted)) return;
+  if (newest == effect.wanted) return;
   effect.wanted = newest;
   effect.is_sent = false;
 }
 
 void EvdevDriver::send_wanted() {
+  if (is_away_) return;
   const RealTime now = last_.read_at;
   if (!refreshed_at_ || now - *refreshed_at_ >= Duration{options_.effect_duration.ns / 2}) {
     refreshed_at_ = now;
@@ -359,9 +388,7 @@ bool EvdevDriver::send_one() {
     next_effect_ = (next_effect_ + i + 1) % effects_.size();
     if (!effect.is_played)
       effect.is_played = is_taken(node_.write({evdev::kFf, static_cast<std::uint16_t>(effect.wanted.id), 1}));
-    else if ((effect.is_sent = is_taken(node_.upload(effect.wanted))))
-      effect.refused_since.reset();
-    else if (!effect.refused_since)
+    else if (!(effect.is_sent = is_taken(node_.upload(effect.wanted))) && !effect.refused_since)
       effect.refused_since = last_.read_at;
     return true;
   }
@@ -372,6 +399,18 @@ bool EvdevDriver::is_taken(int error) {
   if (error == ENODEV) fail_gone();
   if (error != 0) ++counters_.write_failures;
   return error == 0;
+}
+
+void EvdevDriver::notice_uploads() {
+  for (Effect& effect : effects_) {
+    if (!effect.is_sent || is_away_) continue;
+    const EvdevNode::Upload uploaded = node_.uploaded(effect.wanted.id);
+    if (uploaded == EvdevNode::Upload::taken) effect.refused_since.reset();
+    if (uploaded != EvdevNode::Upload::refused) continue;
+    ++counters_.write_failures;
+    effect.is_sent = false;
+    if (!effect.refused_since) effect.refused_since = last_.read_at;
+  }
 }
 
 void EvdevDriver::notice_refusals(RealTime now) const {

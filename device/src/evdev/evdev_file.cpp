@@ -18,6 +18,7 @@
 #include <system_error>
 #include <utility>
 
+#include "evdev_listing.h"
 #include "evenstep/device/haptic_device.h"
 
 namespace evenstep {
@@ -36,12 +37,6 @@ int ask(int fd, unsigned long request, Argument argument) {
   return ::ioctl(fd, request, argument) < 0 ? errno : 0;
 }
 
-std::string printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
-  return text;
-}
-
 std::string line_of(const fs::path& path) {
   std::ifstream in(path);
   std::string line;
@@ -49,28 +44,10 @@ std::string line_of(const fs::path& path) {
   return line;
 }
 
-std::uint16_t hexadecimal(const std::string& text) {
-  return static_cast<std::uint16_t>(std::strtoul(text.c_str(), nullptr, 16));
-}
-
-/// Whether a bit is set in the mask of a sysfs file: words in hexadecimal, the highest first, without leading zeros.
-bool has_bit(const std::string& mask, unsigned bit) {
-  constexpr unsigned kBits = sizeof(long) * 8;
-  std::size_t end = mask.size();
-  for (unsigned word = 0; word < bit / kBits; ++word) {
-    const std::size_t space = mask.find_last_of(' ', end == 0 ? 0 : end - 1);
-    if (space == std::string::npos || end == 0) return false;
-    end = space;
-  }
-  const std::size_t space = end == 0 ? std::string::npos : mask.find_last_of(' ', end - 1);
-  const std::string word = mask.substr(space == std::string::npos ? 0 : space + 1, end);
-  return (std::strtoull(word.c_str(), nullptr, 16) >> (bit % kBits) & 1) != 0;
-}
-
-EvdevInfo info_of(const std::string& event) {
+internal::EvdevTexts texts_of(const std::string& event) {
   const fs::path device = kClass / event / "device";
-  return {"/dev/input/" + event, printable(line_of(device / "name")), hexadecimal(line_of(device / "id" / "vendor")),
-          hexadecimal(line_of(device / "id" / "product"))};
+  return {line_of(device / "name"), line_of(device / "id/vendor"),       line_of(device / "id/product"),
+          line_of(device / "uniq"), line_of(device / "capabilities/ff"), line_of(device / "capabilities/abs")};
 }
 
 ff_effect kernel_effect(const EvdevEffect& effect) {
@@ -96,14 +73,10 @@ std::vector<EvdevListing> evdev_devices() {
   for (fs::directory_iterator at(kClass, gone), end; !gone && at != end; at.increment(gone)) {
     const std::string event = at->path().filename().string();
     if (event.compare(0, 5, "event") != 0) continue;
-    const std::string effects = line_of(at->path() / "device/capabilities/ff");
-    if (effects.find_first_of("123456789abcdef") == std::string::npos) continue;
-    const std::string axes = line_of(at->path() / "device/capabilities/abs");
-    EvdevListing listing{.info = info_of(event),
-                         .constant = has_bit(effects, FF_CONSTANT),
-                         .spring = has_bit(effects, FF_SPRING),
-                         .gain = has_bit(effects, FF_GAIN)};
-    for (unsigned axis = 0; axis < 3; ++axis) listing.has_axis[axis] = has_bit(axes, axis);
+    const internal::EvdevTexts texts = texts_of(event);
+    if (!internal::has_effects(texts)) continue;
+    EvdevListing listing = internal::evdev_listing(texts);
+    listing.info.path = "/dev/input/" + event;
     if (::access(listing.info.path.c_str(), R_OK | W_OK) != 0) listing.refusal = std::strerror(errno);
     found.emplace_back(std::strtol(event.c_str() + 5, nullptr, 10), std::move(listing));
   }
@@ -111,6 +84,21 @@ std::vector<EvdevListing> evdev_devices() {
   std::vector<EvdevListing> listings;
   for (auto& [number, listing] : found) listings.push_back(std::move(listing));
   return listings;
+}
+
+std::vector<std::unique_ptr<EvdevNode>> open_again(const EvdevInfo& info) {
+  std::vector<std::unique_ptr<EvdevNode>> opened;
+  for (const EvdevListing& one : evdev_devices()) {
+    const EvdevInfo& found = one.info;
+    if (found.vendor_id != info.vendor_id || found.product_id != info.product_id || found.serial != info.serial ||
+        found.name != info.name)
+      continue;
+    try {
+      opened.push_back(std::make_unique<EvdevFile>(found.path));
+    } catch (const DeviceError&) {  // not ready yet: udev sets its permissions a moment after it appears
+    }
+  }
+  return opened;
 }
 
 EvdevFile::EvdevFile(const std::string& path) {
@@ -128,7 +116,7 @@ EvdevFile::EvdevFile(const std::string& path) {
                     "it: KERNEL==\"event*\", SUBSYSTEM==\"input\", TAG+=\"uaccess\"",
                     path, std::strerror(errno)));
   }
-  info_ = info_of(event);
+  info_ = internal::evdev_listing(texts_of(event)).info;
   info_.path = path;
 }
 

@@ -21,16 +21,6 @@ std::int32_t smoothed(std::int32_t value, std::int32_t old, std::int32_t fuzz) {
   return static_cast<std::int32_t>((std::int64_t{old} + value) / 2);
 }
 
-bool same(const EvdevCondition& a, const EvdevCondition& b) {
-  return a.right_saturation == b.right_saturation && a.left_saturation == b.left_saturation &&
-         a.right_coefficient == b.right_coefficient && a.left_coefficient == b.left_coefficient &&
-         a.dead_band == b.dead_band && a.center == b.center;
-}
-bool same(const EvdevEffect& a, const EvdevEffect& b) {
-  return a.direction == b.direction && a.length_ms == b.length_ms && a.level == b.level &&
-         same(a.conditions[0], b.conditions[0]) && same(a.conditions[1], b.conditions[1]);
-}
-
 }  // namespace
 
 SimulatedEvdev::SimulatedEvdev(const Clock& clock, ProgrammedMotion motion, SimulatedEvdevOptions options)
@@ -211,7 +201,7 @@ int SimulatedEvdev::upload(EvdevEffect& effect) {
   if (const int refusal = is_new ? 0 : access(Owner::we, effect.id); refusal != 0) return refusal;
   Slot& slot = is_new ? *free : slots_[static_cast<std::size_t>(effect.id)];
   if (!is_new && slot.known.type != effect.type) return EINVAL;
-  if (!is_new && same(slot.known, effect)) return 0;
+  if (!is_new && slot.known == effect) return 0;
   bool lost = false;
   if (reports_.write_fault(lost) == HidWrite::rejected) return EIO;
   if (is_new) {

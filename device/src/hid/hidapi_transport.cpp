@@ -8,13 +8,13 @@
 #include <cassert>
 #include <cerrno>
 #include <chrono>
-#include <condition_variable>
 #include <cstring>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 
+#include "../live_sender.h"
+#include "../printable.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
 #include "hidapi_library.h"
@@ -24,18 +24,14 @@ namespace evenstep {
 namespace {
 
 using internal::hidapi;
+using internal::printable;
 
 /// The largest report that hidraw delivers (HID_MAX_BUFFER_SIZE is larger).
 constexpr std::size_t kLargestReport = 4096;
-/// The same as the kernel's queue of input reports: if more reports wait, the device has stopped accepting them.
-constexpr std::size_t kMostWaiting = 64;
-/// How long the destructor waits for the queue to be sent.
-constexpr Duration kFarewell{1'000'000'000};
 /// How long whoever asks for it waits: stop() does for each of its reports, some ten, and a write takes 1 to 8 ms.
 constexpr std::chrono::milliseconds kSettles{250};
 /// How long a feature report waits for it. The kernel ends a write over USB after 5 s, and they are tried one by one.
 constexpr std::chrono::seconds kFeatureWaits{60};
-constexpr std::chrono::milliseconds kLookAgain{250};
 
 /// hidapi's list of devices, opening a device and its global error string share unguarded state.
 std::mutex& hidapi_mutex() {
@@ -57,17 +53,6 @@ using HidHandle = std::unique_ptr<hid_device, CloseHid>;
 
 std::string or_else(std::string text, const std::string& name, const char* key) {
   return text.empty() ? internal::hidraw_property(name, key) : text;
-}
-
-/// What a device calls itself goes to terminals and logs, so the characters that control those become '?'.
-std::string printable(std::string text) {
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const auto before = i > 0 ? static_cast<unsigned char>(text[i - 1]) : 0;
-    if (byte < 0x20 || byte == 0x7F) text[i] = '?';
-    if (before == 0xC2 && byte >= 0x80 && byte < 0xA0) text[i - 1] = text[i] = '?';  // the same in two bytes of UTF-8
-  }
-  return text;
 }
 
 std::string refusal_of(const std::string& path) {
@@ -111,6 +96,12 @@ bool is_same_device(const HidDeviceInfo& a, const HidDeviceInfo& b) {
   return a.vendor_id == b.vendor_id && a.product_id == b.product_id && a.serial == b.serial;
 }
 
+struct OneReport {
+  std::array<std::byte, kLargestReport> bytes;
+  std::size_t size = 0;
+  bool newest = false;
+};
+
 }  // namespace
 
 std::vector<HidListing> hid_devices() {
@@ -132,16 +123,8 @@ std::string udev_rule(const HidDeviceInfo& info) {
   return fmt::format(R"(KERNEL=="hidraw*", KERNELS=="*:{:04X}:{:04X}.*", TAG+="uaccess")", info.vendor_id, info.product_id);
 }
 
-struct HidapiTransport::State {
-  struct Report {
-    std::array<std::byte, kLargestReport> bytes;
-    std::size_t size = 0;
-    bool newest = false;  // may be replaced by a later one
-  };
-  enum class Presence { here, away, gone };
-
-  State(const std::string& path, const WallClock& given, Duration patient)
-      : clock(given), patience(patient), waiting(kMostWaiting) {
+struct HidapiTransport::State final : internal::LiveSender<OneReport, HidHandle>::Cable {
+  State(const std::string& path, const WallClock& clock, Duration patience) {
     const std::string name = internal::hidraw_name(path);
     if (name.empty()) throw DeviceError(path + ": not a hidraw device; `evenstep devices` lists those that are there");
     for (HidListing& device : hid_devices()) {
@@ -158,55 +141,21 @@ struct HidapiTransport::State {
     Handles handles = open_handles(listing.info);
     reader = std::move(handles.reader);
     writer = std::move(handles.writer);
+    sender.emplace(clock, patience, *this);
   }
 
   bool is_declared(ReportType type, std::span<const std::byte> report) const;
   HidWrite put(std::span<const std::byte> report, bool newest);
-  void write_until_closed();
-  HidWrite send(const Report& report);
-  void write_one(std::unique_lock<std::mutex>& lock);
-  void look_for_device(std::unique_lock<std::mutex>& lock);
-  void lose_device();  // `mutex` must be held
-  void wait_until_sent(std::chrono::nanoseconds at_most);
+  HidWrite send(const OneReport& report) override;
+  std::optional<HidHandle> find() override;
 
-  const WallClock& clock;
-  const Duration patience;
   HidListing listing;
   ReportDescriptor descriptor;
   HidHandle reader;  // for the thread that reads
   HidHandle writer;  // for the thread that writes
   std::array<std::byte, kLargestReport> input;
-
-  mutable std::mutex mutex;  // guards everything below
-  std::condition_variable work, idle;
-  std::vector<Report> waiting;  // a ring of `count` from `first` on: nothing is allocated after the start
-  std::size_t first = 0, count = 0;
-  HidWriteTimes times;
-  std::int64_t refused = 0;
-  bool sending = false, closing = false;
-  Presence presence = Presence::here;
-  RealTime lost_at, closed_at;
-  std::int64_t times_unplugged = 0;
-  HidHandle returned_reader;  // for the thread that reads, once the device is back
-  std::thread thread;         // the last member, because it uses all others
+  std::optional<internal::LiveSender<OneReport, HidHandle>> sender;  // the last member, because it uses all others
 };
-
-void HidapiTransport::State::lose_device() {
-  if (presence != Presence::here) return;
-  ++times_unplugged;
-  presence = patience.ns > 0 ? Presence::away : Presence::gone;
-  lost_at = clock.now();
-  times.rejected += static_cast<std::int64_t>(std::exchange(count, 0));
-  work.notify_one();
-  idle.notify_one();
-}
-
-/// Feature reports take another way to the device than the output reports that wait, and must not overtake them: a Device
-/// Reset that is sent late would remove the effect that a Create New Effect after it has made.
-void HidapiTransport::State::wait_until_sent(std::chrono::nanoseconds at_most) {
-  std::unique_lock lock(mutex);
-  idle.wait_for(lock, at_most, [&] { return (count == 0 && !sending) || presence != Presence::here; });
-}
 
 /// Whether the descriptor declares such a report. The kernel would send a report of any id and length, and report success.
 bool HidapiTransport::State::is_declared(ReportType type, std::span<const std::byte> report) const {
@@ -216,40 +165,18 @@ bool HidapiTransport::State::is_declared(ReportType type, std::span<const std::b
 }
 
 HidWrite HidapiTransport::State::put(std::span<const std::byte> report, bool newest) {
-  const std::lock_guard lock(mutex);
-  if (presence == Presence::gone) return HidWrite::gone;
-  if (presence == Presence::away) {
-    ++times.rejected;
-    return HidWrite::rejected;
-  }
-  if (!is_declared(ReportType::output, report)) {
-    ++times.rejected;
-    return HidWrite::rejected;
-  }
-  Report* slot = nullptr;
-  // Searches from the back, up to the first report that must keep its place, so that none is moved ahead of such a report.
-  for (std::size_t i = count; newest && i > 0 && !slot; --i) {
-    Report& other = waiting[(first + i - 1) % kMostWaiting];
-    if (!other.newest) break;
+  if (!is_declared(ReportType::output, report)) return sender->reject();
+  const auto same = [&](const OneReport& other) {
     const std::size_t key = std::min<std::size_t>(2, std::min(other.size, report.size()));
-    if (std::equal(report.begin(), report.begin() + static_cast<std::ptrdiff_t>(key), other.bytes.begin())) slot = &other;
-  }
-  if (slot) {
-    ++times.overtaken;
-  } else if (count == kMostWaiting) {
-    ++times.rejected;
-    return HidWrite::rejected;
-  } else {
-    slot = &waiting[(first + count++) % kMostWaiting];
-  }
-  std::copy(report.begin(), report.end(), slot->bytes.begin());
-  slot->size = report.size();
-  slot->newest = newest;
-  work.notify_one();
-  return HidWrite::ok;
+    return std::equal(report.begin(), report.begin() + static_cast<std::ptrdiff_t>(key), other.bytes.begin());
+  };
+  return sender->put(newest, same, [&](OneReport& slot) {
+    std::copy(report.begin(), report.end(), slot.bytes.begin());
+    slot.size = report.size();
+  });
 }
 
-HidWrite HidapiTransport::State::send(const Report& report) {
+HidWrite HidapiTransport::State::send(const OneReport& report) {
   const auto* const bytes = reinterpret_cast<const unsigned char*>(report.bytes.data());
   int written;
   do {
@@ -260,87 +187,37 @@ HidWrite HidapiTransport::State::send(const Report& report) {
   return written < 0 && (errno == ENODEV || errno == EIO || errno == ESHUTDOWN) ? HidWrite::gone : HidWrite::rejected;
 }
 
-void HidapiTransport::State::write_until_closed() {
-  std::unique_lock lock(mutex);
-  while (presence != Presence::gone) {
-    work.wait(lock, [&] { return count > 0 || closing || presence != Presence::here; });
-    if (closing && (count == 0 || presence != Presence::here || clock.now() > closed_at + kFarewell)) return;
-    if (presence == Presence::here)
-      write_one(lock);
-    else
-      look_for_device(lock);
-  }
-}
-
-void HidapiTransport::State::write_one(std::unique_lock<std::mutex>& lock) {
-  const Report report = waiting[first];
-  first = (first + 1) % kMostWaiting;
-  --count;
-  sending = true;
-  lock.unlock();
-  const RealTime began = clock.now();
-  const HidWrite result = send(report);
-  const Duration taken = clock.now() - began;
-  lock.lock();
-  sending = false;
-  idle.notify_one();
-  times.taken.add(taken);
-  if (result == HidWrite::gone) lose_device();
-  if (result == HidWrite::ok) return;
-  ++times.rejected;
-  ++refused;
-}
-
-void HidapiTransport::State::look_for_device(std::unique_lock<std::mutex>& lock) {
-  if (clock.now() > lost_at + patience) {
-    presence = Presence::gone;
-    return;
-  }
-  lock.unlock();
-  std::optional<Handles> found;
+std::optional<HidHandle> HidapiTransport::State::find() {
   try {
     for (const HidListing& device : hid_devices()) {
-      if (!found && is_same_device(device.info, listing.info)) found = open_handles(device.info);
+      if (!is_same_device(device.info, listing.info)) continue;
+      Handles found = open_handles(device.info);
+      writer = std::move(found.writer);
+      return std::move(found.reader);
     }
-  } catch (const DeviceError&) {
-    found.reset();  // it is not ready yet: udev sets its permissions a moment after it appears
+  } catch (const DeviceError&) {  // it is not ready yet: udev sets its permissions a moment after it appears
   }
-  lock.lock();
-  if (found) {
-    writer = std::move(found->writer);
-    returned_reader = std::move(found->reader);
-    presence = Presence::here;
-  } else {
-    work.wait_for(lock, kLookAgain, [&] { return closing; });
-  }
+  return std::nullopt;
 }
 
 HidapiTransport::HidapiTransport(const std::string& path, const WallClock& clock, Duration patience)
-    : state_(std::make_unique<State>(path, clock, patience)) {
-  state_->thread = std::thread([state = state_.get()] { state->write_until_closed(); });
-}
+    : state_(std::make_unique<State>(path, clock, patience)) {}
 
 HidapiTransport::~HidapiTransport() {
-  {
-    const std::lock_guard lock(state_->mutex);
-    state_->closing = true;
-    state_->closed_at = state_->clock.now();
-  }
-  state_->work.notify_one();
-  state_->thread.join();
+  state_->sender.reset();
   const std::lock_guard lock(hidapi_mutex());
   state_.reset();
 }
 
 HidRead HidapiTransport::read(std::span<std::byte> buffer) {
-  {
-    const std::lock_guard lock(state_->mutex);
-    if (state_->presence == State::Presence::gone) return {HidRead::Status::gone};
-    if (state_->presence == State::Presence::away) return {HidRead::Status::nothing};
-    if (state_->returned_reader) {
-      state_->reader = std::move(state_->returned_reader);
-      return {HidRead::Status::returned};
-    }
+  const auto without_device = [](internal::Presence presence) {
+    return HidRead{presence == internal::Presence::gone ? HidRead::Status::gone : HidRead::Status::nothing};
+  };
+  if (const internal::Presence presence = state_->sender->presence(); presence != internal::Presence::here)
+    return without_device(presence);
+  if (auto returned = state_->sender->take_returned()) {
+    state_->reader = *std::move(returned);
+    return {HidRead::Status::returned};
   }
   auto* const input = reinterpret_cast<unsigned char*>(state_->input.data());
   errno = 0;
@@ -348,11 +225,7 @@ HidRead HidapiTransport::read(std::span<std::byte> buffer) {
   const int size = hidapi().hid_read_timeout(state_->reader.get(), input, state_->input.size(), 0);
   if (size == 0) return {HidRead::Status::nothing};
   if (size < 0 && errno == EINTR) return {HidRead::Status::interrupted};
-  if (size < 0) {
-    const std::lock_guard lock(state_->mutex);
-    if (!state_->returned_reader) state_->lose_device();
-    return {state_->presence == State::Presence::gone ? HidRead::Status::gone : HidRead::Status::nothing};
-  }
+  if (size < 0) return without_device(state_->sender->lose());
   const auto bytes = static_cast<std::size_t>(size);
   std::copy_n(state_->input.begin(), std::min(bytes, buffer.size()), buffer.begin());
   return {HidRead::Status::report, bytes};
@@ -361,8 +234,10 @@ HidRead HidapiTransport::read(std::span<std::byte> buffer) {
 HidWrite HidapiTransport::write(std::span<const std::byte> report) { return state_->put(report, false); }
 HidWrite HidapiTransport::write_newest(std::span<const std::byte> report) { return state_->put(report, true); }
 
+/// Feature reports take another way to the device than the output reports that wait, and must not overtake them: a Device
+/// Reset that is sent late would remove the effect that a Create New Effect after it has made.
 HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
-  state_->wait_until_sent(kFeatureWaits);
+  state_->sender->wait_until_sent(kFeatureWaits);
   errno = 0;
   auto* const bytes = reinterpret_cast<unsigned char*>(report.data());
   const int size = hidapi().hid_get_feature_report(state_->reader.get(), bytes, report.size());
@@ -373,7 +248,7 @@ HidFeature HidapiTransport::get_feature(std::span<std::byte> report) {
 
 HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
   if (!state_->is_declared(ReportType::feature, report)) return HidWrite::rejected;
-  state_->wait_until_sent(kFeatureWaits);
+  state_->sender->wait_until_sent(kFeatureWaits);
   const auto* const bytes = reinterpret_cast<const unsigned char*>(report.data());
   int size;
   do {
@@ -384,24 +259,12 @@ HidWrite HidapiTransport::set_feature(std::span<const std::byte> report) {
   return errno == ENODEV ? HidWrite::gone : HidWrite::rejected;
 }
 
-std::int64_t HidapiTransport::refused_later() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->refused;
-}
-
-void HidapiTransport::wait_until_sent() { state_->wait_until_sent(kSettles); }
-
+std::int64_t HidapiTransport::refused_later() const { return state_->sender->refused(); }
+void HidapiTransport::wait_until_sent() { state_->sender->wait_until_sent(kSettles); }
 std::span<const std::byte> HidapiTransport::report_descriptor() const { return state_->listing.report_descriptor; }
 const HidDeviceInfo& HidapiTransport::info() const { return state_->listing.info; }
 
-std::int64_t HidapiTransport::times_unplugged() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->times_unplugged;
-}
-
-HidWriteTimes HidapiTransport::write_times() const {
-  const std::lock_guard lock(state_->mutex);
-  return state_->times;
-}
+std::int64_t HidapiTransport::times_unplugged() const { return state_->sender->times_unplugged(); }
+WriteTimes HidapiTransport::write_times() const { return state_->sender->times(); }
 
 }  // namespace evenstep

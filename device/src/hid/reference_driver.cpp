@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "evenstep/device/hid/reference_device.h"
 #include "report_exchange.h"
@@ -21,6 +22,9 @@ static_assert(kBufferSize >= reference_device::kInputSize);
 /// if it is even older, the device has started to count anew.
 constexpr std::int32_t kDeepestQueue = 64;
 
+/// Before the first report nothing is known; this is before anything that will be (device_clock.h).
+constexpr Duration kOlderThanAny{2'000'000'000};
+
 /// A device that is farther away reports an end of the range (reference_device.h).
 bool is_end_of_range(std::int32_t position_nm) {
   using Limits = std::numeric_limits<std::int32_t>;
@@ -29,15 +33,18 @@ bool is_end_of_range(std::int32_t position_nm) {
 
 }  // namespace
 
-ReferenceDriver::ReferenceDriver(HidTransport& transport) : transport_(transport) {}
+ReferenceDriver::ReferenceDriver(HidTransport& transport, std::optional<DeviceClock> clock)
+    : transport_(transport), clock_(std::move(clock)) {}
 
 DeviceSample ReferenceDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
+  if (clock_ && !last_.taken_at) last_.taken_at = now - kOlderThanAny;
   std::array<std::byte, kBufferSize> buffer;
   internal::drain(
-      transport_, buffer, [&](std::span<const std::byte> report) { take(report); }, [&] { any_report_ = false; });
+      transport_, buffer, [&](std::span<const std::byte> report) { take(report); }, [&] { begin_anew(); });
   if (!last_.fresh) ++counters_.stale;
+  if (last_.fresh && clock_) clock_->passed_on(*last_.taken_at, now);
   internal::new_refusals(transport_, refusals_seen_, counters_);  // counted only: every tick sends its force
   return last_;
 }
@@ -53,11 +60,18 @@ void ReferenceDriver::take(std::span<const std::byte> bytes) {
   const auto ahead = static_cast<std::int32_t>(report->sequence - last_.sequence);
   if (any_report_ && ahead <= 0 && ahead >= -kDeepestQueue) return;
   if (any_report_ && ahead > 1) counters_.lost += ahead - 1;
+  if (any_report_ && ahead <= 0) begin_anew();
+  if (clock_) last_.taken_at = clock_->taken(report->device_time_us, last_.read_at);
   any_report_ = true;
   last_.sequence = report->sequence;
   last_.fresh = true;
   for (int axis = 0; axis < 3; ++axis) last_.position_m[axis] = report->position_nm[static_cast<std::size_t>(axis)] / 1e9;
   last_.at_range = std::any_of(report->position_nm.begin(), report->position_nm.end(), is_end_of_range);
+}
+
+void ReferenceDriver::begin_anew() {
+  any_report_ = false;
+  if (clock_) clock_->restart();
 }
 
 double ReferenceDriver::largest_force_N() const { return std::numeric_limits<std::int32_t>::max() / 1e6; }

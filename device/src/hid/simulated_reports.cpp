@@ -77,9 +77,25 @@ void SimulatedReports::advance(RealTime now) {
     const std::int64_t event = next_event();
     if (event == next_tick_)
       make_faulty_tick(next_tick_++);
+    else if (options_.age)
+      make_aged_tick(next_tick_++);
     else
       make_ticks(std::min(newest, event - 1));
   }
+  deliver_until(now);
+}
+
+void SimulatedReports::make_aged_tick(std::int64_t tick) { send({tick, position_at(tick)}, tick); }
+
+void SimulatedReports::send(const SimulatedReport& report, std::int64_t tick) {
+  if (!options_.age) return queue_.push(report);
+  const RealTime due = tick_time(options_.rate, tick, options_.first_tick) + options_.age(report.tick);
+  under_way_.push_back({under_way_.empty() ? due : std::max(due, under_way_.back().due), report});
+}
+
+void SimulatedReports::deliver_until(RealTime now) {
+  for (; !under_way_.empty() && under_way_.front().due <= now; under_way_.pop_front())
+    queue_.push(under_way_.front().report);
 }
 
 std::int64_t SimulatedReports::next_event() const {
@@ -143,7 +159,7 @@ void SimulatedReports::make_faulty_tick(std::int64_t tick) {
   }
   for (std::int64_t copy = 0; copy < copies && !lost; ++copy) {
     if (delay == 0) {
-      queue_.push(report);
+      send(report, tick);
       continue;
     }
     const auto after = std::upper_bound(late_.begin(), late_.end(), tick + delay,
@@ -151,7 +167,7 @@ void SimulatedReports::make_faulty_tick(std::int64_t tick) {
     late_.insert(after, {tick + delay, report});
   }
   while (!late_.empty() && late_.front().due == tick) {
-    queue_.push(late_.front().report);
+    send(late_.front().report, tick);
     late_.erase(late_.begin());
   }
 }

@@ -6,7 +6,8 @@ namespace evenstep {
 namespace {
 
 reference_device::InputReport report_of(const SimulatedReport& report, const SimulatedDeviceOptions& options) {
-  const RealTime at = tick_time(options.rate, report.tick, options.first_tick);
+  const Rate clock_rate = options.clock_rate.num > 0 ? options.clock_rate : options.rate;
+  const RealTime at = tick_time(clock_rate, report.tick, options.first_tick);
   return {.sequence = static_cast<std::uint32_t>(report.tick + 1),
           .device_time_us = static_cast<std::uint32_t>(floor_mul_div(at.ns, 1, 1000)),
           .position_nm = reference_device::to_nm(report.position_m)};

@@ -31,7 +31,7 @@ HidFeature HidapiTransport::get_feature(std::span<std::byte>) { std::abort(); }
 HidWrite HidapiTransport::set_feature(std::span<const std::byte>) { std::abort(); }
 std::span<const std::byte> HidapiTransport::report_descriptor() const { std::abort(); }
 const HidDeviceInfo& HidapiTransport::info() const { std::abort(); }
-HidWriteTimes HidapiTransport::write_times() const { std::abort(); }
+WriteTimes HidapiTransport::write_times() const { std::abort(); }
 std::int64_t HidapiTransport::times_unplugged() const { std::abort(); }
 
 }  // namespace evenstep

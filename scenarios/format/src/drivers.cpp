@@ -25,7 +25,8 @@ std::vector<Field> ForeignDriverSpec::fields() {
 ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const Table& device) {
   ForeignDriverSpec spec{read_foreign(reading, device.table("foreign")), {}};
   spec.make = maker_of("driver", spec.part, reading.registry.devices(), &Library::device, reading.errors);
-  for (const char* key : {"queue", "unplug", "faults"}) {
+  for (const char* key :
+       {"queue", "unplug", "faults", "sample_time", "report_age", "report_age_jitter", "clock_rate_error"}) {
     if (device.has(key))
       reading.errors.add(device.place(key),
                          fmt::format("'{}' is about reports on a cable, and driver = \"foreign\" has none that evenstep "

@@ -118,6 +118,25 @@ void check_springs(const Table& render, const DeviceSpec& spec, Errors& errors) 
                        "driver = \"pid\" or \"evdev\", or kind = \"local\", which sends the same as forces");
 }
 
+/// Ages, for a driver whose reports say when they were taken.
+ReportAge read_age(const ScenarioReading& reading, const Table& device, const DriverSpec& driver) {
+  ReportAge age;
+  age.seed = reading.scenario.seed;
+  if (device.has("report_age")) age.least = device.span("report_age", reading.scenario.nominal, reading.errors);
+  if (device.has("report_age_jitter"))
+    age.jitter = device.span("report_age_jitter", reading.scenario.nominal, reading.errors);
+  if (device.has("clock_rate_error")) {
+    const double ppm = device.si("clock_rate_error") * 1e6;
+    age.clock_ppm = static_cast<std::int64_t>(ppm < 0 ? ppm - 0.5 : ppm + 0.5);
+  }
+  if (device.has("sample_time")) age.follows_clock = device.text("sample_time") == "taken";
+  if (age.follows_clock.value_or(false) && !std::holds_alternative<ReferenceSpec>(driver))
+    reading.errors.add(device.place("sample_time"),
+                       "'sample_time': \"taken\" needs reports that say when they were taken, as those of driver = "
+                       "\"reference\" do; write \"arrival\"");
+  return age;
+}
+
 GuardSpec read_guard(const Table& device, const NominalUnits& nominal, Errors& errors) {
   GuardSpec spec;
   const Table guard = device.table("guard");
@@ -149,6 +168,7 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   }
   if (device.has("unplug")) spec.unplug = device.span("unplug", reading.scenario.nominal, reading.errors);
   read_faults(reading, device, spec);
+  spec.age = read_age(reading, device, spec.driver);
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
   read_motion(reading, device, spec);
   spec.force_delay = device.span("delay", reading.scenario.nominal, reading.errors);
@@ -200,8 +220,8 @@ const std::vector<Field>& device_fields() {
        .forms = kWord,
        .default_toml = "\"reference\"",
        .meaning = "The driver code that runs: of the reference device (docs/reference-device.md), or of force-feedback "
-                  "devices of the PID class (docs/hid.md), or of all that Linux has a driver for (docs/evdev.md). "
-                  "`foreign`: one of your own.",
+                  "devices of the PID class (docs/hid.md), or of all that Linux has a driver for (docs/evdev.md), or of a "
+                  "Haply Inverse3 (docs/inverse3.md). `foreign`: one of your own.",
        .words = driver_words()},
       {.table = "device",
        .key = "transport",
@@ -305,6 +325,36 @@ const std::vector<Field>& device_fields() {
        .default_toml = "1",
        .meaning = "So many ticks in a row.",
        .range = between(1, 100'000)},
+      {.table = "device",
+       .key = "sample_time",
+       .forms = kWord,
+       .meaning =
+           "What a sample's time is: when it was `taken`, by the time stamps of the reports, or its `arrival`, when it "
+           "was read (docs/ages.md). Default: `taken` with `--device` and where one of the next three keys is written, "
+           "if reports have stamps.",
+       .words = "taken|arrival",
+       .example = "\"taken\""},
+      {.table = "device",
+       .key = "report_age",
+       .forms = kSpan,
+       .meaning = "How old a report is when it comes, at least. It is subtracted from its time. Default: 0.",
+       .range = between(0, 1),
+       .example = "\"0.3 ms\""},
+      {.table = "device",
+       .key = "report_age_jitter",
+       .forms = kSpan,
+       .meaning = "A simulated report is older than that by up to this, equally likely; the least latency has room for it, "
+                  "with a real device as well. Default: 0.",
+       .range = between(0, 1),
+       .example = "\"0.2 ms\""},
+      {.table = "device",
+       .key = "clock_rate_error",
+       .forms = kQuantity,
+       .meaning = "The simulated device's clock, which its ticks and time stamps follow, is faster by this (whole ppm). "
+                  "Default: 0.",
+       .dimension = D::ratio,
+       .range = between(-0.001, 0.001),
+       .example = "\"50 ppm\""},
       {.table = "device", .key = "guard", .forms = kTable, .meaning = "When a force is cut off, and how it comes back."},
       {.table = "device.guard",
        .key = "gain",

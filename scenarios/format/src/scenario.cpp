@@ -41,6 +41,22 @@ bool has_hand(const Scenario& scenario) {
                      [](const DeviceSpec& device) { return device.hand.has_value(); });
 }
 
+bool follows_clock(const DeviceSpec& device) {
+  if (!std::holds_alternative<ReferenceSpec>(device.driver)) return false;
+  return device.age.follows_clock.value_or(device.is_real || device.age.is_given());
+}
+
+Duration largest_age(const DeviceSpec& device) {
+  if (!follows_clock(device)) return {};
+  constexpr Duration kStamp{999};  // time stamps are whole microseconds
+  const auto& [least, jitter, clock_ppm, seed, follows] = device.age;
+  const Duration period = period_ceil(device.rate);
+  if (device.is_real || clock_ppm != 0) return least + jitter + period - Duration{1} + kStamp;
+  // One clock: a report always waits for the same tick, or for the next ones if it is older.
+  const auto ticks = [&](Duration age) { return first_tick_at_or_after(device.rate, RealTime{age.ns}); };
+  return least + period * (ticks(least + jitter) - ticks(least)) + kStamp;
+}
+
 FilterSpec filter_at(const RemapSpec& remap, Rate rate) {
   if (!std::holds_alternative<MovingAverageSpec>(remap.filter)) return remap.filter;
   const double samples = seconds(remap.filter_window) * static_cast<double>(rate.num) / static_cast<double>(rate.den);

@@ -1,5 +1,6 @@
 // What `evenstep fit` says: latencies by hand, a table that the reader accepts, and a verdict that order can overturn.
 #include "evenstep/campaigns/fit_report.h"
+#include "cases.h"
 
 #include <unistd.h>
 
@@ -258,7 +259,7 @@ std::vector<SegmentTiming> odd_recording(std::uint64_t seed) {
 
 TEST_CASE("2000 odd recordings: no number is nan or infinite, and what is proposed is read, as a model or as a replay") {
   int models = 0, replays = 0;
-  for (std::uint64_t seed = 0; seed < 2'000; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(2'000); ++seed) {
     const TimingCsv csv = parse_timing_csv(format_timing_csv(odd_recording(seed)), "x.csv");
     if (!csv || !fit_objection(*csv).empty()) continue;
     const TimingFit fit = fit_timing(*csv);

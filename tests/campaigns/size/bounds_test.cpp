@@ -46,7 +46,8 @@ TEST_CASE("the bounds of a recording are those of its steps, for held and for in
   }
 }
 
-TEST_CASE("on every recording the default map's velocity jump is below 0.15 step, and its latency near the pause bound") {
+TEST_CASE("on every recording the default map's velocity jump is below 0.15 step, and its latency near the pause bound",
+          "[sweep]") {
   struct Row {
     const char* recording;
     double most;

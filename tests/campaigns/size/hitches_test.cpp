@@ -1,5 +1,6 @@
 // Hitches that were put into a schedule come back as kinds, each with its count and lengths, and mending a kind gives the
 // schedule without it.
+#include "cases.h"
 #include "size_hitches.h"
 
 #include <algorithm>
@@ -102,7 +103,7 @@ TEST_CASE("hitches that were put in come back kind by kind and mended is the sch
   const RandomStream random(1, "hitches.put");
   std::uint64_t draw = 0;
   std::int64_t wrong = 0;
-  for (int i = 0; i < 1'000; ++i) {
+  for (std::uint64_t i = 0; i < evenstep::testing::cases(1'000); ++i) {
     const Programmed put = programmed(random, draw, 480);
     const auto segments = schedule(480, put.without(99), 0, i % 2 == 0);
     const Hitches found(segments);
@@ -125,7 +126,7 @@ TEST_CASE("with jitter of 2.5 % the same hitches come back, and a schedule witho
   const RandomStream random(2, "hitches.put");
   std::uint64_t draw = 0;
   std::int64_t wrong = 0, invented = 0;
-  for (std::uint64_t i = 1; i <= 500; ++i) {
+  for (std::uint64_t i = 1; i <= evenstep::testing::cases(500); ++i) {
     const Programmed put = programmed(random, draw, 480);
     const auto segments = schedule(480, put.without(99), i, i % 2 == 0);
     const Hitches found(segments);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "cases.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "evenstep/remap/buffer_oracle.h"
@@ -109,7 +110,7 @@ TEST_CASE("the stiffness is proportional to the damping and the device period co
 }
 
 TEST_CASE("every number is what the oracle and the budgets say of 150 random timings") {
-  for (std::uint64_t seed = 0; seed < 150; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(150); ++seed) {
     const auto segments = play(random_timing(seed), 60);
     const Emission emission = seed % 2 == 0 ? Emission::hold : Emission::linear;
     const SizeRecord record = size_segments(segments, "", {.emission = emission});

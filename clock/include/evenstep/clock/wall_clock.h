@@ -33,14 +33,46 @@ class WallClock final : public Clock {
   std::atomic<std::uint32_t> notified_{0};  // the futex word
 };
 
-/// What the operating system has granted the calling thread.
+/// What the operating system has granted a thread.
 struct RealTimeGrant {
-  bool fifo = false;           ///< SCHED_FIFO at the priority asked for
-  bool memory_locked = false;  ///< mlockall(MCL_CURRENT)
-  std::string refusal;         ///< empty, or why something was refused (errno text): the run is marked "not real-time"
+  int priority = 0;                 ///< the SCHED_FIFO priority asked for
+  bool fifo = false;                ///< SCHED_FIFO at that priority
+  std::int64_t timer_slack_ns = 0;  ///< how late the kernel may wake the thread to save power
+  std::int64_t slice_ns = 0;        ///< without SCHED_FIFO, the time slice that was granted; 0: the system's own
+  std::string refusal;              ///< empty, or why SCHED_FIFO was refused (errno text): the run is marked "not real-time"
 };
-/// Sets the calling thread's timer slack to 1 ns (always), and SCHED_FIFO and mlockall where permitted.
-RealTimeGrant request_real_time(int fifo_priority);
+/// The real-time rights of the thread that makes this, until it is destroyed by the same thread: SCHED_FIFO, if that is
+/// permitted, and a timer slack of 1 ns, which always is. The destructor gives both back, so that what follows a live run
+/// does not keep other programs from running. A thread that is started meanwhile has the priority, too.
+class RealTimeRights {
+ public:
+  explicit RealTimeRights(int fifo_priority);
+  ~RealTimeRights();
+  RealTimeRights(const RealTimeRights&) = delete;
+  RealTimeRights& operator=(const RealTimeRights&) = delete;
+  const RealTimeGrant& grant() const { return grant_; }
+
+ private:
+  RealTimeGrant grant_;
+  int policy_before_, priority_before_, slack_before_ns_;
+};
+
+/// Keeps what the process has in memory now from being paged out (mlockall), if that is permitted, until it is destroyed.
+/// What is allocated later is not locked: that would pin every later stack and GPU mapping, or fail at the limit.
+class MemoryLock {
+ public:
+  MemoryLock();
+  ~MemoryLock();
+  MemoryLock(const MemoryLock&) = delete;
+  MemoryLock& operator=(const MemoryLock&) = delete;
+  const std::string& refusal() const { return refusal_; }  ///< empty: it is locked
+
+ private:
+  std::string refusal_;
+};
+
+/// Gives the calling thread the ordinary priority, which it may not have from the thread that started it.
+void leave_real_time();
 
 /// CPU time that this process has used, s, all threads together: for run-time reports, never for decisions.
 double process_cpu_seconds();

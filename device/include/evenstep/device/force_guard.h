@@ -61,6 +61,10 @@ struct GuardLimited {
   bool non_finite = false;
 };
 
+/// Whether the guard lets the force through. armed: all of it. ramping: a growing share. cut_...: a shrinking one or none,
+/// for the first of its reasons in the order of ForceGuardCounters.
+enum class GuardState : std::uint8_t { armed, ramping, cut_device, cut_stale_hand, cut_stale_force, cut_speed };
+
 /// What the guard is told in a tick besides the wanted force.
 struct GuardedTick {
   DeviceSample sample;
@@ -82,6 +86,8 @@ class ForceGuard {
   DeviceSpring share(const DeviceSpring& wanted) const;
   /// The authority at the last call, [0, 1].
   double authority() const { return authority_; }
+  /// As of the last call; before the first it is cut.
+  GuardState state() const;
   const ForceGuardCounters& counters() const { return counters_; }
   /// The limits at the last call.
   const GuardLimited& limited() const { return limited_; }
@@ -89,7 +95,7 @@ class ForceGuard {
  private:
   glm::dvec3 clamped(const glm::dvec3& wanted_N);
   void follow_hand(const DeviceSample& sample);
-  std::int64_t* reason_to_cut(RealTime now, const GuardedTick& tick);
+  GuardState reason_to_cut(RealTime now, const GuardedTick& tick) const;
   void move_authority(RealTime now, const GuardedTick& tick);
 
   struct Position {
@@ -103,7 +109,8 @@ class ForceGuard {
   RealTime last_at_;
   bool started_ = false;
   double authority_ = 0;
-  bool cut_ = false, too_fast_ = false;
+  GuardState reason_ = GuardState::cut_stale_force;  // armed: there is none to cut
+  bool too_fast_ = false;
   std::array<Position, 16> hand_{};  // the last fresh samples, a ring
   std::size_t fresh_samples_ = 0;
 };

@@ -68,8 +68,9 @@ struct DeviceRequest {
   std::uint64_t seed = 1;         ///< [run] seed: all that may be drawn at random follows from it
 };
 
-/// Makes a device; called by any thread, once per strategy. It need not set DeviceSample::read_at, and any of its functions
-/// but stop() may throw std::exception: the run then stops with its message and the device's name.
+/// Makes a device; called by any thread, once per strategy. It need not set DeviceSample::read_at. If it knows when a
+/// position was taken, it sets taken_at: not later than `now`, not before the last one. Any of its functions but stop() may
+/// throw std::exception: the run then stops with its message and the device's name.
 using DeviceFactory = std::function<std::unique_ptr<HapticDevice>(const DeviceRequest& request)>;
 
 }  // namespace evenstep

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -13,13 +14,20 @@
 
 namespace evenstep {
 
+struct SampleAges;  // device_clock.h
+
 struct DeviceSample {
   RealTime read_at;  ///< when the driver read it, by the clock
+  /// When the position was taken, by the same clock, if the device says so: at most read_at, and never decreasing.
+  std::optional<RealTime> taken_at = {};
   glm::dvec3 position_m{0};
   std::uint32_t sequence = 0;  ///< that of the newest report
   bool fresh = false;          ///< false: no new report since the last read, so the position is unchanged
   bool at_range = false;       ///< along an axis the position is at an end of what the report can carry: it may be beyond
   bool drivable = true;        ///< false: the device says that its motors are off (safety switch, actuator power)
+
+  /// The time that the position belongs to, as far as it is known.
+  RealTime time() const { return taken_at.value_or(read_at); }
 };
 
 /// Reports received and what went wrong since the start. An expectation can check each counter as a metric.
@@ -67,6 +75,8 @@ class HapticDevice {
     static const DeviceCounters none;
     return none;
   }
+  /// What its time stamps said; nullptr if nobody knows how old its samples are.
+  virtual const SampleAges* ages() const { return nullptr; }
   /// What devices of this kind alone count, by the metric's name.
   virtual std::map<std::string, std::int64_t> own_counters() const { return {}; }
 };

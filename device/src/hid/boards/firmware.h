@@ -69,6 +69,9 @@ inline std::vector<std::byte> bytes_of(std::initializer_list<int> values) {
   for (const int value : values) bytes.push_back(static_cast<std::byte>(value));
   return bytes;
 }
+inline std::uint32_t long_word_at(std::span<const std::byte> report, std::size_t at) {
+  return word_at(report, at) | std::uint32_t{word_at(report, at + 2)} << 16;
+}
 /// A position in counts of +-32767, little-endian.
 inline void put_position(std::vector<std::byte>& bytes, double share) {
   const auto counts = static_cast<std::int32_t>(share * 32767 + (share < 0 ? -0.5 : 0.5));
@@ -143,6 +146,15 @@ class BoardItems : public Items {
   void constant_force(int id, int largest) {
     block_report(0x73, id);
     outputs({0x70}, 16, -largest, largest);
+    close();
+  }
+  /// How a force rises and falls: attack and fade level, attack and fade time in milliseconds.
+  void envelope(int id, int largest) {
+    block_report(0x5A, id);
+    outputs({0x5B, 0x5D}, 16, 0, largest);
+    unit(0x1003, 0xFD);
+    outputs({0x5C, 0x5E}, 32, 0, 32'767);
+    unit(0, 0);
     close();
   }
   void operation(int id) {

@@ -12,6 +12,7 @@ namespace {
 enum Id : std::uint8_t {
   kState = 2,
   kSetEffect = 1,
+  kSetEnvelope = 2,
   kSetCondition = 3,
   kConstantForce = 5,
   kOperation = 10,
@@ -35,6 +36,12 @@ struct Condition {
   bool acts() const { return (positive != 0 && positive_saturation != 0) || (negative != 0 && negative_saturation != 0); }
 };
 
+/// The levels are magnitudes without a sign, the times milliseconds.
+struct Envelope {
+  std::uint16_t attack_level = 0, fade_level = 0;
+  std::uint32_t attack_ms = 0, fade_ms = 0;
+};
+
 struct Effect {
   std::uint8_t type = 0;
   bool plays = false;
@@ -43,6 +50,7 @@ struct Effect {
   int duration_ms = kInfinite;
   std::int64_t started_ms = 0;
   std::array<float, 2> ratio{};
+  Envelope envelope;
   std::array<Condition, 2> conditions;
   bool one_condition = true;
 };
@@ -81,6 +89,7 @@ class OpenFfBoard final : public Firmware {
   void set_condition(Effect& effect, std::span<const std::byte> report) const;
   void operate(std::size_t index, std::span<const std::byte> report, std::int64_t ms);
   void control(std::uint8_t commands);
+  std::int32_t magnitude(const Effect& effect) const;
   std::int32_t spring(const Effect& effect, std::size_t axis, double position, double slope) const;
 
   int axes_;
@@ -89,6 +98,7 @@ class OpenFfBoard final : public Firmware {
   std::vector<std::uint8_t> states_;
   bool active_ = false;
   int gain_ = 255;
+  std::int64_t now_ms_ = 0;
   int created_ = 0;
   std::uint8_t loaded_ = 1, load_status_ = 1;
 };
@@ -130,6 +140,7 @@ std::vector<std::byte> OpenFfBoard::report_descriptor() const {
   }
   at.close();
 
+  at.envelope(kSetEnvelope, 32'767);
   at.block_report(0x5F, kSetCondition);
   at.outputs({0x23}, axes_ == 1 ? 6 : 4, 0, 3);
   at.open(0x58);
@@ -168,6 +179,7 @@ std::vector<std::byte> OpenFfBoard::position_report(const glm::dvec3& share) con
 }
 
 bool OpenFfBoard::take_output(std::span<const std::byte> report, std::int64_t ms) {
+  now_ms_ = ms;
   if (report.size() < 2) return false;
   if (report[0] == std::byte{kControl}) return control(byte_at(report, 1)), true;
   if (report[0] == std::byte{kGain}) return gain_ = byte_at(report, 1), true;
@@ -177,6 +189,10 @@ bool OpenFfBoard::take_output(std::span<const std::byte> report, std::int64_t ms
   switch (byte_at(report, 0)) {
     case kSetEffect:
       if (report.size() >= static_cast<std::size_t>(axes_ == 1 ? 16 : 18)) set_effect(effect, report);
+      return true;
+    case kSetEnvelope:
+      if (report.size() >= 14)
+        effect.envelope = {word_at(report, 2), word_at(report, 4), long_word_at(report, 6), long_word_at(report, 10)};
       return true;
     case kSetCondition:
       if (report.size() >= 15) set_condition(effect, report);
@@ -286,6 +302,7 @@ std::vector<std::byte> OpenFfBoard::answer(std::uint8_t id) {
 }
 
 int OpenFfBoard::end_effects(std::int64_t ms) {
+  now_ms_ = ms;
   int ended = 0;
   for (Effect& effect : effects_) {
     if (!effect.plays || effect.duration_ms == kInfinite || ms - effect.started_ms <= effect.duration_ms) continue;
@@ -303,13 +320,26 @@ glm::dvec3 OpenFfBoard::force(const glm::dvec3& share, const glm::dvec3& slope) 
       const auto at = static_cast<std::size_t>(axis);
       std::int32_t torque = 0;
       if (effect.type == kConstant)
-        torque = static_cast<std::int32_t>(static_cast<float>(-effect.magnitude * effect.gain / 255) * effect.ratio[at]);
+        torque = static_cast<std::int32_t>(static_cast<float>(-magnitude(effect) * effect.gain / 255) * effect.ratio[at]);
       if (effect.type == kSpring) torque = -spring(effect, at, share[axis], slope[axis]);
       sum[axis] += torque * gain_ / 255;
     }
   }
   for (int axis = 0; axis < 3; ++axis) sum[axis] = std::clamp<double>(sum[axis], -kMost, kMost) / kMost;
   return sum;
+}
+
+/// An effect without an end has no envelope.
+std::int32_t OpenFfBoard::magnitude(const Effect& effect) const {
+  if (effect.duration_ms == kInfinite) return effect.magnitude;
+  const Envelope& envelope = effect.envelope;
+  const std::int64_t elapsed_ms = now_ms_ - effect.started_ms;
+  const std::int64_t left_ms = std::max<std::int64_t>(0, effect.duration_ms - elapsed_ms);
+  std::int64_t size = effect.magnitude < 0 ? -effect.magnitude : effect.magnitude;
+  if (elapsed_ms < envelope.attack_ms)
+    size = (size - envelope.attack_level) * elapsed_ms / envelope.attack_ms + envelope.attack_level;
+  if (left_ms < envelope.fade_ms) size = (size - envelope.fade_level) * left_ms / envelope.fade_ms + envelope.fade_level;
+  return static_cast<std::int32_t>(effect.magnitude < 0 ? -size : size);
 }
 
 std::int32_t OpenFfBoard::spring(const Effect& effect, std::size_t axis, double position, double slope) const {

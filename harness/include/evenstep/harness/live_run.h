@@ -8,29 +8,44 @@
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/input_log.h"
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_run.h"
 
 namespace evenstep {
 
+namespace internal {
+class LiveLog;
+}
+
 struct LiveRecording {
   StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
   std::vector<SegmentTiming> timing;       ///< segments and steps as they really ran
+  std::optional<RealTime> unfinished;      ///< when the step was launched that ran when the run ended
   std::string visualization, drawing_png;  ///< as in RunRecord
-  RealTimeGrant device_grant, simulation_grant;
+  LaneCheck device_check, simulation_check;
+  LiveRights rights;
 };
 
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.
 std::string wall_clock_objection(const Scenario& scenario);
 
-/// Throws RunFailure, also if a device of `options` cannot be opened.
+/// Throws RunFailure, also if a device of `options` cannot be opened. `log`: is given the inputs while they come; it is not
+/// finished.
 LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const LiveDeviceOptions& options,
-                       const RunControl& control);
+                       const RunControl& control, internal::LiveLog* log = nullptr);
 /// The exact twin. If its trace_hash is not that of the recording, the run was not reproducible.
 StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                       const RunControl& control);
+/// The same of a recording that was read from its file, as far as it goes.
+struct LogReplay {
+  LiveRecording recording;  ///< its record is that of the replay, with lateness and counters of the live run
+  RealTime until;           ///< everything before it was compared; where the run was recorded to its end, that end
+  std::string difference;   ///< where the replay first differs from what was recorded; empty: nowhere
+};
+LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const InputLog& log, const RunControl& control);
 StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                           const RunControl& control);
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/input_log.h"
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/harness/strategy_run.h"
 #include "evenstep/reports/case_record.h"
@@ -27,6 +28,9 @@ struct RunOptions {
   bool growths = false;                ///< measure how errors grow, even if no expectation asks for it
   bool allow_no_expectations = false;  ///< exit 0 for the verdict `none`
   bool allow_degraded = false;         ///< exit 0 for the verdict `degraded`
+  std::string record_to;               ///< wall clock only: the recording to write meanwhile; empty: none
+  RunOrigin origin;                    ///< for that recording
+  const InputLog* replayed = nullptr;  ///< with the scenario of its head: run this, instead of devices on the wall clock
   RunControl control;
 };
 

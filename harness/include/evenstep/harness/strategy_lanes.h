@@ -15,6 +15,8 @@
 
 namespace evenstep {
 
+class CountedTiming;
+
 /// The scenario's solver, built and warmed up. On a wall clock this must happen before t = 0 is chosen. Throws RunFailure.
 std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyKind kind);
 
@@ -24,14 +26,20 @@ class StrategyLanes {
   StrategyLanes(const Scenario& scenario, const StrategyPlan& plan, std::unique_ptr<Solver> solver, Exchange& exchange,
                 std::unique_ptr<StepTiming> timing, std::vector<HapticDevice*> devices,
                 const std::shared_ptr<RowFiles>& row_files = nullptr);
+  ~StrategyLanes();
 
   /// Starts the device lanes on one scheduler and the simulation lane on the other. In virtual time both are the same
   /// scheduler; on a wall clock each has its own thread. The schedulers must be destroyed before this object.
   /// `visualization`: what is really done in its time, on a wall clock; it must outlive the run.
   void spawn(Scheduler& device, Scheduler& simulation, Visualization* visualization = nullptr);
 
-  /// The record of what the lanes did. `events` are those of all schedulers, merged into one order (scheduler/event.h).
-  StrategyRecord finish(const std::vector<Event>& events);
+  /// Makes room for the rows of so many ticks of each device and so many steps.
+  void reserve(const std::vector<std::size_t>& ticks, std::size_t steps);
+  /// Shows what the lanes do; call it before they begin. `watch` must live as long as they run.
+  void show(LoopWatch& watch);
+  /// The record of what the lanes did before `end`. `events` are those of all schedulers, merged into one order
+  /// (scheduler/event.h).
+  StrategyRecord finish(const std::vector<Event>& events, RealTime end);
   const StrategyRecord& record() const { return record_; }
 
  private:
@@ -40,7 +48,7 @@ class StrategyLanes {
   Exchange& exchange_;
   std::unique_ptr<Solver> solver_;
   std::unique_ptr<SlotMap> map_;
-  std::unique_ptr<StepTiming> timing_;
+  std::unique_ptr<CountedTiming> timing_;
   StrategyRecord record_;
   SolverStep step_;
   StepRecorder step_recorder_;

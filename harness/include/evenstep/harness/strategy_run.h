@@ -9,6 +9,7 @@
 #include <string>
 
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/live_view.h"
 #include "evenstep/harness/sizing.h"
 #include "evenstep/harness/strategy_lanes.h"
 #include "evenstep/harness/watched_solver.h"
@@ -29,6 +30,7 @@ struct RunControl {
     return (interrupted && interrupted->load()) || (interrupted_by_scenario && interrupted_by_scenario->load());
   }
   std::function<void(const std::string& strategy, double fraction)> progress;
+  LiveView* view = nullptr;                       ///< who watches a run on the wall clock; null: nobody
   bool picture = false;                           ///< of the live strategy a picture of its tissue is kept (TissuePicture)
   std::shared_ptr<RowFiles> row_files = nullptr;  ///< where long records are kept (virtual clock only); null: in memory
 };
@@ -60,8 +62,11 @@ void throw_if_failed(const RunStatus& status, const std::string& strategy, std::
 struct SlicedRun {
   RunStatus status;
   bool interrupted = false;  ///< before its end
+  RealTime reached;          ///< everything before it has happened
 };
-/// Runs in slices of virtual or wall time, so that an interrupt is noticed and progress is shown.
-SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control);
+/// Runs in slices of virtual or wall time, so that an interrupt is noticed and progress is shown. `after_slice` is called at
+/// the end of each that did not fail: all events before `until` are run.
+SlicedRun run_in_slices(Scheduler& scheduler, RealTime end, const std::string& strategy, const RunControl& control,
+                        const std::function<void(RealTime until)>& after_slice = {});
 
 }  // namespace evenstep

@@ -5,6 +5,7 @@
 /// of the device, live reads of the clock, and the head that each read of a ring saw. On a wall clock these inputs are kept
 /// (`DeviceInputs`); a run that is given the same inputs again is an exact replay.
 
+#include <array>
 #include <deque>
 #include <limits>
 #include <memory>
@@ -59,6 +60,14 @@ struct Played {
 struct RenderedContactsSummary {
   double stiffest_N_per_m = 0;  ///< in the stiffest direction, before any cap
   std::int64_t softened = 0;    ///< records that the cap made softer
+};
+
+/// What became of the forces (or contact records) of a device, and what its ticks found, so far.
+struct ForceCounts {
+  std::int64_t sent = 0;                ///< at some tick the newest that was due
+  std::int64_t overtaken = 0;           ///< at the first tick at which it was due, a newer one was due as well
+  std::int64_t dropped = 0;             ///< left the ring before a tick at which it was due
+  std::array<std::int64_t, 4> ticks{};  ///< by the ReadStatus of their force
 };
 
 namespace internal {
@@ -120,7 +129,10 @@ class Exchange {
 
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
   std::uint64_t forces(int tool) const;
-  /// Call it after the run. Empty unless the device renders a local model.
+  // Call these after the run.
+  std::int64_t pending_forces(int tool) const;  ///< due at none of the ticks
+  const ForceCounts& force_counts(int tool) const { return links_[static_cast<std::size_t>(tool)].counts; }
+  /// Empty unless the device renders a local model.
   std::optional<RenderedContactsSummary> contacts(int tool) const;
 
  protected:
@@ -131,10 +143,14 @@ class Exchange {
  private:
   struct Link {
     explicit Link(const LinkSpec& spec);
+    void count(const TickInput& tick, ReadStatus found);
     LinkSpec spec;
     SampleBuffer<glm::dvec3> interaction;
     std::unique_ptr<internal::RenderedSchedule> forces;
     std::optional<Filter<glm::dvec3>> interaction_filter, force_filter;
+    // Of the device lane:
+    ForceCounts counts;
+    std::uint64_t next_due = 0;  // the first force that was not due at the ticks so far
   };
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };
@@ -174,8 +190,8 @@ class IdealExchange final : public DeviceExchange {
 class RecordedExchange final : public Exchange {
  public:
   RecordedExchange(const std::vector<LinkSpec>& links, const std::vector<DeviceInputs>& inputs, bool use_heads);
-  /// Whether all forces that the next tick saw according to its recorded head are there. The next tick is that of the device
-  /// whose turn it is.
+  /// Whether all forces that the next tick saw according to its recorded head are there; false if there is no next one. The
+  /// next tick is that of the device whose turn it is.
   bool next_tick_ready() const;
   /// Whether all samples that the next step saw according to its recorded heads are there.
   bool next_step_ready() const;

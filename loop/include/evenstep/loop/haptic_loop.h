@@ -21,6 +21,7 @@ struct DeviceLane {
   RealTime first_tick;
   HapticDevice* device = nullptr;  ///< nullptr: a shadow, whose force is not sent to any device
   ForceGuard guard;
+  std::int64_t skipped = 0;  ///< ticks before one that ran, left out because the tick before that ran late
 };
 
 /// What is really done in the time of a visualization, on the executor of the simulation lane. Its real length then takes

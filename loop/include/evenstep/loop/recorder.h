@@ -1,9 +1,10 @@
 #pragma once
-/// Records what the lanes did (one call per tick and per step) and mixes it into the trace hash.
+/// Records what the lanes did (one call per tick and per step), mixes it into the trace hash, and shows it to who watches.
 
 #include <glm/vec3.hpp>
 
 #include "evenstep/loop/exchange.h"
+#include "evenstep/loop/loop_watch.h"
 #include "evenstep/remap/remap_steps.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/scheduler/scheduler.h"
@@ -19,6 +20,7 @@ inline Vec3 to_vec3(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 struct SentForce {
   glm::dvec3 force_N{0};
   SaturationCauses saturated;
+  GuardState guard;
 };
 
 class DeviceRecorder {
@@ -26,9 +28,13 @@ class DeviceRecorder {
   explicit DeviceRecorder(DeviceRecord& record) : record_(record) {}
   void tick(Scheduler& scheduler, const Arrival& arrival, const DeviceSample& sample, const Played& played,
             const SentForce& sent);
+  /// From now on what it records of device `tool` is shown there, too.
+  void show(SeenRing<SeenTick>& to, std::uint32_t tool) { watch_ = &to, tool_ = tool; }
 
  private:
   DeviceRecord& record_;
+  SeenRing<SeenTick>* watch_ = nullptr;
+  std::uint32_t tool_ = 0;
 };
 
 /// The words for late reads and late forces in underruns.csv.
@@ -52,6 +58,8 @@ class StepRecorder {
   void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
   void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
             const StepEmission& emission, const SolverStep& solver);
+  /// From now on what it records is shown there, too.
+  void show(SeenRing<SeenStep>& to) { watch_ = &to; }
 
  private:
   StepRead read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const;
@@ -59,6 +67,8 @@ class StepRecorder {
   StrategyRecord& record_;
   UnderrunWords words_;
   std::array<StepRead, kMaxTools> reads_{};
+  SeenRing<SeenStep>* watch_ = nullptr;
+  SeenStep seen_;  // of the step that runs; its counts are of all steps
 };
 
 }  // namespace evenstep

@@ -1,7 +1,8 @@
 #pragma once
 /// One HTML file that says what a run, a sweep, a study or anything else has found. It holds everything that it shows,
 /// fetches nothing (a content security policy allows only its own scripts and styles, by their hashes), and opens from disk.
-/// It has a light, a dark, a narrow and a printed form, and without scripts its text, tables and pictures are still there.
+/// Only the page of a live run (scope_page.h) asks the server that it came from for what its charts show. A page has a
+/// light, a dark, a narrow and a printed form, and without scripts its text, tables and pictures are still there.
 
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ struct Page {
   std::vector<PageSection> sections;
   /// JSON for the charts of pages/web/report.js; empty: the page has none, and not the library that draws them either.
   std::string charts;
+  /// The charts are those of pages/web/scope.js instead, and show what the server of the page sends meanwhile.
+  bool live = false;
 };
 
 /// A verdict with its sign: "✓ pass".
@@ -32,5 +35,7 @@ Html verdict_badge(std::string_view verdict);
 
 /// The text of the file.
 std::string html_of(const Page& page);
+/// Its content security policy, which stands in the page, too.
+std::string policy_of(const Page& page);
 
 }  // namespace evenstep

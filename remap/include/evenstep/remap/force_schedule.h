@@ -3,6 +3,8 @@
 /// the value at its own time. "hold" plays the latest F(n) <= tick; "linear" interpolates between F(n) and F(n+1) and
 /// therefore needs one slot more latency (docs/numerics.md).
 
+#include <optional>
+
 #include "evenstep/remap/extrapolation.h"
 #include "evenstep/remap/sample.h"
 #include "evenstep/remap/timed_ring.h"
@@ -24,6 +26,12 @@ class ForceSchedule {
   std::uint64_t head() const { return ring_.head(); }
   std::size_t capacity() const { return ring_.capacity(); }
   Emission emission() const { return emission_; }
+
+  /// When entry `index` (0 = first ever pushed) of the first `head` is due; empty if it is not, or no longer, in the ring.
+  std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const {
+    typename TimedRing<Value>::Entry entry;
+    return ring_.get(index, head, entry) ? std::optional(entry.time) : std::nullopt;
+  }
 
   /// The value to send at `at`, seeing the first `head` entries. status:
   ///   inside    as scheduled

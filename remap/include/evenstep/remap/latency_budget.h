@@ -40,10 +40,12 @@ struct MappedStep {
 };
 
 /// The sampling grid of one device: tick k at origin + floor(k / rate), for every k. A mapped step that begins, or reads,
-/// before the first tick of a device is outside the domain.
+/// before the first tick of a device is outside the domain. With an age, the sample of a tick is there only so long after
+/// it: the formulas above then hold with S - age in place of S for the read.
 struct SamplingGrid {
   Rate rate{1000, 1};
   RealTime origin;
+  Duration age = {};  ///< the largest; >= 0
 };
 
 struct LatencyBudget {

@@ -89,10 +89,27 @@ struct LoopRecord {
   std::optional<double> cap_N_per_m = {};              ///< for a local model; infinite: no cap
 };
 
+/// What became of a device's ticks, samples and forces over the whole run, counted where it happened. balance.h says which
+/// of these numbers must add up, and to what.
+struct DeviceFlow {
+  std::int64_t ticks_skipped = 0;     ///< by the lane, before a tick that ran, because the tick before that was late
+  std::int64_t ticks_unforced = 0;    ///< ticks before the first force was due
+  std::int64_t ticks_underrun = 0;    ///< linear emission: past the newest force that was there
+  std::int64_t ticks_overrun = 0;     ///< the force of this tick had left the ring
+  std::int64_t ticks_on_time = 0;     ///< all others
+  std::int64_t samples = 0;           ///< put in the ring of samples
+  std::int64_t forces = 0;            ///< put in the ring of forces; each of them is one of the next four
+  std::int64_t forces_sent = 0;       ///< at some tick the newest that was due
+  std::int64_t forces_overtaken = 0;  ///< at the first tick at which it was due, a newer one was due as well
+  std::int64_t forces_dropped = 0;    ///< left the ring before a tick at which it was due
+  std::int64_t forces_pending = 0;    ///< due after the last tick
+};
+
 struct DeviceRecord {
   std::string name;
   LoopRecord loop;
-  std::optional<double> stored_J;  ///< energy stored in the scene when judging begins, if the scene knows it
+  std::optional<DeviceFlow> flow = {};  ///< empty in a record that no lane has made
+  std::optional<double> stored_J;       ///< energy stored in the scene when judging begins, if the scene knows it
   Rows<StepSample> steps;
   Rows<TickRow> ticks;
   Rows<SpringRow> springs;                 ///< one per tick if the device renders springs by itself; otherwise empty
@@ -176,6 +193,8 @@ struct StrategyRecord {
   std::vector<DeviceRecord> devices;
   LatencyRecord latency;
   SolverRecord solver;
+  /// Steps whose programmed begin lies in the run, and those that began: fewer where the simulation fell behind.
+  std::int64_t steps_due = 0, steps_begun = 0;
   std::int64_t emission_repairs = 0;
   std::int64_t latency_growths = 0;  ///< for an adaptive latency; over the whole run
   std::vector<std::string> event_names;
@@ -239,15 +258,39 @@ struct RunOrigin {
   std::string commit;  ///< 40 or 64 hex digits; empty: not known
 };
 
+/// What the operating system granted the threads of a live run, and the process.
+struct LiveRights {
+  struct Thread {
+    std::string name;  ///< "device", "simulation", "solver"
+    int priority = 0;  ///< the SCHED_FIFO priority asked for
+    bool fifo = false;
+    std::int64_t timer_slack_ns = 0;
+    std::int64_t slice_ns = 0;  ///< the time slice granted instead of SCHED_FIFO; 0: the system's own
+    std::string refusal;        ///< empty: nothing was refused
+  };
+  std::vector<Thread> threads;
+  bool memory_locked = false;
+  std::string memory_refusal;
+
+  /// Every thread has SCHED_FIFO.
+  bool fifo() const {
+    for (const Thread& thread : threads)
+      if (!thread.fifo) return false;
+    return true;
+  }
+};
+
 struct RunRecord {
   std::string scenario;  ///< its name
   std::string file;
   std::optional<std::uint64_t> digest = {};  ///< of all in the scenario that the run depends on; empty: it was not read
   RunOrigin origin = {};
   std::uint64_t seed = 1;
-  std::string clock;  ///< "virtual" | "wall"
-  std::string live;   ///< the strategy that ran on the wall clock; empty if none did
-  bool real_time_granted = true;
+  std::string clock;                      ///< "virtual" | "wall"
+  std::string live;                       ///< the strategy that ran on the wall clock; empty if none did
+  bool real_time_granted = true;          ///< every thread of a live run had SCHED_FIFO, or none was needed
+  std::optional<LiveRights> rights = {};  ///< of a live run
+  std::string recording_lacks = {};       ///< what the recording of --record does not have, and why; empty: nothing, or none
   Nominal nominal;
   std::vector<StrategyRecord> strategies;
   std::uint64_t trace_hash = 0;  ///< hash over the pairs (strategy name, chained hash)

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "evenstep/clock/clock.h"
+#include "evenstep/clock/wall_clock.h"
 #include "evenstep/scheduler/scheduler.h"
 #include "evenstep/scheduler/work.h"
 
@@ -16,13 +17,17 @@ namespace evenstep {
 class WorkerExecutor final : public Executor {
  public:
   explicit WorkerExecutor(const Clock& clock);
+  /// Its thread asks for this SCHED_FIFO priority; grant() says what it got.
+  WorkerExecutor(const Clock& clock, int fifo_priority);
   ~WorkerExecutor() override;  ///< finishes all work that was started
   void start(Completion& completion) override;
   void wait(Completion& completion) override;
+  const RealTimeGrant& grant() const { return grant_; }
 
  private:
   struct State;
   std::unique_ptr<State> state_;
+  RealTimeGrant grant_;
 };
 
 /// Runs body on a thread of its own; join() waits for it and rethrows what it threw. The destructor joins.

@@ -110,6 +110,8 @@ class Scheduler {
 
   std::uint64_t trace_hash() const noexcept;  ///< chained over every event run so far
   const std::vector<Event>& events() const noexcept;
+  /// Makes room for so many events, so that none has to wait until the list has moved to a larger place.
+  void reserve_events(std::size_t count);
   std::int64_t event_count() const noexcept;
 
   /// Tells a scheduler on a wall clock that work is done; called from the executor's thread.

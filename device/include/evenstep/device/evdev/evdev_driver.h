@@ -15,6 +15,9 @@
 /// effect ends by itself `effect_duration` after it was played (the device or the kernel sees to it), and is played again
 /// after half of that, together with gain and autocenter, because any other program may change those and stop our effects.
 /// If the process dies the kernel erases its effects.
+///
+/// While a device is away (unplugged, and looked for) its samples are not drivable, and nothing is sent. When it is back,
+/// its effects are played anew, and the first sample is not drivable either.
 
 #include <array>
 #include <cstdint>
@@ -85,7 +88,7 @@ class EvdevDriver final : public HapticDevice {
   struct Effect {
     int axis = 0;
     EvdevEffect wanted;
-    bool is_sent = false;                   // the newest version was taken
+    bool is_sent = false;                   // the newest version is taken, or waits to be
     bool is_played = false;                 // since the last refresh was due
     std::optional<RealTime> refused_since;  // its uploads
   };
@@ -95,8 +98,10 @@ class EvdevDriver final : public HapticDevice {
   void check_options() const;
   void adopt_axes();
   void restore_axes() noexcept;
-  void ask_positions();
+  bool ask_positions();
+  void come_back();
   void take(const EvdevEvent& event);
+  void note_report();
   void place(int axis, std::int32_t value);
   bool is_position_known() const;
   void create(int axis, bool is_spring);
@@ -107,6 +112,7 @@ class EvdevDriver final : public HapticDevice {
   void send_wanted();
   bool send_one();
   bool is_taken(int error);
+  void notice_uploads();
   void notice_refusals(RealTime now) const;
   double full_slope_N_per_m(int axis) const;
   [[noreturn]] void fail(const std::string& what) const;
@@ -122,7 +128,10 @@ class EvdevDriver final : public HapticDevice {
   std::vector<Effect> effects_;
   std::size_t next_effect_ = 0;  // whose turn it is
   bool started_ = false;
-  bool is_lost_ = false;  // events were dropped, and no SYN_REPORT has followed yet
+  bool has_gain_ = false, has_autocenter_ = false;
+  bool is_away_ = false;
+  bool is_asking_ = false;  // the positions, since events were lost
+  bool is_lost_ = false;    // events were dropped, and no SYN_REPORT has followed yet
   bool positions_changed_ = false;
   std::optional<RealTime> last_event_, refreshed_at_;
   RealTime next_send_;

@@ -7,6 +7,7 @@
 /// list is empty.
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ struct EvdevListing {
 
 /// Those that can play effects, in the order of their numbers.
 std::vector<EvdevListing> evdev_devices();
+
+/// All devices with the ids, serial number and name of `info`, wherever they are now, that can be opened.
+std::vector<std::unique_ptr<EvdevNode>> open_again(const EvdevInfo& info);
 
 class EvdevFile final : public EvdevNode {
  public:

@@ -1,6 +1,7 @@
 #pragma once
 /// What a program may ask of one /dev/input/eventN of Linux: events, axes, and force feedback effects (linux/input.h). The
-/// driver lies above this interface; below it are the kernel (evdev_file.h) and a simulated device.
+/// driver lies above this interface; below it are the kernel (evdev_file.h, in a live run live_evdev.h) and a simulated
+/// device.
 ///
 /// Calls that return int give 0, or the errno of the system call: ENODEV after the device was unplugged, for every call.
 /// Numbers of types, codes and effects are those of linux/input-event-codes.h and linux/input.h.
@@ -30,7 +31,9 @@ struct EvdevEvent {
 };
 
 struct EvdevRead {
-  enum class Status { events, nothing, interrupted, gone } status = Status::nothing;
+  /// `away`: it was unplugged, and is looked for. `returned`: once after that; it is told where its axes are anew, and its
+  /// effects are there, without force and not playing.
+  enum class Status { events, nothing, interrupted, away, returned, gone } status = Status::nothing;
   std::size_t count = 0;
 };
 
@@ -47,6 +50,7 @@ struct EvdevCondition {
   std::int16_t right_coefficient = 0, left_coefficient = 0;
   std::uint16_t dead_band = 0;
   std::int16_t center = 0;
+  bool operator==(const EvdevCondition&) const = default;
 };
 
 /// struct ff_effect, for constant forces and springs.
@@ -57,12 +61,14 @@ struct EvdevEffect {
   std::uint16_t length_ms = 0;                 ///< 0: plays until it is stopped
   std::int16_t level = 0;                      ///< of a constant force
   std::array<EvdevCondition, 2> conditions{};  ///< of a spring: along X, along Y
+  bool operator==(const EvdevEffect&) const = default;
 };
 
 struct EvdevInfo {
   std::string path;
   std::string name;
   std::uint16_t vendor_id = 0, product_id = 0;
+  std::string serial;
 };
 
 class EvdevNode {
@@ -76,6 +82,9 @@ class EvdevNode {
   /// Uploads a new effect, or changes one that was uploaded through this node. ENOSPC: the device has no room. EINVAL: there
   /// is no such effect, or it is of another type. EACCES: it is another program's.
   virtual int upload(EvdevEffect& effect) = 0;
+  /// What has become of the last upload that changed the effect: where a thread of its own sends it, upload() cannot tell.
+  enum class Upload { waits, taken, refused };
+  virtual Upload uploaded(int /*id*/) { return Upload::taken; }
   /// Stops an effect and gives it back. EINVAL and EACCES as above.
   virtual int erase(int id) = 0;
   /// Has events come to nobody else. EBUSY: another program has them for itself. (Its own writes still reach the device.)
@@ -85,6 +94,7 @@ class EvdevNode {
   /// Whether it has the absolute axis (0: X, 1: Y, 2: Z), and whether it can play the effect or set the gain.
   virtual bool has_axis(std::uint16_t code) = 0;
   virtual bool has_feedback(std::uint16_t code) = 0;
+  /// EAGAIN: not now, ask again.
   virtual int axis(std::uint16_t code, EvdevAxis& axis) = 0;
   virtual int set_axis(std::uint16_t code, const EvdevAxis& axis) = 0;
   virtual const EvdevInfo& info() const = 0;

@@ -16,7 +16,7 @@
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/device/hid/hid_transport.h"
-#include "evenstep/time/duration_histogram.h"
+#include "evenstep/device/write_times.h"
 
 namespace evenstep {
 
@@ -35,13 +35,6 @@ std::vector<HidListing> hid_devices();
 /// The line for a file in /etc/udev/rules.d (sorted before 73-seat-late.rules) that lets the person at the machine open the
 /// device.
 std::string udev_rule(const HidDeviceInfo& info);
-
-/// What became of the reports to be sent.
-struct HidWriteTimes {
-  DurationHistogram taken;     ///< how long each write took, until the system had the report
-  std::int64_t overtaken = 0;  ///< forces that a newer one replaced before they were sent
-  std::int64_t rejected = 0;   ///< by the system, or by a full queue
-};
 
 class HidapiTransport final : public HidTransport {
  public:
@@ -68,7 +61,7 @@ class HidapiTransport final : public HidTransport {
   std::span<const std::byte> report_descriptor() const override;
   const HidDeviceInfo& info() const override;
 
-  HidWriteTimes write_times() const;     ///< so far; callable from any thread
+  WriteTimes write_times() const;        ///< so far; callable from any thread
   std::int64_t times_unplugged() const;  ///< callable from any thread
 
  private:

@@ -6,11 +6,15 @@
 /// older than any queue could hold means that the device has been reset and counts anew; the driver then follows the new
 /// count and counts no loss. One read handles at most 1024 reports; the rest wait for the next read. Before the first report
 /// the position is 0.
+///
+/// Where a clock is followed, `taken_at` is that of the newest report, also in a sample that is not fresh.
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
+#include "evenstep/device/device_clock.h"
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hid_transport.h"
 
@@ -18,17 +22,21 @@ namespace evenstep {
 
 class ReferenceDriver final : public HapticDevice {
  public:
-  explicit ReferenceDriver(HidTransport& transport);
+  /// With a clock, a sample says when it was taken; without one, the reports' time stamps are not used.
+  explicit ReferenceDriver(HidTransport& transport, std::optional<DeviceClock> clock = std::nullopt);
   DeviceSample read(RealTime now) override;
   void write(const glm::dvec3& force_N) override;
   void stop() noexcept override;            ///< sends zero force
   double largest_force_N() const override;  ///< 2147 N
   const DeviceCounters& counters() const override { return counters_; }
+  const SampleAges* ages() const override { return clock_ ? &clock_->ages() : nullptr; }
 
  private:
   void take(std::span<const std::byte> bytes);
+  void begin_anew();
 
   HidTransport& transport_;
+  std::optional<DeviceClock> clock_;
   DeviceCounters counters_;
   DeviceSample last_;
   bool any_report_ = false;

@@ -5,6 +5,8 @@
 /// Tick k falls on tick_time(rate, k, first_tick). Nothing runs by itself: `advance(now)` carries out all ticks up to now.
 
 #include <cstdint>
+#include <deque>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <span>
@@ -44,7 +46,11 @@ struct SimulatedDeviceOptions {
   QueuePolicy queue = QueuePolicy::hidraw;
   std::int64_t unplug_at_tick = -1;  ///< from this tick on the device is gone
   Duration force_delay;              ///< from the writing of a force until the hand feels it; unused without a hand
-  std::string name = "simulated";    ///< HidDeviceInfo::path, which names the device in errors
+  /// How old the report of a tick is when it comes, >= 0; a report never overtakes the one before it. Empty: it comes at its
+  /// tick.
+  std::function<Duration(std::int64_t tick)> age = nullptr;
+  Rate clock_rate{0, 1};           ///< the rate by the device's own clock, for its time stamps; 0: `rate`
+  std::string name = "simulated";  ///< HidDeviceInfo::path, which names the device in errors
   std::vector<ReportFault> faults;
 };
 
@@ -94,6 +100,14 @@ class SimulatedReports {
     std::int64_t due;
     SimulatedReport report;
   };
+  struct UnderWay {
+    RealTime due;
+    SimulatedReport report;
+  };
+  void make_aged_tick(std::int64_t tick);
+  /// The report leaves the device at this tick.
+  void send(const SimulatedReport& report, std::int64_t tick);
+  void deliver_until(RealTime now);
   std::int64_t next_event() const;
   void make_ticks(std::int64_t last);
   void make_faulty_tick(std::int64_t tick);
@@ -105,7 +119,8 @@ class SimulatedReports {
   glm::dvec3 hand_m_{0};      // its last position
   bool has_let_go_ = false;   // the hand has diverged
   ReportQueue<SimulatedReport> queue_;
-  std::vector<Late> late_;  // in order of due
+  std::vector<Late> late_;          // in order of due
+  std::deque<UnderWay> under_way_;  // with ages: in order of due
   std::size_t next_fault_ = 0;
   std::int64_t next_tick_ = 0;
   std::int64_t unread_tick_ = -2;  // the last `unread` tick; -2: none

@@ -16,6 +16,7 @@
 #include "evenstep/device/hid/pid_driver.h"
 #include "evenstep/device/hid/simulated_board.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
+#include "evenstep/device/inverse3/inverse3_driver.h"
 #include "evenstep/format/foreign.h"
 
 namespace evenstep {
@@ -65,6 +66,21 @@ struct EvdevSpec {
   std::optional<RealTime> meddled_at;
 };
 
+/// driver = "inverse3": a Haply Inverse3 through the service of its maker, and a simulated service.
+struct Inverse3Spec {
+  static constexpr std::string_view kName = "inverse3";
+  static std::vector<internal::Field> fields();
+  static Inverse3Spec read(const internal::ScenarioReading& reading, const internal::Table& device);
+  bool knows_newtons() const { return true; }
+
+  Inverse3Options options;
+  Rate update_rate{2000, 1};  ///< this and the next two are of the connection
+  Duration hold;
+  bool remote = false;
+  bool in_use = false;  ///< this and the next are of the simulated service
+  std::optional<RealTime> uncalibrated_at;
+};
+
 /// driver = "foreign": registered by the program that runs the scenario.
 struct ForeignDriverSpec {
   static constexpr std::string_view kName = "foreign";
@@ -76,7 +92,7 @@ struct ForeignDriverSpec {
   DeviceFactory make;
 };
 
-using DriverSpec = std::variant<ReferenceSpec, PidSpec, EvdevSpec, ForeignDriverSpec>;
+using DriverSpec = std::variant<ReferenceSpec, PidSpec, EvdevSpec, Inverse3Spec, ForeignDriverSpec>;
 inline bool knows_newtons(const DriverSpec& driver) {
   return std::visit([](const auto& spec) { return spec.knows_newtons(); }, driver);
 }

@@ -85,6 +85,18 @@ ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise);
 inline constexpr ForceLimits kLiveLimits{
     3, 1000, {0.25, Duration{1'000'000'000}, Duration{50'000'000}, 1.0, Duration{100'000'000}, Duration{50'000'000}}};
 
+/// How old the reports of a device are, and what time a sample has because of it.
+struct ReportAge {
+  Duration least;              ///< of every report when it comes
+  Duration jitter;             ///< a report is older than that by anything up to this, equally likely
+  std::int64_t clock_ppm = 0;  ///< the device's clock, and so its ticks, are faster by this
+  std::uint64_t seed = 1;
+  /// What was written for `sample_time`: whether a sample's time is when it was taken instead of when it was read.
+  std::optional<bool> follows_clock;
+  /// Whether anything is said about ages.
+  bool is_given() const { return least.ns > 0 || jitter.ns > 0 || clock_ppm != 0; }
+};
+
 struct DeviceSpec {
   std::string name;
   Rate rate{1000, 1};
@@ -99,10 +111,18 @@ struct DeviceSpec {
   DriverSpec driver;
   std::optional<Duration> unplug;  ///< when the simulated device is unplugged
   std::vector<ReportFault> faults;
+  ReportAge age;
   bool expects_saturation = false;  ///< shape metrics of saturated signals are judged all the same
   GuardSpec guard;
   ForceLimits limits;  ///< the limits that follow from `guard`
 };
+
+/// Whether the time of a device's samples is when they were taken, by the device's own clock. Otherwise it is when they were
+/// read. If nothing is written: for a real device, and where ages are given, as far as its driver can tell.
+bool follows_clock(const DeviceSpec& device);
+/// The largest age of its samples at the tick that reads them, by their own time; 0 if that is when they were read. The
+/// least age counts, as far as the driver knows it; the wait for the tick varies only if the clocks differ.
+Duration largest_age(const DeviceSpec& device);
 
 /// A latency or lead: the minimum for any phase, the minimum for this phase, or a fixed duration. A latency can also be
 /// adaptive.

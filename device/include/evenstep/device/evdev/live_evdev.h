@@ -1,0 +1,58 @@
+#pragma once
+/// A node of Linux' input core as a live run drives it: uploads and plays are made by a thread of its own, because an upload
+/// is a system call that may wait for the device; and a device that was unplugged is looked for. It works with a wall clock
+/// only, which the type of the constructor's clock enforces.
+///
+/// upload() of an effect that is there already, and write(), return 0 at once. While one waits to be sent, a later one of
+/// the same effect takes its place. All other calls go to the kernel on the caller's thread; a new effect and erase() wait
+/// first until all is sent, so do not use them in a tick. axis() answers EAGAIN while something is being sent, because it
+/// would wait for that.
+///
+/// While the device is away, reads are `away`, and calls give ENXIO. When it is back, the thread grabs it and makes the
+/// effects anew, playing nothing and without force, under the numbers that they had; then one read is `returned`.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "evenstep/clock/wall_clock.h"
+#include "evenstep/device/evdev/evdev_node.h"
+#include "evenstep/device/write_times.h"
+
+namespace evenstep {
+
+using EvdevNodes = std::vector<std::unique_ptr<EvdevNode>>;
+
+class LiveEvdev final : public EvdevNode {
+ public:
+  /// `find` opens the device again after it was unplugged, and all that look like it; empty: it is not there (yet). The
+  /// first that can be taken for us alone and takes our effects is it. It is called by another thread, four times a second
+  /// for `patience`. After that (at once if `patience` is 0) the device is gone for ever.
+  LiveEvdev(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find, const WallClock& clock,
+            Duration patience = {});
+  /// Goes on sending what waits for at most a second, then closes.
+  ~LiveEvdev() override;
+
+  EvdevRead read(std::span<EvdevEvent> events) override;
+  int write(const EvdevEvent& event) override;
+  int upload(EvdevEffect& effect) override;
+  Upload uploaded(int id) override;
+  int erase(int id) override;
+  int grab() override;
+  int effect_count(int& count) override;
+  bool has_axis(std::uint16_t code) override;
+  bool has_feedback(std::uint16_t code) override;
+  int axis(std::uint16_t code, EvdevAxis& axis) override;
+  int set_axis(std::uint16_t code, const EvdevAxis& axis) override;
+  const EvdevInfo& info() const override;
+
+  WriteTimes write_times() const;        ///< so far; callable from any thread
+  std::int64_t times_unplugged() const;  ///< callable from any thread
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace evenstep

@@ -1,0 +1,21 @@
+#pragma once
+/// What sysfs says of an event device, as text that anybody's device may have chosen.
+
+#include <string>
+
+#include "evenstep/device/evdev/evdev_file.h"
+
+namespace evenstep::internal {
+
+/// The first lines of files below /sys/class/input/eventN/device.
+struct EvdevTexts {
+  std::string name, vendor, product, serial;  // name, id/vendor, id/product, uniq
+  std::string effects, axes;                  // capabilities/ff, capabilities/abs
+};
+
+/// Text without a path and a refusal. Numbers that are none count as 0.
+EvdevListing evdev_listing(const EvdevTexts& texts);
+/// Whether it can play any effect.
+bool has_effects(const EvdevTexts& texts);
+
+}  // namespace evenstep::internal

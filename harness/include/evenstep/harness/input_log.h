@@ -1,0 +1,115 @@
+#pragma once
+/// The recording of a run on the wall clock, as a file that is written while it runs (`run --record FILE`): everything that
+/// a replay needs, in blocks, each with a checksum. docs/replay.md has the format byte by byte and what is kept when.
+///
+/// A file whose writer was killed is valid up to its last whole block. Files are not trusted: whatever they contain is
+/// either read or an error with its place.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "evenstep/harness/live_devices.h"
+#include "evenstep/loop/exchange.h"
+#include "evenstep/reports/run_record.h"
+#include "evenstep/scheduler/step_timing.h"
+#include "evenstep/text/diagnostic.h"
+#include "evenstep/time/result.h"
+
+namespace evenstep {
+
+inline constexpr std::uint32_t kInputLogVersion = 1;
+
+/// A file that the scenario names, as it was when the run began.
+struct NamedFile {
+  std::string path;
+  std::uint64_t digest = 0;
+};
+
+/// The first block: what ran, and how.
+struct InputLogHead {
+  std::string version, build;  ///< of evenstep: "0.2.0"; the compiler
+  std::string scenario_file;
+  std::string scenario_text;           ///< the whole scenario in one: `extends`, --set and --seed are merged into it
+  std::vector<NamedFile> files;        ///< the files that it names in turn (recorded timing, motions)
+  RunOrigin origin;                    ///< when it began, and from which commit of the user's repository
+  std::vector<DeviceBinding> devices;  ///< --device
+  bool forces = false;                 ///< --forces
+  std::optional<std::uint64_t> permute_ties;
+  std::string strategy;  ///< the live one
+  std::uint32_t tools = 0;
+};
+
+/// How far a lane had got at the end of a slice of 20 ms, and the hash of all its events until then.
+struct LaneCheck {
+  RealTime until;  ///< all events before it are run
+  std::int64_t events = 0;
+  std::uint64_t hash = 0;
+  bool operator==(const LaneCheck&) const = default;
+};
+
+/// What the record of a live run has in addition to what a replay computes again.
+struct LiveTick {
+  Duration lateness;
+  glm::dvec3 force_N{0};  ///< as it was sent
+};
+
+/// The last block.
+struct InputLogEnd {
+  std::uint64_t trace_hash = 0;     ///< of the live strategy
+  std::uint64_t forces_digest = 0;  ///< digest_of_forces()
+  bool interrupted = false;         ///< by a signal, before the end of the scenario
+  bool real_time_granted = false;
+  std::vector<std::map<std::string, double>> counters;  ///< per device
+};
+
+/// A recording as it was read. `missing` and the like are for people.
+struct InputLog {
+  std::string file;
+  InputLogHead head;
+  std::vector<DeviceInputs> inputs;
+  std::vector<std::vector<LiveTick>> ticks;  ///< per device, the same index as DeviceInputs::ticks
+  StrategyRecord rows;                       ///< its segments, and begin and end of its steps; nothing else
+  std::optional<RealTime> unfinished;        ///< when the step was launched that ran when the recording ended
+  std::vector<LaneCheck> device_checks, simulation_checks;
+  std::optional<InputLogEnd> end;  ///< empty: the writer was killed, or its disk was full
+  std::int64_t blocks = 0;
+  std::int64_t bytes = 0;       ///< of the whole blocks, with what stands before them
+  std::int64_t left_bytes = 0;  ///< behind them: a block that is not whole, or what stands behind a damaged one
+
+  /// The instant until which both lanes are in it: 0 if it has no input at all.
+  RealTime until() const;
+  /// Whether the run came to its end, and all of it is here.
+  bool whole() const { return end && !end->interrupted; }
+};
+
+/// Whether the file begins as such a recording does.
+bool is_input_log(const std::string& path);
+
+struct InputLogReading {
+  bool before_damage = false;  ///< read what stands before the first damaged block, where it would be an error
+};
+using InputLogResult = Result<InputLog, std::vector<Diagnostic>>;
+/// Errors name file and byte: no such recording, another version, a head that is not whole, a wrong checksum, contents that
+/// no run can have.
+InputLogResult read_input_log(const std::string& path, const InputLogReading& reading = {});
+/// The same for bytes in memory; `name` stands for the file in errors.
+InputLogResult parse_input_log(std::span<const std::byte> bytes, const std::string& name, const InputLogReading& = {});
+
+/// The scenario that ran, as it stands in the head; its place in messages is "FILE:scenario". It is an error, too, if a file
+/// that it names is not what it was.
+ReadResult scenario_of(const InputLog& log, const Registry& registry = {});
+
+/// The compiler of this evenstep: another one may round sums in another way.
+const char* compiler_here();
+
+/// Of the forces of all ticks as they were sent, bit for bit, device by device.
+std::uint64_t digest_of_forces(const StrategyRecord& record);
+
+/// The files that a resolved scenario names, with digests of what is in them now.
+std::vector<NamedFile> files_named_by(const std::string& scenario_text);
+
+}  // namespace evenstep

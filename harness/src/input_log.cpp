@@ -1,0 +1,323 @@
+#include "evenstep/harness/input_log.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "crc32c.h"
+#include "evenstep/format/document.h"
+#include "evenstep/format/reader.h"
+#include "evenstep/text/text_file.h"
+#include "evenstep/time/digest.h"
+#include "input_log_codec.h"
+
+namespace evenstep {
+namespace {
+
+using namespace internal;
+
+constexpr std::int64_t kMostBytes = std::int64_t{4} << 30;  // five hours of two devices at 1 kHz
+constexpr std::int64_t kMostNamedBytes = std::int64_t{1} << 30;
+/// No instant of a run lies further from its begin: sums of some of them are still far from an overflow.
+constexpr std::int64_t kFarthest_ns = 100'000'000'000'000;  // a day and more
+constexpr std::int64_t kMostEvents = std::int64_t{1} << 40;
+
+bool near(RealTime time) { return time.ns >= -kFarthest_ns && time.ns <= kFarthest_ns; }
+bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+/// Reads block by block, and stops at the first error.
+class LogReader {
+ public:
+  LogReader(std::span<const std::byte> bytes, const std::string& name, const InputLogReading& reading)
+      : bytes_(bytes), reading_(reading) {
+    log_.file = name;
+  }
+
+  InputLogResult read() && {
+    if (!read_begin()) return Failure(std::move(errors_));
+    while (errors_.empty() && read_block()) {
+    }
+    const bool has_head = log_.blocks > 0;
+    if (!errors_.empty() && (!reading_.before_damage || !has_head)) return Failure(std::move(errors_));
+    if (!has_head)
+      return fail(at_,
+                  "the file ends before its first block is whole, so it does not say what was run: there is nothing to "
+                  "replay"),
+             Failure(std::move(errors_));
+    log_.bytes = static_cast<std::int64_t>(at_);
+    log_.left_bytes = static_cast<std::int64_t>(bytes_.size() - at_);
+    return std::move(log_);
+  }
+
+ private:
+  bool fail(std::size_t at, const std::string& message) {
+    if (errors_.empty()) errors_.push_back({fmt::format("{}:{}", log_.file, at), 0, 0, message});
+    return false;
+  }
+
+  bool read_begin() {
+    const std::size_t size = kInputLogMagic.size() + sizeof kInputLogVersion;
+    const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
+    if (!text.starts_with(kInputLogMagic))
+      return fail(0,
+                  "is no recording of a live run, which begins with \"evenstep-record\"; `evenstep run --clock wall "
+                  "--record FILE` makes one");
+    if (bytes_.size() < size) return fail(kInputLogMagic.size(), "the file ends within its first 20 bytes");
+    std::uint32_t version = 0;
+    std::memcpy(&version, bytes_.data() + kInputLogMagic.size(), sizeof version);
+    if (version != kInputLogVersion)
+      return fail(
+          kInputLogMagic.size(),
+          fmt::format("is a recording of version {}, and this evenstep reads version {}: replay it with the evenstep "
+                      "that made it",
+                      version, kInputLogVersion));
+    at_ = size;
+    return true;
+  }
+
+  /// False at the end, before a block that is not whole, and after an error.
+  bool read_block() {
+    const std::span<const std::byte> rest = bytes_.subspan(at_);
+    if (rest.size() < sizeof(BlockHeader)) return false;
+    BlockHeader header;
+    std::memcpy(&header, rest.data(), sizeof header);
+    constexpr const char* kRemedy =
+        "the file was changed, or its disk lost something; --before-damage replays what stands before it";
+    if (header.own_crc != crc32c(rest.first(kOwnCrcAt)))
+      return fail(at_, fmt::format("the head of block {} has a wrong checksum: {}", log_.blocks, kRemedy));
+    if (header.sequence != static_cast<std::uint64_t>(log_.blocks))
+      return fail(at_, fmt::format("block {} stands where block {} should: {}", header.sequence, log_.blocks, kRemedy));
+    if (header.length > kMostBlockBytes)
+      return fail(at_, fmt::format("block {} has {} bytes, and none has more than {}: {}", log_.blocks, header.length,
+                                   kMostBlockBytes, kRemedy));
+    if (rest.size() - sizeof header < header.length) return false;
+    const std::span<const std::byte> content = rest.subspan(sizeof header, header.length);
+    if (header.content_crc != crc32c(content))
+      return fail(at_, fmt::format("block {} has a wrong checksum: {}", log_.blocks, kRemedy));
+    if (!take(header.kind, content))
+      return fail(at_, fmt::format("block {} holds what no run can have ({}): {}", log_.blocks, wrong_, kRemedy));
+    ++log_.blocks;
+    at_ += sizeof header + header.length;
+    return true;
+  }
+
+  bool take(BlockKind kind, std::span<const std::byte> content) {
+    wrong_ = "its fields do not fill it";
+    if ((kind == BlockKind::head) != (log_.blocks == 0)) return wrong("the head is the first block, and no other");
+    if (log_.end) return wrong("it stands behind the last one");
+    switch (kind) {
+      case BlockKind::head:
+        return take_head(decode<InputLogHead>(content));
+      case BlockKind::device:
+        return take_device(decode<DeviceSlice>(content));
+      case BlockKind::simulation:
+        return take_simulation(decode<SimulationSlice>(content));
+      case BlockKind::end:
+        log_.end = decode<InputLogEnd>(content);
+        return log_.end && (log_.end->counters.size() == log_.inputs.size() || wrong("counters of other devices"));
+    }
+    return wrong("a kind that is not known");
+  }
+
+  bool wrong(const char* why) {
+    wrong_ = why;
+    return false;
+  }
+
+  bool take_head(std::optional<InputLogHead> head) {
+    if (!head) return false;
+    if (head->tools == 0 || head->tools > kMaxTools) return wrong("the number of devices");
+    log_.head = std::move(*head);
+    log_.inputs.resize(log_.head.tools);
+    log_.ticks.resize(log_.head.tools);
+    return true;
+  }
+
+  bool take_check(const std::optional<LaneCheck>& check, std::vector<LaneCheck>& checks) {
+    if (!check) return true;
+    const LaneCheck before = checks.empty() ? LaneCheck{} : checks.back();
+    if (!near(check->until) || check->until < before.until || check->events < before.events || check->events > kMostEvents)
+      return wrong("a lane goes back");
+    checks.push_back(*check);
+    return true;
+  }
+
+  bool take_device(std::optional<DeviceSlice> slice) {
+    if (!slice) return false;
+    if (slice->tools.size() != log_.inputs.size()) return wrong("the number of devices");
+    for (std::size_t tool = 0; tool < slice->tools.size(); ++tool) {
+      DeviceInputs& inputs = log_.inputs[tool];
+      for (const LoggedTick& tick : slice->tools[tool].ticks) {
+        if (!is_possible(tick, inputs)) return false;
+        inputs.ticks.push_back(tick.input);
+        log_.ticks[tool].push_back(tick.live);
+      }
+      for (const DeviceSpring& spring : slice->tools[tool].springs) {
+        if (!finite(spring.center_m) || !finite(spring.below_N_per_m) || !finite(spring.above_N_per_m))
+          return wrong("a spring that is not finite");
+        inputs.springs.push_back(spring);
+      }
+    }
+    return take_check(slice->check, log_.device_checks);
+  }
+
+  bool is_possible(const LoggedTick& tick, const DeviceInputs& inputs) {
+    const auto& [sample, played_at, force_head, order] = tick.input;
+    if (!near(sample.read_at) || !near(played_at) || !near(RealTime{tick.live.lateness.ns})) return wrong("an instant");
+    if (!finite(sample.position_m)) return wrong("a position that is not finite");
+    if (inputs.ticks.empty()) return true;
+    const TickInput& before = inputs.ticks.back();
+    if (sample.read_at < before.sample.read_at || played_at < before.played_at || order <= before.order ||
+        force_head < before.force_head)
+      return wrong("ticks that go back");
+    return true;
+  }
+
+  bool take_simulation(std::optional<SimulationSlice> slice) {
+    if (!slice) return false;
+    if (slice->heads.size() != log_.inputs.size()) return wrong("the number of devices");
+    for (const SegmentRow& segment : slice->segments) {
+      if (!take_segment(segment)) return false;
+    }
+    for (const LoggedStep& step : slice->steps) {
+      if (!take_step(step)) return false;
+    }
+    for (std::size_t tool = 0; tool < slice->heads.size(); ++tool) {
+      auto& heads = log_.inputs[tool].interaction_heads;
+      heads.insert(heads.end(), slice->heads[tool].begin(), slice->heads[tool].end());
+      if (heads.size() < log_.rows.steps.size() + (slice->unfinished ? 1 : 0)) return wrong("steps that read nothing");
+    }
+    if (slice->unfinished && !near(*slice->unfinished)) return wrong("an instant");
+    log_.unfinished = slice->unfinished;
+    return take_check(slice->check, log_.simulation_checks);
+  }
+
+  bool take_segment(const SegmentRow& segment) {
+    if (!near(segment.begin) || !near(segment.end) || segment.end < segment.begin) return wrong("an instant");
+    if (segment.visualization) {
+      const auto [begin, end] = *segment.visualization;
+      if (!near(begin) || !near(end) || end < begin) return wrong("an instant");
+    }
+    if (!log_.rows.segments.empty() &&
+        (segment.index <= log_.rows.segments.back().index || segment.begin < log_.rows.segments.back().begin))
+      return wrong("segments that go back");
+    log_.rows.segments.push_back(segment);
+    return true;
+  }
+
+  bool take_step(const LoggedStep& step) {
+    if (!near(step.begin) || !near(step.end) || step.end < step.begin) return wrong("an instant");
+    const Rows<StepRow>& steps = log_.rows.steps;
+    if (log_.rows.segments.empty() || step.segment > log_.rows.segments.back().index ||
+        (!steps.empty() && (step.segment < steps.back().segment || step.begin < steps.back().end)))
+      return wrong("steps that go back");
+    StepRow row;
+    row.segment = step.segment;
+    row.begin = step.begin;
+    row.end = step.end;
+    log_.rows.steps.push_back(row);
+    return true;
+  }
+
+  std::span<const std::byte> bytes_;
+  InputLogReading reading_;
+  InputLog log_;
+  std::size_t at_ = 0;
+  std::string wrong_;
+  std::vector<Diagnostic> errors_;
+};
+
+std::uint64_t digest_of(std::string_view content) {
+  std::uint64_t digest = content.size();
+  for (std::size_t at = 0; at < content.size(); at += sizeof digest) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, content.data() + at, std::min(sizeof word, content.size() - at));
+    digest = mix(digest, word);
+  }
+  return digest;
+}
+
+}  // namespace
+
+RealTime InputLog::until() const {
+  if (device_checks.empty() || simulation_checks.empty()) return {};
+  return std::min(device_checks.back().until, simulation_checks.back().until);
+}
+
+bool is_input_log(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::ifstream in(path, std::ios::binary);
+  std::array<char, kInputLogMagic.size()> first{};
+  in.read(first.data(), first.size());
+  return in.gcount() == static_cast<std::streamsize>(first.size()) &&
+         std::string_view(first.data(), first.size()) == kInputLogMagic;
+}
+
+InputLogResult read_input_log(const std::string& path, const InputLogReading& reading) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error) &&
+      !std::filesystem::is_directory(path, error))
+    return Failure(std::vector<Diagnostic>{{path, 0, 0, "is no file: a recording is read from a disk"}});
+  const Result<std::string> content = read_text_file(path, kMostBytes);
+  if (!content) return Failure(std::vector<Diagnostic>{{path, 0, 0, content.error()}});
+  return parse_input_log(std::as_bytes(std::span(*content)), path, reading);
+}
+
+InputLogResult parse_input_log(std::span<const std::byte> bytes, const std::string& name, const InputLogReading& reading) {
+  return LogReader(bytes, name, reading).read();
+}
+
+const char* compiler_here() { return __VERSION__; }
+
+std::uint64_t digest_of_forces(const StrategyRecord& record) {
+  std::uint64_t digest = 0;
+  for (const DeviceRecord& device : record.devices) {
+    digest = mix(digest, name_digest(device.name));
+    for (const TickRow& tick : device.ticks) {
+      for (const double part_N : tick.force_N) digest = mix(digest, part_N);
+    }
+  }
+  return digest;
+}
+
+ReadResult scenario_of(const InputLog& log, const Registry& registry) {
+  const std::string place = log.file + ":scenario";
+  const std::vector<NamedFile> now = files_named_by(log.head.scenario_text);
+  std::vector<Diagnostic> changed;
+  for (const NamedFile& then : log.head.files) {
+    const auto is_it = [&](const NamedFile& file) { return file.path == then.path && file.digest == then.digest; };
+    if (std::none_of(now.begin(), now.end(), is_it))
+      changed.push_back(
+          {place, 0, 0, fmt::format("'{}' is not what it was when the run was recorded; put it back", then.path)});
+  }
+  if (!changed.empty()) return Failure(std::move(changed));
+  Errors errors;
+  Value document = parse_toml(log.head.scenario_text, place, errors);
+  if (errors.any()) return Failure(errors.sorted(place));
+  ReadResult scenario = read_document(std::move(document), place, registry);
+  if (!scenario) return scenario;
+  if (scenario->case_spec || scenario->devices.size() != log.inputs.size() || name_of(scenario->live) != log.head.strategy)
+    return Failure(
+        std::vector<Diagnostic>{{place, 0, 0, "the devices or the live strategy are not those of the recording"}});
+  return scenario;
+}
+
+std::vector<NamedFile> files_named_by(const std::string& scenario_text) {
+  Errors ignored;  // the text was read as a scenario before
+  Value document = parse_toml(scenario_text, "", ignored);
+  std::vector<NamedFile> files;
+  for (const Value* value : named_files(document)) {
+    const Result<std::string> content = read_text_file(value->text, kMostNamedBytes);
+    files.push_back({value->text, content ? digest_of(*content) : 0});
+  }
+  return files;
+}
+
+}  // namespace evenstep

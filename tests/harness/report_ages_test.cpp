@@ -1,0 +1,91 @@
+// What the age of a report does to a run: with the time of its read, and with the time at which its position was taken.
+
+#include <cmath>
+
+#include "scenarios.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+namespace {
+
+constexpr double kSpeed_m_per_s = 0.01, kStep_m = kSpeed_m_per_s / 450;
+
+std::vector<std::string> with_ages(const std::string& jitter, std::vector<std::string> more = {}) {
+  std::vector<std::string> set{
+      "device.left.motion={ kind = \"constant-velocity\", velocity = [\"0.01 m/s\", \"0 m/s\", \"0 m/s\"], "
+      "start = \"smooth 0.2 s\" }",
+      "device.left.report_age=\"0.3 ms\"",
+      "device.left.report_age_jitter=\"" + jitter + "\"",
+      "run.duration=\"4 s\"",
+      "run.warmup=\"2 s\"",
+      "run.strategies=[\"phase_locked\"]",
+      "expect=[]"};
+  set.insert(set.end(), more.begin(), more.end());
+  return set;
+}
+
+RunOutcome run(const std::vector<std::string>& set, ClockKind clock = ClockKind::virtual_clock) {
+  RunOptions options;
+  options.clock = clock;
+  options.allow_no_expectations = true;
+  RunOutcome outcome = run_scenario(read("paper/figure-1-spring.toml", set), options);
+  INFO(outcome.failure << outcome.repeat_difference);
+  REQUIRE(outcome.exit == ExitCode::pass);
+  return outcome;
+}
+
+double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
+  return outcome.metrics.at("left." + signal + ".phase_locked").at(name);
+}
+
+}  // namespace
+
+TEST_CASE("an age that is not followed is an error of velocity times age, and its variation leaves the line") {
+  struct Row {
+    const char* jitter;
+    double least_ticks, most_ticks;  // of 1 ms, from the tick of the position to that of its read
+  };
+  for (const auto& [jitter, least, most] : {Row{"0.5 ms", 1, 1}, Row{"0.9 ms", 1, 2}, Row{"2.4 ms", 1, 3}}) {
+    CAPTURE(jitter);
+    const RunOutcome arrival = run(with_ages(jitter, {"device.left.sample_time=\"arrival\""}));
+    const double error_m = metric(arrival, "interaction", "error_max"), tick_m = kSpeed_m_per_s * 1e-3;
+    CHECK(error_m <= most * tick_m * (1 + 1e-6));
+    CHECK(error_m >= (most - 0.2) * tick_m);
+    const double off_m = metric(arrival, "interaction", "deviation_max");
+    CHECK(off_m <= (most - least) * tick_m + 1e-6 * kStep_m);
+    if (most > least) CHECK(off_m >= 0.3 * (most - least) * tick_m);
+    CHECK(arrival.metrics.at("left.force.phase_locked").count("sample_age_max") == 0);  // nobody knows
+
+    // Followed, what is left of the error is the part of the least age that nobody has said: 1 ms less 0.3 ms.
+    const RunOutcome taken = run(with_ages(jitter));
+    CHECK(metric(taken, "interaction", "deviation_max") <= 1e-6 * kStep_m);
+    CHECK(metric(taken, "interaction", "velocity_jump") <= 1e-6 * kStep_m);
+    CHECK(metric(taken, "interaction", "error_max") == Approx(0.7e-3 * kSpeed_m_per_s).epsilon(1e-3));
+    CHECK(metric(taken, "interaction", "underruns") == 0);
+    CHECK(metric(taken, "force", "sample_age_max") == Approx((most - least) * 1e-3 + 0.3e-3).epsilon(1e-6));
+    CHECK(metric(taken, "force", "clock_rate_error") == 0);
+    CHECK(metric(taken, "force", "ages_capped") == 0);
+  }
+}
+
+TEST_CASE("the least latency is longer by the largest age, and less than that is too little") {
+  const RunOutcome young = run(with_ages("0 ms", {"device.left.sample_time=\"arrival\""}));
+  const RunOutcome old = run(with_ages("0.9 ms"));
+  const double longer_s = metric(old, "buffers", "latency") - metric(young, "buffers", "latency");
+  CHECK(longer_s == Approx(1.3e-3 + 999e-9).margin(1e-9));
+  CHECK(metric(old, "interaction", "underruns") == 0);
+  const double lead_s = metric(old, "buffers", "lead");
+  const RunOutcome less =
+      run(with_ages("0.9 ms", {"remap.lead=\"" + std::to_string(std::lround(lead_s * 1e9) - 1'400'000) + " ns\"",
+                               "remap.latency=\"20 ms\""}));
+  CHECK(metric(less, "interaction", "underruns") > 0);
+}
+
+TEST_CASE("the time at which a sample was taken is an input of a live run, which replays to the same trace") {
+  const RunOutcome live = run(with_ages("0.9 ms", {"run.duration=\"0.7 s\"", "run.warmup=\"0.3 s\"",
+                                                   "remap.latency=\"60 ms\"", "remap.lead=\"20 ms\""}),
+                              ClockKind::wall);
+  CHECK(live.repeat_difference.empty());
+  CHECK(metric(live, "force", "sample_age_max") > 0);
+}

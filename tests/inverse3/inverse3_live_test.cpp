@@ -1,0 +1,39 @@
+// A live run through the connection to a Haply Inverse Service.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "evenstep/format/scenario.h"
+#include "evenstep/harness/run.h"
+#include "service.h"
+
+using namespace evenstep;
+using namespace evenstep::test;
+
+TEST_CASE("inverse3 socket: a live run through it renders forces, replays to the same trace and ends with none") {
+  const Service service;
+  const ReadResult read = read_scenario(
+      EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml",
+      {{"run.duration=\"1 s\"", "run.warmup=\"0.3 s\"", "device.0.driver=\"inverse3\"", "device.0.rate=\"250 Hz\"",
+        "device.0.inverse3={origin=[\"10 mm\", \"0 mm\", \"0 mm\"]}", "device.0.guard={ramp_up=\"0.1 s\"}",
+        "remap.lead=\"60 ms\"", "remap.latency=\"200 ms\"", "expect=[]", "run.strategies=[\"direct\", \"phase_locked\"]"},
+       std::nullopt});
+  for (const Diagnostic& error : read.error_or({})) FAIL(text(error));
+  RunOptions options;
+  options.clock = ClockKind::wall;
+  options.allow_no_expectations = true;
+  for (const bool forces : {false, true}) {
+    options.devices = {{{"left", service.address() + "#049D"}}, forces};
+    const RunOutcome outcome = run_scenario(*read, options);
+    INFO(outcome.failure);
+    CHECK(outcome.exit == ExitCode::pass);
+    const auto& metrics = outcome.metrics.at("left.force.phase_locked");
+    CHECK(metrics.at("reports") > 50);
+    CHECK(metrics.at("malformed") == 0);
+    CHECK(metrics.at("writes") > 50);
+    // 10 mm from the origin at 200 N/m, a quarter of which is rendered.
+    const std::vector<double> all = service.forces_x_N();
+    CHECK((*std::max_element(all.begin(), all.end()) > 0.1) == forces);
+    CHECK(service.force_N() == glm::dvec3(0));
+  }
+}
