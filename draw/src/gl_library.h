@@ -18,8 +18,8 @@
   X(glDeleteShader) X(glDeleteVertexArrays) X(glDrawElements) X(glEnable) X(glEnableVertexAttribArray) X(glFinish) \
   X(glFramebufferRenderbuffer) X(glGenBuffers) X(glGenFramebuffers) X(glGenRenderbuffers) X(glGenVertexArrays)     \
   X(glGetError) X(glGetProgramiv) X(glGetShaderInfoLog) X(glGetShaderiv) X(glGetString) X(glGetUniformLocation)    \
-  X(glLinkProgram) X(glPolygonOffset) X(glReadPixels) X(glRenderbufferStorage) X(glShaderSource) X(glUniform3f) X(glUniformMatrix4fv) \
-  X(glUseProgram) X(glVertexAttribPointer) X(glViewport)
+  X(glLinkProgram) X(glPolygonOffset) X(glReadPixels) X(glRenderbufferStorage) X(glShaderSource) X(glUniform3f) \
+  X(glUniformMatrix4fv) X(glUseProgram) X(glVertexAttribPointer) X(glViewport)
 // clang-format on
 
 namespace evenstep::internal {

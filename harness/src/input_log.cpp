@@ -170,6 +170,7 @@ class LogReader {
   bool is_possible(const LoggedTick& tick, const DeviceInputs& inputs) {
     const auto& [sample, played_at, force_head, order] = tick.input;
     if (!near(sample.read_at) || !near(played_at) || !near(RealTime{tick.live.lateness.ns})) return wrong("an instant");
+    if (sample.taken_at && (!near(*sample.taken_at) || *sample.taken_at > sample.read_at)) return wrong("an instant");
     if (!finite(sample.position_m)) return wrong("a position that is not finite");
     if (inputs.ticks.empty()) return true;
     const TickInput& before = inputs.ticks.back();
@@ -182,6 +183,7 @@ class LogReader {
   bool take_simulation(std::optional<SimulationSlice> slice) {
     if (!slice) return false;
     if (slice->heads.size() != log_.inputs.size()) return wrong("the number of devices");
+    if (slice->last && !take_last(*slice->last)) return false;
     for (const SegmentRow& segment : slice->segments) {
       if (!take_segment(segment)) return false;
     }
@@ -196,6 +198,13 @@ class LogReader {
     if (slice->unfinished && !near(*slice->unfinished)) return wrong("an instant");
     log_.unfinished = slice->unfinished;
     return take_check(slice->check, log_.simulation_checks);
+  }
+
+  bool take_last(const SegmentRow& segment) {
+    if (log_.rows.segments.empty() || segment.index != log_.rows.segments.back().index)
+      return wrong("a segment that is not the last one");
+    log_.rows.segments.pop_back();
+    return take_segment(segment);
   }
 
   bool take_segment(const SegmentRow& segment) {

@@ -39,6 +39,7 @@ struct LoggedStep {
   RealTime begin, end;
 };
 struct SimulationSlice {
+  std::optional<SegmentRow> last;  ///< the last segment of the slices before, if its visualization has gone on since
   std::vector<SegmentRow> segments;
   std::vector<LoggedStep> steps;
   std::vector<std::vector<std::uint64_t>> heads;  ///< per device and step
@@ -84,7 +85,7 @@ void code(Codec& codec, SegmentRow& segment) {
 }
 template <class Codec>
 void code(Codec& codec, SimulationSlice& slice) {
-  codec(slice.segments, slice.steps, slice.heads, slice.unfinished, slice.check);
+  codec(slice.last, slice.segments, slice.steps, slice.heads, slice.unfinished, slice.check);
 }
 template <class Codec>
 void code(Codec& codec, NamedFile& file) {

@@ -57,8 +57,14 @@ bool LiveLog::fill_simulation(const std::vector<DeviceInputs>& inputs, const Str
   slice.heads.resize(inputs.size());
   segments_next_ = next_of(segments_taken_, record.segments.size());
   steps_next_ = next_of(steps_taken_, record.steps.size());
-  slice.segments.assign(record.segments.begin() + static_cast<std::ptrdiff_t>(segments_taken_),
-                        record.segments.begin() + static_cast<std::ptrdiff_t>(segments_next_));
+  slice.last.reset();
+  if (segments_taken_ > 0) {
+    last_next_ = known_at(record.segments[segments_taken_ - 1], check.until);
+    if (last_next_ != last_taken_) slice.last = last_next_;
+  }
+  slice.segments.clear();
+  for (std::size_t n = segments_taken_; n < segments_next_; ++n)
+    slice.segments.push_back(last_next_ = known_at(record.segments[n], check.until));
   bool all = segments_next_ == record.segments.size() && steps_next_ == record.steps.size();
   slice.steps.clear();
   // No step of a segment that is still to come.
@@ -93,6 +99,7 @@ void LiveLog::simulation_slice(const std::vector<DeviceInputs>& inputs, const St
   if (!writer_->offer(BlockKind::simulation, simulation_bytes_)) return;
   simulation_taken_ = simulation_next_;
   segments_taken_ = segments_next_;
+  last_taken_ = last_next_;
   steps_taken_ = steps_next_;
 }
 
@@ -106,6 +113,7 @@ bool LiveLog::write_rest(const LiveRecording& recording) {
     if (!writer_->write_now(BlockKind::simulation, simulation_bytes_)) return false;
     simulation_taken_ = simulation_next_;
     segments_taken_ = segments_next_;
+    last_taken_ = last_next_;
     steps_taken_ = steps_next_;
   }
   InputLogEnd end{.trace_hash = recording.record.trace_hash,

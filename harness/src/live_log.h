@@ -41,6 +41,7 @@ class LiveLog {
   // Of the simulation lane.
   std::vector<Taken> simulation_taken_, simulation_next_;
   std::size_t segments_taken_ = 0, steps_taken_ = 0, segments_next_ = 0, steps_next_ = 0;
+  SegmentRow last_taken_, last_next_;  // the last segment of segments_taken_, as it was known then
   SimulationSlice simulation_slice_;
   std::vector<std::byte> simulation_bytes_;
 };

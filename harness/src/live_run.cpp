@@ -105,13 +105,6 @@ std::optional<RealTime> unfinished_launch(const std::vector<Event>& events) {
   return std::nullopt;
 }
 
-/// The visualization that the end of the run has cut off lasts until then.
-void cut_visualization(StrategyRecord& record, RealTime end) {
-  if (record.segments.empty() || !record.segments.back().visualization) return;
-  auto& [began, ended] = *record.segments.back().visualization;
-  if (ended - began == kLongestRun) ended = std::max(end, began);
-}
-
 /// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
 std::vector<SegmentTiming> timing_of(const StrategyRecord& record, std::optional<RealTime> unfinished, RealTime end) {
   std::vector<SegmentTiming> segments = recorded_timing(record);
@@ -260,7 +253,7 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   recording.record.interrupted = on_device.interrupted || in_simulation.interrupted;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
-  cut_visualization(recording.record, end);
+  if (!recording.record.segments.empty()) recording.record.segments.back() = known_at(recording.record.segments.back(), end);
   if (visualization) {
     recording.visualization = visualization->text();
     recording.drawing_png = visualization->png();

@@ -46,6 +46,15 @@ struct UnderrunWords {
 
 inline constexpr Duration kLongestRun{1'000'000'000'000'000};  ///< 1e6 s, as the format allows
 
+/// The segment as it is known at `now`: a visualization that still runs (StepRecorder::visualization_begins) lasts until
+/// then.
+inline SegmentRow known_at(SegmentRow segment, RealTime now) {
+  if (!segment.visualization) return segment;
+  auto& [began, ended] = *segment.visualization;
+  if (ended - began == kLongestRun) ended = std::max(now, began);
+  return segment;
+}
+
 class StepRecorder {
  public:
   StepRecorder(StrategyRecord& record, const UnderrunWords& words) : record_(record), words_(words) {}

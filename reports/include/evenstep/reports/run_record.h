@@ -131,6 +131,8 @@ struct SegmentRow {
   std::int64_t index = 0;
   RealTime begin, end;
   std::optional<std::array<RealTime, 2>> visualization;
+
+  friend bool operator==(const SegmentRow&, const SegmentRow&) = default;
 };
 
 /// A read beyond the newest sample, a wait for a sample, or a late force; one row per step and device.
