@@ -5,8 +5,12 @@ set(there OFF)
 if(EVENSTEP_BEAST)
   set(there ON)
 endif()
+<<<<<<< HEAD
 option(EVENSTEP_INVERSE3 "A Haply Inverse3 through its service (needs Boost.Beast); without it there are simulated ones"
   ${there})
+=======
+option(EVENSTEP_INVERSE3 "A Haply Inverse3 through its service (needs Boost.Beast); without it simulated ones" ${there})
+>>>>>>> inverse3
 if(EVENSTEP_INVERSE3 AND NOT EVENSTEP_BEAST)
   message(FATAL_ERROR "boost/beast/websocket.hpp is not there: install libboost-dev, or set EVENSTEP_INVERSE3 to OFF")
 elseif(NOT EVENSTEP_BEAST)
