@@ -129,6 +129,7 @@ DeviceFlow flow_of(const DeviceLane& lane, const Exchange& exchange) {
           .ticks_overrun = ticks(ReadStatus::overrun),
           .ticks_on_time = ticks(ReadStatus::inside),
           .samples = static_cast<std::int64_t>(exchange.samples(lane.tool)),
+          .samples_repeated = exchange.repeated_samples(lane.tool),
           .forces = static_cast<std::int64_t>(exchange.forces(lane.tool)),
           .forces_sent = forces.sent,
           .forces_overtaken = forces.overtaken,

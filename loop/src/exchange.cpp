@@ -58,9 +58,12 @@ std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
 
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
+  Link& link = links_[static_cast<std::size_t>(tool)];
   // A position that is not new was taken when the last one was, and is in the ring already.
   if (sample.fresh || !sample.taken_at)
-    links_[static_cast<std::size_t>(tool)].interaction.push(sample.time(), sample.position_m);
+    link.interaction.push(sample.time(), sample.position_m);
+  else
+    ++link.repeated_samples;
   return sample;
 }
 

@@ -119,8 +119,12 @@ Json json_of(const std::vector<std::pair<std::string_view, GrowthInterval>>& gro
 Json json_of(const LiveRights& rights) {
   Json threads = Json::array();
   for (const auto& [name, priority, fifo, timer_slack_ns, slice_ns, refusal] : rights.threads) {
-    threads.push_back(
-        {{"name", name}, {"priority", priority}, {"fifo", fifo}, {"timer_slack_ns", timer_slack_ns}, {"refusal", refusal}});
+    threads.push_back({{"name", name},
+                       {"priority", priority},
+                       {"fifo", fifo},
+                       {"timer_slack_ns", timer_slack_ns},
+                       {"slice_ns", slice_ns},
+                       {"refusal", refusal}});
   }
   return {{"threads", threads}, {"memory_locked", rights.memory_locked}, {"memory_refusal", rights.memory_refusal}};
 }

@@ -78,7 +78,7 @@ bool sleeps_in(Function function) {
 
 }  // namespace
 
-TEST_CASE("a wait for a distant deadline or for kNever sleeps; one within the spin tail does not") {
+TEST_CASE("a wait for a distant deadline or for kNever sleeps, one within the spin tail does not") {
   const WallEpoch epoch = WallEpoch::in({0});
   WallClock waiting(epoch), notifying(epoch), spinning(epoch, Duration{1'000'000'000});
   bool deadline_sleeps = false, never_sleeps = false;

@@ -183,7 +183,8 @@ TEST_CASE("the least age is subtracted where it is known") {
     REQUIRE(clock.taken(k * 1000, RealTime{k * kMs}) == RealTime{k * kMs - 300 * kUs});
 }
 
-TEST_CASE("whatever a device stamps, its times do not decrease, are not from the future, and overflow nothing: 200,000") {
+TEST_CASE(
+    "whatever a device stamps, its times do not decrease, are not from the future, and overflow nothing, 200,000 times") {
   std::mt19937_64 random(11);
   DeviceClock clock;
   RealTime read, before{-10 * kSecond};

@@ -107,7 +107,7 @@ TEST_CASE("a diagonal matrix is its own answer, and what is not finite has no va
 }
 
 TEST_CASE(
-    "a softened contact keeps its axes and what is below the cap; what is above becomes the cap, force in proportion") {
+    "a softened contact keeps its axes and what is below the cap, what is above becomes the cap, force in proportion") {
   Random random(2);
   int softer = 0;
   for (int i = 0; i < 50'000; ++i) {

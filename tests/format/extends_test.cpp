@@ -10,7 +10,7 @@ using namespace evenstep;
 using namespace evenstep::test;
 using Catch::Contains;
 
-TEST_CASE("A file wins over its bases, later bases over earlier ones; tables merge, lists replace, expect_append adds") {
+TEST_CASE("A file wins over its bases, later bases over earlier ones, tables merge, lists replace, expect_append adds") {
   const Folder folder;
   folder.write("base.toml", kSpring);
   folder.write("sub/other.toml",
@@ -62,7 +62,7 @@ TEST_CASE("An error in a base file is reported at the base's line, one of the fi
              Contains("g.toml:2:17: error: 'expect_append' must be a list"));
 }
 
-TEST_CASE("Files that extend each other in a circle are refused with the chain; a base used twice is not a circle") {
+TEST_CASE("Files that extend each other in a circle are refused with the chain, a base used twice is not a circle") {
   const Folder folder;
   folder.write("a.toml", "format = 1\nextends = [\"b.toml\"]\n");
   folder.write("b.toml", "format = 1\nextends = [\"./c.toml\"]\n");

@@ -99,7 +99,7 @@ TEST_CASE("Each model of [timing] arrives as it is written, and comes back from 
   CHECK_FALSE(timing_of("").paced);
 }
 
-TEST_CASE("A scenario without models is periodic; each model alone makes it vary") {
+TEST_CASE("A scenario without models is periodic, each model alone makes it vary") {
   CHECK(is_periodic(timing_of("")));
   CHECK(is_periodic(timing_of("paced = true\nfirst_step = \"0 %\"\ndrift = \"0 %/s\"\nchanges = []")));
   for (const char* model :
@@ -113,7 +113,7 @@ TEST_CASE("A scenario without models is periodic; each model alone makes it vary
   }
 }
 
-TEST_CASE("Nominal segment and slot are means with what the models add; V and s stay as written") {
+TEST_CASE("Nominal segment and slot are means with what the models add, V and s stay as written") {
   const auto nominal = [](const std::string& timing) { return read_back(timing).nominal; };
   // 1.482222 ms * 20 % more; slot = T / 15.
   const NominalUnits first = nominal(std::string(kBase) + "first_step = \"20 %\"");

@@ -168,7 +168,7 @@ TEST_CASE("on the line that a hand moves on, extrapolation replaces every missin
   }
 }
 
-TEST_CASE("late forces of a spring on a line, extrapolated, are the line; held, they are not") {
+TEST_CASE("late forces of a spring on a line, extrapolated, are the line, held, they are not") {
   const std::vector<std::string> base{"remap.latency=\"11 ms\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};
   const RunOutcome held = run_scenario(read(kSpring, base), {});
   const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ force = \"extrapolate\" }"})), {});
@@ -204,7 +204,7 @@ TEST_CASE("every underrun that is counted is a row of the log, with its lateness
   }
 }
 
-TEST_CASE("predict has no latency and is exact on a line; its forces come on time") {
+TEST_CASE("predict has no latency and is exact on a line, its forces come on time") {
   const std::vector<std::string> base{"run.strategies=[\"predict\"]", "expect=[]"};
   const RunOutcome outcome = run_scenario(read(kSpring, base), {});
   const StrategyRecord& record = strategy(outcome.record, "predict");

@@ -165,7 +165,7 @@ TEST_CASE("a live run whose devices render by themselves replays to the same has
   }
 }
 
-TEST_CASE("the delays of a loop: the map's latency and what a tick holds; of bursts their mean age") {
+TEST_CASE("the delays of a loop: the map's latency and what a tick holds, of bursts their mean age") {
   const Scenario scenario = read("paper/figure-1-spring.toml");
   for (const StrategyPlan& plan : plan(scenario)) {
     const LoopDelays loop = loop_delays(scenario, plan, scenario.devices[0]);

@@ -141,7 +141,7 @@ TEST_CASE("a late force that is foreseen fails in the run, at the same steps, an
   CHECK(held > 5);
 }
 
-TEST_CASE("latencies, leads and rings that cannot fit are foreseen; what the plan does not know is not judged") {
+TEST_CASE("latencies, leads and rings that cannot fit are foreseen, what the plan does not know is not judged") {
   const auto failures = [](const std::string& expectation, std::vector<std::string> more = {}) {
     more.insert(more.end(), {"run.duration=\"0.6 s\"", "expect=[" + expectation + "]"});
     const Scenario scenario = read("paper/figure-1-spring.toml", more);

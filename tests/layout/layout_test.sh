@@ -51,6 +51,12 @@ case_catch2_can_print_the_name_of_every_test() {
   names=$(grep -rhoE 'TEST_CASE\("[^"]+' "$sources/tests" --include='*.cpp' | sed -nE 's/^TEST_CASE\("(.{74,}): .*/\1/p')
   [[ ! $names ]] || fail "\": \" comes too late in: $names"
 }
+# CMake takes a name with ";" for two, neither of which is a test: both would pass without running it.
+case_no_name_of_a_test_has_a_semicolon() {
+  local names string='"([^"\\]|\\.)*"'
+  names=$(grep -rhPzo "TEST_CASE\(\s*($string\s*)*\"[^\"]*;[^\"]*\"" "$sources/tests" --include='*.cpp' | tr '\0' '\n')
+  [[ ! $names ]] || fail "\";\" in: $names"
+}
 case_what_is_built_is_not_looked_at() {
   mkdir "$work/build" "$work/build-dev"
   line_of 126 x | tee "$work/build/a.cpp" >"$work/build-dev/a.cpp"

@@ -56,7 +56,7 @@ TEST_CASE("Nsight's statistics are read by their columns, also where a name has 
   CHECK(parsed("Start (ns),Duration (ns),Strm,Name\n5,4,7,f\n") == "f 5 9\n");
 }
 
-TEST_CASE("Enter and Leave nest by name in their stream; what is never left is counted") {
+TEST_CASE("Enter and Leave nest by name in their stream, what is never left is counted") {
   const std::string rows =
       "Name,streamId,Event Type,Timestamp "
       "(ns)\na,1,Enter,1\na,1,Enter,2\na,1,Leave,3\nb,1,Leave,4\na,1,Leave,5\nc,1,Enter,6\n";

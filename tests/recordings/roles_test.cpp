@@ -81,7 +81,7 @@ TEST_CASE("Kernels that overlap on several streams are one step, of their union 
   CHECK(assign_roles(profile, roles_of("draw", "a|b"))->merged == 1);
 }
 
-TEST_CASE("Kernels that draw one picture are one visualization; a step between them makes two") {
+TEST_CASE("Kernels that draw one picture are one visualization, a step between them makes two") {
   const Profile profile =
       profile_of({{"draw", 0, 10}, {"draw", 12, 20}, {"step", 20, 30}, {"draw", 40, 50}, {"draw", 50, 51}});
   CHECK(rows_of(profile, roles_of("draw", "step")) == "0,visualization,0,0,20\n0,step,0,20,30\n0,idle,0,30,40\n");
@@ -165,7 +165,7 @@ TEST_CASE("Roles from different processes do not ask which one") {
   CHECK(rows_of(profile, roles_of("", "step", "cycle")) == "0,step,0,0,1\n0,idle,0,1,10\n1,step,0,10,11\n1,idle,0,11,19\n");
 }
 
-TEST_CASE("Names are listed with count, median length and period; those that count up are one") {
+TEST_CASE("Names are listed with count, median length and period, those that count up are one") {
   const Profile profile = profile_of({{"Step#1", 0, 10}, {"Step#2", 20, 40}, {"Step#30", 40, 70}, {"a", 41, 42}});
   const std::vector<NameSummary> names = summarize(profile);
   REQUIRE(names.size() == 2);

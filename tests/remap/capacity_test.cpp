@@ -83,7 +83,7 @@ Case make_case(std::uint64_t seed, SamplingGrid grid, Emission emission) {
 
 }  // namespace
 
-TEST_CASE("nothing overruns at the capacities given, 1000 traces; one entry less overruns") {
+TEST_CASE("nothing overruns at the capacities given, 1000 traces, one entry less overruns") {
   std::int64_t interaction_tight = 0, force_tight = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     const SamplingGrid grid{kRate, RealTime{static_cast<std::int64_t>(seed) * 997}};

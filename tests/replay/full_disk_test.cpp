@@ -47,7 +47,7 @@ RunOutcome recorded_run(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("lanes are refused, and never wait, while a disk takes nothing; nothing is lost once it does again") {
+TEST_CASE("lanes are refused, and never wait, while a disk takes nothing, nothing is lost once it does again") {
   const Folder folder;
   const std::string path = folder / "x";
   auto writer = internal::InputLogWriter::create(path, made_up_head());

@@ -145,7 +145,7 @@ TEST_CASE("a shorter log differs where it ends: every length") {
   }
 }
 
-TEST_CASE("of several strategies the earliest difference is named; order in the file does not matter") {
+TEST_CASE("of several strategies the earliest difference is named, order in the file does not matter") {
   const EventFile a{{log_of("direct", 100), log_of("paper", 100)}};
   const EventFile b{{log_of("paper", 100, 20), log_of("direct", 100, 60)}};
   CHECK(first_difference(a, b)->strategy == "paper");

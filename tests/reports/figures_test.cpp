@@ -226,7 +226,7 @@ TEST_CASE("growth: an error of the size of rounding is bounded, however it grows
   CHECK(metrics.at("left.force.paper").at("deviation_from_ideal_growth") == 0);
 }
 
-TEST_CASE("error over time: one block per device; SI units where there is no step") {
+TEST_CASE("error over time: one block per device, SI units where there is no step") {
   RunRecord run = synthetic::reference_run({11'000'000'000});
   run.nominal.devices.push_back(run.nominal.devices[0]);
   run.nominal.devices[1].name = "right";

@@ -161,7 +161,7 @@ TEST_CASE("growth: at most 5 % of 300 series are named falsely, but of noise tha
   }
 }
 
-TEST_CASE("growth: what is plain is named, by nine in ten series of 119 bins; a walk by one in seven", "[sweep]") {
+TEST_CASE("growth: what is plain is named, by nine in ten series of 119 bins, a walk by one in seven", "[sweep]") {
   for (const Kind& kind : kKinds) {
     const std::string name = kind.name;
     double least = 0;
@@ -198,7 +198,7 @@ TEST_CASE("growth without noise: each power, also above a start of any size, is 
   }
 }
 
-TEST_CASE("growth: no error at all and an error that stays are bounded; what grows by less than a quarter is, too") {
+TEST_CASE("growth: no error at all and an error that stays are bounded, what grows by less than a quarter is, too") {
   const GrowthFit fit(times(60));
   for (const double level : {0.0, 5e-324, 1e-300, 1e-13, 1.0, 1e300}) {
     const GrowthInterval interval = fit(Numbers(60, level)).value();
@@ -210,7 +210,7 @@ TEST_CASE("growth: no error at all and an error that stays are bounded; what gro
   CHECK(std::string(growth_name(fit(rms).value())) == "bounded");
 }
 
-TEST_CASE("growth: fewer than ten bins and values that are not finite have none; any others are inside [0, 5]") {
+TEST_CASE("growth: fewer than ten bins and values that are not finite have none, any others are inside [0, 5]") {
   for (std::size_t bins = 0; bins < 10; ++bins) CHECK_FALSE(GrowthFit(times(bins))(Numbers(bins, 1.0)));
   const GrowthFit fit(times(40));
   CHECK_FALSE(fit(Numbers(39, 1.0)));

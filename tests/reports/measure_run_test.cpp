@@ -183,7 +183,7 @@ TEST_CASE("felt counts each tick that wanted a force which was not there, hold a
   }
 }
 
-TEST_CASE("total latency is from R to the first tick that sends the force; a force that no tick sends counts for nothing") {
+TEST_CASE("total latency is from R to the first tick that sends the force, a force that no tick sends counts for nothing") {
   for (const std::int64_t rate : {1000, 450, 300, 100}) {  // 100 Hz: most forces are never sent
     RunRecord run = synthetic::reference_run();
     StrategyRecord& paper = strategy(run, "paper");
@@ -331,7 +331,7 @@ TEST_CASE("a strategy of variable steps is judged over its own simulation time, 
   CHECK(value(run, "solver.direct", "step_over_limit_max") == 5.66);
 }
 
-TEST_CASE("no nominal speed: no step ratio; a NaN position is a NaN metric") {
+TEST_CASE("no nominal speed: no step ratio, a NaN position is a NaN metric") {
   RunRecord run = synthetic::reference_run();
   strategy(run, "paper").devices[0].steps[kFirstJudged + 3].position_m[0] = NAN;
   CHECK(std::isnan(value(run, "left.interaction.paper", "velocity_jump")));

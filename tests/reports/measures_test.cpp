@@ -214,7 +214,7 @@ TEST_CASE("a 1 kHz device's 500 Hz is counted once") {
   CHECK(band_rms(t, x, 0.25, 20, 500) == Approx(0.5).epsilon(1e-4));
 }
 
-TEST_CASE("a ramp of any slope has no band_rms; windows are pooled by their samples") {
+TEST_CASE("a ramp of any slope has no band_rms, windows are pooled by their samples") {
   const std::vector<double> t = times(2 * kWindow, 1000, 1000.0);
   CHECK(band_rms(t, line(t), 0.25, 20, 500) < 1e-13);
   std::vector<Vec3> x = line(t);

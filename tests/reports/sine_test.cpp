@@ -128,7 +128,7 @@ TEST_CASE("a signal that stands still has gain 0, and neither delay nor distorti
   CHECK(std::isnan(fit.distortion));
 }
 
-TEST_CASE("interaction: an even map has gain 1, delays by its lead and leaves nothing; direct distorts") {
+TEST_CASE("interaction: an even map has gain 1, delays by its lead and leaves nothing, direct distorts") {
   for (const double frequency_Hz : {0.7, 2.0, 4.3}) {
     Metrics metrics = measure(sine_run(frequency_Hz));
     for (const char* name : {"paper", "phase_locked", "ideal"}) {
@@ -163,7 +163,7 @@ TEST_CASE("force: against k A, behind the hand by the latency and hold's half sl
   }
 }
 
-TEST_CASE("the rest before a sine begins is not fitted; a sine never read has no value; other motions have none") {
+TEST_CASE("the rest before a sine begins is not fitted, a sine never read has no value, other motions have none") {
   RunRecord run = sine_run(2);
   const double delay_s = measure(run).at("left.interaction.paper").at("phase_delay");
   for (StepSample& step : run.strategies[2].devices[0].steps) {

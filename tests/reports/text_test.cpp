@@ -50,7 +50,7 @@ TEST_CASE("every character survives JSON: control characters, quotes and what is
   }
 }
 
-TEST_CASE("a number in JSON reads back to the same double; whole ones have no point; what is no number is null") {
+TEST_CASE("a number in JSON reads back to the same double, whole ones have no point, what is no number is null") {
   CHECK(json_text(json_number(0.1)) == "0.1");
   CHECK(json_text(json_number(1e-6)) == "1e-06");
   CHECK(json_text(json_number(4)) == "4");

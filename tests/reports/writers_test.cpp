@@ -29,7 +29,7 @@ std::size_t occurrences(const std::string& text, const std::string& what) {
 
 }  // namespace
 
-TEST_CASE("the worst verdict wins, in any order: error, fail, degraded, pass, skipped; nothing judged is skipped") {
+TEST_CASE("the worst verdict wins, in any order: error, fail, degraded, pass, skipped, nothing judged is skipped") {
   const auto of = [](Verdict v) {
     ExpectationResult r;
     r.verdict = v;

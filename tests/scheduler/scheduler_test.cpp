@@ -182,7 +182,7 @@ TEST_CASE("A lane can catch what its work threw and go on, with the same complet
   CHECK(rig.scheduler.event_count() == 2);
 }
 
-TEST_CASE("What leaves a lane ends the run as failed, finally, with message and exception; earlier events are kept") {
+TEST_CASE("What leaves a lane ends the run as failed, finally, with message and exception, earlier events are kept") {
   VirtualRig rig;
   FailingWork work;
   Arrival arrival;
@@ -247,7 +247,7 @@ void spawn_mixed_lanes(VirtualRig& rig, std::vector<int>& log, std::vector<int>&
 }
 
 TEST_CASE(
-    "run(end) runs what lies before end, and a later end goes on; split at any nanosecond it is the run in one piece") {
+    "run(end) runs what lies before end, and a later end goes on, split at any nanosecond it is the run in one piece") {
   std::vector<int> log, results;
   CountingWork work;
   VirtualRig whole;

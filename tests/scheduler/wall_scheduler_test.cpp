@@ -119,7 +119,7 @@ TEST_CASE("Another thread's stop wakes a scheduler that waits for a timer in ten
   CHECK(scheduler.events().empty());
 }
 
-TEST_CASE("run() returns only when the work it started is done; the next run() hears of it") {
+TEST_CASE("run() returns only when the work it started is done, the next run() hears of it") {
   const auto clock = make_wall_clock();
   WorkerExecutor executor(*clock);
   Scheduler scheduler(*clock, executor);
@@ -196,7 +196,7 @@ Task finishes_work_at(Scheduler& scheduler, ManualRig& rig, RealTime at, Lane la
 }
 
 TEST_CASE(
-    "A completion's time is the later of stamp and programmed end; one that would sort before the event run last is 1 ns "
+    "A completion's time is the later of stamp and programmed end, one that would sort before the event run last is 1 ns "
     "after it") {
   struct Row {
     std::int64_t programmed_end, stamp, expected;

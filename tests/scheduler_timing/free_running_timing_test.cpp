@@ -130,7 +130,7 @@ TEST_CASE("a duration that does not vary is exact beside one that does") {
   CHECK(all_equal(visualization_durations(play({.step_variation = 0.1}, 1'000)), {11'100'000}));
 }
 
-TEST_CASE("the same seed gives the same timing, however calls of several sources interleave; another seed another") {
+TEST_CASE("the same seed gives the same timing, however calls of several sources interleave, another seed another") {
   for (const auto& [description, programmed] : free_running()) {
     INFO(description);
     const std::uint64_t alone = digest_of(play(programmed, 300));

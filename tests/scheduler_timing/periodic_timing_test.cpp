@@ -138,7 +138,7 @@ TEST_CASE("T 32 ms, V 8 ms and 16 steps of 1.5 ms fill the segment exactly, and 
   CHECK(launches_at_a_tick == 10'000 * 8);
 }
 
-TEST_CASE("a fixed step shorter than the fill keeps the boundaries of the rate; the rest is idle after the steps") {
+TEST_CASE("a fixed step shorter than the fill keeps the boundaries of the rate, the rest is idle after the steps") {
   for (const bool steps_first : {false, true}) {
     for (const std::int64_t step_ns : {1LL, 1'000'000LL, 1'482'221LL, 1'482'222LL}) {
       INFO("steps first " << steps_first << ", step " << step_ns);

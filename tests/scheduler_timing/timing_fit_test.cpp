@@ -122,7 +122,7 @@ TEST_CASE("fit: spikes come back with their rate and cost, and leave the step wh
   }
 }
 
-TEST_CASE("fit: a tail comes back with rate, bounds and index; visualizations lose what it added to them") {
+TEST_CASE("fit: a tail comes back with rate, bounds and index, visualizations lose what it added to them") {
   ProgrammedTiming timing = base();
   timing.preemption = Preemption{20, {3 * ms}, {40 * ms}, 1.5};
   const TimingFit fit = fitted(timing);
@@ -214,7 +214,7 @@ TEST_CASE("fit: one level that changes its length once, or jitter however wide, 
   }
 }
 
-TEST_CASE("fit: drift comes back where visualizations and steps drift alike; where only one does it is none") {
+TEST_CASE("fit: drift comes back where visualizations and steps drift alike, where only one does it is none") {
   for (const double drift : {0.01, -0.004}) {
     ProgrammedTiming timing = base();
     timing.drift_per_s = drift;
@@ -233,7 +233,7 @@ TEST_CASE("fit: drift comes back where visualizations and steps drift alike; whe
   CHECK(fit.visualization_drift_per_s.value > 4 * fit.visualization_drift_per_s.error);
 }
 
-TEST_CASE("fit: pacing is seen with its rate, deadlines missed or not; a free-running schedule is not paced") {
+TEST_CASE("fit: pacing is seen with its rate, deadlines missed or not, a free-running schedule is not paced") {
   ProgrammedTiming timing = base();
   timing.step = Duration{1 * ms};
   timing.paced = true;
@@ -300,7 +300,7 @@ TEST_CASE("fit: everything at once") {
   CHECK(V(fit) == Approx(11.1e6).epsilon(0.02));
 }
 
-TEST_CASE("fit: too little to fit is refused with what is missing; the shortest that is not goes through") {
+TEST_CASE("fit: too little to fit is refused with what is missing, the shortest that is not goes through") {
   const auto segments = play(base(), 200);
   const auto first = [&](std::size_t count) { return std::span(segments).first(count); };
   CHECK_THAT(fit_objection(first(31)), Catch::Contains("holds 31 segments; a fit needs at least 32"));

@@ -108,7 +108,7 @@ TEST_CASE("fill keeps its step when the visualization changes: the segment grows
   }
 }
 
-TEST_CASE("paced: a segment waits for its tick; after a late one none waits until the grid is caught up, none is skipped") {
+TEST_CASE("paced: a segment waits for its tick, after a late one none waits until the grid is caught up, none is skipped") {
   ProgrammedTiming timing = plain();
   timing.segment = {50, 1};
   timing.paced = true;

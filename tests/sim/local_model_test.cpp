@@ -85,7 +85,7 @@ TEST_CASE("The settled model is the change of force once the particles have come
   }
 }
 
-TEST_CASE("A coupling in series with a spring has the settled stiffness k kc / (k + kc); a free particle none", "[local]") {
+TEST_CASE("A coupling in series with a spring has the settled stiffness k kc / (k + kc), a free particle none", "[local]") {
   TissueScene tissue;
   tissue.lattice = {1, 1, 2};
   tissue.particle_count = 2;
@@ -231,7 +231,7 @@ TEST_CASE("A probe foresees its touch: the law it reports from outside is the fo
   }
 }
 
-TEST_CASE("A probe that will touch four particles at once foresees all four; of one far behind the first it does not",
+TEST_CASE("A probe that will touch four particles at once foresees all four, of one far behind the first it does not",
           "[local]") {
   TissueScene plate;
   plate.lattice = {2, 2, 2};
@@ -328,7 +328,7 @@ TEST_CASE("A probe that touches one particle lightly is in series with the tissu
   }
 }
 
-TEST_CASE("A probe on a chain has the stiffness of the springs in series; on a free one none", "[local]") {
+TEST_CASE("A probe on a chain has the stiffness of the springs in series, on a free one none", "[local]") {
   TissueScene chain;
   chain.lattice = {1, 1, 5};
   chain.particle_count = 5;

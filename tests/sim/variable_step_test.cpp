@@ -217,7 +217,7 @@ TEST_CASE("The nominal step is held to the limit as ever, and counted where it i
   }
 }
 
-TEST_CASE("Steps as long as the time since the last, in the paper's timing, diverge; even ones of their mean never do",
+TEST_CASE("Steps as long as the time since the last, in the paper's timing, diverge, even ones of their mean never do",
           "[variable]") {
   const Scene scene = variable(small_block(), kNominal_s, true);
   const auto even = make_solver(SolverKind::cpu_float, scene), uneven = make_solver(SolverKind::cpu_float, scene);

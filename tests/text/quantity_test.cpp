@@ -159,7 +159,7 @@ TEST_CASE("Each unit measures exactly one dimension") {
   }
 }
 
-TEST_CASE("A limit keeps its number and unit; its factor is resolved later") {
+TEST_CASE("A limit keeps its number and unit, its factor is resolved later") {
   const Result<Limit> limit = parse_limit("1e-6 steps");
   REQUIRE(limit.ok());
   CHECK(limit->number == 1e-6);

@@ -99,7 +99,7 @@ TEST_CASE("of a profiler's file the printed tables have its roles, and are accep
   fs::remove(file);
 }
 
-TEST_CASE("the conclusion names map, latency, stiffness and what mending is worth; a list of steps has no [timing] yet") {
+TEST_CASE("the conclusion names map, latency, stiffness and what mending is worth, a list of steps has no [timing] yet") {
   std::vector<SegmentTiming> segments =
       play({.visualization = {10 * ms}, .step = Duration{1 * ms}, .hitch = Hitch{{1'000 * ms}, {25 * ms}}}, 300);
   const SizeRecord record = size_segments(segments, "programmed.csv", {});

@@ -99,7 +99,7 @@ TEST_CASE("Where nothing meets the error the advice names the least, and below t
   CHECK(advice_for(coarse, "1 % force").text == "none meets 1 % force");
 }
 
-TEST_CASE("A goal is an error and a quantity; anything else is refused with an example") {
+TEST_CASE("A goal is an error and a quantity, anything else is refused with an example") {
   for (const char* bad :
        {"", "force", "1 %", "1 force", "1 % speed", "1 m force", "0 % force", "-1 % force", "nan % force", "% force"}) {
     INFO(bad);

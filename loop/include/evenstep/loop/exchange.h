@@ -130,6 +130,7 @@ class Exchange {
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
   std::uint64_t forces(int tool) const;
   // Call these after the run.
+  std::int64_t repeated_samples(int tool) const { return links_[static_cast<std::size_t>(tool)].repeated_samples; }
   std::int64_t pending_forces(int tool) const;  ///< due at none of the ticks
   const ForceCounts& force_counts(int tool) const { return links_[static_cast<std::size_t>(tool)].counts; }
   /// Empty unless the device renders a local model.
@@ -151,6 +152,7 @@ class Exchange {
     // Of the device lane:
     ForceCounts counts;
     std::uint64_t next_due = 0;  // the first force that was not due at the ticks so far
+    std::int64_t repeated_samples = 0;
   };
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };

@@ -98,6 +98,7 @@ struct DeviceFlow {
   std::int64_t ticks_overrun = 0;     ///< the force of this tick had left the ring
   std::int64_t ticks_on_time = 0;     ///< all others
   std::int64_t samples = 0;           ///< put in the ring of samples
+  std::int64_t samples_repeated = 0;  ///< not put there: the position was not new, and of a time that is in the ring already
   std::int64_t forces = 0;            ///< put in the ring of forces; each of them is one of the next four
   std::int64_t forces_sent = 0;       ///< at some tick the newest that was due
   std::int64_t forces_overtaken = 0;  ///< at the first tick at which it was due, a newer one was due as well
