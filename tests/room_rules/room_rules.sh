@@ -201,7 +201,7 @@ prove_sizes() {
   rm -rf "$scratch/planted"
   for room in $product; do mkdir -p "$scratch/planted/$room" && printf 'a\nb\n' >"$scratch/planted/$room/a.cpp"; done
   [ -z "$(rooms_too_large "$scratch/planted")" ] || fail 'the rule on sizes refuses rooms of equal size'
-  printf '%s\n' a b c d e f g h >"$scratch/planted/sim/a.cpp"
+  printf '%s\n' a b c d e f g h i >"$scratch/planted/sim/a.cpp"
   case $(rooms_too_large "$scratch/planted") in
     sim:*) ;;
     *) fail 'the rule on sizes does not see a room of more than a fifth' ;;
