@@ -341,7 +341,7 @@ LanesReplay replay_lanes(const Scenario& scenario, const StrategyPlan& plan, con
   }
   throw_if_failed(device.status(), name_of(plan.kind));
   throw_if_failed(simulation.status(), name_of(plan.kind));
-  const RealTime reached = simulation_checks.empty() ? end : steps.until();
+  const RealTime reached = simulation_checks.empty() ? end : simulation.now() + Duration{1};
   StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()), reached);
   if (watched) record.tissue = picture_of(scenario, *watched);
   return {std::move(record), std::min(ticks.until(), steps.until()),

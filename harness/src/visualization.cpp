@@ -141,7 +141,7 @@ TissuePicture picture_of(const Scenario& scenario, const WatchedSolver& solver) 
   const TissuePose& pose = *solver.most_forceful();
   double largest_N = 0;
   for (const DrawnTool& tool : pose.tools) largest_N = std::max(largest_N, glm::length(tool.force_N));
-  TissueMesh mesh(*tissue, kLongestArrow * block_size_m(*tissue) / largest_N);
+  TissueMesh mesh(*tissue, largest_N > 0 ? kLongestArrow * block_size_m(*tissue) / largest_N : 0);
   mesh.move(pose.state, pose.tools);
   SvgPicture picture;
   picture.title = scenario.name;

@@ -21,8 +21,10 @@ ToolResponse WatchedSolver::step(std::span<const glm::dvec3> positions_m, std::o
   for (std::size_t tool = 0; tool < tools_.size(); ++tool)
     tools_[tool] = {positions_m[tool] - first_m_[tool], response.force_N[tool]};
   const std::int64_t n = steps_++;
-  // "Greater than" is also false for a force that is not a number.
-  if (every_ > 0 && steps_ % every_ == 0 && sum_N(tools_) > (most_ ? evenstep::force_N(*most_) : 0))
+  if (every_ == 0 || steps_ % every_ != 0) return response;
+  const double force_N = sum_N(tools_);
+  // "At least" is also false for a force that is not a number.
+  if (force_N >= 0 && (!most_ || force_N > evenstep::force_N(*most_)))
     most_ = TissuePose{n, solver_->particle_state(), tools_};
   return response;
 }

@@ -83,14 +83,17 @@ TEST_CASE("A value without a unit, with a wrong one or out of range is named wit
       kSpring,
       {
           {"visualization = \"11.1 ms\"", "visualization = 11.1",
-           "scenario.toml:10:17: error: 'visualization': 11.1 has no unit; write a time such as \"11.1 ms\""},
+           "scenario.toml:10:17: error: 'visualization': 11.1 has no unit; write \"render\", a time, \"render <time>\" or "
+           "\"burn "
+           "<time>\" such as \"11.1 ms\""},
           {"segment = \"30 Hz\"", "segment = 30", "'segment': 30 has no unit; write a time or a rate such as \"30 Hz\""},
           {"200 N/m", "200", "'stiffness': '200' has no unit; write a stiffness such as \"200 N/m\""},
           {"11.1 ms", "11.1 msec",
            "scenario.toml:10:17: error: 'visualization': 'msec' is not a unit of time; did you mean 'ms'?"},
           {"11.1 ms", "30 Hz", "'visualization': 'Hz' is a unit of rate, not of time"},
           {"11.1 ms", "-1 ms", "'visualization': \"-1 ms\" is out of range; it must be at least 0 s"},
-          {"11.1 ms", "nan ms", "'visualization': 'nan ms' does not begin with a number"},
+          {"11.1 ms", "nan ms",
+           "'visualization': \"nan ms\" must be \"render\", a time, \"render <time>\" or \"burn <time>\""},
           {"11.1 ms", "1 segment", "'segment' is not known here: [timing] itself defines it"},
           {"visualization = \"11.1 ms\"", "visualization = nan", "'visualization': nan is not a number a scenario can use"},
           {"visualization = \"11.1 ms\"", "visualization = inf", "'visualization': inf is not a number a scenario can use"},

@@ -1,5 +1,6 @@
 /// uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S: the reference device on the kernel's own HID core, its hand in constant
-/// motion along x. Prints the node, reports at its rate for so long, then says what came back. Its clock is the machine's.
+/// motion along x. Prints the node, reports at its rate for so long, each of them up to 0.7 of a period late, then says what
+/// came back. Its clock is the machine's.
 
 #include <sched.h>
 #include <time.h>
@@ -23,12 +24,13 @@ int main(int argc, char** argv) {
   // It stands for hardware, which waits for nobody. Where that is not allowed it is as late as other programs make it.
   const sched_param first{60};
   sched_setscheduler(0, SCHED_FIFO, &first);
-  timespec at{};
-  clock_gettime(CLOCK_MONOTONIC, &at);
+  timespec began{};
+  clock_gettime(CLOCK_MONOTONIC, &began);
   const long period_ns = 1'000'000'000 / rate;
   for (long k = 0; k < rate * seconds; ++k) {
-    at.tv_nsec += period_ns;
-    if (at.tv_nsec >= 1'000'000'000) at.tv_nsec -= 1'000'000'000, ++at.tv_sec;
+    const long long late_ns = period_ns / 10 * (k * 5 % 8);  // 0, 5, 2, 7, 4, 1, 6, 3 tenths of a period
+    const long long at_ns = began.tv_nsec + (k + 1LL) * period_ns + late_ns;
+    const timespec at{began.tv_sec + at_ns / 1'000'000'000, static_cast<long>(at_ns % 1'000'000'000)};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) != 0) {
     }
     const long long x_nm = static_cast<long long>(k) * velocity * 1000 / rate;
