@@ -203,6 +203,7 @@ void TissueMesh::add_tool(std::size_t tool) {
   const Sphere sphere = unit_sphere();
   sphere_ = sphere.vertices;
   tool_at_[tool] = mesh_.positions_m.size();
+  mesh_.arrows_m.emplace_back();
   const auto add = [&](std::span<const Face> faces, std::size_t vertices, const glm::vec3& colour) {
     const auto first = static_cast<std::uint32_t>(mesh_.positions_m.size());
     for (const Face& face : faces)
@@ -235,6 +236,7 @@ void TissueMesh::move_tool(std::size_t tool, const DrawnTool& now) {
   const glm::dvec3 along = has_force ? now.force_N / force_N : glm::dvec3(0, 0, 1);
   const double length_m = has_force ? std::min(force_N * arrow_m_per_N_, size_m_) : 0;
   const double half_width_m = std::min(0.03 * size_m_, 0.2 * length_m);
+  mesh_.arrows_m[tool] = {center_m, center_m + length_m * along};
   const auto [x, y] = across(along);
   for (const auto& [right, up, share] : kArrowVertices)
     *vertex++ = center_m + half_width_m * (right * x + up * y) + length_m * share * along;

@@ -100,7 +100,15 @@ std::string tissue_svg(const Mesh& mesh, const View& view, const SvgPicture& pic
     if (d != c) fmt::format_to(std::back_inserter(svg), " {} {}", points[d].x, points[d].y);
     svg += drawn.lined ? "z\"/>\n" : "z\" stroke=\"none\" shape-rendering=\"crispEdges\"/>\n";
   }
-  return svg + "</g></svg>\n";
+  svg += "</g>\n";
+  for (const auto& [from_m, to_m] : mesh.arrows_m) {  // what the block hides of it shows through
+    const Point from = pixel_of(view.clip(from_m), picture), to = pixel_of(view.clip(to_m), picture);
+    svg += fmt::format(
+        "<path d=\"M{} {}L{} {}\" stroke=\"#000\" stroke-opacity=\".6\" stroke-width=\"7\" stroke-dasharray=\"14 9\"/>\n"
+        "<circle cx=\"{}\" cy=\"{}\" r=\"6\" fill-opacity=\".6\"/>\n",
+        from.x, from.y, to.x, to.y, to.x, to.y);
+  }
+  return svg + "</svg>\n";
 }
 
 }  // namespace evenstep

@@ -102,12 +102,11 @@ std::unique_ptr<RealVisualization> make_burn(const Scenario& scenario) {
 std::string caption_of(const Scenario& scenario, const TissuePose& pose) {
   std::string forces;
   for (std::size_t tool = 0; tool < scenario.devices.size() && tool < pose.tools.size(); ++tool)
-    forces += fmt::format("{}{} {} ({})", tool == 0 ? "" : ", ", scenario.devices[tool].name,
-                          fmt::format("{:.3g} N", glm::length(pose.tools[tool].force_N)), tool == 0 ? "blue" : "green");
+    forces += fmt::format("{}{} {:.3g} N ({})", tool == 0 ? "" : ", ", scenario.devices[tool].name,
+                          glm::length(pose.tools[tool].force_N), tool == 0 ? "blue" : "green");
   return fmt::format(
       "The tissue after step {}, where the forces on the hands are largest: {}. An arrow is the force on the hand, dashed "
-      "is the "
-      "block at rest, grey does not move.",
+      "where it is in the block. The box in dashes is the block at rest; grey does not move.",
       pose.step + 1, forces);
 }
 

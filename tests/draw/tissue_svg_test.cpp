@@ -52,6 +52,17 @@ TEST_CASE("What is near is painted after what is far") {
   CHECK(last_red < first_blue);
 }
 
+TEST_CASE("An arrow that the block hides is dashed over it") {
+  const TissueScene tissue = block({4, 4, 4});
+  Mesh mesh = TissueMesh(tissue, 0).mesh();
+  mesh.arrows_m = {{glm::dvec3(0), glm::dvec3(0.001)}};
+  const View view = view_of(tissue, 1600, 1200);
+  const std::string svg = tissue_svg(mesh, view, kPicture);
+  const std::size_t last_face = svg.rfind("</g>");
+  CHECK(count(svg, "stroke-dasharray=\"14 9\"") == 1);
+  CHECK(svg.find("stroke-dasharray=\"14 9\"") > last_face);
+}
+
 TEST_CASE("A title is text, whatever it says, and a position that is far away stays a number") {
   const TissueScene tissue = block({3, 3, 3});
   Mesh mesh = TissueMesh(tissue, 0).mesh();

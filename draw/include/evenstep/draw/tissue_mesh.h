@@ -21,10 +21,11 @@ namespace evenstep {
 using Face = std::array<std::uint32_t, 4>;
 
 struct Mesh {
-  std::vector<glm::vec3> positions_m;  ///< block coordinates, one per vertex
-  std::vector<glm::vec3> colours;      ///< red, green and blue from 0 to 1, one per vertex; they never change
-  std::vector<Face> faces;             ///< nor do these
-  std::size_t lined_faces = 0;         ///< the edges of so many, the first ones, are drawn as lines
+  std::vector<glm::vec3> positions_m;               ///< block coordinates, one per vertex
+  std::vector<glm::vec3> colours;                   ///< red, green and blue from 0 to 1, one per vertex; they never change
+  std::vector<Face> faces;                          ///< nor do these
+  std::size_t lined_faces = 0;                      ///< the edges of so many, the first ones, are drawn as lines
+  std::vector<std::array<glm::dvec3, 2>> arrows_m;  ///< from where to where the arrow of each tool's force points
 };
 
 struct DrawnTool {

@@ -1,7 +1,7 @@
 #pragma once
 /// A picture of a mesh as SVG: the faces that are turned to the eye, from the farthest to the nearest. It is drawn without
-/// OpenGL, and the same mesh gives the same bytes on every machine. Faces that cut each other are not split, so where a tool
-/// goes through the surface the edge between them is ragged.
+/// OpenGL, and the same mesh gives the same bytes on every machine. An arrow that the block hides shows through it, dashed.
+/// Faces that cut each other are not split, so where a tool goes through the surface the edge between them is ragged.
 
 #include <span>
 #include <string>
