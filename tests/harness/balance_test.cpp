@@ -207,7 +207,7 @@ TEST_CASE("what a live run records has its place before t = 0, so that no tick w
   CHECK(recording.record.steps.capacity() == 136);
 }
 
-TEST_CASE("a minute live while every core is loaded loses nothing without counting it", "[long]") {
+TEST_CASE("a minute live while every core is loaded loses nothing without counting it", "[million]") {
   check_live(run_busy("60 s"), 60'000);
 }
 

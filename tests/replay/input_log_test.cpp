@@ -214,6 +214,6 @@ void kill_writers(int times, std::uint64_t seed) {
 TEST_CASE("a writer that is killed at 24 random instants has lost no block that it said the kernel has") {
   kill_writers(24, 1);
 }
-TEST_CASE("a writer that is killed at 200 random instants has lost no block that it said the kernel has", "[long]") {
+TEST_CASE("a writer that is killed at 200 random instants has lost no block that it said the kernel has", "[million]") {
   kill_writers(200, 2);
 }

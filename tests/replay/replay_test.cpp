@@ -290,4 +290,4 @@ void kill_runs(int times, std::uint64_t seed) {
 }  // namespace
 
 TEST_CASE("a run that is killed at 4 random instants replays up to there") { kill_runs(4, 3); }
-TEST_CASE("a run that is killed at 200 random instants replays up to there", "[long]") { kill_runs(200, 4); }
+TEST_CASE("a run that is killed at 200 random instants replays up to there", "[million]") { kill_runs(200, 4); }
