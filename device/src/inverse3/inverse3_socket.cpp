@@ -130,7 +130,9 @@ void Inverse3Socket::State::received(error_code error) {
 // ---- sending
 
 void Inverse3Socket::State::schedule() {
-  next_send.expires_after(of(period_ceil(options.update_rate)));
+  // A period after the last time, so that late wake-ups do not add up; at once if that is past.
+  next_send.expires_at(
+      std::max(next_send.expiry() + of(period_ceil(options.update_rate)), asio::steady_timer::clock_type::now()));
   next_send.async_wait([this](error_code error) {
     if (error || gone || closing) return;
     send_due();
