@@ -68,6 +68,7 @@ struct Way {
   Wait wait;
   bool own_rights = false;  ///< timer slack 1 ns, and without SCHED_FIFO the shortest slice
   bool fifo = false;        ///< SCHED_FIFO
+  bool awake = false;       ///< no core sleeps deeply
   std::vector<std::int64_t> lateness_ns = {};
   std::int64_t missed = 0;
   double cpu_s = 0, all_s = 0;
@@ -83,9 +84,11 @@ double thread_cpu_s() {
 /// A block of ticks on a thread of its own, so that no way inherits the rights of another.
 void run_block(Way& way) {
   std::thread([&] {
+    std::optional<WakeLatency> latency;
+    if (way.awake) way.refusal = latency.emplace().refusal();
     std::optional<RealTimeRights> rights;
     if (way.own_rights) rights.emplace(way.fifo ? kPriority : 0);  // 0 is refused: what needs no permission remains
-    if (way.fifo) way.refusal = rights->grant().fifo ? "" : rights->grant().refusal;
+    if (way.fifo && !rights->grant().fifo) way.refusal = rights->grant().refusal;
     const std::int64_t begin_ns = monotonic_ns();
     const double cpu_before_s = thread_cpu_s();
     for (std::int64_t k = 1; k <= kTicksPerBlock; ++k) {
@@ -106,7 +109,9 @@ std::vector<Way> all_ways() {
   std::vector<Way> ways;
   for (const bool fifo : {false, true}) {
     ways.push_back({"evenstep", by_wall_clock(tail), true, fifo});
+    if (fifo) ways.push_back({"evenstep, cores kept awake", by_wall_clock(tail), true, fifo, true});
     ways.push_back({"evenstep without its 60 us of spinning", by_wall_clock(none), true, fifo});
+    if (fifo) ways.push_back({"the same, cores kept awake", by_wall_clock(none), true, fifo, true});
     if (!fifo) ways.push_back({"evenstep, the system's slice and slack", by_wall_clock(tail), false, false});
     ways.push_back({"condition_variable::wait_until", by_condition_variable, fifo, fifo});
     ways.push_back({"this_thread::sleep_for", by_sleep_for, fifo, fifo});
@@ -123,7 +128,7 @@ void print(std::vector<Way>& ways) {
       const auto rank = static_cast<std::size_t>(share * static_cast<double>(way.lateness_ns.size() - 1));
       return 1e-3 * static_cast<double>(way.lateness_ns[rank]);
     };
-    const std::string policy = !way.fifo ? "" : way.refusal.empty() ? ", FIFO" : ", FIFO refused";
+    const std::string policy = !way.fifo ? "" : way.refusal.empty() ? ", FIFO" : ", refused";
     fmt::print("{:44}{:>10.2f}{:>10.1f}{:>10.0f}{:>10.0f}{:>8}{:>6.1f} %\n", way.name + policy, quantile_us(0.5),
                quantile_us(0.99), quantile_us(0.999), quantile_us(1), way.missed, 100 * way.cpu_s / way.all_s);
   }

@@ -17,11 +17,13 @@ namespace app {
 // Each command is defined in a file of its own.
 using AddCommand = void(Commands&);
 AddCommand add_run, add_check, add_devices, add_list, add_study, add_record, add_replay, add_import, add_fit, add_size,
-    add_sweep, add_merge, add_shrink, add_diff, add_compare, add_index, add_init, add_schema, add_shell_texts;
+    add_advise, add_sweep, add_catalogue, add_merge, add_shrink, add_diff, add_compare, add_index, add_init, add_schema,
+    add_shell_texts;
 /// In the order of --help.
-constexpr AddCommand* kCommands[] = {add_run,     add_check, add_devices, add_list,   add_study,      add_record, add_replay,
-                                     add_import,  add_fit,   add_size,    add_sweep,  add_merge,      add_shrink, add_diff,
-                                     add_compare, add_index, add_init,    add_schema, add_shell_texts};
+constexpr AddCommand* kCommands[] = {add_run,       add_check,  add_devices,    add_list, add_study,   add_record,
+                                     add_replay,    add_import, add_fit,        add_size, add_advise,  add_sweep,
+                                     add_catalogue, add_merge,  add_shrink,     add_diff, add_compare, add_index,
+                                     add_init,      add_schema, add_shell_texts};
 
 }  // namespace app
 

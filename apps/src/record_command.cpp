@@ -31,7 +31,8 @@ struct RecordArguments {
 constexpr Duration kStartDelay{100'000'000};
 
 std::string typed(const RecordArguments& arguments) {
-  std::string command = fmt::format("evenstep record {} --seconds {}", shell_file(arguments.file), arguments.seconds);
+  std::string command =
+      fmt::format("evenstep record {} --seconds {}", shell_file(internal::portable_path(arguments.file)), arguments.seconds);
   for (const std::string& set : arguments.set) command += " --set " + shell_word(set);
   if (!arguments.visualization.empty()) command += " --visualization " + shell_word(arguments.visualization);
   if (arguments.seed) command += fmt::format(" --seed {}", *arguments.seed);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "commands.h"
+#include "evenstep/apps/shell.h"
 #include "evenstep/text/quantity.h"
 
 namespace evenstep::app {
@@ -46,6 +47,51 @@ std::optional<RecordingOptions> recording_options(const RecordingArguments& argu
     return options;
   }
   print({{"--step-time", 0, 0, time ? "must be above 0 s" : time.error()}});
+  return std::nullopt;
+}
+
+std::string recording_words(const RecordingArguments& arguments) {
+  std::string words;
+  const auto option = [&](const char* name, const std::string& value) {
+    if (!value.empty()) words += fmt::format(" {} {}", name, shell_word(value));
+  };
+  option("--segment", arguments.segment);
+  option("--visualization", arguments.visualization);
+  option("--step", arguments.step);
+  option("--step-begin", arguments.step_begin);
+  option("--process", arguments.process);
+  option("--steps", arguments.steps > 0 ? fmt::format("{}", arguments.steps) : "");
+  option("--step-time", arguments.step_time);
+  option("--format", arguments.format);
+  option("--name", arguments.columns.name);
+  option("--begin", arguments.columns.begin);
+  option("--end", arguments.columns.end);
+  option("--duration", arguments.columns.duration);
+  option("--unit", arguments.columns.unit);
+  return words;
+}
+
+std::optional<Rate> sampling_rate(const std::string& text) {
+  const Result<Rate> rate = parse_rate(text);
+  if (rate) return *rate;
+  const Result<Duration> period = parse_duration(text);
+  if (period && period->ns > 0 && period->ns <= 1'000'000'000) return Rate{1'000'000'000, period->ns};
+  print({{"--sampling", 0, 0,
+          fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text)}});
+  return std::nullopt;
+}
+
+std::optional<double> share(const std::string& option, const std::string& text) {
+  const Result<double> parsed = parse_si(text, Dimension::ratio);
+  if (parsed && *parsed > 0 && *parsed < 1) return *parsed;
+  print({{option, 0, 0, parsed ? fmt::format("\"{}\" must be above 0 % and below 100 %", text) : parsed.error()}});
+  return std::nullopt;
+}
+
+std::optional<double> above_zero(const std::string& option, const std::string& text, Dimension dimension, const char* unit) {
+  const Result<double> parsed = parse_si(text, dimension);
+  if (parsed && *parsed > 0) return *parsed;
+  print({{option, 0, 0, parsed ? fmt::format("must be above 0 {}", unit) : parsed.error()}});
   return std::nullopt;
 }
 

@@ -1,11 +1,14 @@
 #pragma once
-/// The options of all commands that take a profiler's file: which of its names are what.
+/// The options of the commands that take a recording: which names of a profiler's file are what, and what a recording does
+/// not say.
 
 #include <optional>
 #include <string>
 
 #include "command.h"
 #include "evenstep/recordings/recording.h"
+#include "evenstep/text/quantity.h"
+#include "evenstep/time/time.h"
 
 namespace evenstep::app {
 
@@ -18,5 +21,14 @@ struct RecordingArguments {
 void add_recording_options(Command& command, RecordingArguments& arguments);
 /// nullopt after an error, which is then printed.
 std::optional<RecordingOptions> recording_options(const RecordingArguments& arguments);
+/// The options that were given, as they are typed, each after a blank.
+std::string recording_words(const RecordingArguments& arguments);
+
+/// --sampling: a period or a rate; empty on an error, which is then printed.
+std::optional<Rate> sampling_rate(const std::string& text);
+/// Between 0 and 1; empty on an error, which is then printed.
+std::optional<double> share(const std::string& option, const std::string& text);
+/// Above 0; empty on an error, which is then printed.
+std::optional<double> above_zero(const std::string& option, const std::string& text, Dimension dimension, const char* unit);
 
 }  // namespace evenstep::app

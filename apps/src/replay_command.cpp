@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
@@ -115,7 +116,9 @@ ExitCode replay(const ReplayArguments& arguments, const std::atomic<bool>& inter
     spdlog::error("error: {}", objection);
     return ExitCode::run_failed;
   }
-  RunOutcome outcome = run_again(scenario, options_of(arguments, *log, interrupted));
+  RunOptions options = options_of(arguments, *log, interrupted);
+  options.control.row_files = std::make_shared<RowFiles>(std::filesystem::path(folder + "/..").lexically_normal());
+  RunOutcome outcome = run_again(scenario, std::move(options));
   outcome.record.origin = log->head.origin;
   if (!outcome.errors.empty()) {
     print(outcome.errors);

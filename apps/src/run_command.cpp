@@ -41,7 +41,7 @@ struct RunArguments {
   bool json = false;
   std::vector<std::string> devices;  ///< NAME=PATH or PATH
   bool forces = false;
-  bool scope = false;
+  bool scope = false, cores_may_sleep = false;
   std::optional<std::int64_t> scope_port;
   bool allow_no_expectations = false, allow_degraded = false;
   bool include_long = false;  ///< also run scenarios with the tag "long" that are found in a folder
@@ -54,6 +54,7 @@ std::string reproduce_command(const RunArguments& arguments, const Scenario& sce
   if (arguments.clock != "virtual") command += " --clock " + arguments.clock;
   for (const std::string& device : arguments.devices) command += " --device " + shell_word(device);
   if (arguments.forces) command += " --forces";
+  if (arguments.cores_may_sleep) command += " --cores-may-sleep";
   if (arguments.permute_ties) command += fmt::format(" --permute-ties {}", *arguments.permute_ties);
   if (arguments.repeat) command += " --repeat";
   if (arguments.allow_no_expectations) command += " --allow-no-expectations";
@@ -173,6 +174,7 @@ void print_limits(const Scenario& scenario) {
 LiveDeviceOptions live_devices_of(const RunArguments& arguments) {
   LiveDeviceOptions options;
   options.forces = arguments.forces;
+  options.cores_may_sleep = arguments.cores_may_sleep;
   for (const std::string& device : arguments.devices) {
     const std::size_t equals = device.find('=');
     const bool named = equals < device.find('/');
@@ -335,10 +337,8 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
   }
   RunOptions options = options_of(call);
   options.origin = origin_of(file, call);
-  if (options.clock == ClockKind::wall)
-    warn_of_devices(options.devices);
-  else
-    options.control.row_files = std::make_shared<RowFiles>(fs::path(folder + "/..").lexically_normal());
+  if (options.clock == ClockKind::wall) warn_of_devices(options.devices);
+  options.control.row_files = std::make_shared<RowFiles>(fs::path(folder + "/..").lexically_normal());
   if (!run_watched(scenario, options, arguments, outcome)) {
     outcome.record.scenario = scenario.name;
     outcome.record.file = file;
@@ -479,6 +479,8 @@ void add_run(Commands& commands) {
                    "with --clock wall: drive the real device /dev/hidrawN instead of the simulated one; NAME=PATH names the "
                    "[[device]], default the first");
   command.flag("--forces", arguments.forces, "let forces reach the real device; without it, it is only read");
+  command.flag("--cores-may-sleep", arguments.cores_may_sleep,
+               "with --clock wall: leave /dev/cpu_dma_latency alone, which otherwise keeps cores from sleeping deeply");
   command.option(
       "--record", arguments.record,
       "with --clock wall: write the inputs of the run to this file while it runs; `replay` runs it again from there");

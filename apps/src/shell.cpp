@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <vector>
 
 #include "evenstep/format/reader.h"
 
@@ -58,6 +60,12 @@ std::string point_command(const std::string& program, const SweepHeader& header,
     const std::string& value = one.values[header.value_of(point.index, axis)];
     command += " --set " + shell_word(one.path + "=" + value_argument(value, internal::names_file(one.path), file));
   }
+  std::vector<std::string> off;
+  for (const std::string& fault : header.swarm) {
+    if (std::find(point.faults_on.begin(), point.faults_on.end(), fault) == point.faults_on.end())
+      off.push_back('"' + fault + '"');
+  }
+  if (!off.empty()) command += " --set " + shell_word(fmt::format("run.faults_off=[{}]", fmt::join(off, ", ")));
   return command;
 }
 

@@ -1,5 +1,8 @@
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -8,6 +11,8 @@
 #include "evenstep/campaigns/size.h"
 #include "evenstep/pages/campaign_pages.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "part_arguments.h"
+#include "progress.h"
 #include "recording_options.h"
 
 namespace evenstep::app {
@@ -17,29 +22,12 @@ struct SizeArguments {
   std::string program;
   std::string file;
   std::vector<std::string> set;
-  std::string sampling, emission, damping, rate, confidence, figure, report, timing;
-  bool json = false, other_maps = false;
+  std::vector<std::string> what_if, split, budget, pace, own_lane;
+  std::string sampling, emission, damping, rate, confidence, figure, report, timing, seeds;
+  PartArguments part;
+  bool json = false, other_maps = false, adaptive = false;
   RecordingArguments recording;
 };
-
-/// A period or a rate; empty on an error, which is then printed.
-std::optional<Rate> sampling_rate(const std::string& text) {
-  const Result<Rate> rate = parse_rate(text);
-  if (rate) return *rate;
-  const Result<Duration> period = parse_duration(text);
-  if (period && period->ns > 0 && period->ns <= 1'000'000'000) return Rate{1'000'000'000, period->ns};
-  print({{"--sampling", 0, 0,
-          fmt::format("\"{}\" is no period of at most 1 s, such as \"1 ms\", and no rate, such as \"1 kHz\"", text)}});
-  return std::nullopt;
-}
-
-/// Between 0 and 1; empty on an error, which is then printed.
-std::optional<double> share(const std::string& option, const std::string& text) {
-  const Result<double> parsed = parse_si(text, Dimension::ratio);
-  if (parsed && *parsed > 0 && *parsed < 1) return *parsed;
-  print({{option, 0, 0, parsed ? fmt::format("\"{}\" must be above 0 % and below 100 %", text) : parsed.error()}});
-  return std::nullopt;
-}
 
 /// --rate and --confidence; false on an error, which is then printed.
 bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
@@ -55,6 +43,30 @@ bool read_rate(const SizeArguments& arguments, SizeOptions& options) {
   return confidence.has_value();
 }
 
+/// --split 2 is --what-if "split 2".
+std::vector<std::pair<std::string, const std::vector<std::string>*>> what_if_options(const SizeArguments& arguments) {
+  return {{"split", &arguments.split},
+          {"budget", &arguments.budget},
+          {"pace", &arguments.pace},
+          {"own-lane", &arguments.own_lane},
+          {"what-if", &arguments.what_if}};
+}
+
+/// False on an error, which is then printed.
+bool read_what_ifs(const SizeArguments& arguments, SizeOptions& options) {
+  for (const auto& [name, values] : what_if_options(arguments)) {
+    for (const std::string& value : *values) {
+      const Result<WhatIf> parsed = parse_what_if(name == "what-if" ? value : name + " " + value);
+      if (!parsed) {
+        print({{"--" + name, 0, 0, parsed.error()}});
+        return false;
+      }
+      options.what_ifs.push_back(*parsed);
+    }
+  }
+  return true;
+}
+
 std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   SizeOptions options;
   if (!arguments.sampling.empty()) {
@@ -65,14 +77,12 @@ std::optional<SizeOptions> options_of(const SizeArguments& arguments) {
   options.other_maps = arguments.other_maps;
   if (arguments.emission == "linear") options.emission = Emission::linear;
   if (!arguments.damping.empty()) {
-    const Result<double> damping = parse_si(arguments.damping, Dimension::damping);
-    if (!damping || *damping <= 0) {
-      print({{"--damping", 0, 0, damping ? "must be above 0 N s/m" : damping.error()}});
-      return std::nullopt;
-    }
+    const std::optional<double> damping = above_zero("--damping", arguments.damping, Dimension::damping, "N s/m");
+    if (!damping) return std::nullopt;
     options.damping_N_s_per_m = *damping;
   }
-  if (!read_rate(arguments, options)) return std::nullopt;
+  options.adaptive = arguments.adaptive;
+  if (!read_rate(arguments, options) || !read_what_ifs(arguments, options)) return std::nullopt;
   return options;
 }
 
@@ -113,21 +123,11 @@ std::string again(const SizeArguments& arguments) {
   option("--damping", arguments.damping);
   option("--rate", arguments.rate);
   option("--confidence", arguments.confidence);
-  const RecordingArguments& recording = arguments.recording;
-  option("--segment", recording.segment);
-  option("--visualization", recording.visualization);
-  option("--step", recording.step);
-  option("--step-begin", recording.step_begin);
-  option("--process", recording.process);
-  option("--steps", recording.steps > 0 ? fmt::format("{}", recording.steps) : "");
-  option("--step-time", recording.step_time);
-  option("--format", recording.format);
-  option("--name", recording.columns.name);
-  option("--begin", recording.columns.begin);
-  option("--end", recording.columns.end);
-  option("--duration", recording.columns.duration);
-  option("--unit", recording.columns.unit);
+  command += recording_words(arguments.recording);
   if (arguments.other_maps) command += " --other-maps";
+  for (const auto& [name, values] : what_if_options(arguments))
+    for (const std::string& value : *values) command += fmt::format(" --{} {}", name, shell_word(value));
+  if (arguments.adaptive) command += " --adaptive";
   option("--timing", arguments.timing);
   option("--report", arguments.report);
   return command;
@@ -146,9 +146,73 @@ bool write_timing(const std::string& path, SizeResult& result) {
   return true;
 }
 
-ExitCode size(const SizeArguments& arguments, const std::atomic<bool>&, const Registry& registry) {
+/// --seeds: the segments of many seeds as one sample.
+ExitCode size_many_seeds(const SizeArguments& arguments, const SizeOptions& rates, const std::atomic<bool>& interrupted,
+                         const Registry& registry) {
+  const Result<std::pair<std::uint64_t, std::int64_t>> seeds = parse_seeds(arguments.seeds);
+  if (!seeds) {
+    print({{"--seeds", 0, 0, seeds.error()}});
+    return ExitCode::usage;
+  }
+  SizeSeedsOptions options;
+  options.set = arguments.set;
+  options.registry = registry;
+  options.first_seed = seeds->first;
+  options.seeds = seeds->second;
+  options.rate = *rates.rate;
+  options.confidence = rates.confidence;
+  options.other_maps = rates.other_maps;
+  if (!put_part(arguments.part, folder_for(arguments.part, arguments.file, "size"), interrupted, options))
+    return ExitCode::usage;
+  SizeSeedsOutcome outcome;
+  {
+    CountProgress progress(isatty(STDERR_FILENO));
+    options.progress = [&](std::int64_t done, std::int64_t of, std::int64_t) { progress.update(done, of, ""); };
+    outcome = size_seeds(arguments.file, options);
+  }
+  if (!said_why(outcome)) return outcome.exit;
+  if (outcome.exit == ExitCode::interrupted)
+    spdlog::error("interrupted after {} seeds; --resume goes on from there", outcome.done);
+  else if (options.shard.of == 1)
+    fmt::print("{}", arguments.json ? size_rates_json(outcome.record) : size_rates_text(outcome.record));
+  if (!arguments.json) fmt::print("{} of {} seeds in {}\n", outcome.done, outcome.items, outcome.file);
+  return outcome.exit;
+}
+
+/// What does not go together with --seeds, or only with it; empty if all is well.
+std::string seeds_objection(const SizeArguments& arguments) {
+  if (arguments.seeds.empty())
+    return arguments.part.in_parts() || arguments.part.of || !arguments.part.out.empty()
+               ? "--shard, --of, --resume and --out divide the seeds of --seeds, with --rate"
+               : "";
+  if (arguments.rate.empty()) return "--seeds makes the sample for --rate larger; for example --rate \"0.1 %\"";
+  if (std::filesystem::path(arguments.file).extension() != ".toml")
+    return "--seeds belongs to a scenario (*.toml); a recording has one timing";
+  const bool other = !arguments.figure.empty() || !arguments.report.empty() || !arguments.timing.empty() ||
+                     !arguments.sampling.empty() || !arguments.emission.empty() || !arguments.damping.empty() ||
+                     arguments.adaptive || !recording_words(arguments.recording).empty();
+  const auto options = what_if_options(arguments);
+  const bool what_if =
+      std::any_of(options.begin(), options.end(), [](const auto& option) { return !option.second->empty(); });
+  return other || what_if
+             ? "--seeds finds rates of the scenario as it is; leave out --figure, --report, --timing, --damping, "
+               "what-ifs and what belongs to a recording"
+             : "";
+}
+
+ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  if (arguments.file.empty() == arguments.part.status.empty()) {
+    print({{"size", 0, 0, "takes a scenario or a recording, or --status and the folder of the parts of --seeds"}});
+    return ExitCode::usage;
+  }
+  if (!arguments.part.status.empty()) return print_parts_status(arguments.part, "size");
+  if (const std::string objection = seeds_objection(arguments); !objection.empty()) {
+    print({{"size", 0, 0, objection}});
+    return ExitCode::usage;
+  }
   const std::optional<SizeOptions> options = options_of(arguments);
   if (!options) return ExitCode::usage;
+  if (!arguments.seeds.empty()) return size_many_seeds(arguments, *options, interrupted, registry);
   const std::optional<RecordingOptions> recording = recording_options(arguments.recording);
   if (!recording) return ExitCode::usage;
   SizeResult result = sized(arguments, *options, *recording, registry);
@@ -169,8 +233,8 @@ void add_size(Commands& commands) {
   auto [command, arguments] = commands.add<SizeArguments>(
       "size", "the least latency, lead and rings for which nothing underruns, what sets them, and what they cost", size);
   arguments.program = commands.program();
-  command.operand("file", arguments.file,
-                  "a scenario, or a recording: timing.csv, a list of steps begin_ns,end_ns, or a profiler's file");
+  command.optional_operand("file", arguments.file,
+                           "a scenario, or a recording: timing.csv, a list of steps begin_ns,end_ns, or a profiler's file");
   command.repeated("--set", arguments.set, "path=value, overrides the scenario");
   command.option("--sampling", arguments.sampling,
                  "of a recording: the device's period or rate, \"1 ms\" (default) or \"8 kHz\"");
@@ -179,6 +243,17 @@ void add_size(Commands& commands) {
   command.option("--damping", arguments.damping, "of hand and device, \"1 N s/m\" (default), for the loop's stiffness");
   command.option("--rate", arguments.rate, "of segments that may underrun, \"0.1 %\": what latency that takes, too");
   command.option("--confidence", arguments.confidence, "how sure the rate is to be, \"95 %\" (default)");
+  command.repeated("--split", arguments.split, "parts: what if each drawing were made in so many, with steps between them");
+  command.repeated("--budget", arguments.budget,
+                   "\"20 ms [merge|skip|hold]\": what if a pause could take at most that (docs/pauses.md)");
+  command.repeated("--pace", arguments.pace, "\"90 %\", \"33 ms\": what if segments kept to a grid");
+  command.repeated("--own-lane", arguments.own_lane,
+                   "factor: what if drawings had a lane of their own, and steps beside one were so many times slower");
+  command.repeated("--what-if", arguments.what_if, "\"split 2, budget 20 ms hold\": several at once");
+  command.flag("--adaptive", arguments.adaptive, "of each what-if also a latency that adapts");
+  command.option("--seeds", arguments.seeds, "\"0..1000\", of a scenario: the segments of all these seeds, for --rate");
+  add_part_options(command, arguments.part, "sizing", "seeds");
+  command.option("--out", arguments.part.out, "folder for size.jsonl or size-I-of-N.jsonl; default runs/<name>-size");
   command.option("--figure", arguments.figure, "file.svg: latency against velocity jump, of any path and of the maps");
   command.option("--report", arguments.report, "file.html: all of it as one page");
   command.option("--timing", arguments.timing, "file.csv: the segments that were sized, for [timing] trace");

@@ -6,14 +6,18 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
+#include <type_traits>
 
 #include "commands.h"
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/felt_study.h"
 #include "evenstep/campaigns/stiffness_limit.h"
+#include "evenstep/campaigns/study_parts.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/run_failure.h"
+#include "part_arguments.h"
 #include "progress.h"
 
 namespace evenstep::app {
@@ -23,14 +27,12 @@ struct StudyArguments {
   std::string program;
   std::string file;
   std::vector<std::string> set;
-  std::string out, advise, cache;
+  std::string advise, cache;
+  PartArguments part;
   bool json = false;
 };
 
-std::string folder_for(const StudyArguments& arguments) {
-  if (!arguments.out.empty()) return arguments.out;
-  return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-study")).string();
-}
+std::string folder_for(const StudyArguments& arguments) { return folder_for(arguments.part, arguments.file, "study"); }
 
 /// The command that does this again.
 std::string again(const StudyArguments& arguments) {
@@ -144,6 +146,71 @@ ExitCode stiffness_limits(const StudyArguments& arguments, const Scenario& scena
   return interrupted ? ExitCode::interrupted : ExitCode::pass;
 }
 
+/// --advise on a record of a study's lines. `code` becomes 1 if nothing meets the goal.
+template <class Record>
+void advise_on(const Record& record, const StudyGoal& goal, bool json, ExitCode& code) {
+  const auto advice = advise(record, goal);
+  fmt::print(json ? stderr : stdout, "{}\n", advice.text);
+  if constexpr (std::is_same_v<Record, StudyRecord>) {
+    if (advice.cell == nullptr) code = ExitCode::expectation_failed;
+  } else {
+    if (!advice.found) code = ExitCode::expectation_failed;
+  }
+}
+
+/// The results of a study whose lines are complete. They go into the folder of the lines, file by file, and leave the parts
+/// that may be there alone.
+ExitCode finish_parts(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
+                      const StudyPartsOutcome& outcome) {
+  ExitCode code = outcome.exit;
+  std::vector<FolderFile> files;
+  if (const auto* state = std::get_if<StudyRecord>(&outcome.record)) {
+    fmt::print("{}", arguments.json ? study_json(*state) : study_table(*state));
+    if (goal) advise_on(*state, *goal, arguments.json, code);
+    files = study_files(scenario, *state, again(arguments));
+  } else if (const auto* felt = std::get_if<FeltStudyRecord>(&outcome.record)) {
+    fmt::print("{}", arguments.json ? felt_study_json(*felt) : felt_study_table(*felt));
+    if (goal) advise_on(*felt, *goal, arguments.json, code);
+    files = felt_study_files(scenario, *felt, again(arguments));
+  } else if (const auto* limits = std::get_if<StiffnessLimits>(&outcome.record)) {
+    fmt::print("{}", arguments.json ? stiffness_json(*limits) : stiffness_table(*limits));
+    files = stiffness_files(scenario, *limits, again(arguments));
+  }
+  for (const FolderFile& file : files) {
+    std::ostringstream text;
+    file.write(text);
+    if (!write_text((std::filesystem::path(folder_for(arguments)) / file.name).string(), text.str()))
+      code = worse(code, ExitCode::run_failed);
+  }
+  if (!arguments.json) fmt::print("{} of {} points in {}\n", outcome.done, outcome.items, outcome.file);
+  return code;
+}
+
+/// --shard and --resume.
+ExitCode study_parts(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
+                     const std::atomic<bool>& interrupted, const Registry& registry) {
+  StudyPartsOptions options;
+  options.set = arguments.set;
+  options.registry = registry;
+  options.cache_folder = cache_folder(arguments);
+  if (!put_part(arguments.part, folder_for(arguments), interrupted, options)) return ExitCode::usage;
+  if (options.shard.of > 1 && goal) {
+    print({{"--advise", 0, 0, "needs all cells; leave it out, and give it when the merged study is read"}});
+    return ExitCode::usage;
+  }
+  StudyPartsOutcome outcome;
+  {
+    CountProgress progress(isatty(STDERR_FILENO));
+    options.progress = [&](std::int64_t done, std::int64_t of, std::int64_t) { progress.update(done, of, ""); };
+    options.announce = [](const std::string& line) { fmt::print(stderr, "  {}\n", line); };
+    outcome = run_study_parts(scenario, arguments.file, options);
+  }
+  if (!said_why(outcome)) return outcome.exit;
+  if (outcome.exit == ExitCode::interrupted)
+    spdlog::error("interrupted after {} points; --resume goes on from there", outcome.done);
+  return finish_parts(arguments, scenario, goal, outcome);
+}
+
 /// What keeps a scenario that was read from being studied.
 std::vector<Diagnostic> objections(const Scenario& scenario, const std::optional<StudyGoal>& goal) {
   std::string objection;
@@ -171,6 +238,11 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
     }
     goal = *parsed;
   }
+  if (arguments.file.empty() == arguments.part.status.empty()) {
+    print({{"study", 0, 0, "takes a scenario file, or --status and the folder of a study's parts"}});
+    return ExitCode::usage;
+  }
+  if (!arguments.part.status.empty()) return print_parts_status(arguments.part, "study");
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
   const std::vector<Diagnostic> errors = read ? objections(*read, goal) : read.error();
   if (!errors.empty()) {
@@ -178,6 +250,7 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
     return ExitCode::usage;
   }
   try {
+    if (arguments.part.in_parts()) return study_parts(arguments, *read, goal, interrupted, registry);
     if (read->study.stiffness_limit) return stiffness_limits(arguments, *read, interrupted);
     if (read->study.error == StudyError::felt_force) return felt_study(arguments, *read, goal, interrupted);
     return study_scenario(arguments, *read, goal, interrupted);
@@ -193,12 +266,14 @@ void add_study(Commands& commands) {
   auto [command, arguments] = commands.add<StudyArguments>(
       "study", "error of the felt force against cost, or of a tissue's state, or the largest stable stiffness", study);
   arguments.program = commands.program();
-  command.operand("scenario", arguments.file, "a scenario file; its [study] says what is measured");
+  command.optional_operand("scenario", arguments.file, "a scenario file; its [study] says what is measured");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set study.repeats=9");
   command.option("--advise", arguments.advise,
                  "the error to reach, \"1 % force\", \"10 um position\" or \"5 % energy\": names the cheapest method "
                  "and step; exit 1 if none reaches it");
-  command.option("--out", arguments.out, "folder for study.json, study.csv and figures; default runs/<name>-study");
+  add_part_options(command, arguments.part, "study", "cells");
+  command.option("--out", arguments.part.out,
+                 "folder for study.json, study.csv and figures, or of parts; default runs/<name>-study");
   command.option("--cache", arguments.cache,
                  "folder in which references are kept, so that each is computed once; default $XDG_CACHE_HOME/evenstep or "
                  "~/.cache/evenstep");

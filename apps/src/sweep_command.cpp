@@ -4,8 +4,6 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
 #include "commands.h"
@@ -13,6 +11,8 @@
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/pages/campaign_pages.h"
+#include "evenstep/reports/json.h"
+#include "part_arguments.h"
 #include "progress.h"
 
 namespace evenstep::app {
@@ -22,24 +22,17 @@ struct SweepArguments {
   std::string program;
   std::string file;
   std::vector<std::string> set;
-  std::string shard, out, status;
-  std::optional<std::int64_t> of;
-  int threads = 0;
+  PartArguments part;
   std::optional<std::int64_t> stop_after;
-  bool resume = false;
+  std::string junit;
   bool json = false;
 };
 struct MergeArguments {
   std::string program;
   std::vector<std::string> parts;
-  std::string out;
+  std::string out, junit;
   bool json = false;
 };
-
-std::string folder_for(const SweepArguments& arguments) {
-  if (!arguments.out.empty()) return arguments.out;
-  return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-sweep")).string();
-}
 
 /// Where the page of a sweep is, and the command that makes it again.
 struct Page {
@@ -47,88 +40,48 @@ struct Page {
   std::string reproduce;
 };
 
-/// What --shard and --of ask for; what the environment says is printed, so that a job's log shows it.
-Result<SweepShard> shard_of(const SweepArguments& arguments) {
-  if (arguments.shard.empty() && arguments.of) return Failure("--of belongs to --shard auto");
-  if (arguments.shard.empty()) return SweepShard{};
-  std::optional<int> of;
-  if (arguments.of) of = static_cast<int>(*arguments.of);
-  const Result<ShardSaid> said = parse_shard(arguments.shard, of, [](const char* name) { return std::getenv(name); });
-  if (!said) return Failure(said.error());
-  if (!said->by.empty()) spdlog::info("shard {} of {} ({})", said->shard.index, said->shard.of, said->by);
-  return said->shard;
-}
-
 /// The report that both commands give at the end.
-ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool json, const Page& page) {
-  if (!outcome.errors.empty()) {
-    print(outcome.errors);
-    return outcome.exit;
-  }
-  if (!outcome.failure.empty()) {
-    spdlog::error("error: {}", outcome.failure);
-    return outcome.exit;
-  }
+ExitCode report(const SweepOutcome& outcome, const SweepCommand& command, bool json, const std::string& junit,
+                const Page& page) {
+  if (!said_why(outcome)) return outcome.exit;
   if (json)
     fmt::print("{}", sweep_json(outcome.header, outcome.summary, command));
   else
     fmt::print("{}points in {}\n", sweep_text(outcome.header, outcome.summary, command), outcome.file);
+  if (!junit.empty() && !write_text(junit, sweep_junit(outcome.header, outcome.summary, command)))
+    return worse(outcome.exit, ExitCode::run_failed);
   if (page.file.empty() || outcome.exit == ExitCode::interrupted) return outcome.exit;
   const char* const verdict = outcome.summary.all.errors > 0 ? "error" : outcome.exit == ExitCode::pass ? "pass" : "fail";
   const std::string text = sweep_page(outcome.header, outcome.summary, command, verdict, page.reproduce);
   return write_text(page.file.string(), text) ? outcome.exit : worse(outcome.exit, ExitCode::run_failed);
 }
 
-std::string state_of(const SweepStatus::Part& part) {
-  return fmt::format("shard {} of {}: {} of {} points, {} failed{}\n", part.shard.index, part.shard.of, part.done,
-                     part.points, part.failed, part.ended ? ", complete" : "");
-}
-
-/// At the rate of the whole time until now, which includes pauses.
-std::string rate_of(const SweepStatus& status) {
-  const std::int64_t done = status.summary.all.runs(), left = status.header.points() - done;
-  if (!status.seconds || done == 0) return "";
-  const double rate = static_cast<double>(done) / *status.seconds;
-  return fmt::format("{:.3g} points a second, about {:.0f} s left\n", rate, std::ceil(static_cast<double>(left) / rate));
-}
-
 /// Its exit code says nothing about the points: 0 if the parts could be read.
 ExitCode print_status(const SweepArguments& arguments) {
-  const Result<SweepStatus> status = sweep_status(arguments.status);
+  const Result<SweepStatus> status = sweep_status(arguments.part.status);
   if (!status) {
     print({{"--status", 0, 0, status.error()}});
     return ExitCode::usage;
   }
-  const int of = status->parts.front().shard.of;
-  fmt::print("{} of {} points, {} of {} shards have begun\n", status->summary.all.runs(), status->header.points(),
-             status->parts.size(), of);
-  for (const SweepStatus::Part& part : status->parts) fmt::print("{}", state_of(part));
-  fmt::print("{}{}", rate_of(*status), sweep_text(status->header, status->summary, [&](const SweepPoint& point) {
+  fmt::print("{}", status_text(*status));
+  fmt::print("{}", sweep_text(status->header, status->summary, [&](const SweepPoint& point) {
                return point_command(arguments.program, status->header, point, status->header.file);
              }));
   return ExitCode::pass;
 }
 
 ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
-  if (arguments.file.empty() == arguments.status.empty()) {
+  if (arguments.file.empty() == arguments.part.status.empty()) {
     print({{"sweep", 0, 0, "takes a scenario file, or --status and the folder of a sweep's parts"}});
     return ExitCode::usage;
   }
-  if (!arguments.status.empty()) return print_status(arguments);
+  if (!arguments.part.status.empty()) return print_status(arguments);
   SweepOptions options;
   options.set = arguments.set;
   options.registry = registry;
-  options.threads = arguments.threads;
   options.stop_after = arguments.stop_after;
-  options.resume = arguments.resume;
-  options.folder = folder_for(arguments);
-  options.interrupted = &interrupted;
-  const Result<SweepShard> shard = shard_of(arguments);
-  if (!shard) {
-    print({{"--shard", 0, 0, shard.error()}});
+  if (!put_part(arguments.part, folder_for(arguments.part, arguments.file, "sweep"), interrupted, options))
     return ExitCode::usage;
-  }
-  options.shard = *shard;
   SweepOutcome outcome;
   {
     CountProgress progress(isatty(STDERR_FILENO));
@@ -146,10 +99,34 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
   return report(
       outcome,
       [&](const SweepPoint& point) { return point_command(arguments.program, outcome.header, point, arguments.file); },
-      arguments.json, page);
+      arguments.json, arguments.junit, page);
+}
+
+/// Parts of a study, a sizing or the catalogue: only their own command can say what the lines mean.
+ExitCode merge_others(const MergeArguments& arguments, const std::string& kind) {
+  if (!arguments.junit.empty()) {
+    print({{"--junit", 0, 0, fmt::format("a {} has no points that pass or fail; leave it out", kind)}});
+    return ExitCode::usage;
+  }
+  const PartOutcome outcome = merge_parts(arguments.parts, arguments.out);
+  if (!said_why(outcome)) return outcome.exit;
+  if (arguments.json) {
+    Json json = {{"kind", kind}, {"points", outcome.items}, {"file", outcome.file}};
+    fmt::print("{}\n", json_text(json));
+    return outcome.exit;
+  }
+  const std::filesystem::path out(arguments.out);
+  fmt::print("{} points ({}) in {}\n", outcome.items, kind, outcome.file);
+  if (out.filename() == kind + ".jsonl")
+    fmt::print("its results: {} {} ..., as for a shard, with --resume --out {} instead of --shard\n", arguments.program,
+               kind, shell_word(out.has_parent_path() ? out.parent_path().string() : "."));
+  return outcome.exit;
 }
 
 ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
+  std::string kind;
+  for (std::size_t i = 0; i < arguments.parts.size() && kind.empty(); ++i) kind = kind_of_part(arguments.parts[i]);
+  if (kind != "sweep" && !kind.empty()) return merge_others(arguments, kind);
   const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
   Page page{std::filesystem::path(arguments.out).replace_extension(".html"), arguments.program + " merge"};
   for (const std::string& part : arguments.parts) page.reproduce += ' ' + shell_file(part);
@@ -157,7 +134,7 @@ ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
   return report(
       outcome,
       [&](const SweepPoint& point) { return point_command(arguments.program, outcome.header, point, outcome.header.file); },
-      arguments.json, page);
+      arguments.json, arguments.junit, page);
 }
 
 }  // namespace
@@ -168,24 +145,21 @@ void add_sweep(Commands& commands) {
   arguments.program = commands.program();
   command.optional_operand("scenario", arguments.file, "a scenario file with a [sweep]");
   command.repeated("--set", arguments.set, "path=value, overrides the file: --set sweep.seeds=\"0..100\"");
-  command.option("--shard", arguments.shard, "I/N: every N-th point from the I-th on; auto: as the batch system says");
-  command.option("--of", arguments.of, Range{1, kMostShards}, "N: how many shards there are, for --shard auto");
-  command.option("--threads", arguments.threads, Range{0, 1024},
-                 "points side by side; 0 = one per core (results do not depend on it)");
   command.option("--stop-after", arguments.stop_after, Range{1, 1'000'000'000},
                  "so many failures; instead of [sweep] stop_after");
-  command.flag("--resume", arguments.resume, "go on where a sweep was interrupted, or start");
-  command.option("--out", arguments.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
-  command.option("--status", arguments.status, "folder of a sweep's parts: how far it has come; runs nothing");
+  add_part_options(command, arguments.part, "sweep", "points");
+  command.option("--out", arguments.part.out, "folder for sweep.jsonl or sweep-I-of-N.jsonl; default runs/<name>-sweep");
+  command.option("--junit", arguments.junit, "file.xml: a testcase for each point that does not pass, for CI");
   command.flag("--json", arguments.json, "the summary as JSON instead of text");
 }
 
 void add_merge(Commands& commands) {
-  auto [command, arguments] =
-      commands.add<MergeArguments>("merge", "the shards of a sweep as one file, with its summary and exit code", merge);
+  auto [command, arguments] = commands.add<MergeArguments>(
+      "merge", "the shards of a sweep, study, sizing or catalogue as one file; of a sweep its summary and exit code", merge);
   arguments.program = commands.program();
-  command.operands("part", arguments.parts, "sweep-I-of-N.jsonl of all shards, in any order");
+  command.operands("part", arguments.parts, "sweep-I-of-N.jsonl (or study-, size-, catalogue-) of all shards, in any order");
   command.required_option("--out", arguments.out, "the file to write: the same bytes as of one process");
+  command.option("--junit", arguments.junit, "file.xml, of a sweep: a testcase for each point that does not pass, for CI");
   command.flag("--json", arguments.json, "the summary as JSON instead of text");
 }
 

@@ -35,13 +35,18 @@ FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal) {
                             name(*best), 1e3 * (best->latency_s + best->device_latency_s), best->cpu.median)};
 }
 
+std::vector<FolderFile> felt_study_files(const Scenario& scenario, const FeltStudyRecord& study,
+                                         const std::string& reproduce) {
+  return {{kStudyFile, felt_study_json(study)},
+          {"study.csv", felt_study_csv(study)},
+          {kStudyFigure, felt_study_svg(study)},
+          {kReportFile, felt_study_page(study, reproduce)},
+          {"resolved.toml", scenario.resolved_toml}};
+}
+
 std::string write_felt_study_folder(const std::string& folder, const Scenario& scenario, const FeltStudyRecord& study,
                                     const std::string& reproduce) {
-  return write_folder(folder, {{kStudyFile, felt_study_json(study)},
-                               {"study.csv", felt_study_csv(study)},
-                               {kStudyFigure, felt_study_svg(study)},
-                               {kReportFile, felt_study_page(study, reproduce)},
-                               {"resolved.toml", scenario.resolved_toml}});
+  return write_folder(folder, felt_study_files(scenario, study, reproduce));
 }
 
 }  // namespace evenstep

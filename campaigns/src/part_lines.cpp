@@ -38,8 +38,7 @@ bool PartLines::next() {
       continue;
     }
     if (buffer_.empty() && number_ > 1) return false;
-    throw std::runtime_error(
-        "has no end: the file was cut off, or its sweep has not ended; `evenstep sweep --resume` ends it");
+    throw std::runtime_error("has no end: the file was cut off, or its shard has not ended; --resume ends it");
   }
   line_.assign(buffer_, begin_, end - begin_);
   begin_ = end + 1;

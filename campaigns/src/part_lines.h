@@ -1,5 +1,5 @@
 #pragma once
-/// The lines of a part of a sweep, one at a time, so that ten thousand parts can be read side by side: the file is open only
+/// The lines of a part, one at a time, so that ten thousand parts can be read side by side: the file is open only
 /// while a piece of it is read, and only that piece is in memory.
 
 #include <cstddef>

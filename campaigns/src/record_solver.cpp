@@ -36,7 +36,7 @@ class Recorder {
     for (SegmentTiming segment; whole && timing->next(segment);) {
       if (!wait_until(std::max(segment.begin, last_begin_ + Duration{1})) || ended()) break;
       if (control_.progress) control_.progress(std::min(1.0, seconds(clock_.now()) / seconds(end())));
-      whole = record(segment);
+      whole = record(segment, *timing);
       take_commands();
     }
     if (!whole && recording_.segments.size() > 1) drop_last();
@@ -60,14 +60,14 @@ class Recorder {
   }
 
   /// Whether it was recorded to its end.
-  bool record(const SegmentTiming& programmed) {
+  bool record(const SegmentTiming& programmed, StepTiming& timing) {
     SegmentTiming made;
     made.begin = last_begin_ = clock_.now();
     note_lateness(made.begin - programmed.begin);
     const Pause pause = pause_of(programmed, false);
-    bool whole = !pause.before_steps || rest(pause.length, made);
+    bool whole = !pause.before_steps || rest(pause.length, programmed, made, timing);
     for (std::size_t i = 0; whole && i < programmed.steps.size(); ++i) whole = run_step(made);
-    if (whole && pause.after_steps) whole = rest(pause.length, made);
+    if (whole && pause.after_steps) whole = rest(pause.length, programmed, made, timing);
     made.end = clock_.now();
     if (made.steps.empty() && !made.visualization) return whole;  // nothing to keep
     made.index = static_cast<std::int64_t>(recording_.segments.size());
@@ -81,11 +81,12 @@ class Recorder {
     recording_.latest = std::max(recording_.latest, late);
   }
 
-  bool rest(Duration length, SegmentTiming& made) {
+  bool rest(Duration length, const SegmentTiming& programmed, SegmentTiming& made, StepTiming& timing) {
     const RealTime began = clock_.now();
     if (control_.visualization) {
-      control_.visualization->begins(length);
+      control_.visualization->begins(length, programmed.drawing);
       control_.visualization->run();
+      timing.visualized(clock_.now() - began, control_.visualization->finished());
     } else if (!wait_until(began + length)) {
       return false;
     }

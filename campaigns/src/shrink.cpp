@@ -264,6 +264,12 @@ void Shrink::write(const ExpectationResult& before) {
   outcome_.after = again.results.front();
 }
 
+/// A recovery from faults that the recording would not have.
+bool is_about_timing_faults(const Scenario& scenario, const std::string& metric) {
+  return metric.starts_with("recover") && std::any_of(scenario.faults.begin(), scenario.faults.end(),
+                                                      [](const auto& fault) { return fault.name.starts_with("timing."); });
+}
+
 /// Which expectation to shrink for, or why there is none.
 std::optional<std::size_t> failing(const Scenario& scenario, const RunOutcome& run, const ShrinkOptions& options,
                                    std::vector<Diagnostic>& errors) {
@@ -274,7 +280,12 @@ std::optional<std::size_t> failing(const Scenario& scenario, const RunOutcome& r
     const ExpectationResult& result = run.results[i];
     if (options.expect_line && result.line != *options.expect_line) continue;
     line_known = true;
-    if (result.verdict == ExpectationResult::Verdict::fail) return i;
+    if (result.verdict != ExpectationResult::Verdict::fail) continue;
+    if (!is_about_timing_faults(scenario, result.metric)) return i;
+    errors.push_back({scenario.file, result.line, 1,
+                      "its faults are in [timing], and of a shrunk run the timing is a recording, in which no fault is "
+                      "programmed; shrink another expectation, with --expect"});
+    return std::nullopt;
   }
   const std::int64_t line = options.expect_line.value_or(0);
   errors.push_back({scenario.file, line, line > 0 ? 1 : 0,
@@ -356,6 +367,9 @@ ShrinkOutcome shrink_scenario(const std::string& path, const ShrinkOptions& opti
   if (of_files.any()) return refuse(of_files.sorted(path));
   const ReadResult read = internal::read_document(document, path, options.registry);
   if (!read) return refuse(read.error());
+  if (read->timing.elsewhere)
+    return refuse(
+        {{path, 0, 0, "the forces of a [source] are not only late by its timing, which is all that shrink takes apart"}});
   if (read->case_spec) return refuse({{path, 0, 0, "a [case] has no timing to shrink"}});
   RunOptions run_options;
   run_options.control.interrupted = options.interrupted;

@@ -6,6 +6,7 @@
 
 #include "evenstep/format/fields.h"
 #include "evenstep/format/load.h"
+#include "evenstep/format/reader.h"
 #include "evenstep/text/units.h"
 
 namespace evenstep::internal {
@@ -88,7 +89,10 @@ void fix_filter_window(Value& document, const Scenario& scenario) {
 
 Value fixed_document(Value document, const Scenario& scenario, const std::vector<StrategyKind>& strategies,
                      std::size_t expectation) {
-  for (const std::string_view key : {"sweep", "study", "expect_stop", "timing"}) drop(document, key);
+  Errors known;  // it has been read without
+  switch_off_faults(document, known);
+  drop(table_at(document, "run"), "faults_off");
+  for (const std::string_view key : {"sweep", "sometimes", "study", "expect_stop", "timing"}) drop(document, key);
   fix_times(document, "", scenario.nominal);
   fix_filter_window(document, scenario);
   Value& expect = *document.find("expect");

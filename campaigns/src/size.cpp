@@ -20,6 +20,7 @@
 #include "size_hitches.h"
 #include "size_mend.h"
 #include "size_rate.h"
+#include "size_what_if.h"
 
 namespace evenstep {
 namespace {
@@ -31,14 +32,6 @@ struct Input {
   MapSetup setup;
   std::vector<SegmentTiming> segments;
 };
-
-std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
-  std::vector<SegmentTiming> segments;
-  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
-  for (SegmentTiming segment; timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns};)
-    segments.push_back(segment);
-  return segments;
-}
 
 Duration longest_period(const std::vector<SamplingGrid>& devices) {
   Duration longest;
@@ -94,13 +87,10 @@ class Sizer {
     if (options_.rate) record.clean_segments = internal::clean_segments(*options_.rate, options_.confidence);
     record.held = bounds(false);
     if (record.interpolated) record.linear = bounds(true);
-    for (const StrategyTraits& traits : kAllStrategies) {
-      if (!traits.remaps || (traits.kind == StrategyKind::foreign && !input_.setup.remap.foreign)) continue;
-      if (traits.for_comparison && !options_.other_maps) continue;
-      maps_.push_back(traits.kind);
-      record.strategies.push_back(strategy(traits.kind));
-    }
+    maps_ = internal::maps_to_size(input_.setup, options_.other_maps);
+    for (const StrategyKind map : maps_) record.strategies.push_back(strategy(map));
     add_hitches(record);
+    record.what_ifs = internal::what_if_rows(input_.setup, input_.segments, maps_, options_);
   }
 
  private:
@@ -281,14 +271,16 @@ class Sizer {
       window.add(steps.subspan(from));
     });
     if (open && windows.empty()) windows.push_back(window.budget().latency);
-    const LatencyBudget least = any.budget();
+    LatencyBudget least = any.budget();
+    const Duration ahead = needed_ahead(input_.setup, kind);
+    least.latency = least.latency + ahead;
     SizeStrategy out{name_of(kind), traits_of(kind).for_comparison};
     out.jump_seen = jump.seen();
     if (slot_.ns > 0) out.velocity_jump = static_cast<double>(jump.most_ns()) / static_cast<double>(slot_.ns);
     if (const std::vector<StepTimes> steps = due_steps(emission == Emission::linear); !steps.empty())
       out.path = path(steps, out.velocity_jump);
     out.lead = least.lead;
-    out.latency_this_phase = here.budget().latency;
+    out.latency_this_phase = here.budget().latency + ahead;
     out.lead_this_phase = here.budget().lead;
     out.lead_culprit = least.lead_culprit;
     out.interaction_capacity = static_cast<std::int64_t>(any.interaction_capacity());
@@ -310,32 +302,9 @@ class Sizer {
   }
 
   std::optional<SizeRate> rate(StrategyKind kind) const {
-    const Emission emission = input_.setup.emission;
-    internal::SegmentNeeds any(devices_, emission, RunningNeeds::Phase::any);
-    internal::SegmentNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
-    each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) {
-      any.add(steps);
-      here.add(steps);
-    });
-    const std::vector<internal::SegmentNeed> any_phase = any.take(), this_phase = here.take();
-    if (any_phase.empty()) return std::nullopt;
-    const std::int64_t segments = std::ssize(any_phase);
-    const auto least = [&](const std::vector<internal::SegmentNeed>& needs, std::int64_t allowed) {
-      const internal::RateLatency found = internal::least_latency_with_underruns(needs, allowed);
-      return SizeRateNeed{found.latency, found.lead, found.underruns,
-                          rate_at_most(found.underruns, segments, options_.confidence)};
-    };
-    SizeRate out;
-    out.segments = segments;
-    const auto share = [&](std::int64_t count) { return static_cast<double>(count) / static_cast<double>(segments); };
-    out.allowed = static_cast<std::int64_t>(*options_.rate * static_cast<double>(segments));
-    if (share(out.allowed + 1) <= *options_.rate) ++out.allowed;  // the product may have been rounded down
-    if (share(out.allowed) > *options_.rate) --out.allowed;
-    out.any_phase = least(any_phase, out.allowed);
-    out.this_phase = least(this_phase, out.allowed);
-    const std::int64_t sure = internal::most_underruns_for(*options_.rate, options_.confidence, segments);
-    if (sure >= 0) out.sure = least(any_phase, sure);
-    return out;
+    const internal::MapNeeds needs = internal::needs_of(input_.setup, kind, input_.segments);
+    if (needs.any_phase.empty()) return std::nullopt;
+    return internal::rate_of(needs, std::ssize(needs.any_phase), *options_.rate, options_.confidence);
   }
 
   std::int64_t force_capacity(StrategyKind kind, const LatencyBudget& least) const {
@@ -437,10 +406,27 @@ void shift_numbers(SizeRecord& record) {
 
 }  // namespace
 
+std::vector<SegmentTiming> internal::segments_of(const Scenario& scenario) {
+  std::vector<SegmentTiming> segments;
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
+  for (SegmentTiming segment; timing->next(segment) && segment.begin < RealTime{scenario.run_duration.ns};)
+    segments.push_back(segment);
+  return segments;
+}
+
+std::vector<StrategyKind> internal::maps_to_size(const MapSetup& setup, bool other_maps) {
+  std::vector<StrategyKind> maps;
+  for (const StrategyTraits& traits : kAllStrategies) {
+    if (!traits.remaps || (traits.kind == StrategyKind::foreign && !setup.remap.foreign)) continue;
+    if (!traits.for_comparison || other_maps) maps.push_back(traits.kind);
+  }
+  return maps;
+}
+
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options) {
   if (scenario.case_spec)
     return {{}, {}, {{scenario.file, 0, 0, "a [case] drives the solver without a loop: there is no latency to size"}}};
-  Input input{map_setup(scenario), segments_of(scenario)};
+  Input input{map_setup(scenario), internal::segments_of(scenario)};
   SizeResult result;
   result.record.input = scenario.file;
   result.record.segments_from = scenario.timing.trace.empty() ? "programmed" : "recording";

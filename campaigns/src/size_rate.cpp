@@ -68,4 +68,70 @@ std::int64_t most_underruns_for(double rate, double confidence, std::int64_t seg
   return fine;
 }
 
+MapNeeds needs_of(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments) {
+  SegmentNeeds any(setup.grids, setup.emission, RunningNeeds::Phase::any);
+  SegmentNeeds here(setup.grids, setup.emission, RunningNeeds::Phase::this_one);
+  each_mapped_step(setup, kind, segments, [&](std::span<const MappedStep> steps) {
+    any.add(steps);
+    here.add(steps);
+  });
+  return {any.take(), here.take()};
+}
+
+std::int64_t allowed_underruns(double rate, std::int64_t segments) {
+  const auto share = [&](std::int64_t count) { return static_cast<double>(count) / static_cast<double>(segments); };
+  auto allowed = static_cast<std::int64_t>(rate * static_cast<double>(segments));
+  if (share(allowed + 1) <= rate) ++allowed;  // the product may have been rounded down
+  if (share(allowed) > rate) --allowed;
+  return allowed;
+}
+
+SizeRate rate_of(const MapNeeds& needs, std::int64_t segments, double rate, double confidence) {
+  const auto least = [&](const std::vector<SegmentNeed>& all, std::int64_t allowed) {
+    const RateLatency found = least_latency_with_underruns(all, allowed);
+    return SizeRateNeed{found.latency, found.lead, found.underruns, rate_at_most(found.underruns, segments, confidence)};
+  };
+  SizeRate out;
+  out.segments = segments;
+  out.allowed = allowed_underruns(rate, segments);
+  out.any_phase = least(needs.any_phase, out.allowed);
+  out.this_phase = least(needs.this_phase, out.allowed);
+  const std::int64_t sure = most_underruns_for(rate, confidence, segments);
+  if (sure >= 0) out.sure = least(needs.any_phase, sure);
+  return out;
+}
+
+void NeedPool::add(const SegmentNeed& need) {
+  constexpr std::size_t kSlack = 1 << 16;
+  needs_.push_back(need);
+  if (needs_.size() >= 4 * most_ + kSlack) prune();
+}
+
+std::vector<SegmentNeed> NeedPool::take() {
+  prune();
+  return std::move(needs_);
+}
+
+void NeedPool::prune() {
+  if (needs_.size() <= 2 * most_) return;
+  std::vector<std::size_t> order(needs_.size());
+  std::vector<bool> kept(needs_.size());
+  const auto keep_most = [&](Duration SegmentNeed::*what) {
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto before = [&](std::size_t a, std::size_t b) {
+      return needs_[a].*what != needs_[b].*what ? needs_[a].*what > needs_[b].*what : a < b;
+    };
+    const auto end = order.begin() + static_cast<std::ptrdiff_t>(most_);
+    std::nth_element(order.begin(), end, order.end(), before);
+    std::for_each(order.begin(), end, [&](std::size_t i) { kept[i] = true; });
+  };
+  keep_most(&SegmentNeed::lead);
+  keep_most(&SegmentNeed::delay);
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < needs_.size(); ++i) {
+    if (kept[i]) needs_[count++] = needs_[i];
+  }
+  needs_.resize(count);
+}
+
 }  // namespace evenstep::internal

@@ -11,7 +11,9 @@
 #include <span>
 #include <vector>
 
+#include "evenstep/harness/sizing.h"
 #include "evenstep/remap/latency_budget.h"
+#include "evenstep/reports/size_record.h"
 
 namespace evenstep::internal {
 
@@ -47,5 +49,38 @@ RateLatency least_latency_with_underruns(std::span<const SegmentNeed> needs, std
 /// How many of `segments` segments may have an underrun so that the bound is not above `rate`; -1 if it is above even with
 /// none.
 std::int64_t most_underruns_for(double rate, double confidence, std::int64_t segments);
+
+/// The segments of a scenario's timing that begin within its run.
+std::vector<SegmentTiming> segments_of(const Scenario& scenario);
+/// Those that can be sized; `other_maps`: also those that are there for comparison only.
+std::vector<StrategyKind> maps_to_size(const MapSetup& setup, bool other_maps);
+
+/// The needs of one map over the segments of a run, at any phase of its devices and at the scenario's.
+struct MapNeeds {
+  std::vector<SegmentNeed> any_phase, this_phase;  ///< one per segment with a mapped step
+};
+MapNeeds needs_of(const MapSetup& setup, StrategyKind kind, std::span<const SegmentTiming> segments);
+
+/// floor(rate * segments), without the error of the product.
+std::int64_t allowed_underruns(double rate, std::int64_t segments);
+/// The latencies for that rate. `segments` is how many there are; the needs may be those of a pool.
+SizeRate rate_of(const MapNeeds& needs, std::int64_t segments, double rate, double confidence);
+
+/// Of many segments those that decide, when `allowed` of them may have an underrun: the allowed + 1 largest leads, and the
+/// allowed + 1 largest delays. The formula above looks at no others. So its memory is that of the underruns allowed, not of
+/// the segments.
+class NeedPool {
+ public:
+  explicit NeedPool(std::int64_t allowed) : most_(static_cast<std::size_t>(allowed) + 1) {}
+  void add(const SegmentNeed& need);
+  /// In the order in which they were added.
+  std::vector<SegmentNeed> take();
+
+ private:
+  void prune();
+
+  std::size_t most_;
+  std::vector<SegmentNeed> needs_;
+};
 
 }  // namespace evenstep::internal

@@ -14,6 +14,7 @@
 #include "evenstep/reports/measures.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/scheduler/parallel_for.h"
+#include "stiffness_cells.h"
 
 namespace evenstep {
 namespace {
@@ -119,21 +120,31 @@ class Search {
 
 }  // namespace
 
-StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control) {
+StiffnessLimits internal::stiffness_description(const Scenario& scenario) {
   const StiffnessSearch& search = *scenario.study.stiffness_limit;
-  StiffnessLimits study{.scenario = scenario.name,
-                        .file = scenario.file,
-                        .version = kVersion,
-                        .from_N_per_m = search.from_N_per_m,
-                        .to_N_per_m = search.to_N_per_m,
-                        .seed = scenario.seed,
-                        .seeds = search.seeds};
+  return {.scenario = scenario.name,
+          .file = scenario.file,
+          .version = kVersion,
+          .from_N_per_m = search.from_N_per_m,
+          .to_N_per_m = search.to_N_per_m,
+          .seed = scenario.seed,
+          .seeds = search.seeds,
+          .limits = {}};
+}
+
+std::optional<StiffnessLimit> internal::stiffness_limit_of(const Scenario& scenario, std::size_t strategy,
+                                                           const StudyControl& control) {
+  const StiffnessSearch& search = *scenario.study.stiffness_limit;
+  const StiffnessLimit limit =
+      Search(scenario, control, scenario.strategies[strategy]).run(search.from_N_per_m, search.to_N_per_m);
+  if (interrupted(control)) return std::nullopt;
+  return limit;
+}
+
+StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control) {
+  StiffnessLimits study = internal::stiffness_description(scenario);
   std::vector<std::optional<StiffnessLimit>> limits(scenario.strategies.size());
-  parallel_for(limits.size(), 0, [&](std::size_t i) {
-    const StiffnessLimit limit =
-        Search(scenario, control, scenario.strategies[i]).run(search.from_N_per_m, search.to_N_per_m);
-    if (!interrupted(control)) limits[i] = limit;
-  });
+  parallel_for(limits.size(), 0, [&](std::size_t i) { limits[i] = internal::stiffness_limit_of(scenario, i, control); });
   for (const std::optional<StiffnessLimit>& limit : limits) {
     if (limit) study.limits.push_back(*limit);
   }
@@ -141,12 +152,17 @@ StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyContro
   return study;
 }
 
+std::vector<FolderFile> stiffness_files(const Scenario& scenario, const StiffnessLimits& study,
+                                        const std::string& reproduce) {
+  return {{kStudyFile, stiffness_json(study)},
+          {"study.csv", stiffness_csv(study)},
+          {kReportFile, stiffness_page(study, reproduce)},
+          {"resolved.toml", scenario.resolved_toml}};
+}
+
 std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study,
                                    const std::string& reproduce) {
-  return write_folder(folder, {{kStudyFile, stiffness_json(study)},
-                               {"study.csv", stiffness_csv(study)},
-                               {kReportFile, stiffness_page(study, reproduce)},
-                               {"resolved.toml", scenario.resolved_toml}});
+  return write_folder(folder, stiffness_files(scenario, study, reproduce));
 }
 
 }  // namespace evenstep

@@ -83,14 +83,18 @@ StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal) {
   return advice;
 }
 
-std::string write_study_folder(const std::string& folder, const Scenario& scenario, const StudyRecord& study,
-                               const std::string& reproduce) {
+std::vector<FolderFile> study_files(const Scenario& scenario, const StudyRecord& study, const std::string& reproduce) {
   std::vector<FolderFile> files{
       {kStudyFile, study_json(study)}, {"study.csv", study_csv(study)}, {"resolved.toml", scenario.resolved_toml}};
   for (const StudyQuantity q : kStudyQuantities)
     files.push_back({fmt::format("{}-error.svg", name_of(q)), study_svg(study, q)});
   files.push_back({kReportFile, study_page(study, reproduce)});
-  return write_folder(folder, files);
+  return files;
+}
+
+std::string write_study_folder(const std::string& folder, const Scenario& scenario, const StudyRecord& study,
+                               const std::string& reproduce) {
+  return write_folder(folder, study_files(scenario, study, reproduce));
 }
 
 }  // namespace evenstep

@@ -1,21 +1,18 @@
 #include "sweep_lines.h"
 
 #include <fmt/format.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <charconv>
 #include <stdexcept>
 
-#include "evenstep/reports/json.h"
+#include "part_json.h"
+#include "swarm.h"
 
 namespace evenstep::internal {
 namespace {
 
 constexpr int kFormat = 1;
-constexpr SweepVerdict kVerdicts[] = {SweepVerdict::pass, SweepVerdict::fail, SweepVerdict::error};
-
-[[noreturn]] void refuse(const std::string& why) { throw std::runtime_error(why); }
+constexpr SweepVerdict kVerdicts[] = {SweepVerdict::pass, SweepVerdict::fail, SweepVerdict::error, SweepVerdict::skipped};
 
 /// "0..30000" if the seeds are consecutive, otherwise a list.
 Json json_of_seeds(const std::vector<std::uint64_t>& seeds) {
@@ -29,9 +26,9 @@ std::vector<std::uint64_t> read_seeds(const Json& json) {
   if (!json.is_string()) return json.get<std::vector<std::uint64_t>>();
   const std::string text = json.get<std::string>();
   const std::size_t dots = text.find("..");
-  if (dots == std::string::npos) refuse("seeds are no span");
+  if (dots == std::string::npos) refuse_line("seeds are no span");
   const std::uint64_t first = std::stoull(text.substr(0, dots)), end = std::stoull(text.substr(dots + 2));
-  if (first >= end || end - first > static_cast<std::uint64_t>(kMostSweepPoints)) refuse("seeds are no span");
+  if (first >= end || end - first > static_cast<std::uint64_t>(kMostSweepPoints)) refuse_line("seeds are no span");
   std::vector<std::uint64_t> seeds;
   for (std::uint64_t seed = first; seed < end; ++seed) seeds.push_back(seed);
   return seeds;
@@ -51,7 +48,7 @@ SweepVerdict read_verdict(const Json& json) {
   for (const SweepVerdict verdict : kVerdicts) {
     if (word == name_of(verdict)) return verdict;
   }
-  refuse(fmt::format("verdict \"{}\" is not known", word));
+  refuse_line(fmt::format("verdict \"{}\" is not known", word));
 }
 
 std::optional<double> read_number(const Json& object, const char* key) {
@@ -70,23 +67,8 @@ Json json_of_grid(const SweepHeader& header, std::int64_t index) {
 
 std::string line_of(const Json& json) { return with_checksum(json_text(json)); }
 
-/// The last member of a line, as it is written.
-std::string checksum_member(std::string_view line) {
-  return fmt::format(",\"check\":\"{:016x}\"}}", XXH64(line.data(), line.size(), 0));
-}
-constexpr std::size_t kChecksumMember = 28;
-
-/// The line as it was before its checksum.
-std::string without_checksum(const std::string& line) {
-  const std::size_t begin = line.size() - std::min(line.size(), kChecksumMember);
-  const std::string rest = line.substr(0, begin) + "}";
-  if (line.compare(begin, std::string::npos, checksum_member(rest)) == 0) return rest;
-  refuse(line.find("\"check\":") == std::string::npos ? "has no checksum: it is not a line that `evenstep sweep` writes"
-                                                      : "does not agree with its checksum: it is damaged");
-}
-
 SweepHeader read_header(const Json& json) {
-  if (json.at("format").get<int>() != kFormat) refuse("is of another format");
+  if (json.at("format").get<int>() != kFormat) refuse_line("is of another format");
   SweepHeader header;
   header.name = json.at("sweep").get<std::string>();
   header.file = json.at("file").get<std::string>();
@@ -94,17 +76,23 @@ SweepHeader read_header(const Json& json) {
   header.scenario = json.at("scenario").get<std::string>();
   header.build = json.at("build").get<std::string>();
   header.seeds = read_seeds(json.at("seeds"));
-  if (header.seeds.empty()) refuse("has no seeds");
+  if (header.seeds.empty()) refuse_line("has no seeds");
   __int128 points = static_cast<__int128>(header.seeds.size());
   for (const auto& [path, values] : json.at("grid").items()) {
     header.grid.push_back({path, values.get<std::vector<std::string>>()});
     points *= static_cast<__int128>(header.grid.back().values.size());
-    if (points < 1 || points > kMostSweepPoints) refuse("has no possible number of points");
+    if (points < 1 || points > kMostSweepPoints) refuse_line("has no possible number of points");
   }
   for (const Json& expect : json.at("expect")) {
     header.expectations.push_back({expect.at("signal").get<std::string>(), expect.at("metric").get<std::string>(),
                                    expect.at("unit").get<std::string>()});
   }
+  if (json.contains("sometimes")) {
+    for (const Json& state : json.at("sometimes"))
+      header.sometimes.push_back({state.at("name").get<std::string>(), state.at("signal").get<std::string>(),
+                                  state.at("metric").get<std::string>()});
+  }
+  if (json.contains("swarm")) header.swarm = json.at("swarm").get<std::vector<std::string>>();
   if (json.contains("stop_after")) header.stop_after = json.at("stop_after").get<std::int64_t>();
   header.keep_worst = json.at("keep_worst").get<int>();
   if (json.contains("find")) {
@@ -112,40 +100,15 @@ SweepHeader read_header(const Json& json) {
     header.find = {find.at("axis").get<std::size_t>(), find.at("smallest").get<bool>(), find.at("gate").get<std::string>(),
                    find.at("allowed").get<std::size_t>()};
     if (header.find->axis >= header.grid.size() || header.find->allowed > header.grid[header.find->axis].values.size())
-      refuse("finds a key that it does not have");
+      refuse_line("finds a key that it does not have");
   }
-  if (json.at("points").get<std::int64_t>() != header.points()) refuse("has another number of points than its grid");
+  if (json.at("points").get<std::int64_t>() != header.points()) refuse_line("has another number of points than its grid");
   return header;
-}
-
-SweepShard read_shard(const Json& json) {
-  if (!json.contains("shard")) return {};
-  const SweepShard shard{json.at("shard").at(0).get<int>(), json.at("shard").at(1).get<int>()};
-  if (shard.of < 2 || shard.index < 1 || shard.index > shard.of) refuse("is of no possible shard");
-  return shard;
-}
-
-/// Turns the errors of the JSON library into ours.
-template <class Read>
-auto reading(const std::string& line, Read read) {
-  try {
-    return read(Json::parse(without_checksum(line)));
-  } catch (const nlohmann::json::exception&) {
-    refuse("is not a line that `evenstep sweep` writes");
-  } catch (const std::logic_error&) {  // of a number
-    refuse("is not a line that `evenstep sweep` writes");
-  }
 }
 
 }  // namespace
 
-std::string with_checksum(std::string line) {
-  const std::string member = checksum_member(line);
-  line.pop_back();
-  return line + member;
-}
-
-std::string header_line(const SweepHeader& header, SweepShard shard) {
+std::string header_line(const SweepHeader& header, Shard shard) {
   Json json;
   json["format"] = kFormat;
   json["sweep"] = header.name;
@@ -160,6 +123,9 @@ std::string header_line(const SweepHeader& header, SweepShard shard) {
   json["expect"] = Json::array();
   for (const SweepHeader::Expect& expect : header.expectations)
     json["expect"].push_back({{"signal", expect.signal}, {"metric", expect.metric}, {"unit", expect.unit}});
+  for (const SweepHeader::Sometimes& state : header.sometimes)
+    json["sometimes"].push_back({{"name", state.name}, {"signal", state.signal}, {"metric", state.metric}});
+  if (!header.swarm.empty()) json["swarm"] = header.swarm;
   if (header.stop_after) json["stop_after"] = *header.stop_after;
   json["keep_worst"] = header.keep_worst;
   if (header.find) {
@@ -181,63 +147,65 @@ std::string point_line(const SweepHeader& header, const SweepPoint& point) {
   json["trace"] = fmt::format("{:016x}", point.trace_hash);
   json["expect"] = Json::array();
   for (const SweepPoint::Value& judged : point.expect) json["expect"].push_back(json_of_value(judged));
+  if (!header.swarm.empty()) json["faults"] = point.faults_on;
+  if (!header.sometimes.empty()) json["sometimes"] = point.reached;
   if (!point.failure.empty()) json["failure"] = point.failure;
   return line_of(json);
 }
 
 HeaderLine read_header_line(const std::string& line) {
-  return reading(line, [](const Json& json) { return HeaderLine{read_header(json), read_shard(json)}; });
-}
-
-PartHeader read_part_header(const std::string& line) {
-  return reading(line, [](Json json) {
-    PartHeader out{read_shard(json),
-                   json.at("file").get<std::string>(),
-                   {},
-                   json.at("scenario").get<std::string>(),
-                   json.at("build").get<std::string>(),
-                   {}};
-    if (json.contains("set")) out.set = json.at("set").get<std::vector<std::string>>();
-    for (const char* own : {"shard", "file", "set"}) json.erase(own);
-    out.common = json_text(json);
-    return out;
-  });
+  return read_json_line(line, [](const Json& json) { return HeaderLine{read_header(json), read_shard(json)}; });
 }
 
 SweepPoint read_point_line(const SweepHeader& header, const std::string& line) {
-  return reading(line, [&](const Json& json) {
+  return read_json_line(line, [&](const Json& json) {
     SweepPoint point;
     point.index = json.at("index").get<std::int64_t>();
-    if (point.index < 0 || point.index >= header.points()) refuse(fmt::format("has the number {} of no point", point.index));
+    if (point.index < 0 || point.index >= header.points())
+      refuse_line(fmt::format("has the number {} of no point", point.index));
     if (json.at("seed").get<std::uint64_t>() != header.seed_of(point.index) ||
         json.at("grid") != json_of_grid(header, point.index))
-      refuse(fmt::format("has other values than point {}", point.index));
+      refuse_line(fmt::format("has other values than point {}", point.index));
     point.verdict = read_verdict(json.at("verdict"));
+    if (point.verdict == SweepVerdict::skipped) refuse_line("has a verdict that only an expectation can have");
+    if (!header.swarm.empty()) {
+      point.faults_on = json.at("faults").get<std::vector<std::string>>();
+      if (point.faults_on != faults_on(header.swarm, header.seed_of(point.index)))
+        refuse_line(fmt::format("has other faults than point {}", point.index));
+    }
+    if (!header.sometimes.empty()) point.reached = json.at("sometimes").get<std::vector<bool>>();
+    if (!point.reached.empty() && point.reached.size() != header.sometimes.size())
+      refuse_line("has another number of states than the header");
     const std::string trace = json.at("trace").get<std::string>();
     const auto [at, error] = std::from_chars(trace.data(), trace.data() + trace.size(), point.trace_hash, 16);
-    if (error != std::errc{} || at != trace.data() + trace.size()) refuse("has no trace hash");
+    if (error != std::errc{} || at != trace.data() + trace.size()) refuse_line("has no trace hash");
     for (const Json& judged : json.at("expect")) {
       point.expect.push_back({read_number(judged, "value"), read_number(judged, "min"), read_number(judged, "max"),
                               read_verdict(judged.at("verdict"))});
     }
     if (!point.expect.empty() && point.expect.size() != header.expectations.size())
-      refuse("has another number of expectations than the header");
+      refuse_line("has another number of expectations than the header");
     if (json.contains("failure")) point.failure = json.at("failure").get<std::string>();
-    if (point_line(header, point) != line) refuse("is not a line that `evenstep sweep` writes");
+    if (point_line(header, point) != line) refuse_line(kNotOurs);
     return point;
   });
 }
 
-bool same_sweep(SweepHeader a, const SweepHeader& b) {
-  a.file = b.file;
-  a.set = b.set;  // the digest of the scenario says whether they mean the same
-  return header_line(a, {}) == header_line(b, {});
+std::unique_ptr<PartItem> SweepParts::read(const std::string& line) const {
+  auto item = std::make_unique<SweepItem>();
+  item->point = read_point_line(header_, line);
+  item->index = item->point.index;
+  item->failed = item->point.verdict != SweepVerdict::pass;
+  return item;
 }
 
+void SweepParts::take(const PartItem& item) { summarizer_.add(static_cast<const SweepItem&>(item).point); }
+
 ExitCode exit_of(const SweepSummary& summary) {
-  if (summary.find) return summary.find->within_gate ? ExitCode::pass : ExitCode::expectation_failed;
+  const bool missed = summary.unreached();
+  if (summary.find) return summary.find->within_gate && !missed ? ExitCode::pass : ExitCode::expectation_failed;
   if (summary.all.errors > 0) return ExitCode::run_failed;
-  return summary.all.failed > 0 ? ExitCode::expectation_failed : ExitCode::pass;
+  return summary.all.failed > 0 || missed ? ExitCode::expectation_failed : ExitCode::pass;
 }
 
 }  // namespace evenstep::internal

@@ -1,8 +1,6 @@
 #include "sweep_points.h"
 
 #include <fmt/format.h>
-#define XXH_INLINE_ALL
-#include <xxhash.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -13,36 +11,12 @@
 #include "evenstep/format/load.h"
 #include "evenstep/format/reader.h"
 #include "evenstep/harness/run.h"
-#include "evenstep/harness/version.h"
-#include "evenstep/text/text_file.h"
+#include "json_parts.h"
+#include "swarm.h"
 #include "sweep_lines.h"
 
 namespace evenstep::internal {
 namespace {
-
-constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 31;
-
-std::string digest(const std::string& bytes) { return fmt::format("{:016x}", XXH64(bytes.data(), bytes.size(), 0)); }
-
-/// The digest of a file's contents. An unreadable file counts as empty; the error is reported when a point is read.
-std::string digest_of_file(const std::string& path) { return digest(read_text_file(path, kMostFileBytes).value_or("")); }
-
-/// The digest of the whole table, in which the files that it names are represented by their contents, not by their paths.
-std::string digest_of_scenario(Value document) {
-  if (const CommandFiles command = files_of_command(document); command.directory != nullptr) {
-    std::string contents;
-    for (const std::string& file : command.files) contents += digest_of_file(file);
-    command.directory->text = contents;
-  }
-  for (Value* file : named_files(document)) file->text = digest_of_file(path_from(*file));
-  return digest(print_toml(document));
-}
-
-/// Version and digest of the running program.
-const std::string& build_id() {
-  static const std::string id = fmt::format("{}-{}", kVersion, digest_of_file("/proc/self/exe"));
-  return id;
-}
 
 /// The header of the sweep that the scenario describes.
 SweepHeader header_of(const Scenario& scenario) {
@@ -57,6 +31,11 @@ SweepHeader header_of(const Scenario& scenario) {
     const Limit& limit = expectation.max ? *expectation.max : *expectation.min;
     header.expectations.push_back({expectation.signal, expectation.metric, limit.unit});
   }
+  for (const Sometimes& state : scenario.sometimes)
+    header.sometimes.push_back({state.name, state.condition.signal, state.condition.metric});
+  if (spec.swarm) {
+    for (const ProgrammedFault& fault : scenario.faults) header.swarm.push_back(fault.name);
+  }
   header.stop_after = spec.stop_after;
   header.keep_worst = spec.keep_worst;
   if (spec.find) header.find = {spec.find->axis, spec.find->smallest, spec.find->gate, spec.find->allowed};
@@ -64,9 +43,10 @@ SweepHeader header_of(const Scenario& scenario) {
 }
 
 SweepVerdict verdict_of(ExpectationResult::Verdict verdict) {
-  return verdict == ExpectationResult::Verdict::pass   ? SweepVerdict::pass
-         : verdict == ExpectationResult::Verdict::fail ? SweepVerdict::fail
-                                                       : SweepVerdict::error;
+  return verdict == ExpectationResult::Verdict::pass      ? SweepVerdict::pass
+         : verdict == ExpectationResult::Verdict::fail    ? SweepVerdict::fail
+         : verdict == ExpectationResult::Verdict::skipped ? SweepVerdict::skipped
+                                                          : SweepVerdict::error;
 }
 
 SweepPoint point_of(std::int64_t index, const RunOutcome& outcome) {
@@ -77,10 +57,11 @@ SweepPoint point_of(std::int64_t index, const RunOutcome& outcome) {
                                                                  : SweepVerdict::error;
   point.trace_hash = outcome.record.trace_hash;
   point.failure = outcome.failure;
+  point.reached = outcome.reached;
   for (const ExpectationResult& result : outcome.results) {
     point.expect.push_back(
         {.value = result.value, .min = result.min, .max = result.max, .verdict = verdict_of(result.verdict)});
-    if (point.failure.empty()) point.failure = result.detail;
+    if (point.failure.empty() && result.verdict != ExpectationResult::Verdict::skipped) point.failure = result.detail;
   }
   return point;
 }
@@ -114,6 +95,11 @@ SweepPoints::SweepPoints(const std::string& path, const ReadOptions& options, st
     errors.push_back({path, 0, 0, "has no [[expect]], so every point would pass; say what must hold"});
     return;
   }
+  if (base->sweep->swarm && base->has_faults_off) {
+    const Place& place = base->sweep->swarm_place;
+    errors.push_back({place.file, place.line, place.column,
+                      "'swarm' does not go with [run] faults_off, which it writes itself; remove one"});
+  }
   for (const Expectation& expectation : base->expectations) {
     const Place& place = expectation.place;
     if (expectation.clock == "wall")
@@ -126,10 +112,14 @@ SweepPoints::SweepPoints(const std::string& path, const ReadOptions& options, st
                [](const std::string& assignment) { return !assignment.starts_with("sweep."); });
   header_.scenario = digest_of_scenario(document_);
   for (const SweepAxis& axis : base->sweep->grid) axis_places_.push_back(axis.place);
-  std::erase_if(document_.table, [](const Entry& entry) { return entry.key == "sweep"; });
+  document_.find("sweep")->table.clear();  // [[sometimes]] needs one
 }
 
 ReadResult SweepPoints::read(std::int64_t point) const {
+  return read(point, faults_on(header_.swarm, header_.seed_of(point)));
+}
+
+ReadResult SweepPoints::read(std::int64_t point, const std::vector<std::string>& on) const {
   Value document = document_;
   Errors errors;
   for (std::size_t axis = 0; axis < header_.grid.size(); ++axis) {
@@ -138,6 +128,15 @@ ReadResult SweepPoints::read(std::int64_t point) const {
   }
   const auto seed = static_cast<std::int64_t>(header_.seed_of(point));
   set_value(document, "run.seed", integer_value(seed, {path_, 1, 1}), errors);
+  if (!header_.swarm.empty()) {
+    Value off;
+    off.kind = Value::Kind::list;
+    off.place = {path_, 1, 1};
+    for (const std::string& name : header_.swarm) {
+      if (std::find(on.begin(), on.end(), name) == on.end()) off.list.push_back(text_value(name, off.place));
+    }
+    set_value(document, "run.faults_off", std::move(off), errors);
+  }
   if (errors.any()) return Failure(errors.sorted(path_));
   ReadResult result = read_document(std::move(document), path_, registry_);
   if (!result) return result;
@@ -150,9 +149,13 @@ std::vector<Diagnostic> SweepPoints::check() const {
   std::vector<Diagnostic> errors;
   std::set<std::string> seen;
   for (std::int64_t point = 0; point < header_.points(); point += std::ssize(header_.seeds)) {
-    for (const Diagnostic& error : read(point).error_or({})) {
-      if (seen.insert(text(error)).second) errors.push_back(error);
-    }
+    const auto add = [&](const ReadResult& result) {
+      for (const Diagnostic& error : result.error_or({})) {
+        if (seen.insert(text(error)).second) errors.push_back(error);
+      }
+    };
+    add(read(point, header_.swarm));
+    if (!header_.swarm.empty()) add(read(point, {}));
   }
   return errors;
 }
@@ -163,9 +166,13 @@ std::string SweepPoints::run(std::int64_t point, const std::atomic<bool>* interr
   RunOptions options;
   options.threads = 1;  // the points already keep all cores busy
   options.control.interrupted = interrupted;
+  // What is about recovery does not apply to a seed that leaves no fault, and there may be nothing else to judge.
+  options.allow_no_expectations = result->has_faults_off && result->faults.empty();
   const RunOutcome outcome = run_scenario(*result, options);
   if (outcome.exit == ExitCode::interrupted) return {};
-  return point_line(header_, point_of(point, outcome));
+  SweepPoint line = point_of(point, outcome);
+  line.faults_on = faults_on(header_.swarm, header_.seed_of(point));
+  return point_line(header_, line);
 }
 
 }  // namespace evenstep::internal

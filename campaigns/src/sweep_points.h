@@ -19,6 +19,8 @@ class SweepPoints {
   /// The errors of all combinations, each once.
   std::vector<Diagnostic> check() const;
   ReadResult read(std::int64_t point) const;
+  /// The same with these faults of a swarm, instead of those that its seed leaves on.
+  ReadResult read(std::int64_t point, const std::vector<std::string>& on) const;
   /// Runs a point and returns its line, without the line end; empty if it was interrupted.
   std::string run(std::int64_t point, const std::atomic<bool>* interrupted) const;
 

@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -77,6 +78,23 @@ MemoryLock::MemoryLock() {
 
 MemoryLock::~MemoryLock() {
   if (refusal_.empty()) munlockall();
+}
+
+WakeLatency::WakeLatency(std::int32_t most_us, const std::string& device)
+    : file_(::open(device.c_str(), O_WRONLY | O_CLOEXEC)) {
+  if (file_ >= 0 && ::write(file_, &most_us, sizeof most_us) == sizeof most_us) return;
+  const int error = errno;
+  refusal_ = device + ": " + std::generic_category().message(error);
+  if (error == EACCES || error == EPERM)
+    refusal_ +=
+        " (root may; so may a group that a udev rule names: KERNEL==\"cpu_dma_latency\", GROUP=\"...\", MODE=\"0660\")";
+  if (error == ENOENT) refusal_ += " (a container, or a kernel without CONFIG_CPU_IDLE)";
+  if (file_ >= 0) ::close(file_);
+  file_ = -1;
+}
+
+WakeLatency::~WakeLatency() {
+  if (file_ >= 0) ::close(file_);
 }
 
 void leave_real_time() {

@@ -49,6 +49,12 @@ WallClock::WallClock(WallEpoch epoch, Duration spin_tail) : epoch_(epoch), spin_
 
 RealTime WallClock::now() const noexcept { return {read_ns(CLOCK_MONOTONIC) - epoch_.monotonic_ns}; }
 
+RealTime WallClock::at(std::int64_t monotonic_ns) const noexcept {
+  std::int64_t ns = 0;
+  if (!__builtin_sub_overflow(monotonic_ns, epoch_.monotonic_ns, &ns)) return {ns};
+  return {monotonic_ns < 0 ? INT64_MIN : INT64_MAX};
+}
+
 Wake WallClock::wait_until(RealTime deadline) noexcept {
   // A deadline (such as kNever) for which deadline + epoch would overflow is centuries away: no limit.
   const bool endless = deadline.ns >= INT64_MAX - epoch_.monotonic_ns;

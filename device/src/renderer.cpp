@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/matrix.hpp>
 
 namespace evenstep {
 namespace {
@@ -47,9 +48,22 @@ Softened softened(const ContactRecord& record, double most_N_per_m) {
          .xy = k.xy - less * v.x * v.y,
          .xz = k.xz - less * v.x * v.z,
          .yz = k.yz - less * v.y * v.z};
-    contact.force_N -= v * (dot(v, record.force_N) * (less / values[i]));
+    const double share = less / values[i];
+    contact.force_N -= v * (dot(v, record.force_N) * share);
+    contact.coupling_N_per_m -= glm::outerProduct(v, v * record.coupling_N_per_m) * share;
   }
   return soft;
+}
+
+ContactRecord with_part(const ContactRecord& record, StiffnessPart part) {
+  ContactRecord contact = record;
+  Symmetric& k = contact.stiffness_N_per_m;
+  if (part == StiffnessPart::axes) k = {k.xx, k.yy, k.zz};
+  if (part != StiffnessPart::normal || !record.unilateral) return contact;
+  const glm::dvec3& n = record.normal;
+  const double along = dot(n, k * n);
+  k = {along * n.x * n.x, along * n.y * n.y, along * n.z * n.z, along * n.x * n.y, along * n.x * n.z, along * n.y * n.z};
+  return contact;
 }
 
 AffineContact affine_contact(const ContactRecord& record, bool knows_gap) {
@@ -57,7 +71,9 @@ AffineContact affine_contact(const ContactRecord& record, bool knows_gap) {
                         .tool_m = record.tool_m,
                         .stiffness_N_per_m = record.stiffness_N_per_m,
                         .outward = record.unilateral ? record.normal : glm::dvec3(0),
-                        .read_at = record.read_at};
+                        .read_at = record.read_at,
+                        .coupling_N_per_m = record.coupling_N_per_m,
+                        .other_m = record.other_m};
   const bool apart = record.unilateral && record.gap_m > 0;
   if (apart && knows_gap) contact.force_N = record.stiffness_N_per_m * record.normal * -record.gap_m;
   if (apart && !knows_gap) contact.stiffness_N_per_m = {};
@@ -70,7 +86,9 @@ AffineContact lerp(const AffineContact& a, const AffineContact& b, double w) {
           .tool_m = mixed(a.tool_m, b.tool_m, w),
           .stiffness_N_per_m = mixed(a.stiffness_N_per_m, b.stiffness_N_per_m, w),
           .outward = mixed(a.outward, b.outward, w),
-          .read_at = a.read_at + Duration{later_ns}};
+          .read_at = a.read_at + Duration{later_ns},
+          .coupling_N_per_m = mixed(a.coupling_N_per_m, b.coupling_N_per_m, w),
+          .other_m = mixed(a.other_m, b.other_m, w)};
 }
 
 double fade(Duration age) {
@@ -78,8 +96,10 @@ double fade(Duration age) {
   return 1 - static_cast<double>(faded_ns) / static_cast<double>(kFadeFor.ns);
 }
 
-glm::dvec3 LocalRenderer::force_N(const AffineContact& scheduled, Duration age, const glm::dvec3& hand_m) const {
-  const glm::dvec3 correction_N = scheduled.stiffness_N_per_m * (scheduled.tool_m - hand_m);
+glm::dvec3 LocalRenderer::force_N(const AffineContact& scheduled, Duration age, const glm::dvec3& hand_m,
+                                  const glm::dvec3* other_m) const {
+  glm::dvec3 correction_N = scheduled.stiffness_N_per_m * (scheduled.tool_m - hand_m);
+  if (other_m) correction_N += scheduled.coupling_N_per_m * (scheduled.other_m - *other_m);
   return without_pull((scheduled.force_N + correction_N * alpha_) * fade(age), scheduled.outward);
 }
 

@@ -101,14 +101,20 @@ class GlCanvas final : public Canvas {
   }
 
   Result<bool, DrawError> draw(const std::vector<glm::vec3>& positions_m) override {
+    return draw_share(positions_m, 0, kWholeDrawing);
+  }
+
+  Result<bool, DrawError> draw_share(const std::vector<glm::vec3>& positions_m, int from, int to) override {
     const GlContext::Current current(*context_);
     if (!current.ok()) return Failure(driver_error("eglMakeCurrent"));
-    gl().glBindBuffer(GL_ARRAY_BUFFER, buffers_[0]);
-    const std::size_t bytes = std::min(positions_m.size() * sizeof(glm::vec3), positions_bytes_);
-    gl().glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(bytes), positions_m.data());
-    gl().glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    draw_elements(GL_TRIANGLES, 0, corners_);
-    draw_elements(GL_LINES, corners_, ends_);
+    if (from == 0) {
+      gl().glBindBuffer(GL_ARRAY_BUFFER, buffers_[0]);
+      const std::size_t bytes = std::min(positions_m.size() * sizeof(glm::vec3), positions_bytes_);
+      gl().glBufferSubData(GL_ARRAY_BUFFER, 0, static_cast<GLsizeiptr>(bytes), positions_m.data());
+      gl().glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    }
+    draw_between(GL_TRIANGLES, 3, 0, corners_, from, to);
+    draw_between(GL_LINES, 2, corners_, ends_, from, to);
     gl().glFinish();
     const std::string error = gl_error();
     if (!error.empty()) return Failure(driver_error(error));
@@ -132,6 +138,16 @@ class GlCanvas final : public Canvas {
   const std::string& device() const override { return device_; }
 
  private:
+  /// Of all corners and ends, in their order, those of this share of the whole: of `count` from `first` on, which are so
+  /// many to a triangle or a line.
+  void draw_between(GLenum what, GLsizei each, GLsizei first, GLsizei count, int from, int to) const {
+    const auto whole = static_cast<std::int64_t>(corners_) + ends_;
+    const auto at = [&](int share) {
+      const std::int64_t wanted = whole * std::min(share, kWholeDrawing) / kWholeDrawing - first;
+      return static_cast<GLsizei>(std::clamp<std::int64_t>(wanted, 0, count) / each * each);
+    };
+    if (at(from) < at(to)) draw_elements(what, first + at(from), at(to) - at(from));
+  }
   void draw_elements(GLenum what, GLsizei first, GLsizei count) const {
     gl().glUniform3f(shades_, static_cast<float>(kAmbient), static_cast<float>(kLine), what == GL_LINES ? 1 : 0);
     const auto at = static_cast<std::uintptr_t>(first) * sizeof(std::uint32_t);

@@ -73,7 +73,8 @@ void add_counts(const Scenario& scenario, const StrategyPlan& plan, Foreseen& fo
     for (const char* metric : {"late", "underruns"}) foreseen.add(device + ".force." + strategy, metric, late);
     const std::string buffers = device + ".buffers." + strategy;
     foreseen.add(buffers, "force_underruns", late);
-    if (gated || scenario.devices[d].age.is_given()) continue;  // with ages, which samples are missing is not known before
+    // With ages, or where an event comes only for a change, which samples are missing is not known before.
+    if (gated || scenario.devices[d].age.is_given() || unchanged_age_of(scenario.devices[d])) continue;
     const MetricSamples missing = missing_of(scenario, plan, grids[d]);
     foreseen.add(device + ".interaction." + strategy, "underruns", missing);
     foreseen.add(buffers, "interaction_underruns", missing);

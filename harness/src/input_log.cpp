@@ -1,6 +1,7 @@
 #include "evenstep/harness/input_log.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -111,9 +112,12 @@ class LogReader {
     wrong_ = "its fields do not fill it";
     if ((kind == BlockKind::head) != (log_.blocks == 0)) return wrong("the head is the first block, and no other");
     if (log_.end) return wrong("it stands behind the last one");
+    lanes_begun_ = lanes_begun_ || (kind != BlockKind::head && kind != BlockKind::file);
     switch (kind) {
       case BlockKind::head:
         return take_head(decode<InputLogHead>(content));
+      case BlockKind::file:
+        return take_file(decode<FilePiece>(content));
       case BlockKind::device:
         return take_device(decode<DeviceSlice>(content));
       case BlockKind::simulation:
@@ -125,8 +129,8 @@ class LogReader {
     return wrong("a kind that is not known");
   }
 
-  bool wrong(const char* why) {
-    wrong_ = why;
+  bool wrong(std::string why) {
+    wrong_ = std::move(why);
     return false;
   }
 
@@ -137,6 +141,16 @@ class LogReader {
     log_.inputs.resize(log_.head.tools);
     log_.ticks.resize(log_.head.tools);
     return true;
+  }
+
+  bool take_file(const std::optional<FilePiece>& piece) {
+    if (!piece) return false;
+    if (lanes_begun_ || piece->file >= log_.head.files.size()) return wrong("a file that does not belong there");
+    std::string& content = log_.files[piece->file];
+    if (file_bytes_ + piece->length > kMostEmbeddedBytes) return wrong("more files than a recording may have");
+    const std::string why = append_piece(*piece, content);
+    file_bytes_ += piece->length;
+    return why.empty() || wrong(why);
   }
 
   bool take_check(const std::optional<LaneCheck>& check, std::vector<LaneCheck>& checks) {
@@ -239,17 +253,77 @@ class LogReader {
   InputLog log_;
   std::size_t at_ = 0;
   std::string wrong_;
+  bool lanes_begun_ = false;
+  std::uint64_t file_bytes_ = 0;
   std::vector<Diagnostic> errors_;
 };
 
-std::uint64_t digest_of(std::string_view content) {
-  std::uint64_t digest = content.size();
-  for (std::size_t at = 0; at < content.size(); at += sizeof digest) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, content.data() + at, std::min(sizeof word, content.size() - at));
-    digest = mix(digest, word);
+/// A folder of its own for as long as a scenario is read, for the files of a recording.
+class ReadingFolder {
+ public:
+  ReadingFolder() {
+    std::error_code error;
+    std::string name = (std::filesystem::temp_directory_path(error) / "evenstep-replay-XXXXXX").string();
+    if (!error && ::mkdtemp(name.data()) != nullptr) path_ = name;
   }
-  return digest;
+  ~ReadingFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  ReadingFolder(const ReadingFolder&) = delete;
+  ReadingFolder& operator=(const ReadingFolder&) = delete;
+  /// Empty if it could not be written.
+  std::string write(std::uint32_t index, const std::string& name, const std::string& content) const {
+    if (path_.empty()) return {};
+    const std::string path = fmt::format("{}/{}-{}", path_, index, plain_name(name));
+    return write_text_file(path, content).empty() ? path : "";
+  }
+
+ private:
+  std::string path_;
+};
+
+bool is_named(const std::vector<Value*>& files, const std::string& path) {
+  return std::any_of(files.begin(), files.end(), [&](const Value* file) { return file->text == path; });
+}
+
+/// What is missing for a scenario that names this file, which is not in the recording; empty: nothing.
+std::string missing_text(const NamedFile& then, bool plug_in) {
+  if (digest_of_file(then.path) == then.digest) return {};
+  std::error_code error;
+  const bool there = std::filesystem::exists(then.path, error);
+  if (plug_in)
+    return fmt::format(
+        "the plug-in '{}' {}; plug-ins are not part of a recording: put the one there with which the run was recorded",
+        then.path, there ? "is not what it was when the run was recorded" : "is not there");
+  return fmt::format("'{}' is not what it was when the run was recorded, and it is not in the recording; put it back",
+                     then.path);
+}
+
+/// Puts the files of a recording into `folder`, and their places into the document.
+void place_files(const InputLog& log, Value& document, const std::string& place, const ReadingFolder& folder,
+                 std::vector<Diagnostic>& errors) {
+  const std::vector<Value*> data = data_files(document), plug_ins = library_files(document);
+  for (std::uint32_t index = 0; index < log.head.files.size(); ++index) {
+    const NamedFile& then = log.head.files[index];
+    const auto embedded = log.files.find(index);
+    std::string wrong;
+    if (embedded == log.files.end()) {
+      wrong = missing_text(then, is_named(plug_ins, then.path));
+      if (!is_named(data, then.path) && !is_named(plug_ins, then.path))
+        wrong = fmt::format("'{}' is in the head, and the scenario does not name it", then.path);
+    } else if (digest_of_content(embedded->second) != then.digest) {
+      wrong = fmt::format("'{}' is not whole in the recording: there is nothing to replay", then.path);
+    } else if (const std::string path = folder.write(index, then.path, embedded->second); path.empty()) {
+      wrong =
+          fmt::format("no place for '{}', which is in the recording; is the folder for temporary files full?", then.path);
+    } else {
+      for (Value* const file : data) {
+        if (file->text == then.path) file->text = path;
+      }
+    }
+    if (!wrong.empty()) errors.push_back({place, 0, 0, wrong});
+  }
 }
 
 }  // namespace
@@ -298,35 +372,25 @@ std::uint64_t digest_of_forces(const StrategyRecord& record) {
 
 ReadResult scenario_of(const InputLog& log, const Registry& registry) {
   const std::string place = log.file + ":scenario";
-  const std::vector<NamedFile> now = files_named_by(log.head.scenario_text);
-  std::vector<Diagnostic> changed;
-  for (const NamedFile& then : log.head.files) {
-    const auto is_it = [&](const NamedFile& file) { return file.path == then.path && file.digest == then.digest; };
-    if (std::none_of(now.begin(), now.end(), is_it))
-      changed.push_back(
-          {place, 0, 0, fmt::format("'{}' is not what it was when the run was recorded; put it back", then.path)});
-  }
-  if (!changed.empty()) return Failure(std::move(changed));
   Errors errors;
   Value document = parse_toml(log.head.scenario_text, place, errors);
   if (errors.any()) return Failure(errors.sorted(place));
+  const ReadingFolder folder;
+  std::vector<Diagnostic> missing;
+  place_files(log, document, place, folder, missing);
+  if (!missing.empty()) return Failure(std::move(missing));
   ReadResult scenario = read_document(std::move(document), place, registry);
   if (!scenario) return scenario;
   if (scenario->case_spec || scenario->devices.size() != log.inputs.size() || name_of(scenario->live) != log.head.strategy)
     return Failure(
         std::vector<Diagnostic>{{place, 0, 0, "the devices or the live strategy are not those of the recording"}});
+  if (!log.files.empty()) scenario->resolved_toml = log.head.scenario_text;  // not with places that are gone
   return scenario;
 }
 
-std::vector<NamedFile> files_named_by(const std::string& scenario_text) {
-  Errors ignored;  // the text was read as a scenario before
-  Value document = parse_toml(scenario_text, "", ignored);
-  std::vector<NamedFile> files;
-  for (const Value* value : named_files(document)) {
-    const Result<std::string> content = read_text_file(value->text, kMostNamedBytes);
-    files.push_back({value->text, content ? digest_of(*content) : 0});
-  }
-  return files;
+std::uint64_t digest_of_file(const std::string& path) {
+  const Result<std::string> content = read_text_file(path, kMostNamedBytes);
+  return content ? digest_of_content(*content) : 0;
 }
 
 }  // namespace evenstep

@@ -15,6 +15,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "embedded_files.h"
 #include "evenstep/harness/input_log.h"
 
 namespace evenstep::internal {
@@ -81,7 +82,7 @@ void code(Codec& codec, LoggedStep& step) {
 }
 template <class Codec>
 void code(Codec& codec, SegmentRow& segment) {
-  codec(segment.index, segment.begin, segment.end, segment.visualization);
+  codec(segment.index, segment.begin, segment.end, segment.visualization, segment.finishes, segment.left_out);
 }
 template <class Codec>
 void code(Codec& codec, SimulationSlice& slice) {
@@ -90,6 +91,10 @@ void code(Codec& codec, SimulationSlice& slice) {
 template <class Codec>
 void code(Codec& codec, NamedFile& file) {
   codec(file.path, file.digest);
+}
+template <class Codec>
+void code(Codec& codec, FilePiece& piece) {
+  codec(piece.file, piece.size, piece.offset, piece.length, piece.packed, piece.bytes);
 }
 template <class Codec>
 void code(Codec& codec, DeviceBinding& binding) {
@@ -259,7 +264,7 @@ std::optional<Struct> decode(std::span<const std::byte> bytes) {
 /// What the file begins with; the number of its version follows.
 inline constexpr std::string_view kInputLogMagic = "evenstep-record\n";
 
-enum class BlockKind : std::uint32_t { head = 1, device = 2, simulation = 3, end = 4 };
+enum class BlockKind : std::uint32_t { head = 1, device = 2, simulation = 3, end = 4, file = 5 };
 
 /// In front of every block.
 struct BlockHeader {
@@ -272,7 +277,7 @@ struct BlockHeader {
 static_assert(sizeof(BlockHeader) == 24 && std::is_trivially_copyable_v<BlockHeader>);
 inline constexpr std::size_t kOwnCrcAt = 20;
 
-/// The head with the longest scenario; a slice has some thousand bytes.
+/// The head with the longest scenario, or a piece of a file; a slice has some thousand bytes.
 inline constexpr std::uint32_t kMostBlockBytes = 32U << 20;
 
 /// A block as it stands in the file.

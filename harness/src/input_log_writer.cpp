@@ -40,7 +40,8 @@ std::vector<std::byte> file_begin() {
   return bytes;
 }
 
-Result<std::unique_ptr<InputLogWriter>> InputLogWriter::create(const std::string& path, const InputLogHead& head) {
+Result<std::unique_ptr<InputLogWriter>> InputLogWriter::create(const std::string& path, const InputLogHead& head,
+                                                               const std::vector<EmbeddedFile>& files) {
   constexpr int kHow = O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC;
   int file = ::open(path.c_str(), kHow | O_EXCL, 0666);
   const bool is_new = file >= 0;
@@ -58,6 +59,14 @@ Result<std::unique_ptr<InputLogWriter>> InputLogWriter::create(const std::string
   writer->next_block(BlockKind::head, content);
   const std::vector<std::byte> begin = file_begin();
   writer->pending_.insert(writer->pending_.begin(), begin.begin(), begin.end());
+  for (const EmbeddedFile& embedded : files) {
+    for (const FilePiece& piece : pieces_of(embedded.index, embedded.content)) {
+      content.clear();
+      encode(piece, content);
+      const std::vector<std::byte> block = block_bytes(BlockKind::file, writer->sequence_++, content);
+      writer->pending_.insert(writer->pending_.end(), block.begin(), block.end());
+    }
+  }
   writer->write_pending();  // if the disk is full now, it may not be later
   writer->thread_ = std::make_unique<LaneThread>([self = writer.get()] { self->loop(); });
   return writer;
@@ -132,7 +141,7 @@ bool InputLogWriter::write_pending() {
     }
     sent_ += static_cast<std::size_t>(count);
   }
-  pending_.clear();
+  pending_ = {};  // the first one may have files in it
   write_error_.clear();
   dirty_ = true;
   blocks_kept_.fetch_add(1, std::memory_order_release);

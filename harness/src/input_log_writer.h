@@ -1,7 +1,7 @@
 #pragma once
-// Writes a recording while the run goes on, on a thread of its own. The lanes hand over their slices through a ring each
-// and never wait, whatever the disk does: a slice that finds no room is refused, and the lane, which keeps its rows in
-// memory anyway, offers them again later. A write that fails is tried again and again until the run is over.
+// Writes a recording while the run goes on, on a thread of its own. The slices of each lane come through a ring, whose
+// writer never waits, whatever the disk does: a slice that finds no room is refused, and whoever keeps the rows
+// (live_rows.h) offers it again later. A write that fails is tried again and again until the run is over.
 
 #include <atomic>
 #include <cstdint>
@@ -21,14 +21,16 @@ namespace evenstep::internal {
 
 class InputLogWriter {
  public:
-  /// Creates the file and writes the head. An error if the file exists (a device such as /dev/full may), or cannot be made.
-  static Result<std::unique_ptr<InputLogWriter>> create(const std::string& path, const InputLogHead& head);
+  /// Creates the file and writes the head, and the files of the scenario behind it. An error if the file exists (a device
+  /// such as /dev/full may), or cannot be made.
+  static Result<std::unique_ptr<InputLogWriter>> create(const std::string& path, const InputLogHead& head,
+                                                        const std::vector<EmbeddedFile>& files = {});
   /// A file that has nothing but a head is removed.
   ~InputLogWriter();
   InputLogWriter(const InputLogWriter&) = delete;
   InputLogWriter& operator=(const InputLogWriter&) = delete;
 
-  /// Called by the lane of that kind alone. False: no room now, and nothing was taken.
+  /// Called by one thread for each kind. False: no room now, and nothing was taken.
   bool offer(BlockKind lane, std::span<const std::byte> content);
 
   /// Blocks that the kernel has as a whole: no kill of this process can lose them any more.

@@ -10,6 +10,7 @@
 #include "evenstep/harness/underrun_rate.h"
 #include "evenstep/reports/places.h"
 #include "evenstep/reports/rate_bound.h"
+#include "evenstep/reports/recovery.h"
 #include "evenstep/reports/saturation.h"
 #include "evenstep/text/suggest.h"
 #include "foreign_needs.h"
@@ -207,9 +208,73 @@ ExpectationResult judge_rates(const Expectation& expectation, const Scenario& sc
   return result;
 }
 
+bool is_recovery(std::string_view metric) { return metric == "recovered" || metric.starts_with("recovery_time"); }
+
+/// The recovery of each signal that the pattern matches.
+std::vector<std::pair<std::string, Recovery>> recoveries(const RunRecord& run, const std::string& pattern) {
+  std::vector<std::pair<std::string, Recovery>> found;
+  for (const StrategyRecord& strategy : run.strategies) {
+    for (std::size_t d = 0; d < strategy.devices.size(); ++d) {
+      const std::string signal = strategy.devices[d].name + ".force." + strategy.name;
+      if (matches(pattern, signal)) found.emplace_back(signal, recovery_of(run, strategy, d));
+    }
+  }
+  return found;
+}
+
+void make_error(ExpectationResult& result, const std::string& detail) {
+  result.verdict = Verdict::error;
+  result.detail = detail;
+}
+
+/// Of a signal that never recovers: says why; fails a minimum too, because never is no time; and takes back a verdict that
+/// the run is too short for, since it may still recover within a limit that is longer than the rest of it.
+void judge_never(const Expectation& expectation, const Scenario& scenario, const RunRecord& run, const Recovery& recovery,
+                 ExpectationResult& result) {
+  result.detail = recovery.why;
+  if (expectation.metric == "recovered" || !result.value || !std::isinf(*result.value)) return;
+  if (!expectation.max) {
+    result.verdict = expectation.expect_fail ? Verdict::pass : Verdict::fail;
+    return;
+  }
+  const Result<double> unit = factor_of(*expectation.max, expectation, result.signal, scenario, run.nominal);
+  const double limit_s = unit ? expectation.max->number * *unit : 0;
+  if (recovery.faults_end == RealTime{} || limit_s <= seconds(recovery.watched)) return;
+  make_error(result, fmt::format("{}; to judge this limit the run must last at least {:.6g} s", recovery.why,
+                                 seconds(recovery.faults_end + recovery_window(run.nominal)) + limit_s));
+}
+
+/// A signal of which nothing is known is never left out beside another one that has recovered.
+void judge_recovery(const Expectation& expectation, const Scenario& scenario, const RunRecord& run,
+                    ExpectationResult& result) {
+  using State = Recovery::State;
+  for (const auto& [signal, recovery] : recoveries(run, expectation.signal)) {
+    if (recovery.state == State::no_fault && scenario.has_faults_off) {
+      result.verdict = Verdict::skipped;
+      result.detail = "every fault is switched off, so there is nothing to recover from";
+      return;
+    }
+    if (recovery.state == State::no_fault || recovery.state == State::no_calm || recovery.state == State::too_short) {
+      result.signal = signal;
+      result.value.reset();
+      return make_error(result, recovery.why);
+    }
+    if (recovery.state == State::never && signal == result.signal) judge_never(expectation, scenario, run, recovery, result);
+  }
+}
+
 }  // namespace
 
 namespace internal {
+
+bool reaches(const Expectation& condition, const Scenario& scenario, const Nominal& nominal, const Metrics& metrics) {
+  for (const auto& [signal, values] : metrics) {
+    const auto value = values.find(condition.metric);
+    if (!matches(condition.signal, signal) || value == values.end() || !std::isfinite(value->second)) continue;
+    if (judge_signal(condition, signal, value->second, scenario, nominal).verdict == Verdict::pass) return true;
+  }
+  return false;
+}
 
 bool matches(const std::string& pattern, const std::string& signal) {
   if (pattern == signal) return true;
@@ -252,6 +317,7 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& 
     ExpectationResult& result = results.emplace_back(
         expectation.confidence ? judge_rates(expectation, scenario, run)
                                : judge_expectation(expectation, scenario, run.nominal, metrics, saturated));
+    if (is_recovery(expectation.metric)) judge_recovery(expectation, scenario, run, result);
     if (result.verdict == Verdict::fail && !expectation.confidence) add_place(expectation, scenario, run, result);
     if (result.verdict == Verdict::fail && expectation.clock == "wall") result.verdict = Verdict::degraded;
   }
@@ -288,7 +354,8 @@ const DeviceSpec* without_newtons(const Scenario& scenario, std::string_view sig
 std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
   std::vector<Diagnostic> errors;
   const Nominal nominal = nominal_of(scenario);
-  for (const Expectation& expectation : scenario.expectations) {
+  for (const Expectation* condition : conditions_of(scenario)) {
+    const Expectation& expectation = *condition;
     const auto error = [&](const Place& place, std::string message) {
       errors.push_back({place.file, place.line, place.column, std::move(message)});
     };
@@ -301,6 +368,12 @@ std::vector<Diagnostic> check_expectations(const Scenario& scenario) {
     if (std::find(known->begin(), known->end(), expectation.metric) == known->end()) {
       error(at.metric, fmt::format("unknown metric '{}' for signal '{}'{}", expectation.metric, expectation.signal,
                                    internal::suggestion(expectation.metric, {known->begin(), known->end()})));
+      continue;
+    }
+    if (is_recovery(expectation.metric) && scenario.faults.empty() && !scenario.has_faults_off) {
+      error(at.metric, fmt::format("'{}' has no value here: no fault is programmed, so there is nothing to recover from; "
+                                   "docs/recovery.md says what a fault is",
+                                   expectation.metric));
       continue;
     }
     if (const DeviceSpec* device = without_newtons(scenario, expectation.signal)) {

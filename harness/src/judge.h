@@ -18,6 +18,9 @@ std::vector<ExpectationResult> judge(const Scenario& scenario, const RunRecord& 
 
 /// Whether a signal has this form; `*` stands for any single part.
 bool matches(const std::string& pattern, const std::string& signal);
+/// Whether a signal reaches this state of [[sometimes]]: of several that match, one is enough. A value that is not finite
+/// reaches nothing.
+bool reaches(const Expectation& condition, const Scenario& scenario, const Nominal& nominal, const Metrics& metrics);
 /// What to do about a saturated signal.
 std::string_view remedy_of(SaturationCause cause);
 /// One expectation, judged by these measures: an error if they have no value for it.

@@ -63,7 +63,9 @@ std::pair<std::unique_ptr<Inverse3Socket>, std::unique_ptr<HapticDevice>> open_i
   const auto address = read_inverse3_address(path);
   if (!address) throw DeviceError("--device " + path + ": " + address.error());
   auto socket = std::make_unique<Inverse3Socket>(
-      *address, clock, Inverse3SocketOptions{.update_rate = spec.update_rate, .hold = spec.hold, .remote = spec.remote});
+      *address, clock,
+      Inverse3SocketOptions{
+          .update_rate = spec.update_rate, .hold = spec.hold, .returns = kPatience, .remote = spec.remote});
   auto driver = internal::make_inverse3_driver(spec, *socket, address->device_id);
   return {std::move(socket), std::move(driver)};
 }
@@ -72,7 +74,8 @@ std::pair<std::unique_ptr<Inverse3Socket>, std::unique_ptr<HapticDevice>> open_i
 std::map<std::string, double> sending_counters(const Inverse3Times& times) {
   std::map<std::string, double> counters{{"writes", static_cast<double>(times.answered.count() + times.unanswered)},
                                          {"writes_overtaken", static_cast<double>(times.overtaken)},
-                                         {"writes_rejected", static_cast<double>(times.unanswered)}};
+                                         {"writes_rejected", static_cast<double>(times.unanswered)},
+                                         {"unplugged", static_cast<double>(times.lost)}};
   counters.merge(write_time_counters(times.answered));
   return counters;
 }
@@ -139,7 +142,7 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
       const EvdevInfo info = file->info();
       device.node = std::make_unique<LiveEvdev>(
           std::move(file), [info] { return open_again(info); }, clock, kPatience);
-      device.driver = internal::make_evdev_driver(*evdev, *device.node);
+      device.driver = internal::make_evdev_driver(*evdev, scenario.devices[tool], *device.node);
     } else if (const auto* inverse3 = std::get_if<Inverse3Spec>(&scenario.devices[tool].driver)) {
       std::tie(device.service, device.driver) = open_inverse3(*inverse3, binding->path, clock);
     } else {

@@ -7,8 +7,7 @@
 namespace evenstep::internal {
 namespace {
 
-/// The most rows of a kind in a block: what was held back while the disk was slow is caught up with in pieces, each short
-/// enough for a lane between two events.
+/// The most rows of a kind in a block: what was held back while the disk was slow is caught up with in pieces.
 constexpr std::size_t kMostRows = 512;
 
 std::size_t next_of(std::size_t taken, std::size_t there) { return std::min(there, taken + kMostRows); }

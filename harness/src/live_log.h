@@ -1,5 +1,5 @@
 #pragma once
-// What a live run adds to its recording at the end of each slice, lane by lane, and what it writes when it is over.
+// What a live run adds to its recording for each slice, lane by lane, and what it writes when it is over.
 
 #include <memory>
 #include <optional>
@@ -15,7 +15,7 @@ class LiveLog {
  public:
   explicit LiveLog(std::unique_ptr<InputLogWriter> writer) : writer_(std::move(writer)) {}
 
-  // Each is called by its own lane's thread, between two of its events. Rows that find no room are offered again next time.
+  // Called by the thread that keeps the rows (live_rows.h). Those that find no room are offered again next time.
   void device_slice(const std::vector<DeviceInputs>& inputs, const StrategyRecord& record, const LaneCheck& check);
   void simulation_slice(const std::vector<DeviceInputs>& inputs, const StrategyRecord& record,
                         std::optional<RealTime> unfinished, const LaneCheck& check);

@@ -18,9 +18,12 @@
 #include "evenstep/loop/haptic_loop.h"
 #include "evenstep/loop/recorder.h"
 #include "evenstep/scheduler/live_lanes.h"
-#include "live_log.h"
+#include "live_rows.h"
 
 namespace evenstep {
+
+using internal::LiveRows;
+
 namespace {
 
 /// Long enough for both lanes to be set up and scheduled before t = 0.
@@ -35,12 +38,6 @@ constexpr int kSolverPriority = 35;
 
 /// The most entries that one lane adds while the other one reads: a second of ticks.
 constexpr std::size_t kSpare = 1024;
-/// In a replay a lane may run ahead by as much as it was late in the live run; at most by all entries that there are.
-std::size_t all_entries(const LiveRecording& recording) {
-  std::size_t entries = recording.record.steps.size() + 1;  // one more for the unfinished step
-  for (const DeviceInputs& inputs : recording.inputs) entries = std::max(entries, inputs.ticks.size());
-  return entries;
-}
 
 /// Whoever watches is told when the loop begins and, whatever way that comes, when it has ended.
 class Viewing {
@@ -82,6 +79,7 @@ class RealSteps final : public StepTiming {
     for (Interval& step : segment.steps) step = {start, start};
     return true;
   }
+  void visualized(Duration took, bool finished) override { programmed_->visualized(took, finished); }
 
  private:
   std::unique_ptr<StepTiming> programmed_;
@@ -95,62 +93,40 @@ std::unique_ptr<StepTiming> make_live_timing(const Scenario& scenario) {
 
 bool ended_badly(const RunStatus& status) { return status.end == RunEnd::failed || status.end == RunEnd::limit; }
 
-/// When the step was launched that has not ended yet. A replay must launch it too.
-std::optional<RealTime> unfinished_launch(const std::vector<Event>& events) {
-  for (auto event = events.rbegin(); event != events.rend(); ++event) {
-    const std::string_view name = event->name.text;
-    if (name == "step") return std::nullopt;
-    if (name == "launch") return event->time;
-  }
-  return std::nullopt;
-}
-
 /// What replay and shadows play: the visualization where nothing else ran, no idle rest, and the unfinished step.
-std::vector<SegmentTiming> timing_of(const StrategyRecord& record, std::optional<RealTime> unfinished, RealTime end) {
-  std::vector<SegmentTiming> segments = recorded_timing(record);
-  for (SegmentTiming& segment : segments) {
-    if (!segment.visualization) continue;
-    const Duration length = segment.visualization->end - segment.visualization->begin;
-    RealTime begin = segment.begin;
-    if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
-      begin = segment.steps.back().end;  // steps first
-    segment.visualization = Interval{begin, begin + length};
-  }
-  if (unfinished && !segments.empty()) segments.back().steps.push_back({*unfinished, std::max(end, *unfinished)});
-  for (SegmentTiming& segment : segments) {
+class LiveTiming final : public StepTiming {
+ public:
+  LiveTiming(const LiveRecording& recording, RealTime end)
+      : segments_(recording.as_ran()),
+        left_(recording.as_ran().segments.size()),
+        unfinished_(recording.unfinished),
+        end_(end) {}
+  bool next(SegmentTiming& segment) override {
+    const SegmentTiming* const ran = segments_.next();
+    if (ran == nullptr) return false;
+    segment = *ran;
+    if (segment.visualization) {
+      const Duration length = segment.visualization->end - segment.visualization->begin;
+      RealTime begin = segment.begin;
+      if (!segment.steps.empty() && segment.steps.front().begin < begin + length)
+        begin = segment.steps.back().end;  // steps first
+      segment.visualization = Interval{begin, begin + length};
+    }
+    if (--left_ == 0 && unfinished_) segment.steps.push_back({*unfinished_, std::max(end_, *unfinished_)});
     segment.end = segment.visualization ? segment.visualization->end : segment.begin;
     if (!segment.steps.empty()) segment.end = std::max(segment.end, segment.steps.back().end);
+    return true;
   }
-  return segments;
-}
 
-LaneCheck check_of(const Scheduler& scheduler, RealTime until) {
-  return {until, scheduler.event_count(), scheduler.trace_hash()};
-}
+ private:
+  RecordedSegments segments_;
+  std::size_t left_;
+  std::optional<RealTime> unfinished_;
+  RealTime end_;
+};
 
-/// Makes room for what a run will record, up to an hour of it at 1 kHz: a list that grows is copied, which takes tens of
-/// milliseconds after some minutes, in a tick. Memory that is not used yet costs nothing; where the system promises none,
-/// lists grow.
-void reserve_rows(const Scenario& scenario, StrategyLanes& lanes, std::vector<DeviceInputs>& inputs, Scheduler& device,
-                  Scheduler& simulation) {
-  constexpr std::int64_t kMostRows = 3'600'000;
-  const auto count = [&](Rate rate) {
-    return static_cast<std::size_t>(std::min(first_tick_at_or_after(rate, RealTime{scenario.run_duration.ns}), kMostRows));
-  };
-  const std::size_t steps = count(scenario.scene.step_rate) + 1;
-  std::vector<std::size_t> ticks;
-  for (const DeviceSpec& spec : scenario.devices) ticks.push_back(count(spec.rate));
-  try {
-    lanes.reserve(ticks, steps);
-    for (std::size_t tool = 0; tool < inputs.size(); ++tool) {
-      inputs[tool].ticks.reserve(ticks[tool]);
-      inputs[tool].interaction_heads.reserve(steps);
-    }
-    device.reserve_events(std::accumulate(ticks.begin(), ticks.end(), std::size_t{0}));
-    constexpr std::size_t kEventsPerStep = 4;  // launch and step; segment and visualization if it has a single step
-    simulation.reserve_events(kEventsPerStep * steps);
-  } catch (const std::bad_alloc&) {
-  }
+std::unique_ptr<StepTiming> timing_of(const Scenario& scenario, const LiveRecording& recording) {
+  return std::make_unique<LiveTiming>(recording, RealTime{scenario.run_duration.ns});
 }
 
 LiveRights::Thread thread_rights(const std::string& name, const RealTimeGrant& grant) {
@@ -191,6 +167,8 @@ std::string wall_clock_objection(const Scenario& scenario) {
   if (!scenario.keep_rows) return "[run] keep = \"summary\" leaves out the events that a live run is replayed from";
   if (scenario.timing.programmed.order == SegmentOrder::concurrent)
     return "[timing] order = \"concurrent\" runs on the virtual clock only";
+  if (scenario.timing.elsewhere || traits_of(scenario.live).continues || scenario.live == StrategyKind::polyphase)
+    return "a [source], and a live strategy that continues or filters its forces, run on the virtual clock only";
   if (traits_of(scenario.live).knows_motion) return "[run] live cannot be \"ideal\": it knows the future";
   return {};
 }
@@ -202,17 +180,22 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   // It may compile for a second, so this is done before t = 0 is chosen.
   auto solver = std::make_unique<WatchedSolver>(make_scenario_solver(scenario, plan.kind), scenario.scene.tool_count);
   const std::unique_ptr<RealVisualization> visualization = make_visualization(scenario, *solver);
+  LiveRows rows(scenario, control.row_files, log);
+  std::vector<DeviceInputs> added;  // by the lanes in the slice that runs
+  std::optional<WakeLatency> awake;
+  if (!options.cores_may_sleep) awake.emplace();
   const MemoryLock memory;
   const WallEpoch epoch = WallEpoch::in(kStartDelay);
   WallClock device_clock(epoch), simulation_clock(epoch);
   const std::unique_ptr<LiveDevices> devices = open_devices(scenario, device_clock, options);
-  DeviceExchange exchange(live_links(scenario, plan, kSpare), devices->drivers(), &recording.inputs);
-  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers());
+  DeviceExchange exchange(live_links(scenario, plan, kSpare), devices->drivers(), &added);
+  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_live_timing(scenario), devices->drivers(),
+                      control.row_files);
   WorkerExecutor worker(simulation_clock, kSolverPriority);
   InlineExecutor no_work;
   Scheduler simulation(simulation_clock, worker, {control.limits, control.permute_ties, true});
   Scheduler device(device_clock, no_work, {control.limits, control.permute_ties, true});
-  reserve_rows(scenario, lanes, recording.inputs, device, simulation);
+  rows.attach(lanes, added, device, simulation);
   lanes.spawn(device, simulation, visualization.get());
 
   const RealTime end{scenario.run_duration.ns};
@@ -220,36 +203,32 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
   RunControl quiet = control;
   quiet.progress = nullptr;
   RealTimeGrant device_granted, simulation_granted;
+  rows.start();
   std::optional<Viewing> viewing(std::in_place, control.view, lanes, epoch);
   LaneThread device_thread([&] {
     const RealTimeRights rights(kDevicePriority);
     device_granted = rights.grant();
     device_clock.wait_until(RealTime{} - kListenBefore);
     devices->forget_queued();
-    on_device = run_in_slices(device, end, name, quiet, [&](RealTime until) {
-      recording.device_check = check_of(device, until);
-      if (log) log->device_slice(recording.inputs, lanes.record(), recording.device_check);
-    });
+    on_device = run_in_slices(device, end, name, quiet, [&](RealTime until) { rows.device_slice(device, until); });
     if (ended_badly(on_device.status)) simulation.request_stop();
   });
   const SlicedRun in_simulation = [&] {
     const RealTimeRights rights(kSimulationPriority);
     simulation_granted = rights.grant();
     // Whoever watches shows how far it is; this thread then writes to no terminal, which may make it wait.
-    return run_in_slices(simulation, end, name, control.view ? quiet : control, [&](RealTime until) {
-      recording.simulation_check = check_of(simulation, until);
-      recording.unfinished = unfinished_launch(simulation.events());
-      if (log) log->simulation_slice(recording.inputs, lanes.record(), recording.unfinished, recording.simulation_check);
-    });
+    return run_in_slices(simulation, end, name, control.view ? quiet : control,
+                         [&](RealTime until) { rows.simulation_slice(simulation, until); });
   }();
   if (ended_badly(in_simulation.status)) device.request_stop();  // there will be no more forces
   device_thread.join();
   viewing.reset();
   devices->stop_simulated();
-  throw_if_failed(on_device.status, name, static_cast<std::int64_t>(lanes.record().steps.size()));
+  throw_if_failed(on_device.status, name, lanes.steps());
   throw_if_failed(in_simulation.status, name);
 
-  recording.record = lanes.finish(merge(simulation.events(), device.events()), in_simulation.reached);
+  rows.finish(recording);
+  recording.record = lanes.finish(in_simulation.reached);
   recording.record.interrupted = on_device.interrupted || in_simulation.interrupted;
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool)
     recording.record.devices[tool].counters.merge(devices->counters(tool));
@@ -258,11 +237,14 @@ LiveRecording run_live(const Scenario& scenario, const StrategyPlan& plan, const
     recording.visualization = visualization->text();
     recording.drawing_png = visualization->png();
   }
-  recording.timing = timing_of(recording.record, recording.unfinished, end);
   recording.rights = {{thread_rights("device", device_granted), thread_rights("simulation", simulation_granted),
                        thread_rights("solver", worker.grant())},
                       memory.refusal().empty(),
                       memory.refusal()};
+  if (awake) {
+    recording.rights.cores_awake = awake->refusal().empty();
+    recording.rights.cores_refusal = awake->refusal();
+  }
   return recording;
 }
 
@@ -314,12 +296,34 @@ struct LanesReplay {
   std::string difference;
 };
 
+/// The events of two schedulers in one order, taken from them again and again.
+class TwoLogs {
+ public:
+  TwoLogs(StrategyLanes& lanes, Scheduler& simulation, Scheduler& device)
+      : simulation_(simulation), device_(device), merge_([&lanes](const Event& event) { lanes.keep(event); }) {}
+  void take() {
+    simulation_.take_events(taken_);
+    merge_.add_a(taken_, simulation_.now());
+    device_.take_events(taken_);
+    merge_.add_b(taken_, device_.now());
+  }
+  void finish() {
+    take();
+    merge_.finish();
+  }
+
+ private:
+  Scheduler &simulation_, &device_;
+  std::vector<Event> taken_;
+  EventMerge merge_;
+};
+
 LanesReplay replay_lanes(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                          const std::vector<LaneCheck>& device_checks, const std::vector<LaneCheck>& simulation_checks,
                          const RunControl& control) {
-  RecordedExchange exchange(live_links(scenario, plan, all_entries(recording)), recording.inputs, true);
+  RecordedExchange exchange(live_links(scenario, plan, kSpare), recording.inputs, true);
   auto [solver, watched] = make_watched_solver(scenario, plan.kind, control);
-  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, make_replayed_timing(recording.timing), {});
+  StrategyLanes lanes(scenario, plan, std::move(solver), exchange, timing_of(scenario, recording), {}, control.row_files);
   VirtualClock device_clock, simulation_clock;
   InlineExecutor executor;
   Scheduler simulation(simulation_clock, executor, {control.limits, control.permute_ties, true});
@@ -330,19 +334,25 @@ LanesReplay replay_lanes(const Scenario& scenario, const StrategyPlan& plan, con
   const RealTime end{scenario.run_duration.ns};
   ReplayedLane ticks(device, end, device_checks, "the device lane");
   ReplayedLane steps(simulation, end, simulation_checks, "the simulation lane");
-  for (;;) {
+  TwoLogs events(lanes, simulation, device);
+  constexpr int kEventsBetween = 4096;
+  for (int since = 0;; ++since) {
+    if (since == kEventsBetween) events.take(), since = 0;
     const auto tick = ticks.next();
     const auto event = steps.next();
     const bool tick_ready = tick && exchange.next_tick_ready();
     const bool event_ready = event && (event->lane != Lane::launch || exchange.next_step_ready());
     if (!tick_ready && !event_ready) break;  // both at their end
-    const bool tick_first = tick_ready && (!event_ready || tick->time <= event->time);
+    // A lane that was late then is passed by the other one now, but never by more than the rings hold.
+    const bool tick_first =
+        tick_ready && (!event_ready || (tick->time <= event->time && !exchange.samples_ahead(kSpare / 2)));
     if (!(tick_first ? ticks : steps).run_one()) break;
   }
   throw_if_failed(device.status(), name_of(plan.kind));
   throw_if_failed(simulation.status(), name_of(plan.kind));
   const RealTime reached = simulation_checks.empty() ? end : simulation.now() + Duration{1};
-  StrategyRecord record = lanes.finish(merge(simulation.events(), device.events()), reached);
+  events.finish();
+  StrategyRecord record = lanes.finish(reached);
   if (watched) record.tissue = picture_of(scenario, *watched);
   return {std::move(record), std::min(ticks.until(), steps.until()),
           ticks.difference().empty() ? steps.difference() : ticks.difference()};
@@ -395,8 +405,8 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
   LogReplay replayed;
   LiveRecording& recording = replayed.recording;
   recording.inputs = log.inputs;
-  recording.record = log.rows;
-  recording.timing = timing_of(log.rows, log.unfinished, RealTime{scenario.run_duration.ns});
+  recording.ran = &log.rows;
+  recording.unfinished = log.unfinished;
   if (log.until() == RealTime{0})
     throw RunFailure("recording",
                      log.file + ": it ends before both lanes had a whole slice in it: there is nothing to replay",
@@ -419,7 +429,7 @@ StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, co
                           const RunControl& control) {
   VirtualClock clock;
   RecordedExchange exchange(live_links(scenario, plan, kSpare), recording.inputs, false);
-  StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, make_replayed_timing(recording.timing), {}}, control);
+  StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, timing_of(scenario, recording), {}}, control);
   record.shadow = true;
   return record;
 }

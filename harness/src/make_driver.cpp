@@ -171,7 +171,7 @@ SimulatedParts parts(const Spec& spec, const DeviceSpec& device, const Clock& cl
 
 SimulatedParts parts(const EvdevSpec& spec, const DeviceSpec& device, const Clock& clock) {
   std::unique_ptr<SimulatedEvdev> below = simulated_evdev(spec, device, clock);
-  std::unique_ptr<HapticDevice> above = make_evdev_driver(spec, *below);
+  std::unique_ptr<HapticDevice> above = make_evdev_driver(spec, device, *below);
   return {std::move(below), std::move(above)};
 }
 
@@ -197,8 +197,10 @@ std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport
   return std::visit([&](const auto& spec) { return driver(spec, device, transport); }, device.driver);
 }
 
-std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, EvdevNode& node) {
-  auto evdev = std::make_unique<EvdevDriver>(node, spec.options);
+std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, const DeviceSpec& device, EvdevNode& node) {
+  EvdevOptions options = spec.options;
+  options.unchanged_age = unchanged_age_of(device);
+  auto evdev = std::make_unique<EvdevDriver>(node, options);
   if (evdev->is_read_only()) return std::make_unique<ReadOnlyDevice>(std::move(evdev));
   return evdev;
 }

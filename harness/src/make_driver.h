@@ -19,7 +19,7 @@ SimulatedParts make_simulated(const DeviceSpec& device, const Clock& clock);
 /// The driver of a HID device. Throws DeviceError if it cannot drive the device there.
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
 /// The driver of /dev/input/eventN, or of a simulated one. Throws DeviceError.
-std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, EvdevNode& node);
+std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, const DeviceSpec& device, EvdevNode& node);
 /// The driver of a device of an Inverse Service; `device_id` empty: its only one. Throws DeviceError.
 std::unique_ptr<HapticDevice> make_inverse3_driver(const Inverse3Spec& spec, Inverse3Link& link,
                                                    const std::string& device_id);

@@ -9,6 +9,7 @@ const SegmentTiming* RecordedSegments::next() {
   segment_.begin = row.begin;
   segment_.end = row.end;
   segment_.visualization.reset();
+  segment_.drawing = {.finishes = row.finishes, .left_out = row.left_out};
   if (row.visualization) segment_.visualization = Interval{(*row.visualization)[0], (*row.visualization)[1]};
   segment_.steps.clear();
   for (; step_ < record_.steps.size() && record_.steps[step_].segment == row.index; ++step_)

@@ -20,6 +20,7 @@
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/parallel_for.h"
+#include "evenstep/text/text_file.h"
 #include "judge.h"
 #include "live_log.h"
 #include "run_case.h"
@@ -29,10 +30,10 @@ namespace {
 
 /// Whether an expectation asks how far this strategy's forces are from the ideal twin's.
 bool asks_for_twin(const Scenario& scenario, StrategyKind kind) {
-  for (const Expectation& expectation : scenario.expectations) {
-    if (!compares_with_twin(expectation.metric)) continue;
+  for (const Expectation* condition : conditions_of(scenario)) {
+    if (!compares_with_twin(condition->metric)) continue;
     for (const DeviceSpec& device : scenario.devices) {
-      if (internal::matches(expectation.signal, device.name + ".force." + name_of(kind))) return true;
+      if (internal::matches(condition->signal, device.name + ".force." + name_of(kind))) return true;
     }
   }
   return false;
@@ -137,9 +138,9 @@ std::string culprit_of(const Scenario& scenario, const StrategyRecord& a, const 
 InputLogHead head_of(const Scenario& scenario, const RunOptions& options) {
   return {.version = kVersion,
           .build = compiler_here(),
-          .scenario_file = scenario.file,
+          .scenario_file = internal::portable_path(scenario.file),
           .scenario_text = scenario.resolved_toml,
-          .files = files_named_by(scenario.resolved_toml),
+          .files = {},
           .origin = options.origin,
           .devices = options.devices.bindings,
           .forces = options.devices.forces,
@@ -151,7 +152,9 @@ InputLogHead head_of(const Scenario& scenario, const RunOptions& options) {
 /// Null if nothing is to be recorded.
 std::unique_ptr<internal::LiveLog> start_log(const Scenario& scenario, const RunOptions& options) {
   if (options.record_to.empty()) return nullptr;
-  auto writer = internal::InputLogWriter::create(options.record_to, head_of(scenario, options));
+  InputLogHead head = head_of(scenario, options);
+  const std::vector<EmbeddedFile> files = take_files(head);
+  auto writer = internal::InputLogWriter::create(options.record_to, head, files);
   if (!writer)
     throw RunFailure("disk", fmt::format("--record {}: {}", options.record_to, writer.error()),
                      "give a place that can be written");
@@ -170,20 +173,23 @@ LiveRecording run_and_record(const Scenario& scenario, const StrategyPlan& live,
   return recording;
 }
 
-/// All strategies of a run whose live one has been recorded: the others are shadows.
-void add_strategies(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const LiveRecording& recording,
+/// All strategies of a run whose live one has been recorded: the others are shadows. The record of the live one moves there.
+void add_strategies(const Scenario& scenario, const std::vector<StrategyPlan>& plans, LiveRecording& recording,
                     const RunOptions& options, RunRecord& run) {
   const bool interrupted = options.control.is_interrupted();
   run.live = recording.record.name;
+  run.strategies.reserve(plans.size());
   for (const StrategyPlan& plan : plans) {
-    if (plan.kind == scenario.live)
-      run.strategies.push_back(recording.record);
-    else if (interrupted)
+    if (plan.kind == scenario.live) {
+      run.strategies.push_back(std::move(recording.record));
+      if (!recording.ran) recording.ran = &run.strategies.back();
+    } else if (interrupted) {
       continue;
-    else if (traits_of(plan.kind).knows_motion)
+    } else if (traits_of(plan.kind).knows_motion) {
       run.strategies.push_back(run_strategy(scenario, plan, options.control));
-    else
+    } else {
       run.strategies.push_back(run_shadow(scenario, plan, recording, options.control));
+    }
   }
 }
 
@@ -191,28 +197,32 @@ const StrategyPlan& live_plan(const Scenario& scenario, const std::vector<Strate
   return *std::find_if(plans.begin(), plans.end(), [&](const StrategyPlan& p) { return p.kind == scenario.live; });
 }
 
+template <class Run>
+auto& strategy_named(Run& run, const std::string& name) {
+  return *std::find_if(run.strategies.begin(), run.strategies.end(), [&](const auto& one) { return one.name == name; });
+}
+
 /// Runs the live strategy first, then the shadows, then its exact twin (which proves that the recording is complete).
 void run_wall(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options, RunRecord& run,
               std::string& difference) {
   const StrategyPlan& live = live_plan(scenario, plans);
-  const LiveRecording recording = run_and_record(scenario, live, options, run);
+  LiveRecording recording = run_and_record(scenario, live, options, run);
   add_strategies(scenario, plans, recording, options, run);
   if (options.control.is_interrupted()) return;
   StrategyRecord twin = replay(scenario, live, recording, options.control);
-  for (StrategyRecord& strategy : run.strategies)
-    if (strategy.name == twin.name) strategy.tissue = std::move(twin.tissue);
-  if (twin.trace_hash == recording.record.trace_hash) return;
-  const auto found = first_difference({recording.record}, {twin});
-  difference =
-      found ? "the recorded run and its virtual twin differ: " + found->text + culprit_of(scenario, recording.record, twin)
-            : "hashes differ, events do not";
+  StrategyRecord& ran = strategy_named(run, twin.name);
+  ran.tissue = std::move(twin.tissue);
+  if (twin.trace_hash == ran.trace_hash) return;
+  const auto found = first_difference({ran}, {twin});
+  difference = found ? "the recorded run and its virtual twin differ: " + found->text + culprit_of(scenario, ran, twin)
+                     : "hashes differ, events do not";
 }
 
 /// The same of a recording. One that ends early is measured, and shadowed, up to where both lanes are in it.
 void run_recorded(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options,
                   RunRecord& run, std::string& difference) {
   const InputLog& log = *options.replayed;
-  const LogReplay replayed = replay(scenario, live_plan(scenario, plans), log, options.control);
+  LogReplay replayed = replay(scenario, live_plan(scenario, plans), log, options.control);
   run.real_time_granted = !log.end || log.end->real_time_granted;
   difference = replayed.difference;
   Scenario as_far = scenario;
@@ -239,10 +249,6 @@ void run_once(const Scenario& scenario, const RunOptions& options, RunRecord& ru
   else
     run_virtual(scenario, plans, options, run);
   finish(run);
-}
-
-const StrategyRecord& strategy_named(const RunRecord& run, const std::string& name) {
-  return *std::find_if(run.strategies.begin(), run.strategies.end(), [&](const auto& one) { return one.name == name; });
 }
 
 std::string compare(const Scenario& scenario, const RunRecord& a, const RunRecord& b) {
@@ -342,9 +348,16 @@ void refuse_imbalance(const RunRecord& run) {
 
 void measure(const Scenario& scenario, const RunOptions& options, RunOutcome& outcome) {
   outcome.metrics = evenstep::measure(outcome.record);
-  const auto asks = [](const Expectation& expectation) { return is_growth(expectation.metric); };
-  if (options.growths || std::any_of(scenario.expectations.begin(), scenario.expectations.end(), asks))
+  const std::vector<const Expectation*> conditions = conditions_of(scenario);
+  const auto asks = [](const Expectation* condition) { return is_growth(condition->metric); };
+  if (options.growths || std::any_of(conditions.begin(), conditions.end(), asks))
     add_growths(outcome.record, outcome.metrics);
+}
+
+void judge(const Scenario& scenario, RunOutcome& outcome) {
+  outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+  for (const Sometimes& state : scenario.sometimes)
+    outcome.reached.push_back(internal::reaches(state.condition, scenario, outcome.record.nominal, outcome.metrics));
 }
 
 /// If the run stopped as [expect_stop] says, the other expectations are judged by what was recorded until then. After any
@@ -356,7 +369,7 @@ void judge_stopped(const Scenario& scenario, const RunOptions& options, RunOutco
   }
   outcome.record.trace_hash = hash_of(outcome.record.strategies);
   measure(scenario, options, outcome);
-  outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+  judge(scenario, outcome);
   count_results(outcome);
 }
 
@@ -433,7 +446,7 @@ RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
       if (!options.replayed) end_early(outcome.record);
       if (difference.empty()) refuse_imbalance(outcome.record);  // a replay that is not the run need not add up
       measure(scenario, options, outcome);
-      if (!interrupted() && whole) outcome.results = internal::judge(scenario, outcome.record, outcome.metrics);
+      if (!interrupted() && whole) judge(scenario, outcome);
     }
     add_recording_failure(outcome);
     if (interrupted()) {
@@ -471,6 +484,9 @@ Nominal nominal_of(const Scenario& scenario) {
   nominal.slot_s = period_s(scenario.scene.step_rate);
   nominal.judged_from = RealTime{scenario.warmup.ns};
   nominal.end = RealTime{scenario.run_duration.ns};
+  nominal.faults = scenario.faults;
+  nominal.recovery_latency = scenario.recovery_latency;
+  nominal.recovery_jump = scenario.recovery_jump;
   const auto* spring = std::get_if<SpringScene>(&scenario.scene.body);
   for (const DeviceSpec& device : scenario.devices) {
     Nominal::Device& named = nominal.devices.emplace_back();

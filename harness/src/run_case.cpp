@@ -25,12 +25,15 @@ CaseRecord run_cells(const Scenario& scenario, const RunOptions& options) {
     for (const std::string& solver : spec.solver_names())
       record.rows.push_back({name_of(method), solver, std::vector<CaseCell>(spec.values.size())});
   }
-  const std::size_t columns = spec.values.size(), solvers = spec.solvers.size();
-  parallel_for(record.rows.size() * columns, options.threads, [&](std::size_t i) {
-    const std::size_t row = i / columns, column = i % columns;
-    const CellSpec cell{spec, spec.values[column], spec.methods[row / solvers], spec.solvers[row % solvers]};
-    record.rows[row].cells[column] = run_cell(kind, cell, scenario.seed, options.control.interrupted);
-  });
+  const std::size_t columns = spec.values.size();
+  const auto cell = [&](std::size_t i) -> CaseCell& { return record.rows[i / columns].cells[i % columns]; };
+  if (options.cells != nullptr) {
+    for (std::size_t i = 0; i < options.cells->size(); ++i) cell(i) = (*options.cells)[i];
+  } else {
+    parallel_for(record.rows.size() * columns, options.threads, [&](std::size_t i) {
+      cell(i) = run_case_cell(scenario, static_cast<std::int64_t>(i), options.control.interrupted);
+    });
+  }
   compare_devices(record);
   if (kind.compare == nullptr) return record;
   for (CaseRow& row : record.rows) kind.compare(row.cells);
@@ -80,3 +83,21 @@ void run_case(const Scenario& scenario, const RunOptions& options, RunOutcome& o
 }
 
 }  // namespace evenstep::internal
+
+namespace evenstep {
+
+std::int64_t case_cells(const Scenario& scenario) {
+  const CaseSpec& spec = *scenario.case_spec;
+  return static_cast<std::int64_t>(spec.methods.size() * spec.solver_names().size() * spec.values.size());
+}
+
+CaseCell run_case_cell(const Scenario& scenario, std::int64_t cell, const std::atomic<bool>* interrupted) {
+  const CaseSpec& spec = *scenario.case_spec;
+  const auto i = static_cast<std::size_t>(cell);
+  const std::size_t columns = spec.values.size(), solvers = spec.solvers.size(), row = i / columns;
+  return internal::run_cell(internal::kind_of(spec),
+                            {spec, spec.values[i % columns], spec.methods[row / solvers], spec.solvers[row % solvers]},
+                            scenario.seed, interrupted);
+}
+
+}  // namespace evenstep

@@ -9,6 +9,7 @@
 #include "evenstep/harness/rendering.h"
 #include "evenstep/reports/run_failure.h"
 #include "make_driver.h"
+#include "source_plan.h"
 #include "strategies.h"
 
 namespace evenstep {
@@ -19,6 +20,8 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
   if (const auto* local = std::get_if<LocalRender>(&device.render)) {
     return RenderLocal{.alpha = alpha_of(scenario, plan, device),
                        .knows_gap = local->knows_gap,
+                       .part = local->part,
+                       .coupled = local->coupled,
                        .by_device = local->by_device,
                        .most_N_per_m = cap_of(scenario, plan, device)};
   }
@@ -110,6 +113,7 @@ std::vector<LinkSpec> links_of(const Scenario& scenario, const StrategyPlan& pla
     links[tool].emission = scenario.devices[tool].emission;
     links[tool].render = render_of(scenario, plan, scenario.devices[tool]);
     links[tool].ticks = grids[tool];
+    links[tool].source = internal::source_forces(scenario, plan, links[tool].emission);
     internal::strategy_of(plan.kind).link(scenario.remap, links[tool]);
   }
   return links;
@@ -138,11 +142,13 @@ void put_ages(const SampleAges& ages, std::map<std::string, double>& counters) {
   counters["sample_age_p99"] = seconds(ages.ages.quantile(990));
   counters["sample_age_max"] = seconds(ages.ages.largest());
   counters["ages_capped"] = static_cast<double>(ages.capped);
+  if (ages.clock_rate_error || ages.ahead > 0) {
+    counters["clock_ahead"] = static_cast<double>(ages.ahead);
+    counters["clock_ahead_max"] = seconds(ages.ahead_max);
+  }
   if (!ages.clock_rate_error) return;
   counters["clock_rate_error"] = *ages.clock_rate_error;
   counters["clock_residual"] = seconds(ages.residual);
-  counters["clock_ahead"] = static_cast<double>(ages.ahead);
-  counters["clock_ahead_max"] = seconds(ages.ahead_max);
   counters["clock_restarts"] = static_cast<double>(ages.restarts);
 }
 

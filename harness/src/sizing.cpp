@@ -49,10 +49,12 @@ void walk(SlotMap& map, RealTime end, Next next, Visit visit) {
   std::int64_t n = 0;
   for (const SegmentTiming* segment = next(); segment != nullptr && segment->begin < end; segment = next()) {
     map.boundary(n, segment->begin);
-    for (const auto& [began, ended] : segment->steps) {
-      const Slot slot = map.read(n, began);
-      map.emission(n, ended);
-      if (slot.kind == SlotKind::mapped && ended < end) visit({n, began, ended, slot.read, segment->index});
+    for (const Interval& step : segment->steps) {
+      const Transport way = segment->transport(step);
+      const Slot slot = map.read(n, step.begin);
+      map.emission(n, step.end + way.delay);
+      if (slot.kind == SlotKind::mapped && step.end < end)
+        visit({n, step.begin, step.end + way.delay, slot.read, segment->index, way.lost});
       ++n;
     }
   }
@@ -78,8 +80,10 @@ void walk_gated(const MapSetup& setup, StepTiming& timing, StrategyKind kind, co
         pushed.wait(began - launched);
       }
       const RealTime ended = pushed.end(step.end);
-      if (slot.kind == SlotKind::mapped && ended < end) steps.push_back({n, began, ended, slot.read, segment.index});
-      map->emission(n, ended, pushed.by());
+      const Transport way = segment.transport(step);
+      if (slot.kind == SlotKind::mapped && ended < end)
+        steps.push_back({n, began, ended + way.delay, slot.read, segment.index, way.lost});
+      map->emission(n, ended + way.delay, pushed.by());
       ++n;
     }
     if (pause.after_steps) pushed.end(segment.visualization->end);
@@ -107,7 +111,16 @@ std::vector<MappedStep> walk(const MapSetup& setup, const TimingSpec& timing_spe
 }  // namespace
 
 std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing) {
-  return timing.trace.empty() ? make_programmed_timing(timing.programmed) : make_replayed_timing(timing.trace);
+  const bool recorded = !timing.trace.empty();
+  std::unique_ptr<StepTiming> steps =
+      recorded ? make_replayed_timing(timing.trace) : make_programmed_timing(timing.programmed);
+  if (timing.governor)
+    steps = make_governed_timing(std::move(steps), *timing.governor,
+                                 recorded ? grid_period(timing.trace) : grid_period(timing.programmed));
+  if (!timing.elsewhere) return steps;
+  SourceSpec source = *timing.elsewhere;
+  source.seed = timing.programmed.seed;  // further seeds of a run are set there
+  return make_source_timing(std::move(steps), source);
 }
 
 std::unique_ptr<StepTiming> make_even_timing(Rate step_rate, Duration run_time) {
@@ -128,7 +141,9 @@ MapSetup map_setup(const Scenario& scenario) {
           .step_rate = scenario.scene.step_rate,
           .grids = sampling_grids(scenario),
           .emission = linear ? Emission::linear : Emission::hold,
-          .end = RealTime{scenario.run_duration.ns}};
+          .end = RealTime{scenario.run_duration.ns},
+          .source_period = scenario.playing.resampler.period,
+          .taps = scenario.playing.resampler.taps};
 }
 
 std::unique_ptr<SlotMap> make_map(const MapSetup& setup, StrategyKind kind, Duration lead, const AdaptiveLatency& latency) {
@@ -140,6 +155,8 @@ Sizing size_map(const MapSetup& setup, const TimingSpec& timing, StrategyKind ki
   sizing.steps = walk(setup, timing, kind, nullptr);
   sizing.any_phase = least_latency_any_phase(sizing.steps, setup.grids, setup.emission);
   sizing.this_phase = least_latency_this_phase(sizing.steps, setup.grids, setup.emission);
+  const Duration ahead = needed_ahead(setup, kind);
+  for (LatencyBudget* least : {&sizing.any_phase, &sizing.this_phase}) least->latency = least->latency + ahead;
   return sizing;
 }
 

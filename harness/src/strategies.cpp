@@ -7,7 +7,9 @@
 #include "evenstep/remap/paper_map.h"
 #include "evenstep/remap/phase_locked_map.h"
 #include "evenstep/remap/regression_map.h"
+#include "evenstep/remap/source_maps.h"
 #include "foreign_map.h"
+#include "source_plan.h"
 
 namespace evenstep {
 namespace {
@@ -122,6 +124,14 @@ std::unique_ptr<SlotMap> regression_map(const MapSetup& setup, Duration lead, co
   return std::make_unique<RegressionMap>(setup.step_rate, lead, latency, setup.remap.bandwidth_Hz);
 }
 
+std::unique_ptr<SlotMap> stamp_map(const MapSetup&, Duration lead, const AdaptiveLatency& latency) {
+  return std::make_unique<StampMap>(lead, latency);
+}
+
+std::unique_ptr<SlotMap> absolute_grid_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
+  return std::make_unique<AbsoluteGridMap>(setup.step_rate, lead, latency);
+}
+
 std::unique_ptr<SlotMap> even_map(const MapSetup& setup, Duration lead, const AdaptiveLatency& latency) {
   return std::make_unique<EvenMap>(RealTime{0}, setup.step_rate, lead, latency.latency());
 }
@@ -158,6 +168,13 @@ const Strategy kStrategies[] = {
     {StrategyKind::foreign, plan_remap, foreign_map, link_remap, {"#009e73", 2, "9 4"}},
     {StrategyKind::jack_dll, plan_remap, delay_locked_map, link_remap, {"#009e73", 2, "12 3"}},
     {StrategyKind::lsl_dejitter, plan_remap, regression_map, link_remap, {"#cc79a7", 2, "7 3 2 3"}},
+    {StrategyKind::linear, plan_remap, stamp_map, link_remap, {"#0072b2", 2, "10 3"}},
+    {StrategyKind::absolute_grid, plan_remap, absolute_grid_map, link_remap, {"#cc79a7", 2, "2 2"}},
+    {StrategyKind::holt_winters, plan_direct, direct_map, link_direct, {"#e69f00", 2, "8 2 2 2"}},
+    {StrategyKind::polyphase, plan_remap, delay_locked_map, link_remap, {"#009e73", 2, "4 2"}},
+    {StrategyKind::chunk_replace, plan_direct, direct_map, link_direct, {"#009e73", 2, ""}},
+    {StrategyKind::chunk_append, plan_direct, direct_map, link_direct, {"#cc79a7", 2, "4 2"}},
+    {StrategyKind::chunk_blend, plan_direct, direct_map, link_direct, {"#0072b2", 2, "8 3"}},
 };
 
 }  // namespace
@@ -175,6 +192,7 @@ std::vector<StrategyPlan> plan(const Scenario& scenario, PlannedSteps steps) {
   std::vector<StrategyPlan> plans;
   for (const StrategyKind kind : scenario.strategies) {
     plans.push_back(internal::strategy_of(kind).plan(scenario, kind));
+    internal::add_room(scenario, plans.back());
     if (steps == PlannedSteps::drop) plans.back().sizing.steps = {};
   }
   const auto twin_of = [&](auto&& wanted) { return std::find_if(plans.begin(), plans.end(), wanted); };

@@ -8,6 +8,7 @@
 #include "evenstep/harness/simulated_devices.h"
 #include "evenstep/reports/run_failure.h"
 #include "judge.h"
+#include "source_plan.h"
 #include "strategies.h"
 #include "undelayed_solver.h"
 
@@ -21,6 +22,7 @@ void put_memory(const Scenario& scenario, const StrategyPlan& plan, StrategyReco
     Duration read = link.interaction.window, sent = link.force.window;
     if (link.interaction_filter)
       read = std::max(read, settling_time(*link.interaction_filter, link.step_rate) + scenario.nominal.segment);
+    if (link.source) sent = std::max(sent, internal::memory_of(*link.source));
     if (link.force_filter) sent = std::max(sent, settling_time(*link.force_filter, link.ticks.rate));
     record.interaction_memory = std::max(record.interaction_memory, read);
     record.force_memory = std::max(record.force_memory, sent);
@@ -37,6 +39,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan, 
   record.name = name_of(plan.kind);
   record.variable_step = traits_of(plan.kind).varies_step;
   record.reference = traits_of(plan.kind).knows_motion;
+  record.continues = traits_of(plan.kind).continues;
   record.look = internal::strategy_of(plan.kind).look;
   for (const DeviceSpec& device : scenario.devices) {
     DeviceRecord& kept = record.devices.emplace_back(empty_device_record(files));
@@ -57,6 +60,7 @@ StrategyRecord start_record(const Scenario& scenario, const StrategyPlan& plan, 
                     .force_capacity = static_cast<std::int64_t>(plan.force_capacity),
                     .predicted_interaction_underruns = plan.predicted_interaction_underruns,
                     .predicted_late_forces = plan.predicted_late_forces,
+                    .least_entries = plan.least_entries,
                     .adapts = plan.adapts};
   return record;
 }
@@ -100,9 +104,10 @@ SolverRecord solver_record(Solver& solver, const Scene& scene, double seconds) {
 
 /// Whether an expectation asks for the energy of this strategy's solver.
 bool asks_for_energy(const Scenario& scenario, StrategyKind kind) {
-  return std::any_of(scenario.expectations.begin(), scenario.expectations.end(), [&](const Expectation& expectation) {
-    return expectation.metric.starts_with("energy_") &&
-           internal::matches(expectation.signal, std::string("solver.") + name_of(kind));
+  const std::vector<const Expectation*> conditions = conditions_of(scenario);
+  return std::any_of(conditions.begin(), conditions.end(), [&](const Expectation* condition) {
+    return condition->metric.starts_with("energy_") &&
+           internal::matches(condition->signal, std::string("solver.") + name_of(kind));
   });
 }
 
@@ -118,6 +123,13 @@ void put_contacts(const std::optional<RenderedContactsSummary>& contacts, Device
   if (!contacts) return;
   record.counters["contact_stiffness"] = contacts->stiffest_N_per_m;
   record.counters["softened"] = static_cast<double>(contacts->softened);
+}
+
+/// Records what became of a source's forces on their way.
+void put_source(const std::optional<SourceCounts>& counts, DeviceRecord& record) {
+  if (!counts) return;
+  record.counters["source_lost"] = static_cast<double>(counts->lost);
+  record.counters["source_reordered"] = static_cast<double>(counts->reordered);
 }
 
 DeviceFlow flow_of(const DeviceLane& lane, const Exchange& exchange) {
@@ -147,20 +159,6 @@ void put_stored(const Scenario& scenario, DeviceRecord& record) {
   record.stored_J = stored_energy_J(scenario.scene, glm::dvec3(x, y, z));
 }
 
-void keep_events(const std::vector<Event>& events, StrategyRecord& record) {
-  std::map<std::string, std::uint16_t> names;
-  std::uint64_t hash = 0;
-  record.events.reserve(events.size());
-  for (const Event& event : events) {
-    hash = chain(hash, event);
-    const auto [name, added] = names.try_emplace(event.name.text, static_cast<std::uint16_t>(record.event_names.size()));
-    if (added) record.event_names.emplace_back(event.name.text);
-    record.events.push_back({event.time, static_cast<std::uint8_t>(event.lane), name->second, hash});
-    ++record.event_counts[std::string(lane_name(event.lane)) + "." + event.name.text];
-  }
-  record.trace_hash = hash;
-}
-
 }  // namespace
 
 /// A timing that knows when all the steps that it has handed out were programmed to begin.
@@ -173,6 +171,7 @@ class CountedTiming final : public StepTiming {
     steps_ += std::ssize(segment.steps);
     return true;
   }
+  void visualized(Duration took, bool finished) override { timing_->visualized(took, finished); }
   /// How many steps are programmed to begin before `end`, those of segments that nobody has asked for included.
   std::int64_t steps_before(RealTime end) {
     SegmentTiming segment;
@@ -208,6 +207,7 @@ StrategyLanes::StrategyLanes(const Scenario& scenario, const StrategyPlan& plan,
       map_(map_of(scenario, plan)),
       timing_(std::make_unique<CountedTiming>(std::move(timing))),
       record_(start_record(scenario, plan, row_files)),
+      event_recorder_(record_),
       step_(*solver_, scene_),
       step_recorder_(record_, underrun_words(scenario.remap, plan.kind)),
       lanes_(device_lanes(scenario, devices)),
@@ -236,8 +236,21 @@ void StrategyLanes::show(LoopWatch& watch) {
   step_recorder_.show(watch.steps);
 }
 
-StrategyRecord StrategyLanes::finish(const std::vector<Event>& events, RealTime end) {
-  keep_events(events, record_);
+void EventRecorder::keep(const Event& event) {
+  record_.trace_hash = chain(record_.trace_hash, event);
+  const auto next_name = static_cast<std::uint16_t>(record_.event_names.size());
+  const auto [name, added] = names_.try_emplace(event.name.text, next_name);
+  if (added) record_.event_names.emplace_back(event.name.text);
+  record_.events.push_back({event.time, static_cast<std::uint8_t>(event.lane), name->second, record_.trace_hash});
+  ++record_.event_counts[std::string(lane_name(event.lane)) + "." + event.name.text];
+}
+
+void StrategyLanes::take_events(Scheduler& scheduler) {
+  scheduler.take_events(taken_);
+  for (const Event& event : taken_) keep(event);
+}
+
+StrategyRecord StrategyLanes::finish(RealTime end) {
   record_.steps_due = timing_->steps_before(end);
   record_.steps_begun = step_.begun;
   record_.emission_repairs = map_->emission_repairs();
@@ -249,6 +262,7 @@ StrategyRecord StrategyLanes::finish(const std::vector<Event>& events, RealTime 
     device.counters = counters_of(lanes_[tool]);
     device.flow = flow_of(lanes_[tool], exchange_);
     put_contacts(exchange_.contacts(static_cast<int>(tool)), device);
+    put_source(exchange_.source_counts(static_cast<int>(tool)), device);
     put_stored(scenario_, device);
     if (scenario_.devices[tool].hand || scenario_.devices[tool].is_real) continue;  // its true motion is not known
     for (std::size_t n = 0; n < device.steps.size(); ++n) {

@@ -20,9 +20,10 @@ Task signal_lane(Scheduler& scheduler, RealTime at, std::atomic<bool>& interrupt
 }
 
 /// The record of what the lanes did until they failed; null if even that is impossible.
-std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, const Scheduler& scheduler) {
+std::shared_ptr<StrategyRecord> record_so_far(StrategyLanes& lanes, Scheduler& scheduler) {
   try {
-    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.events(), scheduler.now() + Duration{1}));
+    lanes.take_events(scheduler);
+    return std::make_shared<StrategyRecord>(lanes.finish(scheduler.now() + Duration{1}));
   } catch (const std::exception&) {
     return nullptr;
   }
@@ -103,14 +104,15 @@ StrategyRecord run_lanes(const Scenario& scenario, const StrategyPlan& plan, Lan
   control_in_time.interrupted_by_scenario = &interrupted;
   if (scenario.interrupt) scheduler.spawn(signal_lane(scheduler, RealTime{scenario.interrupt->ns}, interrupted));
   lanes.spawn(scheduler, scheduler);
-  const SlicedRun run = run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control_in_time);
+  const SlicedRun run = run_in_slices(scheduler, RealTime{scenario.run_duration.ns}, name_of(plan.kind), control_in_time,
+                                      [&](RealTime) { lanes.take_events(scheduler); });
   try {
-    throw_if_failed(run.status, name_of(plan.kind), static_cast<std::int64_t>(lanes.record().steps.size()));
+    throw_if_failed(run.status, name_of(plan.kind), lanes.steps());
   } catch (RunFailure& failure) {
     failure.so_far = record_so_far(lanes, scheduler);
     throw;
   }
-  StrategyRecord record = lanes.finish(scheduler.events(), run.reached);
+  StrategyRecord record = lanes.finish(run.reached);
   record.interrupted = run.interrupted;
   record.trace_hash = scheduler.trace_hash();  // known even if no events are kept
   if (watched) record.tissue = picture_of(scenario, *watched);

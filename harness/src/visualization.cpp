@@ -22,29 +22,72 @@ constexpr double kLongestArrow = 0.4;
 
 RunFailure cannot_draw(const DrawError& error) { return {"visualization", error.what, error.remedy}; }
 
-/// Draws the tissue as the solver has left it.
+/// How much of a drawing one run of a visualization may do, and how much is done.
+class Progress {
+ public:
+  static constexpr int kWhole = kWholeDrawing;
+
+  void begins(const DrawingPart& part) {
+    part_ = part;
+    if (done_ == kWhole) done_ = 0;
+    int n = done_ * part.parts / kWhole;
+    do end_ = ++n * kWhole / part.parts;  // rounded down, so it may be where the part before ended
+    while (end_ <= done_);
+  }
+  int done() const { return done_; }
+  bool finished() const { return done_ == kWhole; }
+  /// Up to where to go next, after so long in this run; done() if no more fits. What can be cut off goes in thirtieths, each
+  /// expected to take as long as the longest so far; the first one is always done.
+  int next(Duration spent) const {
+    if (!part_.at_most) return end_;
+    if (spent.ns > 0 && spent + longest_ > *part_.at_most) return done_;
+    return std::min(done_ + kWhole / 30, end_);
+  }
+  void did(int until, Duration took) {
+    longest_ = done_ == 0 ? took : std::max(longest_, took);
+    done_ = until;
+  }
+
+ private:
+  DrawingPart part_;
+  int done_ = kWhole, end_ = kWhole;
+  Duration longest_;  // of the steps of next() in this drawing
+};
+
+/// Draws the tissue as the solver has left it when the drawing begins.
 class Render final : public RealVisualization {
  public:
   Render(const Scenario& scenario, const TissueScene& tissue, WatchedSolver& solver)
-      : solver_(solver), mesh_(tissue, kArrowPerNewton * block_size_m(tissue)) {
+      : clock_(WallEpoch::in({})), solver_(solver), mesh_(tissue, kArrowPerNewton * block_size_m(tissue)) {
     const auto [width, height] = scenario.timing.picture_px;
     auto canvas = make_canvas(width, height, view_of(tissue, width, height), mesh_.mesh());
     if (!canvas) throw cannot_draw(canvas.error());
     canvas_ = *std::move(canvas);
     text_ = fmt::format("the tissue is drawn, {} x {} pixels, by {}", width, height, canvas_->device());
   }
-  void begins(Duration) override {}
+  void begins(Duration, const DrawingPart& part) override { progress_.begins(part); }
   void run() override {
-    mesh_.move(solver_.particle_state(), solver_.tools());
-    if (const auto drawn = canvas_->draw(mesh_.mesh().positions_m); !drawn) throw cannot_draw(drawn.error());
+    const RealTime began = clock_.now();
+    if (progress_.done() == 0) mesh_.move(solver_.particle_state(), solver_.tools());
+    RealTime now = began;
+    for (int to = progress_.next({}); to > progress_.done(); to = progress_.next(now - began)) {
+      const auto drawn = canvas_->draw_share(mesh_.mesh().positions_m, progress_.done(), to);
+      if (!drawn) throw cannot_draw(drawn.error());
+      const RealTime before = now;
+      now = clock_.now();
+      progress_.did(to, now - before);
+    }
   }
+  bool finished() const override { return progress_.finished(); }
   const std::string& text() const override { return text_; }
   std::string png() override { return png_of(canvas_->image()).value_or(""); }
 
  private:
+  WallClock clock_;
   WatchedSolver& solver_;
   TissueMesh mesh_;
   std::unique_ptr<Canvas> canvas_;
+  Progress progress_;
   std::string text_;
 };
 
@@ -58,7 +101,11 @@ class Burn final : public RealVisualization {
       if (took >= kLaunch || rounds > kMostRounds / 2) break;
     }
   }
-  void begins(Duration programmed) override { length_ = programmed; }
+  void begins(Duration programmed, const DrawingPart& part) override {
+    length_ = programmed;
+    finished_ = part.finishes;
+  }
+  bool finished() const override { return finished_; }
   void run() override {
     const RealTime end = clock_.now() + length_;
     for (Duration left = length_; left > kTooShort; left = end - clock_.now()) {
@@ -86,6 +133,7 @@ class Burn final : public RealVisualization {
   std::unique_ptr<BusyDevice> device_;
   double rounds_per_ns_ = 1;
   Duration length_;
+  bool finished_ = true;
   std::string text_ = "a kernel kept the compute device busy, for the length that the scenario gives";
 };
 

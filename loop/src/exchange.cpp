@@ -56,9 +56,14 @@ std::optional<RenderedContactsSummary> Exchange::contacts(int tool) const {
   return links_[static_cast<std::size_t>(tool)].forces->contacts();
 }
 
+std::optional<SourceCounts> Exchange::source_counts(int tool) const {
+  return links_[static_cast<std::size_t>(tool)].forces->source_counts();
+}
+
 DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   const DeviceSample sample = read_device(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
+  link.sensed[1] = std::exchange(link.sensed[0], sample);
   // A position that is not new was taken when the last one was, and is in the ring already.
   if (sample.fresh || !sample.taken_at)
     link.interaction.push(sample.time(), sample.position_m);
@@ -67,10 +72,18 @@ DeviceSample Exchange::sense(int tool, const Scheduler& scheduler) {
   return sample;
 }
 
+const glm::dvec3* Exchange::other_hand_m(int tool, const DeviceSample& sample) const {
+  if (tool_count() != 2) return nullptr;
+  for (const std::optional<DeviceSample>& other : links_[static_cast<std::size_t>(1 - tool)].sensed)
+    if (other && other->read_at < sample.read_at) return &other->position_m;
+  return nullptr;
+}
+
 Played Exchange::play(int tool, const DeviceSample& sample, const Scheduler& scheduler) {
   const TickInput input = look(tool, scheduler);
   Link& link = links_[static_cast<std::size_t>(tool)];
-  Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample), link.forces->spring()};
+  Played played{input.played_at, link.forces->at(input.played_at, input.force_head, sample, other_hand_m(tool, sample)),
+                link.forces->spring()};
   link.count(input, played.force_N.status);
   if (link.force_filter) played.force_N.value = link.force_filter->next(played.force_N.value);
   return played;
@@ -94,7 +107,7 @@ RealTime Exchange::next_sample(int tool, const Slot& slot, RealTime now) const {
   return due > now ? due : now + kLookAgain;
 }
 
-void Exchange::respond(int tool, RealTime emission, const ContactRecord& record) {
+void Exchange::respond(int tool, const StepEmission& emission, const ContactRecord& record) {
   links_[static_cast<std::size_t>(tool)].forces->push(emission, record);
 }
 
@@ -173,6 +186,14 @@ bool RecordedExchange::next_step_ready() const {
     if (next_step_[tool] < heads.size() && heads[next_step_[tool]] > samples(static_cast<int>(tool))) return false;
   }
   return true;
+}
+
+bool RecordedExchange::samples_ahead(std::uint64_t by) const {
+  for (std::size_t tool = 0; tool < inputs_.size(); ++tool) {
+    const auto& heads = inputs_[tool].interaction_heads;
+    if (next_step_[tool] < heads.size() && samples(static_cast<int>(tool)) >= heads[next_step_[tool]] + by) return true;
+  }
+  return false;
 }
 
 DeviceSample RecordedExchange::read_device(int tool, const Scheduler&) {

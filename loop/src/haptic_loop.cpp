@@ -23,10 +23,18 @@ SaturationCauses causes_of(const DeviceLane& lane, const DeviceSample& sample, c
 }
 
 /// Runs the visualization, or waits as long as it would take.
-Scheduler::External visualize(Scheduler& scheduler, Duration programmed, Visualization* visualization) {
-  if (visualization == nullptr) return scheduler.external(scheduler.now() + programmed, nullptr, "visualization");
-  visualization->begins(programmed);
+Scheduler::External visualize(Scheduler& scheduler, const Pause& pause, const SegmentTiming& segment,
+                              Visualization* visualization, StepRecorder& record) {
+  record.visualization_begins(scheduler.now(), visualization == nullptr ? pause.length : kLongestRun);
+  if (visualization == nullptr) return scheduler.external(scheduler.now() + pause.length, nullptr, "visualization");
+  visualization->begins(pause.length, segment.drawing);
   return scheduler.external(scheduler.now(), visualization, "visualization");
+}
+
+/// What has really been drawn is kept, and told to the timing.
+void visualized(Scheduler& scheduler, const Visualization* visualization, StepRecorder& record, StepTiming& timing) {
+  if (visualization == nullptr) return;
+  timing.visualized(record.visualization_ends(scheduler.now(), visualization->finished()), visualization->finished());
 }
 
 }  // namespace
@@ -66,9 +74,8 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
     const Pause pause = pause_of(segment, own_lane);
     if (pause.before_steps) {
       pushed.end(segment.visualization->end);
-      if (visualization) record.visualization_begins(scheduler.now());
-      co_await visualize(scheduler, pause.length, visualization);  // 3 d: the large delay
-      if (visualization) record.visualization_ends(scheduler.now());
+      co_await visualize(scheduler, pause, segment, visualization, record);  // 3 d: the large delay
+      visualized(scheduler, visualization, record, timing);
     }
     for (const Interval& step : segment.steps) {
       // An event of its own, so that it comes after the sample of the same instant.
@@ -87,18 +94,18 @@ Task simulation_lane(Scheduler& scheduler, StepTiming& timing, SlotMap& map, Sol
       const RealTime began = scheduler.now();
       pushed.wait(began - launched);
       solver.begins(began);
-      co_await scheduler.external(pushed.end(step.end), &solver, "step");     // 4 b: a constant amount of simulation time
-      const StepEmission emission = steps.end(scheduler.now(), pushed.by());  // 4 d: the inverse of 3 c
+      co_await scheduler.external(pushed.end(step.end), &solver, "step");  // 4 b: a constant amount of simulation time
+      const Transport way = segment.transport(step);                       // at once, but for a source
+      const StepEmission emission = steps.end(scheduler.now() + way.delay, pushed.by(), way.lost);  // 4 d: inverse of 3 c
       for (int tool = 0; tool < exchange.tool_count(); ++tool) {
-        exchange.respond(tool, emission.at, solver.contact(tool));  // 4 e: evenly
+        exchange.respond(tool, emission, solver.contact(tool));  // 4 e: evenly
       }
       record.step(scheduler, segment, slot, began, emission, solver);
     }
     if (pause.after_steps) {
       pushed.end(segment.visualization->end);
-      if (visualization) record.visualization_begins(scheduler.now());
-      co_await visualize(scheduler, pause.length, visualization);
-      if (visualization) record.visualization_ends(scheduler.now());
+      co_await visualize(scheduler, pause, segment, visualization, record);
+      visualized(scheduler, visualization, record, timing);
     }
   }
 }

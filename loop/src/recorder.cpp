@@ -35,12 +35,13 @@ void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const De
                            .force_N = to_vec3(sent.force_N),
                            .started = played.force_N.status != ReadStatus::empty,
                            .saturated = sent.saturated});
+  ++ran_;
   if (watch_)
     watch_->push({.scheduled = arrival.scheduled,
                   .lateness = arrival.lateness(),
                   .sample = sample,
                   .force_N = sent.force_N,
-                  .ran = static_cast<std::int64_t>(record_.ticks.size()),
+                  .ran = ran_,
                   .tool = tool_,
                   .guard = sent.guard,
                   .saturated = sent.saturated});
@@ -55,6 +56,8 @@ void DeviceRecorder::tick(Scheduler& scheduler, const Arrival& arrival, const De
 void StepRecorder::segment(const SegmentTiming& segment, RealTime began) {
   SegmentRow row{segment.index, segment.overlaps() ? segment.begin : began, {}, std::nullopt};
   row.end = row.begin + (segment.end - segment.begin);
+  row.finishes = segment.drawing.finishes;
+  row.left_out = segment.drawing.left_out;
   if (segment.visualization) row.visualization = {{segment.visualization->begin, segment.visualization->end}};
   record_.segments.push_back(row);
 }
@@ -85,7 +88,7 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
   scheduler.note(static_cast<std::uint64_t>(slot.read.ns));
   scheduler.note(static_cast<std::uint64_t>(emission.at.ns));
   scheduler.note(solver.state_digest);
-  const auto n = static_cast<std::int64_t>(record_.steps.size());
+  const std::int64_t n = steps_++;
   record_.steps.push_back({.segment = segment.index,
                            .begin = began,
                            .end = scheduler.now(),
@@ -93,6 +96,8 @@ void StepRecorder::step(Scheduler& scheduler, const SegmentTiming& segment, cons
                            .emission = emission.at,
                            .mapped = slot.kind == SlotKind::mapped,
                            .acquiring = slot.kind == SlotKind::acquiring,
+                           .lost = emission.lost,
+                           .transport = emission.arrives - scheduler.now(),
                            .simulated = solver.simulated()});
   for (std::uint32_t device = 0; device < record_.devices.size(); ++device) {
     note(scheduler, solver.positions_m[device]);

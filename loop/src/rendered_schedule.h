@@ -16,13 +16,15 @@ class RenderedSchedule {
  public:
   virtual ~RenderedSchedule() = default;
   /// Simulation lane.
-  virtual void push(RealTime emission, const ContactRecord& record) = 0;
+  virtual void push(const StepEmission& emission, const ContactRecord& record) = 0;
   virtual std::optional<RenderedContactsSummary> contacts() const { return std::nullopt; }
   virtual std::uint64_t head() const = 0;
   /// Device lane: when force `index` of the first `head` is due; empty if it has left the ring.
   virtual std::optional<RealTime> emission(std::uint64_t index, std::uint64_t head) const = 0;
-  /// Device lane, once per tick: the force at `at` for the hand's position as sampled in this tick.
-  virtual Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample) = 0;
+  /// Device lane, once per tick: the force at `at` for the hand's position as sampled in this tick; `other_m` is the newest
+  /// position of the other hand, nullptr if there is none yet.
+  virtual Reading<glm::dvec3> at(RealTime at, std::uint64_t head, const DeviceSample& sample, const glm::dvec3* other_m) = 0;
+  virtual std::optional<SourceCounts> source_counts() const { return std::nullopt; }
   /// The part of that force that the device may render by itself.
   virtual std::optional<DeviceSpring> spring() const { return std::nullopt; }
 };

@@ -42,6 +42,8 @@ ContactRecord SolverStep::contact(int tool) const {
   const ToolContact& contact = contacts[index];
   const glm::dmat3& k = contact.stiffness_N_per_m;  // [column][row]
   record.stiffness_N_per_m = {.xx = k[0][0], .yy = k[1][1], .zz = k[2][2], .xy = k[1][0], .xz = k[2][0], .yz = k[2][1]};
+  record.coupling_N_per_m = contact.coupling_N_per_m;
+  if (tool_count_ == 2) record.other_m = positions_m[1 - index];
   record.normal = contact.normal;
   record.gap_m = contact.gap_m;
   record.unilateral = contact.unilateral;

@@ -18,7 +18,7 @@ Html machine(const std::string& version, const std::string& machine, const std::
              double load) {
   return facts({{"evenstep", version},
                 {"machine", machine},
-                {"processors", fmt::format("{}", cpus)},
+                {"processors", cpus == 0 ? "of each: see its machine" : fmt::format("{}", cpus)},
                 {"load when it began", fmt::format("{:.2f}", load)},
                 {"compiler", compiler}});
 }
@@ -113,6 +113,16 @@ std::string size_page(const SizeRecord& record, const std::string& reproduce) {
                           rows)},
                    {"jump", "Latency against evenness", picture(size_svg(record))},
                    {"words", "In words", lines(size_text(record))}};
+  return html_of(page);
+}
+
+std::string advice_page(const AdviceRecord& record, const std::string& reproduce) {
+  Page page{record.input, "evenstep advise", "", {}, reproduce, {}, ""};
+  page.summary =
+      element("p", fmt::format("{} steps in {} segments, {:.6g} s.", record.steps, record.segments, seconds(record.length)));
+  for (const std::string& line : advice_conclusion(record)) page.summary += element("p", line);
+  page.sections = {{"choices", "What each choice costs", picture(advice_svg(record))},
+                   {"words", "In words", lines(advice_text(record))}};
   return html_of(page);
 }
 

@@ -46,6 +46,9 @@ std::string values_of(const SweepHeader& header, const SweepPoint& point) {
   for (std::size_t axis = 0; axis < header.grid.size(); ++axis)
     text += fmt::format("{}{} {}", axis > 0 ? ", " : "", header.grid[axis].path,
                         shown_value(header.grid[axis].values[header.value_of(point.index, axis)]));
+  if (!header.swarm.empty())
+    text += fmt::format("{}faults: {}", text.empty() ? "" : "; ",
+                        point.faults_on.empty() ? "none" : fmt::format("{}", fmt::join(point.faults_on, ", ")));
   return text;
 }
 
@@ -80,6 +83,18 @@ Html found(const SweepHeader& header, const SweepSummary& summary) {
   return text;
 }
 
+Html states(const SweepHeader& header, const SweepSummary& summary) {
+  if (header.sometimes.empty()) return {};
+  std::vector<std::vector<Html>> rows;
+  for (std::size_t i = 0; i < header.sometimes.size(); ++i) {
+    const auto& [name, signal, metric] = header.sometimes[i];
+    const char* const verdict = !summary.judges_states ? "skipped" : summary.reached[i] > 0 ? "pass" : "fail";
+    rows.push_back({verdict_badge(verdict), name, element("code", signal) + fmt::format(" {}", metric),
+                    fmt::format("{} of {}", summary.reached[i], summary.all.runs())});
+  }
+  return table("States that at least one point must reach.", {{"verdict"}, {"state"}, {"what"}, {"points", true}}, rows);
+}
+
 }  // namespace
 
 std::string sweep_page(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command,
@@ -91,7 +106,7 @@ std::string sweep_page(const SweepHeader& header, const SweepSummary& summary, c
   outcome += found(header, summary) + element("p", {{"class", "quiet"}}, element("code", header.file));
   Page page{header.name, "evenstep sweep", verdict, outcome, reproduce, {}, ""};
   const Html all = table("All points", kTallyColumns, {tally_row("all", summary.all)});
-  page.sections = {{"values", "Values", all + axes(header, summary)},
+  page.sections = {{"values", "Values", all + axes(header, summary) + states(header, summary)},
                    {"worst", "Worst points", worst_points(header, summary, command)},
                    {"environment", "Environment",
                     facts({{"seeds", fmt::format("{}", header.seeds.size())},

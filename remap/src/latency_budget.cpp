@@ -102,22 +102,26 @@ void RunningNeeds::add(std::span<const MappedStep> steps) {
   // Copied to local variables, which stay in registers.
   Need wait = wait_, delay = delay_;
   EmissionSlots slots = slots_;
+  std::optional<RealTime> before = before_;
   const bool linear = emission_ == Emission::linear;
   for (const MappedStep& step : steps) {
     wait.require(step.begin - step.slot, step.step);
-    const std::optional<RealTime> before = slots.last();
     const RealTime slot = slots.next(step.slot);
+    if (step.lost) continue;
     // An interpolated force is due when the interval that leads to it begins.
     delay.require(step.end - (linear && before ? *before : slot), step.step);
+    before = slot;
   }
   wait_ = wait;
   delay_ = delay;
   slots_ = slots;
+  before_ = before;
 }
 
 void RunningNeeds::restart() {
   restart_needs();
   slots_ = {};
+  before_.reset();
 }
 
 void RunningNeeds::restart_needs() {
@@ -192,7 +196,10 @@ std::vector<bool> interaction_underruns(std::span<const MappedStep> steps, Sampl
 std::vector<bool> late_forces(std::span<const MappedStep> steps, Duration lead, AdaptiveLatency latency) {
   std::vector<bool> late;
   late.reserve(steps.size());
-  for (const MappedStep& step : steps) late.push_back(step.end > latency.emission(step.slot - lead, step.end));
+  for (const MappedStep& step : steps) {
+    const RealTime due = latency.emission(step.slot - lead, step.end);
+    late.push_back(!step.lost && step.end > due);
+  }
   return late;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "evenstep/reports/felt_study_record.h"
+#include "src/study_table.h"
 #include "src/svg.h"
 
 namespace evenstep {
@@ -224,9 +225,10 @@ std::string felt_study_svg(const FeltStudyRecord& study) {
            fmt::format("{}. Judged: {:.6g} s to {:.6g} s of {:.6g} s, {} ticks; {:.3g} N rms.", study.scene,
                        study.judged_from_s, study.judged_to_s, study.run_to_s, study.ticks, study.reference.scale_N),
            Svg::Anchor::start, 10);
-  svg.text({kParts.left, foot + 14},
-           fmt::format("{}, {} processors. {}, evenstep {}.", study.machine, study.cpus, study.compiler, study.version),
-           Svg::Anchor::start, 10);
+  svg.text(
+      {kParts.left, foot + 14},
+      fmt::format("{}. {}, evenstep {}.", internal::machine_text(study.machine, study.cpus), study.compiler, study.version),
+      Svg::Anchor::start, 10);
   return std::move(svg).finish();
 }
 

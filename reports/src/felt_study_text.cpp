@@ -78,6 +78,7 @@ Json json_of(const FeltPoint& point) {
   out["saturated"] = point.saturated;
   out["cpu_s_per_s"] = internal::json_of(point.cpu);
   out["repeats"] = point.repeats;
+  if (!point.machine.empty()) out["machine"] = point.machine;
   return out;
 }
 
@@ -101,12 +102,12 @@ std::string latency_text(const FeltPoint& point) {
 
 std::string felt_study_table(const FeltStudyRecord& study) {
   std::string out = fmt::format(
-      "  machine      {}, {} processors, load {:.2g}; {}\n"
+      "  machine      {}, load {:.2g}; {}\n"
       "  scene        {}\n"
       "  judged       {}: {} device ticks\n"
       "  reference    {}\n\n",
-      study.machine, study.cpus, study.load, study.compiler, study.scene, span_text(study), study.ticks,
-      reference_text(study.reference));
+      internal::machine_text(study.machine, study.cpus), study.load, study.compiler, study.scene, span_text(study),
+      study.ticks, reference_text(study.reference));
   std::vector<internal::StudyRow> rows{{"strategy", "latency", "method", "step", "felt error", "discretisation", "remap",
                                         "device", "CPU s per s (min .. max)"}};
   bool saturated = false;

@@ -27,7 +27,9 @@ Series force_series(const DeviceRecord& device, const Rows<std::size_t>& ticks, 
 
 /// When the force of a tick really left: the scheduled time plus its lateness (none in virtual time).
 inline RealTime sent_at(const TickRow& tick) { return tick.at + tick.lateness; }
-inline bool is_late(const StepRow& step) { return step.end > step.emission; }
+/// When the force of a step is at the device.
+inline RealTime arrival(const StepRow& step) { return step.end + step.transport; }
+inline bool is_late(const StepRow& step) { return !step.lost && arrival(step) > step.emission; }
 
 const Nominal::Device* nominal_device(const Nominal& nominal, const std::string& name);
 

@@ -28,6 +28,7 @@ constexpr Counted kCounted[] = {{"clamped", "clamped"},
                                 {"pid_saturated", "saturated by the PID device"},
                                 {"evdev_saturated", "saturated by the evdev device"},
                                 {"evdev_dropped", "times events dropped"},
+                                {"evdev_untimed", "refusal of event times: a sample's time is that of its read"},
                                 {"inverse3_absent", "messages without the device"},
                                 {"inverse3_uncalibrated", "messages of an uncalibrated device"},
                                 {"non_finite", "not finite"},
@@ -84,8 +85,11 @@ std::string rights_lines(const LiveRights& rights) {
     highest = std::max(highest, thread.priority);
     slack_ns = std::max(slack_ns, thread.timer_slack_ns);
   }
-  const std::string text = fmt::format("rights       {}memory {}, timer slack {} ns\n", threads,
-                                       rights.memory_locked ? "locked" : "not locked", slack_ns);
+  const char* const cores = !rights.cores_awake   ? ""
+                            : *rights.cores_awake ? ", cores kept awake"
+                                                  : ", refused to keep cores awake";
+  const std::string text = fmt::format("rights       {}memory {}, timer slack {} ns{}\n", threads,
+                                       rights.memory_locked ? "locked" : "not locked", slack_ns, cores);
   if (all_granted) return text;
   return text + fmt::format(
                     "             for all of them: two lines in /etc/security/limits.d/evenstep.conf, then log in again\n"

@@ -4,10 +4,12 @@
 #include <vector>
 
 #include "evenstep/reports/measures.h"
+#include "evenstep/reports/recovery.h"
 #include "src/closed_loop.h"
 #include "src/judged.h"
 #include "src/line_measures.h"
 #include "src/saturated_samples.h"
+#include "src/shown_time.h"
 #include "src/sine_response.h"
 #include "src/straight.h"
 #include "src/undelayed.h"
@@ -179,8 +181,8 @@ std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, co
                   const Rows<std::size_t>& ticks, bool hold) {
   std::vector<bool> hit(ticks.size());  // by place among `ticks`
   for (const std::size_t n : steps) {
-    const RealTime from = due(strategy, n, hold), to = strategy.steps[n].end;
-    if (to <= from) continue;
+    const RealTime from = due(strategy, n, hold), to = internal::arrival(strategy.steps[n]);
+    if (to <= from || strategy.steps[n].lost) continue;
     auto k = std::lower_bound(ticks.begin(), ticks.end(), from,
                               [&](std::size_t tick, RealTime at) { return internal::sent_at(device.ticks[tick]) < at; });
     for (; k != ticks.end() && internal::sent_at(device.ticks[*k]) < to; ++k)
@@ -191,22 +193,22 @@ std::int64_t felt(const StrategyRecord& strategy, const DeviceRecord& device, co
 
 /// The time from R(n) to the first tick that sends f_n, which is the first at or after max(F(n), E(n)) (a completion comes
 /// before a tick of the same instant). A step whose successor is already sent by that tick is never felt and does not count.
-Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& steps) {
-  const auto ready = [&](std::size_t n) { return std::max(strategy.steps[n].emission, strategy.steps[n].end); };
+Spread total_latency(const StrategyRecord& strategy, const DeviceRecord& device, const Rows<std::size_t>& shown) {
+  const auto ready = [&](std::size_t i) { return internal::ready(strategy.steps[shown[i]]); };
   Spread spread;
   std::size_t k = 0;
-  for (const std::size_t n : steps) {
-    while (k < device.ticks.size() && internal::sent_at(device.ticks[k]) < ready(n)) ++k;
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    while (k < device.ticks.size() && internal::sent_at(device.ticks[k]) < ready(i)) ++k;
     if (k == device.ticks.size()) break;
     const RealTime sent = internal::sent_at(device.ticks[k]);
-    if (n + 1 < strategy.steps.size() && ready(n + 1) <= sent) continue;
-    spread.add(sent - strategy.steps[n].read);
+    if (i + 1 < shown.size() && ready(i + 1) <= sent) continue;
+    spread.add(sent - strategy.steps[shown[i]].read);
   }
   return spread;
 }
 
 void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceRecord& device,
-                   const Rows<std::size_t>& steps) {
+                   const Rows<std::size_t>& steps, const Rows<std::size_t>& shown) {
   Spread schedule;
   Rows<std::int64_t> scheduled_ns(strategy.steps.get_allocator());
   for (const std::size_t n : steps) {
@@ -220,11 +222,18 @@ void put_latencies(Values& values, const StrategyRecord& strategy, const DeviceR
   put(values, "schedule_latency_mean", schedule.mean_s());
   put(values, "schedule_latency_p50", percentile_s(scheduled_ns, 0.5));
   put(values, "schedule_latency_spread", nearest_s(schedule.most_ns - schedule.least_ns));
-  const Spread total = total_latency(strategy, device, steps);
+  const Spread total = total_latency(strategy, device, shown);
   if (total.count == 0) return;
   put(values, "total_latency", total.max_s());
   put(values, "total_latency_min", total.min_s());
   put(values, "total_latency_mean", total.mean_s());
+}
+
+void put_animation_error(Values& values, const StrategyRecord& strategy,
+                         const std::optional<internal::AnimationError>& error) {
+  if (!error || strategy.continues) return;
+  put(values, "animation_error", error->max_s);
+  put(values, "animation_error_mean", error->mean_s);
 }
 
 void put_deviation_from_ideal(Values& values, const StrategyRecord& strategy, std::size_t device,
@@ -258,6 +267,15 @@ void put_flow(Values& values, const DeviceRecord& device) {
   put(values, "reports_overtaken", reports->second - ticks_with_report);
 }
 
+void put_recovery(Values& values, const RunRecord& run, const StrategyRecord& strategy, std::size_t device) {
+  const Recovery recovery = recovery_of(run, strategy, device);
+  if (recovery.state != Recovery::State::recovered && recovery.state != Recovery::State::never) return;
+  put(values, "recovery_time", recovery.time_s());
+  for (std::size_t part = 0; part < kRecoveryParts.size(); ++part)
+    put(values, std::string("recovery_time_") + kRecoveryParts[part], recovery.part_s[part]);
+  put(values, "recovered", recovery.state == Recovery::State::recovered ? 1 : 0);
+}
+
 Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::size_t device_index,
                     const Rows<std::size_t>& steps) {
   const DeviceRecord& device = strategy.devices[device_index];
@@ -271,6 +289,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   put(values, "latency_growths", static_cast<double>(strategy.latency_growths));
   for (const auto& [name, count] : device.counters) put(values, name, count);
   put_flow(values, device);
+  put_recovery(values, run, strategy, device_index);
   if (!ticks.empty()) {
     const Series series = internal::force_series(device, ticks, run.nominal.judged_from);
     const Pieces pieces = internal::straight_ticks(strategy, device, nominal, ticks);
@@ -287,7 +306,9 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
   put(values, "underruns", count_of(steps, late));
   put(values, "underrun_rate", segment_rate(strategy, steps, late));
   put(values, "felt", static_cast<double>(felt(strategy, device, steps, ticks, hold)));
-  put_latencies(values, strategy, device, steps);
+  const Rows<std::size_t> shown = internal::shown_steps(strategy, steps);
+  put_latencies(values, strategy, device, steps, shown);
+  put_animation_error(values, strategy, internal::animation_error(strategy, device, shown, ticks, hold, run.nominal.slot_s));
   put_deviation_from_ideal(values, strategy, device_index, steps);
   put_sine(values, internal::force_response(run, strategy, device, steps, ticks));
   return values;
@@ -325,6 +346,7 @@ Values buffer_values(const StrategyRecord& strategy, std::size_t device_index, c
   put(values, "latency", nearest_s(latency.latency));
   put(values, "latency_any_phase", nearest_s(latency.least_any_phase));
   put(values, "latency_this_phase", nearest_s(latency.least_this_phase));
+  put(values, "least_entries", static_cast<double>(latency.least_entries), latency.least_entries > 0);
   if (steps.empty()) return values;
   const auto underrun = [&](std::size_t n) { return device.steps[n].read == StepRead::underrun; };
   const auto late = [&](std::size_t n) { return internal::is_late(strategy.steps[n]); };
@@ -351,6 +373,39 @@ void put_segment_mean(Values& values, const StrategyRecord& strategy, const Rows
   put(values, "segment_mean", static_cast<double>((last->begin - first->begin).ns) / segments / 1e9);
 }
 
+/// What was drawn in the judged span, if anything is drawn at all.
+void put_drawings(Values& values, const StrategyRecord& strategy, RealTime from, RealTime end) {
+  const auto draws = [](const SegmentRow& row) { return row.visualization || row.left_out; };
+  if (from >= end || std::none_of(strategy.segments.begin(), strategy.segments.end(), draws)) return;
+  std::int64_t drawings = 0, left_out = 0;
+  Duration pause, interval;
+  RealTime last = from;
+  for (const SegmentRow& row : strategy.segments) {
+    left_out += row.left_out && row.begin >= from && row.begin < end ? 1 : 0;
+    if (!row.visualization) continue;
+    const auto [began, ended] = *row.visualization;
+    if (ended <= from || began >= end) continue;
+    pause = std::max(pause, std::min(ended, end) - began);
+    if (!row.finishes || ended >= end) continue;
+    ++drawings;
+    interval = std::max(interval, ended - last);
+    last = ended;
+  }
+  put(values, "drawing_rate", static_cast<double>(drawings) / seconds(end - from));
+  put(values, "drawings_left_out", static_cast<double>(left_out));
+  put(values, "drawing_pause_max", seconds(pause));
+  put(values, "drawing_interval_max", seconds(std::max(interval, end - last)));
+}
+
+/// How much time passes in the simulation while a second passes: as many steps as begin, a slot each.
+void put_pace(Values& values, const StrategyRecord& strategy, const Rows<std::size_t>& steps, double slot_s) {
+  if (steps.size() < 2 || strategy.variable_step) return;
+  const StepRow &first = strategy.steps[steps.front()], &last = strategy.steps[steps.back()];
+  if (first.begin >= last.begin) return;
+  const auto simulated_s = static_cast<double>(steps.back() - steps.front()) * slot_s;
+  put(values, "simulated_per_real", simulated_s / seconds(last.begin - first.begin));
+}
+
 Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& steps, double slot_s) {
   const SolverRecord& solver = strategy.solver;
   Values values;
@@ -371,6 +426,7 @@ Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& st
   put(values, "steps_over_limit", static_cast<double>(solver.steps_over_limit), solver.variable_step);
   put(values, "step_over_limit_max", solver.step_over_limit_max, solver.variable_step);
   put_segment_mean(values, strategy, steps);
+  put_pace(values, strategy, steps, slot_s);
   return values;
 }
 
@@ -426,6 +482,7 @@ Metrics measure(const RunRecord& run) {
       metrics["closed_loop." + device.name + "." + strategy.name] = internal::closed_loop_values(run, device);
     }
     metrics["solver." + strategy.name] = solver_values(strategy, steps, run.nominal.slot_s);
+    put_drawings(metrics["solver." + strategy.name], strategy, run.nominal.judged_from, run.nominal.end);
     for (const auto& [event, count] : strategy.event_counts)
       metrics["events." + event]["sometimes"] += static_cast<double>(count);
   }

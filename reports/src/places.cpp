@@ -58,8 +58,8 @@ MetricSamples late(const Source& source) {
   for (const std::size_t n : source.steps) {
     const StepRow& step = source.strategy.steps[n];
     if (!internal::is_late(step)) continue;
-    most = std::max(most, step.end - step.emission);
-    found.samples.push_back(source.step(n, seconds(step.end - step.emission)));
+    most = std::max(most, internal::arrival(step) - step.emission);
+    found.samples.push_back(source.step(n, seconds(internal::arrival(step) - step.emission)));
   }
   found.now = {source.strategy.latency.lead, source.strategy.latency.latency};
   if (!source.strategy.latency.adapts) late_by(found, most);

@@ -82,7 +82,12 @@ class RowFiles::Mappings {
       else
         wake_.wait_for(lock, kLook, [this] { return ending_; });
       if (all_.empty() || mapped_in_memory() < kInMemory) continue;
-      for (const auto& [at, bytes] : all_) ::madvise(reinterpret_cast<void*>(at), bytes, MADV_DONTNEED);
+      for (const auto& [at, bytes] : all_) {
+        void* const pages = reinterpret_cast<void*>(at);
+        // What was there when a live run locked its memory (mlockall) need not stay.
+        if (::madvise(pages, bytes, MADV_DONTNEED) != 0 && errno == EINVAL && ::munlock(pages, bytes) == 0)
+          ::madvise(pages, bytes, MADV_DONTNEED);
+      }
     }
   }
 

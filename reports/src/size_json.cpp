@@ -114,6 +114,37 @@ Json json_of(const SizeCycle& cycle) {
 
 }  // namespace
 
+namespace {
+
+Json json_of(const SizeWhatIf& one) {
+  Json out = {{"what_if", one.text}, {"looks_back", one.causal}};
+  if (!one.refused.empty()) {
+    out["refused"] = one.refused;
+    return out;
+  }
+  out["strategies"] = Json::object();
+  for (const SizeWhatIf::Map& map : one.maps) {
+    Json row = {{"latency_ns", map.latency.ns}};
+    row["velocity_jump"] = map.jump_seen ? json_number(map.velocity_jump) : Json();
+    if (map.rate_latency) row["rate_latency_ns"] = map.rate_latency->ns;
+    if (map.adaptive) row["adaptive"] = {{"mean_ns", map.adaptive->mean.ns}, {"late_forces", map.adaptive->late}};
+    out["strategies"][map.name] = row;
+  }
+  out["pause_bound_ns"] = one.pause_bound.ns;
+  if (one.pace) out["pace_ns"] = one.pace->ns;
+  out["drawings"] = one.drawings;
+  out["drawings_left_out"] = one.left_out;
+  out["pauses_over_budget"] = one.over_budget;
+  out["drawings_per_s"] = json_number(one.drawings_per_s);
+  out["longest_drawing_pause_ns"] = one.longest_pause.ns;
+  out["longest_without_drawing_ns"] = one.longest_without.ns;
+  out["simulated_against_real"] = json_number(one.simulated_against_real);
+  out["segments_lost"] = json_number(one.segments_lost);
+  return out;
+}
+
+}  // namespace
+
 std::string size_json(const SizeRecord& record) {
   Json out = {{"format", 1},
               {"input", record.input},
@@ -137,8 +168,24 @@ std::string size_json(const SizeRecord& record) {
   for (const SizeStrategy& strategy : record.strategies) out["strategies"][strategy.name] = json_of(strategy);
   out["hitches"] = Json::array();
   for (const SizeHitches& kind : record.hitches) out["hitches"].push_back(json_of(kind, record));
+  if (!record.what_ifs.empty()) {
+    out["what_ifs"] = Json::array();
+    for (const SizeWhatIf& one : record.what_ifs) out["what_ifs"].push_back(json_of(one));
+  }
   if (const SizeStrategy* use = strategy_to_use(record)) out["use"] = use->name;
   if (record.cycle) out["cycle"] = json_of(*record.cycle);
+  return json_text(out) + '\n';
+}
+
+std::string size_rates_json(const SizeRecord& record) {
+  Json out = {{"format", 1}, {"input", record.input}, {"segments", record.segments}};
+  out["rate"] = json_number(*record.rate);
+  out["confidence"] = json_number(record.confidence);
+  out["clean_segments_needed"] = record.clean_segments;
+  out["strategies"] = Json::object();
+  for (const SizeStrategy& strategy : record.strategies) {
+    if (strategy.rate) out["strategies"][strategy.name] = json_of(*strategy.rate);
+  }
   return json_text(out) + '\n';
 }
 

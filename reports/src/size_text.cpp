@@ -149,9 +149,14 @@ std::string rates(const SizeRecord& record) {
 
 }  // namespace
 
+std::string size_rates_text(const SizeRecord& record) {
+  return fmt::format("{}: {} segments\n", record.input, record.segments) + rates(record);
+}
+
 std::string size_text(const SizeRecord& record) {
   return heading(record) + table(record) + jumps(record) + (record.rate ? rates(record) : "") + culprits(record) +
-         (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::conclusion_text(record);
+         (record.cycle ? cycle_text(record) : "") + internal::hitches_text(record) + internal::what_if_text(record) +
+         internal::conclusion_text(record);
 }
 
 }  // namespace evenstep

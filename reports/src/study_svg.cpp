@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "evenstep/reports/study_record.h"
+#include "src/study_table.h"
 #include "src/svg.h"
 
 namespace evenstep {
@@ -188,8 +189,8 @@ std::string study_svg(const StudyRecord& study, StudyQuantity quantity) {
   for (const Line& line : lines) draw(svg, panel, line, quantity, study.reference.estimate);
   draw_legend(svg, study, lines);
   svg.text({kPlot.left, kPlot.bottom + 62},
-           fmt::format("{} particles, {:.6g} N/m, {:.6g} ms of motion. {}, {} processors.", study.particles,
-                       study.stiffness_N_per_m, study.duration_s * 1e3, study.machine, study.cpus),
+           fmt::format("{} particles, {:.6g} N/m, {:.6g} ms of motion. {}.", study.particles, study.stiffness_N_per_m,
+                       study.duration_s * 1e3, internal::machine_text(study.machine, study.cpus)),
            Svg::Anchor::start, 10);
   svg.text({kPlot.left, kPlot.bottom + 76},
            fmt::format("{}{}, evenstep {}.", study.compiler,

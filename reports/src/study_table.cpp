@@ -33,6 +33,10 @@ std::string cost_text(const StudyCost& cost) {
   return fmt::format("{:.3g} ({:.3g} .. {:.3g})", cost.median, cost.min, cost.max);
 }
 
+std::string machine_text(const std::string& machine, std::int64_t cpus) {
+  return cpus == 0 ? machine : fmt::format("{}, {} processors", machine, cpus);
+}
+
 Json json_of(const StudyCost& cost) {
   return {{"min", json_number(cost.min)}, {"median", json_number(cost.median)}, {"max", json_number(cost.max)}};
 }

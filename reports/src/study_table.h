@@ -2,6 +2,7 @@
 /// What the tables of both studies have in common.
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,7 @@ std::string aligned(const std::vector<StudyRow>& rows);
 std::string step_text(double seconds);         ///< "2.222 ms", "69.44 us"
 std::string cost_text(const StudyCost& cost);  ///< "0.28 (0.27 .. 0.31)"
 Json json_of(const StudyCost& cost);           ///< min, median, max
+/// "AMD EPYC, 4 processors"; of several machines (no processors) as it is.
+std::string machine_text(const std::string& machine, std::int64_t cpus);
 
 }  // namespace evenstep::internal

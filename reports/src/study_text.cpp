@@ -59,6 +59,7 @@ Json json_of(const StudyCell& cell, const StudyValues& estimate) {
   out["cpu_s_per_s"] = internal::json_of(cell.cpu);
   out["wall_s_per_s"] = internal::json_of(cell.wall);
   out["repeats"] = cell.repeats;
+  if (!cell.machine.empty()) out["machine"] = cell.machine;
   return out;
 }
 
@@ -105,13 +106,13 @@ std::string study_table(const StudyRecord& study) {
   const StudyReference& reference = study.reference;
   const auto estimate = [&](StudyQuantity q) { return fmt::format("{:.2g}", reference.estimate[q]); };
   std::string out = fmt::format(
-      "  machine      {}, {} processors, load {:.2g}; {}{}\n"
+      "  machine      {}, load {:.2g}; {}{}\n"
       "  scene        {} particles, {:.6g} N/m; explicit limit {} in every configuration\n"
       "  motion       {:.6g} ms, {} samples, tools move every {}\n"
       "  reference    {}, cpu-double, steps of {} and its half and quarter, extrapolated by its order {}; orders seen: "
       "position {:.2f}, force {:.2f}, energy {:.2f}\n"
       "               its own error: position {} m, force {}, energy {} (of {:.3g} m, {:.3g} N, {:.3g} J rms)\n\n",
-      study.machine, study.cpus, study.load, study.compiler,
+      internal::machine_text(study.machine, study.cpus), study.load, study.compiler,
       study.opencl_device.empty() ? "" : fmt::format("; OpenCL {}", study.opencl_device), study.particles,
       study.stiffness_N_per_m, internal::step_text(study.step_limit_s), study.duration_s * 1e3, study.samples,
       internal::step_text(study.step_s), reference.method, internal::step_text(reference.coarsest_substep_s),

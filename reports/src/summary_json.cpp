@@ -126,7 +126,12 @@ Json json_of(const LiveRights& rights) {
                        {"slice_ns", slice_ns},
                        {"refusal", refusal}});
   }
-  return {{"threads", threads}, {"memory_locked", rights.memory_locked}, {"memory_refusal", rights.memory_refusal}};
+  Json out{{"threads", threads}, {"memory_locked", rights.memory_locked}, {"memory_refusal", rights.memory_refusal}};
+  if (rights.cores_awake) {
+    out["cores_awake"] = *rights.cores_awake;
+    out["cores_refusal"] = rights.cores_refusal;
+  }
+  return out;
 }
 
 }  // namespace

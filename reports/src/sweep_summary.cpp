@@ -19,8 +19,9 @@ double excess_over(double limit, double distance) { return limit == 0 ? distance
 /// By how much a value exceeds its limits, or (negative) how far it is from them. Empty if that has no meaning (an exact
 /// value that is met).
 std::optional<double> excess_of(const SweepPoint::Value& judged) {
-  if (!judged.value) return kInfinity;
+  if (!judged.value && judged.verdict != SweepVerdict::skipped) return kInfinity;
   const bool passes = judged.verdict == SweepVerdict::pass;
+  if (judged.verdict == SweepVerdict::skipped) return std::nullopt;
   if (passes && judged.min && judged.max && *judged.min == *judged.max) return std::nullopt;
   double excess = -kInfinity;
   if (judged.max) excess = std::max(excess, excess_over(*judged.max, *judged.value - *judged.max));
@@ -75,7 +76,21 @@ SweepSummary::Find find_value(const SweepHeader::Find& wanted, const std::vector
 }  // namespace
 
 const char* name_of(SweepVerdict verdict) {
-  return verdict == SweepVerdict::pass ? "pass" : verdict == SweepVerdict::fail ? "fail" : "error";
+  switch (verdict) {
+    case SweepVerdict::pass:
+      return "pass";
+    case SweepVerdict::fail:
+      return "fail";
+    case SweepVerdict::error:
+      return "error";
+    case SweepVerdict::skipped:
+      return "skipped";
+  }
+  return "error";
+}
+
+bool SweepSummary::unreached() const {
+  return judges_states && std::find(reached.begin(), reached.end(), 0) != reached.end();
 }
 
 std::int64_t SweepHeader::combinations() const {
@@ -96,14 +111,18 @@ std::size_t SweepHeader::value_of(std::int64_t point, std::size_t axis) const {
 
 SweepSummarizer::SweepSummarizer(const SweepHeader& header) : header_(&header) {
   for (const SweepHeader::Axis& axis : header.grid) so_far_.values.emplace_back(axis.values.size());
+  so_far_.reached.resize(header.sometimes.size());
   worst_.resize(header.find ? header.grid[header.find->axis].values.size() : 1);
 }
 
 void SweepSummarizer::add(const SweepPoint& point) {
+  for (std::size_t i = 0; i < point.reached.size(); ++i) so_far_.reached[i] += point.reached[i] ? 1 : 0;
   count(so_far_.all, point.verdict);
   for (std::size_t axis = 0; axis < header_->grid.size(); ++axis)
     count(so_far_.values[axis][header_->value_of(point.index, axis)], point.verdict);
   const SweepSummary::Worst worst = worst_of(point);
+  if (point.verdict != SweepVerdict::pass && !header_->find && so_far_.not_passed.size() < kMostListed)
+    so_far_.not_passed.push_back(worst);
   if (!worst.expectation && point.verdict == SweepVerdict::pass) return;
   std::vector<SweepSummary::Worst>& kept = worst_[header_->find ? header_->value_of(point.index, header_->find->axis) : 0];
   const auto most = static_cast<std::size_t>(header_->keep_worst);
@@ -115,6 +134,7 @@ void SweepSummarizer::add(const SweepPoint& point) {
 SweepSummary SweepSummarizer::summary() const {
   SweepSummary summary = so_far_;
   summary.stopped = header_->stop_after && summary.all.failed + summary.all.errors >= *header_->stop_after;
+  summary.judges_states = !header_->sometimes.empty() && !summary.stopped && summary.all.runs() == header_->points();
   if (!header_->find) {
     summary.worst = worst_.front();
     return summary;

@@ -6,6 +6,7 @@
 
 #include "evenstep/reports/json.h"
 #include "evenstep/reports/sweep_record.h"
+#include "src/text.h"
 
 namespace evenstep {
 namespace {
@@ -22,7 +23,8 @@ std::string values_of(const SweepHeader& header, const SweepPoint& point) {
     const SweepHeader::Axis& one = header.grid[axis];
     text += fmt::format(", {} {}", one.path, shown_value(one.values[header.value_of(point.index, axis)]));
   }
-  return text;
+  if (header.swarm.empty()) return text;
+  return text + (point.faults_on.empty() ? ", no fault" : fmt::format(", faults {}", fmt::join(point.faults_on, " ")));
 }
 
 std::string with_unit(double number, const std::string& unit) {
@@ -63,6 +65,22 @@ std::string find_text(const SweepHeader& header, const SweepSummary::Find& found
   return text;
 }
 
+std::string state_text(const SweepHeader& header, const SweepSummary& summary) {
+  if (header.sometimes.empty()) return "";
+  std::string text = "states\n";
+  for (std::size_t i = 0; i < header.sometimes.size(); ++i) {
+    const auto& [name, signal, metric] = header.sometimes[i];
+    text += fmt::format("  {:>9} of {} points: {}\n", summary.reached[i], summary.all.runs(), name);
+    if (summary.reached[i] == 0 && summary.judges_states)
+      text += fmt::format(
+          "            error: no point reached it ({} {}): the sweep does not test what it is meant to; give "
+          "it more seeds, other values, or remove the state\n",
+          signal, metric);
+  }
+  if (!summary.judges_states) text += "  not judged: that takes all points\n";
+  return text;
+}
+
 void put_tally(Json& out, const SweepTally& tally) {
   out["points"] = tally.runs();
   out["passed"] = tally.passed;
@@ -88,6 +106,7 @@ Json json_of(const SweepHeader& header, const SweepSummary::Worst& worst, const 
           {"verdict", name_of(point.verdict)},
           {"excess", json_number(worst.excess)},
           {"reason", reason(header, point, worst)},
+          {"faults", header.swarm.empty() ? Json(nullptr) : Json(point.faults_on)},
           {"again", command(point)}};
 }
 
@@ -100,7 +119,54 @@ Json json_of(const SweepHeader& header, const SweepSummary::Find& found) {
   return out;
 }
 
+/// A testcase of JUnit; with a problem, an error or a failure.
+std::string testcase(const SweepHeader& header, const std::string& name, bool error, const std::string& problem,
+                     const std::string& again) {
+  using internal::xml_escape;
+  std::string xml = fmt::format("    <testcase name=\"{}\" classname=\"{}\" file=\"{}\"", xml_escape(name),
+                                xml_escape(header.name), xml_escape(header.file));
+  if (problem.empty()) return xml + "/>\n";
+  return xml + fmt::format(">\n      <{0} type=\"{0}\" message=\"{1}\">{1}\n{2}</{0}>\n    </testcase>\n",
+                           error ? "error" : "failure", xml_escape(problem),
+                           xml_escape(again.empty() ? "" : "reproduce: " + again + '\n'));
+}
+
 }  // namespace
+
+std::string sweep_junit(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command) {
+  std::string cases;
+  std::int64_t tests = 0, failures = 0, errors = 0;
+  const auto add = [&](const std::string& name, bool error, const std::string& problem, const std::string& again) {
+    cases += testcase(header, name, error, problem, again);
+    ++tests;
+    if (!problem.empty()) ++(error ? errors : failures);
+  };
+  const SweepTally& all = summary.all;
+  if (summary.find) {
+    std::string found = find_text(header, *summary.find);
+    found.pop_back();
+    add(fmt::format("{} {}", header.find->smallest ? "smallest" : "largest", header.grid[header.find->axis].path), false,
+        summary.find->within_gate ? "" : found, "");
+  } else {
+    add(fmt::format("{} of {} points pass", all.passed, all.runs()), false, "", "");
+    for (const SweepSummary::Worst& one : summary.not_passed)
+      add(values_of(header, one.point), one.point.verdict == SweepVerdict::error, reason(header, one.point, one),
+          command(one.point));
+    const std::int64_t others = all.failed + all.errors - std::ssize(summary.not_passed);
+    if (others > 0) add("further points", all.errors > 0, fmt::format("{} more points do not pass", others), "");
+  }
+  const std::string totals = fmt::format(" tests=\"{}\" failures=\"{}\" errors=\"{}\"", tests, failures, errors);
+  std::string xml = fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites{0}>\n  <testsuite name=\"{1}\"{0}"
+      " skipped=\"0\" file=\"{2}\">\n    <properties>\n",
+      totals, internal::xml_escape(header.name), internal::xml_escape(header.file));
+  for (const auto& [name, value] :
+       {std::pair("scenario", header.scenario), std::pair("build", header.build),
+        std::pair("points", fmt::format("{}", header.points())), std::pair("passed", fmt::format("{}", all.passed)),
+        std::pair("failed", fmt::format("{}", all.failed)), std::pair("errors", fmt::format("{}", all.errors))})
+    xml += fmt::format("      <property name=\"{}\" value=\"{}\"/>\n", name, internal::xml_escape(value));
+  return xml + "    </properties>\n" + cases + "  </testsuite>\n</testsuites>\n";
+}
 
 std::string shown_value(const std::string& toml) {
   const bool plain = toml.size() >= 2 && toml.front() == '"' && toml.find_first_of("\"\\", 1) == toml.size() - 1;
@@ -132,7 +198,7 @@ std::string sweep_text(const SweepHeader& header, const SweepSummary& summary, c
                        reason(header, point, worst), command(point));
   }
   if (summary.find) out += find_text(header, *summary.find);
-  return out;
+  return out + state_text(header, summary);
 }
 
 std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command) {
@@ -145,6 +211,14 @@ std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, c
   out["worst"] = Json::array();
   for (const SweepSummary::Worst& worst : summary.worst) out["worst"].push_back(json_of(header, worst, command));
   out["find"] = summary.find ? json_of(header, *summary.find) : Json(nullptr);
+  out["sometimes"] = Json::array();
+  for (std::size_t i = 0; i < header.sometimes.size(); ++i) {
+    out["sometimes"].push_back({{"name", header.sometimes[i].name},
+                                {"reached", summary.reached[i]},
+                                {"verdict", !summary.judges_states   ? "not judged"
+                                            : summary.reached[i] > 0 ? "pass"
+                                                                     : "fail"}});
+  }
   return json_text(out) + '\n';
 }
 

@@ -90,7 +90,7 @@ Rows<RealTime> ends_of(const Rows<Row>& rows, RealTime end, Begin begin) {
 }
 
 /// When the force of a step can be felt first.
-RealTime ready(const StepRow& step) { return std::max(step.emission, step.end); }
+RealTime ready(const StepRow& step) { return std::max(step.emission, step.end + step.transport); }
 
 class Strategy {
  public:

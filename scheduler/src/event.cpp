@@ -1,5 +1,6 @@
 #include "evenstep/scheduler/event.h"
 
+#include <algorithm>
 #include <tuple>
 
 namespace evenstep {
@@ -13,17 +14,34 @@ std::uint64_t chain(const std::vector<Event>& events) {
 std::vector<Event> merge(const std::vector<Event>& a, const std::vector<Event>& b) {
   std::vector<Event> merged;
   merged.reserve(a.size() + b.size());
-  // Compares the two front events, as a scheduler does when it takes its next event. std::merge would not do, because a log
-  // need not be sorted: a device event at t may ask for a completion at t.
-  auto from_a = a.begin();
-  auto from_b = b.begin();
-  while (from_a != a.end() && from_b != b.end()) {
-    const bool b_first = std::tie(from_b->time, from_b->lane) < std::tie(from_a->time, from_a->lane);
-    merged.push_back(b_first ? *from_b++ : *from_a++);
-  }
-  merged.insert(merged.end(), from_a, a.end());
-  merged.insert(merged.end(), from_b, b.end());
+  EventMerge merging([&](const Event& event) { merged.push_back(event); });
+  merging.add_a(a, RealTime{INT64_MIN});
+  merging.add_b(b, RealTime{INT64_MIN});
+  merging.finish();
   return merged;
+}
+
+void EventMerge::take_front(Log& log) {
+  take_(log.events.front());
+  log.events.pop_front();
+}
+
+/// Compares the two front events, as a scheduler does when it takes its next event. std::merge would not do, because a log
+/// need not be sorted: a device event at t may ask for a completion at t.
+void EventMerge::add(Log& log, std::span<const Event> events, RealTime until) {
+  log.events.insert(log.events.end(), events.begin(), events.end());
+  log.until = std::max(log.until, until);
+  while (!a_.events.empty() && !b_.events.empty()) {
+    const Event &a = a_.events.front(), &b = b_.events.front();
+    take_front(std::tie(b.time, b.lane) < std::tie(a.time, a.lane) ? b_ : a_);
+  }
+  while (b_.events.empty() && !a_.events.empty() && a_.events.front().time < b_.until) take_front(a_);
+  while (a_.events.empty() && !b_.events.empty() && b_.events.front().time < a_.until) take_front(b_);
+}
+
+void EventMerge::finish() {
+  while (!a_.events.empty()) take_front(a_);
+  while (!b_.events.empty()) take_front(b_);
 }
 
 }  // namespace evenstep

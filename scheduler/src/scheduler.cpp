@@ -279,6 +279,10 @@ RunStatus Scheduler::status() const { return state_->status; }
 std::uint64_t Scheduler::trace_hash() const noexcept { return state_->hash; }
 const std::vector<Event>& Scheduler::events() const noexcept { return state_->events; }
 void Scheduler::reserve_events(std::size_t count) { state_->events.reserve(count); }
+void Scheduler::take_events(std::vector<Event>& empty) noexcept {
+  empty.clear();
+  state_->events.swap(empty);
+}
 std::int64_t Scheduler::event_count() const noexcept { return state_->event_count; }
 
 void Scheduler::completed(Completion& completion) noexcept {

@@ -66,6 +66,7 @@ class TakingTurns final : public StepTiming {
   explicit TakingTurns(const ProgrammedTiming& timing)
       : order_(timing.order),
         grid_(timing.paced ? std::optional<Rate>(timing.segment) : std::nullopt),
+        wake_(timing.wake),
         drift_per_s_(timing.drift_per_s),
         first_step_(timing.first_step),
         means_(timing),
@@ -83,7 +84,7 @@ class TakingTurns final : public StepTiming {
     segment.concurrent = false;
     const internal::MeansInForce::Means& means = means_.at(segment.begin);
     const double drift = drift_factor(drift_per_s_, segment.begin);
-    const std::optional<Duration> visualization = visualizations_.next(means.visualization, drift);
+    const std::optional<Duration> visualization = visualizations_.next(segment.begin, means.visualization, drift);
 
     if (order_ == SegmentOrder::visualization_first) append_visualization(segment, visualization);
     const int count = means.steps[step_counts_.below(static_cast<std::uint64_t>(index_), means.steps.size())];
@@ -93,12 +94,19 @@ class TakingTurns final : public StepTiming {
       append_visualization(segment, visualization);
     }
     ++index_;
-    if (grid_) end_ = std::max(end_, tick_time(*grid_, index_));
+    if (grid_) end_ = wake_up(*grid_, segment.begin);
     segment.end = end_;
     return true;
   }
 
  private:
+  /// When the segment after one that began at `began` begins.
+  RealTime wake_up(Rate grid, RealTime began) const {
+    if (wake_ == WakeUp::absolute_grid)
+      return tick_time(grid, first_tick_at_or_after(grid, std::max(end_, began + Duration{1})));
+    if (wake_ == WakeUp::from_last_update) return std::max(end_, began + Duration{instant_ns(grid, 1)});
+    return std::max(end_, tick_time(grid, index_));
+  }
   Interval append(Duration duration) {
     const RealTime begin = std::exchange(end_, end_ + duration);
     return {begin, end_};
@@ -110,11 +118,12 @@ class TakingTurns final : public StepTiming {
   }
   void append_step(SegmentTiming& segment, Duration mean, double drift) {
     const bool first = std::exchange(after_visualization_, false);
-    segment.steps.push_back(append(steps_.next(mean, first ? drift * (1.0 + first_step_) : drift)));
+    segment.steps.push_back(append(steps_.next(segment.begin, mean, first ? drift * (1.0 + first_step_) : drift)));
   }
 
   SegmentOrder order_;
   std::optional<Rate> grid_;
+  WakeUp wake_;
   double drift_per_s_, first_step_;
   internal::MeansInForce means_;
   internal::VisualizationCost visualizations_;
@@ -149,13 +158,13 @@ class SideBySide final : public StepTiming {
     const double drift = drift_factor(drift_per_s_, segment.begin);
 
     RealTime visualized = segment.begin;
-    if (const std::optional<Duration> visualization = visualizations_.next(means.visualization, drift)) {
+    if (const std::optional<Duration> visualization = visualizations_.next(segment.begin, means.visualization, drift)) {
       visualized = segment.begin + *visualization;
       segment.visualization = Interval{segment.begin, visualized};
     }
     boundary_ = grid_ ? std::max(visualized, tick_time(*grid_, index_)) : visualized;
     while (step_begin_ < boundary_) {
-      const Duration step = steps_.next(means.step, step_begin_ < visualized ? drift * slowdown_ : drift);
+      const Duration step = steps_.next(segment.begin, means.step, step_begin_ < visualized ? drift * slowdown_ : drift);
       segment.steps.push_back({step_begin_, step_begin_ + step});
       step_begin_ = step_begin_ + step;
     }

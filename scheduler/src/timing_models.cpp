@@ -62,7 +62,8 @@ Duration scaled(Duration duration, double factor) {
 }
 
 MeansInForce::MeansInForce(const ProgrammedTiming& timing)
-    : means_{timing.visualization, starting_step(timing), timing.steps},
+    : disturbed_(timing.disturbed),
+      means_{timing.visualization, starting_step(timing), timing.steps},
       visualization_(timing.visualization),
       changes_(timing.changes),
       hitch_(timing.hitch),
@@ -83,7 +84,7 @@ bool MeansInForce::hitches(RealTime begin) {
   if (!hitch_ || begin < next_hitch_) return false;
   const std::int64_t every = hitch_->every.ns;
   next_hitch_ = RealTime{(begin.ns / every + 1) * every};
-  return true;
+  return !disturbed_ || disturbed_->holds(begin);
 }
 
 Duration varied(const RandomStream& stream, std::uint64_t n, Duration mean, JitterLaw law, double variation) {
@@ -142,6 +143,7 @@ VisualizationCost::VisualizationCost(const ProgrammedTiming& timing)
       variation_(timing.visualization_variation),
       dropped_(timing.dropped_visualization),
       merged_(timing.merged_visualization),
+      disturbed_(timing.disturbed),
       lengths_(timing.seed, "timing.visualization"),
       counts_(timing.seed, "timing.visualization_count"),
       regime_(timing),
@@ -152,25 +154,29 @@ int VisualizationCost::count(std::uint64_t k) const {
   return u < dropped_ ? 0 : u < dropped_ + merged_ ? 2 : 1;
 }
 
-std::optional<Duration> VisualizationCost::next(Duration mean, double drift) {
+std::optional<Duration> VisualizationCost::next(RealTime segment, Duration mean, double drift) {
   const std::uint64_t k = k_++;
-  const Duration in_regime = scaled(mean, regime_.next_factor());
-  const int times = count(k);
+  const bool calm = disturbed_ && !disturbed_->holds(segment);
+  const double factor = regime_.next_factor();
+  const Duration in_regime = calm ? mean : scaled(mean, factor);
+  const int times = calm ? 1 : count(k);
   if (mean.ns == 0 || times == 0) return std::nullopt;
   const Duration work = scaled(varied(lengths_, k, in_regime, law_, variation_), drift * times);
-  return work + preemption_.of(k, work);
+  return calm ? work : work + preemption_.of(k, work);
 }
 
 StepCost::StepCost(const ProgrammedTiming& timing)
     : law_(timing.step_law),
       variation_(timing.step_variation),
+      disturbed_(timing.disturbed),
       lengths_(timing.seed, "timing.step"),
       spikes_(timing),
       preemption_(timing, "timing.preemption.step") {}
 
-Duration StepCost::next(Duration mean, double factor) {
+Duration StepCost::next(RealTime segment, Duration mean, double factor) {
   const std::uint64_t n = n_++;
   const Duration work = scaled(varied(lengths_, n, mean, law_, variation_), factor);
+  if (disturbed_ && !disturbed_->holds(segment)) return work;
   return work + spikes_.of(n, work) + preemption_.of(n, work);
 }
 
@@ -197,6 +203,15 @@ Duration starting_step(const ProgrammedTiming& timing) {
 
 MeanTiming mean_timing(const ProgrammedTiming& timing) {
   using namespace internal;
+  if (timing.disturbed) {
+    ProgrammedTiming calm = timing;
+    calm.disturbed.reset();
+    calm.spikes.reset();
+    calm.preemption.reset();
+    calm.hitch.reset();
+    calm.dropped_visualization = calm.merged_visualization = 0;
+    return mean_timing(calm);  // regimes keep the mean as it is
+  }
   const double single = 1.0 - timing.dropped_visualization - timing.merged_visualization;
   const Duration visualization = timing.visualization, step = starting_step(timing);
   MeanTiming mean;

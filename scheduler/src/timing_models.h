@@ -29,6 +29,8 @@ class MeansInForce {
  private:
   bool hitches(RealTime begin);
 
+  std::optional<Disturbed> disturbed_;
+
   Means means_;
   Duration visualization_;  // outside of hitches
   std::vector<TimingChange> changes_;
@@ -85,13 +87,14 @@ class RegimeChain {
 class VisualizationCost {
  public:
   explicit VisualizationCost(const ProgrammedTiming& timing);
-  std::optional<Duration> next(Duration mean, double drift);
+  std::optional<Duration> next(RealTime segment, Duration mean, double drift);
 
  private:
   int count(std::uint64_t k) const;  ///< 0 dropped, 2 merged
 
   JitterLaw law_;
   double variation_, dropped_, merged_;
+  std::optional<Disturbed> disturbed_;
   RandomStream lengths_, counts_;
   RegimeChain regime_;
   PreemptionCost preemption_;
@@ -102,12 +105,13 @@ class VisualizationCost {
 class StepCost {
  public:
   explicit StepCost(const ProgrammedTiming& timing);
-  /// `factor` is that of drift times that of the step's place in the segment.
-  Duration next(Duration mean, double factor);
+  /// `segment`: when its segment begins. `factor` is that of drift times that of the step's place in the segment.
+  Duration next(RealTime segment, Duration mean, double factor);
 
  private:
   JitterLaw law_;
   double variation_;
+  std::optional<Disturbed> disturbed_;
   RandomStream lengths_;
   SpikeCost spikes_;
   PreemptionCost preemption_;

@@ -98,16 +98,32 @@ GrabStiffness::GrabStiffness(const TissueScene& scene, const Lattice& lattice) :
     const Neighbour& d = kNeighbourhood[s];
     const glm::dvec3 rest_m = glm::dvec3(d.dx, d.dy, d.dz) * scene.spacing_m;
     const double k = spring_stiffness(materials.stiffness_N_per_m(cell), materials.stiffness_N_per_m(to));
-    springs_[tool].push_back({index(cell), index(to), rest_m, glm::length(rest_m), k});
+    const bool to_tool =
+        scene.tools.size() == 2 && scene.tools[1 - tool].kind == CouplingKind::grab && holds(lattice, 1 - tool, to);
+    springs_[tool].push_back({index(cell), index(to), to_tool, rest_m, glm::length(rest_m), k});
   });
+}
+
+glm::dvec3 GrabStiffness::between(const Spring& spring, std::span<const std::array<double, 3>> displacement_m) {
+  const auto &from = displacement_m[spring.held], &to = displacement_m[spring.other];
+  return glm::dvec3(to[0] - from[0], to[1] - from[1], to[2] - from[2]) + spring.rest_m;
 }
 
 glm::dmat3 GrabStiffness::of(std::size_t tool, std::span<const std::array<double, 3>> displacement_m) const {
   glm::dmat3 sum(0);
   for (const Spring& spring : springs_[tool]) {
-    const auto &from = displacement_m[spring.held], &to = displacement_m[spring.other];
-    const glm::dvec3 d = glm::dvec3(to[0] - from[0], to[1] - from[1], to[2] - from[2]) + spring.rest_m;
+    const glm::dvec3 d = between(spring, displacement_m);
     if (d != glm::dvec3(0)) sum += spring_hessian(spring.stiffness_N_per_m, spring.length_m, d);
+  }
+  return sum;
+}
+
+glm::dmat3 GrabStiffness::coupling(std::size_t tool, std::span<const std::array<double, 3>> displacement_m) const {
+  glm::dmat3 sum(0);
+  for (const Spring& spring : springs_[tool]) {
+    if (!spring.to_tool) continue;
+    const glm::dvec3 d = between(spring, displacement_m);
+    if (d != glm::dvec3(0)) sum -= spring_hessian(spring.stiffness_N_per_m, spring.length_m, d);
   }
   return sum;
 }
@@ -126,6 +142,23 @@ glm::dmat3 settled_stiffness(const TissueScene& scene, const Lattice& lattice, s
                   [&](std::size_t free, const glm::dmat3& coupling) { k[axis] -= coupling * u[free]; });
   }
   return (k + glm::transpose(k)) * 0.5;
+}
+
+glm::dmat3 settled_coupling(const TissueScene& scene, const Lattice& lattice, std::size_t tool, std::size_t other) {
+  const RestHessian hessian(scene, lattice);
+  const bool rigid = scene.tools[other].kind == CouplingKind::grab;  // what it holds moves with it
+  glm::dmat3 k(0);
+  for (int axis = 0; axis < 3; ++axis) {
+    RestHessian::Cells load(lattice.cells, glm::dvec3(0));
+    for_couplings(scene, lattice, hessian, other, [&](std::size_t free, const glm::dmat3& coupling) {
+      if (lattice.mobile[free]) load[free] += coupling[axis];
+    });
+    const RestHessian::Cells u = hessian.solve(load).x;
+    for_couplings(scene, lattice, hessian, tool, [&](std::size_t free, const glm::dmat3& coupling) {
+      k[axis] -= rigid && holds(lattice, other, free) ? coupling[axis] : coupling * u[free];
+    });
+  }
+  return k;
 }
 
 ProbeCompliance::ProbeCompliance(const TissueScene& scene, const Lattice& lattice, bool in_double)

@@ -26,7 +26,10 @@ TissueSolver::TissueSolver(const Scene& scene, const SceneFeatures& features, st
     : scene_((check_tissue(std::get<TissueScene>(scene.body), scene.tool_count), std::get<TissueScene>(scene.body))),
       lattice_(scene_),
       features_(features),
-      local_model_(scene.local_model) {
+      local_model_(scene.local_model),
+      coupled_(scene.local_coupling && scene_.tools.size() == 2 &&
+               std::none_of(scene_.tools.begin(), scene_.tools.end(),
+                            [](const ToolCoupling& tool) { return tool.kind == CouplingKind::probe; })) {
   info_.name = std::move(name);
   info_.particles = scene_.particle_count;
   info_.springs = lattice_.springs;
@@ -64,6 +67,7 @@ void TissueSolver::prepare_local_model() {
     else if (!grab_stiffness_)
       grab_stiffness_.emplace(scene_, lattice_);
   }
+  if (coupled_ && local_model_ == LocalModel::settled) settled_coupling_ = settled_coupling(scene_, lattice_, 0, 1);
   if (grab_stiffness_) watched_ = grab_stiffness_->cells();
   if (probe_compliance_) watched_ = probe_compliance_->cells();
 }
@@ -180,9 +184,15 @@ ToolContact TissueSolver::contact(std::size_t tool) const {
   if (coupling.kind == CouplingKind::grab && grab_stiffness_)
     contact.stiffness_N_per_m = grab_stiffness_->of(tool, readings_.displacement_m);
   if (coupling.kind == CouplingKind::probe) put_probe(tool, contact);
+  if (coupled_) contact.coupling_N_per_m = this->coupling(tool);
   for (int column = 0; column < 3; ++column)
     contact.stiffness_N_per_m[column] = canonical(contact.stiffness_N_per_m[column]);
   return contact;
+}
+
+glm::dmat3 TissueSolver::coupling(std::size_t tool) const {
+  const glm::dmat3 of_first = grab_stiffness_ ? grab_stiffness_->coupling(0, readings_.displacement_m) : settled_coupling_;
+  return tool == 0 ? of_first : glm::transpose(of_first);
 }
 
 void TissueSolver::put_probe(std::size_t tool, ToolContact& contact) const {

@@ -110,6 +110,7 @@ class TissueSolver : public Solver {
   void foresee_touches();
   ToolContact contact(std::size_t tool) const;
   void put_probe(std::size_t tool, ToolContact& contact) const;
+  glm::dmat3 coupling(std::size_t tool) const;
   void move_tools(std::span<const glm::dvec3> moved_m);
   void note_finite(bool is_finite);
   void balance_energy(std::span<const glm::dvec3> moved_m, const ToolResponse& response);
@@ -118,9 +119,11 @@ class TissueSolver : public Solver {
   Lattice lattice_;
   SceneFeatures features_;
   LocalModel local_model_;
+  bool coupled_;                                     // the tools' coupling is asked for, and both are grabs or springs
   std::optional<GrabStiffness> grab_stiffness_;      // for the instantaneous model of grabs
   std::optional<ProbeCompliance> probe_compliance_;  // for the settled model of probes
   std::array<glm::dmat3, kMaxTools> settled_{};      // stiffnesses that stay the same for the whole run, settled or not
+  glm::dmat3 settled_coupling_{0};                   // of the first tool to the second
   std::vector<std::uint32_t> watched_;
   SolverInfo info_;
   double nominal_substep_s_ = 0, substep_s_ = 0;

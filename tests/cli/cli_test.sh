@@ -362,6 +362,7 @@ case_a_live_run_says_how_late_it_was_and_keeps_what_it_has() {
   grep -Eq "^lateness +p50 [0-9.e-]+ ms, p99 [0-9.e-]+ ms, p99.9 [0-9.e-]+ ms, max [0-9.e-]+ ms" out || fail "no lateness"
   grep -Eq "^rights +device .*SCHED_FIFO 45.*, solver .*SCHED_FIFO 35.*, memory (not )?locked, timer slack [0-9]+ ns" out ||
     fail "nothing about real-time rights"
+  grep -Eq "^rights .* ns, (cores kept|refused to keep cores) awake$" out || fail "nothing about cores that sleep"
   grep -Eq "^left +[0-9]+ forces: [0-9]+ sent, [0-9]+ overtaken by a newer one, [0-9]+ dropped, [0-9]+ due after" out ||
     fail "not what became of the forces"
   grep -Eq "^left +[0-9]+ samples missing, [0-9]+ forces late of [0-9]+ judged steps; [0-9]+ cuts" out || fail "no counts"
@@ -450,6 +451,59 @@ case_study_writes_table_csv_json_and_figures() {
 assert len(d["cells"]) == len(r) == 51
 assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c, x in zip(d["cells"], r))
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
+}
+# in_shards TEXT KIND ARGUMENTS... : two shards, their status and merge; the merged lines are those of one process without
+# what is measured, and the command says TEXT of them without running anything
+in_shards() {
+  local text=$1 kind=$2 shard file
+  shift 2
+  "$evenstep" "$kind" "$@" --shard 1/1 --out one >out 2>err || fail "one process"
+  expect 0 "$kind-2-of-2.jsonl" "$kind" "$@" --shard 2/2 --out parts
+  expect 0 "1 of 2 shards have begun" "$kind" --status parts
+  expect 2 "shard 1 of 2 is missing" merge parts/*.jsonl --out "whole/$kind.jsonl"
+  expect 0 "$kind-1-of-2.jsonl" "$kind" "$@" --shard 1/2 --out parts
+  expect 2 "leave it out" merge parts/*.jsonl --out "whole/$kind.jsonl" --junit j.xml
+  [ ! -e "whole/$kind.jsonl" ] || fail "a refused merge was written"
+  expect 0 "--resume --out whole" merge "parts/$kind-2-of-2.jsonl" "parts/$kind-1-of-2.jsonl" --out "whole/$kind.jsonl"
+  for file in one whole; do sed 's/,"measured":{.*/}/' "$file/$kind.jsonl" >"$file.certain"; done
+  [ "$(wc -l <one.certain)" -gt 2 ] || fail "there are no lines"
+  cmp -s one.certain whole.certain || fail "merged lines differ"
+  cp "whole/$kind.jsonl" before
+  expect 0 "$text" "$kind" "$@" --resume --out whole
+  cmp -s before "whole/$kind.jsonl" || fail "--resume changed a complete file"
+  expect 2 "must be I/N" "$kind" "$@" --shard 3/2
+  expect 2 "there is no folder 'nowhere'" "$kind" --status nowhere
+  expect 2 "has no part of a sweep" sweep --status parts
+  expect 2 "takes" "$kind" "$@" --status parts
+  sed -i '2s/"index":0/"index":2/' "whole/$kind.jsonl"
+  expect 3 "whole/$kind.jsonl:2: error: the line" "$kind" "$@" --resume --out whole
+}
+case_catalogue_in_shards() {
+  local cases=("$source_dir/scenarios/stiff/s2-over-the-limit.toml" "$source_dir/scenarios/extreme/unstable-step.toml")
+  in_shards "2 scenarios: 2 passed, 0 failed, 0 left out" catalogue "${cases[@]}"
+  [ -s whole/s2-over-the-limit/strip.svg ] || fail "no strip"
+  expect 1 "0 passed, 1 failed" catalogue "${cases[0]}" \
+    --set 'expect=[{ signal = "case.implicit-euler.cpu", metric = "diverged", equals = 1 }]'
+}
+case_size_of_many_seeds_in_shards() {
+  swept ''
+  in_shards "At most 5 % of the segments" size s.toml --rate "5 %" --seeds 0..6
+  "$evenstep" size s.toml --rate "5 %" --seeds 0..6 --resume --out one --json >out 2>err || fail "exit"
+  python3 -c 'import json; assert json.load(open("out"))["segments"] > 50' || fail "JSON"
+  for option in "--split 2" "--adaptive" "--damping 2" "--timing t.csv" "--segment a"; do
+    # shellcheck disable=SC2086   # its words are options
+    expect 2 "--seeds finds rates of the scenario as it is" size s.toml --rate "5 %" --seeds 0..6 $option --out x
+  done
+  expect 2 "--seeds makes the sample for --rate larger" size s.toml --seeds 0..6
+  expect 2 "is no span" size s.toml --rate "5 %" --seeds 6..0
+  expect 2 "divide the seeds of --seeds" size s.toml --rate "5 %" --shard 1/2
+  expect 2 "the same timing with every seed" size "$spring" --rate "5 %" --seeds 0..6
+  [ ! -e x ] || fail "a refused sizing was written"
+}
+case_study_in_shards() {
+  in_shards "cpu-double  velocity-verlet" study "$source_dir/scenarios/stiff/study-block.toml" "${small_study[@]}" \
+    --set 'study.solvers=["cpu-double"]' --set 'study.methods=["velocity-verlet"]'
+  [ -s whole/position-error.svg ] && [ -s whole/study.json ] || fail "no figure, or no study.json"
 }
 case_study_of_the_felt_force_keeps_its_reference() {
   local block=$source_dir/scenarios/stiff/study-block.toml
@@ -882,10 +936,74 @@ case_size_refuses_bad_input() {
   expect 2 "must be above 0 % and below 100 %" size drawn.csv --rate "100 %"
   expect 2 "cannot be written" size "$source_dir/scenarios/recorded/small-paced30-basic.csv" --figure nowhere/curve.svg
   expect 2 "goes with --rate" size drawn.csv --confidence "95 %"
+  expect 2 '"drop" is none' size drawn.csv --what-if drop
+  expect 2 'error: "budget 20": ' size drawn.csv --budget 20
+  expect 2 "own-lane goes with none of the others" size drawn.csv --what-if "own-lane 1.3, split 2"
+  local trace=$source_dir/scenarios/recorded/small-paced30-basic.csv
+  expect 0 "looking back" size "$trace" --budget "11 ms hold" --split 2 --split 5 --pace "90 %" \
+    --own-lane 1.3 --adaptive --rate "1 %"
+  expect 0 '"what_if":"split 2"' size "$trace" --split 2 --json
   expect 2 "must be above 0 N s/m" size drawn.csv --damping "0 N s/m"
   expect 2 "belong to a recording" size "$spring" --sampling "1 ms"
   expect 2 "belongs to a scenario" size drawn.csv --set run.seed=2
   expect 2 "drives the solver without a loop" size "$source_dir/scenarios/stiff/s1-oscillator.toml"
+}
+case_advise_gives_scenarios_that_give_its_numbers() {
+  command -v python3 >/dev/null || { echo "skipped: no python3 to compare the numbers"; exit 77; }
+  head -3300 "$source_dir/scenarios/recorded/paced30-pthread.csv" >timing.csv
+  expect 0 "Pareto-optimal" advise timing.csv --rate "5 %" --out choices
+  grep -q "If the solver says how stiff the contact is" out || fail "no conclusion"
+  grep -q "<svg" choices/advice.svg || fail "no figure"
+  grep -q "What each choice costs" choices/report.html || fail "no page"
+  for file in choices/choice-*.toml; do expect 0 "PASS" run "$file"; done
+  "$evenstep" advise timing.csv --rate "5 %" --out again --json >out 2>err || fail "exit"
+  cmp -s choices/advice.json out && cmp -s out again/advice.json || fail "not the same JSON"
+  python3 -c 'import json
+choices = json.load(open("out"))["choices"]
+assert len(choices) >= 20 and any(c["pareto"] for c in choices) and not all(c["pareto"] for c in choices)
+for c in choices:
+    run = json.load(open("runs/choice-%d/summary.json" % c["number"]))["metrics"]
+    of = lambda device, kind, metric: run["%s.%s.%s" % (device, kind, c["map"])][metric]
+    assert of("closed_loop", "hand", "loop_delay") == c["delay_s"], c
+    assert of("closed_loop", "hand", "predicted_stiffness_limit") == c["stiffness_N_per_m"], c
+    assert (of("closed_loop", "hand", "stable") == 1) is c["comes_to_rest"], c
+    assert of("line", "buffers", "underrun_rate") == c["underrun_rate"], c
+    latency_s = of("line", "buffers", "latency")
+    assert round(latency_s * 1e9) == (c["latency_ns"] or 0), c
+    assert c["bound_ns"] is None or c["bound_ns"] <= c["latency_ns"], c' 2>err || fail "the runs give other numbers"
+}
+case_advise_of_a_scenario_and_of_steps_alone() {
+  expect 0 "449 steps in 30 segments" advise "$source_dir/scenarios/paper/figure-1-spring-hold.toml" \
+    --set 'run.duration=1 s' --out paper
+  grep -q "12.842    12.842" out || fail "not the latency of the reference case, which is its bound"
+  grep -q "nobody can tell whether the hand comes to rest" out || fail "no word that a second is too short"
+  awk -F, 'NR == 1 { print "begin_ns,end_ns" } $2 == "step" && NR < 1500 { print $4 "," $5 }' \
+    "$source_dir/scenarios/recorded/small-paced30-basic.csv" >steps.csv
+  expect 0 "nobody knows which pauses are drawings" advise steps.csv --renderer hold
+  [ -f runs/steps-advise/choice-1.toml ] || fail "no folder in runs"
+  grep -q "local" runs/steps-advise/advice.json && fail "a renderer that was not asked for"
+  expect 0 "phase_locked 4 Hz" advise steps.csv --renderer hold --bandwidth "4 Hz" --what-if none --threads 1
+}
+case_advise_refuses_bad_input() {
+  local trace=$source_dir/scenarios/recorded/small-paced30-basic.csv
+  expect 2 "nowhere.csv" advise nowhere.csv
+  printf 'begin_ns,end_ns\n0,5\n4,9\n' >bad.csv
+  expect 2 "bad.csv:3:1: error: begins at 4 ns, before the step before it ended at 5 ns" advise bad.csv
+  head -20 "$trace" >short.csv
+  expect 2 "too short to advise" advise short.csv
+  expect 2 '"soft" is none of hold, linear, local, device_spring' advise "$trace" --renderer soft
+  expect 2 "'0 Hz' is not above 0 Hz" advise "$trace" --bandwidth "0 Hz"
+  expect 2 "must be above 0 kg" advise "$trace" --mass "0 kg"
+  expect 2 "must be above 0 N s/m" advise "$trace" --damping "0 N s/m"
+  expect 2 "must be above 0 % and below 100 %" advise "$trace" --rate "0 %"
+  expect 2 '"10 Hz" is not between 100 and 100000 Hz' advise "$trace" --firmware-rate "10 Hz"
+  expect 2 "compares no change of the simulator" advise "$trace" --what-if "split"
+  expect 2 "belongs to a scenario" advise "$trace" --set run.seed=2
+  expect 2 "belongs to a recording" advise "$spring" --sampling "1 ms"
+  expect 2 "drives the solver without a loop" advise "$source_dir/scenarios/stiff/s1-oscillator.toml"
+  mkdir full && touch full/mine
+  expect 3 "full" advise "$trace" --out full
+  no_run_folder
 }
 case_a_rate_with_confidence() {
   expect 0 "27 clean seeds" check "$source_dir/scenarios/sizing/underrun-rate.toml"
@@ -961,7 +1079,8 @@ case_record_of_a_solver_without_a_device_has_host_times_only() {
   expect 0 "gives no commands to an OpenCL device" record x.toml --out timing.csv --seconds 1
   [ ! -e timing.profile.csv ] || fail "a profile of no device"
   small_block
-  expect 0 "host times only: --host-only" record block.toml --out timing.csv --seconds 1 --host-only
+  expect 0 "host times only: --host-only" record "$PWD/block.toml" --out timing.csv --seconds 1 --host-only
+  head -n 1 timing.csv | grep -q '^# evenstep record block.toml --seconds 1 --host-only' || fail "$(head -n 1 timing.csv)"
   [ ! -e timing.profile.csv ] || fail "a profile that was not asked for"
 }
 case_record_draws_or_burns_where_it_is_told_to() {

@@ -76,6 +76,43 @@ def left_behind(place):
     return [path.name for path in place.iterdir() if path.name.startswith(".")]
 
 
+SWEEP = """[sweep]
+seeds = "0..3"
+grid = {{ "remap.latency" = ["9 ms", "40 ms"] }}
+{find}"""
+
+
+def case_points_of_a_sweep_in_junit(place):
+    """Those that fail are a testcase each, hostile names and all; those that pass are counted; a merge says the same."""
+    file = place / "s.toml"
+    file.write_text(scenario(HOSTILE, because=HOSTILE) + SWEEP.format(find=""), "utf-8")
+
+    def call(command, *arguments):
+        return subprocess.run([program, command, *map(str, arguments)], capture_output=True, text=True, timeout=200, cwd=place)
+
+    assert call("sweep", file, "--junit", place / "one.xml").returncode == 1
+    root = check_junit.main(place / "one.xml", 4, 3, 0)
+    cases = root.findall(".//testcase")
+    assert cases[0].get("name") == "3 of 6 points pass" and len(cases[0]) == 0
+    assert [case.get("name") for case in cases[1:]] == [f"seed {seed}, remap.latency 9 ms" for seed in (0, 1, 2)]
+    for case in cases[1:]:
+        assert "left.force.phase_locked late" in case.find("failure").get("message"), case.find("failure").attrib
+        assert "--seed" in case.find("failure").text and "remap.latency=9 ms" in case.find("failure").text
+    values = {item.get("name"): item.get("value") for item in root.findall(".//property")}
+    assert values["points"] == "6" and values["passed"] == "3" and values["failed"] == "3", values
+    for shard in "12":
+        assert call("sweep", file, "--shard", f"{shard}/2", "--out", "parts").returncode <= 1
+    parts = [place / f"parts/sweep-{shard}-of-2.jsonl" for shard in "21"]
+    assert call("merge", *parts, "--out", place / "merged.jsonl", "--junit", place / "two.xml").returncode == 1
+    assert (place / "two.xml").read_bytes() == (place / "one.xml").read_bytes()
+
+    for latency, failures in (("40 ms", 0), ("9 ms", 1)):  # with find only the value that is found counts
+        find = f'find = {{ smallest = "remap.latency", at_most = "{latency}" }}'
+        file.write_text(scenario("found") + SWEEP.format(find=find), "utf-8")
+        assert call("sweep", file, "--out", f"found-{failures}", "--junit", place / "f.xml").returncode == failures
+        check_junit.main(place / "f.xml", 1, failures, 0)
+
+
 def case_one_junit_file_for_a_call_tells_errors_from_failures(place):
     late = scenario(HOSTILE, because=HOSTILE).replace('"15 ms"', '"9 ms"')
     files = write(place / "in", passes=scenario(), fails=late, silent=scenario(expect=False), broken="format = 1\nnonsense = 2\n",

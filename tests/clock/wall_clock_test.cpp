@@ -3,9 +3,11 @@
 #include <sched.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <catch2/catch.hpp>
 #include <cerrno>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -175,6 +177,34 @@ TEST_CASE("a priority that no kernel knows is refused in words, and the timer sl
     // Linux 6.12 and later grant every thread a short slice; earlier ones report none.
     CHECK((grant.slice_ns == 0 || grant.slice_ns == 100'000));
   });
+}
+
+TEST_CASE("cores are kept awake as long as the device is open, with the latency asked for, or it is said why not") {
+  std::string device = (std::filesystem::temp_directory_path() / "evenstep_latency_XXXXXX").string();
+  ::close(::mkstemp(device.data()));
+  const auto open_files = [&] {
+    std::ptrdiff_t count = 0;
+    for (const auto& file : std::filesystem::directory_iterator("/proc/self/fd")) {
+      std::error_code ignored;
+      count += std::filesystem::read_symlink(file, ignored) == device;
+    }
+    return count;
+  };
+  {
+    const WakeLatency latency(7, device);
+    CHECK(latency.refusal().empty());
+    CHECK(open_files() == 1);
+    std::ifstream in(device, std::ios::binary);
+    std::int32_t asked_us = -1;
+    in.read(reinterpret_cast<char*>(&asked_us), sizeof asked_us);
+    CHECK(in.gcount() == sizeof asked_us);
+    CHECK(asked_us == 7);
+  }
+  CHECK(open_files() == 0);
+  std::filesystem::remove(device);
+  CHECK_THAT(WakeLatency(0, device).refusal(), Catch::Contains("No such file") && Catch::Contains("a container"));
+  CHECK_THAT(WakeLatency(0, "/").refusal(), Catch::Contains("Is a directory"));
+  CHECK_THAT(WakeLatency(0, "/dev/full").refusal(), Catch::Contains("No space left"));  // opened, and then refused
 }
 
 TEST_CASE("the clocks for reports run forwards, and CPU time only where there is work") {

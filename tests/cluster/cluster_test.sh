@@ -2,8 +2,10 @@
 # Sweeps on other people's engines (examples/sweep), with what is killed while they run: the merged bytes are those of one
 # process every time, and no finished line is lost.
 #   cluster_test.sh EVENSTEP SOURCE_DIR ENGINE [KILLS [SEED]]
-# ENGINE: slurm (mostly a worker; slurmd and slurmctld each every twelfth time), openmpi, parallel, workqueue, full_disk,
-# builds (no kills: what is refused). KILLS is how many must hit something. The last line says what was measured.
+# ENGINE: slurm (mostly a worker; slurmd and slurmctld each every twelfth time), slurm_both (both of these within a second),
+# openmpi, parallel, workqueue, full_disk, builds (no kills: what is refused). KILLS is how many must hit something. The last
+# line says what was measured. WORK in the environment: what is divided, "sweep" (default), "study", "catalogue", or
+# "size --rate 2% --seeds 0..40".
 # Exit status 77: skipped, and why.
 # Everything is in a folder of its own, daemons too, and nothing is left running.
 set -uo pipefail
@@ -12,6 +14,8 @@ RANDOM=${5:-1}
 readonly SHARDS=4
 export SHARDS
 examples=$source_dir/examples/sweep
+export WORK=${WORK:-sweep}
+kind=${WORK%% *}
 
 skip() { echo "skipped: $*"; exit 77; }
 fail() {
@@ -68,10 +72,22 @@ lead = "1 ms"
 seeds = "0..20"
 grid = { "remap.latency" = ["9 ms", "40 ms"] }
 TOML
+case $kind in
+study)
+  sed -e 's/^name .*/name = "cluster"/' -e 's/^duration   = "64 ms"/duration = "8 ms"\nrepeats = 1/' -e '/^iterations/d' \
+    -e 's/^solvers .*/solvers = ["cpu-double"]\nmethods = ["symplectic-euler", "velocity-verlet", "rk4"]/' \
+    -e 's/^error .*/error = "state"\nstep_sizes = ["1 ms", "0.5 ms", "0.25 ms", "0.125 ms"]/' \
+    "$source_dir/scenarios/stiff/study-block.toml" >"$scenario"
+  ;;
+catalogue) cp -- "$source_dir/scenarios/stiff/s5-stiffness-decades.toml" "$scenario" ;;
+esac
+# What is the same wherever it is computed: not the costs, which every shard measures for itself.
+certain() { sed 's/,"measured":{.*/}/' "$1"; }
 unset "${!SLURM_@}" "${!OMPI_@}" "${!PMI@}" "${!PARALLEL@}" "${!CI_NODE_@}" "${!GTEST_@}" JOB_COMPLETION_INDEX
 begin=$(date +%s%N)
-evenstep sweep "$scenario" --threads 2 --out "$work/one" >"$work/one.log" 2>&1
-(($? == 1)) || fail "the reference does not end"
+# shellcheck disable=SC2086   # its words are options
+evenstep $WORK "$scenario" --threads 2 --shard 1/1 --out "$work/one" >"$work/one.log" 2>&1
+(($? <= 1)) || fail "the reference does not end"
 span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # the engines take a little longer
 cd "$work/run" || exit 1
 
@@ -92,11 +108,11 @@ strike() {
 
 # judge : the run is complete
 judge() {
-  cmp -s sweep.jsonl "$work/one/sweep.jsonl" || fail "run $runs: the merged bytes are others"
+  cmp -s <(certain "$kind.jsonl") <(certain "$work/one/$kind.jsonl") || fail "run $runs: the merged bytes are others"
   runs=$((runs + 1))
 }
 declare -A by=()
-hits=0 runs=0 again=0 lines_before=0
+hits=0 runs=0 again=0 lost=0 lines_before=0
 
 fresh() {
   cd "$work" && rm -rf run && mkdir run && cd run || exit 1
@@ -163,21 +179,21 @@ engine_workqueue() {
 # A disk of random size that fills up while four shards write, and then has room again.
 engine_full_disk() {
   local shard size status bytes
-  bytes=$(stat -c %s "$work/one/sweep.jsonl")
+  bytes=$(stat -c %s "$work/one/$kind.jsonl")
   while ((hits < kills)); do
     fresh
     mkdir parts
     size=$((bytes * (RANDOM % 100) / 100 + 4096))
     mount -t tmpfs -o size="$size" none parts 2>/dev/null || skip "tmpfs cannot be mounted here, which a full disk needs"
-    for shard in 1 2 3 4; do evenstep sweep "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
+    for shard in 1 2 3 4; do evenstep $WORK "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
     grep -q 'No space left on device' run.log && hits=$((hits + 1))
     mount -o remount,size=10m parts
     for shard in 1 2 3 4; do
-      evenstep sweep "$scenario" --shard $shard/4 --resume --out parts >>run.log 2>&1
+      evenstep $WORK "$scenario" --shard $shard/4 --resume --out parts >>run.log 2>&1
       status=$?
       ((status <= 1)) || fail "shard $shard exits with $status where there is room again"
     done
-    evenstep merge parts/*.jsonl --out sweep.jsonl >>run.log 2>&1
+    evenstep merge parts/*.jsonl --out "$kind.jsonl" >>run.log 2>&1
     umount parts
     judge
   done
@@ -196,19 +212,19 @@ refused() {
 
 # What must never become a result: a shard of two builds, one that is missing, one twice, one cut short.
 engine_builds() {
-  local shard part=parts/sweep-2-of-4.jsonl
-  for shard in 1 2 3 4; do evenstep sweep "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
+  local shard part=parts/$kind-2-of-4.jsonl
+  for shard in 1 2 3 4; do evenstep $WORK "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
   cp "$work/bin/evenstep" "$work/bin/evenstep-of-another-machine"
   echo >>"$work/bin/evenstep-of-another-machine"
-  refused 3 'is of another sweep' evenstep-of-another-machine sweep "$scenario" --shard 2/4 --resume --out parts
-  evenstep-of-another-machine sweep "$scenario" --shard 2/4 --out other >run.log 2>&1
-  refused 2 'is of another build' evenstep merge parts/sweep-[134]*.jsonl other/*.jsonl --out sweep.jsonl
-  refused 2 'is of another build' evenstep merge parts/*.jsonl other/*.jsonl --out sweep.jsonl
-  refused 2 'shard 2 of 4 is missing' evenstep merge parts/sweep-[134]*.jsonl --out sweep.jsonl
-  refused 2 'merge each part once' evenstep merge parts/*.jsonl $part --out sweep.jsonl
+  refused 3 "is of another $kind" evenstep-of-another-machine $WORK "$scenario" --shard 2/4 --resume --out parts
+  evenstep-of-another-machine $WORK "$scenario" --shard 2/4 --out other >run.log 2>&1
+  refused 2 'is of another build' evenstep merge parts/"$kind"-[134]*.jsonl other/*.jsonl --out "$kind.jsonl"
+  refused 2 'is of another build' evenstep merge parts/*.jsonl other/*.jsonl --out "$kind.jsonl"
+  refused 2 'shard 2 of 4 is missing' evenstep merge parts/"$kind"-[134]*.jsonl --out "$kind.jsonl"
+  refused 2 'merge each part once' evenstep merge parts/*.jsonl $part --out "$kind.jsonl"
   sed -i 4d $part
-  refused 2 "point 9 belongs into $part" evenstep merge parts/*.jsonl --out sweep.jsonl
-  [[ ! -e sweep.jsonl ]] || fail "a refused merge was written"
+  refused 2 "point 9 belongs into $part" evenstep merge parts/*.jsonl --out "$kind.jsonl"
+  [[ ! -e $kind.jsonl ]] || fail "a refused merge was written"
 }
 
 free_port() {
@@ -263,10 +279,23 @@ CONF
   fail "Slurm does not start"
 }
 
-# Daemons that were killed start again, as their supervisor would see to.
+# Daemons that were killed start again after ten seconds, as their supervisor would see to.
+readonly RESTART_S=10
+down_since=0
 revive() {
+  ((SECONDS - down_since >= RESTART_S)) || return
   [[ $(ours slurmctld) ]] || (cd "$work" && exec slurmctld -D >>slurmctld.log 2>&1) &
   [[ $(ours slurmd) ]] || (cd "$work" && exec slurmd -D >>slurmd.log 2>&1) &
+}
+
+# find_lost : a slurmctld that was killed has forgotten the last seconds, and so may believe that jobs run that have ended.
+# It asks a node for its jobs when that registers; a job that is not there is requeued if it began more than
+# BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
+# do so again for half an hour. `scontrol reconfigure` makes it.
+find_lost() {
+  [[ $(squeue -h -t R -o %i 2>/dev/null) ]] || return
+  [[ $(ours evenstep) ]] && return
+  scontrol reconfigure && lost=$((lost + 1))
 }
 
 # operate : what its operator does. A slurmctld that was killed has forgotten the jobs of its last five seconds. It gives
@@ -281,7 +310,7 @@ operate() {
   fi
   if [[ $jobs == *JobHeld* || $jobs == *DependencyNeverSatisfied* ]]; then
     scancel --user="$(id -un)"
-  elif [[ -z $jobs && ! -e sweep.jsonl ]]; then
+  elif [[ -z $jobs && ! -e $kind.jsonl ]]; then
     again=$((again + 1))
     "$examples/slurm/submit.sh" "$scenario" >>run.log 2>&1
   fi
@@ -291,21 +320,29 @@ engine_slurm() {
   need slurmctld slurmd munged sbatch
   (($(id -u) == 0)) || skip "slurmd needs root"
   [[ -d /sys/fs/cgroup ]] || skip "slurmd does not start without /sys/fs/cgroup"
-  local names ticks
+  local names ticks name process
   start_slurm
   while ((hits < kills)); do
-    names=(evenstep evenstep evenstep evenstep evenstep slurmd evenstep evenstep evenstep evenstep evenstep slurmctld)
+    names=(slurmctld)
+    [[ $engine == slurm_both ]] ||
+      names=(evenstep evenstep evenstep evenstep evenstep slurmd evenstep evenstep evenstep evenstep evenstep slurmctld)
     fresh
     "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses: $(cat run.log)"
     sleep 0.2
-    strike "${names[hits % ${#names[@]}]}"
+    name=${names[hits % ${#names[@]}]}
+    strike "$name" && [[ $name == slurm* ]] && down_since=$SECONDS
+    if [[ $engine == slurm_both ]]; then
+      sleep "0.$((RANDOM % 10))"
+      for process in $(ours slurmd); do kill -KILL "$process"; done
+      down_since=$SECONDS
+    fi
     ticks=0
-    until [[ -e sweep.jsonl ]]; do
+    until [[ -e $kind.jsonl ]]; do
       revive
       sleep 0.2
       ((++ticks < 900)) || fail "run $runs does not end: $(sinfo -h -o '%t %E'; squeue)"
       ((ticks % 25)) || operate
-      ((ticks % 300)) || scancel --user="$(id -un)"   # a minute: jobs that Slurm believes to run, but that do not
+      ((ticks % 100)) || find_lost
     done
     judge
     scancel --user="$(id -un)"
@@ -313,7 +350,10 @@ engine_slurm() {
   done
 }
 
+engine_slurm_both() { engine_slurm; }
+
 "engine_$engine"
 printf '%s: %d kills (' "$engine" "$hits"
 for name in "${!by[@]}"; do printf ' %s %d' "$name" "${by[$name]}"; done
-printf ' ), %d runs, %d submitted again, merged bytes equal each time; %d s\n' "$runs" "$again" "$SECONDS"
+printf ' ), %d runs, %d submitted again, lost jobs found %d times, merged bytes equal each time; %d s\n' \
+  "$runs" "$again" "$lost" "$SECONDS"

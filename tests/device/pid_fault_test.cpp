@@ -20,7 +20,8 @@ constexpr std::array<QueuePolicy, 2> kPolicies{QueuePolicy::hidraw, QueuePolicy:
 
 struct ReferenceBench {
   explicit ReferenceBench(std::vector<ReportFault> faults, QueuePolicy policy = QueuePolicy::hidraw)
-      : transport(clock, {kHand, RealTime{}}, SimulatedDeviceOptions{.queue = policy, .faults = std::move(faults)}) {}
+      : transport(clock, ProgrammedMotion{kHand, RealTime{}},
+                  SimulatedDeviceOptions{.queue = policy, .faults = std::move(faults)}) {}
   DeviceSample read_at(std::int64_t tick) {
     clock.wait_until(RealTime{tick * kMs});
     return driver.read(clock.now());

@@ -19,7 +19,7 @@ const ConstantVelocity kHand{{0.1, -0.05, 0}, Duration{0}};
 
 struct Bench {
   explicit Bench(SimulatedDeviceOptions options, Motion motion = kHand)
-      : transport(clock, {std::move(motion), RealTime{0}}, options) {}
+      : transport(clock, ProgrammedMotion{std::move(motion), RealTime{0}}, options) {}
   DeviceSample read_at(std::int64_t ns) {
     clock.wait_until(RealTime{ns});
     return driver.read(clock.now());

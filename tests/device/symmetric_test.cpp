@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
+#include <glm/matrix.hpp>
 #include <limits>
 #include <random>
 
@@ -72,6 +74,41 @@ std::array<double, 3> some_values(Random& random, int i) {
       return {size, -random.uniform(0, size), random.uniform(-size, size) * 1e-9};
   }
 }
+
+/// The eigenvalues in a way of their own, largest first: the roots of the characteristic polynomial by the cosine
+/// (O. K. Smith, Eigenvalues of a symmetric 3 x 3 matrix, CACM 4, 1961). Where two are nearly equal it keeps half the
+/// digits.
+std::array<double, 3> values_by_cosine(const Symmetric& k) {
+  const double mean = (k.xx + k.yy + k.zz) / 3;
+  const double a = k.xx - mean, b = k.yy - mean, c = k.zz - mean;
+  const double spread = std::sqrt((a * a + b * b + c * c + 2 * (k.xy * k.xy + k.xz * k.xz + k.yz * k.yz)) / 6);
+  if (spread == 0) return {mean, mean, mean};
+  const double det = a * (b * c - k.yz * k.yz) - k.xy * (k.xy * c - k.yz * k.xz) + k.xz * (k.xy * k.yz - b * k.xz);
+  const double third = std::acos(std::clamp(det / (2 * spread * spread * spread), -1.0, 1.0)) / 3;
+  const double turn = 2 * std::acos(-1.0) / 3;
+  const double most = mean + 2 * spread * std::cos(third), least = mean + 2 * spread * std::cos(third + turn);
+  return {most, 3 * mean - most - least, least};
+}
+
+/// R k R' for the rotation whose columns are `to`.
+Symmetric turned(const Symmetric& k, const std::array<glm::dvec3, 3>& to) {
+  const glm::dvec3 columns[3] = {{k.xx, k.xy, k.xz}, {k.xy, k.yy, k.yz}, {k.xz, k.yz, k.zz}};
+  glm::dmat3 sum(0);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      sum += glm::outerProduct(to[static_cast<std::size_t>(i)], to[static_cast<std::size_t>(j)]) * columns[j][i];
+  return {sum[0][0], sum[1][1], sum[2][2], sum[1][0], sum[2][0], sum[2][1]};
+}
+glm::dvec3 turned(const glm::dvec3& v, const std::array<glm::dvec3, 3>& to) {
+  return to[0] * v.x + to[1] * v.y + to[2] * v.z;
+}
+
+double most_apart(const Symmetric& a, const Symmetric& b) {
+  return std::max({std::abs(a.xx - b.xx), std::abs(a.yy - b.yy), std::abs(a.zz - b.zz), std::abs(a.xy - b.xy),
+                   std::abs(a.xz - b.xz), std::abs(a.yz - b.yz)});
+}
+
+double quadratic(const Symmetric& k, const glm::dvec3& v) { return dot(v, k * v); }
 
 }  // namespace
 
@@ -172,5 +209,160 @@ TEST_CASE("a wall under a cap is a softer wall at the same place, before and in 
     const double depth_m = random.uniform(-0.01, 0.01);
     const glm::dvec3 force_N = LocalRenderer(1).force_N(contact, Duration{0}, axes[0] * -depth_m);
     REQUIRE(length(force_N - axes[0] * (cap * std::max(0.0, depth_m))) <= 1e-12 * stiffness);
+  }
+}
+
+TEST_CASE("the values and the cap are those of an independent solution of the characteristic polynomial, 50,000 matrices") {
+  Random random(5);
+  for (int i = 0; i < 50'000; ++i) {
+    const double size = std::pow(10, random.uniform(0, 5));
+    const Symmetric k = matrix_of(random.basis(), {size, random.uniform(0, size), random.uniform(-0.2, 1) * size});
+    std::array<double, 3> values = axes_of(k).values;
+    std::sort(values.begin(), values.end(), std::greater<>());
+    const std::array<double, 3> expected = values_by_cosine(k);
+    // The cosine loses half the digits where values meet.
+    for (std::size_t a = 0; a < 3; ++a) REQUIRE(std::abs(values[a] - expected[a]) <= 4e-8 * size);
+    const double cap = random.uniform(0.05, 0.95) * size;
+    ContactRecord record;
+    record.stiffness_N_per_m = k;
+    const std::array<double, 3> capped = values_by_cosine(softened(record, cap).record.stiffness_N_per_m);
+    for (std::size_t a = 0; a < 3; ++a) REQUIRE(std::abs(capped[a] - std::min(expected[a], cap)) <= 4e-8 * size);
+  }
+}
+
+TEST_CASE("a contact that is turned is softened to the turned result, with its force and coupling, 20,000 rotations") {
+  Random random(6);
+  for (int i = 0; i < 20'000; ++i) {
+    const auto to = random.basis();
+    const double size = std::pow(10, random.uniform(0, 5)), cap = random.uniform(0.05, 0.95) * size;
+    ContactRecord record{random.vector(10),
+                         random.vector(0.1),
+                         matrix_of(random.basis(), {size, random.uniform(0, size), random.uniform(0, size)}),
+                         {},
+                         0,
+                         false,
+                         {}};
+    const glm::dvec3 row = random.vector(size), column = random.vector(1);
+    record.coupling_N_per_m = glm::outerProduct(row, column);
+    ContactRecord other = record;
+    other.force_N = turned(record.force_N, to);
+    other.stiffness_N_per_m = turned(record.stiffness_N_per_m, to);
+    other.coupling_N_per_m = glm::outerProduct(turned(row, to), turned(column, to));
+    const ContactRecord soft = softened(record, cap).record, soft_other = softened(other, cap).record;
+    // An axis is as exact as its value is apart from the next, but S does not need it: equal values have equal shares. A few
+    // roundings of the largest, and of 10 N.
+    REQUIRE(most_apart(soft_other.stiffness_N_per_m, turned(soft.stiffness_N_per_m, to)) <= 200 * kEpsilon * size);
+    REQUIRE(length(soft_other.force_N - turned(soft.force_N, to)) <= 1e-10);
+    // C is softened like a force: S C.
+    const glm::dvec3 along = random.vector(1), push = soft.coupling_N_per_m * along;
+    REQUIRE(length(soft_other.coupling_N_per_m * turned(along, to) - turned(push, to)) <= 1e-11 * size);
+    ContactRecord force = record;
+    force.force_N = record.coupling_N_per_m * along;
+    REQUIRE(length(softened(force, cap).record.force_N - push) <= 1e-11 * size);
+  }
+}
+
+TEST_CASE("over a closed path a held local force makes half the sum of d K d and no more, with and without a cap") {
+  // Between ticks the force is held, so of each way d it gives d K d / 2 too much; of a potential there is nothing else to
+  // gain, however the path runs. A matrix that is not symmetric would be a motor.
+  Random random(7);
+  for (int i = 0; i < 2'000; ++i) {
+    const double size = std::pow(10, random.uniform(0, 4));
+    ContactRecord record{random.vector(1),
+                         random.vector(0.01),
+                         matrix_of(random.basis(), {size, random.uniform(0, size), random.uniform(0, size)}),
+                         {},
+                         0,
+                         false,
+                         {}};
+    const double cap = i % 2 == 0 ? kInfinity : random.uniform(0.05, 0.95) * size;
+    const AffineContact contact = affine_contact(softened(record, cap).record, true);
+    const LocalRenderer local(1);
+    const glm::dvec3 home = random.vector(0.01);
+    glm::dvec3 at = home;
+    double made_J = 0, half_J = 0, way_m2 = 0;
+    for (int n = 0; n < 40; ++n) {
+      const glm::dvec3 next = n == 39 ? home : random.vector(0.01), way = next - at;
+      made_J += dot(local.force_N(contact, Duration{0}, at), way);
+      half_J += quadratic(contact.stiffness_N_per_m, way) / 2;
+      way_m2 += dot(way, way);
+      at = next;
+    }
+    REQUIRE(made_J == Approx(half_J).epsilon(1e-9));
+    REQUIRE(made_J <= std::min(size, cap) / 2 * way_m2 * (1 + 1e-9));
+  }
+}
+
+TEST_CASE("a surface under its cap makes no more over a closed path that leaves it and comes back, 2,000 paths") {
+  Random random(8);
+  int outside = 0;
+  for (int i = 0; i < 2'000; ++i) {
+    const std::array<glm::dvec3, 3> axes = random.basis();
+    const double stiffness = random.uniform(100, 5000), cap = random.uniform(50, 6000),
+                 gap_m = random.uniform(-0.005, 0.005);
+    const ContactRecord wall{axes[0] * (stiffness * std::max(0.0, -gap_m)),
+                             axes[0] * gap_m,
+                             matrix_of(axes, {stiffness, 0, 0}),
+                             axes[0],
+                             gap_m,
+                             true,
+                             {}};
+    const AffineContact contact = affine_contact(softened(wall, cap).record, true);
+    const LocalRenderer local(1);
+    const glm::dvec3 home = random.vector(0.01);
+    glm::dvec3 at = home;
+    double made_J = 0, bound_J = 0;
+    for (int n = 0; n < 40; ++n) {
+      const glm::dvec3 next = n == 39 ? home : random.vector(0.01), way = next - at;
+      const glm::dvec3 force_N = local.force_N(contact, Duration{0}, at);
+      REQUIRE(dot(axes[0], force_N) >= 0);
+      outside += force_N == glm::dvec3(0);
+      made_J += dot(force_N, way);
+      bound_J += std::min(stiffness, cap) * dot(way, axes[0]) * dot(way, axes[0]) / 2;
+      at = next;
+    }
+    REQUIRE(made_J <= bound_J * (1 + 1e-9) + 1e-15);
+  }
+  CHECK(outside > 20'000);
+}
+
+TEST_CASE("two coupled hands make half the sum of d K d of both together, 2,000 closed paths") {
+  Random random(9);
+  for (int i = 0; i < 2'000; ++i) {
+    // [K C; C' K'] = sum of (a, b)(a, b)': what springs between any two points of the tissue make.
+    std::array<glm::dmat3, 2> k{glm::dmat3(0), glm::dmat3(0)};
+    glm::dmat3 c(0);
+    for (int spring = 0; spring < 5; ++spring) {
+      const glm::dvec3 a = random.vector(10), b = random.vector(10);
+      k[0] += glm::outerProduct(a, a);
+      k[1] += glm::outerProduct(b, b);
+      c += glm::outerProduct(a, b);
+    }
+    std::array<AffineContact, 2> contact;
+    const std::array<glm::dvec3, 2> rest{random.vector(0.01), random.vector(0.01)};
+    for (std::size_t hand = 0; hand < 2; ++hand) {
+      const glm::dmat3& s = k[hand];
+      contact[hand].stiffness_N_per_m = {s[0][0], s[1][1], s[2][2], s[1][0], s[2][0], s[2][1]};
+      contact[hand].coupling_N_per_m = hand == 0 ? c : glm::transpose(c);
+      contact[hand].tool_m = rest[hand];
+      contact[hand].other_m = rest[1 - hand];
+      contact[hand].force_N = random.vector(1);
+    }
+    const LocalRenderer local(1);
+    const std::array<glm::dvec3, 2> home{random.vector(0.01), random.vector(0.01)};
+    std::array<glm::dvec3, 2> at = home;
+    double made_J = 0, half_J = 0;
+    for (int n = 0; n < 40; ++n) {
+      std::array<glm::dvec3, 2> next{random.vector(0.01), random.vector(0.01)};
+      if (n == 39) next = home;
+      const std::array<glm::dvec3, 2> way{next[0] - at[0], next[1] - at[1]};
+      for (std::size_t hand = 0; hand < 2; ++hand)
+        made_J += dot(local.force_N(contact[hand], Duration{0}, at[hand], &at[1 - hand]), way[hand]);
+      half_J += (dot(way[0], k[0] * way[0]) + dot(way[1], k[1] * way[1])) / 2 + dot(way[0], c * way[1]);
+      at = next;
+    }
+    REQUIRE(made_J == Approx(half_J).epsilon(1e-9));
+    // Without the other hand the coupling is not played.
+    REQUIRE(length(local.force_N(contact[0], Duration{0}, rest[0]) - contact[0].force_N) <= 1e-12);
   }
 }

@@ -132,6 +132,21 @@ TEST_CASE("What is near hides what is far, whichever is drawn first") {
   CHECK_FALSE(blue_at_tool(-0.04 * view.to_eye));           // behind it
 }
 
+TEST_CASE("A drawing that is made in any shares is the same picture") {
+  const TissueScene tissue = with_tool(block({6, 6, 6}), CouplingKind::probe);
+  TissueMesh mesh(tissue, 0);
+  const auto canvas = canvas_for(tissue, mesh.mesh());
+  if (!canvas) return;
+  const Image whole = canvas->image();
+  for (const std::vector<int>& cuts : {std::vector<int>{0, 500, 1000}, {0, 1, 333, 334, 999, 1000}, {0, 970, 1000}}) {
+    for (std::size_t n = 1; n < cuts.size(); ++n) {
+      if (n + 1 == cuts.size()) CHECK(canvas->image().pixels != whole.pixels);  // the last share has something in it
+      REQUIRE(canvas->draw_share(mesh.mesh().positions_m, cuts[n - 1], cuts[n]));
+    }
+    CHECK(canvas->image().pixels == whole.pixels);
+  }
+}
+
 TEST_CASE("Any thread may draw, one at a time, and several canvases do not disturb each other") {
   const TissueScene tissue = block({4, 4, 4}), other = block({3, 5, 2});
   const TissueMesh mesh(tissue, 0), other_mesh(other, 0);

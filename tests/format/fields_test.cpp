@@ -99,7 +99,7 @@ void check_alone(const Field& field, std::string_view toml) {
     const std::size_t dot = path.rfind('.');
     const std::string_view key = dot == std::string_view::npos ? path : path.substr(dot + 1);
     if (key == "device" || key == "expect" || key == "changes" || key == "regions" || key == "moves" || key == "faults" ||
-        key == "events") {
+        key == "events" || key == "sometimes") {
       Value list = parse_toml_value("[]", kHere);
       list.list.push_back(std::move(document));
       document = std::move(list);

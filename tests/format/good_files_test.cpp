@@ -484,4 +484,17 @@ TEST_CASE("Ages of reports are read exactly, and where they are given a sample's
   DeviceSpec real = plain;
   real.is_real = true;
   CHECK((follows_clock(real) && largest_age(real).ns == 999'999 + 999));
+
+  // Events come for changes only: an unchanged position is as old as two periods, or the interval that is written.
+  const std::string evdev = "driver = \"evdev\"\nevdev = { travel = [\"1 m\", \"0 m\", \"0 m\"]";
+  const DeviceSpec arrival = with(evdev + " }").devices.at(0);
+  CHECK_FALSE((follows_clock(arrival) || unchanged_age_of(arrival)));
+  const DeviceSpec taken = with(evdev + " }\nsample_time = \"taken\"").devices.at(0);
+  CHECK((follows_clock(taken) && unchanged_age_of(taken)->ns == 2'000'000 && largest_age(taken).ns == 2'000'000));
+  DeviceSpec wheel = with(evdev + ", report_interval = \"8 ms\" }\nreport_age_jitter = \"1 ms\"").devices.at(0);
+  CHECK((unchanged_age_of(wheel)->ns == 9'000'000 && largest_age(wheel).ns == 9'000'000));
+  wheel.is_real = true;
+  CHECK(largest_age(wheel).ns == 9'000'000);
+  const DeviceSpec fast = with(evdev + ", report_interval = \"0.1 ms\" }\nreport_age = \"0.9 ms\"").devices.at(0);
+  CHECK((unchanged_age_of(fast)->ns == 1'000'000 && largest_age(fast).ns == 1'000'000 + 999));
 }

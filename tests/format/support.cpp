@@ -144,8 +144,8 @@ std::string evdev_text(const EvdevSpec& e) {
                                 o.update_rate.num, o.update_rate.den, o.still.ns);
   for (std::size_t axis = 0; axis < 2; ++axis)
     out += fmt::format(" {} {}", o.reversed_force[axis], o.reversed_spring[axis] ? *o.reversed_spring[axis] : -1);
-  return out +
-         fmt::format(" effects {} {} {} {}", e.effects, e.foreign_effects, e.held, e.meddled_at ? e.meddled_at->ns : -1);
+  return out + fmt::format(" effects {} {} {} {} interval {}", e.effects, e.foreign_effects, e.held,
+                           e.meddled_at ? e.meddled_at->ns : -1, e.report_interval ? e.report_interval->ns : -1);
 }
 
 std::string inverse3_text(const Inverse3Spec& i) {

@@ -39,7 +39,7 @@ class Bytes {
 /// Whatever the driver asks, the next bytes are the answer.
 class FuzzedNode final : public EvdevNode {
  public:
-  explicit FuzzedNode(Bytes bytes) : bytes_(bytes), can_(bytes_.next<std::uint8_t>()) {
+  FuzzedNode(Bytes bytes, bool timed) : bytes_(bytes), timed_(timed), can_(bytes_.next<std::uint8_t>()) {
     for (EvdevAxis& axis : axes_) axis = bytes_.next<EvdevAxis>();
   }
   EvdevRead read(std::span<EvdevEvent> events) override {
@@ -52,6 +52,7 @@ class FuzzedNode final : public EvdevNode {
       events[i].type = bytes_.next<std::uint8_t>();
       events[i].code = bytes_.next<std::uint8_t>();
       events[i].value = bytes_.next<std::int32_t>();
+      if (timed_) events[i].at = RealTime{bytes_.next<std::int64_t>()};
     }
     return got;
   }
@@ -90,12 +91,19 @@ class FuzzedNode final : public EvdevNode {
     return what >= 1 && what <= std::size(kErrors) ? kErrors[what - 1] : 0;
   }
   Bytes bytes_;
+  bool timed_;  // its events have times
   std::uint8_t can_;
   std::array<EvdevAxis, 3> axes_;
   EvdevInfo info_{"/dev/input/event0", "fuzzed", 0, 0, ""};
 };
 
-void require_sound(const DeviceSample& sample, const EvdevOptions& options) {
+void require_sound(const DeviceSample& sample, const EvdevOptions& options, RealTime& last_taken) {
+  const RealTime taken = sample.taken_at.value_or(last_taken);
+  require(sample.taken_at.has_value() == options.unchanged_age.has_value(), "a time that was not asked for, or none");
+  require(taken >= last_taken && taken <= sample.read_at, "a time that goes back, or is in the future");
+  require(!sample.fresh || !sample.taken_at || taken >= sample.read_at - Duration{1'000'000'000},
+          "a new sample of long ago");
+  last_taken = taken;
   for (int axis = 0; axis < 3; ++axis) {
     require(std::abs(sample.position_m[axis]) <= options.travel_m[axis] / 2, "a position outside its travel");
   }
@@ -117,19 +125,22 @@ void drive(Bytes bytes) {
   options.travel_m = {0.4, 0.2, 0.1};
   options.full_scale_N = 10;
   options.gain = 1;
-  options.springs = bytes.next<std::uint8_t>() % 2 == 0;
+  const auto ways = bytes.next<std::uint8_t>();
+  options.springs = ways % 2 == 0;
+  const bool timed = ways >= 0x80;
+  if (timed) options.unchanged_age = Duration{2'000'000};
   options.reversed_spring[1] = true;
-  FuzzedNode node(bytes);
+  FuzzedNode node(bytes, timed);
   for (int axis = 0; axis < 3; ++axis) {
     if (!node.has_axis(static_cast<std::uint16_t>(axis))) options.travel_m[axis] = 0;
   }
   try {
     EvdevDriver driver(node, options);
     driver.start();
-    RealTime now;
+    RealTime now, last_taken{-10'000'000'000};
     while (!node.is_empty()) {
       now = now + Duration{1'000'000};
-      require_sound(driver.read(now), options);
+      require_sound(driver.read(now), options, last_taken);
       driver.write({1e-3 * static_cast<double>(now.ns % 7), -2, 0});
       if (options.springs) driver.write_spring({{0.05, 0, 0}, glm::dvec3(3), glm::dvec3(5), glm::dvec3(1)});
     }

@@ -144,7 +144,7 @@ TEST_CASE("what is replayed is read as of its head, however far the other lane h
     for (int i = 0; i < pushed; ++i) {
       ContactRecord contact;
       contact.force_N.x = i * i;
-      exchange.respond(0, ms(i), contact);
+      exchange.respond(0, {ms(i), {}}, contact);
     }
     std::vector<Reading<glm::dvec3>> all;
     for (int k = 0; k < pushed; ++k) {

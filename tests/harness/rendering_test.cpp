@@ -111,7 +111,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a contact that no springs along the axes can say is left to the loop") {
+TEST_CASE("a tissue's stiffness along the axes is rendered by the device, the rest by the loop, and the force is the same") {
   std::vector<std::string> set = small_tissue("cpu");
   set.insert(set.end(), {"expect=[]", kPid, kPidSpec, "run.strategies=[\"phase_locked\"]",
                          "device.left.render={ kind = \"device_spring\" }"});
@@ -121,7 +121,9 @@ TEST_CASE("a contact that no springs along the axes can say is left to the loop"
   const Rows<TickRow>&a = sprung.strategies[0].devices[0].ticks, &b = local.strategies[0].devices[0].ticks;
   REQUIRE(a.size() == b.size());
   for (std::size_t k = 0; k < a.size(); ++k) REQUIRE(a[k].force_N == b[k].force_N);
-  CHECK(measure(sprung).at("closed_loop.left.phase_locked").at("spring_share") == 0);
+  const double share = measure(sprung).at("closed_loop.left.phase_locked").at("spring_share");
+  CHECK(share > 0);  // the diagonal of the local stiffness
+  CHECK(share < 1);  // what couples the axes
 }
 
 TEST_CASE("alpha under a local spring: too soft leaves its share of the latency's error, too stiff makes up for more") {

@@ -82,6 +82,43 @@ TEST_CASE("the least latency is longer by the largest age, and less than that is
   CHECK(metric(less, "interaction", "underruns") > 0);
 }
 
+TEST_CASE(
+    "times of events leave the line at half a count of the axis, and a hand that holds still is read without underruns") {
+  const auto evdev = [](const char* motion, std::vector<std::string> more) {
+    std::vector<std::string> set{"device.left.driver=\"evdev\"",
+                                 "device.left.evdev={ travel = [\"24 mm\", \"0 mm\", \"0 mm\"], full_scale = \"10 N\" }",
+                                 "device.left.saturation=\"expected\"", std::string("device.left.motion=") + motion};
+    set.insert(set.end(), more.begin(), more.end());
+    return with_ages("0.9 ms", set);
+  };
+  const char* const moving =
+      "{ kind = \"back-and-forth\", velocity = [\"0.01 m/s\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.2 s\", "
+      "straight = \"1 s\", turn = \"0.1 s\" }";
+  constexpr double kCount_m = 24e-3 / 65534;
+  const RunOutcome arrival = run(evdev(moving, {"device.left.sample_time=\"arrival\""}));
+  CHECK(metric(arrival, "interaction", "deviation_max") > 0.3 * kSpeed_m_per_s * 1e-3);
+  CHECK(arrival.metrics.at("left.force.phase_locked").count("sample_age_max") == 0);
+  const RunOutcome taken = run(evdev(moving, {}));
+  // Half a count, an event's time cut to whole microseconds, and rounding.
+  CHECK(metric(taken, "interaction", "deviation_max") <= 0.51 * kCount_m + 1e-6 * kSpeed_m_per_s);
+  CHECK(metric(taken, "interaction", "velocity_jump") <= 0.05 * kStep_m);
+  CHECK(metric(taken, "interaction", "underruns") == 0);
+  CHECK(metric(taken, "force", "ages_capped") == 0);
+  // It moves for a tenth of a second, holds for two, in which nothing is told, and moves again.
+  const char* const halting =
+      "{ kind = \"stick-slip\", velocity = [\"1 mm/s\", \"0 m/s\", \"0 m/s\"], stick = \"0.9 s\", slip = \"0.1 s\" }";
+  const RunOutcome halts = run(evdev(halting, {}));
+  CHECK(metric(halts, "interaction", "underruns") == 0);
+  CHECK(metric(halts, "force", "ages_capped") == 0);
+  CHECK(metric(halts, "force", "stale") > 1000);
+  // A shorter interval than the device's says that it holds still between two reports: a report's distance off the line.
+  const RunOutcome hasty = run(
+      evdev(moving, {"device.left.evdev.report_interval=\"0.01 ms\"", "device.left.rate=\"4 kHz\"",
+                     "device.left.report_age=\"0 ms\"", "device.left.report_age_jitter=\"0 ms\"",
+                     "device.left.sample_time=\"taken\"", "device.left.faults=[{kind=\"lost\", at=\"3 s\", ticks=40}]"}));
+  CHECK(metric(hasty, "interaction", "deviation_max") > 0.09 * kSpeed_m_per_s * 1e-1);
+}
+
 TEST_CASE("the time at which a sample was taken is an input of a live run, which replays to the same trace") {
   const RunOutcome live = run(with_ages("0.9 ms", {"run.duration=\"0.7 s\"", "run.warmup=\"0.3 s\"",
                                                    "remap.latency=\"60 ms\"", "remap.lead=\"20 ms\""}),

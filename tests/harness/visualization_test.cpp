@@ -100,6 +100,61 @@ TEST_CASE("visualization: a live run that burns takes about as long as it says, 
   }
 }
 
+TEST_CASE("visualization: a governor gives a virtual run the same hash whatever is drawn, and keeps its budget") {
+  const std::vector<std::string> governor{"timing.governor={ split = 2, budget = \"3 ms\" }"};
+  const RunOutcome pause = run_with(tissue_with("11.1 ms", governor), ClockKind::virtual_clock, false);
+  INFO(pause.failure);
+  REQUIRE(pause.exit == ExitCode::pass);
+  CHECK(run_with(tissue_with("render 11.1 ms", governor), ClockKind::virtual_clock, false).record.trace_hash ==
+        pause.record.trace_hash);
+  CHECK(pause.record.trace_hash != run_with(tissue_with("11.1 ms"), ClockKind::virtual_clock, false).record.trace_hash);
+  const auto& values = pause.metrics.at("solver.phase_locked");
+  CHECK(values.at("drawing_pause_max") == Approx(3e-3).epsilon(1e-12));
+  CHECK(values.at("drawings_left_out") > 0);
+  // 11.1 ms in pauses of 3 ms are four pauses, so a drawing every two segments of 28.2 ms: four or five in the judged span.
+  CHECK(values.at("drawing_rate") == Approx(17.7).epsilon(0.25));
+}
+
+TEST_CASE("visualization: a live run draws in the parts that its governor asks for, and replays to its hash") {
+  if (const std::string why = cannot_draw(); !why.empty()) {
+    WARN("skipped: " << why);
+    return;
+  }
+  std::vector<std::string> live = kLive;
+  SECTION("each drawing in three parts") {
+    live.push_back("timing.governor={ split = 3 }");
+    const RunOutcome outcome = run_with(tissue_with("render 11.1 ms", live, true), ClockKind::wall, true);
+    INFO(outcome.failure << outcome.repeat_difference);
+    CHECK(outcome.exit == ExitCode::pass);
+    const StrategyRecord& run = strategy(outcome.record, "phase_locked");
+    REQUIRE(run.segments.size() > 6);
+    for (std::size_t k = 0; k + 1 < run.segments.size(); ++k) CHECK(run.segments[k].finishes == (k % 3 == 2));
+  }
+  SECTION("a budget that no drawing keeps to") {
+    live.push_back("timing.governor={ budget = \"1 us\" }");  // a thirtieth of a drawing is always made
+    const RunOutcome outcome = run_with(tissue_with("render 11.1 ms", live, true), ClockKind::wall, true);
+    INFO(outcome.failure << outcome.repeat_difference);
+    CHECK(outcome.exit == ExitCode::pass);
+    const StrategyRecord& run = strategy(outcome.record, "phase_locked");
+    REQUIRE(run.segments.size() > 6);
+    for (std::size_t k = 0; k + 1 < run.segments.size(); ++k) {
+      CHECK_FALSE(run.segments[k].finishes);
+      CHECK(run.segments[k].left_out == (k > 0));
+    }
+  }
+}
+
+TEST_CASE("visualization: a live run that burns shares that out between the parts, and replays to its hash") {
+  if (!built_with_opencl()) return;
+  const std::vector<std::string> live{kLive[0], kLive[1], "timing.governor={ budget = \"2 ms\" }"};
+  const RunOutcome outcome = run_with(tissue_with("burn 4 ms", live), ClockKind::wall, false);
+  INFO(outcome.failure << outcome.repeat_difference);
+  CHECK(outcome.exit == ExitCode::pass);
+  const StrategyRecord& run = strategy(outcome.record, "phase_locked");
+  REQUIRE(run.segments.size() > 3);
+  for (std::size_t k = 0; k + 1 < run.segments.size(); ++k) CHECK(run.segments[k].finishes == (k % 2 == 1));
+}
+
 TEST_CASE("visualization: looking at a solver changes nothing, and the pose with the largest forces is kept") {
   const Scenario scenario = tissue_with("11.1 ms");
   const auto plain = make_scenario_solver(scenario, StrategyKind::phase_locked);

@@ -10,21 +10,31 @@
 using namespace evenstep;
 using namespace evenstep::test;
 
+namespace {
+
+Scenario live_inverse3(const std::string& duration) {
+  const ReadResult read =
+      read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml",
+                    {{"run.duration=\"" + duration + "\"", "run.warmup=\"0.3 s\"", "device.0.driver=\"inverse3\"",
+                      "device.0.rate=\"250 Hz\"", "device.0.inverse3={origin=[\"10 mm\", \"0 mm\", \"0 mm\"]}",
+                      "device.0.guard={ramp_up=\"0.1 s\"}", "remap.lead=\"60 ms\"", "remap.latency=\"200 ms\"", "expect=[]",
+                      "run.strategies=[\"direct\", \"phase_locked\"]"},
+                     std::nullopt});
+  for (const Diagnostic& error : read.error_or({})) FAIL(text(error));
+  return *read;
+}
+
+}  // namespace
+
 TEST_CASE("inverse3 socket: a live run through it renders forces, replays to the same trace and ends with none") {
   const Service service;
-  const ReadResult read = read_scenario(
-      EVENSTEP_SOURCE_DIR "/scenarios/live/figure-1-spring.toml",
-      {{"run.duration=\"1 s\"", "run.warmup=\"0.3 s\"", "device.0.driver=\"inverse3\"", "device.0.rate=\"250 Hz\"",
-        "device.0.inverse3={origin=[\"10 mm\", \"0 mm\", \"0 mm\"]}", "device.0.guard={ramp_up=\"0.1 s\"}",
-        "remap.lead=\"60 ms\"", "remap.latency=\"200 ms\"", "expect=[]", "run.strategies=[\"direct\", \"phase_locked\"]"},
-       std::nullopt});
-  for (const Diagnostic& error : read.error_or({})) FAIL(text(error));
+  const Scenario scenario = live_inverse3("1 s");
   RunOptions options;
   options.clock = ClockKind::wall;
   options.allow_no_expectations = true;
   for (const bool forces : {false, true}) {
     options.devices = {{{"left", service.address() + "#049D"}}, forces};
-    const RunOutcome outcome = run_scenario(*read, options);
+    const RunOutcome outcome = run_scenario(scenario, options);
     INFO(outcome.failure);
     CHECK(outcome.exit == ExitCode::pass);
     const auto& metrics = outcome.metrics.at("left.force.phase_locked");
@@ -36,4 +46,24 @@ TEST_CASE("inverse3 socket: a live run through it renders forces, replays to the
     CHECK((*std::max_element(all.begin(), all.end()) > 0.1) == forces);
     CHECK(service.force_N() == glm::dvec3(0));
   }
+}
+
+TEST_CASE("inverse3 socket: a live run goes on when its service was away for a moment, and says so") {
+  ServiceOptions with;
+  with.closes_after = 100;
+  with.closes = 1;
+  const Service service(with);
+  RunOptions options;
+  options.clock = ClockKind::wall;
+  options.allow_no_expectations = true;
+  options.devices = {{{"left", service.address() + "#049D"}}, true};
+  const RunOutcome outcome = run_scenario(live_inverse3("3 s"), options);
+  INFO(outcome.failure << outcome.repeat_difference);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK(outcome.repeat_difference.empty());
+  const auto& metrics = outcome.metrics.at("left.force.phase_locked");
+  CHECK(metrics.at("unplugged") == 1);
+  CHECK_FALSE(service.forces_x_N(1).empty());
+  CHECK(service.forces_x_N(1).front() == 0);
+  CHECK(service.force_N() == glm::dvec3(0));
 }

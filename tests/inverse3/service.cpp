@@ -13,6 +13,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/device/hand.h"
@@ -24,6 +25,8 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::ip::tcp;
 using Json = nlohmann::ordered_json;
+
+constexpr double kTime_m_per_s = 1e-3;
 
 Json vec(const glm::dvec3& v) { return {{"x", v.x}, {"y", v.y}, {"z", v.z}}; }
 
@@ -69,14 +72,15 @@ struct Service::State {
       }
       beast::websocket::stream<tcp::socket&> socket(peer);
       socket.accept();
-      if (options.first) say(socket, 0);
+      if (options.first) say(socket, 0, n);
       for (int answer = 1; !stopping; ++answer) {
         beast::flat_buffer buffer;
         socket.read(buffer);
-        hear(beast::buffers_to_string(buffer.data()));
+        hear(beast::buffers_to_string(buffer.data()), n);
         if (options.late.ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(options.late.ns));
-        if (answer - 1 == options.closes_after) return socket.close(beast::websocket::close_code::going_away);
-        if (options.first) say(socket, answer);
+        if (answer - 1 == options.closes_after && n < options.closes)
+          return socket.close(beast::websocket::close_code::going_away);
+        if (options.first) say(socket, answer, n);
       }
     } catch (const boost::system::system_error&) {  // the client has gone
     }
@@ -88,34 +92,41 @@ struct Service::State {
     while (!error) peer.read_some(asio::buffer(ignored), error);
   }
 
-  void say(beast::websocket::stream<tcp::socket&>& socket, int answer) {
+  std::string device_id(int n) const {
+    return n > 0 && !options.returns_as.empty() ? options.returns_as : options.device_id;
+  }
+
+  void say(beast::websocket::stream<tcp::socket&>& socket, int answer, int n) {
     std::optional<std::string> text;
     if (options.instead) text = options.instead(answer);
     if (text && text->empty()) return;
     socket.text(!options.binary || answer == 0);
-    socket.write(asio::buffer(text ? *text : state(answer == 0)));
+    socket.write(asio::buffer(text ? *text : state(answer == 0, n)));
   }
 
-  std::string state(bool whole) {
+  std::string state(bool whole, int n) {
     const std::lock_guard lock(mutex);
-    Json device{{"device_id", options.device_id}};
+    Json device{{"device_id", device_id(n)}};
+    const glm::dvec3 position_m = options.position_is_time
+                                      ? glm::dvec3(seconds(clock.now() - RealTime{}) * kTime_m_per_s, 0, 0)
+                                      : hand.position_m(clock.now());
     if (whole) device["config"] = {{"handedness", "right"}, {"port", "COM12"}};
-    device["state"] = {{"cursor_position", vec(hand.position_m(clock.now()))}, {"cursor_velocity", vec(glm::dvec3(0))}};
+    device["state"] = {{"cursor_position", vec(position_m)}, {"cursor_velocity", vec(glm::dvec3(0))}};
     device["status"] = {{"calibrated", true}, {"in_use", options.in_use}, {"power_supply", true}};
     return Json{{"inverse3", Json::array({device})}, {"wireless_verse_grip", Json::array()}}.dump();
   }
 
-  void hear(const std::string& text) {
+  void hear(const std::string& text, int n) {
     const Json message = Json::parse(text);
     const std::lock_guard lock(mutex);
     ++messages;
     if (message.contains("session")) inventories += message["session"].contains("force_render_full_state");
     if (!message.contains("inverse3")) return;
     const Json& device = message["inverse3"].at(0);
-    if (device.at("device_id") != options.device_id) return;
+    if (device.at("device_id") != device_id(n)) return;
     const Json& values = device.at("commands").at("set_cursor_force").at("values");
     force_N = {values.at("x"), values.at("y"), values.at("z")};
-    forces_x_N.push_back(force_N.x);
+    forces_x_N.emplace_back(n, force_N.x);
     hand.feel(clock.now(), force_N);
   }
 
@@ -130,7 +141,7 @@ struct Service::State {
   WallClock clock{WallEpoch::in(Duration{})};
   Hand hand{HandSpec{.mass_kg = 0.2, .damping_N_s_per_m = 2, .stiffness_N_per_m = 200}, ProgrammedMotion{Still{}, {}}};
   glm::dvec3 force_N{0};
-  std::vector<double> forces_x_N;
+  std::vector<std::pair<int, double>> forces_x_N;  // the number of the connection, and the force
   int messages = 0, inventories = 0;
 };
 
@@ -142,8 +153,21 @@ glm::dvec3 Service::force_N() const {
   return state_->force_N;
 }
 std::vector<double> Service::forces_x_N() const {
+  std::vector<double> forces_N;
   const std::lock_guard lock(state_->mutex);
-  return state_->forces_x_N;
+  for (const auto& [connection, force_N] : state_->forces_x_N) forces_N.push_back(force_N);
+  return forces_N;
+}
+std::vector<double> Service::forces_x_N(int connection) const {
+  std::vector<double> forces_N;
+  const std::lock_guard lock(state_->mutex);
+  for (const auto& [n, force_N] : state_->forces_x_N) {
+    if (n == connection) forces_N.push_back(force_N);
+  }
+  return forces_N;
+}
+Duration Service::age_of(double x_m) const {
+  return state_->clock.now() - RealTime{} - Duration{static_cast<std::int64_t>(x_m / kTime_m_per_s * 1e9)};
 }
 int Service::messages() const {
   const std::lock_guard lock(state_->mutex);

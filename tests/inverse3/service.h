@@ -25,16 +25,22 @@ struct ServiceOptions {
   std::function<std::optional<std::string>(int n)> instead;
   bool binary = false;
   int closes_after = -1;  // so many answers
+  int closes = 99;        // so many connections, the first ones
+  /// The device that connections from the second on are told of; empty: the same.
+  std::string returns_as;
+  bool position_is_time = false;  // x is 1 mm for each second of age_of(), and no hand
 };
 
 class Service {
  public:
   explicit Service(ServiceOptions options = {});
   ~Service();
-  std::string address() const;             // ws://127.0.0.1:PORT
-  glm::dvec3 force_N() const;              // what the hand feels now
-  std::vector<double> forces_x_N() const;  // all that came, in their order
-  int messages() const;                    // that came
+  std::string address() const;                           // ws://127.0.0.1:PORT
+  glm::dvec3 force_N() const;                            // what the hand feels now
+  std::vector<double> forces_x_N() const;                // all that came, in their order
+  std::vector<double> forces_x_N(int connection) const;  // counted from 0
+  Duration age_of(double x_m) const;                     // now, of a position that is a time
+  int messages() const;                                  // that came
   int inventories_asked() const;
 
   struct State;

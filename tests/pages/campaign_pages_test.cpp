@@ -14,7 +14,7 @@ TEST_CASE("the page of a sweep has a row per value, and the worst points with th
   header.grid = {{"remap.latency", {"\"5 ms\"", "\"6 ms\""}}};
   SweepSummarizer summarizer(header);
   for (std::int64_t i = 0; i < 4; ++i)
-    summarizer.add({i, i == 1 ? SweepVerdict::error : SweepVerdict::pass, {}, 0, "stopped"});
+    summarizer.add({.index = i, .verdict = i == 1 ? SweepVerdict::error : SweepVerdict::pass, .failure = "stopped"});
   const std::string page = sweep_page(
       header, summarizer.summary(), [](const SweepPoint&) { return "evenstep run x"; }, "error", "evenstep sweep x");
   CHECK_THAT(page,

@@ -66,6 +66,11 @@ TEST_CASE("a live run says what it was granted, and how to get what it was not")
   CHECK_THAT(live_lines(run, measure(run)),
              Contains("rights       device SCHED_FIFO 45, solver SCHED_FIFO 35, memory locked, timer slack 1 ns\n"));
   CHECK_THAT(live_lines(run, measure(run)), !Contains("limits.d"));
+  run.rights->cores_awake = true;
+  CHECK_THAT(live_lines(run, measure(run)), Contains("timer slack 1 ns, cores kept awake\n"));
+  run.rights->cores_awake = false;
+  CHECK_THAT(live_lines(run, measure(run)), Contains("timer slack 1 ns, refused to keep cores awake\n"));
+  run.rights->cores_awake.reset();
   run.rights->threads[0].fifo = false;
   run.rights->threads[0].slice_ns = 100'000;
   run.rights->memory_locked = false;

@@ -110,6 +110,23 @@ TEST_CASE("Two sorted logs merge by (time, lane), a before b, each log's order k
     }
     std::stable_sort(expected.begin(), expected.end(), earlier);
     REQUIRE(payloads(merge(logs[0], logs[1])) == payloads(expected));
+    // The same while the logs grow: each is known until some instant, the one further than the other.
+    std::vector<Event> merged;
+    EventMerge growing([&](const Event& event) { merged.push_back(event); });
+    std::size_t given[2] = {0, 0};
+    for (std::uint64_t i = 0; i < 12; ++i) {
+      const std::size_t which = draw(seed, 1000 + i, 2);
+      const std::int64_t until = draw(seed, 2000 + i, 6);
+      const std::size_t from = given[which];
+      while (given[which] < logs[which].size() && logs[which][given[which]].time.ns < until) ++given[which];
+      const std::span<const Event> more(logs[which].data() + from, given[which] - from);
+      which == 0 ? growing.add_a(more, RealTime{until}) : growing.add_b(more, RealTime{until});
+    }
+    growing.add_a({logs[0].begin() + static_cast<std::ptrdiff_t>(given[0]), logs[0].end()}, RealTime{5});
+    growing.add_b({logs[1].begin() + static_cast<std::ptrdiff_t>(given[1]), logs[1].end()}, RealTime{5});
+    CHECK(growing.waiting() == 0);
+    growing.finish();
+    REQUIRE(payloads(merged) == payloads(expected));
   }
 }
 

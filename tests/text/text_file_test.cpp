@@ -43,3 +43,21 @@ TEST_CASE("A device is written to as it is, and a full one is an error") {
   CHECK(fs::is_character_file("/dev/null"));
   CHECK(fs::is_character_file("/dev/full"));
 }
+
+TEST_CASE("A path that another machine may read names no folder above the working directory") {
+  const fs::path before = fs::current_path();
+  const Place place;
+  fs::create_directories(place.folder / "a");
+  fs::current_path(place.folder);
+  CHECK(portable_path("a/x.toml") == "a/x.toml");
+  CHECK(portable_path("./a/../a/x.toml") == "a/x.toml");
+  CHECK(portable_path(place.path("a/x.toml")) == "a/x.toml");
+  CHECK(portable_path("../x.toml") == "x.toml");
+  CHECK(portable_path("a/../../x.toml") == "x.toml");
+  CHECK(portable_path("/somewhere/else/x.toml") == "x.toml");
+  fs::create_directory_symlink(place.folder, place.folder / "a" / "again");
+  CHECK(portable_path(place.path("a/again/x.toml")) == "a/again/x.toml");
+  fs::current_path(place.folder / "a" / "again");
+  CHECK(portable_path(place.path("a/x.toml")) == "a/x.toml");
+  fs::current_path(before);
+}

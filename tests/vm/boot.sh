@@ -49,7 +49,7 @@ for tool in sh cat mount insmod rm sed sleep poweroff; do ln -s busybox "root/bi
 find kernel/lib -name '*.ko' -exec cp -t root/modules {} +
 cp -- "$here/init.sh" root/init
 chmod +x root/init
-cp -- "$here"/live{,-common,-pid}.toml root/scenarios/
+cp -- "$here"/live{,-common,-pid,-evdev,-evdev-arrival}.toml root/scenarios/
 sed 's#\.\./paper/#paper-#' "$scenarios/live/figure-1-spring.toml" >root/scenarios/figure-1-spring.toml
 cp -- "$scenarios/paper/figure-1-spring.toml" root/scenarios/paper-figure-1-spring.toml
 # libraries_of FILE : the shared libraries it is linked with

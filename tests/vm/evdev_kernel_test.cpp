@@ -117,6 +117,39 @@ TEST_CASE("evdev on the kernel: when the buffer was full the driver asks where t
   REQUIRE(eventually([&] { return std::abs(bench.driver.read(a_clock().now()).position_m.x - 0.2 * 600 / 32767) < 1e-9; }));
 }
 
+TEST_CASE("evdev on the kernel: a sample was taken when the kernel got its event, between the two ends of the report") {
+  EvdevOptions options = evdev_options();
+  options.unchanged_age = Duration{2'000'000};
+  UinputDevice device;
+  LiveEvdev live(
+      std::make_unique<EvdevFile>(device.node()), [] { return EvdevNodes(); }, a_clock());
+  EvdevDriver driver(live, options);
+  REQUIRE(live.tells_times());
+  constexpr Duration kMicrosecond{1000};  // what an event's time leaves out
+  for (int count = 1; count <= 200; ++count) {
+    const RealTime before = a_clock().now();
+    device.report(100 * count, 0);
+    const RealTime after = a_clock().now();
+    // Reads that are late by anything up to some milliseconds: that is the sample's age, and not its time.
+    std::this_thread::sleep_for(std::chrono::microseconds(37 * (count % 90)));
+    DeviceSample sample;
+    REQUIRE(eventually([&] {
+      sample = driver.read(a_clock().now());
+      return std::abs(sample.position_m.x - 0.2 * 100 * count / 32767) < 1e-9;
+    }));
+    REQUIRE(sample.taken_at);
+    CHECK(*sample.taken_at > before - kMicrosecond);
+    CHECK(*sample.taken_at <= after);
+  }
+  CHECK(driver.ages()->ages.count() == 200);
+  CHECK((driver.ages()->ahead == 0 && driver.ages()->capped == 0));
+  // A hand that holds still is told nothing of, and its position goes on.
+  const RealTime last = *driver.read(a_clock().now()).taken_at;
+  settle();
+  const DeviceSample still = driver.read(a_clock().now());
+  CHECK((still.fresh && still.taken_at > last && still.read_at - *still.taken_at == *options.unchanged_age));
+}
+
 TEST_CASE("evdev on the kernel: a second program that has the device, or its room, is told of") {
   UinputDevice device;
   {

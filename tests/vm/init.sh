@@ -36,6 +36,9 @@ echo "== kernel: $?"
 for module in evdev uinput usb-common usbcore usbhid usbip-core vhci-hcd; do
   insmod /modules/$module.ko || echo "no module $module"
 done
+# They are not repeated by the second boot.
+live live-evdev uinput_player 10000 10000
+live live-evdev-arrival uinput_player 6000 10000
 echo "== evdev"
 test_evdev --use-colour no 2>&1
 echo "== evdev: $?"

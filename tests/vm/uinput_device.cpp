@@ -6,6 +6,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -27,7 +28,7 @@ std::string UinputDevice::refusal() {
   return {};
 }
 
-UinputDevice::UinputDevice() { plug_in(); }
+UinputDevice::UinputDevice(int most) : most_(most) { plug_in(); }
 
 void UinputDevice::plug_in() {
   told_ = {};
@@ -39,8 +40,8 @@ void UinputDevice::plug_in() {
     must(ioctl(fd_, UI_SET_ABSBIT, code), "UI_SET_ABSBIT");
     uinput_abs_setup axis{};
     axis.code = static_cast<__u16>(code);
-    axis.absinfo.minimum = -kMost;
-    axis.absinfo.maximum = kMost;
+    axis.absinfo.minimum = -most_;
+    axis.absinfo.maximum = most_;
     axis.absinfo.fuzz = kFuzz;
     must(ioctl(fd_, UI_ABS_SETUP, &axis), "UI_ABS_SETUP");
   }
@@ -113,6 +114,11 @@ void UinputDevice::answer(const input_event& event) {
     if (ioctl(fd_, UI_BEGIN_FF_UPLOAD, &upload) < 0) return;
     upload.retval = -refuse_with_;
     if (upload.retval == 0) told_.effects[upload.effect.id] = upload.effect;
+    if (upload.retval == 0 && upload.effect.id == 0) {
+      ++told_.uploads;
+      told_.least_level = std::min(told_.least_level, int{upload.effect.u.constant.level});
+      told_.most_level = std::max(told_.most_level, int{upload.effect.u.constant.level});
+    }
     ioctl(fd_, UI_END_FF_UPLOAD, &upload);
   } else if (event.type == EV_UINPUT && event.code == UI_FF_ERASE) {
     uinput_ff_erase erase{};

@@ -17,7 +17,8 @@ class UinputDevice {
   /// Why /dev/uinput cannot be opened; empty if it can.
   static std::string refusal();
 
-  UinputDevice();  ///< X and Y of +-32767, constant forces, springs, gain and autocenter
+  /// X and Y from -most to most, constant forces, springs, gain and autocenter.
+  explicit UinputDevice(int most = kMost);
   ~UinputDevice();
   UinputDevice(const UinputDevice&) = delete;
   UinputDevice& operator=(const UinputDevice&) = delete;
@@ -32,12 +33,14 @@ class UinputDevice {
     std::map<int, ff_effect> effects;  // by number
     std::map<int, int> plays;          // the last value of each
     int gain = -1, autocenter = -1;
+    int uploads = 0, least_level = 0, most_level = 0;  // of effect 0
   };
   Told told() const;
 
  private:
   void serve();
   void answer(const input_event& event);
+  int most_;
   int fd_ = -1;
   std::atomic<bool> closing_{false};
   std::atomic<int> refuse_with_{0};

@@ -84,6 +84,20 @@ std::string write_text_file(const std::string& path, std::string_view text) {
   return fmt::format("cannot be written: {}", why);
 }
 
+std::string portable_path(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path here = fs::current_path(error);
+  fs::path below = fs::path(path).lexically_normal();
+  // A path through symbolic links is below it, too, where one of the two ways to say so is.
+  if (below.is_absolute()) {
+    below = below.lexically_relative(here);
+    if (below.empty() || *below.begin() == "..") below = fs::weakly_canonical(path, error).lexically_relative(here);
+  }
+  if (error || below.empty() || *below.begin() == "..") return fs::path(path).filename().string();
+  return below.string();
+}
+
 TextPieces::TextPieces(const std::string& path, std::int64_t most_bytes) : most_bytes_(most_bytes), left_bytes_(most_bytes) {
   error_ = open_file(path, stream_);
   if (error_.empty()) buffer_.resize(64 * 1024);

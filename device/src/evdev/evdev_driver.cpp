@@ -7,8 +7,9 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
+
+#include "../effect_springs.h"
 
 namespace evenstep {
 namespace {
@@ -46,6 +47,9 @@ EvdevDriver::EvdevDriver(EvdevNode& node, const EvdevOptions& options) : node_(n
   }
   has_gain_ = node_.has_feedback(evdev::kGain);
   has_autocenter_ = node_.has_feedback(evdev::kAutocenter);
+  if (options_.unchanged_age && node_.tells_times()) times_.emplace(*options_.unchanged_age);
+  evdev_counters_.untimed = options_.unchanged_age && !times_;
+  later_.reserve(kEventsPerRead);
   adopt_axes();
 }
 
@@ -61,6 +65,7 @@ void EvdevDriver::check_options() const {
     fail(fmt::format("full_scale_N is {}; it must be above 0", *options_.full_scale_N));
   const std::int64_t effect_ms = options_.effect_duration.ns / 1'000'000;
   if (effect_ms < 2 || effect_ms > evdev::kLongestEffect_ms) fail("effect_duration must be from 2 ms to 32.767 s");
+  if (options_.unchanged_age && options_.unchanged_age->ns <= 0) fail("unchanged_age must be above 0");
   if (options_.update_rate.num <= 0 || options_.update_rate.den <= 0) fail("update_rate must be above 0");
   bool any = false;
   for (int axis = 0; axis < 3; ++axis) {
@@ -152,6 +157,7 @@ void EvdevDriver::take(const EvdevEvent& event) {
       if (is_used(axis)) place(axis, raw_[static_cast<std::size_t>(axis)]);
     }
   }
+  newest_event_ = event.at;
   note_report();
 }
 
@@ -162,10 +168,26 @@ void EvdevDriver::note_report() {
   last_.fresh = true;
 }
 
+/// Up to the first event that came after the tick's time, which is kept with all that follow for the next tick; that takes
+/// them whatever time they have. False: there was such a one.
+bool EvdevDriver::take_until(RealTime now, std::span<const EvdevEvent> events) {
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    if (times_ && events[i].at > now) {
+      later_.assign(events.begin() + static_cast<std::ptrdiff_t>(i), events.end());
+      return false;
+    }
+    take(events[i]);
+  }
+  return true;
+}
+
 DeviceSample EvdevDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
   last_.drivable = true;
+  newest_event_.reset();
+  for (const EvdevEvent& event : later_) take(event);
+  later_.clear();
   std::array<EvdevEvent, kEventsPerRead> events;
   for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
     const EvdevRead got = node_.read(events);
@@ -173,7 +195,7 @@ DeviceSample EvdevDriver::read(RealTime now) {
     if (got.status == EvdevRead::Status::away) is_away_ = true;
     if (got.status == EvdevRead::Status::returned) come_back();
     if (is_away_ || got.status == EvdevRead::Status::nothing) break;
-    for (std::size_t i = 0; i < std::min(got.count, events.size()); ++i) take(events[i]);
+    if (!take_until(now, std::span(events).first(std::min(got.count, events.size())))) break;
   }
   if (is_asking_ && !is_away_ && ask_positions()) note_report();
   if (last_.fresh) last_event_ = now;
@@ -183,9 +205,20 @@ DeviceSample EvdevDriver::read(RealTime now) {
     if (!last_event_ && is_position_known()) last_event_ = now;
     last_.fresh = !is_away_ && last_event_ && now - *last_event_ <= options_.still;
   }
+  if (times_) date(now);
   notice_uploads();
   notice_refusals(now);
   return last_;
+}
+
+/// A position that was asked for later has no event of its own: it is as old as one that nothing has changed. Until it is
+/// there, where the hand is now is not known.
+void EvdevDriver::date(RealTime now) {
+  if (last_.fresh && newest_event_)
+    times_->changed(*newest_event_, now);
+  else if (last_.fresh)
+    last_.fresh = !is_lost_ && times_->unchanged(now);
+  last_.taken_at = times_->taken(now);
 }
 
 /// The forces rise from zero again, because this tick still says that the device is not drivable.
@@ -200,6 +233,7 @@ void EvdevDriver::come_back() {
   }
   adopt_axes();
   note_report();
+  newest_event_.reset();
   for (Effect& effect : effects_) {
     effect.is_sent = effect.is_played = false;
     effect.refused_since.reset();
@@ -307,15 +341,11 @@ void EvdevDriver::write(const glm::dvec3& force_N) {
   send_wanted();
 }
 
-double EvdevDriver::full_slope_N_per_m(int axis) const {
-  return options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[axis]
-                                     : *options_.full_scale_N / (options_.travel_m[axis] / 2);
-}
-
 /// The condition of one axis, and in `rendered` what it is in newtons and metres.
 EvdevCondition EvdevDriver::condition_of(const DeviceSpring& wanted, int axis, DeviceSpring& rendered) const {
   EvdevCondition condition;
-  const double half_m = options_.travel_m[axis] / 2, full_N = *options_.full_scale_N, slope = full_slope_N_per_m(axis);
+  const double half_m = options_.travel_m[axis] / 2, full_N = *options_.full_scale_N,
+               slope = internal::full_slope_N_per_m(options_, axis);
   if (std::abs(wanted.center_m[axis]) > half_m) return condition;
   const auto coefficient = [&](double stiffness) {
     return counts<std::int16_t>(std::min(stiffness / slope, options_.gain), evdev::kLargestLevel);
@@ -425,7 +455,8 @@ std::map<std::string, std::int64_t> EvdevDriver::own_counters() const {
   return {{"evdev_refreshes", evdev_counters_.refreshes},
           {"evdev_saturated", evdev_counters_.saturated},
           {"evdev_dropped", evdev_counters_.dropped},
-          {"evdev_waited", evdev_counters_.waited}};
+          {"evdev_waited", evdev_counters_.waited},
+          {"evdev_untimed", evdev_counters_.untimed}};
 }
 
 void EvdevDriver::fail(const std::string& what) const { throw DeviceError(node_.info().path + ": " + what); }
@@ -433,15 +464,6 @@ void EvdevDriver::fail_gone() const {
   fail("device '" + node_.info().name + "' is gone (unplugged or reset); plug it in and run again");
 }
 
-double steepest_spring_N_per_m(const EvdevOptions& options) {
-  double least_N_per_m = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 2; ++axis) {
-    if (options.travel_m[axis] <= 0) continue;
-    const double full = options.full_slope_N_per_m ? (*options.full_slope_N_per_m)[axis]
-                                                   : *options.full_scale_N / (options.travel_m[axis] / 2);
-    least_N_per_m = std::min(least_N_per_m, full * options.gain);
-  }
-  return least_N_per_m;
-}
+double steepest_spring_N_per_m(const EvdevOptions& options) { return internal::steepest_spring_N_per_m(options, 2); }
 
 }  // namespace evenstep

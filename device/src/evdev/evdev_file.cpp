@@ -7,6 +7,7 @@
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -30,6 +31,14 @@ static_assert(evdev::kConstant == FF_CONSTANT && evdev::kSpring == FF_SPRING && 
               evdev::kSynDropped == SYN_DROPPED);
 
 const fs::path kClass = "/sys/class/input";
+
+/// The time of an event, ns. What a clock cannot say, years from now, is the largest one.
+RealTime time_of(const input_event& event) {
+  constexpr std::uint64_t kMost_s = 9'000'000'000;
+  const auto s = static_cast<std::uint64_t>(event.input_event_sec), us = static_cast<std::uint64_t>(event.input_event_usec);
+  if (s > kMost_s || us >= 1'000'000) return kNever;
+  return RealTime{static_cast<std::int64_t>(s * 1'000'000'000 + us * 1000)};
+}
 
 /// 0 or the errno.
 template <class Argument>
@@ -118,6 +127,8 @@ EvdevFile::EvdevFile(const std::string& path) {
   }
   info_ = internal::evdev_listing(texts_of(event)).info;
   info_.path = path;
+  const int monotonic = CLOCK_MONOTONIC;
+  tells_times_ = ask(fd_, EVIOCSCLOCKID, &monotonic) == 0;
 }
 
 EvdevFile::~EvdevFile() { ::close(fd_); }
@@ -130,7 +141,7 @@ EvdevRead EvdevFile::read(std::span<EvdevEvent> events) {
     return {errno == EINTR ? EvdevRead::Status::interrupted : EvdevRead::Status::gone};
   }
   const std::size_t count = static_cast<std::size_t>(size) / sizeof(input_event);
-  for (std::size_t i = 0; i < count; ++i) events[i] = {got[i].type, got[i].code, got[i].value};
+  for (std::size_t i = 0; i < count; ++i) events[i] = {got[i].type, got[i].code, got[i].value, time_of(got[i])};
   return {count > 0 ? EvdevRead::Status::events : EvdevRead::Status::nothing, count};
 }
 

@@ -1,5 +1,6 @@
 #include "evenstep/device/evdev/live_evdev.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <map>
@@ -44,8 +45,8 @@ EvdevEffect without_force(EvdevEffect effect) {
 
 struct LiveEvdev::State final : internal::LiveSender<Order, Node>::Cable {
   using Sender = internal::LiveSender<Order, Node>;
-  State(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find, const WallClock& clock, Duration patience)
-      : find_again(std::move(find)), reader(std::move(node)), writer(reader), info(reader->info()) {
+  State(std::unique_ptr<EvdevNode> node, std::function<EvdevNodes()> find, const WallClock& with, Duration patience)
+      : find_again(std::move(find)), clock(with), reader(std::move(node)), writer(reader), info(reader->info()) {
     sender.emplace(clock, patience, *this);
   }
 
@@ -58,6 +59,7 @@ struct LiveEvdev::State final : internal::LiveSender<Order, Node>::Cable {
   int known_gone(int error);
 
   const std::function<EvdevNodes()> find_again;
+  const WallClock& clock;
   Node reader;  // for the threads that call
   Node writer;  // for the thread that sends
   const EvdevInfo info;
@@ -162,8 +164,11 @@ EvdevRead LiveEvdev::read(std::span<EvdevEvent> events) {
     return {EvdevRead::Status::returned};
   }
   const EvdevRead got = state_->reader->read(events);
+  for (EvdevEvent& event : events.first(std::min(got.count, events.size()))) event.at = state_->clock.at(event.at.ns);
   return got.status == EvdevRead::Status::gone ? without_device(state_->sender->lose()) : got;
 }
+
+bool LiveEvdev::tells_times() const { return state_->reader->tells_times(); }
 
 int LiveEvdev::write(const EvdevEvent& event) {
   const auto same = [&](const Order& other) {

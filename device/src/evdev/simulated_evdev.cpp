@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "../effect_springs.h"
 #include "../turns.h"
 
 namespace evenstep {
@@ -23,14 +24,9 @@ std::int32_t smoothed(std::int32_t value, std::int32_t old, std::int32_t fuzz) {
 
 }  // namespace
 
-SimulatedEvdev::SimulatedEvdev(const Clock& clock, ProgrammedMotion motion, SimulatedEvdevOptions options)
-    : SimulatedEvdev(clock, SimulatedReports(std::move(motion), options.reports), options) {}
-SimulatedEvdev::SimulatedEvdev(const Clock& clock, Hand hand, SimulatedEvdevOptions options)
-    : SimulatedEvdev(clock, SimulatedReports(std::move(hand), options.reports), options) {}
-
-SimulatedEvdev::SimulatedEvdev(const Clock& clock, SimulatedReports reports, SimulatedEvdevOptions options)
+SimulatedEvdev::SimulatedEvdev(const Clock& clock, HeldBy by, SimulatedEvdevOptions options)
     : clock_(clock),
-      reports_(std::move(reports)),
+      reports_(std::move(by), options.reports),
       options_(std::move(options)),
       info_{options_.reports.name, "evenstep evdev device", 0x1209, 0x0E59},
       slots_(static_cast<std::size_t>(options_.effects)),
@@ -107,6 +103,8 @@ void SimulatedEvdev::report_until(RealTime until) {
     while (const auto report = reports_.pop()) publish(*report);
   }
   reports_.advance(until);
+  if (reports_.is_gone()) return;
+  while (const auto report = reports_.pop()) publish(*report);  // with an age they come between two ticks
 }
 
 // ---- events
@@ -114,6 +112,7 @@ void SimulatedEvdev::report_until(RealTime until) {
 void SimulatedEvdev::publish(const SimulatedReport& report) {
   using Shape = SimulatedReport::Shape;
   if (report.shape == Shape::cut || report.shape == Shape::unknown_id) return;
+  const RealTime at = stamp_of(report);
   for (int axis = 0; axis < 3; ++axis) {
     if (!has_axis(static_cast<std::uint16_t>(axis))) continue;
     EvdevAxis& range = axes_[static_cast<std::size_t>(axis)];
@@ -123,9 +122,15 @@ void SimulatedEvdev::publish(const SimulatedReport& report) {
     const std::int32_t value = smoothed(exact, range.value, range.fuzz);
     if (value == range.value) continue;
     range.value = value;
-    queue({evdev::kAbs, static_cast<std::uint16_t>(axis), value});
+    queue({evdev::kAbs, static_cast<std::uint16_t>(axis), value, at});
   }
-  queue({evdev::kSyn, evdev::kSynReport, 0});
+  queue({evdev::kSyn, evdev::kSynReport, 0, at});
+}
+
+/// That of its tick, in the whole microseconds of struct input_event.
+RealTime SimulatedEvdev::stamp_of(const SimulatedReport& report) const {
+  const RealTime tick = tick_time(options_.reports.rate, report.tick, options_.reports.first_tick);
+  return {floor_mul_div(tick.ns, 1, 1000) * 1000};
 }
 
 void SimulatedEvdev::queue(const EvdevEvent& event) {
@@ -134,7 +139,7 @@ void SimulatedEvdev::queue(const EvdevEvent& event) {
   if (ends_report && complete_ == queue_.size()) return;  // an empty one
   queue_.push_back(event);
   if (queue_.size() == kPlaces) {
-    queue_ = {{evdev::kSyn, evdev::kSynDropped, 0}, event};
+    queue_ = {{evdev::kSyn, evdev::kSynDropped, 0, event.at}, event};
     complete_ = 0;
   }
   if (ends_report) complete_ = queue_.size();
@@ -299,9 +304,8 @@ double SimulatedEvdev::spring_share(const EvdevCondition& condition, int axis, c
   const double half_m = options_.travel_m[axis] / 2;
   if (half_m <= 0) return 0;
   const double off = position_m[axis] / half_m - static_cast<double>(condition.center) / 0x7FFF;
-  const double steepness =
-      options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[axis] * half_m / options_.full_scale_N : 1;
-  const double past = std::max(0.0, std::abs(off) - condition.dead_band / 65535.0) * steepness;
+  const double past =
+      std::max(0.0, std::abs(off) - condition.dead_band / 65535.0) * internal::full_steepness(options_, axis);
   const double coefficient = off > 0 ? condition.right_coefficient : condition.left_coefficient;
   const double most = (off > 0 ? condition.right_saturation : condition.left_saturation) / 65535.0;
   const double pull = std::clamp(coefficient / 0x7FFF * past, -most, most);

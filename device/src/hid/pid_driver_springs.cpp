@@ -1,8 +1,8 @@
 // The springs that PidDriver leaves to the device.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "../effect_springs.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "pid_counts.h"
 
@@ -15,15 +15,11 @@ struct PidDriver::Condition {
   std::int64_t center = 0, below = 0, above = 0, saturation = 0;
 };
 
-double PidDriver::full_slope_N_per_m(int axis) const {
-  return options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[axis]
-                                     : *options_.full_scale_N / (options_.travel_m[axis] / 2);
-}
-
 std::optional<PidDriver::Condition> PidDriver::counts_of(const DeviceSpring& wanted, int axis) const {
   const PidSetCondition& layout = *layout_.set_condition;
   const double half_travel_m = options_.travel_m[axis] / 2, full_scale_N = *options_.full_scale_N;
-  const double below = wanted.below_N_per_m[axis], above = wanted.above_N_per_m[axis], slope = full_slope_N_per_m(axis);
+  const double below = wanted.below_N_per_m[axis], above = wanted.above_N_per_m[axis],
+               slope = internal::full_slope_N_per_m(options_, axis);
   if (std::abs(wanted.center_m[axis]) > half_travel_m || (!layout.center && wanted.center_m[axis] != 0)) return std::nullopt;
   if (!layout.negative_coefficient && below != above) return std::nullopt;
   const double limit_N = std::min(wanted.limit_N[axis], largest_force_N());
@@ -48,7 +44,7 @@ void PidDriver::render(const Condition& counts, DeviceSpring& rendered, int axis
   const auto fraction = [](std::int64_t value, const FieldLayout& field) {
     return static_cast<double>(value) / static_cast<double>(field.logical_maximum);
   };
-  const double slope = full_slope_N_per_m(axis), full_scale_N = *options_.full_scale_N;
+  const double slope = internal::full_slope_N_per_m(options_, axis), full_scale_N = *options_.full_scale_N;
   if (layout.center) rendered.center_m[axis] = fraction(counts.center, layout.center->field) * (options_.travel_m[axis] / 2);
   rendered.above_N_per_m[axis] = fraction(counts.above, layout.positive_coefficient.field) * slope;
   rendered.below_N_per_m[axis] = layout.negative_coefficient
@@ -95,15 +91,6 @@ std::span<std::byte> PidDriver::condition(const Effect& effect, const Condition&
   return report;
 }
 
-double steepest_spring_N_per_m(const PidOptions& options) {
-  double least_N_per_m = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (options.travel_m[axis] <= 0) continue;
-    const double full = options.full_slope_N_per_m ? (*options.full_slope_N_per_m)[axis]
-                                                   : *options.full_scale_N / (options.travel_m[axis] / 2);
-    least_N_per_m = std::min(least_N_per_m, full * options.gain);
-  }
-  return least_N_per_m;
-}
+double steepest_spring_N_per_m(const PidOptions& options) { return internal::steepest_spring_N_per_m(options, 3); }
 
 }  // namespace evenstep

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "../effect_springs.h"
 #include "boards/firmware.h"
 
 namespace evenstep {
@@ -40,15 +41,9 @@ const std::vector<NamedBoard>& simulated_boards() {
   return boards;
 }
 
-SimulatedBoard::SimulatedBoard(const Clock& clock, ProgrammedMotion motion, SimulatedBoardOptions options)
-    : SimulatedBoard(clock, SimulatedReports(std::move(motion), options.reports), options) {}
-
-SimulatedBoard::SimulatedBoard(const Clock& clock, Hand hand, SimulatedBoardOptions options)
-    : SimulatedBoard(clock, SimulatedReports(std::move(hand), options.reports), options) {}
-
-SimulatedBoard::SimulatedBoard(const Clock& clock, SimulatedReports reports, SimulatedBoardOptions options)
+SimulatedBoard::SimulatedBoard(const Clock& clock, HeldBy by, SimulatedBoardOptions options)
     : clock_(clock),
-      reports_(std::move(reports)),
+      reports_(std::move(by), options.reports),
       options_(std::move(options)),
       firmware_(firmware_of(options_)),
       descriptor_(firmware_->report_descriptor()),
@@ -93,8 +88,7 @@ glm::dvec3 SimulatedBoard::force_N(RealTime at) {
   for (int axis = 0; axis < 3; ++axis) {
     if (options_.travel_m[axis] <= 0) continue;
     share[axis] = std::clamp(position_m[axis] / (options_.travel_m[axis] / 2), -1.0, 1.0);
-    if (options_.full_slope_N_per_m)
-      slope[axis] = (*options_.full_slope_N_per_m)[axis] * (options_.travel_m[axis] / 2) / options_.full_scale_N;
+    if (options_.full_slope_N_per_m) slope[axis] = internal::full_steepness(options_, axis);
   }
   return switch_closed_ && has_power_ ? firmware_->force(share, slope) * options_.full_scale_N : glm::dvec3(0);
 }

@@ -23,15 +23,9 @@ double fraction(std::span<const std::byte> report, const std::optional<PidValue>
 
 }  // namespace
 
-SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, ProgrammedMotion motion, SimulatedPidOptions options)
-    : SimulatedPidDevice(clock, SimulatedReports(std::move(motion), options.reports), options) {}
-
-SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, Hand hand, SimulatedPidOptions options)
-    : SimulatedPidDevice(clock, SimulatedReports(std::move(hand), options.reports), options) {}
-
-SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, SimulatedReports reports, SimulatedPidOptions options)
+SimulatedPidDevice::SimulatedPidDevice(const Clock& clock, HeldBy by, SimulatedPidOptions options)
     : clock_(clock),
-      reports_(std::move(reports)),
+      reports_(std::move(by), options.reports),
       options_(std::move(options)),
       descriptor_(pid_descriptor(options_.descriptor)),
       parsed_(*parse_report_descriptor(descriptor_)),
@@ -148,13 +142,9 @@ glm::dvec3 SimulatedPidDevice::force_at(const glm::dvec3& position_m) const {
 
 double SimulatedPidDevice::spring_force(const Effect& effect, std::size_t axis, const glm::dvec3& position_m) const {
   const Condition& condition = effect.conditions[effect.by_axis ? axis : 0];
-  const double deflection =
-      position_m[static_cast<int>(axis)] / (options_.travel_m[static_cast<int>(axis)] / 2) - condition.center;
   const auto along = static_cast<int>(axis);
-  const double steepness = options_.full_slope_N_per_m ? (*options_.full_slope_N_per_m)[along] *
-                                                             (options_.travel_m[along] / 2) / options_.full_scale_N
-                                                       : 1;
-  const double past = (std::abs(deflection) - condition.dead_band) * steepness;
+  const double deflection = position_m[along] / (options_.travel_m[along] / 2) - condition.center;
+  const double past = (std::abs(deflection) - condition.dead_band) * internal::full_steepness(options_, along);
   if (past <= 0) return 0;
   const double pull = deflection > 0 ? std::min(condition.above * past, condition.saturation_above)
                                      : std::min(condition.below * past, condition.saturation_below);

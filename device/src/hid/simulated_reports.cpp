@@ -33,8 +33,14 @@ HidRead deliver(const SimulatedReport& report, std::span<const std::byte> whole,
   return {HidRead::Status::report, size};
 }
 
-SimulatedReports::SimulatedReports(ProgrammedMotion motion, SimulatedDeviceOptions options)
-    : options_(std::move(options)), motion_(std::move(motion)), queue_(options_.queue) {
+SimulatedReports::SimulatedReports(HeldBy by, SimulatedDeviceOptions options)
+    : options_(std::move(options)), queue_(options_.queue) {
+  if (auto* const hand = std::get_if<Hand>(&by)) {
+    assert(options_.force_delay.ns >= 0);
+    hand_ = std::move(*hand);
+  } else {
+    motion_ = std::get<ProgrammedMotion>(std::move(by));
+  }
   // At most one report per ns; otherwise two ticks would fall on the same instant.
   assert(options_.rate.num > 0 && options_.rate.den > 0 && options_.rate.num / options_.rate.den <= 1'000'000'000);
   std::stable_sort(options_.faults.begin(), options_.faults.end(),
@@ -42,12 +48,6 @@ SimulatedReports::SimulatedReports(ProgrammedMotion motion, SimulatedDeviceOptio
   for (const ReportFault& fault : options_.faults) {
     assert(fault.tick >= 0 && fault.amount >= (fault.kind == ReportFault::Kind::late ? 1 : 0));
   }
-}
-
-SimulatedReports::SimulatedReports(Hand hand, SimulatedDeviceOptions options)
-    : SimulatedReports(ProgrammedMotion{}, std::move(options)) {
-  assert(options_.force_delay.ns >= 0);
-  hand_ = std::move(hand);
 }
 
 glm::dvec3 SimulatedReports::position_m(RealTime at) {

@@ -19,15 +19,9 @@ glm::dvec3 force_of(const reference_device::OutputReport& report) {
 
 }  // namespace
 
-SimulatedTransport::SimulatedTransport(const Clock& clock, ProgrammedMotion motion, SimulatedDeviceOptions options)
-    : SimulatedTransport(clock, SimulatedReports(std::move(motion), std::move(options))) {}
-
-SimulatedTransport::SimulatedTransport(const Clock& clock, Hand hand, SimulatedDeviceOptions options)
-    : SimulatedTransport(clock, SimulatedReports(std::move(hand), std::move(options))) {}
-
-SimulatedTransport::SimulatedTransport(const Clock& clock, SimulatedReports reports)
+SimulatedTransport::SimulatedTransport(const Clock& clock, HeldBy by, SimulatedDeviceOptions options)
     : clock_(clock),
-      reports_(std::move(reports)),
+      reports_(std::move(by), std::move(options)),
       info_{reports_.options().name, reference_device::kVendorId, reference_device::kProductId, "evenstep reference device",
             ""} {}
 

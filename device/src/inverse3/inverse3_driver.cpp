@@ -17,8 +17,11 @@ Inverse3Driver::Inverse3Driver(Inverse3Link& link, const Inverse3Options& option
                     "none does, write inverse3 = {{ shared = true }}",
                     device.device_id));
   device_id_ = device.device_id;
-  link_.rest(inverse3_force_message(device_id_, glm::dvec3(0)));
+  begin();
 }
+
+/// With zero force.
+void Inverse3Driver::begin() { link_.rest(inverse3_force_message(device_id_, glm::dvec3(0))); }
 
 Inverse3Driver::~Inverse3Driver() { stop(); }
 
@@ -46,7 +49,7 @@ void Inverse3Driver::stop() noexcept {
   started_ = false;
   for (int tries = 0; tries < 2; ++tries) {
     try {
-      link_.rest(inverse3_force_message(device_id_, glm::dvec3(0)));
+      begin();
       return;
     } catch (...) {  // a simulated hand may have diverged, but the device must be stopped nevertheless
     }
@@ -59,7 +62,13 @@ DeviceSample Inverse3Driver::read(RealTime now) {
   if (!heard_at_) heard_at_ = now;
   const Inverse3Link::Read got = link_.read(text_);
   if (got == Inverse3Link::Read::gone) fail(text_ + "; start the service and run again");
-  if (got == Inverse3Link::Read::message) take(now);
+  if (got == Inverse3Link::Read::message && !is_away_) take(now);
+  if (got == Inverse3Link::Read::returned) come_back(now);
+  if (got == Inverse3Link::Read::away || is_away_) {
+    is_away_ = true;
+    last_.drivable = false;
+    heard_at_ = now;  // how long it may be away is the link's affair
+  }
   if (!last_.fresh) ++counters_.stale;
   if (now - *heard_at_ > options_.silence)
     fail(
@@ -67,6 +76,34 @@ DeviceSample Inverse3Driver::read(RealTime now) {
                     "run again",
                     device_id_, seconds(options_.silence)));
   return last_;
+}
+
+/// The forces rise from zero again, because this tick and those up to the first position say that it is not drivable; and
+/// until then zero is all that it is sent.
+void Inverse3Driver::come_back(RealTime now) {
+  const std::string why_not = objection();
+  is_away_ = !why_not.empty();
+  if (is_away_) return link_.reject(why_not);
+  last_.drivable = false;
+  is_returning_ = true;
+  heard_at_ = now;
+  begin();
+}
+
+/// To what has returned; empty: there is none.
+std::string Inverse3Driver::objection() const {
+  const auto devices = read_inverse3_message(link_.first_message());
+  if (!devices) return "what came back is no Inverse Service: " + devices.error();
+  std::string others;
+  for (const Inverse3State& device : *devices) {
+    if (device.device_id != device_id_) {
+      others += " " + device.device_id;
+      continue;
+    }
+    if (!device.in_use.value_or(false) || options_.shared) return {};
+    return fmt::format("the service came back, and another program uses device {}", device_id_);
+  }
+  return fmt::format("the service came back without device {}{}{}", device_id_, others.empty() ? "" : ", but with", others);
 }
 
 void Inverse3Driver::take(RealTime now) {
@@ -86,6 +123,7 @@ void Inverse3Driver::take(RealTime now) {
     ++inverse3_counters_.uncalibrated;
     return;
   }
+  is_returning_ = false;
   last_.position_m = *device->position_m - options_.origin_m;
   last_.fresh = true;
   ++last_.sequence;
@@ -96,7 +134,7 @@ void Inverse3Driver::take(RealTime now) {
 void Inverse3Driver::write(const glm::dvec3& force_N) {
   if (!started_) fail("a force cannot be written before start() or after stop()");
   assert(std::isfinite(force_N.x) && std::isfinite(force_N.y) && std::isfinite(force_N.z));
-  link_.post(inverse3_force_message(device_id_, force_N));
+  if (!is_away_ && !is_returning_) link_.post(inverse3_force_message(device_id_, force_N));
 }
 
 std::map<std::string, std::int64_t> Inverse3Driver::own_counters() const {

@@ -23,14 +23,9 @@ std::string message(const std::string& entry) { return R"({"inverse3":[)" + entr
 
 }  // namespace
 
-SimulatedInverse3::SimulatedInverse3(const Clock& clock, ProgrammedMotion motion, SimulatedInverse3Options options)
-    : SimulatedInverse3(clock, SimulatedReports(std::move(motion), options.reports), options) {}
-SimulatedInverse3::SimulatedInverse3(const Clock& clock, Hand hand, SimulatedInverse3Options options)
-    : SimulatedInverse3(clock, SimulatedReports(std::move(hand), options.reports), options) {}
-
-SimulatedInverse3::SimulatedInverse3(const Clock& clock, SimulatedReports reports, SimulatedInverse3Options options)
+SimulatedInverse3::SimulatedInverse3(const Clock& clock, HeldBy by, SimulatedInverse3Options options)
     : clock_(clock),
-      reports_(std::move(reports)),
+      reports_(std::move(by), options.reports),
       options_(std::move(options)),
       outbox_(R"({"session":{"force_render_full_state":{}}})", options_.hold) {
   const glm::dvec3 position_m = reports_.position_m(clock_.now()) + options_.origin_m;

@@ -18,6 +18,7 @@ Inverse3Socket::~Inverse3Socket() = default;
 Inverse3Link::Read Inverse3Socket::read(std::string&) { return Read::gone; }
 void Inverse3Socket::post(std::string) {}
 void Inverse3Socket::rest(std::string) {}
+void Inverse3Socket::reject(std::string) {}
 const std::string& Inverse3Socket::first_message() const { return state_->text; }
 const std::string& Inverse3Socket::name() const { return state_->text; }
 Inverse3Times Inverse3Socket::times() const { return {}; }

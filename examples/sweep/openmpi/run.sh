@@ -2,12 +2,13 @@
 # run.sh SCENARIO [MPIRUN OPTIONS] : a rank is a shard. mpirun ends all ranks when one is killed, or exits with another
 # status than 0; --resume goes on with what each has written. Exit status 1, points that fail, is a result.
 set -uo pipefail
+work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.001 --seeds 0..1000": what is divided
 scenario=$1
 shift
-rank='evenstep sweep "$0" --shard auto --resume --threads 1 --out parts || [ $? -eq 1 ]'
+rank="evenstep $work"' "$0" --shard auto --resume --threads 1 --out parts || [ $? -eq 1 ]'
 for attempt in 1 2 3 4 5; do
   if mpirun -n "${SHARDS:-4}" "$@" sh -c "$rank" "$scenario"; then
-    exec evenstep merge parts/sweep-*-of-"${SHARDS:-4}".jsonl --out sweep.jsonl
+    exec evenstep merge parts/"$kind"-*-of-"${SHARDS:-4}".jsonl --out "$kind.jsonl"
   fi
 done
 exit 3

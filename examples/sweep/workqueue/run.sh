@@ -3,12 +3,13 @@
 # PORT), and to another one when that is gone. The folder must be the same on all machines. Makeflow's log says what is done:
 # after makeflow itself was killed, run this again.
 set -uo pipefail
+work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.001 --seeds 0..1000": what is divided
 here=$(dirname -- "$(readlink -f -- "$0")")
 scenario=$(readlink -f -- "$1")
 shift
 for shard in $(seq "${SHARDS:-4}"); do
-  printf '%s:\n\t%s %s %s %s %s\n\n' "$PWD/parts/sweep-$shard-of-${SHARDS:-4}.jsonl" \
-    "$here/shard.sh" "$PWD" "$shard/${SHARDS:-4}" "$(command -v evenstep)" "$scenario"
-done >sweep.makeflow
-makeflow -T wq --shared-fs "$PWD" --retry-count=5 "$@" sweep.makeflow || exit 3
-exec evenstep merge parts/sweep-*-of-"${SHARDS:-4}".jsonl --out sweep.jsonl
+  printf '%s:\n\t%s %s %s %s %s %s\n\n' "$PWD/parts/$kind-$shard-of-${SHARDS:-4}.jsonl" \
+    "$here/shard.sh" "$PWD" "$shard/${SHARDS:-4}" "$(command -v evenstep)" "$scenario" "$work"
+done >"$kind.makeflow"
+makeflow -T wq --shared-fs "$PWD" --retry-count=5 "$@" "$kind.makeflow" || exit 3
+exec evenstep merge parts/"$kind"-*-of-"${SHARDS:-4}".jsonl --out "$kind.jsonl"

@@ -14,12 +14,7 @@ std::vector<Field> ReferenceSpec::fields() { return {}; }
 ReferenceSpec ReferenceSpec::read(const ScenarioReading&, const Table&) { return {}; }
 
 std::vector<Field> ForeignDriverSpec::fields() {
-  const std::vector<Field> rows{{.table = "device",
-                                 .key = "foreign",
-                                 .forms = kTable,
-                                 .meaning = "Which driver that is not evenstep's own, and what it takes.",
-                                 .kinds = "foreign",
-                                 .required = true}};
+  const std::vector<Field> rows{driver_table_row("foreign", "Which driver that is not evenstep's own, and what it takes.")};
   return joined(joined(rows, library_rows("device", "foreign")), foreign_rows("device.foreign", ""));
 }
 ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const Table& device) {

@@ -55,6 +55,21 @@ std::vector<Field> foreign_rows(std::string_view table, std::string_view kinds);
 /// `library` and `options`, which are short for a table `foreign` with them.
 std::vector<Field> library_rows(std::string_view table, std::string_view kinds);
 
+/// [[device]] NAME = { ... }, the obligatory table of a driver of that name.
+inline Field driver_table_row(std::string_view name, std::string_view meaning) {
+  return {.table = "device", .key = name, .forms = kTable, .meaning = meaning, .kinds = name, .required = true};
+}
+/// How often a driver's device is told something, by a default.
+inline Field update_rate_row(std::string_view table, std::string_view default_toml, std::string_view meaning,
+                             double most_Hz) {
+  return {.table = table,
+          .key = "update_rate",
+          .forms = kRate,
+          .default_toml = default_toml,
+          .meaning = meaning,
+          .range = between(1, most_Hz)};
+}
+
 const std::vector<Field>& case_fields();
 const std::vector<Field>& run_fields();
 const std::vector<Field>& timing_fields();
@@ -64,8 +79,10 @@ const std::vector<Field>& device_fields();
 const std::vector<Field>& motion_fields();
 const std::vector<Field>& driver_fields();
 const std::vector<Field>& remap_fields();
+const std::vector<Field>& source_fields();
 const std::vector<Field>& study_fields();
 const std::vector<Field>& sweep_fields();
+const std::vector<Field>& recovery_fields();
 const std::vector<Field>& expect_fields();
 
 }  // namespace evenstep::internal

@@ -57,6 +57,11 @@ const std::vector<Field>& top_fields() {
        .meaning = "The map between real time and simulation time.",
        .kinds = "loop"},
       {.table = "",
+       .key = "source",
+       .forms = kTable,
+       .meaning = "The steps are made elsewhere: how their forces come to the device (docs/sources.md).",
+       .kinds = "loop"},
+      {.table = "",
        .key = "study",
        .forms = kTable,
        .meaning = "What `evenstep study` compares or looks for. A run leaves it aside.",
@@ -65,6 +70,11 @@ const std::vector<Field>& top_fields() {
        .key = "sweep",
        .forms = kTable,
        .meaning = "What `evenstep sweep` runs: seeds times a grid of values (docs/sweep.md). A run leaves it aside.",
+       .kinds = "loop"},
+      {.table = "",
+       .key = "recovery",
+       .forms = kTable,
+       .meaning = "What counts as recovered from the programmed faults (docs/recovery.md).",
        .kinds = "loop"},
       {.table = "",
        .key = "expect",
@@ -76,6 +86,12 @@ const std::vector<Field>& top_fields() {
        .forms = kTable,
        .shape = Shape::list,
        .meaning = "Expectations added to those of the files named in `extends`."},
+      {.table = "",
+       .key = "sometimes",
+       .forms = kTable,
+       .shape = Shape::list,
+       .meaning = "What must hold at one point of a sweep at least (docs/sweep.md). A run leaves it aside.",
+       .kinds = "loop"},
       {.table = "",
        .key = "expect_stop",
        .forms = kTable,
@@ -101,8 +117,9 @@ std::string_view method_words() {
 const std::vector<Field>& fields() {
   static const std::vector<Field> all = [] {
     std::vector<Field> joined;
-    for (const auto& section : {top_fields, case_fields, run_fields, timing_fields, scene_fields, device_fields,
-                                driver_fields, motion_fields, remap_fields, study_fields, sweep_fields, expect_fields}) {
+    for (const auto& section :
+         {top_fields, case_fields, run_fields, timing_fields, scene_fields, device_fields, driver_fields, motion_fields,
+          remap_fields, source_fields, study_fields, sweep_fields, recovery_fields, expect_fields}) {
       const std::vector<Field>& rows = section();
       joined.insert(joined.end(), rows.begin(), rows.end());
     }

@@ -44,6 +44,10 @@ LocalRender read_local(const Table& render) {
   local.alpha = render.at("alpha").is(Value::Kind::text) ? std::nullopt : std::optional(render.number("alpha"));
   local.stiffness = render.text("stiffness") == "settled" ? LocalModel::settled : LocalModel::instantaneous;
   local.knows_gap = render.boolean("gap");
+  const std::string part = render.text("directions");
+  if (part == "normal") local.part = StiffnessPart::normal;
+  if (part == "axes") local.part = StiffnessPart::axes;
+  local.coupled = render.boolean("coupled");
   if (render.has("cap")) local.cap = read_cap(render);
   return local;
 }
@@ -130,10 +134,10 @@ ReportAge read_age(const ScenarioReading& reading, const Table& device, const Dr
     age.clock_ppm = static_cast<std::int64_t>(ppm < 0 ? ppm - 0.5 : ppm + 0.5);
   }
   if (device.has("sample_time")) age.follows_clock = device.text("sample_time") == "taken";
-  if (age.follows_clock.value_or(false) && !std::holds_alternative<ReferenceSpec>(driver))
+  if (age.follows_clock.value_or(false) && !says_when_taken(driver))
     reading.errors.add(device.place("sample_time"),
                        "'sample_time': \"taken\" needs reports that say when they were taken, as those of driver = "
-                       "\"reference\" do; write \"arrival\"");
+                       "\"reference\" and \"evdev\" do; write \"arrival\"");
   return age;
 }
 
@@ -337,7 +341,8 @@ const std::vector<Field>& device_fields() {
       {.table = "device",
        .key = "report_age",
        .forms = kSpan,
-       .meaning = "How old a report is when it comes, at least. It is subtracted from its time. Default: 0.",
+       .meaning = "How old a report is when it comes, at least. It is subtracted from its time, but for `evdev`, whose "
+                  "events are stamped by the host's own clock. Default: 0.",
        .range = between(0, 1),
        .example = "\"0.3 ms\""},
       {.table = "device",
@@ -477,6 +482,22 @@ const std::vector<Field>& device_fields() {
        .meaning =
            "Whether the distance to a surface that is not touched is used. `false` is a control: the touch then comes late, "
            "with a jump.",
+       .kinds = "local|device_spring"},
+      {.table = "device.render",
+       .key = "directions",
+       .forms = kWord,
+       .default_toml = "\"all\"",
+       .meaning = "In which directions the stiffness answers the hand. `normal`: of a contact that only pushes, along its "
+                  "normal alone, which is better where a probe slides. `axes`: the diagonal of the matrix, a control.",
+       .words = "all|normal|axes",
+       .kinds = "local|device_spring"},
+      {.table = "device.render",
+       .key = "coupled",
+       .forms = kBoolean,
+       .default_toml = "false",
+       .meaning =
+           "Whether the force follows the other hand, too, by the stiffness that couples them through the tissue. For "
+           "two hands that hold one [scene] of kind `tissue` by grab or spring.",
        .kinds = "local|device_spring"},
       {.table = "device.render",
        .key = "cap",

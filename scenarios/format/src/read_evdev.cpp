@@ -12,36 +12,23 @@ EvdevSpec EvdevSpec::read(const ScenarioReading& reading, const Table& device) {
   read_effects(evdev, device, spec, reading.errors);
   spec.options.update_rate = evdev.rate("update_rate");
   spec.options.still = evdev.duration("still");
+  if (evdev.has("report_interval")) spec.report_interval = evdev.duration("report_interval");
   spec.effects = static_cast<int>(evdev.integer("effects"));
   spec.foreign_effects = static_cast<int>(evdev.integer("foreign_effects"));
   spec.held = evdev.boolean("held");
   if (evdev.has("meddled_at")) spec.meddled_at = RealTime{evdev.duration("meddled_at").ns};
-  if (device.has("queue"))
-    reading.errors.add(device.place("queue"),
-                       "'queue' is about reports on a hidraw or libusb handle, and driver = \"evdev\" reads events, whose "
-                       "buffer is the kernel's (64 of them); remove it");
+  refuse_queue(device, "driver = \"evdev\" reads events, whose buffer is the kernel's (64 of them)", reading.errors);
   return spec;
 }
 
 // clang-format off: a row reads as a row
 std::vector<Field> EvdevSpec::fields() {
-  const std::vector<Field> device{
-      {.table = "device",
-       .key = "evdev",
-       .forms = kTable,
-       .meaning = "What Linux does not say of the device (docs/evdev.md).",
-       .kinds = "evdev",
-       .required = true},
-  };
+  const std::vector<Field> device{driver_table_row("evdev", "What Linux does not say of the device (docs/evdev.md).")};
   const std::vector<Field> own{
-      {.table = "device.evdev",
-       .key = "update_rate",
-       .forms = kRate,
-       .default_toml = "\"1 kHz\"",
-       .meaning =
-           "How many reports a second the device takes at most; changed forces take turns. More would wait in a queue "
-           "of the kernel's.",
-       .range = between(1, 100'000)},
+      update_rate_row("device.evdev", "\"1 kHz\"",
+                      "How many reports a second the device takes at most; changed forces take turns. More would wait in a "
+                      "queue of the kernel's.",
+                      100'000),
       {.table = "device.evdev",
        .key = "still",
        .forms = kDuration,
@@ -49,6 +36,13 @@ std::vector<Field> EvdevSpec::fields() {
        .meaning = "For how long a hand without events holds still: Linux tells changes only. After that it counts as not "
                   "reported.",
        .range = between(0, 60)},
+      {.table = "device.evdev",
+       .key = "report_interval",
+       .forms = kDuration,
+       .meaning = "The longest time between two reports of a hand that moves. Where samples say when they were taken, a "
+                  "position that nothing has changed is as old as this (docs/ages.md). Default: two periods of `rate`.",
+       .range = between(1e-5, 1),
+       .example = "\"16 ms\""},
       {.table = "device.evdev",
        .key = "effects",
        .forms = kInteger,

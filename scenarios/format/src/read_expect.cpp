@@ -118,7 +118,7 @@ void read_limits(const Table& expect, Expectation& expectation, const NominalUni
     expectation.written.min = expectation.written.max = expect.place("equals");
     return;
   }
-  if (!bounded) errors.add(expectation.place, "[[expect]] has no limit; write min, max or equals");
+  if (!bounded) errors.add(expectation.place, fmt::format("[[{}]] has no limit; write min, max or equals", expect.name()));
   if (expect.has("min")) expectation.min = read_limit(expect, "min");
   if (expect.has("max")) expectation.max = read_limit(expect, "max");
   expectation.written.min = expect.place("min");
@@ -166,19 +166,15 @@ void read_confidence(ScenarioReading& reading, const Table& expect, Expectation&
     errors.add(expect.place("max"), "'max': no number of seeds shows a rate of 0, and any shows 1; write one between");
 }
 
-void read_expectation(ScenarioReading& reading, const Value& value, const Names& names) {
-  const Table expect(&value, "expect", value.place);
+/// What an expectation and a state of [[sometimes]] have in common.
+Expectation read_condition(ScenarioReading& reading, const Table& expect, const Place& place, const Names& names) {
   Expectation expectation;
-  expectation.place = value.place;
+  expectation.place = place;
   expectation.signal = expect.text("signal");
   expectation.metric = expect.text("metric");
   expectation.written.signal = expect.place("signal");
   expectation.written.metric = expect.place("metric");
-  expectation.because = expect.text("because");
-  expectation.expect_fail = expect.boolean("expect_fail");
-  if (expect.has("clock")) expectation.clock = expect.text("clock");
   const bool of_case = reading.document.find("case") != nullptr;
-  if (of_case && expect.has("clock")) reading.errors.add(expect.place("clock"), "'clock': a [case] has none; remove it");
   const std::string error = !of_case                     ? signal_error(expectation.signal, names)
                             : reading.scenario.case_spec ? case_signal_error(expectation.signal, names)
                                                          : "";
@@ -186,8 +182,6 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
   if (expectation.metric.empty())
     reading.errors.add(expect.place("metric"), "'metric' is empty; name a number of docs/metrics.md");
   read_limits(expect, expectation, reading.scenario.nominal, reading.errors);
-  if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
-  read_confidence(reading, expect, expectation);
   // Energy costs a pass over all springs per step, so the scene computes it only if it is asked for.
   if (expectation.metric.starts_with("energy_") && !expectation.signal.starts_with("closed_loop."))
     reading.scenario.scene.needs_energy = true;
@@ -196,7 +190,38 @@ void read_expectation(ScenarioReading& reading, const Value& value, const Names&
                              "onset_delay", "ghost_force"})
     reading.scenario.needs_undelayed |=
         expectation.metric == metric && expectation.signal.find(".interaction.") == std::string::npos;
+  return expectation;
+}
+
+void read_expectation(ScenarioReading& reading, const Value& value, const Names& names) {
+  const Table expect(&value, "expect", value.place);
+  Expectation expectation = read_condition(reading, expect, value.place, names);
+  expectation.because = expect.text("because");
+  expectation.expect_fail = expect.boolean("expect_fail");
+  if (expect.has("clock")) expectation.clock = expect.text("clock");
+  const bool of_case = reading.document.find("case") != nullptr;
+  if (of_case && expect.has("clock")) reading.errors.add(expect.place("clock"), "'clock': a [case] has none; remove it");
+  if (expect.has("at")) read_range(expect, of_case, expectation, reading.errors);
+  read_confidence(reading, expect, expectation);
   reading.scenario.expectations.push_back(std::move(expectation));
+}
+
+void read_sometimes(ScenarioReading& reading, const Names& names) {
+  const Value* states = reading.document.find("sometimes");
+  if (states == nullptr) return;
+  if (reading.document.find("sweep") == nullptr)
+    reading.errors.add(states->place,
+                       "[[sometimes]] is about the points of a sweep, and there is no [sweep]: nothing would ever judge it");
+  for (const Value& value : states->list) {
+    if (!reading.check.sound(&value)) continue;
+    const Table state(&value, "sometimes", value.place);
+    const std::string name = state.text("name");
+    for (const Sometimes& earlier : reading.scenario.sometimes) {
+      if (earlier.name == name) reading.errors.add(state.place("name"), fmt::format("'name': \"{}\" is there twice", name));
+    }
+    if (name.empty()) reading.errors.add(state.place("name"), "'name' is empty; say which state must be reached");
+    reading.scenario.sometimes.push_back({name, read_condition(reading, state, value.place, names)});
+  }
 }
 
 }  // namespace
@@ -208,6 +233,7 @@ void read_expectations(ScenarioReading& reading) {
       if (reading.check.sound(&value)) read_expectation(reading, value, names);
     }
   }
+  read_sometimes(reading, names);
   const Value* stop = reading.document.find("expect_stop");
   if (stop == nullptr || !reading.check.sound(stop)) return;
   const Table table(stop, "expect_stop", stop->place);
@@ -283,6 +309,27 @@ const std::vector<Field>& expect_fields() {
            "well the machine kept real time: if it does not hold, the run is `degraded`, not failed.",
        .words = "virtual|wall",
        .example = "\"wall\""},
+      {.table = "sometimes",
+       .key = "name",
+       .forms = kText,
+       .meaning = "The state, in words: what is said if no point reached it.",
+       .required = true,
+       .example = "\"a force came too late\""},
+      {.table = "sometimes",
+       .key = "signal",
+       .forms = kText,
+       .meaning = "As of an expectation; with `*` one signal is enough.",
+       .required = true,
+       .example = "\"left.force.phase_locked\""},
+      {.table = "sometimes",
+       .key = "metric",
+       .forms = kText,
+       .meaning = "A number of that signal: docs/metrics.md.",
+       .required = true,
+       .example = "\"late\""},
+      {.table = "sometimes", .key = "min", .forms = kLimit, .meaning = "The value is not below.", .example = "1"},
+      {.table = "sometimes", .key = "max", .forms = kLimit, .meaning = "The value is not above.", .example = "\"1 ms\""},
+      {.table = "sometimes", .key = "equals", .forms = kLimit, .meaning = "min and max in one.", .example = "0"},
       {.table = "expect_stop",
        .key = "reason",
        .forms = kWord,

@@ -15,22 +15,14 @@ Inverse3Spec Inverse3Spec::read(const ScenarioReading& reading, const Table& dev
   spec.remote = inverse3.boolean("remote");
   spec.in_use = inverse3.boolean("in_use");
   if (inverse3.has("uncalibrated_at")) spec.uncalibrated_at = RealTime{inverse3.duration("uncalibrated_at").ns};
-  if (device.has("queue"))
-    reading.errors.add(device.place("queue"),
-                       "'queue' is about reports on a hidraw or libusb handle, and driver = \"inverse3\" keeps the newest "
-                       "message alone; remove it");
+  refuse_queue(device, "driver = \"inverse3\" keeps the newest message alone", reading.errors);
   return spec;
 }
 
 // clang-format off: a row reads as a row
 std::vector<Field> Inverse3Spec::fields() {
   return {
-      {.table = "device",
-       .key = "inverse3",
-       .forms = kTable,
-       .meaning = "Where position 0 is, and what else the service does not say (docs/inverse3.md).",
-       .kinds = "inverse3",
-       .required = true},
+      driver_table_row("inverse3", "Where position 0 is, and what else the service does not say (docs/inverse3.md)."),
       {.table = "device.inverse3",
        .key = "origin",
        .forms = kQuantity,
@@ -45,12 +37,8 @@ std::vector<Field> Inverse3Spec::fields() {
        .forms = kBoolean,
        .default_toml = "false",
        .meaning = "Use the device even if the service says that another program does."},
-      {.table = "device.inverse3",
-       .key = "update_rate",
-       .forms = kRate,
-       .default_toml = "\"2 kHz\"",
-       .meaning = "How often a second a real service is sent a force and asked for a position at most.",
-       .range = between(1, 10'000)},
+      update_rate_row("device.inverse3", "\"2 kHz\"",
+                      "How often a second a real service is sent a force and asked for a position at most.", 10'000),
       {.table = "device.inverse3",
        .key = "hold",
        .forms = kDuration,

@@ -39,12 +39,7 @@ PidSpec PidSpec::read(const ScenarioReading& reading, const Table& device) {
 // clang-format off: a row reads as a row
 std::vector<Field> PidSpec::fields() {
   const std::vector<Field> device{
-      {.table = "device",
-       .key = "pid",
-       .forms = kTable,
-       .meaning = "What the device does not say of itself.",
-       .kinds = "pid",
-       .required = true},
+      driver_table_row("pid", "What the device does not say of itself."),
       {.table = "device",
        .key = "events",
        .forms = kTable,

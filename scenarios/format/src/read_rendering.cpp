@@ -1,6 +1,8 @@
 // [[device]] render, as far as it needs something from the scene
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "sections.h"
 
 namespace evenstep::internal {
@@ -38,6 +40,27 @@ void read_local_model(ScenarioReading& reading) {
   reading.scenario.scene.local_model = rendered;
 }
 
+/// Devices that render the coupling of two hands need a tissue that couples them.
+void read_hand_coupling(ScenarioReading& reading) {
+  const auto& devices = reading.scenario.devices;
+  const auto coupled = std::find_if(devices.begin(), devices.end(), [](const DeviceSpec& device) {
+    const auto* local = std::get_if<LocalRender>(&device.render);
+    return local && local->coupled;
+  });
+  if (coupled == devices.end()) return;
+  const auto* tissue = std::get_if<TissueScene>(&reading.scenario.scene.body);
+  const bool held = tissue && tissue->tools.size() == 2 &&
+                    std::none_of(tissue->tools.begin(), tissue->tools.end(),
+                                 [](const ToolCoupling& tool) { return tool.kind == CouplingKind::probe; });
+  reading.scenario.scene.local_coupling = held;
+  if (held) return;
+  reading.errors.add(reading.section("scene").place("kind"),
+                     fmt::format("device '{}' renders with coupled = true, which is for two hands that hold one tissue; "
+                                 "write kind = \"tissue\" and two [[device]] with a grab (coupling \"grab\" or \"spring\"), "
+                                 "or remove 'coupled'",
+                                 coupled->name));
+}
+
 /// Checks that for a device that renders a mode all numbers are given, by the device or by the scene.
 void check_modes(ScenarioReading& reading) {
   for (const DeviceSpec& device : reading.scenario.devices) {
@@ -56,6 +79,7 @@ void check_modes(ScenarioReading& reading) {
 void read_rendering(ScenarioReading& reading) {
   if (!reading.sound("scene") || reading.document.find("scene") == nullptr) return;
   read_local_model(reading);
+  read_hand_coupling(reading);
   check_modes(reading);
 }
 

@@ -32,12 +32,26 @@ void read_strategies(ScenarioReading& reading) {
   scenario.keep_rows = run.text("keep") == "all";
 }
 
+namespace {
+
+/// How long a run of the whole recording is; a governor makes it shorter or longer.
+Duration length_of_trace(const TimingSpec& timing) {
+  if (timing.trace.empty() || !timing.governor) return replay_duration(timing.trace);
+  const auto governed =
+      make_governed_timing(make_replayed_timing(timing.trace), *timing.governor, grid_period(timing.trace));
+  std::vector<SegmentTiming> segments;
+  for (SegmentTiming segment; governed->next(segment);) segments.push_back(segment);
+  return std::min(replay_duration(segments), Duration{1'000'000'000'000'000});  // 1e6 s, as long as any run may be
+}
+
+}  // namespace
+
 void read_run(ScenarioReading& reading) {
   if (!reading.sound("run")) return;
   const Table run = reading.section("run");
   Scenario& scenario = reading.scenario;
   const bool has_trace = !scenario.timing.trace.empty();
-  const Duration trace_length = replay_duration(scenario.timing.trace);
+  const Duration trace_length = length_of_trace(scenario.timing);
 
   if (run.has("duration")) {
     scenario.run_duration = run.span("duration", scenario.nominal, reading.errors);
@@ -92,6 +106,14 @@ const std::vector<Field>& run_fields() {
            "only.",
        .range = between(0, kLongestRun_s),
        .example = "\"1 s\""},
+      {.table = "run",
+       .key = "faults_off",
+       .forms = kText,
+       .shape = Shape::list,
+       .default_toml = "[]",
+       .meaning = "Programmed faults that are left out, by where they are written: `timing.hitch`, "
+                  "`device.left.faults.2` (counted from 0). A swarm writes it (docs/sweep.md).",
+       .example = "[\"timing.hitch\"]"},
       {.table = "run",
        .key = "seed",
        .forms = kInteger,

@@ -140,8 +140,12 @@ void append_range(const Table& range, std::string_view path, std::vector<std::st
 }
 
 std::string refusal(std::string_view path) {
+  if (path == "run.faults_off")
+    return "'run.faults_off' cannot be part of a grid: what is switched off is another scenario; write two, or [sweep] "
+           "swarm = true";
   if (path == "run.seed") return "seeds have a key of their own; write [sweep] seeds";
-  for (const std::string_view word : {"extends", "expect_append", "format", "sweep", "study", "name", "because", "tags"}) {
+  for (const std::string_view word :
+       {"extends", "expect_append", "format", "sweep", "sometimes", "study", "name", "because", "tags"}) {
     if (path == word || path.starts_with(std::string(word) + "."))
       return fmt::format("'{}' cannot be part of a grid: it is no part of a run", word);
   }
@@ -248,6 +252,8 @@ void read_sweep(ScenarioReading& reading) {
   if (points > kMostSweepPoints)
     errors.add(written->place, fmt::format("[sweep] has more than {} points; take fewer seeds or values", kMostSweepPoints));
   spec.keep_worst = static_cast<int>(sweep.integer("keep_worst"));
+  spec.swarm = sweep.boolean("swarm");
+  spec.swarm_place = sweep.place("swarm");
   if (sweep.has("stop_after")) spec.stop_after = sweep.integer("stop_after");
   if (sweep.has("find")) {
     spec.find = read_find(sweep.table("find"), spec.grid, errors);
@@ -268,6 +274,11 @@ const std::vector<Field>& sweep_fields() {
        .meaning = "Values of [run] `seed`. `\"0..30000\"` is 30000 seeds, 0 to 29999. Default: that of [run].",
        .range = at_least(0),
        .example = "\"0..30000\""},
+      {.table = "sweep",
+       .key = "swarm",
+       .forms = kBoolean,
+       .default_toml = "false",
+       .meaning = "Each seed switches off about half of the programmed faults, as [run] `faults_off` does."},
       {.table = "sweep",
        .key = "stop_after",
        .forms = kInteger,

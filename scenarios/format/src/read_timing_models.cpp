@@ -30,6 +30,12 @@ void read_hitch(const Table& hitch, ProgrammedTiming& timing, Errors& errors) {
                   in_ms(timing.hitch->visualization), in_ms(timing.hitch->every)));
 }
 
+void read_disturbed(const Table& table, ProgrammedTiming& timing, Errors& errors) {
+  timing.disturbed = Disturbed{RealTime{table.duration("from").ns}, RealTime{table.duration("to").ns}};
+  if (timing.disturbed->from < timing.disturbed->to) return;
+  errors.add(table.place("to"), "'to': must be after 'from'");
+}
+
 void read_additions(const Table& table, ProgrammedTiming& timing, Errors& errors) {
   if (table.has("spikes")) {
     const Table spikes = table.table("spikes");
@@ -42,6 +48,7 @@ void read_additions(const Table& table, ProgrammedTiming& timing, Errors& errors
   }
   if (table.has("regimes")) read_regimes(table.table("regimes"), timing, errors);
   if (table.has("hitch")) read_hitch(table.table("hitch"), timing, errors);
+  if (table.has("disturbed")) read_disturbed(table.table("disturbed"), timing, errors);
 }
 
 TimingChange read_change(const Table& entry, const ProgrammedTiming& timing, Errors& errors) {
@@ -209,6 +216,13 @@ const std::vector<Field>& timing_model_fields() {
        .meaning = "A long visualization again and again: another tab, a garbage collector, a texture that is loaded.",
        .kinds = kAnyOrder},
       {.table = "timing",
+       .key = "disturbed",
+       .forms = kTable,
+       .meaning =
+           "When there are spikes, pre-emption, regimes, hitches, dropped and merged visualizations: only in segments "
+           "that begin then. Default: in all.",
+       .kinds = kAnyOrder},
+      {.table = "timing",
        .key = "drift",
        .forms = kQuantity,
        .default_toml = "\"0 %/s\"",
@@ -326,6 +340,20 @@ const std::vector<Field>& timing_model_fields() {
        .required = true,
        .range = above(0, kLongestRun_s),
        .example = "\"20 ms\""},
+      {.table = "timing.disturbed",
+       .key = "from",
+       .forms = kDuration,
+       .meaning = "From the first segment on that begins at this time or later.",
+       .required = true,
+       .range = between(0, kLongestRun_s),
+       .example = "\"2 s\""},
+      {.table = "timing.disturbed",
+       .key = "to",
+       .forms = kDuration,
+       .meaning = "Until the first segment that begins at this time or later, which has none of it.",
+       .required = true,
+       .range = above(0, kLongestRun_s),
+       .example = "\"4 s\""},
       {.table = "timing.changes",
        .key = "at",
        .forms = kDuration,

@@ -7,6 +7,7 @@
 #include "evenstep/format/load.h"
 #include "evenstep/format/reader.h"
 #include "evenstep/text/suggest.h"
+#include "faults.h"
 #include "sections.h"
 
 namespace evenstep {
@@ -60,8 +61,10 @@ void read_sections(ScenarioReading& reading) {
     check_drawing(reading);
     read_rendering(reading);
     read_remap(reading);
+    read_playing(reading);
     read_study(reading);
     read_sweep(reading);
+    read_faults(reading);
   }
   read_expectations(reading);
   if (reading.errors.any()) return;
@@ -160,24 +163,48 @@ bool names_file(std::string_view path) {
          (path.starts_with("device.") && (path.ends_with(".motion.file") || path.ends_with(".motion.path.file")));
 }
 
-std::vector<Value*> named_files(Value& document) {
+namespace {
+
+bool names_library(std::string_view path) { return path == "scene.library" || path.ends_with(".foreign.library"); }
+
+void append_grid_files(Value& document, bool libraries, std::vector<Value*>& files) {
+  Value* grid = below(&document, {"sweep", "grid"});
+  if (grid == nullptr) return;
+  for (Entry& axis : grid->table) {
+    if (names_file(axis.key) && names_library(axis.key) == libraries) append_files(&axis.value, files);
+  }
+}
+
+}  // namespace
+
+std::vector<Value*> data_files(Value& document) {
   std::vector<Value*> files;
   append_files(below(&document, {"timing", "trace"}), files);
-  append_files(below(&document, {"scene", "library"}), files);
-  append_files(below(&document, {"timing", "foreign", "library"}), files);
-  append_files(below(&document, {"remap", "foreign", "library"}), files);
   if (Value* devices = document.find("device")) {
     for (Value& device : devices->list) {
-      append_files(below(&device, {"foreign", "library"}), files);
       append_files(below(&device, {"motion", "file"}), files);
       append_files(below(&device, {"motion", "path", "file"}), files);
     }
   }
-  Value* grid = below(&document, {"sweep", "grid"});
-  if (grid == nullptr) return files;
-  for (Entry& axis : grid->table) {
-    if (names_file(axis.key)) append_files(&axis.value, files);
+  append_grid_files(document, false, files);
+  return files;
+}
+
+std::vector<Value*> library_files(Value& document) {
+  std::vector<Value*> files;
+  append_files(below(&document, {"scene", "library"}), files);
+  append_files(below(&document, {"timing", "foreign", "library"}), files);
+  append_files(below(&document, {"remap", "foreign", "library"}), files);
+  if (Value* devices = document.find("device")) {
+    for (Value& device : devices->list) append_files(below(&device, {"foreign", "library"}), files);
   }
+  append_grid_files(document, true, files);
+  return files;
+}
+
+std::vector<Value*> named_files(Value& document) {
+  std::vector<Value*> files = data_files(document);
+  for (Value* const library : library_files(document)) files.push_back(library);
   return files;
 }
 
@@ -209,12 +236,14 @@ ReadResult read_document(Value document, const std::string& path, const Registry
   Scenario scenario;
   scenario.file = path;
   resolve_kind(document, registry);
+  Value whole = document;  // what is stored still has the faults that are switched off
+  switch_off_faults(document, errors);
   const Check check(document, errors);
   ScenarioReading reading{document, check, errors, scenario, registry, real_time};
   read_sections(reading);
   if (errors.any()) return Failure(errors.sorted(path));
-  make_paths_absolute(document);
-  scenario.resolved_toml = print_toml(document);
+  make_paths_absolute(whole);
+  scenario.resolved_toml = print_toml(whole);
   return scenario;
 }
 

@@ -36,14 +36,31 @@ ForceLimits force_limits(const GuardSpec& spec, const ForceLimits& otherwise) {
                   .stale_hand = spec.stale_hand.value_or(cut.stale_hand)}};
 }
 
+std::vector<const Expectation*> conditions_of(const Scenario& scenario) {
+  std::vector<const Expectation*> all;
+  for (const Expectation& expectation : scenario.expectations) all.push_back(&expectation);
+  for (const Sometimes& state : scenario.sometimes) all.push_back(&state.condition);
+  return all;
+}
+
 bool has_hand(const Scenario& scenario) {
   return std::any_of(scenario.devices.begin(), scenario.devices.end(),
                      [](const DeviceSpec& device) { return device.hand.has_value(); });
 }
 
+bool says_when_taken(const DriverSpec& driver) {
+  return std::holds_alternative<ReferenceSpec>(driver) || std::holds_alternative<EvdevSpec>(driver);
+}
+
 bool follows_clock(const DeviceSpec& device) {
-  if (!std::holds_alternative<ReferenceSpec>(device.driver)) return false;
+  if (!says_when_taken(device.driver)) return false;
   return device.age.follows_clock.value_or(device.is_real || device.age.is_given());
+}
+
+std::optional<Duration> unchanged_age_of(const DeviceSpec& device) {
+  const auto* evdev = std::get_if<EvdevSpec>(&device.driver);
+  if (!evdev || !follows_clock(device)) return std::nullopt;
+  return evdev->report_interval.value_or(period_ceil(device.rate) * 2) + device.age.least + device.age.jitter;
 }
 
 Duration largest_age(const DeviceSpec& device) {
@@ -51,9 +68,12 @@ Duration largest_age(const DeviceSpec& device) {
   constexpr Duration kStamp{999};  // time stamps are whole microseconds
   const auto& [least, jitter, clock_ppm, seed, follows] = device.age;
   const Duration period = period_ceil(device.rate);
-  if (device.is_real || clock_ppm != 0) return least + jitter + period - Duration{1} + kStamp;
+  const std::optional<Duration> unchanged = unchanged_age_of(device);
+  if (device.is_real || clock_ppm != 0)
+    return std::max(unchanged.value_or(Duration{}), least + jitter + period - Duration{1} + kStamp);
   // One clock: a report always waits for the same tick, or for the next ones if it is older.
   const auto ticks = [&](Duration age) { return first_tick_at_or_after(device.rate, RealTime{age.ns}); };
+  if (unchanged) return std::max(*unchanged, period * ticks(least + jitter) + kStamp);
   return least + period * (ticks(least + jitter) - ticks(least)) + kStamp;
 }
 

@@ -2,6 +2,9 @@
 /// One function per part of a scenario. Each relies on the others only as its comment says, and skips a part in which the
 /// check found errors, because errors that only follow from another one are noise.
 
+#include <string>
+#include <string_view>
+
 #include "check.h"
 #include "evenstep/plugins/library.h"
 
@@ -48,10 +51,19 @@ void read_devices(ScenarioReading& reading);    ///< after read_timing
 void read_scene(ScenarioReading& reading);      ///< after read_timing and read_devices
 void read_rendering(ScenarioReading& reading);  ///< after read_scene
 void read_remap(ScenarioReading& reading);      ///< after read_timing
+void read_playing(ScenarioReading& reading);    ///< [source]; after read_timing, read_devices and read_remap
 void read_case(ScenarioReading& reading);
 void read_study(ScenarioReading& reading);  ///< after read_scene
 void read_sweep(ScenarioReading& reading);
+void read_faults(ScenarioReading& reading);        ///< after read_run and read_devices
 void read_expectations(ScenarioReading& reading);  ///< after read_timing
+
+/// The error that 'queue' of [[device]] is given for a driver that has none, and `why_not`.
+inline void refuse_queue(const Table& device, std::string_view why_not, Errors& errors) {
+  if (device.has("queue"))
+    errors.add(device.place("queue"),
+               "'queue' is about reports on a hidraw or libusb handle, and " + std::string(why_not) + "; remove it");
+}
 
 std::string in_ms(Duration duration);  ///< "11.1 ms"
 inline double in_Hz(Rate rate) { return static_cast<double>(rate.num) / static_cast<double>(rate.den); }

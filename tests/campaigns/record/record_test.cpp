@@ -94,7 +94,7 @@ TEST_CASE("A recording has the pauses and the rate of the scenario, and steps as
 TEST_CASE("A visualization that is really run is recorded as long as it takes, and in the place of the pause") {
   struct Drawing final : Visualization {
     explicit Drawing(VirtualClock& moved) : clock(moved) {}
-    void begins(Duration length) override { programmed = length; }
+    void begins(Duration length, const DrawingPart&) override { programmed = length; }
     void run() override { clock.wait_until(clock.now() + Duration{1'500'000 + 500'000 * drawn++}); }
     VirtualClock& clock;
     Duration programmed;

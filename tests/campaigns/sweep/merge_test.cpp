@@ -33,7 +33,8 @@ SweepHeader header_of(std::int64_t points) {
 /// One in 97 fails, the more the later.
 std::string line_of(const SweepHeader& header, std::int64_t index) {
   const auto verdict = index % 97 == 5 ? SweepVerdict::fail : SweepVerdict::pass;
-  SweepPoint point{index, verdict, {}, static_cast<std::uint64_t>(index) * 0x9e3779b97f4a7c15U, {}};
+  SweepPoint point{
+      .index = index, .verdict = verdict, .trace_hash = static_cast<std::uint64_t>(index) * 0x9e3779b97f4a7c15U};
   const double underruns = verdict == SweepVerdict::fail ? static_cast<double>(index) : 0;
   point.expect = {{underruns, 0.0, 0.0, verdict},
                   {0.0625 + 1e-9 * static_cast<double>(index), {}, 0.25, SweepVerdict::pass}};

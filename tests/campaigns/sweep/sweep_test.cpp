@@ -30,7 +30,7 @@ const char* const kStopping =
 struct Small {
   explicit Small(const std::string& sweep) : scenario(folder.write("small.toml", test::small_scenario(sweep))) {}
 
-  SweepOutcome run(const std::string& out, SweepShard shard = {}, int threads = 1, bool resume = false) const {
+  SweepOutcome run(const std::string& out, Shard shard = {}, int threads = 1, bool resume = false) const {
     SweepOptions options;
     options.shard = shard;
     options.threads = threads;
@@ -270,7 +270,7 @@ TEST_CASE("The status of a sweep is read from its parts while they are being wri
   CHECK(status->parts[0].done == 5);
   CHECK_FALSE(status->parts[1].ended);
   CHECK(status->parts[1].done == 2);
-  CHECK(status->parts[1].points == 5);
+  CHECK(status->parts[1].items == 5);
   CHECK(status->summary.all.runs() == 7);
   CHECK(status->summary.all.failed == status->parts[0].failed + status->parts[1].failed);
   CHECK_FALSE(status->summary.worst.empty());

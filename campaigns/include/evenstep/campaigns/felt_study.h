@@ -9,6 +9,7 @@
 
 #include "evenstep/campaigns/study.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/reports/felt_study_record.h"
 
 namespace evenstep {
@@ -38,6 +39,10 @@ struct FeltAdvice {
   std::string text;
 };
 FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal);
+
+/// The files of its folder, study.json first.
+std::vector<FolderFile> felt_study_files(const Scenario& scenario, const FeltStudyRecord& study,
+                                         const std::string& reproduce);
 
 /// Writes study.json, study.csv, error-against-cost.svg and resolved.toml, all or nothing. Returns what went wrong; empty if
 /// nothing did.

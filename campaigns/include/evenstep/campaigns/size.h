@@ -4,8 +4,12 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "evenstep/campaigns/parts.h"
+#include "evenstep/campaigns/what_if.h"
+#include "evenstep/format/reader.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/recording.h"
 #include "evenstep/reports/size_record.h"
@@ -21,6 +25,8 @@ struct SizeOptions {
   double confidence = 0.95;            ///< confidence of the bound on the rate, in (0, 1)
   double damping_N_s_per_m = 1;        ///< of hand and device, for the stiffness that the closed loop allows
   bool other_maps = false;             ///< also the maps that are there for comparison only
+  std::vector<WhatIf> what_ifs;        ///< each gives a row
+  bool adaptive = false;               ///< in these rows also a latency that adapts
 };
 
 struct SizeResult {
@@ -32,6 +38,25 @@ struct SizeResult {
 /// For the timing of the scenario, with its devices and map parameters. The latencies and policies that it asks for are
 /// ignored.
 SizeResult size_scenario(const Scenario& scenario, const SizeOptions& options);
+
+/// `--seeds`: the scenario with many seeds, which are the items of a campaign in shards (parts.h). A line has what each
+/// segment of a seed needs of each map, so one campaign answers every rate and confidence.
+struct SizeSeedsOptions : PartOptions {
+  std::vector<std::string> set;
+  Registry registry;
+  std::uint64_t first_seed = 0;
+  std::int64_t seeds = 1;  ///< first_seed and those after it
+  double rate = 0, confidence = 0.95;
+  bool other_maps = false;
+};
+struct SizeSeedsOutcome : PartOutcome {
+  SizeRecord record;  ///< of all seeds: input, segments, rate, confidence, and the name and rate of each strategy
+};
+/// Sizes the seeds of a shard. If it is the whole, or that is complete already, the segments of all seeds are one sample,
+/// whose latencies are found. It is an error if all seeds have the same timing, as those of a recording have.
+SizeSeedsOutcome size_seeds(const std::string& path, const SizeSeedsOptions& options);
+/// "0..1000": the first seed, and the one after the last.
+Result<std::pair<std::uint64_t, std::int64_t>> parse_seeds(const std::string& text);
 
 /// For a recording: timing.csv (recordings/timing_csv.h), a list of steps with the header begin_ns,end_ns, or a profiler's
 /// file with roles (recordings/recording.h). The segments are those of the file. If it has no visualizations and only one

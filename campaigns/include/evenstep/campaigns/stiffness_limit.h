@@ -12,6 +12,7 @@
 
 #include "evenstep/campaigns/study.h"
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/reports/stiffness_limits.h"
 
 namespace evenstep {
@@ -19,6 +20,10 @@ namespace evenstep {
 /// The scenario must have a [study] stiffness_limit. Throws RunFailure for any failure except a run that diverged. If it is
 /// interrupted, it returns the strategies that were finished.
 StiffnessLimits run_stiffness_limits(const Scenario& scenario, const StudyControl& control = {});
+
+/// The files of its folder, study.json first.
+std::vector<FolderFile> stiffness_files(const Scenario& scenario, const StiffnessLimits& study,
+                                        const std::string& reproduce);
 
 /// Writes study.json, study.csv and resolved.toml, all or nothing. Returns what went wrong; empty if nothing did.
 std::string write_stiffness_folder(const std::string& folder, const Scenario& scenario, const StiffnessLimits& study,

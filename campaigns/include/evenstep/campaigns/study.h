@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "evenstep/format/scenario.h"
+#include "evenstep/harness/run_folder.h"
 #include "evenstep/reports/study_record.h"
 #include "evenstep/text/quantity.h"
 
@@ -41,6 +42,9 @@ struct StudyAdvice {
   std::string text;                 ///< a sentence or two
 };
 StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal);
+
+/// The files of its folder, study.json first.
+std::vector<FolderFile> study_files(const Scenario& scenario, const StudyRecord& study, const std::string& reproduce);
 
 /// Writes study.json, study.csv, a figure per quantity and resolved.toml, all or nothing. Returns what went wrong; empty if
 /// nothing did.

@@ -26,6 +26,8 @@ class WallClock final : public Clock {
   Wake wait_until(RealTime deadline) noexcept override;
   void notify() noexcept override;
   bool is_virtual() const noexcept override { return false; }
+  /// The instant of a reading of CLOCK_MONOTONIC, as the kernel puts it on what it tells; far ones are the farthest.
+  RealTime at(std::int64_t monotonic_ns) const noexcept;
 
  private:
   WallEpoch epoch_;
@@ -68,6 +70,22 @@ class MemoryLock {
   const std::string& refusal() const { return refusal_; }  ///< empty: it is locked
 
  private:
+  std::string refusal_;
+};
+
+/// Asks the kernel, until it is destroyed, that no core sleeps so deeply that it takes more than `most_us` to wake: 0 keeps
+/// every core from sleeping at all (Documentation/power/pm_qos_interface in the kernel's sources). The request holds as long
+/// as the device is open.
+class WakeLatency {
+ public:
+  explicit WakeLatency(std::int32_t most_us = 0, const std::string& device = "/dev/cpu_dma_latency");
+  ~WakeLatency();
+  WakeLatency(const WakeLatency&) = delete;
+  WakeLatency& operator=(const WakeLatency&) = delete;
+  const std::string& refusal() const { return refusal_; }  ///< empty: it is granted
+
+ private:
+  int file_ = -1;
   std::string refusal_;
 };
 

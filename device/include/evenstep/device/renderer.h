@@ -6,6 +6,7 @@
 ///
 ///   force   F = F_c: the scheduled force (the paper). Needs no class.
 ///   local   F = F_a + alpha K (x_c - x): the solver's tangent at the tool's current position (multirate local model).
+///           Two hands in one tissue: + alpha C (x'_c - x'), where x' is the other hand and C how this force follows it.
 ///   smith   F = F_c + G[x](t) - G[x](t_read): one mass-spring mode in place of the spring K (Smith predictor).
 ///
 /// x is the newest sample. The rest is interpolated in the schedule, all fields with the same weight. A contact that only
@@ -14,6 +15,7 @@
 
 #include <array>
 #include <cstddef>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <vector>
@@ -32,19 +34,34 @@ struct ContactRecord {
   double gap_m = 0;             ///< from the tool to the surface, < 0 inside it
   bool unilateral = false;      ///< it pushes and never pulls
   RealTime read_at;             ///< when the hand was at tool_m
+  /// C in f(x + d, x' + d') = f(x, x') - K d - C d', where x' is the other tool of the same tissue; 0 if nothing couples
+  /// them
+  glm::dmat3 coupling_N_per_m{0};
+  glm::dvec3 other_m{0};  ///< x'_c, the other tool's position that the step was given
 };
 
 /// The same contact made softer: with K = sum of k_i v_i v_i', every k_i above `most_N_per_m` is reduced to that value, and
-/// the part of F_c along v_i in the same proportion. So K <- S K and F_c <- S F_c with S = sum of min(1, most / k_i) v_i
-/// v_i': a spring becomes a spring of the allowed stiffness, a surface stays where it is, and the record stays consistent.
-/// (Clamping K alone would be worse than nothing: the stiffness missing in K would act late, and that makes the loop
-/// unstable.) `most_N_per_m` > 0. A record whose k_i are all below it, or that is not finite, is returned unchanged, bit for
-/// bit.
+/// the part of F_c along v_i in the same proportion. So K <- S K, C <- S C and F_c <- S F_c with S = sum of min(1, most /
+/// k_i) v_i v_i': a spring becomes a spring of the allowed stiffness, a surface stays where it is, and the record stays
+/// consistent. (Clamping K alone would be worse than nothing: the stiffness missing in K would act late, and that makes the
+/// loop unstable.) `most_N_per_m` > 0. A record whose k_i are all below it, or that is not finite, is returned unchanged,
+/// bit for bit.
 struct Softened {
   ContactRecord record;
   double stiffest_N_per_m = 0;  ///< the largest k_i of the original record
 };
 Softened softened(const ContactRecord& record, double most_N_per_m);
+
+/// Which part of the stiffness answers the hand; the force itself is always played whole, but what it is left out of comes
+/// late by the latency.
+enum class StiffnessPart {
+  all,
+  /// Of a contact that only pushes, K <- (n' K n) n n'. The stiffness to the side is that of the few particles that are
+  /// touched now. A tool that slides on has left them before the record arrives (docs/stiffness.md).
+  normal,
+  axes  ///< the diagonal; only for comparison
+};
+ContactRecord with_part(const ContactRecord& record, StiffnessPart part);
 
 /// The record as the affine law F(x) = force_N + K (tool_m - x), which can be interpolated, even between contact and no
 /// contact.
@@ -54,6 +71,8 @@ struct AffineContact {
   Symmetric stiffness_N_per_m;
   glm::dvec3 outward{0};  ///< n of a contact that only pushes, otherwise zero; interpolated, not quite unit
   RealTime read_at;
+  glm::dmat3 coupling_N_per_m{0};
+  glm::dvec3 other_m{0};
 };
 /// In contact F_a = F_c. Out of contact the force is 0, but the law is continued to the tool's side of the surface:
 /// F_a = -gap K n. This force would pull, so it is not played, but it makes the next contact begin exactly at the surface.
@@ -72,12 +91,14 @@ inline constexpr Duration kFadeFor{50'000'000};
 /// still to come.
 double fade(Duration age);
 
-/// F = fade (F_a + alpha K (x_c - x)).
+/// F = fade (F_a + alpha [K (x_c - x) + C (x'_c - x')]).
 class LocalRenderer {
  public:
   /// alpha in (0, 4]: 1 is the tangent itself; stiffness_laws.h explains why a little more is better and less much worse.
   explicit LocalRenderer(double alpha) : alpha_(alpha) {}
-  glm::dvec3 force_N(const AffineContact& scheduled, Duration age, const glm::dvec3& hand_m) const;
+  /// `other_m`: x', the newest sample of the other hand; nullptr: the coupling is not played.
+  glm::dvec3 force_N(const AffineContact& scheduled, Duration age, const glm::dvec3& hand_m,
+                     const glm::dvec3* other_m = nullptr) const;
 
  private:
   double alpha_;

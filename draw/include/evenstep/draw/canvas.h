@@ -18,6 +18,7 @@
 namespace evenstep {
 
 inline constexpr int kLeastCanvas = 16, kMostCanvas = 8192;  ///< pixels, for width and height
+inline constexpr int kWholeDrawing = 1000;                   ///< what a drawing can be cut into
 
 struct DrawError {
   std::string what, remedy;
@@ -35,6 +36,9 @@ class Canvas {
   /// Gives the device the positions (as many as the mesh had that the canvas was made for), draws, and waits until all is
   /// drawn. It may be called by any thread, one at a time.
   virtual Result<bool, DrawError> draw(const std::vector<glm::vec3>& positions_m) = 0;
+  /// The share [from, to) of it, of kWholeDrawing; 0 <= from < to. All shares from 0 on, in order and of the same positions,
+  /// give the picture that draw() gives. It is not there before the last of them.
+  virtual Result<bool, DrawError> draw_share(const std::vector<glm::vec3>& positions_m, int from, int to) = 0;
   /// What was drawn last.
   virtual Image image() = 0;
   /// "llvmpipe (LLVM 15.0.6, 256 bits), OpenGL ES 3.2 Mesa 22.3.6"

@@ -21,11 +21,14 @@
 
 namespace evenstep {
 
-inline constexpr std::uint32_t kInputLogVersion = 1;
+inline constexpr std::uint32_t kInputLogVersion = 2;
+/// Of all files in a recording together, unpacked.
+inline constexpr std::uint64_t kMostEmbeddedBytes = std::uint64_t{256} << 20;
 
-/// A file that the scenario names, as it was when the run began.
+/// A file that the scenario names, as it was when the run began. Data (recorded timing, motions) is in the recording, under
+/// a name without a folder, up to kMostEmbeddedBytes; what is not, and plug-ins, must be where it was.
 struct NamedFile {
-  std::string path;
+  std::string path;  ///< as the scenario's text has it
   std::uint64_t digest = 0;
 };
 
@@ -34,13 +37,19 @@ struct InputLogHead {
   std::string version, build;  ///< of evenstep: "0.2.0"; the compiler
   std::string scenario_file;
   std::string scenario_text;           ///< the whole scenario in one: `extends`, --set and --seed are merged into it
-  std::vector<NamedFile> files;        ///< the files that it names in turn (recorded timing, motions)
+  std::vector<NamedFile> files;        ///< the files that it names in turn (recorded timing, motions, plug-ins)
   RunOrigin origin;                    ///< when it began, and from which commit of the user's repository
   std::vector<DeviceBinding> devices;  ///< --device
   bool forces = false;                 ///< --forces
   std::optional<std::uint64_t> permute_ties;
   std::string strategy;  ///< the live one
   std::uint32_t tools = 0;
+};
+
+/// A file that goes into the recording.
+struct EmbeddedFile {
+  std::uint32_t index = 0;  ///< into InputLogHead::files
+  std::string content;
 };
 
 /// How far a lane had got at the end of a slice of 20 ms, and the hash of all its events until then.
@@ -70,6 +79,8 @@ struct InputLogEnd {
 struct InputLog {
   std::string file;
   InputLogHead head;
+  /// The files that are in it, by their index, as far as their pieces are: a whole one has the digest that the head says.
+  std::map<std::uint32_t, std::string> files;
   std::vector<DeviceInputs> inputs;
   std::vector<std::vector<LiveTick>> ticks;  ///< per device, the same index as DeviceInputs::ticks
   StrategyRecord rows;                       ///< its segments, and begin and end of its steps; nothing else
@@ -109,7 +120,10 @@ const char* compiler_here();
 /// Of the forces of all ticks as they were sent, bit for bit, device by device.
 std::uint64_t digest_of_forces(const StrategyRecord& record);
 
-/// The files that a resolved scenario names, with digests of what is in them now.
-std::vector<NamedFile> files_named_by(const std::string& scenario_text);
+/// Names in head.files what head.scenario_text names, and gives what is to be in the recording. In the text such a file has
+/// its new name. The others are digests: what cannot be read, what is too large, and plug-ins.
+std::vector<EmbeddedFile> take_files(InputLogHead& head);
+/// The digest of what is in it now; 0 if it cannot be read.
+std::uint64_t digest_of_file(const std::string& path);
 
 }  // namespace evenstep

@@ -22,11 +22,13 @@ class LiveLog;
 struct LiveRecording {
   StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
-  std::vector<SegmentTiming> timing;       ///< segments and steps as they really ran
+  const StrategyRecord* ran = nullptr;     ///< where segments and steps stand as they really ran; null: in `record`
   std::optional<RealTime> unfinished;      ///< when the step was launched that ran when the run ended
   std::string visualization, drawing_png;  ///< as in RunRecord
   LaneCheck device_check, simulation_check;
   LiveRights rights;
+
+  const StrategyRecord& as_ran() const { return ran ? *ran : record; }
 };
 
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.

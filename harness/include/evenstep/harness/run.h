@@ -31,6 +31,7 @@ struct RunOptions {
   std::string record_to;               ///< wall clock only: the recording to write meanwhile; empty: none
   RunOrigin origin;                    ///< for that recording
   const InputLog* replayed = nullptr;  ///< with the scenario of its head: run this, instead of devices on the wall clock
+  const std::vector<CaseCell>* cells = nullptr;  ///< of a [case]: what other processes found (run_case_cell), not run again
   RunControl control;
 };
 
@@ -57,6 +58,7 @@ struct RunOutcome {
   std::optional<CaseRecord> case_record;  ///< for a scenario with a [case]; `record` then has no strategy
   Metrics metrics;
   std::vector<ExpectationResult> results;
+  std::vector<bool> reached;       ///< for each state of [[sometimes]], if the run was judged
   std::vector<Diagnostic> errors;  ///< errors of the scenario that are found only now (unknown metric, no unit `step`)
   std::string failure, remedy;     ///< if the run failed: what happened and what to do
   std::string repeat_difference;   ///< if it was not reproducible: the first event that differs
@@ -66,6 +68,10 @@ struct RunOutcome {
 RunOutcome run_scenario(const Scenario& scenario, const RunOptions& options);
 /// The record of these strategies in virtual time; nothing is measured or judged. Throws RunFailure.
 RunRecord record_run(const Scenario& scenario, const std::vector<StrategyPlan>& plans, const RunOptions& options);
+
+/// How many cells a scenario's [case] has, and one of them: by method, then solver, then value. Throws RunFailure.
+std::int64_t case_cells(const Scenario& scenario);
+CaseCell run_case_cell(const Scenario& scenario, std::int64_t cell, const std::atomic<bool>* interrupted);
 
 /// Checks that the signals and metrics of the expectations exist, and that `step` has a meaning where it is used. Returns
 /// all errors, by position.

@@ -14,6 +14,7 @@
 
 namespace evenstep {
 
+/// With its frame governor, if it has one.
 std::unique_ptr<StepTiming> make_timing(const TimingSpec& timing);
 /// The even schedule of `ideal`: step n begins at its slot, tick n of the step rate, and runs for `run_time`, at most a
 /// slot.
@@ -26,7 +27,11 @@ struct MapSetup {
   std::vector<SamplingGrid> grids;       ///< when each device samples the hand
   Emission emission = Emission::linear;  ///< linear if any device interpolates, because that needs more latency
   RealTime end;                          ///< steps that end later do not count
+  Duration source_period = {};           ///< the nominal slot, and
+  int taps = 1;                          ///< the forces that `polyphase` needs on each side
 };
+/// How much more latency this strategy needs than its map: `polyphase` needs the forces that are due after a tick.
+Duration needed_ahead(const MapSetup& setup, StrategyKind kind);
 MapSetup map_setup(const Scenario& scenario);
 std::vector<SamplingGrid> sampling_grids(const Scenario& scenario);
 std::unique_ptr<SlotMap> make_map(const MapSetup& setup, StrategyKind kind, Duration lead, const AdaptiveLatency& latency);
@@ -58,6 +63,9 @@ struct StrategyPlan {
   Sizing sizing;                                     ///< empty for direct and ideal
   std::int64_t predicted_interaction_underruns = 0;  ///< worst device; steps that begin in the judged span
   std::int64_t predicted_late_forces = 0;
+  /// For a strategy that plays chunks: the least N with which they never run dry in this run, because each arrives (those
+  /// that are lost left out) before the one before it is played to its end; else 0.
+  std::int64_t least_entries = 0;
 };
 /// The latency with which a map of this plan starts, fixed or adaptive.
 AdaptiveLatency latency_of(const MapSetup& setup, const StrategyPlan& plan);

@@ -2,7 +2,9 @@
 /// Everything that the two lanes of a strategy need in addition to schedulers, clock, devices and exchange: solver, map,
 /// guards, recorders. It is the same on a virtual clock, on a wall clock and in replay.
 
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "evenstep/format/scenario.h"
@@ -19,6 +21,17 @@ class CountedTiming;
 
 /// The scenario's solver, built and warmed up. On a wall clock this must happen before t = 0 is chosen. Throws RunFailure.
 std::unique_ptr<Solver> make_scenario_solver(const Scenario& scenario, StrategyKind kind);
+
+/// Adds events to a record, in the order in which they come: their rows, names, counts and hash.
+class EventRecorder {
+ public:
+  explicit EventRecorder(StrategyRecord& record) : record_(record) {}
+  void keep(const Event& event);
+
+ private:
+  StrategyRecord& record_;
+  std::map<std::string, std::uint16_t> names_;
+};
 
 class StrategyLanes {
  public:
@@ -37,10 +50,16 @@ class StrategyLanes {
   void reserve(const std::vector<std::size_t>& ticks, std::size_t steps);
   /// Shows what the lanes do; call it before they begin. `watch` must live as long as they run.
   void show(LoopWatch& watch);
-  /// The record of what the lanes did before `end`. `events` are those of all schedulers, merged into one order
-  /// (scheduler/event.h).
-  StrategyRecord finish(const std::vector<Event>& events, RealTime end);
-  const StrategyRecord& record() const { return record_; }
+  /// The next event, in the order of all schedulers merged into one (scheduler/event.h).
+  void keep(const Event& event) { event_recorder_.keep(event); }
+  /// The events of a scheduler that runs both lanes, which then forgets them. Between two of them.
+  void take_events(Scheduler& scheduler);
+  /// The record of what the lanes did before `end`.
+  StrategyRecord finish(RealTime end);
+  std::int64_t steps() const { return step_recorder_.steps(); }  ///< that have ended
+  /// Where the lanes add their rows. A live run takes them out between two events of the lane that adds them, but for the
+  /// last segment, and puts them back before finish().
+  StrategyRecord& rows() { return record_; }
 
  private:
   const Scenario& scenario_;
@@ -50,6 +69,8 @@ class StrategyLanes {
   std::unique_ptr<SlotMap> map_;
   std::unique_ptr<CountedTiming> timing_;
   StrategyRecord record_;
+  EventRecorder event_recorder_;
+  std::vector<Event> taken_;
   SolverStep step_;
   StepRecorder step_recorder_;
   std::vector<DeviceLane> lanes_;

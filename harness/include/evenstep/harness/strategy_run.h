@@ -32,7 +32,7 @@ struct RunControl {
   std::function<void(const std::string& strategy, double fraction)> progress;
   LiveView* view = nullptr;                       ///< who watches a run on the wall clock; null: nobody
   bool picture = false;                           ///< of the live strategy a picture of its tissue is kept (TissuePicture)
-  std::shared_ptr<RowFiles> row_files = nullptr;  ///< where long records are kept (virtual clock only); null: in memory
+  std::shared_ptr<RowFiles> row_files = nullptr;  ///< where long records are kept; null: in memory
 };
 
 /// Throws RunFailure. If it is interrupted, it returns what was recorded so far (record.steps end early, record.interrupted

@@ -17,11 +17,15 @@
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/motion.h"
 #include "evenstep/device/renderer.h"
+#include "evenstep/remap/chunk_player.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/latency_budget.h"
+#include "evenstep/remap/remap_steps.h"
+#include "evenstep/remap/resampler.h"
 #include "evenstep/remap/sample_buffer.h"
 #include "evenstep/remap/slot_map.h"
+#include "evenstep/reports/rows.h"
 #include "evenstep/scheduler/scheduler.h"
 #include "evenstep/sim/scene.h"
 
@@ -37,9 +41,9 @@ struct TickInput {
 
 /// The recorded inputs of one device: enough for an exact virtual twin of a live run.
 struct DeviceInputs {
-  std::vector<TickInput> ticks;                  ///< in the order in which they ran
-  std::vector<std::uint64_t> interaction_heads;  ///< per step
-  std::vector<DeviceSpring> springs;             ///< the springs that the device rendered, for each time it was asked to
+  Rows<TickInput> ticks;                  ///< in the order in which they ran
+  Rows<std::uint64_t> interaction_heads;  ///< per step
+  Rows<DeviceSpring> springs;             ///< the springs that the device rendered, for each time it was asked to
 };
 
 /// The force of one tick as it was rendered from the schedule, before the guard.
@@ -62,6 +66,18 @@ struct RenderedContactsSummary {
   std::int64_t softened = 0;    ///< records that the cap made softer
 };
 
+/// The forces of a source: how the device plays them (resampler.h, chunk_player.h). They may come late, in another order or
+/// not at all (StepEmission::arrives), and are played as forces only. Those of a map are stamped with their emission time,
+/// all others with the begin of their step. A chunk continues the line through the forces of its step and the one before.
+struct SourceForces {
+  std::variant<ResamplerSpec, ChunkSpec> play;
+};
+/// How many of them a device was not given, or too late.
+struct SourceCounts {
+  std::int64_t lost = 0;       ///< never came
+  std::int64_t reordered = 0;  ///< came after one that was made later
+};
+
 /// What became of the forces (or contact records) of a device, and what its ticks found, so far.
 struct ForceCounts {
   std::int64_t sent = 0;                ///< at some tick the newest that was due
@@ -79,6 +95,8 @@ struct RenderForce {};
 struct RenderLocal {
   double alpha = 1;
   bool knows_gap = true;
+  StiffnessPart part = StiffnessPart::all;
+  bool coupled = false;    ///< the coupling to the other hand is played as well
   bool by_device = false;  ///< rendered as springs by the device itself as far as it can
   double most_N_per_m = std::numeric_limits<double>::infinity();  ///< stiffer contacts are played as stiff as this
 };
@@ -102,6 +120,7 @@ struct LinkSpec {
   /// the device).
   std::optional<FilterSpec> interaction_filter, force_filter;
   Rate step_rate{450, 1};
+  std::optional<SourceForces> source;  ///< RenderForce only
 };
 
 class Exchange {
@@ -125,7 +144,7 @@ class Exchange {
   bool must_wait(int tool, const Reading<glm::dvec3>& hand) const;
   /// When a waiting step should look again: at the tick that brings its sample, or soon after `now` if that tick is late.
   RealTime next_sample(int tool, const Slot& slot, RealTime now) const;
-  void respond(int tool, RealTime emission, const ContactRecord& record);
+  void respond(int tool, const StepEmission& emission, const ContactRecord& record);
 
   std::uint64_t samples(int tool) const { return links_[static_cast<std::size_t>(tool)].interaction.head(); }
   std::uint64_t forces(int tool) const;
@@ -135,6 +154,8 @@ class Exchange {
   const ForceCounts& force_counts(int tool) const { return links_[static_cast<std::size_t>(tool)].counts; }
   /// Empty unless the device renders a local model.
   std::optional<RenderedContactsSummary> contacts(int tool) const;
+  /// Empty without a source.
+  std::optional<SourceCounts> source_counts(int tool) const;
 
  protected:
   virtual DeviceSample read_device(int tool, const Scheduler& scheduler) = 0;
@@ -142,6 +163,10 @@ class Exchange {
   virtual std::uint64_t interaction_head(int tool);
 
  private:
+  /// Where the other hand was at its last tick before this sample was read; nullptr if there is none. Not at a tick of the
+  /// same instant, because which of the two runs first must not matter.
+  const glm::dvec3* other_hand_m(int tool, const DeviceSample& sample) const;
+
   struct Link {
     explicit Link(const LinkSpec& spec);
     void count(const TickInput& tick, ReadStatus found);
@@ -153,6 +178,7 @@ class Exchange {
     ForceCounts counts;
     std::uint64_t next_due = 0;  // the first force that was not due at the ticks so far
     std::int64_t repeated_samples = 0;
+    std::array<std::optional<DeviceSample>, 2> sensed;  // the last two, the newest first
   };
   std::deque<Link> links_;  // a Link does not move: its rings are shared between threads
 };
@@ -197,6 +223,8 @@ class RecordedExchange final : public Exchange {
   bool next_tick_ready() const;
   /// Whether all samples that the next step saw according to its recorded heads are there.
   bool next_step_ready() const;
+  /// Whether some device has `by` samples more than the next step saw: in the recorded run that step read before them.
+  bool samples_ahead(std::uint64_t by) const;
   /// The springs that the device rendered in the recorded run. For a shadow there are none, because the device was never
   /// asked; the whole force is the same without them.
   DeviceSpring render(int tool, const DeviceSpring& wanted) override;

@@ -29,8 +29,10 @@ struct DeviceLane {
 class Visualization : public Work {
  public:
   virtual ~Visualization() = default;
-  /// It is about to run; `programmed` is the length that the timing gives it.
-  virtual void begins(Duration programmed) = 0;
+  /// It is about to run; `programmed` is the length that the timing gives it, and `part` how much of a drawing it may do.
+  virtual void begins(Duration programmed, const DrawingPart& part) = 0;
+  /// Whether the run before has finished a drawing.
+  virtual bool finished() const { return true; }
 };
 
 /// Figure 2 a: the hand, in real time. One tick reads the device and drives it.

@@ -33,6 +33,7 @@ class DeviceRecorder {
 
  private:
   DeviceRecord& record_;
+  std::int64_t ran_ = 0;  // a live run takes rows away while it goes on
   SeenRing<SeenTick>* watch_ = nullptr;
   std::uint32_t tool_ = 0;
 };
@@ -60,21 +61,30 @@ class StepRecorder {
   StepRecorder(StrategyRecord& record, const UnderrunWords& words) : record_(record), words_(words) {}
   /// A segment began at `began`, which on a wall clock is later than programmed.
   void segment(const SegmentTiming& segment, RealTime began);
-  /// The visualization of this segment is really run. One that the end of the run cuts off seems to last as long as any run.
-  void visualization_begins(RealTime now) { record_.segments.back().visualization = {{now, now + kLongestRun}}; }
-  void visualization_ends(RealTime now) { (*record_.segments.back().visualization)[1] = now; }
+  /// Where it is not in a lane of its own: on a wall clock it may begin later than programmed. `length` of one that is
+  /// really run is kLongestRun until visualization_ends.
+  void visualization_begins(RealTime now, Duration length) { record_.segments.back().visualization = {{now, now + length}}; }
+  /// Returns how long it took. `finished`: the drawing is complete with it.
+  Duration visualization_ends(RealTime now, bool finished) {
+    SegmentRow& row = record_.segments.back();
+    row.finishes = finished;
+    (*row.visualization)[1] = now;
+    return now - (*row.visualization)[0];
+  }
   /// Step n has read `hand`, after having waited for it for `waited` (policy `gate`).
   void hand(int tool, std::int64_t n, const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited);
   void step(Scheduler& scheduler, const SegmentTiming& segment, const Slot& slot, RealTime began,
             const StepEmission& emission, const SolverStep& solver);
   /// From now on what it records is shown there, too.
   void show(SeenRing<SeenStep>& to) { watch_ = &to; }
+  std::int64_t steps() const { return steps_; }  ///< that have ended
 
  private:
   StepRead read_of(const Slot& slot, const Reading<glm::dvec3>& hand, Duration waited) const;
 
   StrategyRecord& record_;
   UnderrunWords words_;
+  std::int64_t steps_ = 0;
   std::array<StepRead, kMaxTools> reads_{};
   SeenRing<SeenStep>* watch_ = nullptr;
   SeenStep seen_;  // of the step that runs; its counts are of all steps

@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "evenstep/reports/advice_record.h"
 #include "evenstep/reports/felt_study_record.h"
 #include "evenstep/reports/size_record.h"
 #include "evenstep/reports/stiffness_limits.h"
@@ -19,5 +20,6 @@ std::string study_page(const StudyRecord& study, const std::string& reproduce);
 std::string felt_study_page(const FeltStudyRecord& study, const std::string& reproduce);
 std::string stiffness_page(const StiffnessLimits& study, const std::string& reproduce);
 std::string size_page(const SizeRecord& record, const std::string& reproduce);
+std::string advice_page(const AdviceRecord& record, const std::string& reproduce);
 
 }  // namespace evenstep

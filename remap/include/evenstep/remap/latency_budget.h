@@ -29,14 +29,15 @@
 
 namespace evenstep {
 
-/// A step as the sizing pass sees it: real begin S, end E, and slot(n) with lead 0. Lists of them hold mapped steps only,
-/// in order.
+/// A step as the sizing pass sees it: real begin S, end E (of a source: when its force is at the device), and slot(n) with
+/// lead 0. Lists of them hold mapped steps only, in order.
 struct MappedStep {
   std::int64_t step = 0;
   RealTime begin;
   RealTime end;
   RealTime slot;
   std::int64_t segment = 0;
+  bool lost = false;  ///< its force never comes, so it needs no latency
 };
 
 /// The sampling grid of one device: tick k at origin + floor(k / rate), for every k. A mapped step that begins, or reads,
@@ -77,8 +78,6 @@ class EmissionSlots {
     last_ = slot;
     return slot;
   }
-  /// The slot before the next one.
-  const std::optional<RealTime>& last() const { return last_; }
 
  private:
   std::optional<RealTime> last_;
@@ -121,6 +120,7 @@ class RunningNeeds {
   Need delay_;               // L - c: how long after its slot a force may be due at the earliest
   Need wait_;                // longest time from the slot to the begin of a step
   internal::EmissionSlots slots_;
+  std::optional<RealTime> before_;  // the slot of the last step whose force comes
 };
 
 /// max over n of #{m <= n: F(m) >= E(n)}, from steps given a few at a time: the most forces that are waiting when a force

@@ -19,6 +19,9 @@ namespace evenstep {
 struct StepEmission {
   RealTime at;    ///< F(n)
   Duration late;  ///< E(n) - F(n) if the step ended after its force was due, else 0; 0 for a step without a slot
+  Slot slot = {};
+  RealTime arrives = {};  ///< E(n), or when the force is at the device if that is later
+  bool lost = false;      ///< it never comes there
 };
 
 class RemapSteps {
@@ -28,9 +31,11 @@ class RemapSteps {
 
   void segment(RealTime begin) { map_.boundary(number_, begin); }
   Slot begin(RealTime began, Duration postponed = {}) { return slot_ = map_.read(number_, began, postponed); }
-  StepEmission end(RealTime ended, Duration postponed = {}) {
+  /// `ended`: of a source, when the force is at the device. A lost one is never late.
+  StepEmission end(RealTime ended, Duration postponed = {}, bool lost = false) {
     const RealTime at = map_.emission(number_++, ended, postponed);
-    return {at, slot_.kind == SlotKind::mapped ? std::max(ended - at, Duration{}) : Duration{}};
+    const bool due = slot_.kind == SlotKind::mapped && !lost;
+    return {at, due ? std::max(ended - at, Duration{}) : Duration{}, slot_, ended, lost};
   }
   /// n of the step that runs, or between two steps of the next one. Counts from 0.
   std::int64_t number() const { return number_; }

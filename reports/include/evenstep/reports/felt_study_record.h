@@ -43,6 +43,7 @@ struct FeltPoint {
   std::int64_t saturated = 0;   ///< judged ticks at which force or position met a limit
   StudyCost cpu;  ///< CPU seconds of the solver per simulated second; strategies of one method and step share it
   int repeats = 0;
+  std::string machine;  ///< on which it was measured, if the points of the study come from several
 };
 
 struct FeltReferenceInfo {
@@ -59,8 +60,8 @@ struct FeltReferenceInfo {
 struct FeltStudyRecord {
   std::string scenario, file, version;
   std::string machine, compiler;
-  std::int64_t cpus = 0;
-  double load = 0;  ///< of the machine when the study began: runnable processes, mean over a minute
+  std::int64_t cpus = 0;  ///< 0: of several machines
+  double load = 0;        ///< of the machine when the study began: runnable processes, mean over a minute
   std::uint64_t seed = 1;
   std::string scene;                                        ///< in one line
   double judged_from_s = 0, judged_to_s = 0, run_to_s = 0;  ///< what is judged, and where the run itself ends

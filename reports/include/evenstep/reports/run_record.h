@@ -31,7 +31,9 @@ struct StepRow {
   RealTime emission;    ///< F(n)
   bool mapped = false;  ///< false: it read the newest sample (`direct`) or the map was acquiring
   bool acquiring = false;
-  SimTime simulated;  ///< simulation time of the step; counts where StrategyRecord::variable_step
+  bool lost = false;   ///< of a source: its force never came to the device
+  Duration transport;  ///< of a source: how long after E_n its force was at the device
+  SimTime simulated;   ///< simulation time of the step; counts where StrategyRecord::variable_step
 };
 
 /// One device's part of a step (same index as StepRow).
@@ -125,6 +127,7 @@ struct LatencyRecord {
   std::int64_t lead_culprit = -1, latency_culprit = -1;
   std::int64_t interaction_capacity = 0, force_capacity = 0;
   std::int64_t predicted_interaction_underruns = 0, predicted_late_forces = 0;  ///< by the sizing pass
+  std::int64_t least_entries = 0;  ///< of a chunk, so that none runs dry; 0: it plays no chunks
   bool adapts = false;
 };
 
@@ -132,6 +135,8 @@ struct SegmentRow {
   std::int64_t index = 0;
   RealTime begin, end;
   std::optional<std::array<RealTime, 2>> visualization;
+  bool finishes = true;   ///< the drawing is complete when the visualization ends: false of a part before the last
+  bool left_out = false;  ///< a drawing should have begun here, and a frame governor made none
 
   friend bool operator==(const SegmentRow&, const SegmentRow&) = default;
 };
@@ -210,6 +215,7 @@ struct StrategyRecord {
   /// How long before its read (before a tick) the hand's positions (the forces of the schedule) still matter: the window of
   /// an extrapolation or the settling of a filter.
   Duration interaction_memory, force_memory;
+  bool continues = false;      ///< a tick plays what a line or a chunk says of the present: it shows no simulation time
   bool variable_step = false;  ///< simulation time is StepRow::simulated instead of n * slot
   bool interrupted = false;    ///< ended before its end, by a signal
   TissuePicture tissue;        ///< of one strategy of a run
@@ -219,6 +225,19 @@ struct StrategyRecord {
 /// Records without rows; those to come will be in `files`, or in memory if that is null.
 StrategyRecord empty_record(const std::shared_ptr<RowFiles>& files);
 DeviceRecord empty_device_record(const std::shared_ptr<RowFiles>& files);
+
+/// A fault that a scenario programs: what is wrong, from when, and when it is over.
+struct ProgrammedFault {
+  enum class Over : std::uint8_t {
+    at_time,        ///< at `to`
+    with_segment,   ///< when the first segment begins that begins at or after `to`
+    after_segment,  ///< when that segment ends
+    never           ///< it lasts until the end of the run
+  };
+  std::string name;  ///< where it is written: "timing.changes", "device.left.faults.2"
+  RealTime from, to;
+  Over over = Over::at_time;
+};
 
 /// Nominal figures of the scenario, for units and windows.
 struct Nominal {
@@ -253,6 +272,11 @@ struct Nominal {
     Duration force_delay = {};                  ///< from the tick that sends a force to when it is felt
   };
   std::vector<Device> devices;
+  std::vector<ProgrammedFault> faults;  ///< those that begin before `end`
+  /// What still counts as recovered (recovery.h): so much more latency than before, and a jump larger by so much of the mean
+  /// change from one sample to the next.
+  Duration recovery_latency{1'000'000};
+  double recovery_jump = 0.1;
 };
 
 /// When a run was made, and from which state of the user's repository. The run itself knows neither: whoever starts it says.
@@ -274,6 +298,9 @@ struct LiveRights {
   std::vector<Thread> threads;
   bool memory_locked = false;
   std::string memory_refusal;
+  /// Whether cores were kept from sleeping deeply (/dev/cpu_dma_latency); empty: nobody asked for it.
+  std::optional<bool> cores_awake = {};
+  std::string cores_refusal = {};  ///< why not
 
   /// Every thread has SCHED_FIFO.
   bool fifo() const {

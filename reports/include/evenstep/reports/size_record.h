@@ -112,6 +112,32 @@ struct SizeCycle {
   double period_variation = 0, confidence = 0, regularity = 0;
 };
 
+/// A timing with other pauses (evenstep/campaigns/what_if.h), the first one as it is: what it needs, and what it costs.
+struct SizeWhatIf {
+  struct Adaptive {
+    Duration mean;          ///< of a latency that adapts, from the least fixed one downwards
+    std::int64_t late = 0;  ///< forces
+  };
+  struct Map {
+    std::string name;
+    Duration latency;  ///< the least, at any phase of the device
+    double velocity_jump = 0;
+    bool jump_seen = true;
+    std::optional<Duration> rate_latency;  ///< if the rate of the record may underrun
+    std::optional<Adaptive> adaptive;
+  };
+  std::string text;
+  bool causal = false;  ///< as a simulator can do it that does not know the future
+  std::string refused;  ///< why it has no meaning here; then the rest says nothing
+  std::vector<Map> maps;
+  Duration pause_bound;
+  std::optional<Duration> pace;  ///< what a percentile came to
+  std::int64_t drawings = 0, left_out = 0, over_budget = 0;
+  double drawings_per_s = 0;
+  Duration longest_pause, longest_without;
+  double simulated_against_real = 1, segments_lost = 0;
+};
+
 struct SizeRecord {
   std::string input;          ///< file
   std::string trace;          ///< file with these segments; empty: none, or a scenario has it
@@ -132,6 +158,7 @@ struct SizeRecord {
   std::optional<SizeBounds> linear;  ///< if interpolated
   std::vector<SizeStrategy> strategies;
   std::vector<SizeHitches> hitches;  ///< in order of the longest excess
+  std::vector<SizeWhatIf> what_ifs;  ///< empty if nobody asked
   std::optional<SizeCycle> cycle;    ///< for a list of steps without segments
 };
 
@@ -142,6 +169,9 @@ const SizeStrategy* strategy_to_use(const SizeRecord& record);
 
 /// Text for people. Times are in ms with six decimals, that is to the ns.
 std::string size_text(const SizeRecord& record);
+/// Only what a record of many seeds has: the latencies for its rate, of all segments together.
+std::string size_rates_text(const SizeRecord& record);
+std::string size_rates_json(const SizeRecord& record);
 /// A figure: latency against velocity jump, the curve of the bounds and a point per map. Empty without a curve.
 std::string size_svg(const SizeRecord& record);
 /// One JSON object; docs/sizing.md lists its keys. Times are in whole ns.

@@ -51,6 +51,7 @@ struct StudyCell {
   StudyCost cpu;   ///< CPU time of the process, all threads
   StudyCost wall;  ///< elapsed time; on a busy machine longer than necessary
   int repeats = 0;
+  std::string machine;  ///< on which the costs were measured, if the cells of the study come from several
 };
 const char* name_of(StudyCell::State state);
 
@@ -67,7 +68,7 @@ struct StudyReference {
 struct StudyRecord {
   std::string scenario, file, version;
   std::string machine, compiler, opencl_device;  ///< opencl_device empty: no cell used one
-  std::int64_t cpus = 0;
+  std::int64_t cpus = 0;                         ///< 0: of several machines
   double load = 0;  ///< load of the machine when the study began: runnable processes, mean over a minute
   int repeats = 0;  ///< as asked for
   std::int64_t particles = 0;

@@ -14,8 +14,9 @@ namespace evenstep {
 
 enum class SweepVerdict {
   pass,
-  fail,   ///< an expectation failed
-  error,  ///< the run stopped, or an expectation could not be judged: never a pass
+  fail,    ///< an expectation failed
+  error,   ///< the run stopped, or an expectation could not be judged: never a pass
+  skipped  ///< of an expectation only: it does not apply to this point
 };
 const char* name_of(SweepVerdict verdict);
 
@@ -34,6 +35,11 @@ struct SweepHeader {
     std::string signal, metric, unit;
   };
   std::vector<Expect> expectations;
+  struct Sometimes {
+    std::string name, signal, metric;
+  };
+  std::vector<Sometimes> sometimes;  ///< states that a point must reach
+  std::vector<std::string> swarm;    ///< the faults of which each seed switches off a part; empty: it is no swarm
   std::optional<std::int64_t> stop_after;
   int keep_worst = 5;
   struct Find {
@@ -60,7 +66,9 @@ struct SweepPoint {
     std::optional<double> value, min, max;  ///< in the unit of the header
     SweepVerdict verdict = SweepVerdict::pass;
   };
-  std::vector<Value> expect;  ///< in the order of the header; empty if the run stopped
+  std::vector<Value> expect;           ///< in the order of the header; empty if the run stopped
+  std::vector<bool> reached;           ///< for each state of the header; empty if the run stopped
+  std::vector<std::string> faults_on;  ///< of a swarm, in the order of the header
   std::uint64_t trace_hash = 0;
   std::string failure;  ///< why it stopped or could not be judged
 };
@@ -89,7 +97,14 @@ struct SweepSummary {
     std::int64_t beyond = 0;  ///< number of values on the failing side that pass nevertheless
   };
   std::optional<Find> find;
+  /// Those that did not pass, by index, at most kMostListed; none with `find`, where failures are expected.
+  std::vector<Worst> not_passed;
+  std::vector<std::int64_t> reached;  ///< for each state: the points that reached it
+  /// Whether a state that no point reached is an error: not of a shard, nor of a sweep that is not complete.
+  bool judges_states = false;
+  bool unreached() const;  ///< whether there is such a state
 };
+inline constexpr std::size_t kMostListed = 1000;
 
 /// Adds points up to their summary, in memory that does not grow with their number.
 class SweepSummarizer {
@@ -109,6 +124,11 @@ class SweepSummarizer {
 using SweepCommand = std::function<std::string(const SweepPoint&)>;
 std::string sweep_text(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 std::string sweep_json(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
+
+/// As JUnit's XML: a testcase for the points that pass, which says how many, and one for each that does not, with its
+/// command. Above kMostListed the others are one testcase, which says how many. With `find` there is one testcase: what was
+/// found.
+std::string sweep_junit(const SweepHeader& header, const SweepSummary& summary, const SweepCommand& command);
 
 /// A value of the grid without TOML's quotes: 5 ms for "5 ms".
 std::string shown_value(const std::string& toml);

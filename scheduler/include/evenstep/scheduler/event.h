@@ -2,6 +2,9 @@
 /// One event of a run. The log of these events is what the trace hash, events.bin and `evenstep diff` are made from.
 
 #include <cstdint>
+#include <deque>
+#include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,5 +41,27 @@ std::uint64_t chain(const std::vector<Event>& events);
 /// Merges the events of two schedulers (lanes on two threads) into one log: by (time, lane), then `a` before `b`. The order
 /// within each log is kept. If the two never share a lane, this is the order in which one scheduler would have run them.
 std::vector<Event> merge(const std::vector<Event>& a, const std::vector<Event>& b);
+
+/// The same while both logs grow: an event is given on as soon as none that is still to come can stand before it.
+class EventMerge {
+ public:
+  explicit EventMerge(std::function<void(const Event&)> take) : take_(std::move(take)) {}
+  /// More events of a log; those still to come have times of at least `until`.
+  void add_a(std::span<const Event> events, RealTime until) { add(a_, events, until); }
+  void add_b(std::span<const Event> events, RealTime until) { add(b_, events, until); }
+  void finish();  ///< no more are to come
+  std::size_t waiting() const { return a_.events.size() + b_.events.size(); }
+
+ private:
+  struct Log {
+    std::deque<Event> events;
+    RealTime until{INT64_MIN};
+  };
+  void add(Log& log, std::span<const Event> events, RealTime until);
+  void take_front(Log& log);
+
+  Log a_, b_;
+  std::function<void(const Event&)> take_;
+};
 
 }  // namespace evenstep

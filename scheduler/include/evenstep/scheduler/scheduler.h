@@ -112,6 +112,8 @@ class Scheduler {
   const std::vector<Event>& events() const noexcept;
   /// Makes room for so many events, so that none has to wait until the list has moved to a larger place.
   void reserve_events(std::size_t count);
+  /// Swaps events() with `empty`: those to come are kept in its place. Between two events only.
+  void take_events(std::vector<Event>& empty) noexcept;
   std::int64_t event_count() const noexcept;
 
   /// Tells a scheduler on a wall clock that work is done; called from the executor's thread.

@@ -18,6 +18,21 @@ struct Interval {
   RealTime end;
 };
 
+/// What a frame governor (frame_governor.h) makes of a segment's drawing. Without one, each is drawn whole.
+struct DrawingPart {
+  int parts = 1;                    ///< the drawing is shared out over so many pauses
+  std::optional<Duration> at_most;  ///< this pause may take no longer: what is left is drawn in the next ones
+  bool finishes = true;             ///< as far as is programmed, the picture is complete when the visualization ends
+  bool left_out = false;            ///< a drawing should have begun here, and none does
+  friend bool operator==(const DrawingPart&, const DrawingPart&) = default;
+};
+
+/// How the result of a step comes to the device.
+struct Transport {
+  Duration delay;     ///< from the end of the step until it is there
+  bool lost = false;  ///< it never comes
+};
+
 /// One visualization and the steps up to the next one. No step begins before `begin`. Steps do not overlap: each begins at
 /// or after the end of the step before it, also from one segment to the next. Any time in between is idle. Segments follow
 /// each other in order of begin; if the visualization has a lane of its own, a step may end in the next segment.
@@ -28,10 +43,16 @@ struct SegmentTiming {
   std::vector<Interval> steps;            ///< N_k of them; N_k may be 0
   RealTime end;                           ///< end of the last thing in it (visualization, step or idle)
   bool concurrent = false;                ///< programmed as concurrent: overlaps() even if no step here meets it
+  DrawingPart drawing;                    ///< without a visualization only `left_out` says anything
+  std::vector<Transport> transports;      ///< one per step; empty: every result is there as soon as its step ends
 
   /// Whether the visualization runs beside the steps, in a lane of its own, and not before or after them: it has more than
   /// an instant in common with a step, or `concurrent` is set.
   bool overlaps() const;
+  /// Of a step that is an element of `steps`.
+  Transport transport(const Interval& step) const {
+    return transports.empty() ? Transport{} : transports[static_cast<std::size_t>(&step - steps.data())];
+  }
 };
 
 class StepTiming {
@@ -39,6 +60,9 @@ class StepTiming {
   virtual ~StepTiming() = default;
   /// The next segment, or false at the end of a recording (`segment` is then unchanged). `segment`'s storage is reused.
   virtual bool next(SegmentTiming& segment) = 0;
+  /// Where the visualization really runs: how long that of the last segment took, and whether the drawing is finished. A
+  /// timing that decides by it takes this for what was programmed.
+  virtual void visualized(Duration /*took*/, bool /*finished*/) {}
 };
 
 /// What a segment begins with. `concurrent`: the visualization has a lane of its own and does not stop any step.
@@ -76,11 +100,25 @@ enum class JitterLaw {
   uniform,     ///< anywhere within `variation` times the mean of it, equally likely; 0 to 1
 };
 
+/// When a paced schedule wakes up after a segment that took longer than T.
+enum class WakeUp {
+  catch_up,         ///< at its own tick, as late as that is: the next ones run without idle time until they have caught up
+  absolute_grid,    ///< at the next tick of the grid: those that were missed are left out
+  from_last_update  ///< T after the wake-up before, or at once if that has passed: what was lost stays lost
+};
+
 /// A visualization that takes long, again and again: the first one that begins at or after each multiple of `every`, which
 /// is longer than `visualization`.
 struct Hitch {
   Duration every;
   Duration visualization;  ///< V of that segment
+};
+
+/// The segments that begin in [from, to): only these have spikes, pre-emption, regimes, hitches, dropped and merged
+/// visualizations. All others have V and s.
+struct Disturbed {
+  RealTime from, to;
+  bool holds(RealTime begin) const { return from <= begin && begin < to; }
 };
 
 /// New values that apply from the first segment that begins at or after `at`. Values that are not given stay as they were.
@@ -106,12 +144,14 @@ struct ProgrammedTiming {
   std::optional<Preemption> preemption;
   std::optional<Regimes> regimes;
   std::optional<Hitch> hitch;
-  double drift_per_s = 0;            ///< r
-  double dropped_visualization = 0;  ///< probability per segment; with `merged` at most 1
+  std::optional<Disturbed> disturbed;  ///< empty: all segments
+  double drift_per_s = 0;              ///< r
+  double dropped_visualization = 0;    ///< probability per segment; with `merged` at most 1
   double merged_visualization = 0;
   std::vector<TimingChange> changes;  ///< `at` strictly increasing
   bool paced = false;
-  double slowdown = 1;  ///< concurrent: factor on a step that begins while a visualization runs
+  WakeUp wake = WakeUp::catch_up;  ///< paced; other than catch_up only with the visualization first
+  double slowdown = 1;             ///< concurrent: factor on a step that begins while a visualization runs
   std::uint64_t seed = 1;
 };
 
@@ -132,8 +172,9 @@ struct ProgrammedTiming {
 ///
 /// Paced, if anything varies and `paced` is set: segment k begins at max(floor(k * 1e9 / rate), end of the work of
 ///   segment k - 1); the rest of the time is idle. After a late segment none is skipped: the following ones run without
-///   idle time until they have caught up. With steps first, the visualization ends at floor((k + 1) * 1e9 / rate) if it
-///   can, and otherwise follows the steps.
+///   idle time until they have caught up. That is WakeUp::catch_up; the other two begin a segment after work until e that
+///   began at b at the first tick floor(j * 1e9 / rate) >= e, and at max(b + floor(T), e). With steps first, the
+///   visualization ends at floor((k + 1) * 1e9 / rate) if it can, and otherwise follows the steps.
 ///
 /// Concurrent: visualizations follow each other, paced or back to back; beside them steps follow each other and never stop.
 ///   Segment k lasts from the begin of visualization k to the begin of the next one and holds the steps that begin in it,
@@ -156,6 +197,9 @@ struct ProgrammedTiming {
 ///                 least (1 - u (1 - (least/most)^a))^(-1/a)
 ///   hitch         V of segment k is that of the hitch if a multiple j every, j >= 1, lies in (B_{k-1}, B_k]; if this
 ///                 visualization is dropped, so is the hitch
+///   disturbed     outside of it spike_n and preemption are 0, c_k is 1, and V is that of no regime and no hitch; the draws
+///   of
+///                 the segments within are the same as without it
 ///   changes       V, s and N of segment k are those of the last change with at <= B_k. "fill" keeps the s it began with: a
 ///                 GPU's step does not get faster because its visualization got slower.
 /// Draw n of each stream belongs to the global step number n or to segment k, and each model has streams of its own, so
@@ -168,7 +212,8 @@ bool is_periodic(const ProgrammedTiming& timing);
 /// The mean step at the start of a run: `step`, or what "fill" makes of it.
 Duration starting_step(const ProgrammedTiming& timing);
 
-/// Expected lengths at the start of a run, that is without drift and changes. Exact, with two exceptions: the probability of
+/// Expected lengths at the start of a run, that is without drift and changes, and if it has a `disturbed` time without the
+/// models that it is about. Exact, with two exceptions: the probability of
 /// a hit is computed for work of mean length, and `concurrent` neglects the steps that straddle an end of V (see above).
 struct MeanTiming {
   double segment_ns = 0;        ///< the work, V and the steps (concurrent: V alone); pacing adds idle time

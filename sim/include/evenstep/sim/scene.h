@@ -190,6 +190,7 @@ struct Scene {
   bool allow_unstable = false;                ///< [scene] allow_unstable
   bool variable_step = false;                 ///< Solver::step will be given lengths
   LocalModel local_model = LocalModel::none;  ///< other than `none`: Solver::contacts will be read
+  bool local_coupling = false;                ///< and of them ToolContact::coupling_N_per_m
 };
 
 // Of a scene's body:

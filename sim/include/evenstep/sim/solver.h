@@ -48,6 +48,11 @@ struct ToolContact {
   /// distance of the tool from the surface, < 0 behind it; otherwise 0.
   double gap_m = 0;
   glm::dmat3 stiffness_N_per_m{0};  ///< symmetric
+  /// With Scene::local_coupling, how the force follows the other tool:
+  ///   f(x + d, x' + d') = force - stiffness d - coupling d'.
+  /// The coupling of the other tool is the transpose, and [stiffness coupling; coupling' stiffness'] is symmetric. Tissue
+  /// with two tools that are held by grabs or springs; 0 for everything else.
+  glm::dmat3 coupling_N_per_m{0};
 };
 
 /// One entry per site (x-fastest), particle_count entries each.

@@ -20,6 +20,9 @@ std::string write_text_file(const std::string& path, std::string_view text);
 /// Why write_text_file cannot write there, as far as that can be known before; empty if it can.
 std::string write_objection(const std::string& path);
 
+/// The path as another machine may know it: relative to the working directory where it is below it, else the file's name.
+std::string portable_path(const std::string& path);
+
 /// Reads a file in pieces of whole lines, one at a time, so that a recording of ten million rows need not be in memory.
 class TextPieces {
  public:

@@ -16,6 +16,10 @@
 /// after half of that, together with gain and autocenter, because any other program may change those and stop our effects.
 /// If the process dies the kernel erases its effects.
 ///
+/// With `unchanged_age` a sample says when it was taken: by the time of the event that completed it, and where nothing has
+/// changed, as event_times.h says; it is fresh only if that is later than the sample before. An event that comes between the
+/// tick's time and its read is left for the next tick. A node that does not tell times leaves samples without one.
+///
 /// While a device is away (unplugged, and looked for) its samples are not drivable, and nothing is sent. When it is back,
 /// its effects are played anew, and the first sample is not drivable either.
 
@@ -24,10 +28,12 @@
 #include <glm/vec3.hpp>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "evenstep/device/evdev/evdev_node.h"
+#include "evenstep/device/evdev/event_times.h"
 #include "evenstep/device/haptic_device.h"
 
 namespace evenstep {
@@ -40,6 +46,9 @@ struct EvdevOptions {
   Duration effect_duration{500'000'000};  ///< 2 ms to 32.767 s, in whole milliseconds
   Rate update_rate{1000, 1};              ///< reports that the device takes in a second
   Duration still{1'000'000'000};
+  /// From the newest event that may be missing on, a position that nothing has changed counts as taken so long before its
+  /// read, > 0 (event_times.h). Empty: samples have the time of their read.
+  std::optional<Duration> unchanged_age = {};
   std::array<bool, 2> reversed_force{};  ///< the device pushes the other way than Linux means it
   bool springs = false;                  ///< also upload one spring for each axis whose spring's sign is known
   /// Whether a positive coefficient pushes away from the center, as it was measured. Empty: not measured, and no spring is
@@ -54,6 +63,7 @@ struct EvdevCounters {
   std::int64_t saturated = 0;  ///< writes of a force beyond gain * full_scale_N along an axis
   std::int64_t dropped = 0;    ///< how often events were lost because nobody had read them
   std::int64_t waited = 0;     ///< ticks in which a changed force or spring had to wait for update_rate
+  bool untimed = false;        ///< times of events were asked for, and the node tells none
 };
 
 class EvdevDriver final : public HapticDevice {
@@ -81,6 +91,7 @@ class EvdevDriver final : public HapticDevice {
   /// gain * full_scale_N; 0 if the driver is read-only.
   double largest_force_N() const override { return options_.gain * options_.full_scale_N.value_or(0); }
   const DeviceCounters& counters() const override { return counters_; }
+  const SampleAges* ages() const override { return times_ ? &times_->ages() : nullptr; }
   const EvdevCounters& evdev_counters() const { return evdev_counters_; }
   std::map<std::string, std::int64_t> own_counters() const override;
 
@@ -101,6 +112,8 @@ class EvdevDriver final : public HapticDevice {
   bool ask_positions();
   void come_back();
   void take(const EvdevEvent& event);
+  bool take_until(RealTime now, std::span<const EvdevEvent> events);
+  void date(RealTime now);
   void note_report();
   void place(int axis, std::int32_t value);
   bool is_position_known() const;
@@ -114,7 +127,6 @@ class EvdevDriver final : public HapticDevice {
   bool is_taken(int error);
   void notice_uploads();
   void notice_refusals(RealTime now) const;
-  double full_slope_N_per_m(int axis) const;
   [[noreturn]] void fail(const std::string& what) const;
   [[noreturn]] void fail_gone() const;
 
@@ -123,7 +135,10 @@ class EvdevDriver final : public HapticDevice {
   DeviceCounters counters_;
   EvdevCounters evdev_counters_;
   DeviceSample last_;
-  std::array<EvdevAxis, 3> axes_{};  // as they were found
+  std::optional<EventTimes> times_;
+  std::optional<RealTime> newest_event_;  // of this read, that completed a position
+  std::vector<EvdevEvent> later_;         // that came after the tick's time
+  std::array<EvdevAxis, 3> axes_{};       // as they were found
   std::array<std::int32_t, 3> raw_{};
   std::vector<Effect> effects_;
   std::size_t next_effect_ = 0;  // whose turn it is

@@ -38,6 +38,8 @@ class EvdevFile final : public EvdevNode {
   EvdevFile& operator=(const EvdevFile&) = delete;
 
   EvdevRead read(std::span<EvdevEvent> events) override;
+  /// False: the kernel has refused to stamp events by CLOCK_MONOTONIC (EVIOCSCLOCKID).
+  bool tells_times() const override { return tells_times_; }
   int write(const EvdevEvent& event) override;
   int upload(EvdevEffect& effect) override;
   int erase(int id) override;
@@ -53,6 +55,7 @@ class EvdevFile final : public EvdevNode {
   bool has(int type, std::uint16_t code);
   EvdevInfo info_;
   int fd_ = -1;
+  bool tells_times_ = false;
 };
 
 }  // namespace evenstep

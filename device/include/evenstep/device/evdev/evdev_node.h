@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "evenstep/time/time.h"
+
 namespace evenstep {
 
 namespace evdev {
@@ -28,6 +30,8 @@ inline constexpr std::int64_t kLongestEffect_ms = 0x7FFF;
 struct EvdevEvent {
   std::uint16_t type = 0, code = 0;
   std::int32_t value = 0;
+  /// When the kernel got it, if the node tells times: an EvdevFile by CLOCK_MONOTONIC, all others by the clock of the run.
+  RealTime at = {};
 };
 
 struct EvdevRead {
@@ -76,6 +80,8 @@ class EvdevNode {
   virtual ~EvdevNode() = default;
   /// Takes events that are waiting, without waiting itself.
   virtual EvdevRead read(std::span<EvdevEvent> events) = 0;
+  /// Whether its events say when the kernel got them. False: by a clock that is nobody's here.
+  virtual bool tells_times() const { return true; }
   /// Plays (value > 0) or stops (0) the effect `code`, or sets evdev::kGain or kAutocenter. The kernel says nothing of an
   /// effect that is not there.
   virtual int write(const EvdevEvent& event) = 0;

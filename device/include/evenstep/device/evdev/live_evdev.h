@@ -8,6 +8,8 @@
 /// first until all is sent, so do not use them in a tick. axis() answers EAGAIN while something is being sent, because it
 /// would wait for that.
 ///
+/// Times of events are told by the clock of the run, from CLOCK_MONOTONIC, by which the node has them.
+///
 /// While the device is away, reads are `away`, and calls give ENXIO. When it is back, the thread grabs it and makes the
 /// effects anew, playing nothing and without force, under the numbers that they had; then one read is `returned`.
 
@@ -35,6 +37,7 @@ class LiveEvdev final : public EvdevNode {
   ~LiveEvdev() override;
 
   EvdevRead read(std::span<EvdevEvent> events) override;
+  bool tells_times() const override;
   int write(const EvdevEvent& event) override;
   int upload(EvdevEffect& effect) override;
   Upload uploaded(int id) override;

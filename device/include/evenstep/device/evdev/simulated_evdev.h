@@ -5,7 +5,8 @@
 ///
 /// Events: only values that have changed are told, each report followed by SYN_REPORT; a report that is cut or has an
 /// unknown id never gets past the kernel's HID core. Small changes are smoothed by `fuzz`. The program's buffer has 64
-/// places: when it is full, SYN_DROPPED and the newest event stay. An `unread` tick is one in which the program does not
+/// places: when it is full, SYN_DROPPED and the newest event stay. Events are stamped with the tick of their report, whose
+/// `age` is how much later the program can read them. An `unread` tick is one in which the program does not
 /// read.
 ///
 /// Effects: `effects` places for all programs; an effect is changed and erased by its owner alone, and keeps its type; but
@@ -47,9 +48,7 @@ struct SimulatedEvdevOptions {
 
 class SimulatedEvdev final : public EvdevNode, public SimulatedMotors {
  public:
-  SimulatedEvdev(const Clock& clock, ProgrammedMotion motion, SimulatedEvdevOptions options);
-  /// With a hand, any call may throw HandDiverged.
-  SimulatedEvdev(const Clock& clock, Hand hand, SimulatedEvdevOptions options);
+  SimulatedEvdev(const Clock& clock, HeldBy by, SimulatedEvdevOptions options);
 
   EvdevRead read(std::span<EvdevEvent> events) override;
   int write(const EvdevEvent& event) override;
@@ -78,7 +77,6 @@ class SimulatedEvdev final : public EvdevNode, public SimulatedMotors {
     std::optional<RealTime> ends_at;
   };
 
-  SimulatedEvdev(const Clock& clock, SimulatedReports reports, SimulatedEvdevOptions options);
   bool is_gone();
   void catch_up();
   std::optional<RealTime> next_change(RealTime until) const;
@@ -86,6 +84,7 @@ class SimulatedEvdev final : public EvdevNode, public SimulatedMotors {
   void run_until(RealTime until);
   void report_until(RealTime until);
   void publish(const SimulatedReport& report);
+  RealTime stamp_of(const SimulatedReport& report) const;
   void queue(const EvdevEvent& event);
   void render(RealTime at);
   bool is_springy() const;

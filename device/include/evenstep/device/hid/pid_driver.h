@@ -169,7 +169,6 @@ class PidDriver final : public HapticDevice {
   std::span<std::byte> condition(const Effect& effect, const Condition& counts);
   std::optional<Condition> counts_of(const DeviceSpring& wanted, int axis) const;
   void render(const Condition& counts, DeviceSpring& rendered, int axis) const;
-  double full_slope_N_per_m(int axis) const;
   std::span<std::byte> no_spring(const Effect& effect);
 
   std::span<std::byte> compose(const PidReport& report);

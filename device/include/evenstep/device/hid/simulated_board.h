@@ -67,8 +67,7 @@ struct SimulatedBoardOptions {
 
 class SimulatedBoard final : public SimulatedDevice {
  public:
-  SimulatedBoard(const Clock& clock, ProgrammedMotion motion, SimulatedBoardOptions options);
-  SimulatedBoard(const Clock& clock, Hand hand, SimulatedBoardOptions options);
+  SimulatedBoard(const Clock& clock, HeldBy by, SimulatedBoardOptions options);
   ~SimulatedBoard() override;
 
   HidRead read(std::span<std::byte> buffer) override;
@@ -81,7 +80,6 @@ class SimulatedBoard final : public SimulatedDevice {
   MotorState motors() override;
 
  private:
-  SimulatedBoard(const Clock& clock, SimulatedReports reports, SimulatedBoardOptions options);
   void catch_up();
   void render(RealTime at);
   glm::dvec3 force_N(RealTime at);

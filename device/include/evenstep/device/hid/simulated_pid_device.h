@@ -58,8 +58,7 @@ struct SimulatedPidOptions {
 
 class SimulatedPidDevice final : public SimulatedDevice {
  public:
-  SimulatedPidDevice(const Clock& clock, ProgrammedMotion motion, SimulatedPidOptions options);
-  SimulatedPidDevice(const Clock& clock, Hand hand, SimulatedPidOptions options);
+  SimulatedPidDevice(const Clock& clock, HeldBy by, SimulatedPidOptions options);
 
   HidRead read(std::span<std::byte> buffer) override;
   /// `rejected`: it is no output report of this device, or too short.
@@ -94,7 +93,6 @@ class SimulatedPidDevice final : public SimulatedDevice {
     bool by_axis = false;                          // a block after the first was set
   };
 
-  SimulatedPidDevice(const Clock& clock, SimulatedReports reports, SimulatedPidOptions options);
   void catch_up();
   std::optional<RealTime> next_change(RealTime until) const;
   void change_at(RealTime at);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "evenstep/device/hand.h"
@@ -40,6 +41,10 @@ struct ReportFault {
   std::int64_t amount = 1;  ///< >= 0; late: >= 1
 };
 
+/// What moves a simulated device: a programmed motion, or a hand, which feels its forces. With a hand any call of the device
+/// may throw HandDiverged.
+using HeldBy = std::variant<ProgrammedMotion, Hand>;
+
 struct SimulatedDeviceOptions {
   Rate rate{1000, 1};
   RealTime first_tick;  ///< time of tick 0 (the phase)
@@ -67,8 +72,7 @@ HidRead deliver(const SimulatedReport& report, std::span<const std::byte> whole,
 
 class SimulatedReports {
  public:
-  SimulatedReports(ProgrammedMotion motion, SimulatedDeviceOptions options);
-  SimulatedReports(Hand hand, SimulatedDeviceOptions options);
+  SimulatedReports(HeldBy by, SimulatedDeviceOptions options);
 
   const SimulatedDeviceOptions& options() const { return options_; }
   /// `now` must not decrease. Throws HandDiverged, but only once: from then on the device stays where it was, as if

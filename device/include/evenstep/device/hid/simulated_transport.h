@@ -21,9 +21,7 @@ namespace evenstep {
 
 class SimulatedTransport final : public SimulatedDevice {
  public:
-  SimulatedTransport(const Clock& clock, ProgrammedMotion motion, SimulatedDeviceOptions options);
-  /// With a hand, any call may throw HandDiverged.
-  SimulatedTransport(const Clock& clock, Hand hand, SimulatedDeviceOptions options);
+  SimulatedTransport(const Clock& clock, HeldBy by, SimulatedDeviceOptions options);
   HidRead read(std::span<std::byte> buffer) override;
   /// `rejected`: it is not an output report of the reference device (a real kernel would pass most such reports on).
   HidWrite write(std::span<const std::byte> report) override;
@@ -38,7 +36,6 @@ class SimulatedTransport final : public SimulatedDevice {
   std::int64_t dropped() const { return reports_.dropped(); }
 
  private:
-  SimulatedTransport(const Clock& clock, SimulatedReports reports);
   const Clock& clock_;
   SimulatedReports reports_;
   HidDeviceInfo info_;

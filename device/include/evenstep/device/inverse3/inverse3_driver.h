@@ -41,8 +41,10 @@ class Inverse3Driver final : public HapticDevice {
 
   void start() override;
   void stop() noexcept override;
-  /// A sample is `drivable` while the device is calibrated, and fresh if a message with its position has come. Throws
-  /// DeviceError when the connection has ended, or brought no position for `silence`.
+  /// A sample is `drivable` while the device is calibrated, and fresh if a message with its position has come. While the
+  /// link looks for a service that is away it is neither, and nothing is posted; what returns must have the same device, not
+  /// used by another program, and the tick in which it does is not drivable either. Throws DeviceError when the connection
+  /// has ended for ever, or brought no position for `silence`.
   DeviceSample read(RealTime now) override;
   /// Throws DeviceError before start() and after stop().
   void write(const glm::dvec3& force_N) override;
@@ -52,7 +54,10 @@ class Inverse3Driver final : public HapticDevice {
 
  private:
   Inverse3State choose() const;
+  void begin();
   void take(RealTime now);
+  void come_back(RealTime now);
+  std::string objection() const;
   [[noreturn]] void fail(const std::string& what) const;
 
   Inverse3Link& link_;
@@ -62,7 +67,7 @@ class Inverse3Driver final : public HapticDevice {
   Inverse3Counters inverse3_counters_;
   DeviceSample last_;
   std::optional<RealTime> heard_at_;  // the last position; at first the first read
-  bool started_ = false;
+  bool started_ = false, is_away_ = false, is_returning_ = false;
 };
 
 }  // namespace evenstep

@@ -15,19 +15,23 @@ namespace evenstep {
 
 class Inverse3Link {
  public:
-  enum class Read { message, nothing, gone };
+  enum class Read { message, nothing, away, returned, gone };
   virtual ~Inverse3Link() = default;
-  /// The newest message since the last call; those before it are dropped. `gone`: the connection has ended, for ever, and
-  /// `text` says why. Never waits.
+  /// The newest message since the last call; those before it are dropped. `away`: the connection has ended, and a new one is
+  /// tried. `returned`: once after that; first_message() is the new one, nothing is posted, and rest() has to be called
+  /// again, or reject(). `gone`: the connection has ended, for ever, and `text` says why. Never waits.
   virtual Read read(std::string& text) = 0;
+  /// What has returned is not what was lost: the connection is closed, and another one tried for as long as is left. Never
+  /// waits.
+  virtual void reject(std::string /*why*/) {}
   /// What is sent from now on. Never waits.
   virtual void post(std::string text) = 0;
   /// What is sent if nothing was posted for `hold`, an option of the link, and last of all. Until this is called, the
   /// message that asks for all devices.
   virtual void rest(std::string text) = 0;
   /// The first message of the service.
-  virtual const std::string& first_message() const = 0;
-  virtual const std::string& name() const = 0;  ///< for errors
+  virtual const std::string& first_message() const = 0;  ///< changes in read() alone
+  virtual const std::string& name() const = 0;           ///< for errors
 };
 
 /// What a link has to send, for those who implement one. Not safe between threads.

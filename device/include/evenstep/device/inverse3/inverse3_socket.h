@@ -5,6 +5,9 @@
 /// The next message is sent when the last one was answered, at the earliest a period of `update_rate` after it. An answer
 /// that has not come after 100 ms counts as lost. Forces that a newer one replaces are not sent.
 ///
+/// A connection that has ended is tried again four times a second for `returns`; what was posted before is never sent to the
+/// new one.
+///
 /// Without Boost.Beast (EVENSTEP_INVERSE3) the constructor throws and the list is empty.
 
 #include <cstdint>
@@ -23,6 +26,7 @@ struct Inverse3SocketOptions {
   Rate update_rate{2000, 1};
   Duration hold{100'000'000};        ///< after the last post the link sends what rest() gave
   Duration patience{2'000'000'000};  ///< for the connection and the first message, together
+  Duration returns{0};               ///< for a connection that has ended to be there again; 0: it is gone at once
   bool remote = false;               ///< also an address that is not of this machine
 };
 
@@ -31,6 +35,7 @@ struct Inverse3Times {
   DurationHistogram answered;   ///< from the sending of a message to the next one that came
   std::int64_t overtaken = 0;   ///< forces that a newer one replaced before they were sent
   std::int64_t unanswered = 0;  ///< messages without an answer within 100 ms
+  std::int64_t lost = 0;        ///< connections that have ended
 };
 
 class Inverse3Socket final : public Inverse3Link {
@@ -44,6 +49,7 @@ class Inverse3Socket final : public Inverse3Link {
   Read read(std::string& text) override;
   void post(std::string text) override;
   void rest(std::string text) override;
+  void reject(std::string why) override;
   const std::string& first_message() const override;
   const std::string& name() const override;
 

@@ -36,9 +36,7 @@ struct SimulatedInverse3Options {
 
 class SimulatedInverse3 final : public Inverse3Link, public SimulatedMotors {
  public:
-  SimulatedInverse3(const Clock& clock, ProgrammedMotion motion, SimulatedInverse3Options options);
-  /// With a hand, any call may throw HandDiverged.
-  SimulatedInverse3(const Clock& clock, Hand hand, SimulatedInverse3Options options);
+  SimulatedInverse3(const Clock& clock, HeldBy by, SimulatedInverse3Options options);
 
   Read read(std::string& text) override;
   void post(std::string text) override;
@@ -48,7 +46,6 @@ class SimulatedInverse3 final : public Inverse3Link, public SimulatedMotors {
   MotorState motors() override;
 
  private:
-  SimulatedInverse3(const Clock& clock, SimulatedReports reports, SimulatedInverse3Options options);
   bool is_gone();
   void hear(RealTime at, const std::string& message);
   std::string told(const SimulatedReport& report) const;

@@ -58,9 +58,10 @@ struct EvdevSpec {
   static EvdevSpec read(const internal::ScenarioReading& reading, const internal::Table& device);
   bool knows_newtons() const { return options.full_scale_N.has_value(); }
 
-  EvdevOptions options;
-  Rate firmware_rate{4000, 1};  ///< at which it renders springs by itself
-  int effects = 16;             ///< this and the next three are of the simulated device
+  EvdevOptions options;                     ///< without unchanged_age, which unchanged_age_of() knows
+  Rate firmware_rate{4000, 1};              ///< at which it renders springs by itself
+  std::optional<Duration> report_interval;  ///< the longest between two reports; empty: two periods of the device's rate
+  int effects = 16;                         ///< this and the next three are of the simulated device
   int foreign_effects = 0;
   bool held = false;
   std::optional<RealTime> meddled_at;

@@ -15,10 +15,16 @@ Value load_with_overrides(const std::string& path, const ReadOptions& options, E
 /// `path` is the scenario's file, for messages. `registry` and `real_time` are those of ReadOptions.
 ReadResult read_document(Value document, const std::string& path, const Registry& registry = {}, bool real_time = false);
 
+/// Takes the faults that [run] faults_off names out of the tables: "timing.hitch", "device.left.faults.2". An unknown name
+/// is an error. What is not a list of names is left to the check.
+void switch_off_faults(Value& document, Errors& errors);
+
 /// Whether the value at this path of a scenario is the name of a file.
 bool names_file(std::string_view path);
-/// All such values of a document, including those in its [sweep.grid].
+/// All such values of a document, including those in its [sweep.grid]: data (recorded timing, motions), and plug-ins.
 std::vector<Value*> named_files(Value& document);
+std::vector<Value*> data_files(Value& document);
+std::vector<Value*> library_files(Value& document);
 /// The files that the words of [scene] command name, and the folder in which they were looked for; nullptr without one.
 struct CommandFiles {
   Value* directory = nullptr;

@@ -24,6 +24,8 @@ struct LocalRender {
     double fixed_N_per_m = 0;
   } cap;
   bool by_device = false;  ///< device_spring: as springs of the device itself, as far as it can
+  bool coupled = false;    ///< the force follows the other hand, too
+  StiffnessPart part = StiffnessPart::all;
 };
 
 /// A model of the tissue with one mode, as the tool feels it: a mass between two equal springs.

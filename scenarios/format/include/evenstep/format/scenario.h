@@ -18,9 +18,14 @@
 #include "evenstep/format/registry.h"
 #include "evenstep/format/render_spec.h"
 #include "evenstep/remap/adaptive_latency.h"
+#include "evenstep/remap/chunk_player.h"
 #include "evenstep/remap/filters.h"
 #include "evenstep/remap/force_schedule.h"
 #include "evenstep/remap/paper_map.h"
+#include "evenstep/remap/resampler.h"
+#include "evenstep/reports/run_record.h"
+#include "evenstep/scheduler/frame_governor.h"
+#include "evenstep/scheduler/source_timing.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/sim/scene.h"
 #include "evenstep/text/diagnostic.h"
@@ -39,7 +44,14 @@ enum class StrategyKind {
   variable_step,
   foreign,
   jack_dll,
-  lsl_dejitter
+  lsl_dejitter,
+  linear,
+  absolute_grid,
+  holt_winters,
+  polyphase,
+  chunk_replace,
+  chunk_append,
+  chunk_blend
 };
 
 /// The properties in which strategies differ, apart from their maps and plans (harness/src/strategies.cpp).
@@ -53,6 +65,7 @@ struct StrategyTraits {
   bool filters = false;            ///< it uses the filter of [remap]
   bool varies_step = false;        ///< a step is as long as the real time since the step before
   bool for_comparison = false;     ///< somebody else's map: `size` shows it only if it is asked for
+  bool continues = false;          ///< a tick plays what the forces so far say of the present, without a latency
 };
 inline constexpr std::array kAllStrategies{
     StrategyTraits{.kind = StrategyKind::ideal, .name = "ideal", .knows_motion = true},
@@ -65,7 +78,15 @@ inline constexpr std::array kAllStrategies{
         .kind = StrategyKind::variable_step, .name = "variable_step", .plays_as_it_comes = true, .varies_step = true},
     StrategyTraits{.kind = StrategyKind::foreign, .name = "foreign", .remaps = true},
     StrategyTraits{.kind = StrategyKind::jack_dll, .name = "jack_dll", .remaps = true, .for_comparison = true},
-    StrategyTraits{.kind = StrategyKind::lsl_dejitter, .name = "lsl_dejitter", .remaps = true, .for_comparison = true}};
+    StrategyTraits{.kind = StrategyKind::lsl_dejitter, .name = "lsl_dejitter", .remaps = true, .for_comparison = true},
+    StrategyTraits{.kind = StrategyKind::linear, .name = "linear", .remaps = true, .for_comparison = true},
+    StrategyTraits{.kind = StrategyKind::absolute_grid, .name = "absolute_grid", .remaps = true, .for_comparison = true},
+    StrategyTraits{.kind = StrategyKind::holt_winters, .name = "holt_winters", .plays_as_it_comes = true, .continues = true},
+    StrategyTraits{.kind = StrategyKind::polyphase, .name = "polyphase", .remaps = true, .for_comparison = true},
+    StrategyTraits{
+        .kind = StrategyKind::chunk_replace, .name = "chunk_replace", .plays_as_it_comes = true, .continues = true},
+    StrategyTraits{.kind = StrategyKind::chunk_append, .name = "chunk_append", .plays_as_it_comes = true, .continues = true},
+    StrategyTraits{.kind = StrategyKind::chunk_blend, .name = "chunk_blend", .plays_as_it_comes = true, .continues = true}};
 const StrategyTraits& traits_of(StrategyKind kind);
 inline const char* name_of(StrategyKind kind) { return traits_of(kind).name; }
 inline bool is_remap(StrategyKind kind) { return traits_of(kind).remaps; }
@@ -117,9 +138,14 @@ struct DeviceSpec {
   ForceLimits limits;  ///< the limits that follow from `guard`
 };
 
+/// Whether a driver's reports can say when they were taken.
+bool says_when_taken(const DriverSpec& driver);
 /// Whether the time of a device's samples is when they were taken, by the device's own clock. Otherwise it is when they were
 /// read. If nothing is written: for a real device, and where ages are given, as far as its driver can tell.
 bool follows_clock(const DeviceSpec& device);
+/// For a driver that is told changes only, and whose samples say when they were taken: how old a position is that nothing
+/// has changed. Empty for all others.
+std::optional<Duration> unchanged_age_of(const DeviceSpec& device);
 /// The largest age of its samples at the tick that reads them, by their own time; 0 if that is when they were read. The
 /// least age counts, as far as the driver knows it; the wait for the tick varies only if the clocks differ.
 Duration largest_age(const DeviceSpec& device);
@@ -170,9 +196,11 @@ enum class VisualizationWork {
 
 struct TimingSpec {
   ProgrammedTiming programmed;
-  bool real_steps = false;  ///< step = "real": no programmed floor on a wall clock
+  std::optional<SourceSpec> elsewhere;  ///< [source]: made elsewhere; its seed is that of `programmed`
+  bool real_steps = false;              ///< step = "real": no programmed floor on a wall clock
   VisualizationWork work = VisualizationWork::pause;
   std::array<int, 2> picture_px{800, 600};  ///< width and height of what `render` draws
+  std::optional<FrameGovernor> governor;    ///< what shortens the pauses, of `programmed` as well as of `trace`
   std::vector<SegmentTiming> trace;         ///< if not empty, this is replayed and `programmed` is not used
   std::string trace_file;
   std::optional<Foreign> source;  ///< the program's own, from which `trace` was drawn
@@ -224,6 +252,13 @@ struct Expectation {
   std::int64_t seeds = 0;
 };
 
+/// [[sometimes]]: a state that at least one point of a sweep must reach. Of the condition, `because` and what else only an
+/// expectation has is empty.
+struct Sometimes {
+  std::string name;
+  Expectation condition;
+};
+
 /// A key of a sweep's grid and the values it is set to.
 struct SweepAxis {
   std::string path;                 ///< as --set takes it: "timing.visualization"
@@ -245,8 +280,16 @@ struct SweepSpec {
   std::optional<std::int64_t> stop_after;
   int keep_worst = 5;
   std::optional<SweepFind> find;
+  bool swarm = false;  ///< each seed switches off a random part of the faults
+  Place swarm_place;
 };
 inline constexpr std::int64_t kMostSweepPoints = 10'000'000;  // some 5 GB of lines
+
+/// [source]: how forces that come from elsewhere are played by the strategies that know more than one force at a time.
+struct PlayingSpec {
+  ResamplerSpec resampler;
+  ChunkSpec chunk;
+};
 
 struct Scenario {
   std::string file;
@@ -270,9 +313,15 @@ struct Scenario {
   int work_group_size = 64;
   std::vector<DeviceSpec> devices;
   RemapSpec remap;
+  PlayingSpec playing;
   StudySpec study;
   std::optional<SweepSpec> sweep;
   std::vector<Expectation> expectations;
+  std::vector<Sometimes> sometimes;
+  std::vector<ProgrammedFault> faults;   ///< those that [run] faults_off leaves
+  bool has_faults_off = false;           ///< it names some
+  Duration recovery_latency{1'000'000};  ///< what counts as recovered: evenstep/reports/recovery.h
+  double recovery_jump = 0.1;
   struct ExpectStop {
     std::string reason, message;  ///< message: a part of the run's error message
     std::optional<std::int64_t> at_least_step, at_most_step;
@@ -283,6 +332,9 @@ struct Scenario {
   NominalUnits nominal;
   std::string resolved_toml;  ///< the merged table, for resolved.toml
 };
+
+/// The expectations and the conditions of [[sometimes]]: all that asks for a number of the run.
+std::vector<const Expectation*> conditions_of(const Scenario& scenario);
 
 /// Whether a device is held by a hand that feels the force, so that the force decides where it moves.
 bool has_hand(const Scenario& scenario);

@@ -1,4 +1,4 @@
-#include "sweep_file.h"
+#include "part_file.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -71,12 +71,12 @@ std::vector<std::string> read_lines(const std::string& path, bool torn_end_allow
   return lines;
 }
 
-SweepFile::SweepFile(std::string file, bool resume) : file_(std::move(file)), partial_(file_ + ".partial") {
+PartFile::PartFile(std::string file, bool resume) : file_(std::move(file)), partial_(file_ + ".partial") {
   make_folder_of(file_);
   std::error_code error;
   if (!resume && std::filesystem::exists(partial_, error)) {
     throw std::runtime_error(
-        fmt::format("'{}' is there, from a sweep that did not end; --resume goes on with it, or remove it", partial_));
+        fmt::format("'{}' is there, from a process that did not end; --resume goes on with it, or remove it", partial_));
   }
   descriptor_ = open_alone(partial_);
   struct stat opened {
@@ -92,13 +92,13 @@ SweepFile::SweepFile(std::string file, bool resume) : file_(std::move(file)), pa
   if (::ftruncate(descriptor_, whole) != 0 || ::lseek(descriptor_, whole, SEEK_SET) != whole) fail("write", partial_);
 }
 
-SweepFile::~SweepFile() {
+PartFile::~PartFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void SweepFile::append(const std::string& line) { write_all(descriptor_, line + '\n', partial_); }
+void PartFile::append(const std::string& line) { write_all(descriptor_, line + '\n', partial_); }
 
-void SweepFile::finish() { end_file(descriptor_, partial_, file_); }
+void PartFile::finish() { end_file(descriptor_, partial_, file_); }
 
 MergedFile::MergedFile(std::string file) : file_(std::move(file)), unfinished_(file_ + ".merging") {
   make_folder_of(file_);

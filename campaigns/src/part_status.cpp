@@ -8,9 +8,9 @@
 #include <map>
 #include <stdexcept>
 
-#include "evenstep/campaigns/sweep.h"
+#include "part_format.h"
+#include "part_json.h"
 #include "part_lines.h"
-#include "sweep_lines.h"
 
 namespace evenstep {
 namespace {
@@ -18,17 +18,18 @@ namespace {
 constexpr std::size_t kPiece = std::size_t{1} << 20;
 constexpr std::string_view kPartial = ".partial";
 
-/// The files of a sweep in a folder: its shards, or the one file of a sweep without shards. An ended one hides a partial
-/// one.
-std::vector<std::string> part_files(const std::string& folder) {
+/// The files of a kind in a folder: its shards, or the one file of what has no shards. An ended one hides a partial one.
+std::vector<std::string> part_files(const std::string& folder, std::string_view kind) {
+  if (!std::filesystem::is_directory(folder))
+    throw std::runtime_error(fmt::format("there is no folder '{}'; give that of --out", folder));
   std::map<std::string, std::string> shards, whole;  // by the name that they have at the end
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string path = entry.path().string();
     std::string name = entry.path().filename().string();
     const bool partial = name.ends_with(kPartial);
     if (partial) name.resize(name.size() - kPartial.size());
-    if (!name.ends_with(".jsonl") || !name.starts_with("sweep")) continue;
-    std::string& place = (name == "sweep.jsonl" ? whole : shards)[name];
+    if (!name.ends_with(".jsonl") || !name.starts_with(kind)) continue;
+    std::string& place = (name == fmt::format("{}.jsonl", kind) ? whole : shards)[name];
     if (place.empty() || !partial) place = path;
   }
   std::vector<std::string> files;
@@ -50,7 +51,7 @@ FileTimes times_of(const std::string& path) {
 
 class Status {
  public:
-  explicit Status(SweepStatus& status) : status_(status) {}
+  Status(PartsStatus& status, std::unique_ptr<internal::PartFormat>& format) : status_(status), format_(format) {}
 
   /// Throws std::runtime_error with the place.
   void read(const std::string& path);
@@ -60,20 +61,21 @@ class Status {
   void read_header(const std::string& line);
   bool next(internal::PartLines& lines, bool partial) const;
 
-  SweepStatus& status_;
-  std::optional<SweepSummarizer> summarizer_;
+  PartsStatus& status_;
+  std::unique_ptr<internal::PartFormat>& format_;
   std::string common_;
   double begin_ = std::numeric_limits<double>::infinity(), end_ = 0;
 };
 
 void Status::read_header(const std::string& line) {
   const internal::PartHeader header = internal::read_part_header(line);
-  if (!summarizer_) {
-    status_.header = internal::read_header_line(line).header;
-    summarizer_.emplace(status_.header);
+  if (!format_) {
+    format_ = internal::format_of(line);
+    status_.items = format_->items();
     common_ = header.common;
   }
-  if (header.common != common_) throw std::runtime_error("is of another sweep than the files before it; remove it");
+  if (header.common != common_)
+    throw std::runtime_error(fmt::format("is of another {} than the files before it; remove it", header.kind));
   status_.parts.push_back({header.shard, 0, 0, 0, false});
 }
 
@@ -93,14 +95,15 @@ void Status::read(const std::string& path) {
   try {
     if (!next(lines, partial)) return;
     read_header(lines.line());
-    SweepStatus::Part& part = status_.parts.back();
+    PartsStatus::Part& part = status_.parts.back();
     part.ended = !partial;
-    part.points = (status_.header.points() - part.shard.index + part.shard.of) / part.shard.of;
+    part.items = (status_.items - part.shard.index + part.shard.of) / part.shard.of;
     while (next(lines, partial)) {
-      const SweepPoint point = internal::read_point_line(status_.header, lines.line());
-      summarizer_->add(point);
+      const std::unique_ptr<internal::PartItem> item = format_->read(lines.line());
+      format_->take(*item);
       ++part.done;
-      part.failed += internal::failed(point) ? 1 : 0;
+      ++status_.done;
+      part.failed += item->failed ? 1 : 0;
     }
     const FileTimes times = times_of(path);
     begin_ = std::min(begin_, times.made);
@@ -111,23 +114,28 @@ void Status::read(const std::string& path) {
 }
 
 void Status::end() {
-  status_.summary = summarizer_->summary();
-  status_.summary.find.reset();  // which takes all points
   std::sort(status_.parts.begin(), status_.parts.end(),
-            [](const SweepStatus::Part& a, const SweepStatus::Part& b) { return a.shard.index < b.shard.index; });
+            [](const PartsStatus::Part& a, const PartsStatus::Part& b) { return a.shard.index < b.shard.index; });
   if (begin_ > 0 && end_ > begin_) status_.seconds = end_ - begin_;
 }
 
 }  // namespace
 
-Result<SweepStatus> sweep_status(const std::string& folder) {
-  SweepStatus result;
+void internal::read_status(const std::string& folder, std::string_view kind, PartsStatus& result,
+                           std::unique_ptr<PartFormat>& format) {
+  Status status(result, format);
+  for (const std::string& path : part_files(folder, kind)) status.read(path);
+  if (result.parts.empty())
+    throw std::runtime_error(
+        fmt::format("'{0}' has no part of a {1}, {1}-I-of-N.jsonl; give the folder of --out", folder, kind));
+  status.end();
+}
+
+Result<PartsStatus> parts_status(const std::string& folder, std::string_view kind) {
+  PartsStatus result;
+  std::unique_ptr<internal::PartFormat> format;
   try {
-    Status status(result);
-    for (const std::string& path : part_files(folder)) status.read(path);
-    if (result.parts.empty())
-      return Failure(fmt::format("'{}' has no part of a sweep, sweep-I-of-N.jsonl; give the folder of --out", folder));
-    status.end();
+    internal::read_status(folder, kind, result, format);
   } catch (const std::exception& error) {
     return Failure(std::string(error.what()));
   }

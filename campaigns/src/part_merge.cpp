@@ -7,9 +7,11 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "evenstep/campaigns/sweep.h"
+#include "json_parts.h"
+#include "part_file.h"
+#include "part_format.h"
+#include "part_json.h"
 #include "part_lines.h"
-#include "sweep_file.h"
 #include "sweep_lines.h"
 
 namespace evenstep {
@@ -35,10 +37,10 @@ class Named {
   std::size_t count_ = 0;
 };
 
-/// Points that no part has.
+/// Items that no part has.
 class Gaps {
  public:
-  /// The next point that is there.
+  /// The next item that is there.
   void reach(std::int64_t index) {
     if (index > due_) {
       if (missing_ == 0) first_ = due_;
@@ -58,8 +60,8 @@ class Gaps {
 
 struct MergePart {
   internal::PartLines lines;
-  SweepShard shard;
-  SweepPoint point;  ///< of the line that was read last
+  Shard shard;
+  std::unique_ptr<internal::PartItem> item;  ///< of the line that was read last
 };
 
 /// Reads parts side by side. Errors are collected, each with its place; a part with an error is not read on.
@@ -67,18 +69,18 @@ class Merge {
  public:
   Merge(const std::vector<std::string>& parts, std::vector<Diagnostic>& errors);
 
-  /// The header of the whole sweep, if there was no error.
-  const SweepHeader& header() const { return header_; }
-  /// Hands over the points of the whole sweep and their lines, by rising index, until there is an error; reads on then, for
-  /// further errors.
-  void read(const std::function<void(const SweepPoint&, const std::string& line)>& take);
+  /// The first line of the whole, if there was no error.
+  const std::string& header_line() const { return header_.whole; }
+  /// Hands over the items of the whole and their lines, by rising index, until there is an error; reads on then, for further
+  /// errors. Returns how many there are.
+  std::int64_t read(const std::function<void(const internal::PartItem&, const std::string& line)>& take);
 
  private:
   /// Calls `step` for a part; an exception becomes an error at its line, and false.
   bool reading(MergePart& part, const std::function<bool()>& step);
   void read_header(MergePart& part);
-  bool next_point(MergePart& part);
-  /// Which shards are not there, or which part lacks points of its own.
+  bool next_item(MergePart& part);
+  /// Which shards are not there, or which part lacks items of its own.
   std::string who_lacks(const Gaps& gaps) const;
   void error_at(const MergePart& part, const std::string& message) {
     errors_.push_back({part.lines.path(), part.lines.number(), 1, message});
@@ -86,14 +88,14 @@ class Merge {
 
   std::vector<MergePart> parts_;
   std::vector<Diagnostic>& errors_;
-  SweepHeader header_;
-  std::optional<internal::PartHeader> first_;  // of the parts whose header could be read
+  std::unique_ptr<internal::PartFormat> format_;  // by the first header that could be read
+  internal::PartHeader header_, first_;
   std::string first_path_;
 };
 
 Merge::Merge(const std::vector<std::string>& parts, std::vector<Diagnostic>& errors) : errors_(errors) {
   const std::size_t piece = std::clamp(kMemory / std::max<std::size_t>(parts.size(), 1), kLeastPiece, kMostPiece);
-  for (const std::string& part : parts) parts_.push_back({internal::PartLines(part, piece), {}, {}});
+  for (const std::string& part : parts) parts_.push_back({internal::PartLines(part, piece), {}, nullptr});
   for (MergePart& part : parts_) {
     reading(part, [&] {
       part.lines.next();
@@ -115,71 +117,73 @@ bool Merge::reading(MergePart& part, const std::function<bool()>& step) {
 void Merge::read_header(MergePart& part) {
   const internal::PartHeader there = internal::read_part_header(part.lines.line());
   part.shard = there.shard;
-  if (!first_) {
-    header_ = internal::read_header_line(part.lines.line()).header;
-    first_ = there;
+  if (!format_) {
+    format_ = internal::format_of(part.lines.line());
+    header_ = first_ = there;
     first_path_ = part.lines.path();
   }
-  // Paths may differ between machines. The same ones are kept, whatever the order of the parts.
-  if (std::tie(there.file, there.set) < std::tie(header_.file, header_.set)) {
-    header_.file = there.file;
-    header_.set = there.set;
+  if (there.common == first_.common) {
+    // Paths may differ between machines. The same ones are kept, whatever the order of the parts.
+    if (std::tie(there.file, there.set) < std::tie(header_.file, header_.set)) header_ = there;
+    return;
   }
-  if (there.common == first_->common) return;
-  const std::string what = there.scenario != first_->scenario ? "another scenario (or other --set)"
-                           : there.build != first_->build     ? "another build of evenstep"
-                                                              : "another sweep";
+  if (there.kind != first_.kind)
+    return error_at(part, fmt::format("is of a {}, but {} of a {}", there.kind, first_path_, first_.kind));
+  const std::string what = there.scenario != first_.scenario ? "another scenario (or other --set)"
+                           : there.build != first_.build     ? "another build of evenstep"
+                                                             : fmt::format("another {}", first_.kind);
   error_at(part, fmt::format("is of {} than {}", what, first_path_));
 }
 
-bool Merge::next_point(MergePart& part) {
+bool Merge::next_item(MergePart& part) {
   return reading(part, [&] {
     if (!part.lines.next()) return false;
-    const std::int64_t before = part.lines.number() > 2 ? part.point.index : -1;
-    part.point = internal::read_point_line(header_, part.lines.line());
-    if (part.point.index <= before)
-      throw std::runtime_error(fmt::format("is of point {}, after point {}", part.point.index, before));
+    const std::int64_t before = part.item ? part.item->index : -1;
+    part.item = format_->read(part.lines.line());
+    if (part.item->index <= before)
+      throw std::runtime_error(fmt::format("is of point {}, after point {}", part.item->index, before));
     return true;
   });
 }
 
-void Merge::read(const std::function<void(const SweepPoint&, const std::string& line)>& take) {
+std::int64_t Merge::read(const std::function<void(const internal::PartItem&, const std::string& line)>& take) {
   const auto later = [&](std::size_t a, std::size_t b) {
-    return std::tie(parts_[a].point.index, a) > std::tie(parts_[b].point.index, b);
+    return std::tie(parts_[a].item->index, a) > std::tie(parts_[b].item->index, b);
   };
   std::priority_queue<std::size_t, std::vector<std::size_t>, decltype(later)> next(later);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    if (next_point(parts_[i])) next.push(i);
+    if (next_item(parts_[i])) next.push(i);
   }
   Gaps gaps;
-  std::int64_t failures = 0, end = header_.points();  // one past the last point that counts: the K-th failure, or the last
+  std::int64_t failures = 0, end = format_->items();  // one past the last item that counts: the K-th failure, or the last
   std::int64_t last = -1, number_of_last = 0;
   std::size_t part_of_last = 0;
   while (!next.empty()) {
     const std::size_t i = next.top();
     MergePart& part = parts_[i];
     next.pop();
-    if (part.point.index == last) {
+    if (part.item->index == last) {
       error_at(part, fmt::format("point {} is in {}:{} already; merge each part once", last,
                                  parts_[part_of_last].lines.path(), number_of_last));
       continue;
     }
-    last = part.point.index;
+    last = part.item->index;
     part_of_last = i;
     number_of_last = part.lines.number();
     if (last < end) {
       gaps.reach(last);
-      if (errors_.empty() && gaps.missing() == 0) take(part.point, part.lines.line());
-      failures += internal::failed(part.point) ? 1 : 0;
-      if (header_.stop_after && failures >= *header_.stop_after) end = last + 1;
+      if (errors_.empty() && gaps.missing() == 0) take(*part.item, part.lines.line());
+      failures += part.item->failed ? 1 : 0;
+      if (format_->stop_after() && failures >= *format_->stop_after()) end = last + 1;
     }
-    if (next_point(part)) next.push(i);
+    if (next_item(part)) next.push(i);
   }
   gaps.reach(end);
-  if (!errors_.empty() || gaps.missing() == 0) return;
+  if (!errors_.empty() || gaps.missing() == 0) return end;
   errors_.push_back({first_path_, 0, 0,
                      fmt::format("this and the other parts lack {} of {} points: {}; {}", gaps.missing(), end, gaps.text(),
                                  who_lacks(gaps))});
+  return end;
 }
 
 std::string Merge::who_lacks(const Gaps& gaps) const {
@@ -203,30 +207,51 @@ std::string Merge::who_lacks(const Gaps& gaps) const {
 
 }  // namespace
 
-SweepOutcome merge_sweep(const std::vector<std::string>& parts, const std::string& out) {
-  SweepOutcome outcome;
+PartOutcome internal::merge_into(const std::vector<std::string>& parts, const std::string& out,
+                                 std::unique_ptr<PartFormat>& format) {
+  PartOutcome outcome;
   outcome.file = out;
   Merge merge(parts, outcome.errors);
   try {
     if (outcome.errors.empty()) {
-      outcome.header = merge.header();
-      internal::MergedFile file(out);
-      file.append(internal::header_line(outcome.header, {}));
-      SweepSummarizer summarizer(outcome.header);
-      merge.read([&](const SweepPoint& point, const std::string& line) {
+      MergedFile file(out);
+      file.append(merge.header_line());
+      format = format_of(merge.header_line());
+      outcome.items = format->items();
+      outcome.done = merge.read([&](const PartItem& item, const std::string& line) {
         file.append(line);
-        summarizer.add(point);
+        format->take(item);
       });
       if (outcome.errors.empty()) file.finish();
-      outcome.summary = summarizer.summary();
     }
   } catch (const std::exception& error) {
     outcome.failure = error.what();
     outcome.exit = ExitCode::run_failed;
     return outcome;
   }
-  outcome.exit = outcome.errors.empty() ? internal::exit_of(outcome.summary) : ExitCode::usage;
+  if (!outcome.errors.empty()) outcome.exit = ExitCode::usage;
   return outcome;
+}
+
+std::string kind_of_part(const std::string& file) {
+  internal::PartLines lines(file, kMostPiece);
+  try {
+    lines.next();
+    return internal::read_part_header(lines.line()).kind;
+  } catch (const std::runtime_error&) {
+    return {};
+  }
+}
+
+std::unique_ptr<internal::PartFormat> internal::format_of(const std::string& header_line) {
+  if (read_part_header(header_line).kind == "sweep")
+    return std::make_unique<SweepParts>(read_header_line(header_line).header);
+  return std::make_unique<JsonParts>(header_line);
+}
+
+PartOutcome merge_parts(const std::vector<std::string>& parts, const std::string& out) {
+  std::unique_ptr<internal::PartFormat> format;
+  return internal::merge_into(parts, out, format);
 }
 
 }  // namespace evenstep

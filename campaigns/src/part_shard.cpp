@@ -3,7 +3,7 @@
 #include <charconv>
 #include <vector>
 
-#include "evenstep/campaigns/sweep.h"
+#include "evenstep/campaigns/parts.h"
 
 namespace evenstep {
 namespace {
@@ -32,7 +32,7 @@ bool whole(std::string_view text, int& out) {
   return error == std::errc{} && at == text.data() + text.size();
 }
 
-bool is_shard(SweepShard shard) {
+bool is_shard(Shard shard) {
   return shard.of >= 1 && shard.of <= kMostShards && shard.index >= 1 && shard.index <= shard.of;
 }
 
@@ -119,7 +119,7 @@ Result<ShardSaid> shard_of_batch(std::optional<int> of, const Variable& variable
 Result<ShardSaid> parse_shard(const std::string& text, std::optional<int> of, const Variable& variable) {
   if (text == "auto") return shard_of_batch(of, variable);
   if (of) return Failure(fmt::format("\"{}\" and --of {}: --of belongs to --shard auto", text, *of));
-  SweepShard shard;
+  Shard shard;
   const std::size_t slash = text.find('/');
   const bool fine = slash != std::string::npos && whole(std::string_view(text).substr(0, slash), shard.index) &&
                     whole(std::string_view(text).substr(slash + 1), shard.of) && is_shard(shard);

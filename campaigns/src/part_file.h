@@ -1,6 +1,6 @@
 #pragma once
-/// Writes sweep.jsonl: the lines go to "<file>.partial", each as soon as it is known, and the file gets its final name when
-/// it is complete. So an incomplete file is never seen under that name.
+/// Writes the file of a part, such as sweep.jsonl: its lines go to "<file>.partial", each as soon as it is known, and the
+/// file gets its final name when it is complete. So an incomplete file is never seen under that name.
 
 #include <string>
 #include <vector>
@@ -11,15 +11,15 @@ namespace evenstep::internal {
 /// otherwise an error. Throws std::runtime_error.
 std::vector<std::string> read_lines(const std::string& path, bool torn_end_allowed);
 
-class SweepFile {
+class PartFile {
  public:
   /// Opens "<file>.partial". With `resume` its complete lines are kept; otherwise the file must not exist. Throws
   /// std::runtime_error with the file, the problem and the remedy; it is an error if another process is writing the file, or
   /// has ended it in the meantime.
-  SweepFile(std::string file, bool resume);
-  ~SweepFile();
-  SweepFile(const SweepFile&) = delete;
-  SweepFile& operator=(const SweepFile&) = delete;
+  PartFile(std::string file, bool resume);
+  ~PartFile();
+  PartFile(const PartFile&) = delete;
+  PartFile& operator=(const PartFile&) = delete;
 
   const std::string& partial() const { return partial_; }
   /// The lines that were kept, including the header.

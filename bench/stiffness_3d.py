@@ -1,0 +1,148 @@
+"""Largest stable stiffness on the lattice tissue, in three dimensions and for two hands: docs/stiffness.md.
+
+stiffness_3d.py run EVENSTEP docs/stiffness-3d.csv [RENDER ...]    searches (some minutes) and writes the table
+stiffness_3d.py plot docs/stiffness-3d.csv docs/images/stiffness-3d.svg
+"""
+import csv
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+
+# Scene -> file, the largest eigenvalue of the settled stiffness of all tools together per N/m of a spring (printed by
+# test_study "[.print-stiffness]"; probe: the slope of its force at 0.1 N), further settings.
+SCENES = {
+    "middle": ("block-grab", 8.590, []),
+    "corner": ("block-corner", 6.311, []),
+    "hands 48 mm apart": ("hands-far", 9.569, []),
+    "hands side by side": ("hands-near", 26.03, []),
+    "probe": ("block-probe", 3.949, ['run.duration="8 s"']),
+}
+PID = '{ travel = ["40 mm", "40 mm", "40 mm"], full_scale = "40 N", full_slope = "20 kN/m", ' \
+      'gain = 1.0, springs = ["x", "y", "z"], firmware_rate = "4 kHz" }'
+# What is rendered -> render, and the law for a spring: raw and remapped, N/m at the tool.
+RENDERS = {
+    "force": ('{ kind = "force" }', (188.3, 64.25)),
+    "local, instantaneous": ('{ kind = "local" }', (2000, 2000)),
+    "local, settled": ('{ kind = "local", stiffness = "settled" }', (2000, 2000)),
+    "local, settled, alpha 1.1": ('{ kind = "local", stiffness = "settled", alpha = 1.1 }', (None, 3735)),
+    "local, settled, axes only": ('{ kind = "local", stiffness = "settled", directions = "axes" }', (2000, 2000)),
+    "local, settled, normal only": ('{ kind = "local", stiffness = "settled", directions = "normal" }', (2000, 2000)),
+    "local, settled, coupled": ('{ kind = "local", stiffness = "settled", coupled = true }', (2000, 2000)),
+    "local, instantaneous, coupled": ('{ kind = "local", coupled = true }', (2000, 2000)),
+    "device_spring, settled": ('{ kind = "device_spring", stiffness = "settled" }', (8000, 8000)),
+    "device_spring, settled, coupled": ('{ kind = "device_spring", stiffness = "settled", coupled = true }', (8000, 8000)),
+}
+
+
+def makes_sense(scene, render):
+    hands, probe = scene.startswith("hands"), scene == "probe"
+    if "normal" in render:
+        return probe
+    if "axes" in render:
+        return scene in ("corner", "probe")
+    if "coupled" in render:
+        return hands
+    return not (render == "device_spring, settled" and scene == "hands side by side")
+
+
+def search(evenstep, scene, render):
+    file, _, more = SCENES[scene]
+    least = 5 if scene == "probe" else 1
+    sets = [f'study.stiffness_limit={{ from = "{least} N/m", to = "3000 N/m" }}', "expect=[]", *more]
+    for hand in ("left", "right") if scene.startswith("hands") else ("left",):
+        sets.append(f"device.{hand}.render={RENDERS[render][0]}")
+        if "device_spring" in render:
+            sets += [f'device.{hand}.driver="pid"', f"device.{hand}.pid={PID}"]
+    with tempfile.TemporaryDirectory() as folder:
+        command = [evenstep, "study", f"scenarios/closed-loop/{file}.toml", "--json", "--out", os.path.join(folder, "out")]
+        for setting in sets:
+            command += ["--set", setting]
+        return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)["limits"]
+
+
+COLUMNS = ["scene", "render", "strategy", "state", "N_per_m_of_a_spring", "N_per_m_at_the_tool", "law_N_per_m", "ratio"]
+
+
+def rows_of(path):
+    if not os.path.exists(path):
+        return []
+    with open(path, encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def write(path, rows):
+    order = [(scene, render) for scene in SCENES for render in RENDERS]
+    rows.sort(key=lambda row: (order.index((row["scene"], row["render"])), row["strategy"]))
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        out = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        out.writeheader()
+        out.writerows(rows)
+
+
+def run(evenstep, path, *only):
+    """`only`: renders to search again; the rows of the others stay."""
+    for scene, (_, largest, _) in SCENES.items():
+        for render, (_, laws) in RENDERS.items():
+            if not makes_sense(scene, render) or (only and render not in only):
+                continue
+            rows = [row for row in rows_of(path) if (row["scene"], row["render"]) != (scene, render)]
+            for limit, law in zip(search(evenstep, scene, render), laws):
+                stable, found = limit.get("stable_N_per_m", 0), limit["state"] == "found"
+                at_tool = stable * largest if largest else None
+                rows.append(dict(zip(COLUMNS, [
+                    scene, render, limit["strategy"], limit["state"], f"{stable:.4g}", f"{at_tool:.4g}" if at_tool else "",
+                    law or "", f"{at_tool / law:.3g}" if at_tool and law and found else ""])))
+                print(scene, "|", render, "|", limit["strategy"], limit["state"], f"{stable:.4g}", flush=True)
+            write(path, rows)
+
+
+def plot(path, svg):
+    """Dots on a logarithmic scale: the limit at the tool; a line where the law of one spring has it."""
+    rows = [row for row in rows_of(path) if row["N_per_m_at_the_tool"]]
+    left, right, line, top = 250, 760, 16, 46
+    x = lambda value: left + (math.log10(value) - 1) / 4 * (right - left)
+    y = top
+    body = []
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        body.append(f'<text x="10" y="{y + 4}" font-weight="bold">{scene}</text>')
+        y += line
+        for render in dict.fromkeys(row["render"] for row in rows if row["scene"] == scene):
+            body.append(f'<text x="20" y="{y + 4}">{render}</text>')
+            body.append(f'<line x1="{left}" y1="{y}" x2="{right}" y2="{y}" stroke="#e4e4e4"/>')
+            for row in rows:
+                if row["scene"] != scene or row["render"] != render:
+                    continue
+                value, raw = float(row["N_per_m_at_the_tool"]), row["strategy"] == "direct"
+                color = "#c0504d" if raw else "#1f6fb4"
+                if row["law_N_per_m"]:
+                    at = x(float(row["law_N_per_m"]))
+                    body.append(f'<line x1="{at:.1f}" y1="{y - 6}" x2="{at:.1f}" y2="{y + 6}" stroke="{color}" '
+                                'stroke-width="1.5"/>')
+                fill = "white" if row["state"] == "above" else color
+                body.append(f'<circle cx="{x(value):.1f}" cy="{y}" r="4" fill="{fill}" stroke="{color}" '
+                            'stroke-width="1.5"/>')
+            y += line
+        y += line // 2
+    for power in range(1, 6):
+        at = x(10 ** power)
+        body.append(f'<line x1="{at}" y1="{top - 8}" x2="{at}" y2="{y - line}" stroke="#d0d0d0" stroke-dasharray="2,3"/>')
+        body.append(f'<text x="{at}" y="{y + 2}" text-anchor="middle">{10 ** power}</text>')
+    body.append(f'<text x="{(left + right) / 2}" y="{y + 18}" text-anchor="middle">'
+                'largest stable stiffness at the tool, N/m</text>')
+    body.append('<circle cx="260" cy="16" r="4" fill="#c0504d"/><text x="270" y="20">raw</text>'
+                '<circle cx="320" cy="16" r="4" fill="#1f6fb4"/><text x="330" y="20">remapped</text>'
+                '<circle cx="410" cy="16" r="4" fill="white" stroke="#1f6fb4" stroke-width="1.5"/>'
+                '<text x="420" y="20">or more</text>'
+                '<line x1="490" y1="10" x2="490" y2="22" stroke="#1f6fb4" stroke-width="1.5"/>'
+                '<text x="497" y="20">law of one spring</text>')
+    with open(svg, "w", encoding="utf-8") as file:
+        file.write(f'<svg xmlns="http://www.w3.org/2000/svg" width="790" height="{y + 28}" viewBox="0 0 790 {y + 28}" '
+                   'font-family="sans-serif" font-size="12" fill="#222">\n<rect width="100%" height="100%" fill="white"/>\n'
+                   + "\n".join(body) + "\n</svg>\n")
+
+
+if __name__ == "__main__":
+    {"run": run, "plot": plot}[sys.argv[1]](*sys.argv[2:])

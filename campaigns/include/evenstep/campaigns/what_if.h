@@ -1,0 +1,81 @@
+#pragma once
+/// What if the pauses were shorter? A timing as it would have been with drawings in parts, with a budget for each, with
+/// paced segments, or with a lane for the drawings; and what that costs. Pure: the same timing gives the same answer.
+/// Text form, as `evenstep size --what-if` and `evenstep advise` take it, clauses in any order:
+///
+///   split 2                     each drawing in 2 parts with steps between them
+///   budget 20 ms [merge]        a pause of at most that: what is left of a drawing is drawn in the next pauses
+///   budget 20 ms skip|hold      a drawing that would take longer is not made; its steps follow at once, or as usual
+///   forecast 2                  of skip and hold: how many drawings back the governor looks (0: it knows the future)
+///   pace 90 % | 33 ms | 30 Hz   segments keep to a grid: a percentile of the times that their work takes (not shorter than
+///                               the grid that they keep to already), or a period
+///   own-lane [1.3]              drawings in a lane of their own; steps that begin beside one take so many times as long
+///
+/// They are applied in the order split, budget, pace. All but own-lane are what a frame governor does
+/// (scheduler/frame_governor.h).
+///
+/// own-lane: no step waits for a drawing any more. Each drawing begins where it was, or where the one before ends. Step n
+/// begins n mean slots of the recording after the first segment, or where the one before ends, because simulated time is not
+/// to get ahead of real time. How long a drawing takes stays as it was. It goes with none of the others, because there is no
+/// pause left.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "evenstep/scheduler/frame_governor.h"
+#include "evenstep/time/result.h"
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+struct WhatIf {
+  int split = 1;
+  std::optional<Duration> budget;
+  OverBudget over_budget = OverBudget::merge;
+  int forecast = 0;                       ///< 0: a bound, nobody knows the future
+  std::optional<double> pace_percentile;  ///< in (0, 1]
+  std::optional<Duration> pace;
+  std::optional<double> own_lane;  ///< slow-down of steps, >= 1
+
+  friend bool operator==(const WhatIf&, const WhatIf&) = default;
+};
+
+/// "split 2, budget 20 ms hold". The error says what was expected.
+Result<WhatIf> parse_what_if(std::string_view text);
+/// The text that gives it again; "as it is" for one that changes nothing.
+std::string text_of(const WhatIf& what_if);
+
+/// The same as a simulator can do it while it runs, without knowing what comes: forecasts look back (2 drawings if nothing
+/// else was asked for), and a percentile is that of the segments that begin within the first 2 s. Empty if there is no
+/// difference, or no simulator can do it (own-lane).
+std::optional<WhatIf> causal(const WhatIf& what_if);
+
+/// What the drawings and the simulated time cost. Lengths are from the first begin to the end of the last step.
+struct DrawingPrice {
+  std::int64_t drawings = 0;          ///< finished ones
+  std::int64_t left_out = 0;          ///< never begun
+  std::int64_t over_budget = 0;       ///< pauses longer than the budget
+  double drawings_per_s = 0;          ///< finished ones
+  Duration longest_without_drawing;   ///< from the end of one to the end of the next; the begin and the end count as one
+  Duration longest_drawing_pause;     ///< that steps wait for a drawing or its part; 0 with a lane of their own
+  double simulated_against_real = 1;  ///< steps per real time, as a multiple of those of the timing before
+  double segments_lost = 0;           ///< share of the steps, and so of the segments, fewer than before per real time; >= 0
+};
+
+struct WhatIfTiming {
+  std::vector<SegmentTiming> segments;
+  DrawingPrice price;
+  std::optional<Duration> pace;  ///< the period that a percentile came to
+};
+
+/// (Call it as evenstep::apply where the arguments may bring std::apply along.) `segments` with this change; the error says
+/// why it has no meaning there. `causally`: a percentile of what begins within the first 2 s, see above.
+Result<WhatIfTiming> apply(const WhatIf& what_if, std::span<const SegmentTiming> segments, bool causally = false);
+/// The price of a timing that was `before` before.
+DrawingPrice price_of(std::span<const SegmentTiming> segments, std::span<const SegmentTiming> before,
+                      std::optional<Duration> budget = {});
+
+}  // namespace evenstep

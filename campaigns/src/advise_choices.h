@@ -1,0 +1,65 @@
+#pragma once
+/// The choices that `evenstep advise` compares, and the scenario of each. A further choice is one more entry of the list.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/campaigns/advise.h"
+#include "evenstep/format/scenario.h"
+#include "evenstep/time/time.h"
+
+namespace evenstep::internal {
+
+/// What a tick of the device sends.
+struct AdviceRenderer {
+  const char* name;
+  const char* of_line;  ///< [[device]] render of the device that shows the jumps
+  const char* of_hand;  ///< of the one that the hand holds
+  bool needs_stiffness, needs_springs;
+};
+const AdviceRenderer& renderer_called(const std::string& name);
+
+/// What decides when steps are computed and played: a map, a governor, and how many segments may be late.
+struct AdvicePace {
+  StrategyKind map = StrategyKind::direct;
+  std::string bandwidth;  ///< as [remap] takes it; empty: the map has none
+  std::optional<WhatIf> governor;
+  bool at_rate = false;        ///< the latency of AdviseOptions::rate
+  bool all_renderers = false;  ///< false: with the plainest and the local model, which suffices to compare
+};
+/// The paces worth comparing for segments that come with pauses, or without any, and could be changed so.
+std::vector<AdvicePace> paces(bool has_pauses, const AdviseOptions& options, const std::vector<WhatIf>& governors);
+/// Of those that are asked for, the renderers that go with a pace; at least one.
+std::vector<const AdviceRenderer*> renderers_of(const AdvicePace& pace, const std::vector<std::string>& names);
+/// What is compared by default, for these segments.
+std::vector<WhatIf> default_governors(const std::vector<SegmentTiming>& segments);
+
+/// What the scenarios of all choices have in common.
+struct AdviceSetting {
+  std::string input;
+  Rate sampling;
+  double speed_m_per_s = 0;
+  double mass_kg = 0, damping_N_s_per_m = 0;
+  Rate firmware_rate;
+};
+
+struct AdviceLatency {
+  Duration latency, lead;
+  double late = 0;  ///< share of the segments that are late with it at the worst phase
+};
+/// What the scenario of one choice has besides.
+struct AdviceScenario {
+  std::string name;
+  std::string trace;  ///< the file beside it that has the segments
+  Duration warmup;
+  double stiffness_N_per_m = 1;
+  std::optional<AdviceLatency> latency;  ///< empty: the least for which nothing is late
+};
+/// Without expectations.
+std::string scenario_text(const AdviceSetting& setting, const AdvicePace& pace, const AdviceRenderer& renderer,
+                          const AdviceScenario& own);
+/// What its run must give: the numbers of the choice.
+std::string expectations_text(const AdviceChoice& choice);
+
+}  // namespace evenstep::internal

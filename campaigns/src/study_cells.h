@@ -1,0 +1,45 @@
+#pragma once
+/// The cells of a study of a tissue's state, one by one, so that shards can divide them.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/campaigns/study.h"
+#include "study_trace.h"
+
+namespace evenstep::internal {
+
+class StudyCells {
+ public:
+  /// Both must outlive it. Throws RunFailure.
+  StudyCells(const Scenario& scenario, const StudyControl& control);
+
+  std::size_t count() const { return runs_.size(); }
+  /// The record without its reference and cells.
+  StudyRecord description() const;
+  /// Solved when it is first asked for. Throws RunFailure.
+  const StudyReferenceRun& reference();
+  /// Without its order. Nothing: it was interrupted before its cost was known. Throws RunFailure.
+  std::optional<StudyCell> cell(std::size_t i);
+  const std::string& opencl_device() const { return opencl_device_; }  ///< of a cell so far; empty: none used one
+
+ private:
+  bool interrupted() const { return control_.interrupted && *control_.interrupted; }
+  double step_s() const { return period_s(scenario_.scene.step_rate); }
+  void judge(const StudyRun& run, StudyCell& cell);
+  void time(const StudyRun& run, StudyCell& cell) const;
+
+  const Scenario& scenario_;
+  const StudyControl& control_;
+  std::vector<StudyRun> runs_;
+  StudyPlan plan_;
+  std::optional<StudyReferenceRun> reference_;
+  std::string opencl_device_;
+};
+
+/// The orders of all cells, each against the one before it.
+void put_orders(StudyRecord& record);
+
+}  // namespace evenstep::internal

@@ -1,0 +1,136 @@
+#include "source_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <vector>
+
+#include "evenstep/time/reproducible_math.h"
+
+namespace evenstep {
+
+Duration needed_ahead(const MapSetup& setup, StrategyKind kind) {
+  if (kind != StrategyKind::polyphase) return {};
+  return setup.source_period * (setup.taps - (setup.emission == Emission::linear ? 1 : 0));
+}
+
+namespace internal {
+namespace {
+
+struct Rule {
+  StrategyKind kind;
+  ChunkRule rule;
+};
+constexpr Rule kChunkRules[] = {{StrategyKind::chunk_replace, ChunkRule::replace},
+                                {StrategyKind::chunk_append, ChunkRule::append},
+                                {StrategyKind::chunk_blend, ChunkRule::blend}};
+const Rule* chunk_rule(StrategyKind kind) {
+  const auto* found =
+      std::find_if(std::begin(kChunkRules), std::end(kChunkRules), [&](const Rule& one) { return one.kind == kind; });
+  return found == std::end(kChunkRules) ? nullptr : found;
+}
+
+/// A step of a schedule without a map: its begin, which is the stamp of its force, and when that is at the device.
+struct Made {
+  RealTime begin, arrives;
+  bool lost = false;
+};
+std::vector<Made> made(const Scenario& scenario) {
+  std::vector<Made> all;
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
+  const RealTime end{scenario.run_duration.ns};
+  for (SegmentTiming segment; timing->next(segment) && segment.begin < end;) {
+    for (const Interval& step : segment.steps) {
+      const Transport way = segment.transport(step);
+      all.push_back({step.begin, step.end + way.delay, way.lost});
+    }
+  }
+  return all;
+}
+
+/// The most entries from the oldest one that is still in use when another is made: max over n of n - m + 1 for the first m
+/// with used(m) >= S(n). An entry is kept as long as one before it.
+template <class Steps, class Used>
+std::size_t most_in_use(const Steps& steps, Used used) {
+  std::deque<RealTime> until;
+  std::size_t most = 0;
+  for (const auto& step : steps) {
+    while (!until.empty() && until.front() < step.begin) until.pop_front();
+    until.push_back(until.empty() ? used(step) : std::max(until.back(), used(step)));
+    most = std::max(most, until.size());
+  }
+  return most;
+}
+
+/// See StrategyPlan::least_entries.
+std::int64_t least_entries(const Scenario& scenario) {
+  const std::vector<Made> chunks = made(scenario);
+  const std::int64_t every = scenario.playing.chunk.every.ns;
+  std::int64_t most = 0;
+  // When the first of the later ones comes, or the run ends; one that comes after it is never played.
+  RealTime next{scenario.run_duration.ns};
+  for (std::size_t n = chunks.size(); n-- > 0;) {
+    if (chunks[n].lost || next <= chunks[n].arrives) continue;
+    most = std::max(most, ((next - chunks[n].begin).ns + every - 1) / every);
+    next = chunks[n].arrives;
+  }
+  return most;
+}
+
+}  // namespace
+
+void add_room(const Scenario& scenario, StrategyPlan& plan) {
+  constexpr std::size_t kSpare = 2;  // as in LatencyBudget
+  if (plan.kind == StrategyKind::polyphase)
+    plan.force_capacity += 2 * static_cast<std::size_t>(scenario.playing.resampler.taps);
+  if (chunk_rule(plan.kind) != nullptr) plan.least_entries = least_entries(scenario);
+  if (!scenario.timing.elsewhere) return;
+  const bool mapped = !plan.sizing.steps.empty();
+  const Duration delay = plan.latency - plan.lead;
+  const std::size_t needed =
+      mapped ? most_in_use(plan.sizing.steps, [&](const MappedStep& step) { return std::max(step.slot + delay, step.end); })
+             : most_in_use(made(scenario), [](const Made& step) { return step.arrives; });
+  plan.force_capacity = std::max(plan.force_capacity, needed + kSpare);
+}
+
+std::optional<SourceForces> source_forces(const Scenario& scenario, const StrategyPlan& plan, Emission emission) {
+  if (traits_of(plan.kind).knows_motion) return std::nullopt;
+  if (const Rule* chunks = chunk_rule(plan.kind)) {
+    ChunkSpec spec = scenario.playing.chunk;
+    spec.rule = chunks->rule;
+    spec.between = emission;
+    spec.most = 2 + most_in_use(made(scenario),
+                                [&](const Made& step) { return std::max(step.arrives, step.begin + spec.length()); });
+    return SourceForces{spec};
+  }
+  ResamplerSpec spec = scenario.playing.resampler;
+  spec.capacity = plan.force_capacity + 2 * static_cast<std::size_t>(spec.taps) + 1;
+  if (plan.kind == StrategyKind::holt_winters)
+    spec.kind = Resampling::holt_winters;
+  else if (plan.kind == StrategyKind::polyphase)
+    spec.kind = Resampling::polyphase;
+  else if (!scenario.timing.elsewhere)
+    return std::nullopt;
+  else if (traits_of(plan.kind).plays_as_it_comes)
+    spec.kind = Resampling::newest;
+  else
+    spec.kind = emission == Emission::hold ? Resampling::scheduled_held : Resampling::scheduled;
+  return SourceForces{spec};
+}
+
+Duration memory_of(const SourceForces& source) {
+  if (const auto* chunk = std::get_if<ChunkSpec>(&source.play)) return chunk->length();
+  const ResamplerSpec& spec = std::get<ResamplerSpec>(source.play);
+  if (spec.kind == Resampling::polyphase) return spec.period * spec.taps;
+  if (spec.kind != Resampling::holt_winters) return {};
+  // The larger eigenvalue of its recurrence on a line (docs/sources.md): determinant 1 - a, trace 2 - a - a g.
+  const double determinant = 1 - spec.level, trace = 2 - spec.level - spec.level * spec.trend;
+  const double gap = trace * trace / 4 - determinant;
+  const double radius = gap < 0 ? std::sqrt(determinant) : trace / 2 + std::sqrt(gap);
+  constexpr double kLeft = 1e-9;
+  const double samples = radius > 0 ? reproducible::log(kLeft) / reproducible::log(radius) : 2;
+  return spec.period * static_cast<std::int64_t>(std::min(std::ceil(samples) + 1, 1e6));
+}
+
+}  // namespace internal
+}  // namespace evenstep

@@ -1,0 +1,85 @@
+#pragma once
+/// What `evenstep advise` found: choices of map, governor, latency and renderer for one timing, and what each costs. The
+/// record is filled in by evenstep/campaigns/advise.h; the writers here turn it into text, JSON and a figure. Definitions:
+/// docs/advise.md.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "evenstep/time/time.h"
+
+namespace evenstep {
+
+/// One choice. The numbers are those of the run of its scenario, except `bound` (of the sizing) and the stiffness (a law).
+struct AdviceChoice {
+  int number = 0;  ///< from 1 on
+  std::string map;
+  double bandwidth_Hz = 0;   ///< of the map; 0: it has none
+  std::string governor;      ///< in words, as the table says it; empty: the simulator's pace is left as it is
+  double accepted_rate = 0;  ///< share of segments whose forces may be late; 0: none
+  std::string renderer;      ///< "hold", "linear", "local" or "device_spring"
+  bool needs_stiffness = false, needs_springs = false;  ///< of the solver its stiffness; of the device springs
+  std::string scenario;                                 ///< the text that reproduces it
+
+  /// Why there are no numbers (the run failed); empty if there are.
+  std::string failure;
+  Duration latency, lead;         ///< L and c of the map; 0 for `direct`, which has none
+  std::optional<Duration> bound;  ///< of any path that jumps as little, none late; empty where there is none
+  double delay_s = 0;             ///< hand to force with hold and device; of `direct` the mean
+  double jump_step = 0;           ///< velocity jump of what the solver reads, in the hand's way per slot
+  double force_jump_step = 0;     ///< of the force at the ticks, in the change of force per slot
+  double underrun_rate = 0;       ///< share of the judged segments with an underrun
+  /// Share of all segments that are late at the worst phase of the device, of which the run has one (the sizing); of a map
+  /// whose least latency is taken 0.
+  double late_any_phase = 0;
+  double stiffness_N_per_m = 0;  ///< that the loop carries, by its law
+  double tried_N_per_m = 0;      ///< [scene] stiffness of the run
+  /// The hand of the run, with that stiffness; empty: the run is too short to tell.
+  std::optional<bool> comes_to_rest;
+  double drawings_lost = 0, simulated_lost = 0;  ///< shares, against the timing as it was recorded
+
+  bool ranked = false;            ///< it has all prices, and its hand comes to rest as far as can be told
+  bool on_front = false;          ///< no other ranked choice that needs no more beats it
+  std::vector<int> dominated_by;  ///< numbers of choices on the front
+  std::vector<int> ties;          ///< numbers of the choices whose prices are the same
+};
+
+struct AdviceRecord {
+  std::string input;
+  std::string segments_from;  ///< as SizeRecord has it
+  std::int64_t steps = 0, segments = 0;
+  Duration length, slot, warmup;
+  Duration sampling_period;
+  Duration pause_bound;  ///< of the timing as it was recorded, for held forces
+  double damping_N_s_per_m = 0, mass_kg = 0, firmware_rate_Hz = 0, speed_m_per_s = 0;
+  std::vector<std::string> notes;  ///< what was left out, and why
+  std::vector<AdviceChoice> choices;
+};
+
+/// Prices in the order in which they are compared, less is better, to three digits: what is less apart is no reason to
+/// choose. Jumps below 0.001 steps are none. docs/advise.md lists them.
+std::vector<double> prices_of(const AdviceChoice& choice);
+/// Sets ranked, on_front, dominated_by and ties of all choices.
+void rank(AdviceRecord& record);
+
+/// The choice to use if the solver says how stiff it is, or if it gives forces only; null if there is none. Of those on the
+/// front that draw and simulate as recorded, with no force late, and jump by at most 0.15 steps: the one with the least
+/// delay; of the one that jumps least, if none is as smooth.
+const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_stiffness);
+
+/// Text for people: the table, and what to choose when.
+std::string advice_text(const AdviceRecord& record);
+/// One JSON object; docs/advise.md lists its keys. Times are in whole ns where they are exact.
+std::string advice_json(const AdviceRecord& record);
+/// A figure: delay against velocity jump and against stiffness, with the front. Empty if nothing is ranked.
+std::string advice_svg(const AdviceRecord& record);
+/// The conclusion alone, a line or more for each case.
+std::vector<std::string> advice_conclusion(const AdviceRecord& record);
+/// "phase_locked 2 Hz, split 2, 1 % late, local"
+std::string name_of(const AdviceChoice& choice);
+/// The share of segments that may be late: the larger one of the run's and that of the worst phase.
+double late_share(const AdviceChoice& choice);
+
+}  // namespace evenstep

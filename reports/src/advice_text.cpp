@@ -1,0 +1,118 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "evenstep/reports/advice_record.h"
+
+namespace evenstep {
+namespace {
+
+double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+
+std::string stiffness(double N_per_m) {
+  return N_per_m < 100 ? fmt::format("{:.3g}", N_per_m) : fmt::format("{:.0f}", N_per_m);
+}
+
+std::string list_of(const std::vector<int>& numbers) {
+  std::string out;
+  for (const int number : numbers) out += fmt::format("{}{}", out.empty() ? "" : ", ", number);
+  return out;
+}
+
+/// The last column: why a choice is not on the front, and which are as good as it.
+std::string standing(const AdviceChoice& choice) {
+  if (!choice.failure.empty()) return choice.failure;
+  if (!choice.ranked) return fmt::format("its hand shakes with {} N/m", stiffness(choice.tried_N_per_m));
+  if (!choice.on_front) {
+    std::vector<int> some = choice.dominated_by;
+    constexpr std::size_t kMost = 4;
+    const bool more = some.size() > kMost;
+    some.resize(std::min(some.size(), kMost));
+    return "beaten by " + list_of(some) + (more ? " ..." : "");
+  }
+  return choice.ties.empty() ? "" : "as good as " + list_of(choice.ties);
+}
+
+std::string jump(double steps) { return steps < 0.001 ? "<0.001" : fmt::format("{:.2g}", steps); }
+
+std::string row(const AdviceChoice& choice) {
+  std::string out = fmt::format("{} {:>3}  {:<52}", choice.on_front ? '*' : ' ', choice.number, name_of(choice));
+  if (!choice.failure.empty()) return out + " " + choice.failure + "\n";
+  const std::string latency = choice.latency.ns > 0 ? fmt::format("{:.3f}", ms(choice.latency)) : "-";
+  const std::string bound = choice.bound ? fmt::format("{:.3f}", ms(*choice.bound)) : "-";
+  const double lost = 100 * std::max(choice.drawings_lost, choice.simulated_lost);
+  return out + fmt::format(" {:>9} {:>9} {:>9.2f} {:>8} {:>8} {:>7.3g} {:>7.3g} {:>7}  {}\n", latency, bound,
+                           1e3 * choice.delay_s, jump(choice.jump_step), jump(choice.force_jump_step),
+                           100 * late_share(choice), lost, stiffness(choice.stiffness_N_per_m), standing(choice));
+}
+
+const AdviceChoice* least_delay(const AdviceRecord& record, bool (*admits)(const AdviceChoice&)) {
+  const AdviceChoice* least = nullptr;
+  for (const AdviceChoice& choice : record.choices) {
+    if (choice.on_front && admits(choice) && (least == nullptr || choice.delay_s < least->delay_s)) least = &choice;
+  }
+  return least;
+}
+
+std::string what_it_gives(const AdviceChoice& choice) {
+  return fmt::format("{:.4g} ms from hand to force, jumps of {} steps, {} N/m", 1e3 * choice.delay_s, jump(choice.jump_step),
+                     stiffness(choice.stiffness_N_per_m));
+}
+
+std::string sentence(const char* when, const AdviceChoice& choice) {
+  return fmt::format("{}: {} ({}): {}.", when, choice.number, name_of(choice), what_it_gives(choice));
+}
+
+}  // namespace
+
+std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
+  const AdviceChoice* const with = choice_to_use(record, true);
+  const AdviceChoice* const without = choice_to_use(record, false);
+  if (with == nullptr && without == nullptr)
+    return {
+        "Nothing can be advised: no choice without late forces came to rest in a hand. Take away what hitches "
+        "(evenstep size says which), or record more."};
+  std::vector<std::string> out;
+  if (with != nullptr) out.push_back(sentence("If the solver says how stiff the contact is", *with));
+  if (without != nullptr) out.push_back(sentence("If it gives forces only", *without));
+  const AdviceChoice* const springs = least_delay(
+      record, [](const AdviceChoice& one) { return one.needs_springs && one.governor.empty() && one.map != "direct"; });
+  if (springs != nullptr && with != nullptr && springs->stiffness_N_per_m > with->stiffness_N_per_m)
+    out.push_back(sentence("If the device renders springs by itself, and stiff contacts matter", *springs));
+  const AdviceChoice* const late =
+      least_delay(record, [](const AdviceChoice& one) { return one.accepted_rate > 0 && one.governor.empty(); });
+  const AdviceChoice* const base = without != nullptr ? without : with;
+  if (late != nullptr && late->delay_s < base->delay_s)
+    out.push_back(fmt::format("{} It is late in {:.3g} % of the segments.",
+                              sentence("If a force may be late now and then", *late), 100 * late_share(*late)));
+  const AdviceChoice* const governed = least_delay(record, [](const AdviceChoice& one) { return !one.governor.empty(); });
+  if (governed != nullptr && governed->delay_s < base->delay_s)
+    out.push_back(fmt::format("{} It costs {:.3g} % of the drawings and {:.3g} % of the simulated time.",
+                              sentence("If the simulator can be changed", *governed), 100 * governed->drawings_lost,
+                              100 * governed->simulated_lost));
+  const AdviceChoice* const direct = least_delay(record, [](const AdviceChoice& one) { return one.map == "direct"; });
+  if (direct != nullptr)
+    out.push_back(fmt::format("Without a map ({}, {}) the hand jumps by {:.2g} steps: only where nobody feels or sees that.",
+                              direct->number, name_of(*direct), direct->jump_step));
+  return out;
+}
+
+std::string advice_text(const AdviceRecord& record) {
+  std::string out = fmt::format(
+      "{}: {} steps in {} segments, {:.6g} s; device period {:.6g} ms; {:.3g} kg and {:.3g} N s/m of hand and device\n\n",
+      record.input, record.steps, record.segments, seconds(record.length), ms(record.sampling_period), record.mass_kg,
+      record.damping_N_s_per_m);
+  fmt::format_to(std::back_inserter(out), "{:>5}  {:<52} {:>9} {:>9} {:>9} {:>8} {:>8} {:>7} {:>7} {:>7}\n", "", "",
+                 "latency", "bound", "delay", "jump", "force", "late", "lost", "carries");
+  fmt::format_to(std::back_inserter(out), "{:>5}  {:<52} {:>9} {:>9} {:>9} {:>8} {:>8} {:>7} {:>7} {:>7}\n", "", "choice",
+                 "ms", "ms", "ms", "step", "step", "%", "%", "N/m");
+  for (const AdviceChoice& choice : record.choices) out += row(choice);
+  out += "\n* Pareto-optimal: no other choice that needs no more is better in one number and as good in all others.\n";
+  for (const std::string& note : record.notes) out += note + "\n";
+  out += "\nConclusion\n";
+  for (const std::string& line : advice_conclusion(record)) out += "  " + line + "\n";
+  return out;
+}
+
+}  // namespace evenstep

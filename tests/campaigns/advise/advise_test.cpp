@@ -1,0 +1,297 @@
+// What `advise` says of a timing is what the scenario of each row gives, and what the laws and the sizing say.
+#include "evenstep/campaigns/advise.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "evenstep/harness/run.h"
+#include "evenstep/recordings/timing_csv.h"
+
+using namespace evenstep;
+using Catch::Contains;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kRecorded = EVENSTEP_SOURCE_DIR "/scenarios/recorded/";
+
+/// A folder of its own for each test, removed at its end.
+struct TestFolder {
+  static inline int count = 0;
+  fs::path path = fs::temp_directory_path() / fmt::format("evenstep-advise-test-{}-{}", getpid(), ++count);
+  TestFolder() {
+    fs::remove_all(path);
+    fs::create_directories(path);
+  }
+  ~TestFolder() { fs::remove_all(path); }
+  std::string file(const std::string& name) const { return (path / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(file(name), std::ios::binary) << text;
+    return file(name);
+  }
+};
+
+std::string content(const fs::path& path) {
+  std::stringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+/// The first segments of a shipped recording.
+std::vector<SegmentTiming> first_segments(const std::string& name, std::size_t count) {
+  TimingCsv csv = read_timing_csv(kRecorded + name + ".csv");
+  REQUIRE(csv);
+  csv->resize(std::min(csv->size(), count));
+  return *csv;
+}
+
+std::string part_of(const TestFolder& place, const std::string& name, std::size_t segments) {
+  return place.write(name + ".csv", format_timing_csv(first_segments(name, segments)));
+}
+
+/// The steps alone, at even gaps: nothing pauses.
+std::string without_pauses(const TestFolder& place) {
+  std::string csv = "begin_ns,end_ns\n";
+  for (std::int64_t n = 0; n < 3200; ++n) {
+    const std::int64_t begin = n * 2'000'000 + (n * 7919 % 97) * 3'000;
+    csv += fmt::format("{},{}\n", begin, begin + 1'500'000);
+  }
+  return place.write("even.csv", csv);
+}
+
+AdviseResult advised(const std::string& file, const AdviseOptions& options = {}) {
+  AdviseResult result = advise_recording(file, options);
+  for (const Diagnostic& error : result.errors) UNSCOPED_INFO(text(error));
+  REQUIRE(result.errors.empty());
+  REQUIRE_FALSE(result.interrupted);
+  return result;
+}
+
+double value_of(const RunOutcome& run, const AdviceChoice& choice, const char* device, const char* kind,
+                const char* metric) {
+  return run.metrics.at(fmt::format("{}.{}.{}", device, kind, choice.map)).at(metric);
+}
+
+/// Runs the scenario of a row as `evenstep run` does, and compares.
+void check_row(const std::string& folder, const AdviceChoice& choice) {
+  INFO("choice " << choice.number << ": " << name_of(choice) << " " << choice.failure);
+  REQUIRE(choice.failure.empty());
+  const ReadResult scenario = read_scenario((fs::path(folder) / choice_file(choice)).string());
+  REQUIRE(scenario);
+  REQUIRE(scenario->expectations.size() >= 5);
+  const RunOutcome run = run_scenario(*scenario, {});
+  for (const ExpectationResult& result : run.results) {
+    if (result.verdict != ExpectationResult::Verdict::pass)
+      UNSCOPED_INFO(result.signal << " " << result.metric << " " << result.value.value_or(-1) << " " << result.detail);
+  }
+  CHECK(run.verdict == RunVerdict::pass);
+  const double speed = std::get<ConstantVelocity>(scenario->devices.front().motion.shape).velocity_m_per_s.x;
+  const Rate rate = scenario->scene.step_rate;
+  const double step_m = speed * static_cast<double>(rate.den) / static_cast<double>(rate.num);
+  CHECK(value_of(run, choice, "line", "interaction", "velocity_jump") ==
+        Approx(choice.jump_step * step_m).epsilon(1e-12).margin(0));
+  CHECK(value_of(run, choice, "line", "force", "velocity_jump") ==
+        Approx(choice.force_jump_step * step_m * choice.tried_N_per_m).epsilon(1e-12).margin(0));
+  CHECK(value_of(run, choice, "line", "buffers", "underrun_rate") == choice.underrun_rate);
+  CHECK(value_of(run, choice, "closed_loop", "hand", "loop_delay") == choice.delay_s);
+  CHECK(value_of(run, choice, "closed_loop", "hand", "predicted_stiffness_limit") == choice.stiffness_N_per_m);
+  if (choice.comes_to_rest) CHECK((value_of(run, choice, "closed_loop", "hand", "stable") > 0) == *choice.comes_to_rest);
+  CHECK(run.record.strategies.front().latency.latency == choice.latency);
+  CHECK(run.record.strategies.front().latency.lead == choice.lead);
+}
+
+void check_all_rows(const std::string& file, const AdviseOptions& options = {}) {
+  const TestFolder place;
+  const AdviseResult result = advised(file, options);
+  const std::string folder = place.file("out");
+  REQUIRE(write_advice_folder(folder, result, "again").empty());
+  REQUIRE(result.record.choices.size() >= 8);
+  for (const AdviceChoice& choice : result.record.choices) check_row(folder, choice);
+}
+
+}  // namespace
+
+TEST_CASE("the scenario of every row gives the numbers of the row") {
+  const TestFolder place;
+  SECTION("paced segments") { check_all_rows(part_of(place, "small-paced30-basic", 220)); }
+  SECTION("free running, with a jittering pace") { check_all_rows(part_of(place, "paperlike-free-basic", 250)); }
+  SECTION("a shared machine") { check_all_rows(part_of(place, "contended-free-basic", 110)); }
+}
+
+TEST_CASE("the scenario of every row gives its numbers where nothing pauses, and paper is left out") {
+  const TestFolder place;
+  const std::string file = without_pauses(place);
+  check_all_rows(file);
+  const AdviseResult result = advised(file);
+  CHECK(result.record.segments_from == "step");
+  for (const AdviceChoice& choice : result.record.choices) CHECK(choice.map != "paper");
+  REQUIRE_FALSE(result.record.notes.empty());
+  CHECK_THAT(result.record.notes.front(), Contains("No pause stands out"));
+}
+
+TEST_CASE("the bytes of an advice are the same with one thread and with four") {
+  const TestFolder place;
+  const std::string file = part_of(place, "small-paced30-basic", 60);
+  AdviseOptions one, four;
+  one.threads = 1;
+  four.threads = 4;
+  REQUIRE(write_advice_folder(place.file("one"), advised(file, one), "again").empty());
+  REQUIRE(write_advice_folder(place.file("four"), advised(file, four), "again").empty());
+  std::size_t files = 0;
+  for (const auto& entry : fs::directory_iterator(place.file("one"))) {
+    INFO(entry.path());
+    CHECK(content(entry.path()) == content(fs::path(place.file("four")) / entry.path().filename()));
+    ++files;
+  }
+  CHECK(files >= 20);
+}
+
+TEST_CASE("latency and bound are those that size finds, and no latency is below its bound") {
+  const TestFolder place;
+  const std::string file = part_of(place, "paced30-pthread", 200);
+  const AdviseResult result = advised(file);
+  const SizeRecord sized = size_recording(file, {}).record;
+  const SizeStrategy* use = nullptr;
+  for (const SizeStrategy& strategy : sized.strategies) use = strategy.name == "phase_locked" ? &strategy : use;
+  REQUIRE(use != nullptr);
+  std::size_t with_bound = 0, compared = 0;
+  for (const AdviceChoice& choice : result.record.choices) {
+    INFO(name_of(choice));
+    if (choice.bound) {
+      CHECK(choice.latency >= *choice.bound);
+      ++with_bound;
+    }
+    if (name_of(choice) != "phase_locked 2 Hz, hold") continue;
+    CHECK(choice.latency == use->any_phase.latency);
+    CHECK(choice.lead == use->lead);
+    CHECK(*choice.bound == use->path->latency);
+    // Samples are 1 ms apart and whole nanometres: the run shows the jump of the map, and little more.
+    CHECK(choice.jump_step == Approx(use->velocity_jump).margin(0.01));
+    ++compared;
+  }
+  CHECK(with_bound >= 6);
+  CHECK(compared == 1);
+}
+
+TEST_CASE("the stiffness carried is that of the laws for the latency of the row") {
+  const TestFolder place;
+  AdviseOptions options;
+  options.damping_N_s_per_m = 1.5;
+  options.mass_kg = 0.3;
+  const AdviseResult result = advised(part_of(place, "small-paced30-basic", 100), options);
+  std::size_t held = 0, sprung = 0;
+  for (const AdviceChoice& choice : result.record.choices) {
+    INFO(name_of(choice));
+    if (choice.renderer == "hold" || choice.renderer == "linear") {
+      CHECK(choice.stiffness_N_per_m == Approx(1.5 / choice.delay_s).epsilon(1e-9));  // K_max = b / L_e
+      ++held;
+    }
+    if (choice.map != "direct" && choice.renderer == "hold" && choice.governor.empty())
+      CHECK(choice.delay_s == Approx(seconds(choice.latency) + seconds(result.record.slot) / 2 + 0.5e-3).epsilon(1e-3));
+    if (choice.renderer == "device_spring") {
+      CHECK(choice.stiffness_N_per_m >= 2 * 1.5 / 1e-3);  // 2 b / h of the host, at least
+      ++sprung;
+    }
+    CHECK(choice.tried_N_per_m == Approx(0.8 * choice.stiffness_N_per_m).epsilon(0.005));
+  }
+  CHECK(held >= 6);
+  CHECK(sprung >= 3);
+}
+
+TEST_CASE("the second latency is lower, and no more segments are late than were accepted") {
+  const TestFolder place;
+  AdviseOptions options;
+  options.rate = 0.05;
+  const AdviseResult result = advised(part_of(place, "paced30-pthread", 300), options);
+  std::size_t late = 0;
+  for (const AdviceChoice& choice : result.record.choices) {
+    INFO(name_of(choice));
+    if (choice.accepted_rate == 0) {
+      if (choice.map != "direct") CHECK(choice.underrun_rate == 0);
+      continue;
+    }
+    CHECK(choice.accepted_rate == 0.05);
+    CHECK(choice.late_any_phase > 0);
+    CHECK(choice.late_any_phase <= 0.05);
+    CHECK(choice.underrun_rate <= 0.05 * 1.25);  // of the judged segments, which are fewer by the first second
+    const auto same = std::find_if(result.record.choices.begin(), result.record.choices.end(), [&](const AdviceChoice& one) {
+      return one.accepted_rate == 0 && one.map == choice.map && one.bandwidth_Hz == choice.bandwidth_Hz &&
+             one.renderer == choice.renderer;
+    });
+    REQUIRE(same != result.record.choices.end());
+    CHECK(choice.latency < same->latency);
+    ++late;
+  }
+  CHECK(late == 2);
+}
+
+TEST_CASE("a recording of a few seconds is not long enough to see a hand come to rest, and that is said") {
+  const TestFolder place;
+  const AdviseResult few = advised(part_of(place, "small-paced30-basic", 110));
+  CHECK_THAT(few.record.notes.front(), Contains("After 3.64 s nobody can tell") && Contains("Record 6 s or more"));
+  for (const AdviceChoice& choice : few.record.choices) CHECK_FALSE(choice.comes_to_rest.has_value());
+  CHECK(choice_to_use(few.record, true) != nullptr);
+  const AdviseResult more = advised(part_of(place, "small-paced30-basic", 220));
+  CHECK(more.record.notes.empty());
+  for (const AdviceChoice& choice : more.record.choices) {
+    INFO(name_of(choice));
+    // A pace of its own makes this recording, which idles, shorter.
+    if (choice.governor.empty()) CHECK(choice.comes_to_rest == true);
+  }
+}
+
+TEST_CASE("a rate that is less than one segment is left out, and that is said") {
+  const TestFolder place;
+  const AdviseResult result = advised(part_of(place, "small-paced30-basic", 40));
+  for (const AdviceChoice& choice : result.record.choices) CHECK(choice.accepted_rate == 0);
+  REQUIRE_FALSE(result.record.notes.empty());
+  CHECK_THAT(result.record.notes.back(), Contains("1 % of 40 segments is less than one"));
+}
+
+TEST_CASE("a scenario is advised with its timing and its slowest device") {
+  const ReadResult scenario = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/paper/figure-1-spring-hold.toml",
+                                            {{"device.0.rate=500 Hz", "run.duration=3 s"}, std::nullopt, {}});
+  REQUIRE(scenario);
+  AdviseOptions options;
+  options.renderers = {"hold"};
+  const AdviseResult result = advise_scenario(*scenario, options);
+  REQUIRE(result.errors.empty());
+  CHECK(result.record.sampling_period == Duration{2'000'000});
+  const SizeRecord sized = size_scenario(*scenario, {}).record;
+  for (const AdviceChoice& choice : result.record.choices) {
+    if (choice.map == "paper") CHECK(choice.latency == sized.strategies.front().any_phase.latency);
+  }
+}
+
+TEST_CASE("what cannot be advised says why, and what to do") {
+  const TestFolder place;
+  const auto refused = [&](const std::string& file) {
+    const AdviseResult result = advise_recording(file, {});
+    REQUIRE(result.errors.size() == 1);
+    CHECK(result.record.choices.empty());
+    return text(result.errors.front());
+  };
+  CHECK_THAT(refused(place.file("nowhere.csv")), Contains("nowhere.csv"));
+  CHECK_THAT(refused(part_of(place, "small-paced30-basic", 2)), Contains("too short to advise") && Contains("record more"));
+  CHECK_THAT(refused(place.write("one.csv", "begin_ns,end_ns\n0,5\n")), Contains("too short to advise"));
+  CHECK_THAT(refused(place.write("drawn.csv", "segment,kind,index,begin_ns,end_ns\n0,visualization,0,0,5\n")),
+             Contains("there is no step in it"));
+  std::string long_one = "begin_ns,end_ns\n";
+  for (std::int64_t n = 0; n <= kMostAdviceSteps; ++n) long_one += fmt::format("{},{}\n", n * 1'000'000, n * 1'000'000 + 5);
+  CHECK_THAT(refused(place.write("long.csv", long_one)), Contains("give a part of them"));
+}
+
+TEST_CASE("an advice that is interrupted says so") {
+  const TestFolder place;
+  const std::atomic<bool> stop{true};
+  AdviseOptions options;
+  options.interrupted = &stop;
+  CHECK(advise_recording(part_of(place, "small-paced30-basic", 40), options).interrupted);
+}

@@ -1,0 +1,238 @@
+// What a timing would need with other pauses, and what that costs.
+#include "evenstep/campaigns/what_if.h"
+
+#include "evenstep/harness/sizing.h"
+#include "evenstep/recordings/timing_csv.h"
+#include "traces.h"
+
+using namespace evenstep;
+using namespace evenstep::testing;
+using Catch::Contains;
+
+namespace {
+
+std::vector<SegmentTiming> recorded(const std::string& name) {
+  const TimingCsv csv = read_timing_csv(EVENSTEP_SOURCE_DIR "/scenarios/recorded/" + name + ".csv");
+  REQUIRE(csv);
+  return *csv;
+}
+
+WhatIf parsed(const std::string& text) {
+  const Result<WhatIf> what_if = parse_what_if(text);
+  INFO(text << ": " << (what_if ? "" : what_if.error()));
+  REQUIRE(what_if);
+  return *what_if;
+}
+
+std::string refusal(const std::string& text) {
+  const Result<WhatIf> what_if = parse_what_if(text);
+  return what_if ? "" : what_if.error();
+}
+
+WhatIfTiming applied(const std::string& text, const std::vector<SegmentTiming>& segments) {
+  const Result<WhatIfTiming> timing = evenstep::apply(parsed(text), segments);
+  REQUIRE(timing);
+  return *timing;
+}
+
+SizeRecord sized(const std::string& name, const std::vector<std::string>& texts) {
+  SizeOptions options;
+  for (const std::string& text : texts) options.what_ifs.push_back(parsed(text));
+  const SizeResult result = size_recording(EVENSTEP_SOURCE_DIR "/scenarios/recorded/" + name + ".csv", options);
+  REQUIRE(result.errors.empty());
+  return result.record;
+}
+
+const SizeWhatIf::Map& phase_locked(const SizeWhatIf& row) {
+  for (const SizeWhatIf::Map& map : row.maps)
+    if (map.name == "phase_locked") return map;
+  FAIL("no phase_locked");
+  return row.maps.front();
+}
+
+std::vector<Duration> run_times(const std::vector<SegmentTiming>& segments) {
+  std::vector<Duration> out;
+  for (const SegmentTiming& segment : segments)
+    for (const Interval& step : segment.steps) out.push_back(step.end - step.begin);
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a what-if is read from its text, and its text gives it again", "[what-if]") {
+  const WhatIf all = parsed("pace 90 %, budget 20 ms hold ,split 2, forecast 3");
+  CHECK(all.split == 2);
+  CHECK(all.budget == Duration{20 * ms});
+  CHECK(all.over_budget == OverBudget::hold);
+  CHECK(all.forecast == 3);
+  CHECK(all.pace_percentile == 0.9);
+  CHECK(text_of(all) == "split 2, budget 20 ms hold, forecast 3, pace 90 %");
+  for (const char* text : {"split 2", "budget 20 ms merge", "budget 0.5 ms skip", "pace 90 %", "pace 33.333333 ms",
+                           "own-lane 1.3", "split 4, budget 3 ms hold, pace 40 ms"}) {
+    CHECK(text_of(parsed(text)) == text);
+    CHECK(parsed(text_of(parsed(text))) == parsed(text));
+  }
+  CHECK(parsed("budget 20 ms") == parsed("budget 20 ms merge"));
+  CHECK(parsed("own-lane") == parsed("own-lane 1"));
+  CHECK(parsed("pace 30 Hz").pace == Duration{33'333'333});
+  CHECK(text_of({}) == "as it is");
+}
+
+TEST_CASE("what is no what-if is refused with what was expected", "[what-if]") {
+  CHECK_THAT(refusal(""), Contains("none of split"));
+  CHECK_THAT(refusal("halve 2"), Contains("none of split"));
+  CHECK_THAT(refusal("split"), Contains("whole number from 2 to 1000"));
+  CHECK_THAT(refusal("split 0"), Contains("whole number from 2 to 1000"));
+  CHECK_THAT(refusal("split 1001"), Contains("whole number from 2 to 1000"));
+  CHECK_THAT(refusal("split 2.5"), Contains("whole number from 2 to 1000"));
+  CHECK_THAT(refusal("budget 20"), Contains("skip, hold or merge"));
+  CHECK_THAT(refusal("budget 20 ms drop"), Contains("skip, hold or merge"));
+  CHECK_THAT(refusal("budget 0 ms"), Contains("above 0 s"));
+  CHECK_THAT(refusal("pace 0 %"), Contains("above 0 %"));
+  CHECK_THAT(refusal("pace 101 %"), Contains("at most 100 %"));
+  CHECK_THAT(refusal("pace fast"), Contains("a percentile"));
+  CHECK_THAT(refusal("own-lane 0.9"), Contains("1 to 1000"));
+  CHECK_THAT(refusal("split 2, split 3"), Contains("twice"));
+  CHECK_THAT(refusal("own-lane 1.3, split 2"), Contains("none of the others"));
+  CHECK_THAT(refusal("forecast 2, budget 20 ms merge"), Contains("needs none"));
+  CHECK_THAT(refusal("forecast 2"), Contains("skip or hold"));
+}
+
+TEST_CASE("a what-if that has no meaning says why", "[what-if]") {
+  const auto why = [](const std::string& text, const std::vector<SegmentTiming>& segments) {
+    const Result<WhatIfTiming> timing = evenstep::apply(parsed(text), segments);
+    return timing ? "" : timing.error();
+  };
+  const std::vector<SegmentTiming> beside = recorded("concurrent-paced30-basic-sub9");
+  for (const char* text : {"split 2", "budget 20 ms", "pace 90 %", "own-lane"})
+    CHECK_THAT(why(text, beside), Contains("a lane of their own already"));
+  std::vector<SegmentTiming> bare = recorded("small-paced30-basic");
+  for (SegmentTiming& segment : bare) segment.visualization.reset();
+  CHECK_THAT(why("budget 20 ms", bare), Contains("no visualizations"));
+  CHECK(why("pace 90 %", bare).empty());
+  CHECK_THAT(why("split 2", {SegmentTiming{}}), Contains("no step"));
+}
+
+TEST_CASE("split needs what a schedule of so many times as many segments needs, in closed form", "[what-if]") {
+  // T = 1/30 s, V = 11.1 ms, N = 15: with K parts each has Z = V/K and N/K steps, so L = s + Z (1 - K/N) + h - 1 ns.
+  ProgrammedTiming programmed;
+  programmed.visualization = {11'100'000};
+  const std::vector<SegmentTiming> segments = play(programmed, 300);
+  const double s = (1e9 / 30 - 11.1e6) / 15;
+  for (const int parts : {1, 3, 5, 15}) {
+    SizeOptions options;
+    options.what_ifs.push_back({.split = parts});
+    const SizeRecord record = size_segments(segments, "figure 1", options);
+    const double expected = s + 11.1e6 / parts * (1 - parts / 15.0) + 1e6;
+    INFO(parts << " parts");
+    CHECK(phase_locked(record.what_ifs.back()).latency.ns == Approx(expected).margin(20));
+    CHECK(record.what_ifs.back().drawings == 300);
+    CHECK(record.what_ifs.back().simulated_against_real == Approx(1).epsilon(1e-9));
+  }
+}
+
+TEST_CASE("every what-if keeps the steps of every recording, and the budget where it knows or cuts", "[what-if]") {
+  for (const char* name : {"small-paced30-basic", "paced30-pthread", "paperlike-free-basic", "regime-free-basic",
+                           "contended-free-basic", "coldstart-paced30-basic"}) {
+    const std::vector<SegmentTiming> segments = recorded(name);
+    for (const char* text : {"split 3", "budget 8 ms merge", "budget 8 ms skip", "budget 8 ms hold", "pace 90 %",
+                             "split 2, budget 5 ms merge, pace 80 %"}) {
+      INFO(name << ", " << text);
+      const WhatIfTiming after = applied(text, segments);
+      CHECK(run_times(after.segments) == run_times(segments));
+      CHECK(after.price.over_budget == 0);
+      if (const auto budget = parsed(text).budget) CHECK(after.price.longest_drawing_pause <= *budget);
+    }
+  }
+}
+
+TEST_CASE("on a recording as it is, nothing is lost and nothing won", "[what-if]") {
+  const std::vector<SegmentTiming> segments = recorded("paced30-pthread");
+  const Result<WhatIfTiming> same = evenstep::apply({}, segments);
+  REQUIRE(same);
+  CHECK(same->price.drawings == std::ssize(segments));
+  CHECK(same->price.left_out == 0);
+  CHECK(same->price.simulated_against_real == 1);
+  CHECK(same->price.segments_lost == 0);
+  CHECK(same->price.drawings_per_s == Approx(30).epsilon(0.01));
+}
+
+TEST_CASE("the price counts finished drawings, and the time without one from the begin on", "[what-if]") {
+  const auto at = [](std::int64_t whole_ms) { return RealTime{whole_ms * ms}; };
+  std::vector<SegmentTiming> segments;
+  for (std::int64_t k = 0; k < 4; ++k)
+    segments.push_back(
+        {k, at(10 * k), Interval{at(10 * k), at(10 * k + 4)}, {{at(10 * k + 4), at(10 * k + 10)}}, at(10 * k + 10)});
+  segments[1].drawing.finishes = false;
+  segments[2].visualization.reset();
+  segments[2].drawing.left_out = true;
+  const DrawingPrice price = price_of(segments, segments, Duration{3 * ms});
+  CHECK(price.drawings == 2);
+  CHECK(price.left_out == 1);
+  CHECK(price.over_budget == 3);
+  CHECK(price.longest_without_drawing == Duration{30 * ms});
+  CHECK(price.longest_drawing_pause == Duration{4 * ms});
+  CHECK(price.drawings_per_s == Approx(50));
+}
+
+TEST_CASE("with a lane for drawings no step waits for one, and those beside one are slower as stated", "[what-if]") {
+  for (const char* name : {"paperlike-free-basic", "regime-free-basic", "small-paced30-basic"}) {
+    INFO(name);
+    const std::vector<SegmentTiming> segments = recorded(name);
+    const std::vector<Duration> before = run_times(segments);
+    const WhatIfTiming one = applied("own-lane 1", segments), slow = applied("own-lane 2", segments);
+    CHECK(run_times(one.segments) == before);
+    std::int64_t slower = 0, wrong = 0;
+    std::size_t n = 0;
+    for (const SegmentTiming& segment : slow.segments) {
+      for (const Interval& step : segment.steps) {
+        const std::int64_t was = before[n++].ns, is = (step.end - step.begin).ns;
+        wrong += is != was && is != 2 * was;
+        slower += is == 2 * was;
+      }
+    }
+    CHECK(n == before.size());
+    CHECK(wrong == 0);
+    CHECK(slower > 0);
+    CHECK(one.price.drawings_per_s == Approx(evenstep::apply({}, segments)->price.drawings_per_s).epsilon(0.02));
+    CHECK(one.price.longest_drawing_pause == Duration{});
+    CHECK(one.price.simulated_against_real <= 1.01);
+  }
+}
+
+TEST_CASE("a percentile of the pace is one of the times that the work takes", "[what-if]") {
+  ProgrammedTiming programmed;
+  programmed.visualization = {10 * ms};
+  programmed.step = Duration{2 * ms};
+  programmed.steps = {5};
+  programmed.segment = {50, 1};
+  std::vector<SegmentTiming> segments = play(programmed, 300);
+  for (std::size_t k = 270; k < 300; ++k) {  // a tenth of them takes 10 ms more
+    const Duration by{static_cast<std::int64_t>(k - 270) * 10 * ms};
+    SegmentTiming& segment = segments[k];
+    segment.begin = segment.begin + by;
+    segment.visualization = Interval{segment.visualization->begin + by, segment.visualization->end + by + Duration{10 * ms}};
+    for (Interval& step : segment.steps) step = {step.begin + by + Duration{10 * ms}, step.end + by + Duration{10 * ms}};
+    segment.end = segment.end + by + Duration{10 * ms};
+  }
+  CHECK(applied("pace 90 %", segments).pace == Duration{20 * ms});
+  CHECK(applied("pace 91 %", segments).pace == Duration{30 * ms});
+  CHECK(evenstep::apply(parsed("pace 100 %"), segments, true)->pace ==
+        Duration{20 * ms});  // nothing else within the first 2 s
+  CHECK(applied("pace 100 %", segments).price.segments_lost > 0.2);
+}
+
+TEST_CASE("what helps and what does not on a recording that runs freely", "[what-if]") {
+  const SizeRecord record = sized("regime-free-basic", {"split 3", "budget 20 ms merge", "pace 90 %"});
+  REQUIRE(record.what_ifs.size() == 5);  // a percentile has a second row
+  const Duration as_is = phase_locked(record.what_ifs[0]).latency;
+  CHECK(as_is == strategy(record, "phase_locked").any_phase.latency);
+  CHECK(record.what_ifs[0].pause_bound == record.held.pause);
+  CHECK(phase_locked(record.what_ifs[1]).latency.ns < as_is.ns / 2);
+  CHECK(phase_locked(record.what_ifs[2]).latency.ns < as_is.ns * 2 / 3);
+  CHECK(phase_locked(record.what_ifs[3]).latency.ns > as_is.ns * 3 / 4);  // pacing does not shorten a pause
+  CHECK_FALSE(record.what_ifs[3].causal);
+  CHECK(record.what_ifs[4].causal);
+  CHECK_THAT(size_text(record), Contains("looking back"));
+  CHECK_THAT(size_json(record), Contains("\"what_ifs\""));
+}

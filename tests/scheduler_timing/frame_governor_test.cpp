@@ -1,0 +1,346 @@
+// A frame governor: what it may draw in a pause, that it loses and changes no step, and that it does not know the future.
+#include "evenstep/scheduler/frame_governor.h"
+
+#include <numeric>
+
+#include "evenstep/scheduler/random.h"
+#include "timing_checks.h"
+
+using namespace evenstep;
+
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::uint64_t kSchedules = 2'000;
+
+/// A schedule of 40 segments with anything in it: 0 to 20 steps, drawings of up to 50 ms or none, gaps, free-running or on a
+/// grid of 40 ms, drawings before or after the steps.
+std::vector<SegmentTiming> any_schedule(std::uint64_t seed) {
+  const RandomStream random(seed, "governor.test");
+  std::uint64_t draw = 0;
+  const auto below = [&](std::uint64_t bound) { return static_cast<std::int64_t>(random.below(draw++, bound)); };
+  const bool grid = below(2) == 0, steps_first = below(3) == 0;
+  std::vector<SegmentTiming> out;
+  RealTime at{below(kMs)};
+  const RealTime origin = at;
+  for (std::int64_t k = 0; k < 40; ++k) {
+    if (grid) at = std::max(at, origin + Duration{k * 40 * kMs});
+    SegmentTiming segment;
+    segment.index = k;
+    segment.begin = at;
+    const auto draws = [&] {
+      if (below(8) == 0) return;
+      segment.visualization = Interval{at, at + Duration{1 + below(below(6) == 0 ? 50 * kMs : 12 * kMs)}};
+      at = segment.visualization->end;
+    };
+    if (!steps_first) draws();
+    for (std::int64_t i = below(21); i > 0; --i) {
+      at = at + Duration{segment.steps.empty() && !segment.visualization ? 0 : below(1000)};
+      segment.steps.push_back({at, at + Duration{1 + below(3 * kMs)}});
+      at = segment.steps.back().end;
+    }
+    if (steps_first) draws();
+    segment.end = at;
+    at = at + Duration{1 + below(1000)};
+    out.push_back(segment);
+  }
+  return out;
+}
+
+std::vector<SegmentTiming> governed(const std::vector<SegmentTiming>& source, const FrameGovernor& governor,
+                                    std::optional<Duration> grid = {}) {
+  const auto timing = make_governed_timing(make_replayed_timing(source), governor, grid);
+  std::vector<SegmentTiming> out;
+  for (SegmentTiming segment; timing->next(segment);) out.push_back(segment);
+  return out;
+}
+
+FrameGovernor any_governor(std::uint64_t seed) {
+  const RandomStream random(seed, "governor.kind");
+  FrameGovernor governor;
+  if (random.below(0, 2) == 0) governor.split = 1 + static_cast<int>(random.below(1, 6));
+  if (random.below(2, 4) > 0) governor.budget = Duration{1 + static_cast<std::int64_t>(random.below(3, 20 * kMs))};
+  governor.over_budget = static_cast<OverBudget>(random.below(4, 3));
+  governor.forecast = static_cast<int>(random.below(5, 4));
+  if (random.below(6, 3) == 0) governor.pace = Duration{1 + static_cast<std::int64_t>(random.below(7, 60 * kMs))};
+  return governor;
+}
+
+std::optional<Duration> any_grid(std::uint64_t seed) {
+  return RandomStream(seed, "governor.grid").below(0, 2) == 0 ? std::optional(Duration{40 * kMs}) : std::nullopt;
+}
+
+std::int64_t drawn_ns(const std::vector<SegmentTiming>& segments) {
+  std::int64_t sum = 0;
+  for (const Duration length : visualization_durations(segments)) sum += length.ns;
+  return sum;
+}
+
+Duration longest_pause(const std::vector<SegmentTiming>& segments) {
+  Duration longest;
+  for (const Duration length : visualization_durations(segments)) longest = std::max(longest, length);
+  return longest;
+}
+
+std::int64_t left_out(const std::vector<SegmentTiming>& segments) {
+  return std::count_if(segments.begin(), segments.end(), [](const SegmentTiming& s) { return s.drawing.left_out; });
+}
+
+std::int64_t finished(const std::vector<SegmentTiming>& segments) {
+  return std::count_if(segments.begin(), segments.end(),
+                       [](const SegmentTiming& s) { return s.visualization && s.drawing.finishes; });
+}
+
+std::int64_t drawings(const std::vector<SegmentTiming>& segments) {
+  return static_cast<std::int64_t>(visualization_durations(segments).size());
+}
+
+/// Things that are not in order of time.
+std::int64_t out_of_order(const std::vector<SegmentTiming>& segments) {
+  std::int64_t wrong = 0;
+  RealTime last = segments.front().begin;
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    const SegmentTiming& segment = segments[k];
+    wrong += segment.index != static_cast<std::int64_t>(k) || segment.begin < last || segment.overlaps();
+    last = segment.begin;
+    std::vector<Interval> pieces = segment.steps;
+    if (segment.visualization) {
+      const bool first = pieces.empty() || segment.visualization->begin <= pieces.front().begin;
+      pieces.insert(first ? pieces.begin() : pieces.end(), *segment.visualization);
+    }
+    for (const Interval& piece : pieces) {
+      wrong += piece.begin < last || piece.end < piece.begin;
+      last = piece.end;
+    }
+    wrong += segment.end < last;
+  }
+  return wrong;
+}
+
+/// V of these lengths, 4 steps of 1 ms each, nothing in between.
+std::vector<SegmentTiming> free_running(const std::vector<std::int64_t>& visualizations_ms) {
+  std::vector<SegmentTiming> out;
+  RealTime at;
+  for (const std::int64_t visualization : visualizations_ms) {
+    SegmentTiming segment;
+    segment.index = std::ssize(out);
+    segment.begin = at;
+    segment.visualization = Interval{at, at + Duration{visualization * kMs}};
+    at = segment.visualization->end;
+    for (int i = 0; i < 4; ++i, at = at + Duration{kMs}) segment.steps.push_back({at, at + Duration{kMs}});
+    segment.end = at;
+    out.push_back(segment);
+  }
+  return out;
+}
+
+std::vector<std::int64_t> pauses_ms(const std::vector<SegmentTiming>& segments) {
+  std::vector<std::int64_t> out;
+  for (const SegmentTiming& segment : segments)
+    out.push_back(segment.visualization ? length(*segment.visualization).ns / kMs : 0);
+  return out;
+}
+
+}  // namespace
+
+TEST_CASE("a governor that is asked for nothing gives any schedule back as it was", "[governor]") {
+  std::int64_t different = 0;
+  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+    const auto source = any_schedule(seed);
+    std::vector<SegmentTiming> same = governed(source, {}, any_grid(seed));
+    std::vector<SegmentTiming> expected;
+    for (const SegmentTiming& segment : source) {
+      if (segment.visualization || !segment.steps.empty()) expected.push_back(segment);
+    }
+    for (std::size_t k = 0; k < expected.size(); ++k) expected[k].index = static_cast<std::int64_t>(k);
+    different += digest_of(same) != digest_of(expected);
+  }
+  CHECK(different == 0);
+}
+
+TEST_CASE("a governor loses, changes and overlaps no step of any schedule", "[governor]") {
+  std::int64_t wrong = 0;
+  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+    const auto source = any_schedule(seed);
+    const auto after = governed(source, any_governor(seed), any_grid(seed));
+    wrong += step_durations(after) != step_durations(source) || out_of_order(after) > 0;
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("where a drawing can be cut off no pause of any schedule is over the budget", "[governor]") {
+  std::int64_t over = 0, kept_over = 0, reached = 0, unaccounted = 0;
+  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+    const auto source = any_schedule(seed);
+    FrameGovernor governor = any_governor(seed);
+    governor.over_budget = OverBudget::merge;
+    const auto after = governed(source, governor, any_grid(seed));
+    if (!governor.budget) continue;
+    over += longest_pause(after) > *governor.budget;
+    for (const SegmentTiming& segment : after) {
+      const bool pause_first =
+          segment.visualization && !segment.steps.empty() && segment.visualization->begin < segment.steps.front().begin;
+      // Gaps of the source, at most 1 us each, are no part of the pause.
+      kept_over += pause_first && segment.steps.front().begin - segment.begin > *governor.budget + Duration{1000};
+    }
+    reached += longest_pause(after) == *governor.budget;
+    // Each drawing of the source is finished, merged into the one before, or still under way at the end.
+    const std::int64_t open = drawings(source) - finished(after) - left_out(after);
+    unaccounted += open != 0 && open != 1;
+  }
+  CHECK(over == 0);
+  CHECK(kept_over == 0);
+  CHECK(reached > 100);  // or the budgets were never tight
+  CHECK(unaccounted == 0);
+}
+
+TEST_CASE("a drawing in parts takes as long as it did in one, and no part more than its share", "[governor]") {
+  std::int64_t wrong = 0;
+  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+    const auto source = any_schedule(seed);
+    FrameGovernor governor;
+    governor.split = 1 + static_cast<int>(seed % 7);
+    const auto after = governed(source, governor, any_grid(seed));
+    wrong += drawn_ns(after) != drawn_ns(source) || finished(after) != drawings(source) || left_out(after) != 0;
+    wrong += longest_pause(after).ns > (longest_pause(source).ns + governor.split - 1) / governor.split;
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("a governor that knows how long drawings take makes none that is over its budget", "[governor]") {
+  std::int64_t wrong = 0, left = 0;
+  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+    FrameGovernor governor = any_governor(seed);
+    if (governor.over_budget == OverBudget::merge || !governor.budget) continue;
+    governor.forecast = 0;
+    const auto source = any_schedule(seed);
+    const auto after = governed(source, governor, any_grid(seed));
+    wrong += longest_pause(after) > *governor.budget || left_out(after) + finished(after) != drawings(source);
+    left += left_out(after);
+  }
+  CHECK(wrong == 0);
+  CHECK(left > 1000);
+}
+
+TEST_CASE("a governor leaves out no more drawings in a row than it looks back", "[governor]") {
+  std::int64_t wrong = 0, most_seen = 0;
+  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+    FrameGovernor governor = any_governor(seed);
+    if (governor.over_budget == OverBudget::merge || governor.forecast == 0) continue;
+    std::int64_t in_a_row = 0;
+    for (const SegmentTiming& segment : governed(any_schedule(seed), governor, any_grid(seed))) {
+      if (segment.visualization) in_a_row = 0;
+      if (segment.drawing.left_out) ++in_a_row;
+      wrong += in_a_row > governor.forecast;
+      most_seen = std::max(most_seen, in_a_row);
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(most_seen == 3);  // any_governor looks back by 3 at most
+}
+
+TEST_CASE("what a governor did so far does not depend on what comes", "[governor]") {
+  std::int64_t wrong = 0;
+  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+    FrameGovernor governor = any_governor(seed);
+    governor.forecast = std::max(governor.forecast, 1);
+    std::vector<SegmentTiming> source = any_schedule(seed), other = source;
+    const std::size_t from = 20;
+    for (std::size_t k = from; k < other.size(); ++k) {  // from there on everything takes three times as long
+      SegmentTiming& segment = other[k];
+      const RealTime origin = other[from].begin;
+      const auto stretch = [&](Interval& i) { i = {origin + (i.begin - origin) * 3, origin + (i.end - origin) * 3}; };
+      if (segment.visualization) stretch(*segment.visualization);
+      for (Interval& step : segment.steps) stretch(step);
+      if (k > from) segment.begin = origin + (segment.begin - origin) * 3;
+      segment.end = origin + (segment.end - origin) * 3;
+    }
+    const auto a = governed(source, governor, any_grid(seed)), b = governed(other, governor, any_grid(seed));
+    source.resize(from);
+    const std::size_t same = governed(source, governor, any_grid(seed)).size();
+    for (std::size_t k = 0; k < same; ++k) wrong += digest_of({a.at(k)}) != digest_of({b.at(k)});
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("the rest of a drawing over its budget takes the place of the next ones", "[governor]") {
+  FrameGovernor governor;
+  governor.budget = Duration{10 * kMs};
+  const auto after = governed(free_running({4, 25, 4, 4, 4}), governor);
+  CHECK(pauses_ms(after) == std::vector<std::int64_t>{4, 10, 10, 5, 4});
+  CHECK(left_out(after) == 2);
+  CHECK(finished(after) == 3);
+  CHECK(after[3].steps.front().begin - after[3].begin == Duration{10 * kMs});  // 5 ms of rest, where 14.5 are usual
+  CHECK(after.back().end == RealTime{(4 + 10 + 10 + 10 + 4 + 20) * kMs});
+}
+
+TEST_CASE("a drawing that is skipped lets the steps follow at once, one that is held keeps their place", "[governor]") {
+  FrameGovernor governor{.budget = Duration{10 * kMs}, .over_budget = OverBudget::skip, .forecast = 0};
+  const auto source = free_running({4, 25, 4, 25, 6});
+  const auto skipped = governed(source, governor);
+  CHECK(pauses_ms(skipped) == std::vector<std::int64_t>{4, 0, 4, 0, 6});
+  CHECK(skipped[1].steps.front().begin == skipped[1].begin);
+  governor.over_budget = OverBudget::hold;
+  const auto held = governed(source, governor);
+  CHECK(pauses_ms(held) == pauses_ms(skipped));
+  for (const std::size_t k : {1, 3}) CHECK(held[k].steps.front().begin - held[k].begin == Duration{4 * kMs});
+}
+
+TEST_CASE("a forecast is late by one drawing, and tries again after as many as it looks back", "[governor]") {
+  FrameGovernor governor{.budget = Duration{10 * kMs}, .over_budget = OverBudget::skip, .forecast = 2};
+  const auto after = governed(free_running({4, 25, 25, 25, 25, 4, 4, 4, 4}), governor);
+  CHECK(pauses_ms(after) == std::vector<std::int64_t>{4, 25, 0, 0, 25, 0, 0, 4, 4});
+}
+
+TEST_CASE("drawings that really run are budgeted by what they took", "[governor]") {
+  const auto source = free_running({4, 4, 4, 4, 4, 4});
+  SegmentTiming segment;
+  SECTION("a forecast believes the clock") {
+    const auto timing = make_governed_timing(
+        make_replayed_timing(source), {.budget = Duration{10 * kMs}, .over_budget = OverBudget::skip, .forecast = 1}, {});
+    REQUIRE(timing->next(segment));
+    timing->visualized(Duration{30 * kMs}, true);
+    REQUIRE(timing->next(segment));
+    CHECK(segment.drawing.left_out);
+  }
+  SECTION("a drawing that is not finished goes on") {
+    const auto timing = make_governed_timing(make_replayed_timing(source), {.budget = Duration{10 * kMs}}, {});
+    REQUIRE(timing->next(segment));
+    CHECK(segment.drawing.at_most == Duration{10 * kMs});
+    timing->visualized(Duration{10 * kMs}, false);
+    REQUIRE(timing->next(segment));
+    CHECK(segment.drawing.left_out);
+    CHECK(segment.visualization);
+    timing->visualized(Duration{3 * kMs}, true);
+    REQUIRE(timing->next(segment));
+    CHECK_FALSE(segment.drawing.left_out);
+  }
+}
+
+TEST_CASE("a source on a grid shares out its idle time between the parts", "[governor]") {
+  std::vector<SegmentTiming> source;
+  for (int k = 0; k < 5; ++k) {
+    const RealTime at{k * 40 * kMs};
+    SegmentTiming segment{k, at, Interval{at, at + Duration{8 * kMs}}, {}, at + Duration{10 * kMs}};
+    for (int i = 0; i < 2; ++i) segment.steps.push_back({at + Duration{(8 + i) * kMs}, at + Duration{(9 + i) * kMs}});
+    source.push_back(segment);
+  }
+  CHECK(grid_period(source) == Duration{40 * kMs});
+  FrameGovernor governor;
+  governor.split = 2;
+  const auto after = governed(source, governor, grid_period(source));
+  REQUIRE(after.size() == 10);
+  for (std::size_t k = 0; k < 10; ++k) {
+    CHECK(after[k].begin == RealTime{static_cast<std::int64_t>(k) * 20 * kMs});
+    CHECK(after[k].steps.front().begin - after[k].begin == Duration{4 * kMs});
+  }
+}
+
+TEST_CASE("paced segments begin on their grid or when the one before is over", "[governor]") {
+  FrameGovernor governor;
+  governor.pace = Duration{20 * kMs};
+  const auto after = governed(free_running({4, 25, 4, 4, 4}), governor);
+  std::vector<std::int64_t> begins;
+  for (const SegmentTiming& segment : after) begins.push_back(segment.begin.ns / kMs);
+  CHECK(begins == std::vector<std::int64_t>{0, 20, 49, 60, 80});
+}

@@ -1,0 +1,41 @@
+/// uinput_player MILLISECONDS VELOCITY_UM_PER_S : a force feedback device on the kernel's own input core, 1 m of travel to
+/// 2^31 counts, its hand in constant motion along x. Prints the node, reports a thousand times a second for so long, at
+/// uneven intervals of 0.4 ms to 2 ms, then says what came back. What it reports is where the hand is at the moment of the
+/// report.
+
+#include <sched.h>
+#include <time.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "uinput_device.h"
+
+int main(int argc, char** argv) {
+  if (argc != 3) return std::fputs("uinput_player MILLISECONDS VELOCITY_UM_PER_S\n", stderr), 2;
+  const long reports = std::atol(argv[1]), velocity_um = std::atol(argv[2]);
+  constexpr int kMost = 1 << 30;
+  UinputDevice device(kMost);
+  std::printf("%s\n", device.node().c_str());
+  std::fflush(stdout);
+  // It stands for hardware, which waits for nobody. Where that is not allowed it is as late as other programs make it.
+  const sched_param first{60};
+  sched_setscheduler(0, SCHED_FIFO, &first);
+  timespec began{}, now{};
+  clock_gettime(CLOCK_MONOTONIC, &began);
+  for (long k = 0; k < reports; ++k) {
+    // 0, 10, 4, 14, 8, 2, 12, 6 tenths of a millisecond late: whenever the ticks are, some reports miss the first one after
+    // them.
+    const long long at_ns = began.tv_nsec + (k + 1LL) * 1'000'000 + 200'000 * (k * 5 % 8);
+    const timespec at{began.tv_sec + at_ns / 1'000'000'000, static_cast<long>(at_ns % 1'000'000'000)};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) != 0) {
+    }
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    const double elapsed_s =
+        static_cast<double>(now.tv_sec - began.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec - began.tv_nsec);
+    device.report(static_cast<int>(elapsed_s * static_cast<double>(velocity_um) * 1e-6 * 2 * kMost), 0);
+  }
+  const UinputDevice::Told told = device.told();
+  std::printf("%ld reports out, %s uploads in, levels of x from %d to %d; left: %zu effects\n", reports,
+              told.uploads > 100 ? "more than 100" : "too few", told.least_level, told.most_level, told.effects.size());
+}
