@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# canaries_test.sh PROGRAM_WITH_CANARIES EVENSTEP REPOSITORY : every canary makes at least one shipped scenario fail with
+# canaries_test.sh PROGRAM_WITH_CANARIES EVENSTEP REPOSITORY [all] : every canary makes at least one shipped scenario fail with
 # exit status 1, and without one none fails. Prints which scenario finds which canary. EVENSTEP itself must not know them.
-# The scenarios are some that take less than a second each; with EVENSTEP_LONG all of the folders timing, safety, recovery.
+# The scenarios are some that take less than a second each; with `all` those of the folders timing, safety, recovery.
 set -uo pipefail
 with_canaries=$1 evenstep=$2 repository=$3
 scratch=$(mktemp -d)
@@ -11,7 +11,7 @@ scenarios=(scenarios/timing/{stall,hitch,jitter-1,sine-5,visualization-doubles,l
   scenarios/safety/{stale-hand,stale-force,switches-mask,faults-reference-hidraw}.toml)
 mapfile -t recoveries < <(cd "$repository" && ls scenarios/recovery/*.toml)
 scenarios+=("${recoveries[@]}")
-if [ -n "${EVENSTEP_LONG:-}" ]; then
+if [ "${4:-}" = all ]; then
   mapfile -t scenarios < <(cd "$repository" && ls scenarios/{timing,safety,recovery}/*.toml)
 fi
 wrong=0
