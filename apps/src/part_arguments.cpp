@@ -57,7 +57,7 @@ bool put_part(const PartArguments& arguments, const std::string& folder, const s
     return false;
   }
   options.shard = *shard;
-  options.threads = arguments.threads;
+  options.threads = static_cast<int>(arguments.threads.value_or(0));
   options.resume = arguments.resume;
   options.folder = folder;
   options.interrupted = &interrupted;

@@ -12,8 +12,7 @@ namespace evenstep::app {
 
 struct PartArguments {
   std::string shard, out, status;
-  std::optional<std::int64_t> of;
-  int threads = 0;
+  std::optional<std::int64_t> of, threads;
   bool resume = false;
 
   /// Whether lines are written to a file from which another process can go on.

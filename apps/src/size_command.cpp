@@ -182,8 +182,8 @@ ExitCode size_many_seeds(const SizeArguments& arguments, const SizeOptions& rate
 /// What does not go together with --seeds, or only with it; empty if all is well.
 std::string seeds_objection(const SizeArguments& arguments) {
   if (arguments.seeds.empty())
-    return arguments.part.in_parts() || arguments.part.of || !arguments.part.out.empty()
-               ? "--shard, --of, --resume and --out divide the seeds of --seeds, with --rate"
+    return arguments.part.in_parts() || arguments.part.of || arguments.part.threads || !arguments.part.out.empty()
+               ? "--shard, --of, --threads, --resume and --out divide the seeds of --seeds, with --rate"
                : "";
   if (arguments.rate.empty()) return "--seeds makes the sample for --rate larger; for example --rate \"0.1 %\"";
   if (std::filesystem::path(arguments.file).extension() != ".toml")

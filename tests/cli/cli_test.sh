@@ -496,7 +496,10 @@ case_size_of_many_seeds_in_shards() {
   done
   expect 2 "--seeds makes the sample for --rate larger" size s.toml --seeds 0..6
   expect 2 "is no span" size s.toml --rate "5 %" --seeds 6..0
-  expect 2 "divide the seeds of --seeds" size s.toml --rate "5 %" --shard 1/2
+  for option in "--shard 1/2" "--of 2" "--threads 1" "--resume"; do
+    # shellcheck disable=SC2086   # its words are options
+    expect 2 "divide the seeds of --seeds" size s.toml --rate "5 %" $option
+  done
   expect 2 "the same timing with every seed" size "$spring" --rate "5 %" --seeds 0..6
   [ ! -e x ] || fail "a refused sizing was written"
 }
@@ -504,6 +507,10 @@ case_study_in_shards() {
   in_shards "cpu-double  velocity-verlet" study "$source_dir/scenarios/stiff/study-block.toml" "${small_study[@]}" \
     --set 'study.solvers=["cpu-double"]' --set 'study.methods=["velocity-verlet"]'
   [ -s whole/position-error.svg ] && [ -s whole/study.json ] || fail "no figure, or no study.json"
+  for option in "--of 2" "--threads 1"; do
+    # shellcheck disable=SC2086   # its words are options
+    expect 2 "divide the points of --shard or --resume" study "$source_dir/scenarios/stiff/study-block.toml" $option
+  done
 }
 case_study_of_the_felt_force_keeps_its_reference() {
   local block=$source_dir/scenarios/stiff/study-block.toml
