@@ -161,9 +161,11 @@ TEST_CASE("inverse3 socket: a service that closes the connection ends the run wi
 TEST_CASE(
     "inverse3 socket: a service that closes the connection and is there again is driven anew, and its force rises from "
     "zero") {
+  std::atomic<bool> back{false};
   ServiceOptions options;
   options.closes_after = 200;
   options.closes = 1;
+  options.refuses = [&back](int connection) { return connection > 0 && !back; };
   const Service service(options);
   Client client(service.address(), {.hold = kSecond, .returns = kPatience});
   ForceLimits limits;
@@ -171,33 +173,40 @@ TEST_CASE(
   limits.cut.ramp_down = Duration{10'000'000};
   limits.cut.stale_force = kSecond * 1000;
   ForceGuard guard(limits);
-  int away = 0;
-  std::vector<double> again;  // what the guard lets through from the first tick at which the device is there again
+  std::vector<std::pair<RealTime, double>> passed;
   const auto guarded = [&](const std::function<bool(const DeviceSample&)>& done) {
     for (int i = 0; i < 20'000; ++i) {
       const RealTime now = client.clock.now();
       const DeviceSample sample = client.driver.read(now);
       const glm::dvec3 force_N = guard.pass(now, {2, 0, 0}, {sample, now});
-      if (client.socket.times().lost == 1 && !sample.drivable && force_N.x == 0) ++away;
-      if (client.socket.times().lost == 1 && sample.drivable) again.push_back(force_N.x);
+      passed.emplace_back(now, force_N.x);
       client.driver.write(force_N);
       if (done(sample)) return true;
       sleep_ms(1);
     }
     return false;
   };
-  REQUIRE(guarded([&](const DeviceSample& sample) { return client.socket.times().lost == 1 && !sample.drivable; }));
-  CHECK_FALSE(guard.state() == GuardState::armed);
-  client.socket.post(inverse3_force_message("049D", {3, 0, 0}));  // what is posted meanwhile is never sent
-  REQUIRE(guarded([&](const DeviceSample&) { return service.forces_x_N(1).size() >= 10 && service.force_N().x == 2; }));
-  CHECK(away > 0);
-  const std::vector<double> before = service.forces_x_N(0), after = service.forces_x_N(1);
+  const auto lost = [&](const DeviceSample& sample) { return client.socket.times().lost == 1 && !sample.drivable; };
+  REQUIRE(guarded([&](const DeviceSample& sample) { return lost(sample) && passed.back().second == 0; }));
+  const std::vector<double> before = service.forces_x_N();
   CHECK(before.back() > 0);
-  // The newest force is sent, so a late sender skips the older ones: what arrives are forces of the ramp, in its order.
-  CHECK(again.front() == 0);
-  CHECK(std::is_sorted(again.begin(), again.end()));
+  client.socket.post(inverse3_force_message("049D", {3, 0, 0}));  // what is posted meanwhile is never sent
+  passed.erase(passed.begin(), passed.end() - 1);
+  back = true;
+  REQUIRE(guarded(
+      [&](const DeviceSample&) { return service.forces_x_N().size() >= before.size() + 10 && service.force_N().x == 2; }));
+  std::vector<double> after = service.forces_x_N();
+  after.erase(after.begin(), after.begin() + static_cast<std::ptrdiff_t>(before.size()));
+  // The ramp begins with the last tick whose force was none; how late the ticks after it are, the machine says.
+  RealTime zero;
+  for (const auto& [at, force_N] : passed) {
+    if (force_N == 0) zero = at;
+    CHECK(force_N <= Approx(2 * seconds(at - zero) / seconds(limits.cut.ramp_up)));
+  }
+  // The newest force is sent, so a late sender skips older ones: what arrives is some of what was let through, in its order.
   CHECK(std::is_sorted(after.begin(), after.end()));
-  for (const double sent : after) CHECK(std::find(again.begin(), again.end(), sent) != again.end());
+  for (const double sent : after)
+    CHECK(std::any_of(passed.begin(), passed.end(), [&](const auto& tick) { return tick.second == sent; }));
   CHECK(after.back() == 2);
   CHECK(client.socket.times().lost == 1);
   CHECK(guard.counters().cuts_device == 1);

@@ -62,7 +62,7 @@ struct Service::State {
   void serve(tcp::socket peer, int n) {
     try {
       if (!options.speaks) return wait_for_end(peer);
-      if (n >= options.refuses_from) {
+      if (n >= options.refuses_from || (options.refuses && options.refuses(n))) {
         beast::flat_buffer buffer;
         beast::http::request<beast::http::string_body> request;
         beast::http::read(peer, buffer, request);

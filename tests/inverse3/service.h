@@ -21,6 +21,7 @@ struct ServiceOptions {
   bool speaks = true;     // false: it accepts the connection and says nothing, not even that it is a WebSocket
   bool first = true;      // false: a WebSocket that does not begin with an inventory, nor answers
   int refuses_from = 99;  // connections after so many are refused with the HTTP status 503
+  std::function<bool(int connection)> refuses;  // and those of which this is true
   /// What is said instead of the n-th answer, counted from 0 (the inventory); empty: nothing; std::nullopt: what is true.
   std::function<std::optional<std::string>(int n)> instead;
   bool binary = false;
