@@ -13,6 +13,14 @@
 
 using namespace evenstep;
 
+namespace {
+
+// Wherever the ticks are between two reports, some reports are the newest at the first tick after they were taken, and some
+// only at the second: of two in a row that are more than a period late the first one is.
+constexpr int kLateTenths[] = {0, 10, 4, 14, 12, 8, 2, 6};
+
+}  // namespace
+
 int main(int argc, char** argv) {
   if (argc != 4) return std::fputs("uhid_player RATE_HZ SECONDS VELOCITY_UM_PER_S\n", stderr), 2;
   const long rate = std::atol(argv[1]), seconds = std::atol(argv[2]), velocity = std::atol(argv[3]);
@@ -28,8 +36,7 @@ int main(int argc, char** argv) {
   clock_gettime(CLOCK_MONOTONIC, &began);
   const long period_ns = 1'000'000'000 / rate;
   for (long k = 0; k < rate * seconds; ++k) {
-    // 0, 10, 4, 14, 8, 2, 12, 6 tenths of a period: whenever the ticks are, some reports miss the first one after them.
-    const long long late_ns = period_ns / 10 * (2 * (k * 5 % 8));
+    const long long late_ns = period_ns / 10 * kLateTenths[k % 8];
     const long long at_ns = began.tv_nsec + (k + 1LL) * period_ns + late_ns;
     const timespec at{began.tv_sec + at_ns / 1'000'000'000, static_cast<long>(at_ns % 1'000'000'000)};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, nullptr) != 0) {
