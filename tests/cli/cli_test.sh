@@ -648,8 +648,8 @@ CHECK
 case_check_says_what_governor_faults_and_source_will_do() {
   expect 0 "least: any device phase" check "$spring"
   ! grep -Eq "^  (governor|fault|faults end|source) " out || fail "of a scenario that sets none of them"
-  # 15 steps of 1.482222 ms: 31 segments with 11.1 ms before them begin before 1 s, three with 12 ms before 1.11 s, and the next
-  # one at 31 * 33.33333 + 3 * 34.23333 ms. 20 ticks of 1 kHz from 1.5 s on.
+  # 15 steps of 1.482222 ms: 31 segments with 11.1 ms before them begin before 1 s, three with 12 ms before 1.11 s, and the
+  # next one at 31 * 33.33333 + 3 * 34.23333 ms. 20 ticks of 1 kHz from 1.5 s on.
   scenario '[run]' 'duration = "4 s"' '[timing]' \
     'changes = [{ at = "1 s", visualization = "12 ms" }, { at = "1.11 s", visualization = "11.1 ms" }]'
   local faults=(--set 'device.left.faults=[{ kind = "lost", at = "1.5 s", ticks = 20 }]' --set 'expect=[]')
@@ -674,9 +674,10 @@ case_check_says_what_governor_faults_and_source_will_do() {
   [ "$(sed -n 's/^  faults end   \([0-9.]*\) s: .*/\1/p' out | xargs printf '%.6g')" = "$over" ] || fail "not $over"
   need_python
   # A governor: as many drawings as the run finishes and leaves out.
-  local merge=$source_dir/scenarios/pauses/regime-merge.toml short=(--set 'run.duration="6 s"' --set 'expect=[]' --set 'timing.governor.budget="10 ms"')
-  "$evenstep" run "$merge" "${short[@]}" --set 'run.strategies=["direct"]' --allow-no-expectations --out governed >out 2>err ||
-    fail "the run"
+  local merge=$source_dir/scenarios/pauses/regime-merge.toml
+  local short=(--set 'run.duration="6 s"' --set 'expect=[]' --set 'timing.governor.budget="10 ms"')
+  "$evenstep" run "$merge" "${short[@]}" --set 'run.strategies=["direct"]' --allow-no-expectations --out governed \
+    >out 2>err || fail "the run"
   expect 0 "  governor     split 2, budget 10 ms merge: what a drawing takes longer is drawn in the next pauses" \
     check "$merge" "${short[@]}"
   "$evenstep" check "$merge" "${short[@]}" --json >check.json 2>err || fail "exit"
