@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # canaries_test.sh PROGRAM_WITH_CANARIES EVENSTEP REPOSITORY [all] : every canary makes at least one shipped scenario fail
-# with exit status 1, and without one none fails. Prints which scenario finds which canary. EVENSTEP itself must not know them.
-# The scenarios are some that take less than a second each; with `all` those of the folders timing, safety, recovery.
+# with exit status 1, and without one none fails. Prints which scenario finds which canary. EVENSTEP itself must not know
+# them. The scenarios are some that take less than a second each; with `all` those of the folders timing, safety, recovery.
 set -uo pipefail
 with_canaries=$1 evenstep=$2 repository=$3
 scratch=$(mktemp -d)
