@@ -3,6 +3,7 @@
 #   scripts/bench.sh                  all
 #   scripts/bench.sh scheduler        the tables named: scheduler paths sizing solver features figure-1
 #   scripts/bench.sh tick             how late a thread wakes 1000 times a second, by how it waits and what it is granted
+#   scripts/bench.sh own-lane         how much slower steps are beside a drawing: the factor of `evenstep size --own-lane`
 #   scripts/bench.sh fronts           latency against jump of all maps on the recordings, and its figure in docs/images
 # EVENSTEP_BENCH_REPETITIONS (9) says how often each number is taken; the repetitions of one table are interleaved.
 set -euo pipefail
@@ -71,6 +72,11 @@ for table in "${tables[@]}"; do
       compile 'building bench_device_tick' bench_device_tick
       "$build/bench/bench_device_tick" $((repetitions * 5))
       ;;
-    *) fail "no table '$table': scheduler paths sizing solver features figure-1 tick fronts" ;;
+    own-lane)
+      compile 'building bench_own_lane' bench_own_lane
+      POCL_DEVICES=${POCL_DEVICES:-pthread} "$build/bench/bench_own_lane" \
+        "${EVENSTEP_BENCH_SCENARIO:-$repo/scenarios/paper/figure-1.toml}" "$repetitions"
+      ;;
+    *) fail "no table '$table': scheduler paths sizing solver features figure-1 tick own-lane fronts" ;;
   esac
 done

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -247,6 +248,87 @@ void explain_run(const Scenario& scenario, Facts& facts) {
                             : fmt::format(" (means of {} recorded segments)", recorded)));
 }
 
+/// What the governor does with drawings that are over its budget.
+std::string gives_up(const FrameGovernor& governor) {
+  std::string text;
+  if (!governor.budget)
+    text = "gives up no drawing";
+  else if (governor.over_budget == OverBudget::merge)
+    text = "what a drawing takes longer is drawn in the next pauses, and those due there are left out";
+  else
+    text = fmt::format("a drawing that is expected to take longer is left out, {}",
+                       governor.over_budget == OverBudget::hold ? "its pause is kept" : "and the steps follow at once");
+  if (governor.pace) text += "; no segment begins before its turn, so fewer steps where work is faster";
+  return text;
+}
+
+void explain_governor(const FrameGovernor& governor, const ForetoldDrawings& drawings, Facts& facts) {
+  constexpr std::array kOverBudget{"skip", "hold", "merge"};
+  const char* over = kOverBudget.at(static_cast<std::size_t>(governor.over_budget));
+  const bool forecasts = governor.budget && governor.over_budget != OverBudget::merge;
+  std::vector<std::string> parts;
+  if (governor.split > 1) parts.push_back(fmt::format("split {}", governor.split));
+  if (governor.budget) parts.push_back(fmt::format("budget {:.6g} ms {}", ms(*governor.budget), over));
+  if (forecasts) parts.push_back(fmt::format("forecast {}", governor.forecast));
+  if (governor.pace) parts.push_back(fmt::format("pace {:.6f} ms", ms(*governor.pace)));
+  if (parts.empty()) parts.emplace_back("changes nothing");
+  Json json = {{"split", governor.split}};
+  if (governor.budget) json.update({{"budget_ns", governor.budget->ns}, {"over_budget", over}});
+  if (forecasts) json["forecast"] = governor.forecast;
+  if (governor.pace) json["pace_ns"] = governor.pace->ns;
+  json.update({{"gives_up", gives_up(governor)}, {"drawings", drawings.finished}, {"left_out", drawings.left_out}});
+  facts.add("governor", std::move(json),
+            fmt::format("  governor     {}: {}; on this timing {} drawings finished and {} left out where it is judged\n",
+                        fmt::join(parts, ", "), gives_up(governor), drawings.finished, drawings.left_out));
+}
+
+void explain_faults(const ForetoldSchedule& foretold, Facts& facts) {
+  for (const ForetoldFault& fault : foretold.faults) {
+    const std::string until = fault.to      ? fmt::format("to {:.10g} s", seconds(*fault.to - RealTime{}))
+                              : fault.lasts ? "until the end of the run"
+                                            : "and not over when the run ends";
+    facts.add_to_list("faults",
+                      {{"name", fault.name},
+                       {"from_ns", fault.from.ns},
+                       {"to_ns", fault.to ? Json(fault.to->ns) : Json(nullptr)},
+                       {"lasts", fault.lasts}},
+                      fmt::format("  fault        {}: {:.10g} s {}\n", fault.name, seconds(fault.from - RealTime{}), until));
+  }
+  if (foretold.faults.empty()) return;
+  const std::optional<RealTime> last = foretold.last_end();
+  facts.add("faults_end_ns", last ? Json(last->ns) : Json(nullptr),
+            last ? fmt::format("  faults end   {:.10g} s: recovery_time counts from there\n", seconds(*last - RealTime{}))
+                 : "  faults end   not in this run, so there is no recovery_time\n");
+}
+
+/// How the forces come, and what the strategies need for it at least.
+void explain_source(const Scenario& scenario, const std::vector<StrategyPlan>& plans, Facts& facts) {
+  if (!scenario.timing.elsewhere) return;
+  const SourceSpec& source = *scenario.timing.elsewhere;
+  Json json = {{"delay_ns", source.delay.ns}, {"jitter_ns", source.jitter.ns},   {"lost", source.lost},
+               {"late", source.late},         {"late_by_ns", source.late_by.ns}, {"clock_rate_error_ppm", source.clock_ppm}};
+  std::vector<std::string> least;
+  for (const StrategyPlan& plan : plans) {
+    if (!plan.sizing.steps.empty()) {
+      const Duration latency = plan.sizing.any_phase.latency;
+      json["least_latency_ns"][name_of(plan.kind)] = latency.ns;
+      least.push_back(fmt::format("{} {:.6f} ms", name_of(plan.kind), ms(latency)));
+    } else if (plan.least_entries > 0) {
+      const int set = scenario.playing.chunk.entries;
+      json["entries"] = set;
+      json["least_entries"][name_of(plan.kind)] = plan.least_entries;
+      least.push_back(fmt::format("{} {} entries of {} set{}", name_of(plan.kind), plan.least_entries, set,
+                                  plan.least_entries > set ? ", so ticks will run dry" : ""));
+    }
+  }
+  facts.add(
+      "source", std::move(json),
+      fmt::format("  source       delay {:.6g} ms, jitter {:.6g} ms, lost {:.6g} %, late {:.6g} % by {:.6g} ms, clock {} "
+                  "ppm{}{}\n",
+                  ms(source.delay), ms(source.jitter), 100 * source.lost, 100 * source.late, ms(source.late_by),
+                  source.clock_ppm, least.empty() ? "" : "; at least ", fmt::join(least, ", ")));
+}
+
 /// Explains the scenario. The errors are what a run could not judge; `verdict` says whether it must fail.
 std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
   explain_head(scenario, facts);
@@ -257,9 +339,15 @@ std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
     return {};
   }
   explain_run(scenario, facts);
+  if (scenario.timing.governor || !scenario.faults.empty()) {
+    const ForetoldSchedule foretold = foretell_schedule(scenario);
+    if (scenario.timing.governor) explain_governor(*scenario.timing.governor, foretold.drawings, facts);
+    explain_faults(foretold, facts);
+  }
   explain_solver(scenario, facts);
   for (const DeviceSpec& device : scenario.devices) explain_device(device, facts);
   const std::vector<StrategyPlan> plans = plan(scenario);
+  explain_source(scenario, plans, facts);
   for (const StrategyPlan& plan : plans) explain_strategy(scenario, plan, facts);
   std::vector<Diagnostic> saturated = explain_saturation(scenario, plans, facts);
   if (scenario.sweep) explain_sweep(*scenario.sweep, facts);

@@ -7,6 +7,7 @@
 
 #include "evenstep/harness/run.h"
 #include "evenstep/reports/places.h"
+#include "evenstep/reports/recovery.h"
 #include "judge.h"
 
 namespace evenstep {
@@ -122,6 +123,38 @@ std::vector<ExpectationResult> foresee_failures(const Scenario& scenario, const 
     failures.push_back(std::move(result));
   }
   return failures;
+}
+
+std::optional<RealTime> ForetoldSchedule::last_end() const {
+  std::optional<RealTime> last;
+  for (const ForetoldFault& fault : faults) {
+    if (!fault.to) return std::nullopt;
+    last = last ? std::max(*last, *fault.to) : *fault.to;
+  }
+  return last;
+}
+
+ForetoldSchedule foretell_schedule(const Scenario& scenario) {
+  ForetoldSchedule foretold;
+  const RealTime from{scenario.warmup.ns}, end{scenario.run_duration.ns};
+  Rows<SegmentRow> rows;
+  const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
+  for (SegmentTiming segment; timing->next(segment) && segment.begin < end;) {
+    SegmentRow& row = rows.emplace_back();
+    row.begin = segment.begin;
+    row.end = segment.end;
+    foretold.drawings.left_out += segment.drawing.left_out && segment.begin >= from;
+    if (!segment.visualization || !segment.drawing.finishes) continue;
+    const RealTime drawn = segment.visualization->end;
+    foretold.drawings.finished += drawn > from && drawn < end;
+  }
+  for (const ProgrammedFault& fault : scenario.faults) {
+    if (fault.from >= end) continue;
+    std::optional<RealTime> to = fault_end(fault, rows);
+    if (to && *to > end) to.reset();
+    foretold.faults.push_back({fault.name, fault.from, to, fault.over == ProgrammedFault::Over::never});
+  }
+  return foretold;
 }
 
 }  // namespace evenstep

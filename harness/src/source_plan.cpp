@@ -77,6 +77,18 @@ std::int64_t least_entries(const Scenario& scenario) {
   return most;
 }
 
+/// The longest time between the slots of two forces that are there.
+Duration longest_gap(const std::vector<MappedStep>& steps) {
+  Duration longest;
+  const MappedStep* before = nullptr;
+  for (const MappedStep& step : steps) {
+    if (step.lost) continue;
+    if (before != nullptr) longest = std::max(longest, step.slot - before->slot);
+    before = &step;
+  }
+  return longest;
+}
+
 }  // namespace
 
 void add_room(const Scenario& scenario, StrategyPlan& plan) {
@@ -118,10 +130,10 @@ std::optional<SourceForces> source_forces(const Scenario& scenario, const Strate
   return SourceForces{spec};
 }
 
-Duration memory_of(const SourceForces& source) {
+Duration memory_of(const SourceForces& source, const StrategyPlan& plan) {
   if (const auto* chunk = std::get_if<ChunkSpec>(&source.play)) return chunk->length();
   const ResamplerSpec& spec = std::get<ResamplerSpec>(source.play);
-  if (spec.kind == Resampling::polyphase) return spec.period * spec.taps;
+  if (spec.kind == Resampling::polyphase) return spec.period * spec.taps + longest_gap(plan.sizing.steps);
   if (spec.kind != Resampling::holt_winters) return {};
   // The larger eigenvalue of its recurrence on a line (docs/sources.md): determinant 1 - a, trace 2 - a - a g.
   const double determinant = 1 - spec.level, trace = 2 - spec.level - spec.level * spec.trend;

@@ -13,7 +13,8 @@ void add_room(const Scenario& scenario, StrategyPlan& plan);
 /// How the device plays its forces; empty: as ForceSchedule does.
 std::optional<SourceForces> source_forces(const Scenario& scenario, const StrategyPlan& plan, Emission emission);
 
-/// How far back the forces that a tick plays may lie; of an average, those that count for a billionth.
-Duration memory_of(const SourceForces& source);
+/// How far back the forces that a tick plays may lie; of an average, those that count for a billionth. `polyphase` reaches
+/// beyond its taps where the last of them is missing: to the force before it that is there.
+Duration memory_of(const SourceForces& source, const StrategyPlan& plan);
 
 }  // namespace evenstep::internal

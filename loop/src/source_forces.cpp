@@ -15,12 +15,13 @@ struct Sent {
   RealTime stamp, arrives;
   glm::dvec3 force_N{0}, per_s{0};
   bool lost = false;
+  std::int64_t number = 0;  // of its step
 };
 
 /// What plays them.
 struct Resampled {
   explicit Resampled(const ResamplerSpec& spec) : samples(spec) {}
-  void arrive(RealTime, const Sent& sent) { samples.arrive(sent.stamp, sent.force_N); }
+  void arrive(RealTime, const Sent& sent) { samples.arrive(sent.stamp, sent.force_N, sent.number); }
   Reading<glm::dvec3> at(RealTime at) const { return samples.at(at); }
   std::int64_t overtaken() const { return samples.overtaken(); }
   Resampler<glm::dvec3> samples;
@@ -44,7 +45,8 @@ class SourceForcesOf final : public RenderedSchedule {
 
   void push(const StepEmission& emission, const ContactRecord& record) override {
     const RealTime stamp = emission.slot.kind == SlotKind::newest ? emission.slot.read : emission.at;
-    Sent sent{stamp, emission.arrives, record.force_N, glm::dvec3(0), emission.lost};
+    Sent sent{stamp,         emission.arrives, record.force_N,
+              glm::dvec3(0), emission.lost,    static_cast<std::int64_t>(ring_.head())};
     if (before_ && stamp > before_->stamp) sent.per_s = (sent.force_N - before_->force_N) / seconds(stamp - before_->stamp);
     before_ = sent;
     ring_.push(emission.at, sent);

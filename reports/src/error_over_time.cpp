@@ -192,13 +192,16 @@ std::optional<std::string> error_over_time_svg(const RunRecord& run, const Metri
   const bool any_error =
       std::any_of(signals.begin(), signals.end(), [](const auto& s) { return s.second.error != nullptr; });
   const double block = 60 + kLine * static_cast<double>(run.strategies.size()) + kPanelDistance * (any_error ? 4 : 3);
-  internal::Svg svg(kWidth, kHead + block * static_cast<double>(run.nominal.devices.size()), "Error against run time");
-  internal::draw_legend(svg, {kColumns.front().left, 44}, run, internal::in_drawing_order(run));
-  svg.text({kColumns.front().left, 64}, "growth of the RMS like t^p, in brackets the p that are possible (95 %)",
+  const std::vector<std::string> names = internal::in_drawing_order(run);
+  const double left = kColumns.front().left, right = kColumns.back().right;
+  const double drop = internal::legend_drop(left, right, names), head = kHead + drop;
+  internal::Svg svg(kWidth, head + block * static_cast<double>(run.nominal.devices.size()), "Error against run time");
+  internal::draw_legend(svg, {left, 44}, right, run, names);
+  svg.text({left, 64 + drop}, "growth of the RMS like t^p, in brackets the p that are possible (95 %)",
            internal::Svg::Anchor::start, 11);
   for (std::size_t i = 0; i < signals.size(); ++i) {
     draw_signal(svg, run, metrics, signals[i].second, time_s, *signals[i].first,
-                kHead + block * static_cast<double>(i / kColumns.size()));
+                head + block * static_cast<double>(i / kColumns.size()));
   }
   return std::move(svg).finish();
 }

@@ -16,8 +16,14 @@ namespace {
 using internal::Axis;
 using internal::Range;
 
-constexpr double kWidth = 900, kHeight = 600;
+// With a legend of one line; further lines move the panels down.
+constexpr double kWidth = 900, kHeight = 600, kLegend = 44;
 constexpr internal::Box kUpper{86, 62, 880, 310}, kLower{86, 346, 880, 550};
+internal::Box lowered(internal::Box box, double by) {
+  box.top += by;
+  box.bottom += by;
+  return box;
+}
 constexpr std::int64_t kSegmentsShown = 6;
 
 /// One strategy's signal over the shown span.
@@ -78,13 +84,17 @@ Range range_of(const std::vector<Curve>& curves, std::size_t axis, double unit, 
 
 std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& panels,
                  const std::vector<internal::Mark>& marks) {
-  internal::Svg svg(kWidth, kHeight, panels.title);
   std::erase_if(curves, [](const Curve& curve) { return curve.value.size() < 3; });
+  std::stable_partition(curves.begin(), curves.end(), [](const Curve& curve) { return curve.reference; });
+  std::vector<std::string> names;
+  for (const Curve& curve : curves) names.push_back(curve.strategy);
+  const double drop = internal::legend_drop(kUpper.left, kUpper.right, names);
+  const internal::Box upper_box = lowered(kUpper, drop), lower_box = lowered(kLower, drop);
+  internal::Svg svg(kWidth, kHeight + drop, panels.title);
   if (curves.empty()) {
     svg.text({kWidth / 2, kHeight / 2}, "nothing was judged in this run", internal::Svg::Anchor::middle, 14);
     return std::move(svg).finish();
   }
-  std::stable_partition(curves.begin(), curves.end(), [](const Curve& curve) { return curve.reference; });
   std::vector<double> times;
   for (Curve& curve : curves) {
     curve.residual = internal::line_residual(curve.t_s, curve.value);
@@ -93,8 +103,8 @@ std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& 
   const std::size_t axis = main_axis(curves);
   const double unit = panels.step.value_or(1);
   const Axis time{Range::around(times, 0), panels.x_name, "s"};
-  internal::Panel upper(svg, kUpper, time, {range_of(curves, axis, 1, false), panels.y_name, panels.unit});
-  internal::Panel lower(svg, kLower, time,
+  internal::Panel upper(svg, upper_box, time, {range_of(curves, axis, 1, false), panels.y_name, panels.unit});
+  internal::Panel lower(svg, lower_box, time,
                         {range_of(curves, axis, unit, true), "off the fitted line", panels.step ? "step" : panels.unit});
   upper.draw_axes(false, false);
   lower.draw_axes(true, true);
@@ -103,11 +113,9 @@ std::string draw(const RunRecord& run, std::vector<Curve> curves, const Panels& 
     lower.curve(curves[i].t_s, along(curves[i].residual, axis, unit), internal::look_of(run, curves[i].strategy));
   }
   for (const internal::Mark& mark : marks)
-    internal::draw_mark(svg, upper.x_at(mark.at), {kUpper.left, kUpper.top, kUpper.right, kLower.bottom},
-                        (kUpper.bottom + kLower.top) / 2 + 4, mark.text);
-  std::vector<std::string> names;
-  for (const Curve& curve : curves) names.push_back(curve.strategy);
-  internal::draw_legend(svg, {kUpper.left, 44}, run, names);
+    internal::draw_mark(svg, upper.x_at(mark.at), {kUpper.left, upper_box.top, kUpper.right, lower_box.bottom},
+                        (upper_box.bottom + lower_box.top) / 2 + 4, mark.text);
+  internal::draw_legend(svg, {kUpper.left, kLegend}, kUpper.right, run, names);
   return std::move(svg).finish();
 }
 

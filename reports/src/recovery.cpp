@@ -22,16 +22,6 @@ constexpr std::int64_t kWindowSegments = 8;
 // What is not felt, and far below what a map changes: only for signals that did not change before the first fault.
 constexpr double kLeastJump_m = 1e-9, kLeastJump_N = 1e-6;
 
-/// When a fault is over in the time of a strategy. Empty: not before the end of its record.
-std::optional<RealTime> end_of(const ProgrammedFault& fault, const StrategyRecord& strategy) {
-  if (fault.over == Over::at_time) return fault.to;
-  if (fault.over == Over::never) return std::nullopt;
-  for (const SegmentRow& segment : strategy.segments) {
-    if (segment.begin >= fault.to) return fault.over == Over::with_segment ? segment.begin : segment.end;
-  }
-  return std::nullopt;
-}
-
 /// The samples of a signal before the first fault, and how large a jump may be after the last one.
 class Jumps {
  public:
@@ -150,7 +140,7 @@ Span span_of(const Nominal& nominal, const StrategyRecord& strategy) {
   Span span{nominal.faults.front().from, {}, nullptr};
   for (const ProgrammedFault& fault : nominal.faults) {
     span.from = std::min(span.from, fault.from);
-    const std::optional<RealTime> end = end_of(fault, strategy);
+    const std::optional<RealTime> end = fault_end(fault, strategy.segments);
     if (end)
       span.to = std::max(span.to, *end);
     else if (!span.open || fault.over == Over::never)
@@ -172,6 +162,15 @@ std::string unhealed(const Recovery& recovery) {
 }
 
 }  // namespace
+
+std::optional<RealTime> fault_end(const ProgrammedFault& fault, const Rows<SegmentRow>& segments) {
+  if (fault.over == Over::at_time) return fault.to;
+  if (fault.over == Over::never) return std::nullopt;
+  for (const SegmentRow& segment : segments) {
+    if (segment.begin >= fault.to) return fault.over == Over::with_segment ? segment.begin : segment.end;
+  }
+  return std::nullopt;
+}
 
 Duration recovery_window(const Nominal& nominal) { return std::max(kLeastWindow, nominal.segment * kWindowSegments); }
 

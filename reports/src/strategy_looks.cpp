@@ -6,6 +6,22 @@
 namespace evenstep::internal {
 namespace {
 
+/// A line of 34 px, a gap, and the name: at 12 px no letter of a strategy's name is wider than 7.6 px on average.
+double name_end(double x, const std::string& strategy) { return x + 40 + 7.6 * static_cast<double>(strategy.size()); }
+constexpr double kBetweenEntries_px = 22;
+
+/// Where each entry begins, line by line. A name that is wider than the legend has a line of its own.
+std::vector<Point> places(Point at, double right, const std::vector<std::string>& strategies) {
+  std::vector<Point> all;
+  Point next = at;
+  for (const std::string& strategy : strategies) {
+    if (next.x > at.x && name_end(next.x, strategy) > right) next = {at.x, next.y + kLegendLine_px};
+    all.push_back(next);
+    next.x = name_end(next.x, strategy) + kBetweenEntries_px;
+  }
+  return all;
+}
+
 constexpr std::array kOtherLooks = std::to_array<Stroke>({{colour::kGreen, 2, "9 4", 1}, {colour::kGrey, 2, "4 4", 1}});
 
 }  // namespace
@@ -28,12 +44,17 @@ std::vector<std::string> in_drawing_order(const RunRecord& run) {
   return names;
 }
 
-void draw_legend(Svg& svg, Point at, const RunRecord& run, const std::vector<std::string>& strategies) {
-  for (const std::string& strategy : strategies) {
-    svg.line(at, {at.x + 34, at.y}, look_of(run, strategy));
-    svg.text({at.x + 40, at.y + 4}, strategy);
-    at.x += 62 + 7.6 * static_cast<double>(strategy.size());
+void draw_legend(Svg& svg, Point at, double right, const RunRecord& run, const std::vector<std::string>& strategies) {
+  const std::vector<Point> begins = places(at, right, strategies);
+  for (std::size_t i = 0; i < strategies.size(); ++i) {
+    const auto [x, y] = begins[i];
+    svg.line({x, y}, {x + 34, y}, look_of(run, strategies[i]));
+    svg.text({x + 40, y + 4}, strategies[i]);
   }
+}
+
+double legend_drop(double left, double right, const std::vector<std::string>& strategies) {
+  return strategies.empty() ? 0 : places({left, 0}, right, strategies).back().y;
 }
 
 }  // namespace evenstep::internal

@@ -15,7 +15,10 @@ Stroke look_of(const RunRecord& run, const std::string& strategy);
 /// Names in the order of drawing: the reference first (below), the others as they come.
 std::vector<std::string> in_drawing_order(const RunRecord& run);
 
-/// One line from `at` on, with room for the eight strategies of the format.
-void draw_legend(Svg& svg, Point at, const RunRecord& run, const std::vector<std::string>& strategies);
+/// A legend between two x, in as many lines as it takes, from the line at `at.y` down.
+constexpr double kLegendLine_px = 18;
+void draw_legend(Svg& svg, Point at, double right, const RunRecord& run, const std::vector<std::string>& strategies);
+/// How much lower its last line is than its first one; 0 if it takes one line.
+double legend_drop(double left, double right, const std::vector<std::string>& strategies);
 
 }  // namespace evenstep::internal

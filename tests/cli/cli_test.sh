@@ -645,6 +645,69 @@ CHECK
   expect 0 '"verdict": "open"' check folder/open.toml --json
   python3 -c 'import json; assert json.load(open("out"))["file"] == "folder/open.toml"' || fail "not one object"
 }
+case_check_says_what_governor_faults_and_source_will_do() {
+  expect 0 "least: any device phase" check "$spring"
+  ! grep -Eq "^  (governor|fault|faults end|source) " out || fail "of a scenario that sets none of them"
+  # 15 steps of 1.482222 ms: 31 segments with 11.1 ms before them begin before 1 s, three with 12 ms before 1.11 s, and the
+  # next one at 31 * 33.33333 + 3 * 34.23333 ms. 20 ticks of 1 kHz from 1.5 s on.
+  scenario '[run]' 'duration = "4 s"' '[timing]' \
+    'changes = [{ at = "1 s", visualization = "12 ms" }, { at = "1.11 s", visualization = "11.1 ms" }]'
+  local faults=(--set 'device.left.faults=[{ kind = "lost", at = "1.5 s", ticks = 20 }]' --set 'expect=[]')
+  expect 0 "  fault        timing.changes: 1 s to 1.13603322 s" check x.toml "${faults[@]}"
+  grep -qxF "  fault        device.left.faults.0: 1.5 s to 1.52 s" out || fail "the device's fault"
+  grep -qxF "  faults end   1.52 s: recovery_time counts from there" out || fail "the last end"
+  expect 0 "  fault        timing.spikes: 0 s until the end of the run" check x.toml "${faults[@]}" \
+    --set 'timing.spikes={ rate = "10 Hz", cost = "1 ms" }'
+  grep -qxF "  faults end   not in this run, so there is no recovery_time" out || fail "a fault that lasts"
+  expect 0 "  fault        timing.changes: 1 s and not over when the run ends" check x.toml --set 'expect=[]' \
+    --set 'run.duration="1.12 s"'
+  # The same instant as the run's own, where the schedule is not even: a stall.
+  local stall=$source_dir/scenarios/timing/stall.toml
+  local wants='expect=[{ signal = "left.force.phase_locked", metric = "recovery_time", max = "1 s" }]'
+  local over
+  expect 2 "its last fault is over at " run "$stall" --set 'run.duration="3.8 s"' --set "$wants" \
+    --set 'run.strategies=["phase_locked"]'
+  over=$(cat out err | sed -n 's/.*its last fault is over at \([0-9.]*\) s.*/\1/p' | head -1)
+  [ -n "$over" ] || fail "no instant"
+  "$evenstep" check "$stall" >out 2>err
+  # The run says it with six digits.
+  [ "$(sed -n 's/^  faults end   \([0-9.]*\) s: .*/\1/p' out | xargs printf '%.6g')" = "$over" ] || fail "not $over"
+  need_python
+  # A governor: as many drawings as the run finishes and leaves out.
+  local merge=$source_dir/scenarios/pauses/regime-merge.toml
+  local short=(--set 'run.duration="6 s"' --set 'expect=[]' --set 'timing.governor.budget="10 ms"')
+  "$evenstep" run "$merge" "${short[@]}" --set 'run.strategies=["direct"]' --allow-no-expectations --out governed \
+    >out 2>err || fail "the run"
+  expect 0 "  governor     split 2, budget 10 ms merge: what a drawing takes longer is drawn in the next pauses" \
+    check "$merge" "${short[@]}"
+  "$evenstep" check "$merge" "${short[@]}" --json >check.json 2>err || fail "exit"
+  "$evenstep" check x.toml "${faults[@]}" --json >faults.json 2>err || fail "exit"
+  # A source: the closed forms of docs/sources.md, and entries.
+  expect 0 "; at least phase_locked 15.999999 ms, linear 15.999999 ms, polyphase 45.999999 ms, " \
+    check "$source_dir/scenarios/sources/slower-clean.toml"
+  grep -qF "  source       delay 3 ms, jitter 0 ms, lost 0 %, late 0 % by 0 ms, clock 0 ppm; " out || fail "the source"
+  local chunks=$source_dir/scenarios/sources/chunks.toml
+  "$evenstep" check "$chunks" --json >chunks.json 2>err || fail "exit"
+  expect 0 " entries of 3 set, so ticks will run dry" check "$chunks" --set source.chunk.entries=3 --set 'expect=[]'
+  ! "$evenstep" check "$chunks" | grep -q "run dry" || fail "20 entries are enough"
+  python3 - <<'CHECK' || fail "not the same"
+import csv, glob, json
+check = json.load(open("check.json"))
+governor, run = check["governor"], check["run"]
+metrics = json.load(open(glob.glob("governed/**/summary.json", recursive=True)[0]))["metrics"]["solver.direct"]
+value = metrics.get
+assert governor["left_out"] == value("drawings_left_out") > 0, governor
+judged_s = (run["duration_ns"] - run["judged_from_ns"]) / 1e9
+assert abs(value("drawing_rate") * judged_s - governor["drawings"]) < 1e-9 and governor["drawings"] > 10, governor
+assert (governor["split"], governor["budget_ns"], governor["over_budget"]) == (2, 10_000_000, "merge")
+faults = json.load(open("faults.json"))
+assert [one["name"] for one in faults["faults"]] == ["timing.changes", "device.left.faults.0"]
+assert faults["faults"][0]["to_ns"] == 1_136_033_220 and faults["faults_end_ns"] == 1_520_000_000
+source = json.load(open("chunks.json"))["source"]
+assert source["entries"] == 20 and 0 < source["least_entries"]["chunk_replace"] <= 20, source
+assert source["least_latency_ns"]["linear"] > 200_000_000 and source["delay_ns"] == 5_000_000
+CHECK
+}
 case_check_cost_measures_each_part_and_says_that_no_bit_changed() {
   scenario '[run]' 'duration = "1 s"'
   expect 0 "  left out     what it would add" check x.toml --cost

@@ -264,3 +264,66 @@ TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without
   CHECK(occurrences(broken, "<polyline") == 2 * 3 + 1 + 3);
   CHECK_THAT(broken, !Contains("nan") && !Contains("inf"));
 }
+
+namespace {
+
+/// A text of the legend: what is 40 px to the right of a line of 34 px.
+struct LegendEntry {
+  std::string name;
+  double line_from = 0, x = 0, y = 0;
+  /// 12 px of a sans-serif: no letter of these names is wider than 7.6 px on average.
+  double end() const { return x + 7.6 * static_cast<double>(name.size()); }
+};
+std::vector<LegendEntry> legend_of(const std::string& svg, const std::vector<std::string>& names) {
+  std::vector<LegendEntry> entries;
+  for (const std::string& name : names) {
+    REQUIRE(occurrences(svg, '>' + name + "</text>") == 1);
+    const std::size_t end = svg.find('>' + name + "</text>"), begin = svg.rfind("<text", end),
+                      line = svg.rfind("<line", begin);
+    const std::string text = svg.substr(begin, end - begin);
+    entries.push_back({name, numbers_after(svg.substr(line, begin - line), "x1=\"").at(0), numbers_after(text, "x=\"").at(0),
+                       numbers_after(text, "y=\"").at(0)});
+  }
+  return entries;
+}
+
+}  // namespace
+
+TEST_CASE("legend: every entry is inside the picture, above the panels and over no other, with 1 to 17 strategies") {
+  const std::vector<std::string> all{"ideal",        "direct",        "paper",        "phase_locked", "predict",
+                                     "filtered",     "variable_step", "foreign",      "jack_dll",     "lsl_dejitter",
+                                     "linear",       "absolute_grid", "holt_winters", "polyphase",    "chunk_replace",
+                                     "chunk_append", "chunk_blend"};
+  const RunRecord reference = synthetic::reference_run({1'200'000'000});
+  for (std::size_t count = 1; count <= all.size(); ++count) {
+    RunRecord run = reference;
+    run.strategies.assign(count, reference.strategies[1]);
+    for (std::size_t i = 0; i < count; ++i) run.strategies[i].name = all[i];
+    const std::vector<std::string> names(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
+    std::vector<std::string> figures{figure_1a_svg(run, "left"), figure_1b_svg(run, "left")};
+    figures.push_back(error_over_time_svg(run, {}).value_or(""));
+    for (const std::string& svg : figures) {
+      if (svg.empty()) continue;
+      const double width = numbers_after(svg, " width=\"").at(0), height = numbers_after(svg, " height=\"").at(0);
+      const std::vector<LegendEntry> entries = legend_of(svg, names);
+      const std::vector<double> curves = heights(svg);
+      const double highest_curve = *std::min_element(curves.begin(), curves.end());
+      for (std::size_t i = 0; i < count; ++i) {
+        INFO(count << " strategies: " << entries[i].name);
+        CHECK(entries[i].x - entries[i].line_from == Approx(40));
+        CHECK(entries[i].end() <= width - 10);
+        CHECK(entries[i].y < highest_curve);
+        for (std::size_t j = 0; j < i; ++j)
+          CHECK((entries[j].y + 12 <= entries[i].y || entries[j].end() < entries[i].line_from));
+      }
+      CHECK(*std::max_element(curves.begin(), curves.end()) < height - 40);  // numbers and label of the axis are below
+      for (const double y : numbers_after(svg, "\" y=\"")) CHECK(y < height);
+    }
+    // The panels are as high as with one line.
+    const std::vector<double> of_one = heights(figure_1b_svg(reference, "left")), of_all = heights(figures[1]);
+    const auto extent = [](const std::vector<double>& ys) {
+      return *std::max_element(ys.begin(), ys.end()) - *std::min_element(ys.begin(), ys.end());
+    };
+    CHECK(extent(of_all) > 0.8 * extent(of_one));
+  }
+}

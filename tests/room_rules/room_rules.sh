@@ -20,7 +20,7 @@ readonly foreign_random='\bstd::([a-z_]+_distribution|random_device)\b|\brand *\
 readonly processes='\b(v?fork|posix_spawnp?|exec[vl][pe]*|popen|std::system) *\('
 readonly fast_math='-ffast-math|-Ofast|-funsafe-math|-fassociative-math|-cl-fast-relaxed-math|-cl-unsafe-math'
 readonly source='\.(h|hpp|cpp|cl|cl\.h)$'
-readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files|bench/device_tick'\
+readonly with_threads='scheduler/src/(live_lanes|parallel_for)|reports/src/row_files|bench/(device_tick|own_lane)'\
 '|device/src/live_sender|device/src/inverse3/inverse3_socket|tests/|examples/'
 readonly sockets='# *include *[<"](boost/(asio|beast)|sys/socket)'
 readonly with_sockets='device/src/inverse3/inverse3_socket|apps/src/scope_server|tests/'
@@ -33,7 +33,7 @@ readonly rules=(
   "OpenCL only in sim/opencl@$source@^sim/opencl/@# *include *[<\"]CL/"
   "hidapi only in its transport@$source@^(device/src/hid/hidapi_library|tests/fake_hidapi/)@# *include *[<\"]hidapi/"
   "OS clock only in clock@$source@^(clock/|tests/|examples/|bench/device_tick)@$os_clock"
-  "threads only in live lanes, parallel loops, row files, senders and a benchmark@$source@^($with_threads)@$threads"
+  "threads only in live lanes, parallel loops, row files, senders and two benchmarks@$source@^($with_threads)@$threads"
   "own random numbers@$source@^\$@$foreign_random"
   "no unordered containers where things are hashed@^($hashed)/.*$source@^\$@\bstd::unordered_"
   "public headers keep foreign libraries out@^[a-z/]*include/evenstep/@^\$@# *include *[<\"](CL/|hidapi/|toml|spdlog|boost/)"

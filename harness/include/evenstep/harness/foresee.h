@@ -1,6 +1,8 @@
 #pragma once
-/// What is known of a run in virtual time before it: the expectations that must fail.
+/// What is known of a run in virtual time before it: the expectations that must fail, and what its schedule will do.
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "evenstep/format/scenario.h"
@@ -13,5 +15,26 @@ namespace evenstep {
 /// rings, of the strategies that remap. Of any other expectation nothing is said. Nothing is foreseen for a run that
 /// [expect_stop] ends early, for a [case], or for expectations on the wall clock.
 std::vector<ExpectationResult> foresee_failures(const Scenario& scenario, const std::vector<StrategyPlan>& plans);
+
+/// A programmed fault (docs/recovery.md) on the schedule of the timing. A run has the same ends, unless steps wait for
+/// samples (`gate`) or it runs on a wall clock.
+struct ForetoldFault {
+  std::string name;
+  RealTime from;
+  std::optional<RealTime> to;  ///< empty: it is not over when the run ends
+  bool lasts = false;          ///< by its definition until the end of the run
+};
+/// Drawings in the judged span, as `drawing_rate` and `drawings_left_out` count them.
+struct ForetoldDrawings {
+  std::int64_t finished = 0, left_out = 0;
+};
+struct ForetoldSchedule {
+  std::vector<ForetoldFault> faults;  ///< those that begin before the end of the run, as they are written
+  ForetoldDrawings drawings;
+  /// What recovery_time counts from; empty: there is no fault, or one is not over when the run ends.
+  std::optional<RealTime> last_end() const;
+};
+/// Of a scenario with a timing, not of a [case].
+ForetoldSchedule foretell_schedule(const Scenario& scenario);
 
 }  // namespace evenstep

@@ -14,13 +14,25 @@
 ///   polyphase      a windowed sinc (J. O. Smith, "Digital audio resampling", CCRMA 2002; the resampler of F. Adriaensen,
 ///                  "Controlling adaptive resampling", LAC 2012, whose rate a delay-locked loop controls):
 ///                    sum_i w((t - s_i) / T) x_i / sum_i w((t - s_i) / T),  w(u) = sinc(u) kaiser(u / taps), |u| < taps
-///                  with `taps` on each side. The division keeps a constant a constant where one is lost.
+///                  with `taps` on each side. The division keeps a constant a constant. The x_i are those that are there
+///                  and those that are missing between them, put on the line between their neighbours a and b:
+///                    missing(a, b) = max(round((s_b - s_a) / T), n_b - n_a, 1) - 1, evenly spaced,
+///                  with the samples' numbers n where the source has them. A number counts only up to two per period, so
+///                  that a source that begins anew from another number does no harm. Without this a lost sample is a jolt:
+///                  next to it the other weights nearly cancel.
+///                  Ahead of the newest sample, where no neighbour has come yet, the line through the last two is continued,
+///                  T apart (two that are closer than T count as T apart, so that a burst is no steep line). Behind the
+///                  oldest nothing is added. A sample that comes after all replaces the one on the line.
 ///
 /// Late: scheduled and polyphase need samples after t; without them the newest is held, and the status is `underrun`.
-/// holt_winters past `furthest` is one, too. Samples that no longer fit (more than `capacity`) are forgotten, oldest first.
+/// polyphase is an underrun already if fewer than taps - 1 periods after t are there, because it then plays what it has
+/// continued itself; and where its weights sum up to 1/4 or less, which only bursts of samples do: it plays the line between
+/// the two around t. holt_winters past `furthest` is one, too. Samples that no longer fit (more than `capacity`) are
+/// forgotten, oldest first.
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "evenstep/remap/sample.h"
@@ -48,14 +60,14 @@ class Resampler {
  public:
   explicit Resampler(const ResamplerSpec& spec) : spec_(spec) { kept_.reserve(spec.capacity + 1); }
 
-  /// A sample has come. Stamps may come in any order.
-  void arrive(RealTime stamp, const Value& value) {
+  /// A sample has come. Stamps may come in any order. `number` counts the samples that the source has made.
+  void arrive(RealTime stamp, const Value& value, std::optional<std::int64_t> number = std::nullopt) {
     const auto later = [](RealTime at, const Sample& sample) { return at < sample.stamp; };
     const auto place = std::upper_bound(kept_.begin(), kept_.end(), stamp, later);
     const bool newest = place == kept_.end();
     overtaken_ += !newest;
     if (newest) smooth(stamp, value);
-    kept_.insert(place, {stamp, value});
+    kept_.insert(place, {stamp, value, number});
     if (kept_.size() > spec_.capacity) kept_.erase(kept_.begin());
   }
   /// What is played at `at`. `newest` of the reading is the largest stamp.
@@ -81,6 +93,12 @@ class Resampler {
   struct Sample {
     RealTime stamp;
     Value value;
+    std::optional<std::int64_t> number;
+  };
+  /// The weighted sum of `polyphase`.
+  struct Sum {
+    Value value{};
+    double weights = 0;
   };
 
   void smooth(RealTime stamp, const Value& value) {
@@ -120,22 +138,70 @@ class Resampler {
     return {level_ + trend_ * seconds(std::min(ahead, spec_.furthest)), status, newest};
   }
 
+  /// 1 and how many are missing between two neighbours: see above.
+  std::int64_t parts(const Sample& a, const Sample& b) const {
+    const std::int64_t gap = (b.stamp - a.stamp).ns, period = spec_.period.ns;
+    std::int64_t parts = std::max<std::int64_t>((gap + period / 2) / period, 1);
+    if (a.number && b.number && *b.number > *a.number && *b.number - *a.number <= 2 * gap / period + 1)
+      parts = std::max(parts, *b.number - *a.number);
+    return parts;
+  }
+
+  void weigh(Sum& sum, RealTime at, RealTime stamp, const Value& value) const {
+    const double w = internal::windowed_sinc(ratio(at - stamp, spec_.period), spec_.taps);
+    sum.value = sum.value + value * w;
+    sum.weights += w;
+  }
+  /// Those that are missing between a and b, as far as the window around `at` reaches.
+  void weigh_missing(Sum& sum, RealTime at, const Sample& a, const Sample& b) const {
+    const std::int64_t parts = this->parts(a, b), gap = (b.stamp - a.stamp).ns;
+    if (parts == 1) return;
+    const Duration reach = spec_.period * spec_.taps;
+    const std::int64_t first = floor_mul_div((at - reach - a.stamp).ns, parts, gap) + 1;
+    for (std::int64_t j = std::max<std::int64_t>(first, 1); j < parts; ++j) {
+      const RealTime stamp = a.stamp + Duration{floor_mul_div(gap, j, parts)};
+      if (stamp >= at + reach) return;
+      weigh(sum, at, stamp, lerp(a.value, b.value, static_cast<double>(j) / static_cast<double>(parts)));
+    }
+  }
+  /// Those that have not come yet, on the line through the last two.
+  void weigh_ahead(Sum& sum, RealTime at) const {
+    const Sample& last = kept_.back();
+    Value per_period = last.value - last.value;
+    if (kept_.size() > 1) {
+      const Sample& before = kept_[kept_.size() - 2];
+      per_period = (last.value - before.value) * ratio(spec_.period, std::max(last.stamp - before.stamp, spec_.period));
+    }
+    for (std::int64_t j = 1; last.stamp + spec_.period * j < at + spec_.period * spec_.taps; ++j)
+      weigh(sum, at, last.stamp + spec_.period * j, last.value + per_period * static_cast<double>(j));
+  }
+
   Reading<Value> interpolated(RealTime at) const {
     const RealTime newest = kept_.back().stamp;
     if (at < kept_.front().stamp) return {Value{}, ReadStatus::empty, newest};
     if (newest < at) return {kept_.back().value, ReadStatus::underrun, newest};
     // All taps that lie ahead must be there, but for the last, whose weight is next to nothing.
     const bool short_of = newest < at + spec_.period * (spec_.taps - 1);
-    Value sum{};
-    double weights = 0;
-    const auto end = after(at + spec_.period * spec_.taps);
-    for (auto one = after(at - spec_.period * spec_.taps); one != end; ++one) {
-      const double w = internal::windowed_sinc(ratio(at - one->stamp, spec_.period), spec_.taps);
-      sum = sum + one->value * w;
-      weights += w;
+    Sum sum;
+    auto one = after(at - spec_.period * spec_.taps);
+    for (const auto end = after(at + spec_.period * spec_.taps); one != end; ++one) {
+      if (one != kept_.begin()) weigh_missing(sum, at, *(one - 1), *one);
+      weigh(sum, at, one->stamp, one->value);
     }
-    if (!(weights > 0.25)) return {kept_.back().value, ReadStatus::underrun, newest};  // too few samples around `at`
-    return {sum * (1 / weights), short_of ? ReadStatus::underrun : ReadStatus::inside, newest};
+    if (one == kept_.end())
+      weigh_ahead(sum, at);
+    else if (one != kept_.begin())
+      weigh_missing(sum, at, *(one - 1), *one);
+    if (!(sum.weights > 0.25)) return {between(at), ReadStatus::underrun, newest};
+    return {sum.value * (1 / sum.weights), short_of ? ReadStatus::underrun : ReadStatus::inside, newest};
+  }
+
+  /// The line between the two around `at`, which must lie between the first and the last.
+  Value between(RealTime at) const {
+    const auto later = after(at);
+    const Sample& earlier = *(later - 1);
+    if (later == kept_.end()) return earlier.value;
+    return lerp(earlier.value, later->value, ratio(at - earlier.stamp, later->stamp - earlier.stamp));
   }
 
   ResamplerSpec spec_;

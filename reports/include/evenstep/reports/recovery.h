@@ -5,8 +5,7 @@
 ///
 ///   underruns  no step misses its sample (or acquires), and no force is late
 ///   latency    the age of the force that a tick sends, t - R(n), is at most `recovery_latency` above the greatest before
-///   the
-///              first fault (where the latency adapts: above the greatest of the last window before it)
+///              the first fault (where the latency adapts: above the greatest of the last window before it)
 ///   jump       |x(n+1) - 2 x(n) + x(n-1)| of what the solver is given, and of the force at the ticks, is at most
 ///              recovery_jump * mean |x(n+1) - x(n)| above the greatest before the first fault (and a nanometre or a
 ///              micronewton, where nothing moved); and no limit of guard or device meets a force that met none before
@@ -16,6 +15,7 @@
 /// recovers, unless two windows have passed. Times of jumps are those of the last of their three samples.
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "evenstep/reports/run_record.h"
@@ -38,6 +38,9 @@ struct Recovery {
   std::string why;      ///< of every state but `recovered`
 };
 inline constexpr std::array kRecoveryParts{"underruns", "latency", "jump"};
+
+/// When a fault is over on a schedule of segments. Empty: not before its end.
+std::optional<RealTime> fault_end(const ProgrammedFault& fault, const Rows<SegmentRow>& segments);
 
 /// Of the device with this index.
 Recovery recovery_of(const RunRecord& run, const StrategyRecord& strategy, std::size_t device);
