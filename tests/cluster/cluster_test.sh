@@ -293,32 +293,56 @@ revive() {
   [[ $(ours slurmd) ]] || (cd "$work" && exec slurmd -D >>slurmd.log 2>&1) &
 }
 
-# find_lost : a slurmctld that was killed has forgotten the last seconds, and so may believe that jobs run that have ended.
-# It asks a node for its jobs when that registers; a job that is not there is requeued if it began more than
+# find_lost : what its user does. A slurmctld that was killed has forgotten the last seconds, and so may believe that jobs run
+# that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more than
 # BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
-# do so again for half an hour. `scontrol reconfigure` makes it.
+# do so again for half an hour.
 find_lost() {
-  [[ $(squeue -h -t R -o %i 2>/dev/null) ]] || return
+  local running
+  mapfile -t running < <(squeue -h -r -t R -o %i 2>/dev/null)
+  ((${#running[@]})) || return
   [[ $(ours evenstep) ]] && return
-  scontrol reconfigure && lost=$((lost + 1))
+  scancel "${running[@]}" && lost=$((lost + 1))
 }
 
-# operate : what its operator does. A slurmctld that was killed has forgotten the jobs of its last five seconds. It gives
-# their numbers to others, and where they still run, it drains the node and holds the new job.
+# operate : what its operator does, who gives back nodes that Slurm has drained, and its user. A slurmctld that was killed has
+# forgotten the jobs of its last five seconds. It gives their numbers to others, and where they still run, it drains the node
+# and holds the new job.
 operate() {
   local jobs
-  jobs=$(squeue -h -o '%t %r' 2>/dev/null) || return
+  jobs=$(squeue -h -o '%r' 2>/dev/null) || return
   if [[ ! $(sinfo -h -o %t) =~ ^(idle|mix|alloc|comp)$ ]]; then
     for process in $(ours slurmd); do kill -KILL "$process"; done   # it starts again, and says that it is there
     revive
     scontrol update NodeName="$(hostname -s)" State=RESUME
   fi
-  if [[ $jobs == *JobHeld* || $jobs == *DependencyNeverSatisfied* ]]; then
-    scancel --user="$(id -un)"
-  elif [[ -z $jobs && ! -e $kind.jsonl ]]; then
+  if [[ ! -e $kind.jsonl ]] && [[ -z $jobs || ${jobs,,} =~ held|maxrequeue ]]; then
     again=$((again + 1))
     "$examples/slurm/submit.sh" "$scenario" >>run.log 2>&1
   fi
+}
+
+# wait_for FILE : as its user waits
+wait_for() {
+  for _ in {1..300}; do [[ -e $1 ]] && return; sleep 0.2; done
+  fail "$1 is not there: $(squeue)"
+}
+
+# submitted_again : submit.sh submits only what is not complete, and cancels what is held.
+submitted_again() {
+  local said
+  rm "parts/$kind-3-of-4.jsonl" "$kind.jsonl"
+  scontrol update NodeName="$(hostname -s)" State=DRAIN Reason=test
+  said=$("$examples/slurm/submit.sh" "$scenario") || fail 'submit.sh fails where a shard is missing'
+  [[ $said == *'of 1 of 4 shards'* ]] || fail "one shard is missing, but submit.sh says: $said"
+  said=$("$examples/slurm/submit.sh" "$scenario")
+  [[ $said == *'of 0 of 4 shards'* ]] || fail "a shard is in the queue, but submit.sh says: $said"
+  squeue -h -r -t PD -o %i -n "$(squeue -h -t PD -o '%K %j' | sed -n 's/^[0-9].* //p')" | xargs scontrol hold
+  said=$("$examples/slurm/submit.sh" "$scenario")
+  [[ $said == *'of 1 of 4 shards'* ]] || fail "a shard is held, but submit.sh says: $said"
+  scontrol update NodeName="$(hostname -s)" State=RESUME
+  wait_for "$kind.jsonl"
+  judge
 }
 
 engine_slurm() {
@@ -357,6 +381,7 @@ engine_slurm() {
     scancel --user="$(id -un)"
     for _ in {1..100}; do [[ -z $(squeue -h 2>/dev/null) ]] && break; sleep 0.1; done
   done
+  [[ $engine == slurm_both ]] || submitted_again
 }
 
 engine_slurm_both() { engine_slurm; }
