@@ -60,7 +60,8 @@ struct FeltReferenceInfo {
 struct FeltStudyRecord {
   std::string scenario, file, version;
   std::string machine, compiler;
-  std::int64_t cpus = 0;  ///< 0: of several machines
+  std::int64_t cpus = 0;              ///< 0: of several machines
+  std::vector<std::string> machines;  ///< of the costs, if these come from several; otherwise empty
   double load = 0;        ///< of the machine when the study began: runnable processes, mean over a minute
   std::uint64_t seed = 1;
   std::string scene;                                        ///< in one line
