@@ -271,9 +271,9 @@ TEST_CASE("A study in parts has the errors of a study in one piece and says whic
   CHECK_THAT(mixed.cells[1].machine, Contains("another"));
   CHECK_THAT(study_json(mixed), Contains("\"machine\":\"another"));
   REQUIRE(mixed.machines.size() == 2);
-  CHECK_THAT(advise(mixed, *parse_goal("50 % force")).text,
-             Contains("\nwarning: the costs were measured on 2 machines") && Contains("#1 " + mixed.machines[0]) &&
-                 Contains("#2 " + mixed.machines[1]));
+  CHECK_THAT(advise(mixed, *parse_goal("50 % force")).text, Contains("\nwarning: the costs were measured on 2 machines") &&
+                                                                Contains("#1 " + mixed.machines[0]) &&
+                                                                Contains("#2 " + mixed.machines[1]));
   CHECK(merged.machines.empty());
 }
 

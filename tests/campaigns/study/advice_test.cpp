@@ -104,8 +104,8 @@ TEST_CASE("Costs of several machines are advised on with a warning that names th
   const StudyAdvice advice = advice_for(study, "2 % force");
   CHECK(advice.cell == &study.cells[0]);
   CHECK_THAT(advice.text, Contains("\n" + warning) && Contains("keeps real time on slow, 2 processors, 8.33 times over"));
-  CHECK_THAT(study_table(study), Contains("\n  " + warning) && Contains("0.1 (0.09 .. 0.12) #2\n") &&
-                                     Contains("0.5 (0.45 .. 0.6) #1\n"));
+  CHECK_THAT(study_table(study),
+             Contains("\n  " + warning) && Contains("0.1 (0.09 .. 0.12) #2\n") && Contains("0.5 (0.45 .. 0.6) #1\n"));
   const Json json = Json::parse(study_json(study));
   CHECK(json.at("machines") == Json({"fast, 8 processors", "slow, 2 processors"}));
   CHECK_THAT(json.at("warning").get<std::string>(), Contains(warning));
@@ -130,9 +130,10 @@ TEST_CASE("Costs of several machines are advised on with the same warning for a 
   study.machines = {"fast, 8 processors", "slow, 2 processors"};
   study.points[0].machine = study.machines[0];
   study.points[1].machine = study.machines[1];
-  const char* const warning = "warning: the costs were measured on 2 machines (#1 fast, 8 processors; #2 slow, 2 processors)";
-  CHECK_THAT(advise(study, goal).text, Contains("1 CPU seconds per simulated second on fast, 8 processors\nwarning: ") &&
-                                           Contains(warning));
+  const char* const warning =
+      "warning: the costs were measured on 2 machines (#1 fast, 8 processors; #2 slow, 2 processors)";
+  CHECK_THAT(advise(study, goal).text,
+             Contains("1 CPU seconds per simulated second on fast, 8 processors\nwarning: ") && Contains(warning));
   CHECK_THAT(felt_study_table(study), Contains(warning) && Contains("1 (1 .. 1) #1\n") && Contains("2 (2 .. 2) #2\n"));
   CHECK_THAT(Json::parse(felt_study_json(study)).at("warning").get<std::string>(), Contains(warning));
   CHECK_THAT(felt_study_csv(study), Contains(",\"slow, 2 processors\"\n"));
