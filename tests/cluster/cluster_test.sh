@@ -92,7 +92,9 @@ unset "${!SLURM_@}" "${!OMPI_@}" "${!PMI@}" "${!PARALLEL@}" "${!CI_NODE_@}" "${!
 begin=$(date +%s%N)
 # shellcheck disable=SC2086   # its words are options
 evenstep $WORK "$scenario" --threads 2 --shard 1/1 --out "$work/one" >"$work/one.log" 2>&1
-(($? <= 1)) || fail "the reference does not end"
+reference=$?
+((reference <= 1)) || fail "the reference does not end"
+[[ $kind != catalogue || $reference == 1 ]] || fail "the run that fails has passed"
 span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # the engines take a little longer
 cd "$work/run" || exit 1
 
@@ -114,6 +116,13 @@ strike() {
 # judge : the run is complete
 judge() {
   cmp -s <(certain "$kind.jsonl") <(certain "$work/one/$kind.jsonl") || fail "run $runs: the merged bytes are others"
+  if [[ $engine != full_disk ]]; then   # whose parts are gone with the disk
+    evenstep merge parts/*.jsonl --out again.jsonl >again.log 2>&1
+    (($? == reference)) || fail "run $runs: the merge exits with another status than one process"
+    cmp -s "$kind.jsonl" again.jsonl || fail "run $runs: another merge of the same parts has other bytes"
+    [[ $kind != catalogue ]] || grep -qF '2 scenarios: 1 passed, 1 failed' again.log || fail "the merge does not judge"
+    [[ $kind != study ]] || [[ -s again/study.json && -s $kind/study.json ]] || fail "the merge has no results"
+  fi
   runs=$((runs + 1))
 }
 declare -A by=()
