@@ -83,7 +83,8 @@ catalogue)   # a folder: a case, and a run that fails, which is a result
   scenario=$work/cases
   mkdir "$scenario"
   cp -- "$source_dir/scenarios/stiff/s5-stiffness-decades.toml" "$scenario"
-  sed 's/^grid .*//; s/^seeds .*//; s/^\[sweep\]//; s/equals = 0/min = 1/; s/"20 s"/"1 s"/' "$work/s.toml" >"$scenario/run.toml"
+  sed 's/^grid .*//; s/^seeds .*//; s/^\[sweep\]//; s/equals = 0/min = 1/; s/"20 s"/"1 s"/' \
+    "$work/s.toml" >"$scenario/run.toml"
   ;;
 esac
 # What is the same wherever it is computed: not the costs, which every shard measures for itself.
@@ -302,8 +303,8 @@ revive() {
   [[ $(ours slurmd) ]] || (cd "$work" && exec slurmd -D >>slurmd.log 2>&1) &
 }
 
-# find_lost : what its user does. A slurmctld that was killed has forgotten the last seconds, and so may believe that jobs run
-# that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more than
+# find_lost : what its user does. A slurmctld that was killed has forgotten the last seconds, and so may believe that jobs
+# run that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more than
 # BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
 # do so again for half an hour.
 find_lost() {
@@ -314,8 +315,8 @@ find_lost() {
   scancel "${running[@]}" && lost=$((lost + 1))
 }
 
-# operate : what its operator does, who gives back nodes that Slurm has drained, and its user. A slurmctld that was killed has
-# forgotten the jobs of its last five seconds. It gives their numbers to others, and where they still run, it drains the node
+# operate : what its operator does, who gives back nodes that Slurm has drained, and its user. A slurmctld that was killed
+# has forgotten the jobs of its last five seconds. It gives their numbers to others, and where they still run, it drains the node
 # and holds the new job.
 operate() {
   local jobs
