@@ -161,6 +161,7 @@ engine_parallel() {
   while ((hits < kills)); do
     struck evenstep evenstep evenstep parallel -- "$examples/parallel/run.sh" "$scenario" -j2
   done
+  [[ $kind != sweep ]] || refuses_old_parts "$examples/parallel/run.sh" "$scenario" -j2
 }
 
 engine_openmpi() {
@@ -171,6 +172,7 @@ engine_openmpi() {
   while ((hits < kills)); do
     struck evenstep evenstep evenstep mpirun -- "$examples/openmpi/run.sh" "$scenario" "${options[@]}"
   done
+  [[ $kind != sweep ]] || refuses_old_parts "$examples/openmpi/run.sh" "$scenario" "${options[@]}"
 }
 
 # Workers come and go: as soon as one is gone, there is another one.
@@ -189,6 +191,7 @@ engine_workqueue() {
     kill "$workers" 2>/dev/null
     wait "$workers" 2>/dev/null
   done
+  [[ $kind != sweep ]] || refuses_old_parts "$examples/workqueue/run.sh" "$scenario" -Z port -p 0
 }
 
 # A disk of random size that fills up while four shards write, and then has room again.
@@ -304,8 +307,8 @@ revive() {
 }
 
 # find_lost : what its user does. A slurmctld that was killed has forgotten the last seconds, and so may believe that jobs
-# run that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more than
-# BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
+# run that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more
+# than BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
 # do so again for half an hour.
 find_lost() {
   local running
@@ -316,8 +319,8 @@ find_lost() {
 }
 
 # operate : what its operator does, who gives back nodes that Slurm has drained, and its user. A slurmctld that was killed
-# has forgotten the jobs of its last five seconds. It gives their numbers to others, and where they still run, it drains the node
-# and holds the new job.
+# has forgotten the jobs of its last five seconds. It gives their numbers to others, and where they still run, it drains the
+# node and holds the new job.
 operate() {
   local jobs
   jobs=$(squeue -h -o '%r' 2>/dev/null) || return
@@ -338,6 +341,18 @@ wait_for() {
   fail "$1 is not there: $(squeue)"
 }
 
+# refuses_old_parts COMMAND... : parts of a scenario that was changed since must not become its result.
+refuses_old_parts() {
+  cp "$work/s.toml" "$work/before.toml"
+  rm -f "$kind.jsonl"
+  sed -i 's/^duration *= .*/duration = "19 s"/' "$work/s.toml"
+  "$@" >old.log 2>&1
+  (($? == 3)) || fail 'parts of another scenario are taken'
+  grep -qF "is of another $kind" old.log || fail 'it does not say that parts are of another scenario'
+  [[ ! -e $kind.jsonl ]] || fail 'parts of another scenario were merged'
+  mv "$work/before.toml" "$work/s.toml"
+}
+
 # submitted_again : submit.sh submits only what is not complete, and cancels what is held.
 submitted_again() {
   local said
@@ -353,6 +368,15 @@ submitted_again() {
   scontrol update NodeName="$(hostname -s)" State=RESUME
   wait_for "$kind.jsonl"
   judge
+  [[ $kind != sweep ]] || refuses_old_parts submit_and_wait
+}
+# submit_and_wait : the merge's log and exit status
+submit_and_wait() {
+  local id
+  id=$("$examples/slurm/submit.sh" "$scenario" | sed -n 's/.*shards, \([0-9]*\) of the merge.*/\1/p')
+  for _ in {1..300}; do [[ $(squeue -h -j "$id" -o %t 2>/dev/null) ]] || break; sleep 0.2; done
+  cat "$kind-merge.log"
+  return "$(scontrol show job "$id" | sed -n 's/.*ExitCode=\([0-9]*\):.*/\1/p')"
 }
 
 engine_slurm() {

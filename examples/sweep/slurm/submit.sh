@@ -25,5 +25,5 @@ fi
 scancel --me --name="$name-merge"
 after=$(printf '%s\n' "${queued[@]}" | sort -u | paste -sd :)
 merge=$(sbatch --parsable --job-name="$name-merge" --output="$kind-merge.log" ${after:+--dependency=afterany:"$after"} \
-  "$here/merge.sbatch")
+  "$here/merge.sbatch" "$1")
 echo "jobs: ${queued[new]:-none} of ${#lacking[@]} of $of shards, $merge of the merge into $kind.jsonl"
