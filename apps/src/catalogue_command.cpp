@@ -9,6 +9,8 @@
 #include "evenstep/apps/shell.h"
 #include "evenstep/campaigns/catalogue_parts.h"
 #include "evenstep/harness/run_folder.h"
+#include "evenstep/reports/json.h"
+#include "merged_results.h"
 #include "part_arguments.h"
 #include "progress.h"
 #include "run_places.h"
@@ -21,7 +23,7 @@ struct CatalogueArguments {
   std::string program;
   std::vector<std::string> paths, set;
   PartArguments part;
-  bool include_long = false;
+  bool include_long = false, json = false;
 };
 
 /// The command that runs one of the scenarios alone.
@@ -31,23 +33,76 @@ std::string alone(const CatalogueArguments& arguments, const Scenario& scenario)
   return command;
 }
 
-/// Writes the run folder of a case, and prints what came out.
+/// Writes the run folder of a case, and prints what came out unless it is to be JSON.
 ExitCode show(const CatalogueArguments& arguments, const CatalogueEntry& entry, const std::string& folder) {
   const std::string reproduce = alone(arguments, *entry.scenario);
   ExitCode code = ExitCode::pass;
-  fmt::print("{}  ({})\n", entry.scenario->name, entry.scenario->file);
+  if (!arguments.json) fmt::print("{}  ({})\n", entry.scenario->name, entry.scenario->file);
   if (entry.outcome.case_record) {
-    print_outcome(*entry.scenario, entry.outcome, folder, arguments.program, reproduce);
+    if (!arguments.json) print_outcome(*entry.scenario, entry.outcome, folder, arguments.program, reproduce);
     if (const std::string error = write_run_folder(folder, *entry.scenario, entry.outcome, reproduce); !error.empty()) {
       spdlog::error("error: {}", error);
       code = ExitCode::run_failed;
     }
-  } else {
+  } else if (!arguments.json) {
     if (!entry.outcome.failure.empty()) fmt::print("{}\n", entry.outcome.failure);
     fmt::print("trace {:016x}   again, with figures: {}\n", entry.outcome.record.trace_hash, reproduce);
   }
-  fmt::print("{}\n\n", words(entry.outcome));
+  if (!arguments.json) fmt::print("{}\n\n", words(entry.outcome));
   return code;
+}
+
+Json json_of(const CatalogueEntry& entry) {
+  Json out = {{"scenario", entry.scenario->name}, {"file", entry.scenario->file}, {"verdict", words(entry.outcome)}};
+  if (!entry.outcome.failure.empty()) out["failure"] = entry.outcome.failure;
+  out["trace"] = fmt::format("{:016x}", entry.outcome.record.trace_hash);
+  return out;
+}
+
+/// Does what `options` ask for. If that is the whole, or complete already, each scenario is judged, with a run folder below
+/// `folder`. Nothing, after printing why, if it could not be done; `failed` is then the exit code for that.
+std::optional<ExitCode> judge(const CatalogueArguments& arguments, CatalogueOptions& options, const std::string& folder,
+                              ExitCode& failed) {
+  std::int64_t judged = 0, passed = 0;
+  ExitCode code = ExitCode::pass;
+  Json scenarios = Json::array();
+  CatalogueOutcome outcome;
+  {
+    CountProgress progress(isatty(STDERR_FILENO));
+    options.progress = [&](std::int64_t done, std::int64_t of, std::int64_t) { progress.update(done, of, ""); };
+    const std::vector<std::string> places = run_places(options.files, folder);
+    outcome = run_catalogue(options, [&](CatalogueEntry& entry) {
+      const auto at = std::find(options.files.begin(), options.files.end(), entry.scenario->file);
+      const std::string& place = places[static_cast<std::size_t>(at - options.files.begin())];
+      code = worse(code, show(arguments, entry, options.files.size() > 1 ? place : place + "/run"));
+      scenarios.push_back(json_of(entry));
+      ++judged;
+      passed += entry.outcome.exit == ExitCode::pass ? 1 : 0;
+    });
+  }
+  if (!said_why(outcome)) {
+    failed = outcome.exit;
+    return std::nullopt;
+  }
+  if (outcome.exit == ExitCode::interrupted)
+    spdlog::error("interrupted after {} points; --resume goes on from there", outcome.done);
+  if (arguments.json) {
+    const Json all = {{"format", 1},
+                      {"scenarios", scenarios},
+                      {"passed", passed},
+                      {"failed", judged - passed},
+                      {"left_out", outcome.left_out},
+                      {"done", outcome.done},
+                      {"points", outcome.items},
+                      {"lines", outcome.file}};
+    fmt::print("{}\n", json_text(all, "scenarios"));
+  } else {
+    if (judged > 0)
+      fmt::print("{} scenarios: {} passed, {} failed, {} left out (long)\n", judged, passed, judged - passed,
+                 outcome.left_out);
+    fmt::print("{} of {} points in {}\n", outcome.done, outcome.items, outcome.file);
+  }
+  return worse(outcome.exit, code);
 }
 
 ExitCode catalogue(const CatalogueArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
@@ -65,32 +120,27 @@ ExitCode catalogue(const CatalogueArguments& arguments, const std::atomic<bool>&
   options.long_ones = arguments.include_long;
   const std::string folder = arguments.part.out.empty() ? (default_place() / "catalogue").string() : arguments.part.out;
   if (!put_part(arguments.part, folder, interrupted, options)) return ExitCode::usage;
-  std::int64_t judged = 0, passed = 0;
-  ExitCode code = ExitCode::pass;
-  CatalogueOutcome outcome;
-  {
-    CountProgress progress(isatty(STDERR_FILENO));
-    options.progress = [&](std::int64_t done, std::int64_t of, std::int64_t) { progress.update(done, of, ""); };
-    const std::vector<std::string> places = run_places(*files, folder);
-    outcome = run_catalogue(options, [&](CatalogueEntry& entry) {
-      const auto at = std::find(files->begin(), files->end(), entry.scenario->file);
-      const std::string& place = places[static_cast<std::size_t>(at - files->begin())];
-      code = worse(code, show(arguments, entry, files->size() > 1 ? place : place + "/run"));
-      ++judged;
-      passed += entry.outcome.exit == ExitCode::pass ? 1 : 0;
-    });
-  }
-  if (!said_why(outcome)) return outcome.exit;
-  if (outcome.exit == ExitCode::interrupted)
-    spdlog::error("interrupted after {} points; --resume goes on from there", outcome.done);
-  if (judged > 0)
-    fmt::print("{} scenarios: {} passed, {} failed, {} left out (long)\n", judged, passed, judged - passed,
-               outcome.left_out);
-  fmt::print("{} of {} points in {}\n", outcome.done, outcome.items, outcome.file);
-  return worse(outcome.exit, code);
+  ExitCode failed = ExitCode::run_failed;
+  return judge(arguments, options, folder, failed).value_or(failed);
 }
 
 }  // namespace
+
+std::optional<ExitCode> catalogue_results(const Merged& merged) {
+  CatalogueArguments arguments;
+  arguments.program = merged.program;
+  arguments.set = merged.subject.set;
+  arguments.json = merged.json;
+  CatalogueOptions options;
+  options.files = merged.subject.files;
+  options.set = merged.subject.set;
+  options.registry = merged.registry;
+  options.long_ones = merged.subject.long_ones;
+  options.complete_file = merged.file;
+  options.interrupted = &merged.interrupted;
+  ExitCode failed = ExitCode::run_failed;
+  return judge(arguments, options, merged.folder, failed);
+}
 
 void add_catalogue(Commands& commands) {
   auto [command, arguments] = commands.add<CatalogueArguments>(
@@ -102,6 +152,7 @@ void add_catalogue(Commands& commands) {
   add_part_options(command, arguments.part, "catalogue", "cells");
   command.option("--out", arguments.part.out,
                  "folder for catalogue.jsonl, or catalogue-I-of-N.jsonl, and for run folders; default runs/catalogue");
+  command.flag("--json", arguments.json, "the verdicts as JSON instead of text");
 }
 
 }  // namespace evenstep::app

@@ -11,6 +11,7 @@
 #include "evenstep/campaigns/size.h"
 #include "evenstep/pages/campaign_pages.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "merged_results.h"
 #include "part_arguments.h"
 #include "progress.h"
 #include "recording_options.h"
@@ -228,6 +229,29 @@ ExitCode size(const SizeArguments& arguments, const std::atomic<bool>& interrupt
 }
 
 }  // namespace
+
+std::optional<ExitCode> size_results(const Merged& merged) {
+  const Result<std::pair<std::uint64_t, std::int64_t>> seeds = parse_seeds(merged.subject.seeds);
+  if (!seeds) {
+    print({{merged.file, 1, 0, seeds.error()}});
+    return std::nullopt;
+  }
+  SizeSeedsOptions options;
+  options.set = merged.subject.set;
+  options.registry = merged.registry;
+  options.first_seed = seeds->first;
+  options.seeds = seeds->second;
+  options.rate = merged.subject.rate;
+  options.confidence = merged.subject.confidence;
+  options.other_maps = merged.subject.other_maps;
+  options.complete_file = merged.file;
+  options.interrupted = &merged.interrupted;
+  const SizeSeedsOutcome outcome = size_seeds(merged.subject.file, options);
+  if (!said_why(outcome)) return std::nullopt;
+  fmt::print("{}", merged.json ? size_rates_json(outcome.record) : size_rates_text(outcome.record));
+  if (!merged.json) fmt::print("{} seeds in {}\n", outcome.items, outcome.file);
+  return outcome.exit;
+}
 
 void add_size(Commands& commands) {
   auto [command, arguments] = commands.add<SizeArguments>(

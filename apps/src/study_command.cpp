@@ -17,6 +17,7 @@
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/reports/run_failure.h"
+#include "merged_results.h"
 #include "part_arguments.h"
 #include "progress.h"
 
@@ -158,11 +159,10 @@ void advise_on(const Record& record, const StudyGoal& goal, bool json, ExitCode&
   }
 }
 
-/// The results of a study whose lines are complete. They go into the folder of the lines, file by file, and leave the parts
-/// that may be there alone.
-ExitCode finish_parts(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
-                      const StudyPartsOutcome& outcome) {
-  ExitCode code = outcome.exit;
+/// Prints the results of a study whose lines are complete, and returns their files. `code` becomes 1 if nothing meets the
+/// goal.
+std::vector<FolderFile> results(const StudyArguments& arguments, const Scenario& scenario,
+                                const std::optional<StudyGoal>& goal, const StudyPartsOutcome& outcome, ExitCode& code) {
   std::vector<FolderFile> files;
   if (const auto* state = std::get_if<StudyRecord>(&outcome.record)) {
     fmt::print("{}", arguments.json ? study_json(*state) : study_table(*state));
@@ -176,7 +176,14 @@ ExitCode finish_parts(const StudyArguments& arguments, const Scenario& scenario,
     fmt::print("{}", arguments.json ? stiffness_json(*limits) : stiffness_table(*limits));
     files = stiffness_files(scenario, *limits, again(arguments));
   }
-  for (const FolderFile& file : files) {
+  return files;
+}
+
+/// They go into the folder of the lines, file by file, and leave the parts that may be there alone.
+ExitCode finish_parts(const StudyArguments& arguments, const Scenario& scenario, const std::optional<StudyGoal>& goal,
+                      const StudyPartsOutcome& outcome) {
+  ExitCode code = outcome.exit;
+  for (const FolderFile& file : results(arguments, scenario, goal, outcome, code)) {
     std::ostringstream text;
     file.write(text);
     if (!write_text((std::filesystem::path(folder_for(arguments)) / file.name).string(), text.str()))
@@ -267,6 +274,40 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
 }
 
 }  // namespace
+
+std::optional<ExitCode> study_results(const Merged& merged) {
+  StudyArguments arguments;
+  arguments.program = merged.program;
+  arguments.file = merged.subject.file;
+  arguments.set = merged.subject.set;
+  arguments.json = merged.json;
+  const ReadResult scenario = read_scenario(arguments.file, {arguments.set, std::nullopt, merged.registry});
+  if (const std::vector<Diagnostic> errors = scenario ? objections(*scenario, {}) : scenario.error(); !errors.empty()) {
+    print(errors);
+    return std::nullopt;
+  }
+  StudyPartsOptions options;
+  options.set = arguments.set;
+  options.registry = merged.registry;
+  options.complete_file = merged.file;
+  options.interrupted = &merged.interrupted;
+  StudyPartsOutcome outcome;
+  try {
+    outcome = run_study_parts(*scenario, arguments.file, options);
+  } catch (const RunFailure& failure) {
+    spdlog::error("{}: error: {}; {}", arguments.file, failure.what(), failure.remedy);
+    return std::nullopt;
+  }
+  if (!said_why(outcome)) return std::nullopt;
+  ExitCode code = outcome.exit;
+  const std::string error = write_folder(merged.folder, results(arguments, *scenario, {}, outcome, code));
+  if (!error.empty()) {
+    spdlog::error("error: {}", error);
+    return ExitCode::run_failed;
+  }
+  if (!arguments.json) fmt::print("{} points in {}, figures and data in {}\n", outcome.items, outcome.file, merged.folder);
+  return code;
+}
 
 void add_study(Commands& commands) {
   auto [command, arguments] = commands.add<StudyArguments>(

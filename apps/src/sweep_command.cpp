@@ -12,6 +12,7 @@
 #include "evenstep/harness/version.h"
 #include "evenstep/pages/campaign_pages.h"
 #include "evenstep/reports/json.h"
+#include "merged_results.h"
 #include "part_arguments.h"
 #include "progress.h"
 
@@ -102,31 +103,38 @@ ExitCode sweep(const SweepArguments& arguments, const std::atomic<bool>& interru
       arguments.json, arguments.junit, page);
 }
 
-/// Parts of a study, a sizing or the catalogue: only their own command can say what the lines mean.
-ExitCode merge_others(const MergeArguments& arguments, const std::string& kind) {
+/// Parts of a study, a sizing or the catalogue. What their lines mean only their own command can say.
+ExitCode merge_others(const MergeArguments& arguments, const std::string& kind, const std::atomic<bool>& interrupted,
+                      const Registry& registry) {
   if (!arguments.junit.empty()) {
     print({{"--junit", 0, 0, fmt::format("a {} has no points that pass or fail; leave it out", kind)}});
     return ExitCode::usage;
   }
   const PartOutcome outcome = merge_parts(arguments.parts, arguments.out);
   if (!said_why(outcome)) return outcome.exit;
-  if (arguments.json) {
-    Json json = {{"kind", kind}, {"points", outcome.items}, {"file", outcome.file}};
-    fmt::print("{}\n", json_text(json));
-    return outcome.exit;
+  const Result<PartSubject> subject = subject_of_part(outcome.file);
+  if (!subject) {
+    spdlog::error("{}", subject.error());
+    return ExitCode::run_failed;
   }
-  const std::filesystem::path out(arguments.out);
-  fmt::print("{} points ({}) in {}\n", outcome.items, kind, outcome.file);
-  if (out.filename() == kind + ".jsonl")
-    fmt::print("its results: {} {} ..., as for a shard, with --resume --out {} instead of --shard\n", arguments.program,
-               kind, shell_word(out.has_parent_path() ? out.parent_path().string() : "."));
-  return outcome.exit;
+  const Merged merged{arguments.program, outcome.file,   std::filesystem::path(outcome.file).replace_extension().string(),
+                      *subject,          arguments.json, interrupted,
+                      registry};
+  const std::optional<ExitCode> code = kind == "study"  ? study_results(merged)
+                                       : kind == "size" ? size_results(merged)
+                                                        : catalogue_results(merged);
+  if (code) return *code;
+  spdlog::error(
+      "error: the lines are merged in {}, but there are no results; merge again in the folder that the shards ran "
+      "in, where {} is as it was for them, with the same program",
+      outcome.file, subject->file);
+  return ExitCode::run_failed;
 }
 
-ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>&) {
+ExitCode merge(const MergeArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   std::string kind;
   for (std::size_t i = 0; i < arguments.parts.size() && kind.empty(); ++i) kind = kind_of_part(arguments.parts[i]);
-  if (kind != "sweep" && !kind.empty()) return merge_others(arguments, kind);
+  if (kind != "sweep" && !kind.empty()) return merge_others(arguments, kind, interrupted, registry);
   const SweepOutcome outcome = merge_sweep(arguments.parts, arguments.out);
   Page page{std::filesystem::path(arguments.out).replace_extension(".html"), arguments.program + " merge"};
   for (const std::string& part : arguments.parts) page.reproduce += ' ' + shell_file(part);
@@ -155,12 +163,12 @@ void add_sweep(Commands& commands) {
 
 void add_merge(Commands& commands) {
   auto [command, arguments] = commands.add<MergeArguments>(
-      "merge", "the shards of a sweep, study, sizing or catalogue as one file; of a sweep its summary and exit code", merge);
+      "merge", "the shards of a sweep, study, sizing or catalogue as one file, with its results and exit code", merge);
   arguments.program = commands.program();
   command.operands("part", arguments.parts, "sweep-I-of-N.jsonl (or study-, size-, catalogue-) of all shards, in any order");
-  command.required_option("--out", arguments.out, "the file to write: the same bytes as of one process");
+  command.required_option("--out", arguments.out, "the file to write: the same bytes as of one process; results beside it");
   command.option("--junit", arguments.junit, "file.xml, of a sweep: a testcase for each point that does not pass, for CI");
-  command.flag("--json", arguments.json, "the summary as JSON instead of text");
+  command.flag("--json", arguments.json, "the summary, or the results, as JSON instead of text");
 }
 
 }  // namespace evenstep::app

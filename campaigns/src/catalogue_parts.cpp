@@ -110,6 +110,7 @@ class Catalogue {
     std::uint64_t digest = 0;
     for (const Entry& entry : entries_) digest = mix(digest, name_digest(entry.digest));
     id.scenario = fmt::format("{:016x}", digest);
+    id.own = {{"files", options_.files}, {"long", options_.long_ones}};
     return id;
   }
   Json names() const {

@@ -31,8 +31,11 @@ FeltAdvice advise(const FeltStudyRecord& study, const StudyGoal& goal) {
   };
   if (best == nullptr)
     return {false, fmt::format("none meets {}{}", goal.text, least ? "; the least error has " + name(*least) : "")};
-  return {true, fmt::format("cheapest for {}: {}, latency {:.3g} ms, {:.3g} CPU seconds per simulated second", goal.text,
-                            name(*best), 1e3 * (best->latency_s + best->device_latency_s), best->cpu.median)};
+  std::string text = fmt::format("cheapest for {}: {}, latency {:.3g} ms, {:.3g} CPU seconds per simulated second",
+                                 goal.text, name(*best), 1e3 * (best->latency_s + best->device_latency_s), best->cpu.median);
+  if (!best->machine.empty()) text += " on " + best->machine;
+  if (const std::string warning = warning_of(study.machines); !warning.empty()) text += '\n' + warning;
+  return {true, text};
 }
 
 std::vector<FolderFile> felt_study_files(const Scenario& scenario, const FeltStudyRecord& study,

@@ -56,6 +56,7 @@ JsonParts::JsonParts(const CampaignId& id, std::int64_t items, const Json& more,
   header_[id.kind] = id.name;
   header_["file"] = id.file;
   if (!id.set.empty()) header_["set"] = id.set;
+  header_.update(id.own);
   header_["scenario"] = id.scenario;
   header_["build"] = build_id();
   header_["points"] = items;

@@ -19,6 +19,8 @@ struct CampaignId {
   std::string name, file;
   std::vector<std::string> set;
   std::string scenario;  ///< digest
+  /// Members of the first line that decide nothing about an item, but that its command needs for the results (PartSubject).
+  Json own = Json::object();
 };
 
 class JsonParts : public PartFormat {

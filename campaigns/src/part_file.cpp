@@ -56,20 +56,18 @@ void end_file(int descriptor, const std::string& path, const std::string& name) 
   if (std::rename(path.c_str(), name.c_str()) != 0) fail("rename to its own name", path);
 }
 
-}  // namespace
-
-std::vector<std::string> read_lines(const std::string& path, bool torn_end_allowed) {
+/// The complete lines of a file, without their line ends. What comes after the last end is left out.
+std::vector<std::string> complete_lines(const std::string& path) {
   const Result<std::string> file = read_text_file(path, kMostBytes);
   if (!file) throw std::runtime_error(fmt::format("'{}' {}", path, file.error()));
-  const std::string& text = *file;
   std::vector<std::string> lines;
   std::size_t begin = 0;
-  for (std::size_t end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
-    lines.push_back(text.substr(begin, end - begin));
-  if (begin < text.size() && !torn_end_allowed)
-    throw std::runtime_error(fmt::format("{}:{}: error: the line has no end; the file was cut off", path, lines.size() + 1));
+  for (std::size_t end; (end = file->find('\n', begin)) != std::string::npos; begin = end + 1)
+    lines.push_back(file->substr(begin, end - begin));
   return lines;
 }
+
+}  // namespace
 
 PartFile::PartFile(std::string file, bool resume) : file_(std::move(file)), partial_(file_ + ".partial") {
   make_folder_of(file_);
@@ -86,7 +84,7 @@ PartFile::PartFile(std::string file, bool resume) : file_(std::move(file)), part
     throw std::runtime_error(
         fmt::format("'{}' was ended by another process in the meantime; --resume takes over its file", partial_));
   }
-  kept_ = read_lines(partial_, true);
+  kept_ = complete_lines(partial_);
   off_t whole = 0;
   for (const std::string& line : kept_) whole += static_cast<off_t>(line.size()) + 1;
   if (::ftruncate(descriptor_, whole) != 0 || ::lseek(descriptor_, whole, SEEK_SET) != whole) fail("write", partial_);

@@ -7,10 +7,6 @@
 
 namespace evenstep::internal {
 
-/// The complete lines of a file, without their line ends. A last line without an end is dropped if `torn_end_allowed`, and
-/// otherwise an error. Throws std::runtime_error.
-std::vector<std::string> read_lines(const std::string& path, bool torn_end_allowed);
-
 class PartFile {
  public:
   /// Opens "<file>.partial". With `resume` its complete lines are kept; otherwise the file must not exist. Throws

@@ -12,6 +12,8 @@ namespace {
 
 constexpr int kLineFormat = 1;
 constexpr std::array<const char*, 4> kKinds{"sweep", "study", "size", "catalogue"};
+/// Members of the first line in which parts may differ.
+constexpr std::array<const char*, 6> kOwn{"file", "set", "files", "long", "rate", "confidence"};
 
 /// The last member of a line, as it is written.
 std::string checksum_member(std::string_view line) {
@@ -58,9 +60,30 @@ PartHeader read_part_header(const std::string& line) {
     if (json.contains("set")) out.set = json.at("set").get<std::vector<std::string>>();
     json.erase("shard");
     out.whole = with_checksum(json_text(json));
-    for (const char* own : {"file", "set"}) json.erase(own);
+    for (const char* own : kOwn) json.erase(own);
     out.common = json_text(json);
     return out;
+  });
+}
+
+PartSubject read_part_subject(const std::string& line) {
+  const PartHeader header = read_part_header(line);
+  return read_json_line(line, [&](const Json& json) {
+    PartSubject subject;
+    subject.kind = header.kind;
+    subject.file = header.file;
+    subject.set = header.set;
+    if (header.kind == "catalogue") {
+      subject.files = json.at("files").get<std::vector<std::string>>();
+      subject.long_ones = json.at("long").get<bool>();
+    }
+    if (header.kind == "size") {
+      subject.rate = json.at("rate").get<double>();
+      subject.confidence = json.at("confidence").get<double>();
+      subject.seeds = json.at("seeds").get<std::string>();
+      subject.other_maps = json.at("other_maps").get<bool>();
+    }
+    return subject;
   });
 }
 

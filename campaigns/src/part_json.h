@@ -41,13 +41,14 @@ struct PartHeader {
   std::string file;
   std::vector<std::string> set;
   std::string scenario, build;
-  std::string common;  ///< the text that all parts share: all but shard, file and set
+  std::string common;  ///< the text that all parts share: all but shard and what only their results depend on (CampaignId)
   std::string whole;   ///< the line of the whole campaign, as this part would write it
 };
 PartHeader read_part_header(const std::string& line);
+PartSubject read_part_subject(const std::string& line);
 
-/// Whether two first lines are equal, except for the shard and the name of the scenario's file (the digest of the scenario
-/// says whether they mean the same).
+/// Whether two first lines are equal, except for the shard and what only the results depend on (the digest of the scenario
+/// says whether names of files mean the same).
 bool same_campaign(const std::string& a, const std::string& b);
 
 }  // namespace evenstep::internal

@@ -124,7 +124,7 @@ void Merge::read_header(MergePart& part) {
   }
   if (there.common == first_.common) {
     // Paths may differ between machines. The same ones are kept, whatever the order of the parts.
-    if (std::tie(there.file, there.set) < std::tie(header_.file, header_.set)) header_ = there;
+    if (std::tie(there.file, there.set, there.whole) < std::tie(header_.file, header_.set, header_.whole)) header_ = there;
     return;
   }
   if (there.kind != first_.kind)
@@ -240,6 +240,16 @@ std::string kind_of_part(const std::string& file) {
     return internal::read_part_header(lines.line()).kind;
   } catch (const std::runtime_error&) {
     return {};
+  }
+}
+
+Result<PartSubject> subject_of_part(const std::string& file) {
+  internal::PartLines lines(file, kMostPiece);
+  try {
+    lines.next();
+    return internal::read_part_subject(lines.line());
+  } catch (const std::runtime_error& error) {
+    return Failure(fmt::format("{}:1: error: the line {}", file, error.what()));
   }
 }
 

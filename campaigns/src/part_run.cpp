@@ -8,9 +8,12 @@
 #include "part_file.h"
 #include "part_format.h"
 #include "part_json.h"
+#include "part_lines.h"
 
 namespace evenstep::internal {
 namespace {
+
+constexpr std::size_t kPiece = std::size_t{1} << 20;
 
 /// The part of a campaign that this process does, from the lines kept in the file to its end.
 class Part {
@@ -33,23 +36,34 @@ class Part {
     format_.take(*next);
   }
 
-  /// Takes over the lines of an earlier process. Throws, with the line, if one is wrong.
-  void keep(const std::vector<std::string>& lines, const std::string& file) {
-    if (lines.empty()) return;
-    if (!is_ours(lines.front(), file)) {
+  /// Takes over the next line of an earlier process, which counts from 1. Throws, with the line, if it is wrong; `remedy` is
+  /// against a file of other work.
+  void keep(const std::string& line, std::int64_t number, const std::string& file, const char* remedy) {
+    if (number == 1) {
+      if (is_ours(line, file)) return;
       throw std::runtime_error(
-          fmt::format("{}:1: error: is of another {}: the scenario, its overrides, the shard or this program "
-                      "differ; remove it, or give another place with --out",
-                      file, read_part_header(format_.header_line(shard_)).kind));
+          fmt::format("{}:1: error: is of another {}: the scenario, its overrides, the shard or this program differ; {}",
+                      file, read_part_header(format_.header_line(shard_)).kind, remedy));
     }
-    for (std::size_t i = 1; i < lines.size(); ++i) {
+    try {
+      if (complete()) throw std::runtime_error("comes after the last point");
+      add(line);
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(fmt::format("{}:{}: error: the line {}; remove the file", file, number, error.what()));
+    }
+  }
+  /// The same for all lines of a file that is complete, a piece of it at a time.
+  void keep_all(const std::string& file, const char* remedy) {
+    PartLines lines(file, kPiece);
+    const auto next = [&] {
       try {
-        if (complete()) throw std::runtime_error("comes after the last point");
-        add(lines[i]);
+        return lines.next();
       } catch (const std::runtime_error& error) {
-        throw std::runtime_error(fmt::format("{}:{}: error: the line {}; remove the file", file, i + 1, error.what()));
+        throw std::runtime_error(fmt::format("{}:{}: error: the line {}", file, lines.number(), error.what()));
       }
-    }
+    };
+    while (next()) keep(lines.line(), lines.number(), file, remedy);
+    if (!complete()) throw std::runtime_error(fmt::format("'{}' is not complete; remove it", file));
   }
 
  private:
@@ -101,14 +115,17 @@ std::string file_of(std::string_view kind, const PartOptions& options) {
 void run_or_keep(PartFormat& format, const RunItem& run, const PartOptions& options, PartOutcome& outcome) {
   Part part(format, options.shard);
   outcome.items = part.count();
-  const bool ended =
-      options.resume && !std::filesystem::exists(outcome.file + ".partial") && std::filesystem::exists(outcome.file);
-  if (ended) {
-    part.keep(read_lines(outcome.file, false), outcome.file);
-    if (!part.complete()) throw std::runtime_error(fmt::format("'{}' is not complete; remove it", outcome.file));
+  constexpr const char* kElsewhere = "remove it, or give another place with --out";
+  if (!options.complete_file.empty()) {
+    outcome.file = options.complete_file;
+    part.keep_all(outcome.file, "its results need all of these as they were for the shards");
+  } else if (options.resume && !std::filesystem::exists(outcome.file + ".partial") &&
+             std::filesystem::exists(outcome.file)) {
+    part.keep_all(outcome.file, kElsewhere);
   } else {
     PartFile file(outcome.file, options.resume);
-    part.keep(file.kept(), file.partial());
+    std::int64_t number = 0;
+    for (const std::string& line : file.kept()) part.keep(line, ++number, file.partial(), kElsewhere);
     if (file.kept().empty()) file.append(format.header_line(options.shard));
     if (!part.complete() && !run_rest(run, options, part, file)) {
       outcome.exit = ExitCode::interrupted;

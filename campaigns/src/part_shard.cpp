@@ -51,7 +51,10 @@ Result<std::optional<ShardSaid>> shard_of(const BatchSystem& system, std::option
   if (numbers && said.shard.index >= system.first && said.shard.index <= kMostShards) {
     said.shard.index += 1 - system.first;
     const bool agrees = count == nullptr || !of || said.shard.of == *of || said.shard.of == 1;
-    if (is_shard(said.shard) && agrees) return std::optional(said);
+    if (is_shard(said.shard) && !agrees)
+      return Failure(fmt::format("{}: these are {} shards or {}; leave out --of, or start as many processes", said.by,
+                                 said.shard.of, *of));
+    if (is_shard(said.shard)) return std::optional(said);
   }
   return Failure(
       fmt::format("{} is no shard: their numbers begin with {}; correct it, or write I/N instead", said.by, system.first));

@@ -137,6 +137,7 @@ SizeSeedsOutcome size_seeds(const std::string& path, const SizeSeedsOptions& opt
     return outcome;
   }
   id.name = read_seed(path, options, 0)->name;
+  id.own = {{"rate", options.rate}, {"confidence", options.confidence}};
   const Json more = {
       {"seeds", fmt::format("{}..{}", options.first_seed, options.first_seed + static_cast<std::uint64_t>(options.seeds))},
       {"other_maps", options.other_maps}};

@@ -22,8 +22,9 @@ std::string cell_name(const StudyCell& cell) {
 std::string real_time(const StudyCell& cell) {
   const std::string cost = fmt::format("{:.3g} CPU seconds per simulated second ({:.3g} to {:.3g} in {} repeats)",
                                        cell.cpu.median, cell.cpu.min, cell.cpu.max, cell.repeats);
-  return cell.cpu.max < 1 ? fmt::format("{}: keeps real time here, {:.3g} times over", cost, 1 / cell.cpu.max)
-                          : fmt::format("{}: does not keep real time here, {:.3g} times too slow", cost, cell.cpu.max);
+  const std::string where = cell.machine.empty() ? "here" : "on " + cell.machine;
+  return cell.cpu.max < 1 ? fmt::format("{}: keeps real time {}, {:.3g} times over", cost, where, 1 / cell.cpu.max)
+                          : fmt::format("{}: does not keep real time {}, {:.3g} times too slow", cost, where, cell.cpu.max);
 }
 
 }  // namespace
@@ -80,6 +81,7 @@ StudyAdvice advise(const StudyRecord& study, const StudyGoal& goal) {
   advice.keeps_real_time = advice.cell->cpu.max < 1;
   advice.text = fmt::format("cheapest for {}: {}: error {}, {}", goal.text, cell_name(*advice.cell),
                             amount(goal, advice.cell->error[goal.quantity], study), real_time(*advice.cell));
+  if (const std::string warning = warning_of(study.machines); !warning.empty()) advice.text += '\n' + warning;
   return advice;
 }
 

@@ -56,38 +56,41 @@ Json machine_json() {
   return {{"machine", machine.name}, {"cpus", machine.cpus}, {"load", exact(machine.load)}, {"compiler", machine.compiler}};
 }
 
-/// The machines of all lines, in the record that they belong to. A cell names its own only if there are several.
+/// The machines of all lines, in the record that they belong to. A cell names its own only if costs come from several.
 template <class Record, class Cell>
 class Machines {
  public:
-  void add(const Json& measured) {
+  /// `has_costs`: whether anything was measured; what was refused says nothing about a machine.
+  void add(const Json& measured, bool has_costs) {
     const auto cpus = measured.at("cpus").get<std::int64_t>();
-    own_.push_back(fmt::format("{}, {} processors", measured.at("machine").get<std::string>(), cpus));
-    if (own_.size() == 1) {
+    own_ = fmt::format("{}, {} processors", measured.at("machine").get<std::string>(), cpus);
+    if (first_.empty() || (has_costs && all_.empty())) {
       first_ = measured.at("machine").get<std::string>();
       compiler_ = measured.at("compiler").get<std::string>();
       cpus_ = cpus;
     }
-    if (std::find(all_.begin(), all_.end(), own_.back()) == all_.end()) all_.push_back(own_.back());
+    if (has_costs && std::find(all_.begin(), all_.end(), own_) == all_.end()) all_.push_back(own_);
     load_ = std::max(load_, read_exact(measured.at("load")));
   }
-  const std::string& own() const { return own_.back(); }
+  /// Of the line that was added last.
+  const std::string& own() const { return own_; }
   void put(Record& record, std::vector<Cell*> cells) const {
     record.machine = first_;
     record.compiler = compiler_;
     record.cpus = cpus_;
     record.load = load_;
-    if (all_.size() == 1) {
+    if (all_.size() <= 1) {
       for (Cell* cell : cells) cell->machine.clear();
       return;
     }
     record.machine = fmt::format("{} machines: {}", all_.size(), fmt::join(all_, "; "));
     record.cpus = 0;
+    record.machines = all_;
   }
 
  private:
-  std::vector<std::string> own_, all_;
-  std::string first_, compiler_;
+  std::string own_, first_, compiler_;
+  std::vector<std::string> all_;  // of costs
   std::int64_t cpus_ = 0;
   double load_ = 0;
 };
@@ -165,8 +168,9 @@ void state_parts(const Scenario& scenario, const internal::CampaignId& id, const
       return;
     }
     record.cells.push_back(cell_of(json));
-    machines.add(json.at("measured"));
-    record.cells.back().machine = machines.own();
+    const bool has_costs = record.cells.back().state == StudyCell::State::measured;
+    machines.add(json.at("measured"), has_costs);
+    if (has_costs) record.cells.back().machine = machines.own();
     if (const auto device = json.at("measured").at("opencl_device").get<std::string>(); !device.empty())
       record.opencl_device = device;
   };
@@ -276,8 +280,11 @@ void felt_parts(const Scenario& scenario, const internal::CampaignId& id, const 
     }
     cells.push_back(points_of(json));
     if (cells.back().size() != study.strategies()) refuse_line("has another number of strategies");
-    machines.add(measured);
-    for (FeltPoint& point : cells.back()) point.machine = machines.own();
+    const auto has_costs = [](const FeltPoint& point) { return point.state == StudyCell::State::measured; };
+    machines.add(measured, std::any_of(cells.back().begin(), cells.back().end(), has_costs));
+    for (FeltPoint& point : cells.back()) {
+      if (has_costs(point)) point.machine = machines.own();
+    }
   };
   const auto run = [&](std::int64_t item) -> std::string {
     if (is_interrupted(options)) return {};

@@ -27,7 +27,7 @@ std::vector<Html> tally_row(const Html& name, const SweepTally& tally) {
           rate};
 }
 
-const std::vector<Column> kTallyColumns{{"value"},        {"passed"},       {"passed", true},
+const std::vector<Column> kTallyColumns{{"value"},        {"share"},        {"passed", true},
                                         {"failed", true}, {"errors", true}, {"failure rate at most (95 %)", true}};
 
 Html axes(const SweepHeader& header, const SweepSummary& summary) {
@@ -92,7 +92,21 @@ Html states(const SweepHeader& header, const SweepSummary& summary) {
     rows.push_back({verdict_badge(verdict), name, element("code", signal) + fmt::format(" {}", metric),
                     fmt::format("{} of {}", summary.reached[i], summary.all.runs())});
   }
-  return table("States that at least one point must reach.", {{"verdict"}, {"state"}, {"what"}, {"points", true}}, rows);
+  const char* const caption = summary.judges_states
+                                  ? "States that at least one point must reach."
+                                  : "States that at least one point must reach; not judged, because that takes all points.";
+  return table(caption, {{"verdict"}, {"state"}, {"what"}, {"points", true}}, rows);
+}
+
+/// Which states no point reached, which fails a sweep whatever its points did; nothing if all were, or it cannot be said.
+Html unreached(const SweepHeader& header, const SweepSummary& summary) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < header.sometimes.size() && summary.judges_states; ++i) {
+    if (summary.reached[i] == 0) names.push_back(header.sometimes[i].name);
+  }
+  if (names.empty()) return {};
+  return element("p", fmt::format("No point reached {} of {} states, so the sweep does not test what it is meant to: {}.",
+                                  names.size(), header.sometimes.size(), fmt::join(names, "; ")));
 }
 
 }  // namespace
@@ -103,15 +117,17 @@ std::string sweep_page(const SweepHeader& header, const SweepSummary& summary, c
                                           summary.all.runs(), summary.all.failed, summary.all.errors));
   if (summary.stopped)
     outcome += element("p", fmt::format("It stopped early, after {} of {} points.", summary.all.runs(), header.points()));
-  outcome += found(header, summary) + element("p", {{"class", "quiet"}}, element("code", header.file));
+  outcome +=
+      found(header, summary) + unreached(header, summary) + element("p", {{"class", "quiet"}}, element("code", header.file));
   Page page{header.name, "evenstep sweep", verdict, outcome, reproduce, {}, ""};
   const Html all = table("All points", kTallyColumns, {tally_row("all", summary.all)});
-  page.sections = {{"values", "Values", all + axes(header, summary) + states(header, summary)},
-                   {"worst", "Worst points", worst_points(header, summary, command)},
-                   {"environment", "Environment",
-                    facts({{"seeds", fmt::format("{}", header.seeds.size())},
-                           {"digest of the scenario", element("code", header.scenario)},
-                           {"digest of the program", element("code", header.build)}})}};
+  page.sections = {{"values", "Values", all + axes(header, summary)}};
+  if (!header.sometimes.empty()) page.sections.push_back({"states", "States", states(header, summary)});
+  page.sections.push_back({"worst", "Worst points", worst_points(header, summary, command)});
+  page.sections.push_back({"environment", "Environment",
+                           facts({{"seeds", fmt::format("{}", header.seeds.size())},
+                                  {"digest of the scenario", element("code", header.scenario)},
+                                  {"digest of the program", element("code", header.build)}})});
   return html_of(page);
 }
 

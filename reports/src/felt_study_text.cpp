@@ -22,7 +22,7 @@ std::string error_text(const FeltError& error) {
   return fmt::format("{} ({})", force_text(error.rms_N), force_text(error.max_N));
 }
 
-internal::StudyRow row_of(const FeltPoint& point) {
+internal::StudyRow row_of(const FeltPoint& point, const std::vector<std::string>& machines) {
   internal::StudyRow row{point.strategy, "", fmt::format("{}, {}", point.method, point.solver),
                          internal::step_text(point.substep_s)};
   if (point.iterations > 0) row[2] += fmt::format(", {} it", point.iterations);
@@ -35,7 +35,7 @@ internal::StudyRow row_of(const FeltPoint& point) {
   row[5] = error_text(point.discretisation);
   row[6] = error_text(point.remap);
   row[7] = error_text(point.device);
-  row[8] = internal::cost_text(point.cpu);
+  row[8] = internal::cost_text(point.cpu, machines, point.machine);
   return row;
 }
 
@@ -112,7 +112,7 @@ std::string felt_study_table(const FeltStudyRecord& study) {
                                         "device", "CPU s per s (min .. max)"}};
   bool saturated = false;
   for (const FeltPoint& point : study.points) {
-    rows.push_back(row_of(point));
+    rows.push_back(row_of(point, study.machines));
     saturated |= point.saturated > 0;
   }
   out += internal::aligned(rows);
@@ -120,6 +120,7 @@ std::string felt_study_table(const FeltStudyRecord& study) {
       "  errors: rms (greatest) over the ticks, each strategy against the force at its own latency; at every tick the felt\n"
       "  error is the sum of the three parts. latency: of the strategy + of the device, mean\n";
   if (saturated) out += "  ! some judged ticks met a limit of the device or its guard: that is in the device's part\n";
+  if (const std::string warning = warning_of(study.machines); !warning.empty()) out += "  " + warning + '\n';
   if (study.interrupted) out += "  interrupted: points are missing\n";
   return out;
 }
@@ -128,7 +129,7 @@ std::string felt_study_csv(const FeltStudyRecord& study) {
   std::string csv =
       "strategy,solver,method,iterations,substep_s,substeps,state,latency_s,device_latency_s,felt_rms_N,felt_max_N,"
       "discretisation_rms_N,discretisation_max_N,remap_rms_N,remap_max_N,device_rms_N,device_max_N,saturated,"
-      "cpu_min_s_per_s,cpu_median_s_per_s,cpu_max_s_per_s,repeats,reason\n";
+      "cpu_min_s_per_s,cpu_median_s_per_s,cpu_max_s_per_s,repeats,reason,machine\n";
   for (const FeltPoint& point : study.points) {
     fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{},{}", point.strategy, point.solver, point.method,
                    point.iterations > 0 ? fmt::format("{}", point.iterations) : "", point.substep_s, point.substeps,
@@ -137,10 +138,10 @@ std::string felt_study_csv(const FeltStudyRecord& study) {
       fmt::format_to(std::back_inserter(csv), ",{},{}", point.latency_s, point.device_latency_s);
       for (const FeltError* error : {&point.total, &point.discretisation, &point.remap, &point.device})
         fmt::format_to(std::back_inserter(csv), ",{},{}", error->rms_N, error->max_N);
-      fmt::format_to(std::back_inserter(csv), ",{},{},{},{},{},\n", point.saturated, point.cpu.min, point.cpu.median,
-                     point.cpu.max, point.repeats);
+      fmt::format_to(std::back_inserter(csv), ",{},{},{},{},{},,{}\n", point.saturated, point.cpu.min, point.cpu.median,
+                     point.cpu.max, point.repeats, internal::csv_field(point.machine));
     } else {
-      csv += std::string(15, ',') + ',' + internal::csv_field(point.reason) + '\n';
+      csv += std::string(15, ',') + ',' + internal::csv_field(point.reason) + ",\n";
     }
   }
   return csv;
@@ -167,6 +168,10 @@ std::string felt_study_json(const FeltStudyRecord& study) {
               {"interrupted", study.interrupted},
               {"reference", json_of(study.reference)},
               {"points", Json::array()}};
+  if (!study.machines.empty()) {
+    out["machines"] = study.machines;
+    out["warning"] = warning_of(study.machines);
+  }
   for (const FeltPoint& point : study.points) out["points"].push_back(json_of(point));
   return json_text(out, "points") + '\n';
 }

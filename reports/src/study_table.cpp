@@ -29,8 +29,10 @@ std::string step_text(double seconds) {
   return seconds >= 0.9995e-3 ? fmt::format("{:.4g} ms", seconds * 1e3) : fmt::format("{:.4g} us", seconds * 1e6);
 }
 
-std::string cost_text(const StudyCost& cost) {
-  return fmt::format("{:.3g} ({:.3g} .. {:.3g})", cost.median, cost.min, cost.max);
+std::string cost_text(const StudyCost& cost, const std::vector<std::string>& machines, const std::string& own) {
+  const std::string text = fmt::format("{:.3g} ({:.3g} .. {:.3g})", cost.median, cost.min, cost.max);
+  const auto at = std::find(machines.begin(), machines.end(), own);
+  return at == machines.end() ? text : fmt::format("{} #{}", text, at - machines.begin() + 1);
 }
 
 std::string machine_text(const std::string& machine, std::int64_t cpus) {

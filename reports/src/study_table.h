@@ -17,9 +17,10 @@ using StudyRow = std::array<std::string, 9>;
 /// The rows below each other, columns as wide as their widest text. A reason may extend over the columns after it.
 std::string aligned(const std::vector<StudyRow>& rows);
 
-std::string step_text(double seconds);         ///< "2.222 ms", "69.44 us"
-std::string cost_text(const StudyCost& cost);  ///< "0.28 (0.27 .. 0.31)"
-Json json_of(const StudyCost& cost);           ///< min, median, max
+std::string step_text(double seconds);  ///< "2.222 ms", "69.44 us"
+/// "0.28 (0.27 .. 0.31)"; of several machines with the number of its own, "#2".
+std::string cost_text(const StudyCost& cost, const std::vector<std::string>& machines, const std::string& own);
+Json json_of(const StudyCost& cost);  ///< min, median, max
 /// "AMD EPYC, 4 processors"; of several machines (no processors) as it is.
 std::string machine_text(const std::string& machine, std::int64_t cpus);
 

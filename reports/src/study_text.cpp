@@ -15,7 +15,7 @@ std::string error_text(const StudyCell& cell, StudyQuantity q, const StudyValues
                      cell.at_floor(q, estimate) ? "*" : "");
 }
 
-internal::StudyRow row_of(const StudyCell& cell, const StudyValues& estimate) {
+internal::StudyRow row_of(const StudyCell& cell, const StudyValues& estimate, const std::vector<std::string>& machines) {
   internal::StudyRow row{cell.solver, cell.method, cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "",
                          internal::step_text(cell.substep_s)};
   if (cell.state == StudyCell::State::unavailable) row[2] = row[3] = "";  // it is unavailable at any step
@@ -26,7 +26,7 @@ internal::StudyRow row_of(const StudyCell& cell, const StudyValues& estimate) {
   for (const StudyQuantity q : kStudyQuantities) row[4 + static_cast<std::size_t>(q)] = error_text(cell, q, estimate);
   const double order = cell.order[StudyQuantity::position];
   row[7] = std::isfinite(order) ? fmt::format("{:.2f}", order) : "";
-  row[8] = internal::cost_text(cell.cpu);
+  row[8] = internal::cost_text(cell.cpu, machines, cell.machine);
   return row;
 }
 
@@ -102,6 +102,16 @@ const char* name_of(StudyCell::State state) {
   return "";
 }
 
+std::string warning_of(const std::vector<std::string>& machines) {
+  if (machines.size() < 2) return {};
+  std::string names;
+  for (std::size_t i = 0; i < machines.size(); ++i) names += fmt::format("{}#{} {}", i == 0 ? "" : "; ", i + 1, machines[i]);
+  return fmt::format(
+      "warning: the costs were measured on {} machines ({}), and only those of one machine can be compared; measure all of "
+      "them on one",
+      machines.size(), names);
+}
+
 std::string study_table(const StudyRecord& study) {
   const StudyReference& reference = study.reference;
   const auto estimate = [&](StudyQuantity q) { return fmt::format("{:.2g}", reference.estimate[q]); };
@@ -125,7 +135,7 @@ std::string study_table(const StudyRecord& study) {
   bool any_at_floor = false, any_backwards = false;
   for (const StudyCell& cell : study.cells) {
     if (said_before(study, cell)) continue;
-    rows.push_back(row_of(cell, reference.estimate));
+    rows.push_back(row_of(cell, reference.estimate, study.machines));
     any_backwards |= cell.order[StudyQuantity::position] < 0;
     for (const StudyQuantity q : kStudyQuantities)
       any_at_floor |= cell.state == StudyCell::State::measured && cell.at_floor(q, reference.estimate);
@@ -134,6 +144,7 @@ std::string study_table(const StudyRecord& study) {
   if (any_at_floor) out += "  * at the reference's floor: not above the reference's own error\n";
   if (any_backwards)
     out += "  a negative order: the shorter step has the larger error; in float rounding adds up, step by step\n";
+  if (const std::string warning = warning_of(study.machines); !warning.empty()) out += "  " + warning + '\n';
   if (study.interrupted) out += "  interrupted: cells are missing\n";
   return out;
 }
@@ -142,7 +153,7 @@ std::string study_csv(const StudyRecord& study) {
   std::string csv =
       "solver,method,iterations,substep_s,substeps,state,position_m,force,energy,position_order,force_order,energy_order,"
       "at_floor,cpu_min_s_per_s,cpu_median_s_per_s,cpu_max_s_per_s,wall_min_s_per_s,wall_median_s_per_s,wall_max_s_per_s,"
-      "repeats,reason\n";
+      "repeats,reason,machine\n";
   for (const StudyCell& cell : study.cells) {
     fmt::format_to(std::back_inserter(csv), "{},{},{},{},{},{}", cell.solver, cell.method,
                    cell.iterations > 0 ? fmt::format("{}", cell.iterations) : "", cell.substep_s, cell.substeps,
@@ -160,7 +171,8 @@ std::string study_csv(const StudyRecord& study) {
     for (const StudyCost* cost : {&cell.cpu, &cell.wall}) {
       for (const double value : {cost->min, cost->median, cost->max}) csv += ',' + (measured ? csv_number(value) : "");
     }
-    fmt::format_to(std::back_inserter(csv), ",{},{}\n", cell.repeats, internal::csv_field(cell.reason));
+    fmt::format_to(std::back_inserter(csv), ",{},{},{}\n", cell.repeats, internal::csv_field(cell.reason),
+                   internal::csv_field(cell.machine));
   }
   return csv;
 }
@@ -186,6 +198,10 @@ std::string study_json(const StudyRecord& study) {
               {"interrupted", study.interrupted},
               {"reference", json_of(study.reference)},
               {"cells", Json::array()}};
+  if (!study.machines.empty()) {
+    out["machines"] = study.machines;
+    out["warning"] = warning_of(study.machines);
+  }
   for (const StudyCell& cell : study.cells) out["cells"].push_back(json_of(cell, study.reference.estimate));
   return json_text(out, "cells") + '\n';
 }

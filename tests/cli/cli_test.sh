@@ -453,7 +453,7 @@ assert all(c["state"] == x["state"] and ("error" in c) == bool(x["force"]) for c
 assert 0 < d["reference"]["estimate"]["force"] < 0.01 and d["machine"] and d["compiler"]' || fail "JSON or CSV"
 }
 # in_shards TEXT KIND ARGUMENTS... : two shards, their status and merge; the merged lines are those of one process without
-# what is measured, and the command says TEXT of them without running anything
+# what is measured; of them the merge says TEXT, and so does the command without running anything
 in_shards() {
   local text=$1 kind=$2 shard file
   shift 2
@@ -464,7 +464,10 @@ in_shards() {
   expect 0 "$kind-1-of-2.jsonl" "$kind" "$@" --shard 1/2 --out parts
   expect 2 "leave it out" merge parts/*.jsonl --out "whole/$kind.jsonl" --junit j.xml
   [ ! -e "whole/$kind.jsonl" ] || fail "a refused merge was written"
-  expect 0 "--resume --out whole" merge "parts/$kind-2-of-2.jsonl" "parts/$kind-1-of-2.jsonl" --out "whole/$kind.jsonl"
+  expect 0 "$text" merge "parts/$kind-2-of-2.jsonl" "parts/$kind-1-of-2.jsonl" --out "whole/$kind.jsonl"
+  grep -q "in whole/$kind.jsonl" out || fail "the merge does not say where its lines are"
+  "$evenstep" merge parts/*.jsonl --out "whole/$kind.jsonl" --json >out 2>err || fail "exit of --json"
+  if command -v python3 >/dev/null; then python3 -c 'import json; json.load(open("out"))' || fail "not JSON"; fi
   for file in one whole; do sed 's/,"measured":{.*/}/' "$file/$kind.jsonl" >"$file.certain"; done
   [ "$(wc -l <one.certain)" -gt 2 ] || fail "there are no lines"
   cmp -s one.certain whole.certain || fail "merged lines differ"
@@ -482,8 +485,35 @@ case_catalogue_in_shards() {
   local cases=("$source_dir/scenarios/stiff/s2-over-the-limit.toml" "$source_dir/scenarios/extreme/unstable-step.toml")
   in_shards "2 scenarios: 2 passed, 0 failed, 0 left out" catalogue "${cases[@]}"
   [ -s whole/s2-over-the-limit/strip.svg ] || fail "no strip"
+  [ -s whole/catalogue/s2-over-the-limit/strip.svg ] || fail "no strip of the merge"
   expect 1 "0 passed, 1 failed" catalogue "${cases[0]}" \
     --set 'expect=[{ signal = "case.implicit-euler.cpu", metric = "diverged", equals = 1 }]'
+}
+# A merge has the verdict of what is merged, and none where the scenario is not what the shards ran.
+case_merge_of_a_catalogue_judges_it() {
+  local shard
+  mkdir cases
+  cp "$source_dir/scenarios/stiff/s2-over-the-limit-allowed.toml" cases/a.toml
+  cp "$source_dir/scenarios/stiff/s2-over-the-limit-allowed.toml" cases/long.toml
+  sed -i 's/^tags .*/tags = ["long"]/' cases/long.toml
+  local set='expect=[{ signal = "case.symplectic-euler.cpu", metric = "diverged", equals = 4 }]'
+  for shard in 1 2; do expect 0 "5 of 5 points" catalogue cases --set "$set" --shard $shard/2 --out parts; done
+  expect 1 "1 scenarios: 0 passed, 1 failed, 1 left out (long)" merge parts/*.jsonl --out c.jsonl
+  grep -qx FAIL out || fail "no verdict"
+  [ -s c/a/strip.svg ] || fail "no run folder beside the file"
+  "$evenstep" merge parts/*.jsonl --out c.jsonl --json >out 2>err
+  [ $? -eq 1 ] || fail "the exit code of --json is another one"
+  grep -q '"verdict":"FAIL"' out && grep -q '"failed":1' out || fail "no verdict in JSON"
+  for shard in 1 2; do expect 0 "10 of 10 points" catalogue cases --long --shard $shard/2 --out long; done
+  expect 0 "2 scenarios: 2 passed, 0 failed, 0 left out" merge long/*.jsonl --out l.jsonl
+  echo '# another' >>cases/a.toml
+  expect 1 "0 passed, 1 failed" merge parts/*.jsonl --out d.jsonl   # a comment changes nothing
+  sed -i 's/^values .*/values = [2.5]/' cases/a.toml
+  expect 3 "there are no results" merge parts/*.jsonl --out d.jsonl
+  grep -q "is of another catalogue" err || fail "why is not said"
+  rm -r cases
+  expect 3 "there are no results" merge parts/*.jsonl --out d.jsonl
+  [ -s d.jsonl ] || fail "the merged lines are gone"
 }
 case_size_of_many_seeds_in_shards() {
   swept ''
@@ -507,6 +537,7 @@ case_study_in_shards() {
   in_shards "cpu-double  velocity-verlet" study "$source_dir/scenarios/stiff/study-block.toml" "${small_study[@]}" \
     --set 'study.solvers=["cpu-double"]' --set 'study.methods=["velocity-verlet"]'
   [ -s whole/position-error.svg ] && [ -s whole/study.json ] || fail "no figure, or no study.json"
+  [ -s whole/study/position-error.svg ] && [ -s whole/study/study.json ] || fail "no figure, or no study.json, of the merge"
   for option in "--of 2" "--threads 1"; do
     # shellcheck disable=SC2086   # its words are options
     expect 2 "divide the points of --shard or --resume" study "$source_dir/scenarios/stiff/study-block.toml" $option

@@ -74,12 +74,18 @@ grid = { "remap.latency" = ["9 ms", "40 ms"] }
 TOML
 case $kind in
 study)
-  sed -e 's/^name .*/name = "cluster"/' -e 's/^duration   = "64 ms"/duration = "8 ms"\nrepeats = 1/' -e '/^iterations/d' \
+  sed -e 's/^name .*/name = "cluster"/' -e 's/^duration   = "64 ms"/duration = "48 ms"\nrepeats = 1/' -e '/^iterations/d' \
     -e 's/^solvers .*/solvers = ["cpu-double"]\nmethods = ["symplectic-euler", "velocity-verlet", "rk4"]/' \
     -e 's/^error .*/error = "state"\nstep_sizes = ["1 ms", "0.5 ms", "0.25 ms", "0.125 ms"]/' \
     "$source_dir/scenarios/stiff/study-block.toml" >"$scenario"
   ;;
-catalogue) cp -- "$source_dir/scenarios/stiff/s5-stiffness-decades.toml" "$scenario" ;;
+catalogue)   # a folder: a case, and a run that fails, which is a result
+  scenario=$work/cases
+  mkdir "$scenario"
+  cp -- "$source_dir/scenarios/stiff/s5-stiffness-decades.toml" "$scenario"
+  sed 's/^grid .*//; s/^seeds .*//; s/^\[sweep\]//; s/equals = 0/min = 1/; s/"20 s"/"1 s"/' \
+    "$work/s.toml" >"$scenario/run.toml"
+  ;;
 esac
 # What is the same wherever it is computed: not the costs, which every shard measures for itself.
 certain() { sed 's/,"measured":{.*/}/' "$1"; }
@@ -87,7 +93,9 @@ unset "${!SLURM_@}" "${!OMPI_@}" "${!PMI@}" "${!PARALLEL@}" "${!CI_NODE_@}" "${!
 begin=$(date +%s%N)
 # shellcheck disable=SC2086   # its words are options
 evenstep $WORK "$scenario" --threads 2 --shard 1/1 --out "$work/one" >"$work/one.log" 2>&1
-(($? <= 1)) || fail "the reference does not end"
+reference=$?
+((reference <= 1)) || fail "the reference does not end"
+[[ $kind != catalogue || $reference == 1 ]] || fail "the run that fails has passed"
 span_ms=$((($(date +%s%N) - begin) / 1600000 + 1))   # the engines take a little longer
 cd "$work/run" || exit 1
 
@@ -109,6 +117,13 @@ strike() {
 # judge : the run is complete
 judge() {
   cmp -s <(certain "$kind.jsonl") <(certain "$work/one/$kind.jsonl") || fail "run $runs: the merged bytes are others"
+  if [[ $engine != full_disk ]]; then   # whose parts are gone with the disk
+    evenstep merge parts/*.jsonl --out again.jsonl >again.log 2>&1
+    (($? == reference)) || fail "run $runs: the merge exits with another status than one process"
+    cmp -s "$kind.jsonl" again.jsonl || fail "run $runs: another merge of the same parts has other bytes"
+    [[ $kind != catalogue ]] || grep -qF '2 scenarios: 1 passed, 1 failed' again.log || fail "the merge does not judge"
+    [[ $kind != study ]] || [[ -s again/study.json && -s $kind/study.json ]] || fail "the merge has no results"
+  fi
   runs=$((runs + 1))
 }
 declare -A by=()
@@ -146,6 +161,7 @@ engine_parallel() {
   while ((hits < kills)); do
     struck evenstep evenstep evenstep parallel -- "$examples/parallel/run.sh" "$scenario" -j2
   done
+  [[ $kind != sweep ]] || refuses_old_parts "$examples/parallel/run.sh" "$scenario" -j2
 }
 
 engine_openmpi() {
@@ -156,6 +172,7 @@ engine_openmpi() {
   while ((hits < kills)); do
     struck evenstep evenstep evenstep mpirun -- "$examples/openmpi/run.sh" "$scenario" "${options[@]}"
   done
+  [[ $kind != sweep ]] || refuses_old_parts "$examples/openmpi/run.sh" "$scenario" "${options[@]}"
 }
 
 # Workers come and go: as soon as one is gone, there is another one.
@@ -174,6 +191,7 @@ engine_workqueue() {
     kill "$workers" 2>/dev/null
     wait "$workers" 2>/dev/null
   done
+  [[ $kind != sweep ]] || refuses_old_parts "$examples/workqueue/run.sh" "$scenario" -Z port -p 0
 }
 
 # A disk of random size that fills up while four shards write, and then has room again.
@@ -288,32 +306,77 @@ revive() {
   [[ $(ours slurmd) ]] || (cd "$work" && exec slurmd -D >>slurmd.log 2>&1) &
 }
 
-# find_lost : a slurmctld that was killed has forgotten the last seconds, and so may believe that jobs run that have ended.
-# It asks a node for its jobs when that registers; a job that is not there is requeued if it began more than
-# BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
-# do so again for half an hour. `scontrol reconfigure` makes it.
+# find_lost : what its user does. A slurmctld that was killed has forgotten the last seconds, and so may believe that jobs
+# run that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more
+# than BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
+# do so again for half an hour.
 find_lost() {
-  [[ $(squeue -h -t R -o %i 2>/dev/null) ]] || return
+  local running
+  mapfile -t running < <(squeue -h -r -t R -o %i 2>/dev/null)
+  ((${#running[@]})) || return
   [[ $(ours evenstep) ]] && return
-  scontrol reconfigure && lost=$((lost + 1))
+  scancel "${running[@]}" && lost=$((lost + 1))
 }
 
-# operate : what its operator does. A slurmctld that was killed has forgotten the jobs of its last five seconds. It gives
-# their numbers to others, and where they still run, it drains the node and holds the new job.
+# operate : what its operator does, who gives back nodes that Slurm has drained, and its user. A slurmctld that was killed
+# has forgotten the jobs of its last five seconds. It gives their numbers to others, and where they still run, it drains the
+# node and holds the new job.
 operate() {
   local jobs
-  jobs=$(squeue -h -o '%t %r' 2>/dev/null) || return
+  jobs=$(squeue -h -o '%r' 2>/dev/null) || return
   if [[ ! $(sinfo -h -o %t) =~ ^(idle|mix|alloc|comp)$ ]]; then
     for process in $(ours slurmd); do kill -KILL "$process"; done   # it starts again, and says that it is there
     revive
     scontrol update NodeName="$(hostname -s)" State=RESUME
   fi
-  if [[ $jobs == *JobHeld* || $jobs == *DependencyNeverSatisfied* ]]; then
-    scancel --user="$(id -un)"
-  elif [[ -z $jobs && ! -e $kind.jsonl ]]; then
+  if [[ ! -e $kind.jsonl ]] && [[ -z $jobs || ${jobs,,} =~ held|maxrequeue ]]; then
     again=$((again + 1))
     "$examples/slurm/submit.sh" "$scenario" >>run.log 2>&1
   fi
+}
+
+# wait_for FILE : as its user waits
+wait_for() {
+  for _ in {1..300}; do [[ -e $1 ]] && return; sleep 0.2; done
+  fail "$1 is not there: $(squeue)"
+}
+
+# refuses_old_parts COMMAND... : parts of a scenario that was changed since must not become its result.
+refuses_old_parts() {
+  cp "$work/s.toml" "$work/before.toml"
+  rm -f "$kind.jsonl"
+  sed -i 's/^duration *= .*/duration = "19 s"/' "$work/s.toml"
+  "$@" >old.log 2>&1
+  (($? == 3)) || fail 'parts of another scenario are taken'
+  grep -qF "is of another $kind" old.log || fail 'it does not say that parts are of another scenario'
+  [[ ! -e $kind.jsonl ]] || fail 'parts of another scenario were merged'
+  mv "$work/before.toml" "$work/s.toml"
+}
+
+# submitted_again : submit.sh submits only what is not complete, and cancels what is held.
+submitted_again() {
+  local said
+  rm "parts/$kind-3-of-4.jsonl" "$kind.jsonl"
+  scontrol update NodeName="$(hostname -s)" State=DRAIN Reason=test
+  said=$("$examples/slurm/submit.sh" "$scenario") || fail 'submit.sh fails where a shard is missing'
+  [[ $said == *'of 1 of 4 shards'* ]] || fail "one shard is missing, but submit.sh says: $said"
+  said=$("$examples/slurm/submit.sh" "$scenario")
+  [[ $said == *'of 0 of 4 shards'* ]] || fail "a shard is in the queue, but submit.sh says: $said"
+  squeue -h -r -t PD -o %i -n "$(squeue -h -t PD -o '%K %j' | sed -n 's/^[0-9].* //p')" | xargs scontrol hold
+  said=$("$examples/slurm/submit.sh" "$scenario")
+  [[ $said == *'of 1 of 4 shards'* ]] || fail "a shard is held, but submit.sh says: $said"
+  scontrol update NodeName="$(hostname -s)" State=RESUME
+  wait_for "$kind.jsonl"
+  judge
+  [[ $kind != sweep ]] || refuses_old_parts submit_and_wait
+}
+# submit_and_wait : the merge's log and exit status
+submit_and_wait() {
+  local id
+  id=$("$examples/slurm/submit.sh" "$scenario" | sed -n 's/.*shards, \([0-9]*\) of the merge.*/\1/p')
+  for _ in {1..300}; do [[ $(squeue -h -j "$id" -o %t 2>/dev/null) ]] || break; sleep 0.2; done
+  cat "$kind-merge.log"
+  return "$(scontrol show job "$id" | sed -n 's/.*ExitCode=\([0-9]*\):.*/\1/p')"
 }
 
 engine_slurm() {
@@ -328,8 +391,12 @@ engine_slurm() {
       names=(evenstep evenstep evenstep evenstep evenstep slurmd evenstep evenstep evenstep evenstep evenstep slurmctld)
     fresh
     "$examples/slurm/submit.sh" "$scenario" >run.log 2>&1 || fail "sbatch refuses: $(cat run.log)"
-    sleep 0.2
     name=${names[hits % ${#names[@]}]}
+    if [[ $name == evenstep ]]; then   # Slurm takes a second or more to begin
+      for _ in {1..50}; do [[ $(ours evenstep) ]] && break; sleep 0.1; done
+    else
+      sleep 0.2
+    fi
     strike "$name" && [[ $name == slurm* ]] && down_since=$SECONDS
     if [[ $engine == slurm_both ]]; then
       sleep "0.$((RANDOM % 10))"
@@ -348,6 +415,7 @@ engine_slurm() {
     scancel --user="$(id -un)"
     for _ in {1..100}; do [[ -z $(squeue -h 2>/dev/null) ]] && break; sleep 0.1; done
   done
+  [[ $engine == slurm_both ]] || submitted_again
 }
 
 engine_slurm_both() { engine_slurm; }

@@ -22,6 +22,32 @@ TEST_CASE("the page of a sweep has a row per value, and the worst points with th
   CHECK_THAT(page, Contains("evenstep run x") && Contains("evenstep sweep x") && Contains("verdict error"));
 }
 
+TEST_CASE("the page of a sweep says at its top which states no point reached, and has a section of the states") {
+  SweepHeader header;
+  header.name = "swarm";
+  header.seeds = {1, 2};
+  header.sometimes = {{"a force is late", "left.force.direct", "late"}, {"a <rare> one", "left.force.direct", "underruns"}};
+  SweepSummary summary;
+  summary.all.passed = 2;
+  summary.reached = {2, 0};
+  const auto page = [&] {
+    return sweep_page(
+        header, summary, [](const SweepPoint&) { return "evenstep run x"; }, "fail", "evenstep sweep x");
+  };
+  const std::string top =
+      "No point reached 1 of 2 states, so the sweep does not test what it is meant to: a &lt;rare&gt; one.";
+  summary.judges_states = true;
+  CHECK_THAT(page(), Contains(top) && Contains("id=\"states\"") && Contains("0 of 2") && Contains("verdict fail"));
+  summary.judges_states = false;  // of a sweep that stopped
+  CHECK_THAT(page(), !Contains("No point reached") && Contains("not judged, because that takes all points"));
+  summary.judges_states = true;
+  summary.reached = {2, 1};
+  CHECK_THAT(page(), !Contains("No point reached") && Contains("1 of 2"));
+  header.sometimes.clear();
+  summary.reached.clear();
+  CHECK_THAT(page(), !Contains("id=\"states\""));
+}
+
 TEST_CASE("studies and sizes have pages without a verdict, with their tables") {
   StiffnessLimits limits;
   limits.scenario = "stiff";

@@ -8,6 +8,9 @@ shift
 rank="evenstep $work"' "$0" --shard auto --resume --threads 1 --out parts || [ $? -eq 1 ]'
 for attempt in 1 2 3 4 5; do
   if mpirun -n "${SHARDS:-4}" "$@" sh -c "$rank" "$scenario"; then
+    # Old parts of another scenario must not be merged: shard 1 is read again, and refuses if it is one.
+    evenstep $work "$scenario" --shard 1/"${SHARDS:-4}" --resume --out parts >/dev/null
+    if (($? > 1)); then exit 3; fi
     exec evenstep merge parts/"$kind"-*-of-"${SHARDS:-4}".jsonl --out "$kind.jsonl"
   fi
 done

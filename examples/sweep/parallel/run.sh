@@ -9,6 +9,9 @@ job="evenstep $work $(printf %q "$scenario") --shard auto --of ${SHARDS:-4} --re
 job+=' || [ $? -eq 1 ]'
 for attempt in 1 2 3 4 5; do
   if parallel --joblog "$kind.joblog" --resume-failed -N0 "$@" "$job" ::: $(seq "${SHARDS:-4}"); then
+    # Old parts of another scenario must not be merged: shard 1 is read again, and refuses if it is one.
+    evenstep $work "$scenario" --shard 1/"${SHARDS:-4}" --resume --out parts >/dev/null
+    if (($? > 1)); then exit 3; fi
     exec evenstep merge parts/"$kind"-*-of-"${SHARDS:-4}".jsonl --out "$kind.jsonl"
   fi
 done

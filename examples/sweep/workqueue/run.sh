@@ -12,4 +12,7 @@ for shard in $(seq "${SHARDS:-4}"); do
     "$here/shard.sh" "$PWD" "$shard/${SHARDS:-4}" "$(command -v evenstep)" "$scenario" "$work"
 done >"$kind.makeflow"
 makeflow -T wq --shared-fs "$PWD" --retry-count=5 "$@" "$kind.makeflow" || exit 3
+# Old parts of another scenario must not be merged: shard 1 is read again, and refuses if it is one.
+evenstep $work "$scenario" --shard 1/"${SHARDS:-4}" --resume --out parts >/dev/null
+if (($? > 1)); then exit 3; fi
 exec evenstep merge parts/"$kind"-*-of-"${SHARDS:-4}".jsonl --out "$kind.jsonl"

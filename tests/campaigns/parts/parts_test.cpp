@@ -260,6 +260,7 @@ TEST_CASE("A study in parts has the errors of a study in one piece and says whic
     Json json = Json::parse(line);
     json.erase("check");
     if (json.contains("cell") && json["index"] == 2) json["measured"]["machine"] = "another";
+    if (json.contains("cell") && json["cell"]["state"] == "refused") json["measured"]["machine"] = "a third";  // no costs
     changed += internal::with_checksum(json_text(json)) + '\n';
   }
   folder.write("parts/study.jsonl", changed);
@@ -269,6 +270,11 @@ TEST_CASE("A study in parts has the errors of a study in one piece and says whic
   CHECK(mixed.cpus == 0);
   CHECK_THAT(mixed.cells[1].machine, Contains("another"));
   CHECK_THAT(study_json(mixed), Contains("\"machine\":\"another"));
+  REQUIRE(mixed.machines.size() == 2);
+  CHECK_THAT(advise(mixed, *parse_goal("50 % force")).text, Contains("\nwarning: the costs were measured on 2 machines") &&
+                                                                Contains("#1 " + mixed.machines[0]) &&
+                                                                Contains("#2 " + mixed.machines[1]));
+  CHECK(merged.machines.empty());
 }
 
 TEST_CASE("A catalogue in parts is judged as its scenarios are when they are run") {

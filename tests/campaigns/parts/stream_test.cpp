@@ -1,14 +1,13 @@
 // Merges of generated parts of a study: as many as no process can have open, and as many items as there may be.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <catch2/catch.hpp>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 
 #include "files.h"
 #include "json_parts.h"
+#include "merge_cost.h"
 
 using namespace evenstep;
 
@@ -62,14 +61,8 @@ TEST_CASE("Ten million cells of ten thousand shards merge in half a gigabyte of 
   const internal::JsonParts study = generated(10'000'000);
   const std::vector<std::string> parts = generate(folder, study, 10'000);
   const std::string out = folder / "merged.jsonl";
-  const std::clock_t begin = std::clock();
-  const PartOutcome merged = merge_parts(parts, out);
-  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  PartOutcome merged;
+  test::report_merge(folder / ".", out, 10, [&] { merged = merge_parts(parts, out); });
   CHECK(merged.errors.empty());
   CHECK(merged.done == 10'000'000);
-  rusage used{};
-  ::getrusage(RUSAGE_SELF, &used);
-  CHECK(used.ru_maxrss < 512 * 1024);  // kilobytes
-  WARN(fmt::format("{:.1f} s of processor time per million cells, {} MB in the file, at most {} MB of memory", seconds / 10,
-                   std::filesystem::file_size(out) / 1'000'000, used.ru_maxrss / 1024));
 }

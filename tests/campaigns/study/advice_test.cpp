@@ -1,6 +1,8 @@
 // What to use for a wanted error, and the texts of a study, on records written here.
 #include <algorithm>
 
+#include "evenstep/campaigns/felt_study.h"
+#include "evenstep/reports/json.h"
 #include "study_scenes.h"
 
 using namespace evenstep;
@@ -84,6 +86,57 @@ TEST_CASE("The cheapest is so by the median of its repeats, not by a slow one") 
   study.cells[0].cpu = {0.1, 0.2, 0.9};
   study.cells[1].cpu = {0.25, 0.3, 0.4};
   CHECK(advice_for(study, "1 % force").cell == &study.cells[0]);
+}
+
+TEST_CASE("Costs of several machines are advised on with a warning that names the machines, in text and in JSON") {
+  StudyRecord study = record();
+  CHECK_THAT(advice_for(study, "2 % force").text, !Contains("warning"));
+  CHECK_THAT(study_table(study), !Contains("warning"));
+  CHECK(Json::parse(study_json(study)).contains("machines") == false);
+  study.machines = {"fast, 8 processors", "slow, 2 processors"};
+  for (StudyCell& each : study.cells) {
+    if (each.state == State::measured) each.machine = study.machines[1];
+  }
+  study.cells[1].machine = study.machines[0];
+  const std::string warning =
+      "warning: the costs were measured on 2 machines (#1 fast, 8 processors; #2 slow, 2 processors), and only those of one "
+      "machine can be compared";
+  const StudyAdvice advice = advice_for(study, "2 % force");
+  CHECK(advice.cell == &study.cells[0]);
+  CHECK_THAT(advice.text, Contains("\n" + warning) && Contains("keeps real time on slow, 2 processors, 8.33 times over"));
+  CHECK_THAT(study_table(study),
+             Contains("\n  " + warning) && Contains("0.1 (0.09 .. 0.12) #2\n") && Contains("0.5 (0.45 .. 0.6) #1\n"));
+  const Json json = Json::parse(study_json(study));
+  CHECK(json.at("machines") == Json({"fast, 8 processors", "slow, 2 processors"}));
+  CHECK_THAT(json.at("warning").get<std::string>(), Contains(warning));
+  CHECK(json.at("cells").at(1).at("machine") == "fast, 8 processors");
+  CHECK_THAT(study_csv(study), Contains(",\"slow, 2 processors\"\n") && Contains(",3,,\"fast, 8 processors\"\n"));
+}
+
+TEST_CASE("Costs of several machines are advised on with the same warning for a felt force") {
+  FeltStudyRecord study;
+  study.reference.scale_N = 1;
+  study.reference.estimate_N = 1e-9;
+  FeltPoint point;
+  point.strategy = "phase_locked";
+  point.method = "rk4";
+  point.total.rms_N = 1e-3;
+  point.cpu = {1, 1, 1};
+  study.points = {point, point};
+  study.points[1].cpu = {2, 2, 2};
+  const StudyGoal goal = *parse_goal("1 % force");
+  CHECK_THAT(advise(study, goal).text, !Contains("warning"));
+  CHECK(Json::parse(felt_study_json(study)).contains("warning") == false);
+  study.machines = {"fast, 8 processors", "slow, 2 processors"};
+  study.points[0].machine = study.machines[0];
+  study.points[1].machine = study.machines[1];
+  const char* const warning =
+      "warning: the costs were measured on 2 machines (#1 fast, 8 processors; #2 slow, 2 processors)";
+  CHECK_THAT(advise(study, goal).text,
+             Contains("1 CPU seconds per simulated second on fast, 8 processors\nwarning: ") && Contains(warning));
+  CHECK_THAT(felt_study_table(study), Contains(warning) && Contains("1 (1 .. 1) #1\n") && Contains("2 (2 .. 2) #2\n"));
+  CHECK_THAT(Json::parse(felt_study_json(study)).at("warning").get<std::string>(), Contains(warning));
+  CHECK_THAT(felt_study_csv(study), Contains(",\"slow, 2 processors\"\n"));
 }
 
 TEST_CASE("Where nothing meets the error the advice names the least, and below the reference's floor it does not guess") {

@@ -1,16 +1,14 @@
 // Merges of generated points: as many parts as no process can have open, and as many points as a sweep may have.
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <catch2/catch.hpp>
-#include <chrono>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <numeric>
 
 #include "evenstep/campaigns/sweep.h"
 #include "files.h"
+#include "merge_cost.h"
 #include "sweep_lines.h"
 
 using namespace evenstep;
@@ -83,15 +81,9 @@ TEST_CASE("Ten million points of ten thousand shards merge in half a gigabyte of
   const SweepHeader header = header_of(10'000'000);
   const std::vector<std::string> parts = generate(folder, header, 10'000, nullptr);
   const std::string out = folder / "merged.jsonl";
-  const std::clock_t begin = std::clock();
-  const SweepOutcome merged = merge_sweep(parts, out);
-  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  SweepOutcome merged;
+  test::report_merge(folder / ".", out, 10, [&] { merged = merge_sweep(parts, out); });
   CHECK(merged.errors.empty());
   CHECK(merged.summary.all.runs() == 10'000'000);
   CHECK(merged.summary.all.failed == 103'093);
-  rusage used{};
-  ::getrusage(RUSAGE_SELF, &used);
-  CHECK(used.ru_maxrss < 512 * 1024);  // kilobytes
-  WARN(fmt::format("{:.1f} s of processor time per million points, {} MB in the file, at most {} MB of memory", seconds / 10,
-                   std::filesystem::file_size(out) / 1'000'000, used.ru_maxrss / 1024));
 }

@@ -50,6 +50,8 @@ TEST_CASE("A shard is written as I of N") {
     CHECK_FALSE(shard({}, {}, bad).ok());
   }
   CHECK_THAT(shard({}, 5, "2/5").error(), Contains("--of belongs to --shard auto"));
+  CHECK_THAT(shard({{"OMPI_COMM_WORLD_RANK", "1"}, {"OMPI_COMM_WORLD_SIZE", "4"}}, 40).error(),
+             Contains("these are 4 shards or 40"));
   CHECK_THAT(shard({}).error(), Contains("SLURM_ARRAY_TASK_ID") && Contains("JOB_COMPLETION_INDEX"));
 }
 

@@ -33,7 +33,7 @@ std::string felt_study_objection(const Scenario& scenario);
 FeltStudyRecord run_felt_study(const Scenario& scenario, const FeltStudyControl& control = {});
 
 /// The cheapest point that meets a goal such as "1 % force", as a sentence; `found` is false if none does. A share is one of
-/// the rms force.
+/// the rms force. Costs of several machines: as in StudyAdvice.
 struct FeltAdvice {
   bool found = false;
   std::string text;

@@ -38,6 +38,8 @@ struct PartOptions {
   int threads = 0;  ///< how many items at the same time; 0: one per core. What is timed goes one by one
   bool resume = false;
   std::string folder;  ///< for KIND.jsonl, or KIND-I-of-N.jsonl
+  /// Not empty: a file with all lines, whatever its name. These are read and nothing is run, or it is a failure.
+  std::string complete_file;
   const std::atomic<bool>* interrupted = nullptr;
   std::function<void(std::int64_t done, std::int64_t of, std::int64_t failed)> progress;  ///< any thread, one at a time
 };
@@ -53,6 +55,19 @@ struct PartOutcome {
 
 /// "sweep", "study", "size" or "catalogue": what a part is of, by its first line; empty if that cannot be read.
 std::string kind_of_part(const std::string& file);
+
+/// Whose lines are in a file, and what its shards were asked for: all that their own command needs, to give the results.
+struct PartSubject {
+  std::string kind, file;  ///< `file`: the scenario, as it was given to a shard
+  std::vector<std::string> set;
+  std::vector<std::string> files;   ///< of a catalogue: its scenarios, also those that were left out
+  bool long_ones = false;           ///< of a catalogue
+  double rate = 0, confidence = 0;  ///< of a sizing
+  std::string seeds;                ///< of a sizing
+  bool other_maps = false;          ///< of a sizing
+};
+/// By the first line of a file. The error says what is wrong with that.
+Result<PartSubject> subject_of_part(const std::string& file);
 
 /// Merges parts of any kind, in any order; a complete file may be one of them. Refuses gaps (naming the items and the
 /// shards) and overlaps, damaged lines (naming them), and parts of another kind, build, scenario or list of items. Writes

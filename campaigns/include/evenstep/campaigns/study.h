@@ -35,7 +35,8 @@ struct StudyGoal {
 };
 Result<StudyGoal> parse_goal(std::string_view text);
 
-/// The cheapest cell (median CPU time) that meets the goal, and whether it keeps real time here.
+/// The cheapest cell (median CPU time) that meets the goal, and whether it keeps real time here. Costs of several machines
+/// (StudyRecord::machines) are compared all the same, and the text ends with a line that warns of it and names them.
 struct StudyAdvice {
   const StudyCell* cell = nullptr;  ///< a cell of the record; nullptr: none meets the goal
   bool keeps_real_time = false;     ///< even the slowest repeat took less than a CPU second per simulated second

@@ -60,8 +60,9 @@ struct FeltReferenceInfo {
 struct FeltStudyRecord {
   std::string scenario, file, version;
   std::string machine, compiler;
-  std::int64_t cpus = 0;  ///< 0: of several machines
-  double load = 0;        ///< of the machine when the study began: runnable processes, mean over a minute
+  std::int64_t cpus = 0;              ///< 0: of several machines
+  std::vector<std::string> machines;  ///< of the costs, if these come from several; otherwise empty
+  double load = 0;                    ///< of the machine when the study began: runnable processes, mean over a minute
   std::uint64_t seed = 1;
   std::string scene;                                        ///< in one line
   double judged_from_s = 0, judged_to_s = 0, run_to_s = 0;  ///< what is judged, and where the run itself ends

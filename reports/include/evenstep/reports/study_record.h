@@ -69,6 +69,7 @@ struct StudyRecord {
   std::string scenario, file, version;
   std::string machine, compiler, opencl_device;  ///< opencl_device empty: no cell used one
   std::int64_t cpus = 0;                         ///< 0: of several machines
+  std::vector<std::string> machines;             ///< of the costs, if these come from several; otherwise empty
   double load = 0;  ///< load of the machine when the study began: runnable processes, mean over a minute
   int repeats = 0;  ///< as asked for
   std::int64_t particles = 0;
@@ -80,6 +81,9 @@ struct StudyRecord {
   std::vector<StudyCell> cells;
   bool interrupted = false;  ///< interrupted, so cells are missing
 };
+
+/// Why the costs of these machines must not be compared with each other; empty if there is at most one.
+std::string warning_of(const std::vector<std::string>& machines);
 
 std::string study_table(const StudyRecord& study);
 /// One row per cell; the fields of a cell that was not measured are empty.

@@ -1,0 +1,29 @@
+#pragma once
+/// What `evenstep merge` makes of merged lines: the results that the command of these lines gives with --resume, in a folder
+/// beside the file. Nothing is run again.
+
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "evenstep/campaigns/parts.h"
+#include "evenstep/format/reader.h"
+
+namespace evenstep::app {
+
+struct Merged {
+  std::string program;
+  std::string file;    ///< of the merged lines
+  std::string folder;  ///< for the results: that of the file, and its name without its extension
+  PartSubject subject;
+  bool json = false;
+  const std::atomic<bool>& interrupted;
+  const Registry& registry;
+};
+/// Each prints its results, writes them and returns the exit code of its command. They need the scenarios where the shards
+/// had them and as they were, and the same program: otherwise there are none, and why is printed.
+std::optional<ExitCode> study_results(const Merged& merged);
+std::optional<ExitCode> size_results(const Merged& merged);
+std::optional<ExitCode> catalogue_results(const Merged& merged);
+
+}  // namespace evenstep::app
