@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -107,6 +108,14 @@ std::string folder_for(const AdviseArguments& arguments) {
   return (default_place() / (std::filesystem::path(arguments.file).stem().string() + "-advise")).string();
 }
 
+/// As wide as the terminal that reads it, within reason.
+std::size_t columns_of_output() {
+  constexpr std::size_t kFewest = 60;
+  winsize size{};
+  if (!isatty(STDOUT_FILENO) || ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return kAdviceColumns;
+  return std::clamp<std::size_t>(size.ws_col, kFewest, kAdviceColumns);
+}
+
 /// The command that does this again.
 std::string again(const AdviseArguments& arguments) {
   std::string command = fmt::format("{} advise {}", arguments.program, shell_file(arguments.file));
@@ -148,7 +157,7 @@ ExitCode give_advice(const AdviseArguments& arguments, const std::atomic<bool>& 
     return ExitCode::usage;
   }
   if (result.interrupted) return ExitCode::interrupted;
-  fmt::print("{}", arguments.json ? advice_json(result.record) : advice_text(result.record));
+  fmt::print("{}", arguments.json ? advice_json(result.record) : advice_text(result.record, columns_of_output()));
   if (const std::string error = write_advice_folder(folder, result, again(arguments)); !error.empty()) {
     spdlog::error("error: {}", error);
     return ExitCode::run_failed;

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "advise_choices.h"
+#include "evenstep/campaigns/stiffness_limit.h"
 #include "evenstep/harness/rendering.h"
 #include "evenstep/harness/run.h"
 #include "evenstep/harness/run_folder.h"
@@ -27,6 +28,8 @@ using internal::AdvicePace;
 using internal::AdviceRenderer;
 using internal::AdviceSetting;
 
+/// What was sampled before the hand stopped is off by a period of the device at most; what is more was made up. In periods.
+constexpr double kSampled = 1.001;
 constexpr const char* kTimingFile = "timing.csv";
 /// Share of the stiffness of the law with which the hand of the run must come to rest: with jitter the largest stable one
 /// was up to 5 % below the law (docs/stiffness.md).
@@ -123,7 +126,9 @@ class Adviser {
   /// The timing of a choice, with what it costs against the one that was given.
   struct Timing {
     std::string file = kTimingFile;
-    Duration warmup;  ///< not judged
+    std::optional<FrameGovernor> governor;  ///< over the segments of the file
+    std::string key;                        ///< which change it is
+    Duration warmup;                        ///< not judged
     double drawings_lost = 0, simulated_lost = 0;
   };
   struct Plan {
@@ -134,10 +139,13 @@ class Adviser {
   /// What the sizing says of a pace.
   struct Sized {
     std::optional<Duration> bound;
+    AdviceLatency least;                   ///< for which nothing is late
     std::optional<AdviceLatency> at_rate;  ///< empty also if the rate is less than one segment
   };
 
   bool interrupted() const { return options_.interrupted && *options_.interrupted; }
+
+  bool long_enough() const { return result_.record.length - result_.record.warmup >= kShortestRest; }
 
   void put_timing(const std::string& file, const std::vector<SegmentTiming>& segments) {
     staging_.write(file, result_.timings[file] = format_timing_csv(segments));
@@ -150,15 +158,17 @@ class Adviser {
       notes.push_back(
           "No pause stands out, so every step is a segment of its own: paper makes no sense for that, there is no pause to "
           "shorten, and both are left out.");
-    if (result_.record.length - result_.record.warmup < kShortestRest)
+    if (!long_enough())
       notes.push_back(
           fmt::format("After {:.3g} s nobody can tell whether the hand comes to rest: the stiffness is that of the "
-                      "law, and was not tried. Record {:.3g} s or more.",
+                      "law, and was not tried; predict has no law and is left out. Record {:.3g} s or more.",
                       seconds(result_.record.length), seconds(result_.record.warmup + kShortestRest)));
     put_timing(kTimingFile, segments_);
     std::vector<WhatIf> governors;
     if (has_pauses) governors = options_.governors.value_or(internal::default_governors(segments_));
     for (const AdvicePace& pace : internal::paces(has_pauses, options_, governors)) {
+      // No law says what it carries, so it is searched for with a hand.
+      if (pace.map == StrategyKind::predict && !long_enough()) continue;
       const std::optional<Timing> timing = timing_of(pace);
       if (!timing) continue;
       for (const AdviceRenderer* renderer : internal::renderers_of(pace, options_.renderers))
@@ -175,18 +185,21 @@ class Adviser {
       return std::nullopt;
     }
     const DrawingPrice before = price_of(segments_, segments_);
-    Timing timing{.file = fmt::format("timing-{}.csv", result_.timings.size()),
+    Timing timing{.governor = changed->governor,
+                  .key = text_of(*pace.governor),
                   .warmup = warmup_of(changed->segments.back().end - changed->segments.front().begin),
                   .simulated_lost = changed->price.segments_lost};
     if (before.drawings_per_s > 0)
       timing.drawings_lost = std::max(0.0, 1 - changed->price.drawings_per_s / before.drawings_per_s);
+    if (timing.governor) return timing;
+    timing.file = fmt::format("timing-{}.csv", result_.timings.size());
     put_timing(timing.file, changed->segments);
     return timing;
   }
 
   /// Renderers that play forces alike are sized once.
   static std::string size_key(const Plan& plan) {
-    return fmt::format("{}|{}|{}|{}", name_of(plan.pace.map), plan.pace.bandwidth, plan.timing.file,
+    return fmt::format("{}|{}|{}|{}", name_of(plan.pace.map), plan.pace.bandwidth, plan.timing.key,
                        std::string(plan.renderer->name) == "hold");
   }
 
@@ -208,6 +221,7 @@ class Adviser {
     const SizeStrategy* strategy = sized(record, plan.pace.map);
     Sized out;
     if (strategy == nullptr) return out;
+    out.least = {.latency = strategy->any_phase.latency, .lead = strategy->lead, .adaptive = true};
     if (strategy->path) out.bound = strategy->path->latency;
     if (!strategy->rate || strategy->rate->allowed == 0) return out;
     const SizeRateNeed& need = strategy->rate->any_phase;
@@ -217,13 +231,15 @@ class Adviser {
   }
 
   std::optional<AdviceLatency> latency_of(const Plan& plan) const {
+    if (plan.pace.adaptive) return sizes_.at(size_key(plan)).least;
     return plan.pace.at_rate ? sizes_.at(size_key(plan)).at_rate : std::nullopt;
   }
 
-  std::string text(const Plan& plan, internal::AdviceScenario own) const {
+  std::string text(const Plan& plan, internal::AdviceScenario own, bool stops = false) const {
     own.trace = plan.timing.file;
+    own.governor = plan.timing.governor;
     own.warmup = plan.timing.warmup;
-    return internal::scenario_text(setting_, plan.pace, *plan.renderer, own);
+    return internal::scenario_text(setting_, plan.pace, *plan.renderer, own, stops);
   }
 
   AdviceChoice named(const Plan& plan, int number) const {
@@ -233,6 +249,8 @@ class Adviser {
     if (!plan.pace.bandwidth.empty()) out.bandwidth_Hz = parse_si(plan.pace.bandwidth, Dimension::rate).value();
     if (plan.pace.governor) out.governor = text_of(*plan.pace.governor);
     out.accepted_rate = plan.pace.at_rate ? options_.rate : 0;
+    out.adaptive = plan.pace.adaptive;
+    out.searched = plan.pace.map == StrategyKind::predict;
     out.renderer = plan.renderer->name;
     out.needs_stiffness = plan.renderer->needs_stiffness;
     out.needs_springs = plan.renderer->needs_springs;
@@ -250,26 +268,63 @@ class Adviser {
     const Scenario first = staging_.read(file, text(plan, own));
     const LoopRecord loop = loop_record(first, evenstep::plan(first, PlannedSteps::drop).front(), first.devices.back());
     out.stiffness_N_per_m = loop.stiffness_limit_N_per_m.value();
+    if (out.searched) search(file, plan, own, out);
+    out.scenario = text(plan, own);
+    if (!out.failure.empty()) return out;
     out.tried_N_per_m = own.stiffness_N_per_m = three_digits(kTriedShare * out.stiffness_N_per_m);
     out.scenario = text(plan, own);
     run(staging_.read(file, out.scenario), out);
-    if (is_remap(plan.pace.map) && !plan.pace.at_rate) out.bound = sizes_.at(size_key(plan)).bound;
+    if (is_remap(plan.pace.map) && !plan.pace.at_rate && !plan.pace.adaptive) out.bound = sizes_.at(size_key(plan)).bound;
+    if (traits_of(plan.pace.map).predicts && out.failure.empty()) stop(plan, own, out);
     if (out.failure.empty()) out.scenario += internal::expectations_text(out);
     return out;
   }
 
-  void run(const Scenario& scenario, AdviceChoice& out) const {
+  /// What `predict` carries: up to the law for its delay, which does not know that it also runs on.
+  void search(const std::string& file, const Plan& plan, internal::AdviceScenario& own, AdviceChoice& out) const {
+    own.search_to_N_per_m = three_digits(out.stiffness_N_per_m);
+    StudyControl control;
+    control.interrupted = options_.interrupted;
+    const StiffnessLimits found = run_stiffness_limits(staging_.read(file, text(plan, own)), control);
+    if (found.limits.empty()) return;  // interrupted
+    const StiffnessLimit& limit = found.limits.front();
+    out.stiffness_N_per_m = limit.stable_N_per_m;
+    if (limit.state == StiffnessLimit::State::below)
+      out.failure = fmt::format("its hand shakes with {:.3g} N/m already", found.from_N_per_m);
+  }
+
+  /// What runs on where a hand stops, of a map that makes up what the hand will do. All others give the solver where it was.
+  void stop(const Plan& plan, const internal::AdviceScenario& own, AdviceChoice& out) const {
+    out.stops_scenario = text(plan, own, true);
+    const RunOutcome outcome = ran(staging_.read(stops_file(out), out.stops_scenario), out);
+    if (!out.failure.empty()) return;
+    out.stop_error_m = value(outcome, "stops", "interaction", "error_max", out);
+    const double stop_s = out.stop_error_m / internal::stops_speed(result_.record.speed_m_per_s);
+    out.runs_on_s = stop_s > kSampled * seconds(result_.record.sampling_period) ? stop_s : 0;
+    out.stops_scenario += internal::stops_expectations_text(out);
+  }
+
+  RunOutcome ran(const Scenario& scenario, AdviceChoice& out) const {
     RunOptions options;
     options.threads = 1;
     options.allow_no_expectations = true;
     options.control.interrupted = options_.interrupted;
-    const RunOutcome outcome = run_scenario(scenario, options);
+    RunOutcome outcome = run_scenario(scenario, options);
     out.failure = outcome.failure;
+    return outcome;
+  }
+
+  static double value(const RunOutcome& outcome, const char* device, const char* kind, const char* name, AdviceChoice& out) {
+    const std::optional<double> found = metric(outcome.metrics, fmt::format("{}.{}.{}", device, kind, out.map), name);
+    if (!found && out.failure.empty()) out.failure = fmt::format("its run judged no {} of {}.{}", name, device, kind);
+    return found.value_or(0);
+  }
+
+  void run(const Scenario& scenario, AdviceChoice& out) const {
+    const RunOutcome outcome = ran(scenario, out);
     if (!out.failure.empty()) return;
-    const auto of = [&](const std::string& device, const std::string& kind, const std::string& name) {
-      const std::optional<double> value = metric(outcome.metrics, fmt::format("{}.{}.{}", device, kind, out.map), name);
-      if (!value && out.failure.empty()) out.failure = fmt::format("its run judged no {} of {}.{}", name, device, kind);
-      return value.value_or(0);
+    const auto of = [&](const char* device, const char* kind, const char* name) {
+      return value(outcome, device, kind, name, out);
     };
     const Nominal nominal = nominal_of(scenario);
     const auto in_steps = [&](const char* kind) {
@@ -283,6 +338,10 @@ class Adviser {
       out.comes_to_rest = of("closed_loop", "hand", "stable") > 0;
     out.latency = outcome.record.strategies.front().latency.latency;
     out.lead = outcome.record.strategies.front().latency.lead;
+    if (!out.adaptive) return;
+    out.latency_most = out.latency;
+    out.latency = Duration{std::llround(1e9 * of("line", "force", "schedule_latency_mean"))};
+    out.delay_s -= seconds(*out.latency_most) - seconds(out.latency);
   }
 
   AdviseResult& result_;
@@ -355,12 +414,17 @@ AdviseResult advise_scenario(const Scenario& scenario, const AdviseOptions& opti
 
 std::string choice_file(const AdviceChoice& choice) { return fmt::format("choice-{}.toml", choice.number); }
 
+std::string stops_file(const AdviceChoice& choice) { return fmt::format("choice-{}-stops.toml", choice.number); }
+
 std::string write_advice_folder(const std::string& folder, const AdviseResult& result, const std::string& reproduce) {
   const AdviceRecord& record = result.record;
   std::vector<FolderFile> files{
       {kAdviceFile, advice_json(record)}, {kReportFile, advice_page(record, reproduce)}, {"advice.svg", advice_svg(record)}};
   for (const auto& [name, text] : result.timings) files.emplace_back(name, text);
-  for (const AdviceChoice& choice : record.choices) files.emplace_back(choice_file(choice), choice.scenario);
+  for (const AdviceChoice& choice : record.choices) {
+    files.emplace_back(choice_file(choice), choice.scenario);
+    if (!choice.stops_scenario.empty()) files.emplace_back(stops_file(choice), choice.stops_scenario);
+  }
   return write_folder(folder, files);
 }
 

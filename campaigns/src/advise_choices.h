@@ -26,6 +26,7 @@ struct AdvicePace {
   std::string bandwidth;  ///< as [remap] takes it; empty: the map has none
   std::optional<WhatIf> governor;
   bool at_rate = false;        ///< the latency of AdviseOptions::rate
+  bool adaptive = false;       ///< a latency that adapts, at most the least one for which nothing is late
   bool all_renderers = false;  ///< false: with the plainest and the local model, which suffices to compare
 };
 /// The paces worth comparing for segments that come with pauses, or without any, and could be changed so.
@@ -34,6 +35,9 @@ std::vector<AdvicePace> paces(bool has_pauses, const AdviseOptions& options, con
 std::vector<const AdviceRenderer*> renderers_of(const AdvicePace& pace, const std::vector<std::string>& names);
 /// What is compared by default, for these segments.
 std::vector<WhatIf> default_governors(const std::vector<SegmentTiming>& segments);
+
+/// The hand that stops moves so many times as fast as the line's, which moves at the same mean speed.
+double stops_speed(double speed_m_per_s);
 
 /// What the scenarios of all choices have in common.
 struct AdviceSetting {
@@ -46,20 +50,24 @@ struct AdviceSetting {
 
 struct AdviceLatency {
   Duration latency, lead;
-  double late = 0;  ///< share of the segments that are late with it at the worst phase
+  double late = 0;        ///< share of the segments that are late with it at the worst phase
+  bool adaptive = false;  ///< `latency` is the most it may become
 };
 /// What the scenario of one choice has besides.
 struct AdviceScenario {
   std::string name;
-  std::string trace;  ///< the file beside it that has the segments
+  std::string trace;                      ///< the file beside it that has the segments
+  std::optional<FrameGovernor> governor;  ///< over these segments
   Duration warmup;
   double stiffness_N_per_m = 1;
-  std::optional<AdviceLatency> latency;  ///< empty: the least for which nothing is late
+  std::optional<double> search_to_N_per_m;  ///< `evenstep study` of it finds the largest stable stiffness up to there
+  std::optional<AdviceLatency> latency;     ///< empty: the least for which nothing is late
 };
-/// Without expectations.
+/// Without expectations. `stops`: in place of its devices one whose hand stops again and again, for what runs on there.
 std::string scenario_text(const AdviceSetting& setting, const AdvicePace& pace, const AdviceRenderer& renderer,
-                          const AdviceScenario& own);
+                          const AdviceScenario& own, bool stops = false);
 /// What its run must give: the numbers of the choice.
 std::string expectations_text(const AdviceChoice& choice);
+std::string stops_expectations_text(const AdviceChoice& choice);
 
 }  // namespace evenstep::internal

@@ -124,6 +124,12 @@ std::vector<SegmentTiming> governed(std::span<const SegmentTiming> segments, con
   return out;
 }
 
+/// A run has no governor that knows the future, and refuses budgets that no pause needs.
+bool is_for_a_run(const FrameGovernor& governor) {
+  if (!governor.budget) return true;
+  return *governor.budget <= kMostGovernedBudget && (governor.over_budget == OverBudget::merge || governor.forecast > 0);
+}
+
 /// The percentile of the times that the work of these segments takes, nearest rank.
 Duration percentile_of_work(std::span<const SegmentTiming> segments, double share, std::optional<Duration> first) {
   std::vector<std::int64_t> work;
@@ -285,6 +291,7 @@ Result<WhatIfTiming> apply(const WhatIf& what_if, std::span<const SegmentTiming>
       governor.pace = out.pace;
       out.segments = governed(segments, governor);
     }
+    if (is_for_a_run(governor)) out.governor = governor;
   }
   out.price = price_of(out.segments, segments, what_if.budget);
   return out;

@@ -55,6 +55,31 @@ Softened softened(const ContactRecord& record, double most_N_per_m) {
   return soft;
 }
 
+Softened softened_together(const ContactRecord& record, double most_N_per_m) {
+  assert(most_N_per_m > 0);
+  Joint joint = joint_of(record.stiffness_N_per_m, record.coupling_N_per_m, record.other_stiffness_N_per_m);
+  const JointAxes of = joint_axes_of(joint);
+  Softened soft{record, largest_value(of)};
+  if (!(soft.stiffest_N_per_m > most_N_per_m) || !std::isfinite(soft.stiffest_N_per_m)) return soft;
+  const glm::dvec3 &force_N = record.force_N, &other_N = record.other_force_N;
+  for (std::size_t i = 0; i < 6; ++i) {
+    if (of.values[i] <= most_N_per_m) continue;
+    std::array<double, 6> v{};
+    for (std::size_t r = 0; r < 6; ++r) v[r] = of.axes[r][i];
+    const double less = of.values[i] - most_N_per_m;
+    for (std::size_t r = 0; r < 3; ++r)
+      for (std::size_t c = 0; c < 6; ++c) joint[r][c] -= less * v[r] * v[c];
+    const glm::dvec3 own{v[0], v[1], v[2]}, other{v[3], v[4], v[5]};
+    soft.record.force_N -= own * ((dot(own, force_N) + dot(other, other_N)) * (less / of.values[i]));
+  }
+  soft.record.stiffness_N_per_m = {
+      .xx = joint[0][0], .yy = joint[1][1], .zz = joint[2][2], .xy = joint[0][1], .xz = joint[0][2], .yz = joint[1][2]};
+  for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t c = 0; c < 3; ++c)
+      soft.record.coupling_N_per_m[static_cast<int>(c)][static_cast<int>(r)] = joint[r][3 + c];
+  return soft;
+}
+
 ContactRecord with_part(const ContactRecord& record, StiffnessPart part) {
   ContactRecord contact = record;
   Symmetric& k = contact.stiffness_N_per_m;

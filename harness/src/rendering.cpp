@@ -49,6 +49,23 @@ double alpha_or_none(const Scenario& scenario, const StrategyPlan& plan, const D
   return local_of(device) ? alpha_of(scenario, plan, device) : 0;
 }
 
+double own_cap(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
+  using Cap = LocalRender::Cap;
+  const Cap cap = std::get<LocalRender>(device.render).cap;
+  if (cap.kind == Cap::Kind::fixed) return cap.fixed_N_per_m;
+  const std::optional<Plant> plant = plant_of(device);
+  if (cap.kind == Cap::Kind::none || !plant) return std::numeric_limits<double>::infinity();
+  // What is measured lies between 0.2 % below the law and 80 % above it.
+  constexpr double kMargin = 0.9;
+  return kMargin * largest_stiffness_N_per_m(alpha_of(scenario, plan, device), loop_delays(scenario, plan, device), *plant);
+}
+
+bool play_their_coupling(const Scenario& scenario) {
+  return scenario.devices.size() == 2 &&
+         std::all_of(scenario.devices.begin(), scenario.devices.end(),
+                     [](const DeviceSpec& device) { return local_of(device) && local_of(device)->coupled; });
+}
+
 }  // namespace
 
 LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
@@ -72,14 +89,12 @@ double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const Device
 }
 
 double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {
-  using Cap = LocalRender::Cap;
-  const Cap cap = std::get<LocalRender>(device.render).cap;
-  if (cap.kind == Cap::Kind::fixed) return cap.fixed_N_per_m;
-  const std::optional<Plant> plant = plant_of(device);
-  if (cap.kind == Cap::Kind::none || !plant) return std::numeric_limits<double>::infinity();
-  // What is measured lies between 0.2 % below the law and 80 % above it.
-  constexpr double kMargin = 0.9;
-  return kMargin * largest_stiffness_N_per_m(alpha_of(scenario, plan, device), loop_delays(scenario, plan, device), *plant);
+  if (!play_their_coupling(scenario)) return own_cap(scenario, plan, device);
+  return std::min(own_cap(scenario, plan, scenario.devices[0]), own_cap(scenario, plan, scenario.devices[1]));
+}
+
+bool capped_together(const Scenario& scenario, const StrategyPlan& plan) {
+  return play_their_coupling(scenario) && std::isfinite(cap_of(scenario, plan, scenario.devices[0]));
 }
 
 LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device) {

@@ -23,7 +23,8 @@ std::variant<RenderForce, RenderLocal, RenderSmith> render_of(const Scenario& sc
                        .part = local->part,
                        .coupled = local->coupled,
                        .by_device = local->by_device,
-                       .most_N_per_m = cap_of(scenario, plan, device)};
+                       .most_N_per_m = cap_of(scenario, plan, device),
+                       .capped_together = capped_together(scenario, plan)};
   }
   if (const auto* smith = std::get_if<SmithRender>(&device.render)) {
     // A record was read at most the latency before it is played, or at most a segment before if it is played as it comes;

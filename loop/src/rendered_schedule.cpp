@@ -34,7 +34,8 @@ class ContactsByLaw final : public RenderedSchedule {
   ContactsByLaw(const LinkSpec& link, const RenderLocal& local)
       : contacts_(link.forces, link.emission, kHoldNewest, link.spare), local_(local), renderer_(local.alpha) {}
   void push(const StepEmission& emission, const ContactRecord& record) override {
-    const Softened soft = softened(record, local_.most_N_per_m);
+    const Softened soft =
+        local_.capped_together ? softened_together(record, local_.most_N_per_m) : softened(record, local_.most_N_per_m);
     summary_.stiffest_N_per_m = std::max(summary_.stiffest_N_per_m, soft.stiffest_N_per_m);
     summary_.softened += soft.stiffest_N_per_m > local_.most_N_per_m;
     contacts_.push(emission.at, affine_contact(with_part(soft.record, local_.part), local_.knows_gap));

@@ -10,6 +10,10 @@
 namespace evenstep {
 namespace {
 
+Symmetric symmetric(const glm::dmat3& k) {  // [column][row]
+  return {.xx = k[0][0], .yy = k[1][1], .zz = k[2][2], .xy = k[1][0], .xz = k[2][0], .yz = k[2][1]};
+}
+
 bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace
@@ -40,10 +44,13 @@ ContactRecord SolverStep::contact(int tool) const {
   const std::span<const ToolContact> contacts = solver_.contacts();
   if (contacts.empty()) return record;
   const ToolContact& contact = contacts[index];
-  const glm::dmat3& k = contact.stiffness_N_per_m;  // [column][row]
-  record.stiffness_N_per_m = {.xx = k[0][0], .yy = k[1][1], .zz = k[2][2], .xy = k[1][0], .xz = k[2][0], .yz = k[2][1]};
+  record.stiffness_N_per_m = symmetric(contact.stiffness_N_per_m);
   record.coupling_N_per_m = contact.coupling_N_per_m;
-  if (tool_count_ == 2) record.other_m = positions_m[1 - index];
+  if (tool_count_ == 2) {
+    record.other_m = positions_m[1 - index];
+    record.other_stiffness_N_per_m = symmetric(contacts[1 - index].stiffness_N_per_m);
+    record.other_force_N = response.force_N[1 - index];
+  }
   record.normal = contact.normal;
   record.gap_m = contact.gap_m;
   record.unilateral = contact.unilateral;

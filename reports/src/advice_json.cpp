@@ -16,15 +16,17 @@ Json json_of(const AdviceChoice& choice) {
               {"bandwidth_Hz", choice.bandwidth_Hz > 0 ? json_number(choice.bandwidth_Hz) : Json(nullptr)},
               {"governor", choice.governor.empty() ? Json(nullptr) : Json(choice.governor)},
               {"accepted_rate", json_number(choice.accepted_rate)},
+              {"adaptive", choice.adaptive},
               {"renderer", choice.renderer},
               {"needs", std::move(needs)}};
   if (!choice.failure.empty()) {
     out["failure"] = choice.failure;
     return out;
   }
-  const bool maps = choice.latency.ns > 0;
+  const bool maps = choice.map != "direct";
   out["latency_ns"] = maps ? Json(choice.latency.ns) : Json(nullptr);
   out["lead_ns"] = maps ? Json(choice.lead.ns) : Json(nullptr);
+  out["latency_most_ns"] = choice.latency_most ? Json(choice.latency_most->ns) : Json(nullptr);
   out["bound_ns"] = choice.bound ? Json(choice.bound->ns) : Json(nullptr);
   out["delay_s"] = json_number(choice.delay_s);
   out["jump_step"] = json_number(choice.jump_step);
@@ -33,6 +35,9 @@ Json json_of(const AdviceChoice& choice) {
   out["late_any_phase"] = json_number(choice.late_any_phase);
   out["drawings_lost"] = json_number(choice.drawings_lost);
   out["simulated_lost"] = json_number(choice.simulated_lost);
+  out["stop_error_m"] = json_number(choice.stop_error_m);
+  out["runs_on_s"] = json_number(choice.runs_on_s);
+  out["stiffness_from"] = choice.searched ? "search" : "law";
   out["stiffness_N_per_m"] = json_number(choice.stiffness_N_per_m);
   out["tried_N_per_m"] = json_number(choice.tried_N_per_m);
   out["comes_to_rest"] = choice.comes_to_rest ? Json(*choice.comes_to_rest) : Json(nullptr);

@@ -27,6 +27,7 @@ std::string name_of(const AdviceChoice& choice) {
   std::string name = choice.map;
   if (choice.bandwidth_Hz > 0) name += fmt::format(" {:.3g} Hz", choice.bandwidth_Hz);
   if (!choice.governor.empty()) name += ", " + choice.governor;
+  if (choice.adaptive) name += ", adaptive";
   if (choice.accepted_rate > 0) name += fmt::format(", {:.3g} % late", 100 * choice.accepted_rate);
   return name + ", " + choice.renderer;
 }
@@ -35,10 +36,11 @@ double late_share(const AdviceChoice& choice) { return std::max(choice.underrun_
 
 std::vector<double> prices_of(const AdviceChoice& choice) {
   std::vector<double> prices{choice.delay_s,       seen(choice.jump_step), seen(choice.force_jump_step), late_share(choice),
-                             choice.drawings_lost, choice.simulated_lost,  -choice.stiffness_N_per_m};
+                             choice.drawings_lost, choice.simulated_lost,  -choice.stiffness_N_per_m,    choice.runs_on_s};
   for (double& price : prices) price = rounded(price);
   // What a choice needs is a price as well: whoever has no such device, solver or simulator cannot pay it.
-  for (const bool need : {choice.needs_stiffness, choice.needs_springs, !choice.governor.empty()})
+  // So is a promise that is missing: with a latency that adapts, nothing late in one run says nothing of the next.
+  for (const bool need : {choice.needs_stiffness, choice.needs_springs, !choice.governor.empty(), choice.adaptive})
     prices.push_back(need ? 1 : 0);
   return prices;
 }
@@ -74,6 +76,8 @@ const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_
   };
   for (const AdviceChoice& choice : record.choices) {
     if (!choice.on_front || late_share(choice) > 0 || choice.drawings_lost > 0 || choice.simulated_lost > 0) continue;
+    // One that adapts cannot say that nothing will be late, and one that predicts runs on.
+    if (choice.adaptive || choice.runs_on_s > 0) continue;
     if (choice.needs_springs || !choice.governor.empty() || choice.needs_stiffness != solver_gives_stiffness) continue;
     if (use == nullptr || worth(choice) < worth(*use)) use = &choice;
   }

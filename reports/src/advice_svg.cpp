@@ -83,7 +83,7 @@ std::string runs_of(const std::vector<int>& numbers) {
 
 /// The numbers of the choices beside their marks; those whose marks lie together share a label.
 void draw_labels(Svg& svg, const Box& box, std::vector<std::pair<Point, int>> marks) {
-  constexpr double kNearX = 18, kNearY = 9, kWideLabel = 110;
+  constexpr double kNearX = 18, kNearY = 9, kWideLabel = 110, kCharacter = 6.2, kLine = 11;  // px
   std::stable_sort(marks.begin(), marks.end(), [](const auto& a, const auto& b) { return a.first.x < b.first.x; });
   struct Label {
     Point from, to;
@@ -98,11 +98,23 @@ void draw_labels(Svg& svg, const Box& box, std::vector<std::pair<Point, int>> ma
     label.to = at;
     label.numbers.push_back(number);
   }
+  std::vector<Box> written;
   for (Label& label : labels) {
     std::sort(label.numbers.begin(), label.numbers.end());
+    const std::string text = runs_of(label.numbers);
     const bool at_edge = label.to.x + kWideLabel > box.right;
-    svg.text({at_edge ? label.to.x + 6 : label.from.x - 4, label.from.y - 9}, runs_of(label.numbers),
-             at_edge ? Svg::Anchor::end : Svg::Anchor::start, 11);
+    const double wide = kCharacter * static_cast<double>(text.size());
+    const double left = at_edge ? label.to.x + 6 - wide : label.from.x - 4;
+    Box place{left, label.from.y - 9 - kLine, left + wide, label.from.y - 9};
+    const auto meets = [&](const Box& other) {
+      return place.left < other.right && other.left < place.right && place.top < other.bottom && other.top < place.bottom;
+    };
+    while (std::any_of(written.begin(), written.end(), meets)) {
+      place.top -= kLine;
+      place.bottom -= kLine;
+    }
+    written.push_back(place);
+    svg.text({at_edge ? place.right : place.left, place.bottom}, text, at_edge ? Svg::Anchor::end : Svg::Anchor::start, 11);
   }
 }
 
@@ -110,9 +122,12 @@ void draw(Svg& svg, const Box& box, const std::vector<const AdviceChoice*>& choi
   Panel panel(svg, box, Axis{{0, 1.08 * most(choices, delay_s)}, "delay, hand to force", "s"}, std::move(y_axis));
   panel.draw_axes(true, true);
   std::vector<const AdviceChoice*> as_it_is = choices;
+  // What makes up the hand's way has no delay, and would be the whole front.
+  std::erase_if(as_it_is, [](const AdviceChoice* choice) { return choice->map == "predict"; });
+  std::vector<const AdviceChoice*> changed = as_it_is;
   std::erase_if(as_it_is, [](const AdviceChoice* choice) { return !choice->governor.empty(); });
-  if (as_it_is.size() < choices.size())
-    draw_front(panel, box, choices, y, up, {internal::colour::kSkyBlue, 1.5, "6 4"}, svg);
+  if (as_it_is.size() < changed.size())
+    draw_front(panel, box, changed, y, up, {internal::colour::kSkyBlue, 1.5, "6 4"}, svg);
   draw_front(panel, box, as_it_is, y, up, {internal::colour::kBlack, 1.5}, svg);
   std::vector<std::pair<Point, int>> marks;
   for (const AdviceChoice* choice : choices) {
@@ -145,8 +160,8 @@ std::string advice_svg(const AdviceRecord& record) {
     svg.line({x, kLegendRow - 4}, {x + 24, kLegendRow - 4}, stroke);
     svg.text({x + 32, kLegendRow}, text);
   };
-  legend(kRight.left - 130, "front of the two numbers alone", {internal::colour::kBlack, 1.5});
-  legend(kRight.left + 110, "if the simulator is changed as well", {internal::colour::kSkyBlue, 1.5, "6 4"});
+  legend(kRight.left - 160, "front of the two numbers, predict apart", {internal::colour::kBlack, 1.5});
+  legend(kRight.left + 130, "if the simulator is changed as well", {internal::colour::kSkyBlue, 1.5, "6 4"});
   return std::move(svg).finish();
 }
 

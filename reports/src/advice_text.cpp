@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 
 #include "evenstep/reports/advice_record.h"
+#include "src/text.h"
 
 namespace evenstep {
 namespace {
@@ -36,15 +38,16 @@ std::string standing(const AdviceChoice& choice) {
 
 std::string jump(double steps) { return steps < 0.001 ? "<0.001" : fmt::format("{:.2g}", steps); }
 
-std::string row(const AdviceChoice& choice) {
-  std::string out = fmt::format("{} {:>3}  {:<52}", choice.on_front ? '*' : ' ', choice.number, name_of(choice));
+std::string row(const AdviceChoice& choice, std::size_t width) {
+  std::string out = fmt::format("{} {:>3}  {:<{}}", choice.on_front ? '*' : ' ', choice.number, name_of(choice), width);
   if (!choice.failure.empty()) return out + " " + choice.failure + "\n";
-  const std::string latency = choice.latency.ns > 0 ? fmt::format("{:.3f}", ms(choice.latency)) : "-";
+  const std::string latency = choice.map != "direct" ? fmt::format("{:.3f}", ms(choice.latency)) : "-";
   const std::string bound = choice.bound ? fmt::format("{:.3f}", ms(*choice.bound)) : "-";
   const double lost = 100 * std::max(choice.drawings_lost, choice.simulated_lost);
-  return out + fmt::format(" {:>9} {:>9} {:>9.2f} {:>8} {:>8} {:>7.3g} {:>7.3g} {:>7}  {}\n", latency, bound,
+  return out + fmt::format(" {:>9} {:>9} {:>9.2f} {:>8} {:>8} {:>8.3g} {:>7.3g} {:>7.3g} {:>7}  {}\n", latency, bound,
                            1e3 * choice.delay_s, jump(choice.jump_step), jump(choice.force_jump_step),
-                           100 * late_share(choice), lost, stiffness(choice.stiffness_N_per_m), standing(choice));
+                           1e3 * choice.runs_on_s, 100 * late_share(choice), lost, stiffness(choice.stiffness_N_per_m),
+                           standing(choice));
 }
 
 const AdviceChoice* least_delay(const AdviceRecord& record, bool (*admits)(const AdviceChoice&)) {
@@ -86,6 +89,17 @@ std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
   if (late != nullptr && late->delay_s < base->delay_s)
     out.push_back(fmt::format("{} It is late in {:.3g} % of the segments.",
                               sentence("If a force may be late now and then", *late), 100 * late_share(*late)));
+  const AdviceChoice* const adaptive = least_delay(record, [](const AdviceChoice& one) { return one.adaptive; });
+  if (adaptive != nullptr && adaptive->delay_s < base->delay_s)
+    out.push_back(
+        fmt::format("{} It is late in {:.3g} % of the segments, and carries what {:.4g} ms do, the most that it may become.",
+                    sentence("If the latency may follow what the steps need", *adaptive), 100 * late_share(*adaptive),
+                    ms(*adaptive->latency_most)));
+  const AdviceChoice* const predicted = least_delay(record, [](const AdviceChoice& one) { return one.map == "predict"; });
+  if (predicted != nullptr)
+    out.push_back(fmt::format("{} At a stop it runs on by {:.3g} ms of the hand's way.",
+                              sentence("If the hand never stops or turns suddenly", *predicted),
+                              1e3 * predicted->runs_on_s));
   const AdviceChoice* const governed = least_delay(record, [](const AdviceChoice& one) { return !one.governor.empty(); });
   if (governed != nullptr && governed->delay_s < base->delay_s)
     out.push_back(fmt::format("{} It costs {:.3g} % of the drawings and {:.3g} % of the simulated time.",
@@ -98,20 +112,30 @@ std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
   return out;
 }
 
-std::string advice_text(const AdviceRecord& record) {
-  std::string out = fmt::format(
-      "{}: {} steps in {} segments, {:.6g} s; device period {:.6g} ms; {:.3g} kg and {:.3g} N s/m of hand and device\n\n",
-      record.input, record.steps, record.segments, seconds(record.length), ms(record.sampling_period), record.mass_kg,
-      record.damping_N_s_per_m);
-  fmt::format_to(std::back_inserter(out), "{:>5}  {:<52} {:>9} {:>9} {:>9} {:>8} {:>8} {:>7} {:>7} {:>7}\n", "", "",
-                 "latency", "bound", "delay", "jump", "force", "late", "lost", "carries");
-  fmt::format_to(std::back_inserter(out), "{:>5}  {:<52} {:>9} {:>9} {:>9} {:>8} {:>8} {:>7} {:>7} {:>7}\n", "", "choice",
-                 "ms", "ms", "ms", "step", "step", "%", "%", "N/m");
-  for (const AdviceChoice& choice : record.choices) out += row(choice);
-  out += "\n* Pareto-optimal: no other choice that needs no more is better in one number and as good in all others.\n";
-  for (const std::string& note : record.notes) out += note + "\n";
+std::string advice_text(const AdviceRecord& record, std::size_t columns) {
+  std::string out = internal::in_lines(
+      fmt::format("{}: {} steps in {} segments, {:.6g} s; device period {:.6g} ms; {:.3g} kg and {:.3g} N s/m of hand and "
+                  "device",
+                  record.input, record.steps, record.segments, seconds(record.length), ms(record.sampling_period),
+                  record.mass_kg, record.damping_N_s_per_m),
+      columns);
+  out += "\n";
+  std::size_t width = 0;
+  for (const AdviceChoice& choice : record.choices) width = std::max(width, name_of(choice).size());
+  const auto heads = [&](const char* name, const std::array<const char*, 9>& columns_of) {
+    fmt::format_to(std::back_inserter(out), "{:>5}  {:<{}} {:>9} {:>9} {:>9} {:>8} {:>8} {:>8} {:>7} {:>7} {:>7}\n", "",
+                   name, width, columns_of[0], columns_of[1], columns_of[2], columns_of[3], columns_of[4], columns_of[5],
+                   columns_of[6], columns_of[7], columns_of[8]);
+  };
+  heads("", {"latency", "bound", "delay", "jump", "force", "runs on", "late", "lost", "carries"});
+  heads("choice", {"ms", "ms", "ms", "step", "step", "ms", "%", "%", "N/m"});
+  for (const AdviceChoice& choice : record.choices) out += row(choice, width);
+  out += "\n";
+  out += internal::in_lines(
+      "* Pareto-optimal: no other choice that needs no more is better in one number and as good in all others.", columns);
+  for (const std::string& note : record.notes) out += internal::in_lines(note, columns);
   out += "\nConclusion\n";
-  for (const std::string& line : advice_conclusion(record)) out += "  " + line + "\n";
+  for (const std::string& line : advice_conclusion(record)) out += internal::in_lines(line, columns, "  ");
   return out;
 }
 

@@ -106,6 +106,24 @@ std::size_t display_width(std::string_view text) {
   return width;
 }
 
+std::string in_lines(std::string_view text, std::size_t columns, std::string_view indent) {
+  std::string out, line;
+  const auto end_line = [&] {
+    out += std::string(indent) + line + "\n";
+    line.clear();
+  };
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+    const std::size_t wide = display_width(indent) + display_width(line) + 1 + display_width(word);
+    if (!line.empty() && wide > columns) end_line();
+    if (!line.empty()) line += ' ';
+    line += word;
+  }
+  end_line();
+  return out;
+}
+
 std::string csv_field(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string out = "\"";

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <bit>
 #include <cmath>
 #include <functional>
@@ -137,6 +138,53 @@ TEST_CASE("local: a contact that only pushes never pulls, and its push is that o
     }
   }
   CHECK((played > 30'000 && played < 90'000));
+}
+
+TEST_CASE("along the normal alone: the stiffness to the side is 0, that along the normal is kept, 20,000 random contacts") {
+  Random random(31);
+  for (int i = 0; i < 20'000; ++i) {
+    ContactRecord record;
+    record.normal = random.direction();
+    record.stiffness_N_per_m = random.stiffness(1000);
+    record.force_N = record.normal * random.uniform(0, 5);
+    record.gap_m = random.uniform(-1e-3, 1e-3);
+    record.unilateral = true;
+    const glm::dvec3& n = record.normal;
+    const ContactRecord part = with_part(record, StiffnessPart::normal);
+    const double along_N_per_m = dot(n, record.stiffness_N_per_m * n);
+    const double rounding = 64 * kEpsilon * (1 + along_N_per_m);
+    // Any way to the side meets nothing, and answers nothing along the normal; a way along it meets what it met.
+    const glm::dvec3 way = random.vector(1);
+    const glm::dvec3 aside = way - n * dot(n, way);
+    REQUIRE(length(part.stiffness_N_per_m * aside) <= rounding);
+    REQUIRE(length(part.stiffness_N_per_m * n - n * along_N_per_m) <= rounding);
+    // The force is played whole, and the rest of the record is the same.
+    REQUIRE(part.force_N == record.force_N);
+    REQUIRE(part.gap_m == record.gap_m);
+    // In the law that a tick plays: to the side the force does not change at all.
+    const LocalRenderer local(1);
+    record.gap_m = -1e-3;
+    record.force_N = n * (along_N_per_m * 1e-3);
+    const AffineContact law = affine_contact(with_part(record, StiffnessPart::normal), true);
+    const glm::dvec3 off = local.force_N(law, kFresh, aside * 1e-3) - record.force_N;
+    REQUIRE(length(off) <= 1e-3 * rounding + 64 * kEpsilon * length(record.force_N));
+    const glm::dvec3 in = local.force_N(law, kFresh, n * -1e-3) - record.force_N;
+    REQUIRE(length(in - n * (along_N_per_m * 1e-3)) <= 1e-3 * rounding + 64 * kEpsilon * length(record.force_N));
+  }
+}
+
+TEST_CASE("along the normal alone is for a contact that only pushes: one that is held keeps all of its stiffness") {
+  Random random(32);
+  ContactRecord held;
+  held.stiffness_N_per_m = random.stiffness(500);
+  held.normal = random.direction();
+  const Symmetric& all = held.stiffness_N_per_m;
+  const Symmetric kept = with_part(held, StiffnessPart::normal).stiffness_N_per_m;
+  CHECK(std::bit_cast<std::array<std::uint64_t, 6>>(kept) == std::bit_cast<std::array<std::uint64_t, 6>>(all));
+  const Symmetric axes = with_part(held, StiffnessPart::axes).stiffness_N_per_m;
+  CHECK(axes.xx == all.xx);
+  CHECK(axes.xy == 0);
+  CHECK(all.xy != 0);
 }
 
 TEST_CASE("records mix with one weight: their ends bit for bit, their stiffness positive semidefinite in between") {

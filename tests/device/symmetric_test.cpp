@@ -366,3 +366,152 @@ TEST_CASE("two coupled hands make half the sum of d K d of both together, 2,000 
     REQUIRE(length(local.force_N(contact[0], Duration{0}, rest[0]) - contact[0].force_N) <= 1e-12);
   }
 }
+
+namespace {
+
+/// [K C; C' K'] as both records of a pair have it.
+std::array<ContactRecord, 2> pair_of(const Joint& m) {
+  const auto block = [&](std::size_t r, std::size_t c) {
+    glm::dmat3 k(0);
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t column = 0; column < 3; ++column)
+        k[static_cast<int>(column)][static_cast<int>(row)] = m[3 * r + row][3 * c + column];
+    return k;
+  };
+  std::array<ContactRecord, 2> pair;
+  for (std::size_t hand = 0; hand < 2; ++hand) {
+    const glm::dmat3 own = block(hand, hand), other = block(1 - hand, 1 - hand);
+    const auto symmetric = [](const glm::dmat3& k) {
+      return Symmetric{k[0][0], k[1][1], k[2][2], k[1][0], k[2][0], k[2][1]};
+    };
+    pair[hand].stiffness_N_per_m = symmetric(own);
+    pair[hand].other_stiffness_N_per_m = symmetric(other);
+    pair[hand].coupling_N_per_m = block(hand, 1 - hand);
+  }
+  return pair;
+}
+
+/// What both play: [K C; C' K'], each hand's rows from its own record.
+Joint played_by(const std::array<ContactRecord, 2>& pair) {
+  Joint m{};
+  for (std::size_t hand = 0; hand < 2; ++hand) {
+    const Symmetric& k = pair[hand].stiffness_N_per_m;
+    const double own[3][3] = {{k.xx, k.xy, k.xz}, {k.xy, k.yy, k.yz}, {k.xz, k.yz, k.zz}};
+    for (std::size_t r = 0; r < 3; ++r) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        m[3 * hand + r][3 * hand + c] = own[r][c];
+        m[3 * hand + r][3 * (1 - hand) + c] = pair[hand].coupling_N_per_m[static_cast<int>(c)][static_cast<int>(r)];
+      }
+    }
+  }
+  return m;
+}
+
+std::array<double, 6> times(const Joint& m, const std::array<double, 6>& v) {
+  std::array<double, 6> out{};
+  for (std::size_t r = 0; r < 6; ++r)
+    for (std::size_t c = 0; c < 6; ++c) out[r] += m[r][c] * v[c];
+  return out;
+}
+
+/// The largest eigenvalue of a positive semidefinite matrix in a way of its own: by iteration, from below.
+double largest_by_iteration(const Joint& m, Random& random) {
+  std::array<double, 6> v{};
+  for (double& x : v) x = random.uniform(0.5, 1);
+  double value = 0;
+  for (int n = 0; n < 400; ++n) {
+    const std::array<double, 6> next = times(m, v);
+    double square = 0;
+    for (const double x : next) square += x * x;
+    value = std::sqrt(square);
+    if (value == 0) return 0;
+    for (std::size_t i = 0; i < 6; ++i) v[i] = next[i] / value;
+  }
+  return value;
+}
+
+Joint springs_between(Random& random, int count) {
+  Joint m{};
+  for (int spring = 0; spring < count; ++spring) {
+    std::array<double, 6> v{};
+    for (double& x : v) x = random.uniform(-20, 20);
+    for (std::size_t r = 0; r < 6; ++r)
+      for (std::size_t c = 0; c < 6; ++c) m[r][c] += v[r] * v[c];
+  }
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("two hands at springs of their own and one between them: stiffest and cap are the closed form's, 20,000 cases") {
+  Random random(21);
+  int above_twice = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    // Along one direction n: [k + c, -c; -c, k' + c] has the values mean +- sqrt((k - k')^2 / 4 + c^2).
+    const glm::dvec3 n = random.basis()[0];
+    const double k = random.uniform(0, 100), other = random.uniform(0, 100), c = random.uniform(0, 300);
+    const std::array<double, 6> left{n.x, n.y, n.z, 0, 0, 0}, right{0, 0, 0, n.x, n.y, n.z};
+    Joint m{};
+    for (std::size_t r = 0; r < 6; ++r)
+      for (std::size_t s = 0; s < 6; ++s)
+        m[r][s] =
+            (k + c) * left[r] * left[s] + (other + c) * right[r] * right[s] - c * (left[r] * right[s] + right[r] * left[s]);
+    const double mean = (k + other) / 2 + c, half = std::sqrt((k - other) * (k - other) / 4 + c * c);
+    const double stiffest = mean + half, least = mean - half;
+    const double cap = random.uniform(0.05, 1.2) * stiffest;
+    const std::array<ContactRecord, 2> pair = pair_of(m);
+    const Softened first = softened_together(pair[0], cap), second = softened_together(pair[1], cap);
+    REQUIRE(std::abs(first.stiffest_N_per_m - stiffest) <= 1e-12 * stiffest);
+    const Joint played = played_by({first.record, second.record});
+    // The trace and the determinant of the plane of n say both values.
+    const double a = times(played, left)[0] * n.x + times(played, left)[1] * n.y + times(played, left)[2] * n.z;
+    const double d = times(played, right)[3] * n.x + times(played, right)[4] * n.y + times(played, right)[5] * n.z;
+    REQUIRE(std::abs(a + d - std::min(stiffest, cap) - std::min(least, cap)) <= 1e-11 * stiffest);
+    for (std::size_t r = 0; r < 6; ++r)
+      for (std::size_t s = 0; s < 6; ++s) REQUIRE(std::abs(played[r][s] - played[s][r]) <= 1e-11 * stiffest);
+    // Control: caps of each hand alone leave more than the cap, one hand against the other.
+    const Joint alone = played_by({softened(pair[0], cap).record, softened(pair[1], cap).record});
+    above_twice += largest_by_iteration(alone, random) > 1.5 * cap ? 1 : 0;
+  }
+  CHECK(above_twice > 2'000);
+}
+
+TEST_CASE("together no direction is stiffer than the cap, force and stiffness soften alike, 2,000 pairs of hands") {
+  Random random(22);
+  for (int i = 0; i < 2'000; ++i) {
+    const Joint m = springs_between(random, 1 + i % 8);
+    const double stiffest = largest_by_iteration(m, random), cap = random.uniform(0.1, 0.9) * stiffest;
+    std::array<ContactRecord, 2> pair = pair_of(m);
+    // Forces of springs that are drawn by x.
+    std::array<double, 6> x{};
+    for (double& at : x) at = random.uniform(-0.01, 0.01);
+    const std::array<double, 6> force = times(m, x);
+    pair[0].force_N = pair[1].other_force_N = glm::dvec3(-force[0], -force[1], -force[2]);
+    pair[1].force_N = pair[0].other_force_N = glm::dvec3(-force[3], -force[4], -force[5]);
+    const std::array<ContactRecord, 2> soft{softened_together(pair[0], cap).record, softened_together(pair[1], cap).record};
+    // Iteration comes from below, and is slow where two values are close.
+    REQUIRE(softened_together(pair[0], cap).stiffest_N_per_m >= stiffest * (1 - 1e-12));
+    REQUIRE(softened_together(pair[0], cap).stiffest_N_per_m <= stiffest * 1.01);
+    const Joint played = played_by(soft);
+    REQUIRE(largest_by_iteration(played, random) <= cap * (1 + 1e-9));
+    // The softer springs, drawn as far, give the softer forces.
+    const std::array<double, 6> softer = times(played, x);
+    for (std::size_t hand = 0; hand < 2; ++hand) {
+      const glm::dvec3 expected(-softer[3 * hand], -softer[3 * hand + 1], -softer[3 * hand + 2]);
+      REQUIRE(length(soft[hand].force_N - expected) <= 1e-11 * stiffest);
+    }
+  }
+}
+
+TEST_CASE("a pair that is soft enough passes bit for bit, and so does one that is not a number") {
+  Random random(23);
+  const std::array<ContactRecord, 2> pair = pair_of(springs_between(random, 6));
+  const Softened soft = softened_together(pair[0], 1e9);
+  CHECK(same_bits(soft.record.stiffness_N_per_m, pair[0].stiffness_N_per_m));
+  CHECK(soft.record.coupling_N_per_m == pair[0].coupling_N_per_m);
+  ContactRecord broken = pair[0];
+  broken.other_stiffness_N_per_m.yy = std::numeric_limits<double>::quiet_NaN();
+  const Softened same = softened_together(broken, 1);
+  CHECK(same_bits(same.record.stiffness_N_per_m, pair[0].stiffness_N_per_m));
+  CHECK_FALSE(std::isfinite(same.stiffest_N_per_m));
+}

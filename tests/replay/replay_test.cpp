@@ -1,6 +1,7 @@
 // A live run, its recording, and the replay of it. Nothing here asserts how late a machine is: what must hold on any is that
 // the replay is the run, bit for bit, also of one that was killed.
 
+#include <fmt/format.h>
 #include <sys/wait.h>
 #include <csignal>
 #include <cstring>
@@ -80,6 +81,12 @@ TEST_CASE("a replay from the file has the hash, the forces and every metric of t
   std::erase_if(two_devices, [](const std::string& set) { return set.starts_with("run.duration"); });
   std::vector<std::string> burning = two_devices;
   burning.push_back("timing.visualization=\"burn 11.1 ms\"");
+  std::vector<std::string> capped;
+  for (const char* hand : {"left", "right"})
+    capped.push_back(
+        fmt::format("device.{}.render={{ kind = \"local\", stiffness = \"settled\", coupled = true, cap = \"100 "
+                    "N/m\" }}",
+                    hand));
   const std::vector<Case> cases{
       {"reference", "paper/figure-1-spring.toml", {motion}},
       {"two devices and a tissue", "paper/figure-1.toml", two_devices},
@@ -110,6 +117,8 @@ TEST_CASE("a replay from the file has the hash, the forces and every metric of t
        "paper/figure-1-spring.toml",
        {motion, "device.left.driver=\"inverse3\"", "device.left.inverse3={ origin = [\"0 m\", \"0 m\", \"0 m\"] }"}},
       {"visualizations that burn", "paper/figure-1.toml", burning},
+      {"two hands with their coupling, OpenCL", "closed-loop/hands-near-coupled.toml", {"scene.solver=\"opencl\""}},
+      {"the same under one cap, CPU", "closed-loop/hands-near-coupled.toml", capped},
       {"adaptive, steps as fast as they come",
        "paper/figure-1-spring.toml",
        {motion, "timing.step=\"real\"", "remap.adapt={ window = \"0.1 s\" }"}}};

@@ -1,5 +1,6 @@
 #include "src/text.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
@@ -94,4 +95,19 @@ TEST_CASE("seconds of an instant are exact") {
   CHECK(exact_seconds({1'234'567'890}) == "1.234567890");
   CHECK(exact_seconds({-1}) == "-0.000000001");
   CHECK(exact_seconds({INT64_MIN}) == "-9223372036.854775808");
+}
+
+TEST_CASE("words are broken into lines that are as wide as they may be, and none is lost") {
+  const std::string text = "one two three four five six";
+  CHECK(in_lines(text, 9, "  ") == "  one two\n  three\n  four\n  five\n  six\n");
+  CHECK(in_lines(text, 120) == text + "\n");
+  CHECK(in_lines("incontrovertible a", 4) == "incontrovertible\na\n");
+  CHECK(in_lines("\xE6\x97\xA5\xE6\x97\xA5 b", 6) == "\xE6\x97\xA5\xE6\x97\xA5 b\n");
+  CHECK(in_lines("\xE6\x97\xA5\xE6\x97\xA5 b", 5) == "\xE6\x97\xA5\xE6\x97\xA5\nb\n");  // two columns each
+  CHECK(in_lines("", 5) == "\n");
+  for (std::size_t columns = 1; columns < 40; ++columns) {
+    std::string words = in_lines(text, columns);
+    std::replace(words.begin(), words.end(), '\n', ' ');
+    CHECK(words == text + " ");
+  }
 }

@@ -1,5 +1,6 @@
 // The table, the words, the JSON and the figure of an advice, for choices that are written here.
 #include <catch2/catch.hpp>
+#include <sstream>
 
 #include "evenstep/reports/advice_record.h"
 #include "evenstep/reports/json.h"
@@ -95,13 +96,69 @@ TEST_CASE("a choice whose run failed is a row that says so") {
 }
 
 TEST_CASE("the table has a row for each choice, in the same columns") {
-  CHECK_THAT(advice_text(record()),
-             Contains("*   1  direct, hold                                                 -         -      5.00      "
-                      "5.4        1       0       0     190  \n") &&
-                 Contains("    2  paper, hold                                             41.000         -     42.00      "
-                          "1.9        1       0       0    23.8  beaten by 3, 5\n") &&
-                 Contains("*   3  phase_locked, hold                                      41.000         -     42.00     "
-                          "0.02        1       0       0    23.8  as good as 5\n"));
+  const std::string table = advice_text(record());
+  CHECK_THAT(table, Contains("*   1  direct, hold                 -         -      5.00      5.4        1        0       0  "
+                             "     0     190  \n"));
+  CHECK_THAT(table, Contains("    2  paper, hold             41.000         -     42.00      1.9        1        0       0  "
+                             "     0    23.8  beaten by 3, 5\n"));
+  CHECK_THAT(table, Contains("*   3  phase_locked, hold      41.000         -     42.00     0.02        1        0       0  "
+                             "     0    23.8  as good as 5\n"));
+}
+
+TEST_CASE("the words of an advice keep to the columns of the terminal, and the table does not change") {
+  AdviceRecord advice = record();
+  advice.notes = {"This note is one of those that are longer than the narrowest of terminals, on purpose."};
+  const std::string narrow = advice_text(advice, 60), wide = advice_text(advice, 1000);
+  std::istringstream lines(narrow);
+  std::size_t broken = 0, rows = 0;
+  for (std::string line; std::getline(lines, line);) {
+    INFO(line);
+    if (line.size() > 60) {
+      CHECK_THAT(wide, Contains(line + "\n"));  // of the table
+      ++rows;
+    } else if (wide.find(line + "\n") == std::string::npos) {
+      ++broken;
+    }
+  }
+  CHECK(rows == 2 + advice.choices.size());
+  CHECK(broken >= 8);
+  CHECK_THAT(narrow, Contains("\n  If it gives forces only: 3 (phase_locked, hold): 42 ms\n  from hand to force,"));
+}
+
+TEST_CASE("a latency that adapts beats none that is fixed, and is advised as what it is") {
+  AdviceRecord advice = record();
+  AdviceChoice adaptive = choice(6, "phase_locked", "hold", 0.040, 0.02, 23.8);
+  adaptive.adaptive = true;
+  adaptive.latency_most = Duration{41'000'000};
+  adaptive.underrun_rate = 0.002;
+  advice.choices.push_back(adaptive);
+  rank(advice);
+  CHECK(advice.choices[2].on_front);
+  CHECK(advice.choices[5].on_front);
+  CHECK(choice_to_use(advice, false)->number == 3);
+  CHECK_THAT(advice_text(advice, 1000), Contains("phase_locked, adaptive, hold") &&
+                                            Contains("It is late in 0.2 % of the segments, and carries what 41 ms do"));
+  const Json json = Json::parse(advice_json(advice));
+  CHECK(json["choices"][5]["latency_most_ns"] == 41'000'000);
+  CHECK(json["choices"][2]["latency_most_ns"].is_null());
+}
+
+TEST_CASE("a map that predicts pays with how far it runs on, and is never what to use") {
+  AdviceRecord advice = record();
+  AdviceChoice predicted = choice(6, "predict", "hold", 0.001, 0.001, 500);
+  predicted.latency = {};
+  predicted.searched = true;
+  predicted.runs_on_s = 0.0123;
+  advice.choices.push_back(predicted);
+  rank(advice);
+  CHECK(advice.choices[5].on_front);
+  CHECK(advice.choices[2].on_front);  // it is slower and no smoother, but does not run on
+  CHECK(choice_to_use(advice, false)->number == 3);
+  CHECK_THAT(advice_text(advice, 1000), Contains("At a stop it runs on by 12.3 ms of the hand's way."));
+  const Json row = Json::parse(advice_json(advice))["choices"][5];
+  CHECK(row["latency_ns"] == 0);
+  CHECK(row["stiffness_from"] == "search");
+  CHECK(row["runs_on_s"] == 0.0123);
 }
 
 TEST_CASE("the JSON has the numbers of every choice") {

@@ -186,6 +186,33 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("the cap of two hands that play their coupling limits both together, where each hand's own cap does not") {
+  // lambda is 26 of k = 40 N/m. A cap that is above each hand's own K (15 of k) and below both together's.
+  const auto outcome = [](const std::string& cap, bool coupled) {
+    std::vector<std::string> set{"scene.stiffness=\"40 N/m\"", "run.strategies=[\"phase_locked\"]", "expect=[]"};
+    for (const char* hand : {"left", "right"})
+      set.push_back(fmt::format("device.{}.render={{ kind = \"local\", stiffness = \"settled\", coupled = {}{} }}", hand,
+                                coupled, cap));
+    return run_scenario(read("closed-loop/hands-near.toml", set), {});
+  };
+  const double lambda_N_per_m = 40 * largest_per_spring("closed-loop/hands-near.toml", {}, true);
+  const RunOutcome alone = outcome(", cap = \"800 N/m\"", false), together = outcome(", cap = \"800 N/m\"", true);
+  const RunOutcome free = outcome("", true), lesser = outcome(", cap = \"2000 N/m\"", true);
+  for (const char* hand : {"left", "right"}) {
+    INFO(hand);
+    const std::string force = fmt::format("{}.force.phase_locked", hand);
+    CHECK(metric(alone, force, "softened") == 0);
+    CHECK(metric(together, force, "softened") > 1000);
+    // A K that the swing of the block has changed a little.
+    CHECK(metric(together, force, "contact_stiffness") == Approx(lambda_N_per_m).epsilon(0.2));
+    CHECK(metric(lesser, force, "softened") == 0);
+  }
+  // A cap that limits nothing changes no bit.
+  for (std::size_t hand = 0; hand < 2; ++hand)
+    CHECK(furthest_apart(strategy(free.record, "phase_locked").devices[hand],
+                         strategy(lesser.record, "phase_locked").devices[hand]) == 0);
+}
+
 TEST_CASE("a probe that slides off the edge is let go, and its local model errs less along the normal alone", "[sweep]") {
   const auto slid = [](const std::string& render) {
     return run_scenario(

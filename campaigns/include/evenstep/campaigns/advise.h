@@ -41,7 +41,8 @@ struct AdviseOptions {
 
 struct AdviseResult {
   AdviceRecord record;
-  /// The files that the scenarios replay, by name: timing.csv, and one for each change of the simulator.
+  /// The files that the scenarios replay, by name: timing.csv, and one for each change of the simulator that no governor can
+  /// make.
   std::map<std::string, std::string> timings;
   std::vector<Diagnostic> errors;  ///< empty: the record is complete
   bool interrupted = false;        ///< then it is not
@@ -54,6 +55,8 @@ AdviseResult advise_scenario(const Scenario& scenario, const AdviseOptions& opti
 inline constexpr const char* kAdviceFile = "advice.json";  ///< a folder with this file is one of `evenstep advise`
 /// "choice-3.toml"
 std::string choice_file(const AdviceChoice& choice);
+/// "choice-18-stops.toml", of a map that predicts
+std::string stops_file(const AdviceChoice& choice);
 /// Writes advice.json, the figure, a page, the timings and the scenario of each choice, all or nothing. Returns what went
 /// wrong; empty if nothing did.
 std::string write_advice_folder(const std::string& folder, const AdviseResult& result, const std::string& reproduce);

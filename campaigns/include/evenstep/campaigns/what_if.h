@@ -69,7 +69,11 @@ struct WhatIfTiming {
   std::vector<SegmentTiming> segments;
   DrawingPrice price;
   std::optional<Duration> pace;  ///< the period that a percentile came to
+  /// What gives these segments in a run, as [timing] governor. Empty: nothing changes, or no governor does it (own-lane, a
+  /// forecast that knows the future, a budget above kMostGovernedBudget).
+  std::optional<FrameGovernor> governor;
 };
+inline constexpr Duration kMostGovernedBudget{9'000'000'000};  ///< of [timing] governor
 
 /// (Call it as evenstep::apply where the arguments may bring std::apply along.) `segments` with this change; the error says
 /// why it has no meaning there. `causally`: a percentile of what begins within the first 2 s, see above.

@@ -37,7 +37,9 @@ struct ContactRecord {
   /// C in f(x + d, x' + d') = f(x, x') - K d - C d', where x' is the other tool of the same tissue; 0 if nothing couples
   /// them
   glm::dmat3 coupling_N_per_m{0};
-  glm::dvec3 other_m{0};  ///< x'_c, the other tool's position that the step was given
+  glm::dvec3 other_m{0};              ///< x'_c, the other tool's position that the step was given
+  Symmetric other_stiffness_N_per_m;  ///< K', the other tool's own stiffness
+  glm::dvec3 other_force_N{0};        ///< F'_c, on the other hand
 };
 
 /// The same contact made softer: with K = sum of k_i v_i v_i', every k_i above `most_N_per_m` is reduced to that value, and
@@ -51,6 +53,14 @@ struct Softened {
   double stiffest_N_per_m = 0;  ///< the largest k_i of the original record
 };
 Softened softened(const ContactRecord& record, double most_N_per_m);
+/// The same for two hands that play their coupling: M = [K C; C' K'] = sum of k_i v_i v_i' over six axes, and M <- S M and
+/// (F_c, F'_c) <- S (F_c, F'_c) with S = sum of min(1, most / k_i) v_i v_i'. The record gets its own three rows. If both
+/// hands do this with the same limit, what they play together is one matrix M whose eigenvalues are all at most
+/// `most_N_per_m`; two caps of each hand's own K leave it up to twice as stiff, one hand against the other. Why that is the
+/// number that counts: two hands of mass m and damping b that move along v_i are one hand of mass m and damping b at a
+/// spring k_i, so the law of one spring limits each k_i. (Where the hands differ, the limit of the lesser one holds for
+/// both.)
+Softened softened_together(const ContactRecord& record, double most_N_per_m);
 
 /// Which part of the stiffness answers the hand; the force itself is always played whole, but what it is left out of comes
 /// late by the latency.

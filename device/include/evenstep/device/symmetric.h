@@ -3,6 +3,7 @@
 /// has the same bits on every machine.
 
 #include <array>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
 namespace evenstep {
@@ -25,5 +26,18 @@ struct Axes {
 Axes axes_of(const Symmetric& a);
 /// The largest of the values; not finite if one of them is not.
 double largest_value(const Axes& of);
+
+/// The symmetric 6x6 matrix [K C; C' K'] of two hands in one tissue: rows and columns 0 to 2 are those of the first hand.
+using Joint = std::array<std::array<double, 6>, 6>;
+/// C as glm has it, [column][row]: the change of the first hand's force with the second hand.
+Joint joint_of(const Symmetric& first, const glm::dmat3& coupling, const Symmetric& second);
+/// a = sum over i of values[i] v_i v_i', where v_i is column i of `axes`. As axes_of.
+struct JointAxes {
+  std::array<double, 6> values{};
+  Joint axes{};
+};
+JointAxes joint_axes_of(const Joint& a);
+/// The largest of the values; not finite if one of them is not.
+double largest_value(const JointAxes& of);
 
 }  // namespace evenstep

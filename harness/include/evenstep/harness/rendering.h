@@ -19,8 +19,12 @@ namespace evenstep {
 LoopDelays loop_delays(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
 /// device.render alpha, or the automatic one; for a device that renders `local`.
 double alpha_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
-/// The stiffest contact that a device with a local model plays, N/m; infinite without a cap.
+/// The stiffest contact that a device with a local model plays, N/m; infinite without a cap. Of two hands that both play
+/// their coupling the lesser cap of the two, which limits both together.
 double cap_of(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);
+/// Whether the cap is one of both hands together (device/renderer.h, softened_together): both play their coupling, and one
+/// of them has a cap.
+bool capped_together(const Scenario& scenario, const StrategyPlan& plan);
 /// The delays and the laws of a device's loop for the record, with the stiffness that the hand feels if the scene has a
 /// value for it.
 LoopRecord loop_record(const Scenario& scenario, const StrategyPlan& plan, const DeviceSpec& device);

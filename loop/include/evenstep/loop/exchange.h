@@ -99,6 +99,7 @@ struct RenderLocal {
   bool coupled = false;    ///< the coupling to the other hand is played as well
   bool by_device = false;  ///< rendered as springs by the device itself as far as it can
   double most_N_per_m = std::numeric_limits<double>::infinity();  ///< stiffer contacts are played as stiff as this
+  bool capped_together = false;  ///< that limits both hands' stiffness as one matrix (softened_together)
 };
 struct RenderSmith {
   SpringMode mode;

@@ -3,6 +3,7 @@
 /// record is filled in by evenstep/campaigns/advise.h; the writers here turn it into text, JSON and a figure. Definitions:
 /// docs/advise.md.
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -19,23 +20,32 @@ struct AdviceChoice {
   double bandwidth_Hz = 0;   ///< of the map; 0: it has none
   std::string governor;      ///< in words, as the table says it; empty: the simulator's pace is left as it is
   double accepted_rate = 0;  ///< share of segments whose forces may be late; 0: none
+  bool adaptive = false;     ///< the latency follows what the steps need
   std::string renderer;      ///< "hold", "linear", "local" or "device_spring"
   bool needs_stiffness = false, needs_springs = false;  ///< of the solver its stiffness; of the device springs
   std::string scenario;                                 ///< the text that reproduces it
+  std::string stops_scenario;  ///< of a map that predicts the one that reproduces `stop_error_m`; otherwise empty
 
   /// Why there are no numbers (the run failed); empty if there are.
   std::string failure;
-  Duration latency, lead;         ///< L and c of the map; 0 for `direct`, which has none
-  std::optional<Duration> bound;  ///< of any path that jumps as little, none late; empty where there is none
-  double delay_s = 0;             ///< hand to force with hold and device; of `direct` the mean
-  double jump_step = 0;           ///< velocity jump of what the solver reads, in the hand's way per slot
-  double force_jump_step = 0;     ///< of the force at the ticks, in the change of force per slot
-  double underrun_rate = 0;       ///< share of the judged segments with an underrun
+  /// L and c of the map; 0 for `direct`, which has none. L of an adaptive one is the mean, that of `predict` 0.
+  Duration latency, lead;
+  std::optional<Duration> latency_most;  ///< of an adaptive one the most that it may become
+  std::optional<Duration> bound;         ///< of any path that jumps as little, none late; empty where there is none
+  double delay_s = 0;          ///< hand to force with hold and device; of `direct` and of an adaptive latency the mean
+  double jump_step = 0;        ///< velocity jump of what the solver reads, in the hand's way per slot
+  double force_jump_step = 0;  ///< of the force at the ticks, in the change of force per slot
+  double underrun_rate = 0;    ///< share of the judged segments with an underrun
   /// Share of all segments that are late at the worst phase of the device, of which the run has one (the sizing); of a map
   /// whose least latency is taken 0.
   double late_any_phase = 0;
-  double stiffness_N_per_m = 0;  ///< that the loop carries, by its law
-  double tried_N_per_m = 0;      ///< [scene] stiffness of the run
+  /// Of a map that predicts: how far what the solver is given is off where the hand stops, at worst; and as a time of the
+  /// hand's way, 0 if it is no more than a sample is old. More is made up: it runs on. 0 of all others.
+  double stop_error_m = 0, runs_on_s = 0;
+  /// That the loop carries, by its law: of an adaptive latency for the most it may become.
+  double stiffness_N_per_m = 0;
+  bool searched = false;     ///< there is no law: the largest with which the hand of a search came to rest
+  double tried_N_per_m = 0;  ///< [scene] stiffness of the run
   /// The hand of the run, with that stiffness; empty: the run is too short to tell.
   std::optional<bool> comes_to_rest;
   double drawings_lost = 0, simulated_lost = 0;  ///< shares, against the timing as it was recorded
@@ -69,8 +79,9 @@ void rank(AdviceRecord& record);
 /// delay; of the one that jumps least, if none is as smooth.
 const AdviceChoice* choice_to_use(const AdviceRecord& record, bool solver_gives_stiffness);
 
-/// Text for people: the table, and what to choose when.
-std::string advice_text(const AdviceRecord& record);
+/// Text for people: the table, and what to choose when. Its words, not its table, keep to so many columns of a terminal.
+inline constexpr std::size_t kAdviceColumns = 120;
+std::string advice_text(const AdviceRecord& record, std::size_t columns = kAdviceColumns);
 /// One JSON object; docs/advise.md lists its keys. Times are in whole ns where they are exact.
 std::string advice_json(const AdviceRecord& record);
 /// A figure: delay against velocity jump and against stiffness, with the front. Empty if nothing is ranked.
