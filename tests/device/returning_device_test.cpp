@@ -161,7 +161,7 @@ TEST_CASE("simulated evdev: a device that was plugged in centers by itself until
     }
     return device.motors();
   };
-  CHECK(tick_until(1249).largest_N == 0);
+  CHECK(tick_until(1249).largest_N < 1e-3);  // one count of a level, at every other refresh
   CHECK(tick_until(1250).largest_N == Approx(10 * 25.0 / 200).margin(1e-6));
   CHECK(device.motors().force_N == glm::dvec3(0));
 }
