@@ -11,6 +11,7 @@
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/text/suggest.h"
 #include "progress.h"
 #include "run_places.h"
@@ -93,8 +94,16 @@ RunOutcome run_again(const Scenario& scenario, RunOptions options) {
   return run_scenario(scenario, options);
 }
 
-ExitCode replay(const ReplayArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
-  const InputLogResult log = read_input_log(arguments.file, {arguments.before_damage});
+ExitCode replay_log(const ReplayArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  const std::string folder = run_places({arguments.file}, arguments.out).front();
+  if (const std::string objection = is_input_log(arguments.file) ? run_folder_objection(folder) : "";
+      !objection.empty()) {
+    spdlog::error("error: {}", objection);
+    return ExitCode::run_failed;
+  }
+  // The rows of a long recording are in files, beside the folder.
+  const auto row_files = std::make_shared<RowFiles>(std::filesystem::path(folder + "/..").lexically_normal());
+  const InputLogResult log = read_input_log(arguments.file, {arguments.before_damage, row_files});
   if (!log) {
     print(log.error());
     return ExitCode::usage;
@@ -111,13 +120,8 @@ ExitCode replay(const ReplayArguments& arguments, const std::atomic<bool>& inter
     if (!write_text(arguments.timing, format_timing_csv(recorded_timing(log->rows)))) return ExitCode::run_failed;
     if (!arguments.json) fmt::print("wrote {}\n", arguments.timing);
   }
-  const std::string folder = run_places({arguments.file}, arguments.out).front();
-  if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
-    spdlog::error("error: {}", objection);
-    return ExitCode::run_failed;
-  }
   RunOptions options = options_of(arguments, *log, interrupted);
-  options.control.row_files = std::make_shared<RowFiles>(std::filesystem::path(folder + "/..").lexically_normal());
+  options.control.row_files = row_files;
   RunOutcome outcome = run_again(scenario, std::move(options));
   outcome.record.origin = log->head.origin;
   if (!outcome.errors.empty()) {
@@ -139,6 +143,15 @@ ExitCode replay(const ReplayArguments& arguments, const std::atomic<bool>& inter
     fmt::print("{}\n", last_line(scenario, outcome, *log));
   }
   return outcome.exit;
+}
+
+ExitCode replay(const ReplayArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
+  try {
+    return replay_log(arguments, interrupted, registry);
+  } catch (const RunFailure& failure) {  // there is no room for the rows of the recording
+    spdlog::error("error: {}; {}", failure.what(), failure.remedy);
+    return ExitCode::run_failed;
+  }
 }
 
 }  // namespace

@@ -47,6 +47,10 @@ glm::dvec3 ForceGuard::pass(RealTime now, const glm::dvec3& wanted_N, const Guar
   assert(now >= last_at_);
   follow_hand(tick.sample);
   move_authority(now, tick);
+  if (tick.sample.away) {
+    authority_ = 0;
+    last_N_ = glm::dvec3(0);
+  }
   limited_ = {.cut = authority_ < 1};
   const glm::dvec3 target_N = clamped(wanted_N * limits_.cut.gain) * authority_;
   const glm::dvec3 change_N = target_N - last_N_;

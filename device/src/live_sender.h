@@ -17,6 +17,7 @@
 
 #include "evenstep/clock/wall_clock.h"
 #include "evenstep/device/hid/hid_transport.h"
+#include "evenstep/device/looked_for.h"
 #include "evenstep/device/write_times.h"
 
 namespace evenstep::internal {
@@ -132,7 +133,6 @@ class LiveSender {
   static constexpr std::size_t kMostWaiting = 64;
   /// How long the destructor waits for the queue to be sent.
   static constexpr Duration kFarewell{1'000'000'000};
-  static constexpr std::chrono::milliseconds kLookAgain{250};
 
   /// With the lock.
   void lose_device() {
@@ -188,7 +188,7 @@ class LiveSender {
       returned_ = std::move(found);
       presence_ = Presence::here;
     } else {
-      work_.wait_for(lock, kLookAgain, [&] { return closing_; });
+      work_.wait_for(lock, std::chrono::nanoseconds(kLookAgain.ns), [&] { return closing_; });
     }
   }
 

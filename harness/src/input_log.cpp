@@ -32,12 +32,56 @@ constexpr std::int64_t kMostEvents = std::int64_t{1} << 40;
 bool near(RealTime time) { return time.ns >= -kFarthest_ns && time.ns <= kFarthest_ns; }
 bool finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
+/// The bytes of a recording, a piece at a time.
+class LogBytes {
+ public:
+  explicit LogBytes(std::size_t size) : size_(size) {}
+  virtual ~LogBytes() = default;
+  std::size_t size() const { return size_; }
+  /// `count` bytes from `at` on, as many as there are; until the next call.
+  virtual std::span<const std::byte> read(std::size_t at, std::size_t count) = 0;
+
+ protected:
+  std::size_t left(std::size_t at, std::size_t count) const { return std::min(count, size_ - std::min(at, size_)); }
+
+ private:
+  std::size_t size_;
+};
+
+class BytesInMemory final : public LogBytes {
+ public:
+  explicit BytesInMemory(std::span<const std::byte> bytes) : LogBytes(bytes.size()), bytes_(bytes) {}
+  std::span<const std::byte> read(std::size_t at, std::size_t count) override { return bytes_.subspan(at, left(at, count)); }
+
+ private:
+  std::span<const std::byte> bytes_;
+};
+
+/// A file that gets shorter meanwhile ends where it then does.
+class BytesInFile final : public LogBytes {
+ public:
+  BytesInFile(const std::string& path, std::size_t size) : LogBytes(size), stream_(path, std::ios::binary) {}
+  std::span<const std::byte> read(std::size_t at, std::size_t count) override {
+    buffer_.resize(left(at, count));
+    stream_.clear();
+    stream_.seekg(static_cast<std::streamoff>(at));
+    stream_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(buffer_.size()));
+    return std::span(buffer_).first(static_cast<std::size_t>(std::max<std::streamsize>(0, stream_.gcount())));
+  }
+
+ private:
+  std::ifstream stream_;
+  std::vector<std::byte> buffer_;
+};
+
 /// Reads block by block, and stops at the first error.
 class LogReader {
  public:
-  LogReader(std::span<const std::byte> bytes, const std::string& name, const InputLogReading& reading)
-      : bytes_(bytes), reading_(reading) {
+  LogReader(LogBytes& bytes, const std::string& name, const InputLogReading& reading) : bytes_(bytes), reading_(reading) {
     log_.file = name;
+    log_.rows.segments = Rows<SegmentRow>(reading.row_files);
+    log_.rows.steps = Rows<StepRow>(reading.row_files);
+    log_.device_checks = log_.simulation_checks = Rows<LaneCheck>(reading.row_files);
   }
 
   InputLogResult read() && {
@@ -64,14 +108,15 @@ class LogReader {
 
   bool read_begin() {
     const std::size_t size = kInputLogMagic.size() + sizeof kInputLogVersion;
-    const std::string_view text(reinterpret_cast<const char*>(bytes_.data()), bytes_.size());
+    const std::span<const std::byte> begin = bytes_.read(0, size);
+    const std::string_view text(reinterpret_cast<const char*>(begin.data()), begin.size());
     if (!text.starts_with(kInputLogMagic))
       return fail(0,
                   "is no recording of a live run, which begins with \"evenstep-record\"; `evenstep run --clock wall "
                   "--record FILE` makes one");
-    if (bytes_.size() < size) return fail(kInputLogMagic.size(), "the file ends within its first 20 bytes");
+    if (begin.size() < size) return fail(kInputLogMagic.size(), "the file ends within its first 20 bytes");
     std::uint32_t version = 0;
-    std::memcpy(&version, bytes_.data() + kInputLogMagic.size(), sizeof version);
+    std::memcpy(&version, begin.data() + kInputLogMagic.size(), sizeof version);
     if (version != kInputLogVersion)
       return fail(
           kInputLogMagic.size(),
@@ -84,21 +129,21 @@ class LogReader {
 
   /// False at the end, before a block that is not whole, and after an error.
   bool read_block() {
-    const std::span<const std::byte> rest = bytes_.subspan(at_);
-    if (rest.size() < sizeof(BlockHeader)) return false;
     BlockHeader header;
-    std::memcpy(&header, rest.data(), sizeof header);
+    const std::span<const std::byte> head = bytes_.read(at_, sizeof header);
+    if (head.size() < sizeof header) return false;
+    std::memcpy(&header, head.data(), sizeof header);
     constexpr const char* kRemedy =
         "the file was changed, or its disk lost something; --before-damage replays what stands before it";
-    if (header.own_crc != crc32c(rest.first(kOwnCrcAt)))
+    if (header.own_crc != crc32c(head.first(kOwnCrcAt)))
       return fail(at_, fmt::format("the head of block {} has a wrong checksum: {}", log_.blocks, kRemedy));
     if (header.sequence != static_cast<std::uint64_t>(log_.blocks))
       return fail(at_, fmt::format("block {} stands where block {} should: {}", header.sequence, log_.blocks, kRemedy));
     if (header.length > kMostBlockBytes)
       return fail(at_, fmt::format("block {} has {} bytes, and none has more than {}: {}", log_.blocks, header.length,
                                    kMostBlockBytes, kRemedy));
-    if (rest.size() - sizeof header < header.length) return false;
-    const std::span<const std::byte> content = rest.subspan(sizeof header, header.length);
+    const std::span<const std::byte> content = bytes_.read(at_ + sizeof header, header.length);
+    if (content.size() < header.length) return false;
     if (header.content_crc != crc32c(content))
       return fail(at_, fmt::format("block {} has a wrong checksum: {}", log_.blocks, kRemedy));
     if (!take(header.kind, content))
@@ -140,6 +185,12 @@ class LogReader {
     log_.head = std::move(*head);
     log_.inputs.resize(log_.head.tools);
     log_.ticks.resize(log_.head.tools);
+    for (std::uint32_t tool = 0; tool < log_.head.tools; ++tool) {
+      log_.inputs[tool].ticks = Rows<TickInput>(reading_.row_files);
+      log_.inputs[tool].interaction_heads = Rows<std::uint64_t>(reading_.row_files);
+      log_.inputs[tool].springs = Rows<DeviceSpring>(reading_.row_files);
+      log_.ticks[tool] = Rows<LiveTick>(reading_.row_files);
+    }
     return true;
   }
 
@@ -153,7 +204,7 @@ class LogReader {
     return why.empty() || wrong(why);
   }
 
-  bool take_check(const std::optional<LaneCheck>& check, std::vector<LaneCheck>& checks) {
+  bool take_check(const std::optional<LaneCheck>& check, Rows<LaneCheck>& checks) {
     if (!check) return true;
     const LaneCheck before = checks.empty() ? LaneCheck{} : checks.back();
     if (!near(check->until) || check->until < before.until || check->events < before.events || check->events > kMostEvents)
@@ -248,7 +299,7 @@ class LogReader {
     return true;
   }
 
-  std::span<const std::byte> bytes_;
+  LogBytes& bytes_;
   InputLogReading reading_;
   InputLog log_;
   std::size_t at_ = 0;
@@ -348,13 +399,20 @@ InputLogResult read_input_log(const std::string& path, const InputLogReading& re
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error) &&
       !std::filesystem::is_directory(path, error))
     return Failure(std::vector<Diagnostic>{{path, 0, 0, "is no file: a recording is read from a disk"}});
-  const Result<std::string> content = read_text_file(path, kMostBytes);
-  if (!content) return Failure(std::vector<Diagnostic>{{path, 0, 0, content.error()}});
-  return parse_input_log(std::as_bytes(std::span(*content)), path, reading);
+  const TextPieces opened(path, kMostBytes);
+  std::string wrong = opened.error();
+  const std::uintmax_t size = wrong.empty() ? std::filesystem::file_size(path, error) : 0;
+  if (wrong.empty() && error) wrong = error.message();
+  if (wrong.empty() && size > static_cast<std::uintmax_t>(kMostBytes))
+    wrong = fmt::format("is larger than {} bytes, and no recording may be", kMostBytes);
+  if (!wrong.empty()) return Failure(std::vector<Diagnostic>{{path, 0, 0, wrong}});
+  BytesInFile bytes(path, size);
+  return LogReader(bytes, path, reading).read();
 }
 
 InputLogResult parse_input_log(std::span<const std::byte> bytes, const std::string& name, const InputLogReading& reading) {
-  return LogReader(bytes, name, reading).read();
+  BytesInMemory in_memory(bytes);
+  return LogReader(in_memory, name, reading).read();
 }
 
 const char* compiler_here() { return __VERSION__; }

@@ -48,9 +48,17 @@ struct SimulationSlice {
   std::optional<LaneCheck> check;
 };
 
+/// Of a sample, as one byte.
+enum class Driven : std::uint8_t { no = 0, yes = 1, away = 2 };
+
 template <class Codec>
 void code(Codec& codec, DeviceSample& sample) {
-  codec(sample.read_at, sample.taken_at, sample.position_m, sample.sequence, sample.fresh, sample.at_range, sample.drivable);
+  Driven driven = sample.away ? Driven::away : sample.drivable ? Driven::yes : Driven::no;
+  codec(sample.read_at, sample.taken_at, sample.position_m, sample.sequence, sample.fresh, sample.at_range, driven);
+  if constexpr (Codec::kReads) {
+    sample.drivable = driven == Driven::yes;
+    sample.away = driven == Driven::away;
+  }
 }
 template <class Codec>
 void code(Codec& codec, TickInput& input) {
@@ -113,6 +121,7 @@ void code(Codec& codec, InputLogEnd& end) {
 /// Writes at the end of `bytes`.
 class Encoder {
  public:
+  static constexpr bool kReads = false;
   explicit Encoder(std::vector<std::byte>& bytes) : bytes_(bytes) {}
   template <class... Fields>
   void operator()(Fields&... fields) {
@@ -129,6 +138,7 @@ class Encoder {
   void length(std::size_t count) { raw(static_cast<std::uint32_t>(count)); }
 
   void one(bool& value) { raw(static_cast<std::uint8_t>(value ? 1 : 0)); }
+  void one(Driven& value) { raw(static_cast<std::uint8_t>(value)); }
   void one(std::uint32_t& value) { raw(value); }
   void one(std::uint64_t& value) { raw(value); }
   void one(std::int64_t& value) { raw(value); }
@@ -173,6 +183,7 @@ class Encoder {
 /// Reads from the begin of `bytes`. Once something is not there, or cannot be so, nothing more is read.
 class Decoder {
  public:
+  static constexpr bool kReads = true;
   explicit Decoder(std::span<const std::byte> bytes) : bytes_(bytes) {}
   template <class... Fields>
   void operator()(Fields&... fields) {
@@ -205,6 +216,12 @@ class Decoder {
     raw(byte);
     failed_ = failed_ || byte > 1;
     value = byte == 1;
+  }
+  void one(Driven& value) {
+    std::uint8_t byte = 0;
+    raw(byte);
+    failed_ = failed_ || byte > 2;
+    value = static_cast<Driven>(failed_ ? 0 : byte);
   }
   void one(std::uint32_t& value) { raw(value); }
   void one(std::uint64_t& value) { raw(value); }

@@ -12,6 +12,7 @@
 #include "evenstep/device/evdev/evdev_file.h"
 #include "evenstep/device/evdev/live_evdev.h"
 #include "evenstep/device/inverse3/inverse3_socket.h"
+#include "evenstep/device/looked_for.h"
 #include "evenstep/harness/simulated_devices.h"
 #include "foreign_device.h"
 #include "make_driver.h"
@@ -19,9 +20,6 @@
 
 namespace evenstep {
 namespace {
-
-/// If a cable is plugged in again within this time, the run continues.
-constexpr Duration kPatience{10'000'000'000};
 
 const DeviceBinding* binding_of(const std::vector<DeviceBinding>& bindings, const Scenario& scenario, std::size_t tool) {
   for (const DeviceBinding& binding : bindings) {
@@ -122,6 +120,7 @@ struct LiveDevices::Device {
   std::unique_ptr<Inverse3Socket> service;     // for one of an Inverse Service
   std::unique_ptr<SimulatedMotors> simulated;  // for a simulated one
   std::unique_ptr<HapticDevice> driver;
+  EvdevDriver* evdev = nullptr;  // below the driver, for one of Linux' input core
 };
 
 LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const LiveDeviceOptions& options) {
@@ -142,7 +141,7 @@ LiveDevices::LiveDevices(const Scenario& scenario, const WallClock& clock, const
       const EvdevInfo info = file->info();
       device.node = std::make_unique<LiveEvdev>(
           std::move(file), [info] { return open_again(info); }, clock, kPatience);
-      device.driver = internal::make_evdev_driver(*evdev, scenario.devices[tool], *device.node);
+      device.driver = internal::make_evdev_driver(*evdev, scenario.devices[tool], *device.node, &device.evdev);
     } else if (const auto* inverse3 = std::get_if<Inverse3Spec>(&scenario.devices[tool].driver)) {
       std::tie(device.service, device.driver) = open_inverse3(*inverse3, binding->path, clock);
     } else {
@@ -175,6 +174,7 @@ void LiveDevices::forget_queued() {
   constexpr int kDeepestQueue = 64;
   std::array<std::byte, 64> ignored;
   for (Device& device : devices_) {
+    if (device.evdev) device.evdev->forget_queued();
     for (int i = 0; device.transport && i < kDeepestQueue; ++i) {
       if (device.transport->read(ignored).status != HidRead::Status::report) break;
     }

@@ -254,7 +254,7 @@ namespace {
 class ReplayedLane {
  public:
   /// `checks` empty: as far as the scenario lasts.
-  ReplayedLane(Scheduler& scheduler, RealTime end, const std::vector<LaneCheck>& checks, const char* name)
+  ReplayedLane(Scheduler& scheduler, RealTime end, const Rows<LaneCheck>& checks, const char* name)
       : scheduler_(scheduler), end_(end), checks_(checks), name_(name) {
     compare();
   }
@@ -284,7 +284,7 @@ class ReplayedLane {
 
   Scheduler& scheduler_;
   RealTime end_, until_;
-  const std::vector<LaneCheck>& checks_;
+  const Rows<LaneCheck>& checks_;
   const char* name_;
   std::size_t next_ = 0;
   std::string difference_;
@@ -319,9 +319,9 @@ class TwoLogs {
 };
 
 LanesReplay replay_lanes(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
-                         const std::vector<LaneCheck>& device_checks, const std::vector<LaneCheck>& simulation_checks,
+                         const Rows<LaneCheck>& device_checks, const Rows<LaneCheck>& simulation_checks,
                          const RunControl& control) {
-  RecordedExchange exchange(live_links(scenario, plan, kSpare), recording.inputs, true);
+  RecordedExchange exchange(live_links(scenario, plan, kSpare), recording.as_read(), true);
   auto [solver, watched] = make_watched_solver(scenario, plan.kind, control);
   StrategyLanes lanes(scenario, plan, std::move(solver), exchange, timing_of(scenario, recording), {}, control.row_files);
   VirtualClock device_clock, simulation_clock;
@@ -404,7 +404,7 @@ StrategyRecord replay(const Scenario& scenario, const StrategyPlan& plan, const 
 LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const InputLog& log, const RunControl& control) {
   LogReplay replayed;
   LiveRecording& recording = replayed.recording;
-  recording.inputs = log.inputs;
+  recording.read = &log.inputs;
   recording.ran = &log.rows;
   recording.unfinished = log.unfinished;
   if (log.until() == RealTime{0})
@@ -418,7 +418,7 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
   recording.record.interrupted = !log.whole();
   for (std::size_t tool = 0; tool < recording.record.devices.size(); ++tool) {
     DeviceRecord& device = recording.record.devices[tool];
-    const std::vector<LiveTick>& live = log.ticks[tool];
+    const Rows<LiveTick>& live = log.ticks[tool];
     for (std::size_t k = 0; k < std::min(device.ticks.size(), live.size()); ++k) device.ticks[k].lateness = live[k].lateness;
     if (log.end) device.counters = log.end->counters[tool];
   }
@@ -428,7 +428,7 @@ LogReplay replay(const Scenario& scenario, const StrategyPlan& plan, const Input
 StrategyRecord run_shadow(const Scenario& scenario, const StrategyPlan& plan, const LiveRecording& recording,
                           const RunControl& control) {
   VirtualClock clock;
-  RecordedExchange exchange(live_links(scenario, plan, kSpare), recording.inputs, false);
+  RecordedExchange exchange(live_links(scenario, plan, kSpare), recording.as_read(), false);
   StrategyRecord record = run_lanes(scenario, plan, {clock, exchange, timing_of(scenario, recording), {}}, control);
   record.shadow = true;
   return record;

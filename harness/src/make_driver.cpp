@@ -64,6 +64,8 @@ SimulatedDeviceOptions simulated_options(const DeviceSpec& device) {
                                  .faults = device.faults};
   if (device.unplug)
     options.unplug_at_tick = first_tick_at_or_after(device.rate, RealTime{device.unplug->ns}, options.first_tick);
+  if (device.returns)
+    options.return_at_tick = first_tick_at_or_after(device.rate, RealTime{device.returns->ns}, options.first_tick);
   return options;
 }
 
@@ -197,10 +199,12 @@ std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport
   return std::visit([&](const auto& spec) { return driver(spec, device, transport); }, device.driver);
 }
 
-std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, const DeviceSpec& device, EvdevNode& node) {
+std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, const DeviceSpec& device, EvdevNode& node,
+                                                EvdevDriver** itself) {
   EvdevOptions options = spec.options;
   options.unchanged_age = unchanged_age_of(device);
   auto evdev = std::make_unique<EvdevDriver>(node, options);
+  if (itself) *itself = evdev.get();
   if (evdev->is_read_only()) return std::make_unique<ReadOnlyDevice>(std::move(evdev));
   return evdev;
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "evenstep/clock/clock.h"
+#include "evenstep/device/evdev/evdev_driver.h"
 #include "evenstep/device/hid/simulated_motors.h"
 #include "evenstep/format/scenario.h"
 
@@ -18,8 +19,10 @@ struct SimulatedParts {
 SimulatedParts make_simulated(const DeviceSpec& device, const Clock& clock);
 /// The driver of a HID device. Throws DeviceError if it cannot drive the device there.
 std::unique_ptr<HapticDevice> make_driver(const DeviceSpec& device, HidTransport& transport);
-/// The driver of /dev/input/eventN, or of a simulated one. Throws DeviceError.
-std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, const DeviceSpec& device, EvdevNode& node);
+/// The driver of /dev/input/eventN, or of a simulated one. Throws DeviceError. `itself`, if it is not null, is set to the
+/// driver, which may be wrapped.
+std::unique_ptr<HapticDevice> make_evdev_driver(const EvdevSpec& spec, const DeviceSpec& device, EvdevNode& node,
+                                                EvdevDriver** itself = nullptr);
 /// The driver of a device of an Inverse Service; `device_id` empty: its only one. Throws DeviceError.
 std::unique_ptr<HapticDevice> make_inverse3_driver(const Inverse3Spec& spec, Inverse3Link& link,
                                                    const std::string& device_id);

@@ -67,13 +67,15 @@ void stop_simulated(const std::string& name, HapticDevice* driver, SimulatedMoto
 
 std::map<std::string, double> motor_counters(SimulatedMotors& device) {
   const MotorState motors = motors_at_end(device);
-  return {{"motors_max", motors.largest_N},
-          {"motors_max_x", motors.largest_along_N.x},
-          {"motors_max_y", motors.largest_along_N.y},
-          {"motors_max_z", motors.largest_along_N.z},
-          {"motors_left", glm::length(motors.force_N)},
-          {"motors_unrenewed", seconds(motors.unrenewed)},
-          {"effects_ended", static_cast<double>(motors.effects_ended)}};
+  std::map<std::string, double> counters{{"motors_max", motors.largest_N},
+                                         {"motors_max_x", motors.largest_along_N.x},
+                                         {"motors_max_y", motors.largest_along_N.y},
+                                         {"motors_max_z", motors.largest_along_N.z},
+                                         {"motors_left", glm::length(motors.force_N)},
+                                         {"motors_unrenewed", seconds(motors.unrenewed)},
+                                         {"effects_ended", static_cast<double>(motors.effects_ended)}};
+  if (motors.asked_away_N) counters["motors_away"] = *motors.asked_away_N;
+  return counters;
 }
 
 SimulatedDevices::SimulatedDevices(const Scenario& scenario, const Clock& clock) {

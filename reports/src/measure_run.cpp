@@ -295,6 +295,7 @@ Values force_values(const RunRecord& run, const StrategyRecord& strategy, std::s
     const Pieces pieces = internal::straight_ticks(strategy, device, nominal, ticks);
     put_line(values, series, pieces);
     put(values, "jump_max", jump_max(series.value), series.value.size() >= 2);
+    put(values, "rise_max", rise_max(series.value), series.value.size() >= 2);
     const double residual_N =
         internal::band_rms(series.t_s, series.value, internal::windows(series.t_s, pieces, internal::kWindow_s), 20, 500);
     put(values, "residual_20_500_hz", residual_N, any_with(3, pieces));

@@ -78,6 +78,13 @@ double jump_max(std::span<const Vec3> x) {
   return peak.value;
 }
 
+double rise_max(std::span<const Vec3> x) {
+  if (x.size() < 2) return kNone;
+  internal::Peak peak;
+  for (std::size_t n = 1; n < x.size(); ++n) peak.add(internal::norm(x[n]) - internal::norm(x[n - 1]));
+  return peak.value;
+}
+
 Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s) {
   return internal::deviation(t, x, internal::windows(t, window_s));
 }

@@ -113,6 +113,36 @@ TEST_CASE("evdev: a hand that nobody read for longer than the buffer holds is fo
   CHECK(before == 99);
 }
 
+TEST_CASE("evdev: of what came before the run nothing is lost and nothing is counted, however much it was") {
+  for (const int waited_ms : {1, 10, 100, 500}) {
+    for (const bool forgets : {true, false}) {
+      INFO(waited_ms << " ms" << (forgets ? "" : ", not forgotten"));
+      EvdevOptions own = evdev_options();
+      own.unchanged_age = Duration{2 * kTick.ns};
+      Bench bench({}, ConstantVelocity{{0.02, 0.01, 0}}, own);
+      bench.driver.start();
+      bench.clock.wait_until(RealTime{waited_ms * kTick.ns});
+      if (forgets) bench.driver.forget_queued();
+      bench.clock.wait_until(bench.clock.now() + Duration{kTick.ns / 2});  // as the device lane does before its first tick
+      const DeviceSample first = bench.driver.read(bench.clock.now());
+      const double at_s = waited_ms * 1e-3;
+      CHECK(first.fresh);
+      CHECK(first.position_m.x == Approx(0.02 * at_s).margin(0.4 / 65534));
+      CHECK(first.position_m.y == Approx(0.01 * at_s).margin(0.4 / 65534));
+      REQUIRE(first.taken_at);
+      CHECK(*first.taken_at <= first.read_at);
+      CHECK(first.read_at - *first.taken_at <= Duration{2 * kTick.ns});
+      // Two axes and SYN_REPORT a tick: the buffer of 64 places is full after some 22 ms.
+      CHECK(bench.driver.evdev_counters().dropped == (!forgets && waited_ms >= 100));
+      if (forgets) CHECK(bench.driver.counters().reports == 0);
+      const DeviceSample second = bench.tick(glm::dvec3(0));
+      CHECK(second.fresh);
+      CHECK(second.position_m.x == Approx(0.02 * (at_s + 1e-3)).margin(0.4 / 65534));
+      CHECK(second.taken_at > first.taken_at);
+    }
+  }
+}
+
 TEST_CASE("evdev: what comes between SYN_DROPPED and the next SYN_REPORT is not believed") {
   ScriptedNode node;
   EvdevOptions options = evdev_options();

@@ -284,6 +284,32 @@ TEST_CASE("each reason to cut ramps to zero and back in the ramps' own time and 
   }
 }
 
+TEST_CASE("after the shortest absence of a device the force rises from zero, however slowly it would have been cut") {
+  ForceLimits limits;
+  limits.cut.ramp_up = Duration{100 * kMs};
+  limits.cut.ramp_down = Duration{60'000 * kMs};
+  limits.max_slew_N_per_s = 1000;
+  ForceGuard guard(limits);
+  std::int64_t ms = 0;
+  const auto pass = [&](bool away) {
+    GuardedTick tick{{}, RealTime{ms * kMs}};
+    tick.sample.away = away;
+    tick.sample.drivable = !away;
+    return guard.pass(RealTime{ms++ * kMs}, {2, 0, 0}, tick).x;
+  };
+  while (ms < 200) pass(false);
+  CHECK(pass(false) == 2);
+  CHECK(pass(true) == 0);
+  CHECK(guard.share({.above_N_per_m = {100, 0, 0}, .limit_N = {1, 1, 1}}).above_N_per_m.x == 0);
+  CHECK(guard.counters().cuts_device == 1);
+  double last_N = 0;
+  for (int tick = 1; tick < 100; ++tick) {
+    const double force_N = pass(false);
+    CHECK(force_N - last_N == Approx(0.02).epsilon(1e-9));
+    last_N = force_N;
+  }
+}
+
 TEST_CASE("a hand just below the speed limit is never cut off and one just above always is") {
   for (const double rate_Hz : {500.0, 1000.0, 4000.0}) {
     for (const double speed : {0.5, 0.99, 1.01, 3.0}) {

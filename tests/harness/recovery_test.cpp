@@ -117,6 +117,36 @@ TEST_CASE("A fault that is switched off is as if it were not in the file") {
         run_all(read("paper/figure-1-spring.toml", spring)).trace_hash);
 }
 
+TEST_CASE("A device that returns was away from its unplug to its return, and for ever where nobody looks for it any more") {
+  const auto fault_with = [](std::vector<std::string> set) {
+    set.push_back("expect=[]");
+    const Scenario scenario = read("recovery/unplugged-evdev.toml", set);
+    REQUIRE(scenario.faults.size() == 1);
+    CHECK(scenario.faults[0].name == "device.left.unplug");
+    CHECK(scenario.faults[0].from == RealTime{1'500'000'000});
+    return scenario.faults[0];
+  };
+  CHECK(fault_with({}).to == RealTime{1'900'000'000});
+  CHECK(fault_with({}).over == ProgrammedFault::Over::at_time);
+  CHECK(fault_with({"device.left.returns=\"11.5 s\""}).over == ProgrammedFault::Over::at_time);
+  CHECK(fault_with({"device.left.returns=\"11.501 s\""}).over == ProgrammedFault::Over::never);
+  const Scenario off = read("recovery/unplugged-evdev.toml", {"run.faults_off=[\"device.left.unplug\"]", "expect=[]"});
+  CHECK(off.faults.empty());
+  CHECK_FALSE(off.devices[0].returns);
+}
+
+TEST_CASE("A return that cannot be is refused: of a device that stays, before its unplug, and of a driver that has none") {
+  const auto error_of = [](const std::string& file, std::vector<std::string> set) {
+    const ReadResult result = read_scenario(shipped(file), {std::move(set), std::nullopt});
+    REQUIRE_FALSE(result);
+    return result.error().front().message;
+  };
+  const std::string late = "device.left.returns=\"2 s\"";
+  CHECK_THAT(error_of("paper/figure-1-spring.toml", {late}), Contains("it was never unplugged"));
+  CHECK_THAT(error_of("safety/unplug.toml", {"device.left.returns=\"1 s\""}), Contains("it is not unplugged yet (1000 ms)"));
+  CHECK_THAT(error_of("safety/unplug-pid.toml", {late}), Contains("driver = \"pid\" renders no force"));
+}
+
 TEST_CASE("The name of a fault that is not there is an error that knows the others") {
   const ReadResult result =
       read_scenario(shipped("timing/stall.toml"), {{"run.faults_off=[\"timing.change\"]"}, std::nullopt});

@@ -1,6 +1,7 @@
 // The file of a recording: what is read of one that was cut or changed at any place, and of one whose writer was killed.
 
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <csignal>
 #include <cstring>
@@ -85,6 +86,93 @@ TEST_CASE("a recording that is cut at any byte is read up to its last whole bloc
     REQUIRE(read->rows.steps.size() == 9 * ((blocks - 1) / 2));
     REQUIRE(read->until() == RealTime{20'000'000 * static_cast<std::int64_t>((blocks - 1) / 2)});
   }
+}
+
+TEST_CASE("a file is read as its bytes are, wherever it was cut") {
+  const Folder folder;
+  const MadeUp whole(6);
+  for (std::size_t length = 0; length <= whole.bytes.size(); length += 97) {
+    const std::string path = folder / "cut";
+    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(whole.bytes.data()),
+                                                static_cast<std::streamsize>(length));
+    const InputLogResult of_bytes = parse_input_log(std::span(whole.bytes).first(length), path);
+    const InputLogResult of_file = read_input_log(path);
+    INFO(length << " bytes");
+    REQUIRE(errors_of(of_file) == errors_of(of_bytes));
+    REQUIRE(of_file.ok() == of_bytes.ok());
+    if (!of_file) continue;
+    REQUIRE(of_file->blocks == of_bytes->blocks);
+    REQUIRE(of_file->left_bytes == of_bytes->left_bytes);
+    REQUIRE(of_file->inputs[0].ticks.size() == of_bytes->inputs[0].ticks.size());
+  }
+}
+
+TEST_CASE("a device that was away is away in the recording, too") {
+  for (const auto& [drivable, away] : {std::pair{true, false}, {false, false}, {false, true}}) {
+    DeviceSample sample;
+    sample.drivable = drivable;
+    sample.away = away;
+    const auto read = internal::decode<DeviceSample>(encoded(sample));
+    REQUIRE(read);
+    CHECK(read->drivable == drivable);
+    CHECK(read->away == away);
+  }
+  Bytes wrong = encoded(DeviceSample{});
+  wrong.back() = std::byte{3};
+  CHECK_FALSE(internal::decode<DeviceSample>(wrong));
+}
+
+namespace {
+
+/// A recording of so many slices of 20 ms, which is written without having it in memory.
+void write_long(const std::string& path, std::int64_t slices) {
+  std::ofstream out(path, std::ios::binary);
+  std::uint64_t blocks = 0;
+  const auto write = [&](const Bytes& bytes) {
+    out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  };
+  write(internal::file_begin());
+  write(internal::block_bytes(internal::BlockKind::head, blocks++, encoded(made_up_head())));
+  for (std::int64_t i = 0; i < slices; ++i) {
+    write(internal::block_bytes(internal::BlockKind::device, blocks++, encoded(device_slice(i))));
+    write(internal::block_bytes(internal::BlockKind::simulation, blocks++, encoded(simulation_slice(i))));
+  }
+  REQUIRE(out.flush());
+}
+
+/// The most memory that a process of its own had that read it.
+std::int64_t bytes_to_read(const std::string& path, const std::string& folder, std::int64_t slices) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const InputLogResult read = read_input_log(path, {false, std::make_shared<RowFiles>(folder)});
+    const bool is_all = read && read->inputs[0].ticks.size() == static_cast<std::size_t>(20 * slices) &&
+                        read->inputs[0].ticks.back().sample.sequence == 20 * slices - 1;
+    ::_exit(is_all ? 0 : 1);
+  }
+  int status = 0;
+  rusage used{};
+  REQUIRE(::wait4(child, &status, 0, &used) == child);
+  REQUIRE((WIFEXITED(status) && WEXITSTATUS(status) == 0));
+  return used.ru_maxrss * std::int64_t{1024};
+}
+
+}  // namespace
+
+TEST_CASE("a recording of twenty minutes needs no more memory to be read than one of twenty seconds") {
+  const Folder folder;
+  constexpr std::int64_t kBrief = 1000, kLong = 60'000;
+  write_long(folder / "brief", kBrief);
+  write_long(folder / "long", kLong);
+  const std::int64_t brief = bytes_to_read(folder / "brief", folder.path, kBrief);
+  const std::int64_t lasting = bytes_to_read(folder / "long", folder.path, kLong);
+  const std::int64_t row_bytes = 20 * kLong * static_cast<std::int64_t>(sizeof(TickInput) + sizeof(LiveTick)),
+                     file_bytes = static_cast<std::int64_t>(std::filesystem::file_size(folder / "long"));
+  INFO(brief << " bytes for " << kBrief << " slices, " << lasting << " for " << kLong << "; the file has " << file_bytes
+             << " bytes, the rows of its ticks have " << row_bytes);
+  constexpr std::int64_t kMost = 96 << 20;  // 32 MiB of pages may stay, and what comes until they are given back
+  CHECK(row_bytes > kMost);
+  CHECK(file_bytes > kMost);
+  CHECK(lasting - brief < kMost);
 }
 
 TEST_CASE("a bit that is changed anywhere is found, with its place, and what stands before it can be read") {

@@ -76,6 +76,12 @@ TEST_CASE("jump_max is the largest change, as a vector") {
   }
 }
 
+TEST_CASE("rise_max is the largest growth of the length, whatever falls or turns meanwhile") {
+  CHECK(rise_max(std::vector<Vec3>{{3, 4, 0}, {0, 0, 0}, {0, 0, 1}, {0, 1.5, 0}, {0.6, 0, 0.8}}) == Approx(1));
+  CHECK(rise_max(std::vector<Vec3>{{2, 0, 0}, {1, 0, 0}, {0, -1, 0}}) == 0);
+  CHECK(std::isnan(rise_max(std::vector<Vec3>(1))));
+}
+
 TEST_CASE("an exact line has no deviation, also 1000 s and 100 m from the origin") {
   for (const double offset_s : {0.0, 1.0, 60.0, 1000.0}) {
     const std::vector<double> t = times(2000, 1000, offset_s);

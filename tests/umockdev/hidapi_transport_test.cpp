@@ -303,6 +303,7 @@ TEST_CASE("a device that comes back within the patience is found again and says 
       REQUIRE(transport.read(buffer).status != HidRead::Status::gone);
       return transport.times_unplugged() == round + 1;
     }));
+    CHECK(transport.read(buffer).status == HidRead::Status::away);
     CHECK(transport.write_newest(output(2)) == HidWrite::rejected);
     device.plug_in();
     REQUIRE(eventually([&] { return transport.read(buffer).status == HidRead::Status::returned; }));

@@ -181,10 +181,24 @@ bool EvdevDriver::take_until(RealTime now, std::span<const EvdevEvent> events) {
   return true;
 }
 
+/// What comes between the last read and the question is told twice, by the table and by its event, which is as well.
+void EvdevDriver::forget_queued() {
+  std::array<EvdevEvent, kEventsPerRead> events;
+  for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
+    const EvdevRead got = node_.read(events);
+    if (got.status == EvdevRead::Status::gone) fail_gone();
+    if (got.status == EvdevRead::Status::away || got.status == EvdevRead::Status::returned) return come_back();
+    if (got.status == EvdevRead::Status::nothing) break;
+  }
+  is_lost_ = is_asking_ = !ask_positions();
+  positions_changed_ = false;
+}
+
 DeviceSample EvdevDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
   last_.drivable = true;
+  last_.away = is_away_;
   newest_event_.reset();
   for (const EvdevEvent& event : later_) take(event);
   later_.clear();
@@ -199,7 +213,8 @@ DeviceSample EvdevDriver::read(RealTime now) {
   }
   if (is_asking_ && !is_away_ && ask_positions()) note_report();
   if (last_.fresh) last_event_ = now;
-  if (is_away_) last_.drivable = false;
+  if (is_away_) last_.away = true;
+  if (last_.away) last_.drivable = false;
   if (!last_.fresh) {
     ++counters_.stale;
     if (!last_event_ && is_position_known()) last_event_ = now;
@@ -221,10 +236,10 @@ void EvdevDriver::date(RealTime now) {
   last_.taken_at = times_->taken(now);
 }
 
-/// The forces rise from zero again, because this tick still says that the device is not drivable.
+/// The forces rise from zero again, because this tick still says that the device is away.
 void EvdevDriver::come_back() {
   is_away_ = false;
-  last_.drivable = false;
+  last_.away = true;
   for (std::uint16_t axis = 0; axis < 3; ++axis) {
     EvdevAxis found;
     if (!is_used(axis) || node_.axis(axis, found) != ENXIO) continue;

@@ -40,6 +40,15 @@ SimulatedEvdev::SimulatedEvdev(const Clock& clock, HeldBy by, SimulatedEvdevOpti
 
 void SimulatedEvdev::catch_up() {
   const RealTime now = clock_.now();
+  if (!reports_.is_gone()) change_until(now);
+  if (!reports_.is_gone()) return;
+  reports_.advance(now);
+  if (!reports_.take_returned()) return;
+  begin_anew();
+  change_until(now);
+}
+
+void SimulatedEvdev::change_until(RealTime now) {
   while (const auto at = next_change(now)) {
     run_until(*at);
     if (reports_.is_gone()) return;
@@ -47,6 +56,32 @@ void SimulatedEvdev::catch_up() {
   }
   run_until(now);
 }
+
+/// The device knows nothing, and centers by itself from when it was plugged in. The node is a new one, for which the program
+/// that found it has made its effects anew, without force, under the numbers that they had.
+void SimulatedEvdev::begin_anew() {
+  motors_.lose(reports_.lost_at());
+  for (Slot& slot : slots_) {
+    const bool is_ours = slot.owner == Owner::we;
+    slot.playing = false;
+    slot.ends_at.reset();
+    slot.known.level = 0;
+    slot.known.conditions = {};
+    slot.loaded = slot.known;
+    if (!is_ours) slot = {};
+  }
+  gain_ = 0xFFFF;
+  autocenter_ = options_.autocenter;
+  render(reports_.plugged_in_at());
+  for (EvdevAxis& axis : axes_) axis = {0, options_.minimum, options_.maximum, options_.fuzz};
+  queue_.clear();
+  complete_ = 0;
+  next_tick_ = reports_.next_tick();
+  has_returned_ = true;
+}
+
+/// While it is away, as a LiveEvdev answers.
+int SimulatedEvdev::without_device() const { return reports_.is_away() ? ENXIO : ENODEV; }
 
 bool SimulatedEvdev::is_gone() {
   catch_up();
@@ -146,7 +181,8 @@ void SimulatedEvdev::queue(const EvdevEvent& event) {
 }
 
 EvdevRead SimulatedEvdev::read(std::span<EvdevEvent> events) {
-  if (is_gone()) return {EvdevRead::Status::gone};
+  if (is_gone()) return {reports_.is_away() ? EvdevRead::Status::away : EvdevRead::Status::gone};
+  if (std::exchange(has_returned_, false)) return {EvdevRead::Status::returned};
   if (reports_.take_interruption()) return {EvdevRead::Status::interrupted};
   if (reports_.is_unread()) return {};
   std::size_t count = 0;
@@ -164,28 +200,28 @@ bool SimulatedEvdev::has_feedback(std::uint16_t code) {
 }
 
 int SimulatedEvdev::axis(std::uint16_t code, EvdevAxis& axis) {
-  if (is_gone()) return ENODEV;
+  if (is_gone()) return without_device();
   if (!has_axis(code)) return EINVAL;
   axis = axes_[code];
   return 0;
 }
 
 int SimulatedEvdev::set_axis(std::uint16_t code, const EvdevAxis& axis) {
-  if (is_gone()) return ENODEV;
+  if (is_gone()) return without_device();
   if (!has_axis(code)) return EINVAL;
   axes_[code] = axis;
   return 0;
 }
 
 int SimulatedEvdev::grab() {
-  if (is_gone()) return ENODEV;
+  if (is_gone()) return without_device();
   return options_.held ? EBUSY : 0;
 }
 
 // ---- effects
 
 int SimulatedEvdev::effect_count(int& count) {
-  if (is_gone()) return ENODEV;
+  if (is_gone()) return without_device();
   count = options_.effects;
   return 0;
 }
@@ -198,7 +234,10 @@ int SimulatedEvdev::access(Owner who, int id) const {
 }
 
 int SimulatedEvdev::upload(EvdevEffect& effect) {
-  if (is_gone()) return ENODEV;
+  if (is_gone()) {
+    motors_.ask_away({std::abs(effect.level / 32767.0) * options_.full_scale_N, 0, 0});
+    return without_device();
+  }
   if ((effect.type != evdev::kConstant && effect.type != evdev::kSpring) || !has_feedback(effect.type)) return EINVAL;
   const bool is_new = effect.id == -1;
   const auto free = std::find_if(slots_.begin(), slots_.end(), [](const Slot& s) { return s.owner == Owner::nobody; });
@@ -222,7 +261,7 @@ int SimulatedEvdev::upload(EvdevEffect& effect) {
 }
 
 int SimulatedEvdev::erase_as(Owner who, int id) {
-  if (is_gone()) return ENODEV;
+  if (is_gone()) return without_device();
   if (const int refusal = access(who, id); refusal != 0) return refusal;
   slots_[static_cast<std::size_t>(id)] = {};
   motors_.heard(clock_.now());
@@ -232,7 +271,7 @@ int SimulatedEvdev::erase_as(Owner who, int id) {
 int SimulatedEvdev::erase(int id) { return erase_as(Owner::we, id); }
 
 int SimulatedEvdev::write(const EvdevEvent& event) {
-  if (is_gone()) return ENODEV;
+  if (is_gone()) return without_device();
   if (event.type != evdev::kFf) return 0;
   bool lost = false;
   if (reports_.write_fault(lost) == HidWrite::rejected || lost) return 0;

@@ -211,7 +211,7 @@ HidapiTransport::~HidapiTransport() {
 
 HidRead HidapiTransport::read(std::span<std::byte> buffer) {
   const auto without_device = [](internal::Presence presence) {
-    return HidRead{presence == internal::Presence::gone ? HidRead::Status::gone : HidRead::Status::nothing};
+    return HidRead{presence == internal::Presence::gone ? HidRead::Status::gone : HidRead::Status::away};
   };
   if (const internal::Presence presence = state_->sender->presence(); presence != internal::Presence::here)
     return without_device(presence);

@@ -62,12 +62,14 @@ DeviceSample PidDriver::read(RealTime now) {
   last_.read_at = now;
   last_.fresh = false;
   const PidSilence before = silence();
-  internal::drain(
+  const bool had_returned = has_returned_;
+  const bool is_here = internal::drain(
       transport_, input_, [&](std::span<const std::byte> report) { take(report); }, [&] { has_returned_ = true; });
+  last_.away = !is_here || has_returned_ != had_returned;
   if (!last_.fresh) ++counters_.stale;
   notice_silence(before);
   notice_refusals(now);
-  last_.drivable = !is_silent();
+  last_.drivable = !is_silent() && !last_.away;
   return last_;
 }
 

@@ -41,8 +41,15 @@ DeviceSample ReferenceDriver::read(RealTime now) {
   last_.fresh = false;
   if (clock_ && !last_.taken_at) last_.taken_at = now - kOlderThanAny;
   std::array<std::byte, kBufferSize> buffer;
-  internal::drain(
-      transport_, buffer, [&](std::span<const std::byte> report) { take(report); }, [&] { begin_anew(); });
+  bool has_returned = false;
+  const auto come_back = [&] {
+    has_returned = true;
+    begin_anew();
+  };
+  const bool is_here = internal::drain(
+      transport_, buffer, [&](std::span<const std::byte> report) { take(report); }, come_back);
+  last_.away = !is_here || has_returned;
+  last_.drivable = !last_.away;
   if (!last_.fresh) ++counters_.stale;
   if (last_.fresh && clock_) clock_->passed_on(*last_.taken_at, now);
   internal::new_refusals(transport_, refusals_seen_, counters_);  // counted only: every tick sends its force

@@ -20,17 +20,19 @@ inline constexpr int kMaxReadsPerTick = 1024;
   throw DeviceError(info.path + ": device '" + info.product + "' is gone (unplugged or reset); plug it in and run again");
 }
 
-/// Passes every waiting report to `take`, cut to the size of the buffer; calls `returned` if the device is back. Throws
-/// DeviceError if the device is gone.
+/// Passes every waiting report to `take`, cut to the size of the buffer; calls `returned` if the device is back. False: it is
+/// away. Throws DeviceError if the device is gone.
 template <class Take, class Returned>
-void drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Returned returned) {
+bool drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Returned returned) {
   for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {
     const HidRead got = transport.read(buffer);
     switch (got.status) {
       case HidRead::Status::gone:
         throw_gone(transport);
       case HidRead::Status::nothing:
-        return;
+        return true;
+      case HidRead::Status::away:
+        return false;
       case HidRead::Status::interrupted:  // by a signal; the device is still there
         break;
       case HidRead::Status::returned:
@@ -41,6 +43,7 @@ void drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Retu
         break;
     }
   }
+  return true;
 }
 
 /// Whether the device accepted the report; a refusal is counted. Throws DeviceError if the device is gone.

@@ -24,10 +24,20 @@ void MotorLog::render(RealTime at, const glm::dvec3& force_N) {
   largest_along_N_ = glm::max(largest_along_N_, glm::abs(force_N));
 }
 
+void MotorLog::lose(RealTime at) {
+  render(at, glm::dvec3(0));
+  asked_away_N_ = asked_away_N_.value_or(0);
+}
+
+void MotorLog::ask_away(const glm::dvec3& force_N) {
+  asked_away_N_ = std::max(asked_away_N_.value_or(0), glm::length(force_N));
+}
+
 void MotorLog::tell(MotorState& state) const {
   state.largest_N = largest_N_;
   state.largest_along_N = largest_along_N_;
   state.unrenewed = unrenewed_;
+  state.asked_away_N = asked_away_N_;
 }
 
 }  // namespace evenstep

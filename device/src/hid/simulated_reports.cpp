@@ -5,6 +5,8 @@
 #include <limits>
 #include <utility>
 
+#include "evenstep/device/looked_for.h"
+
 namespace evenstep {
 namespace {
 
@@ -71,8 +73,9 @@ void SimulatedReports::feel(RealTime now, const glm::dvec3& force_N) {
 
 void SimulatedReports::advance(RealTime now) {
   const std::int64_t newest = newest_tick(options_, now);
-  if (options_.unplug_at_tick >= 0 && newest >= options_.unplug_at_tick) gone_ = true;
-  if (gone_) return;
+  if (options_.unplug_at_tick >= 0 && newest >= options_.unplug_at_tick && !was_lost_) lose();
+  if (is_away()) return look_for_device(now);
+  if (is_gone()) return;
   while (next_tick_ <= newest) {
     const std::int64_t event = next_event();
     if (event == next_tick_)
@@ -83,6 +86,32 @@ void SimulatedReports::advance(RealTime now) {
       make_ticks(std::min(newest, event - 1));
   }
   deliver_until(now);
+}
+
+void SimulatedReports::lose() {
+  was_lost_ = true;
+  lost_at_ = tick_time(options_.rate, options_.unplug_at_tick, options_.first_tick);
+  presence_ = Presence::gone;
+  if (options_.return_at_tick < 0) return;
+  presence_ = Presence::away;
+  plugged_at_ = tick_time(options_.rate, options_.return_at_tick, options_.first_tick);
+  found_at_ = found_again(lost_at_, plugged_at_);
+  feel(lost_at_, glm::dvec3(0));
+}
+
+/// What it would have told meanwhile, and what would have happened to that, was told to nobody.
+void SimulatedReports::look_for_device(RealTime now) {
+  if (!found_at_ && now > lost_at_ + kPatience) presence_ = Presence::gone;
+  if (!found_at_ || now < *found_at_) return;
+  presence_ = Presence::here;
+  returned_ = true;
+  while (queue_.pop()) {
+  }
+  late_.clear();
+  under_way_.clear();
+  interruptions_ = writes_to_lose_ = writes_to_reject_ = writes_to_refuse_ = 0;
+  next_tick_ = first_tick_at_or_after(options_.rate, *found_at_, options_.first_tick);
+  while (next_fault_ < options_.faults.size() && options_.faults[next_fault_].tick < next_tick_) ++next_fault_;
 }
 
 void SimulatedReports::make_aged_tick(std::int64_t tick) { send({tick, position_at(tick)}, tick); }

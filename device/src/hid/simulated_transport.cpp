@@ -5,10 +5,12 @@
 namespace evenstep {
 namespace {
 
-reference_device::InputReport report_of(const SimulatedReport& report, const SimulatedDeviceOptions& options) {
+/// A device that was plugged in again counts its reports and its time from then on.
+reference_device::InputReport report_of(const SimulatedReport& report, const SimulatedDeviceOptions& options,
+                                        std::int64_t first) {
   const Rate clock_rate = options.clock_rate.num > 0 ? options.clock_rate : options.rate;
-  const RealTime at = tick_time(clock_rate, report.tick, options.first_tick);
-  return {.sequence = static_cast<std::uint32_t>(report.tick + 1),
+  const RealTime at = tick_time(clock_rate, report.tick - first, options.first_tick);
+  return {.sequence = static_cast<std::uint32_t>(report.tick - first + 1),
           .device_time_us = static_cast<std::uint32_t>(floor_mul_div(at.ns, 1, 1000)),
           .position_nm = reference_device::to_nm(report.position_m)};
 }
@@ -25,19 +27,33 @@ SimulatedTransport::SimulatedTransport(const Clock& clock, HeldBy by, SimulatedD
       info_{reports_.options().name, reference_device::kVendorId, reference_device::kProductId, "evenstep reference device",
             ""} {}
 
+bool SimulatedTransport::is_gone() {
+  const RealTime now = clock_.now();
+  reports_.advance(now);
+  if (!reports_.take_returned()) return reports_.is_gone();
+  motors_.lose(reports_.lost_at());
+  output_ = {};
+  first_tick_ = reports_.next_tick();
+  has_returned_ = true;
+  reports_.advance(now);
+  return reports_.is_gone();
+}
+
 HidRead SimulatedTransport::read(std::span<std::byte> buffer) {
-  reports_.advance(clock_.now());
-  if (reports_.is_gone()) return {HidRead::Status::gone};
+  if (is_gone()) return {reports_.is_away() ? HidRead::Status::away : HidRead::Status::gone};
+  if (std::exchange(has_returned_, false)) return {HidRead::Status::returned};
   if (reports_.take_interruption()) return {HidRead::Status::interrupted};
   const auto report = reports_.take();
   if (!report) return {HidRead::Status::nothing};
-  return deliver(*report, reference_device::encode(report_of(*report, reports_.options())), buffer);
+  return deliver(*report, reference_device::encode(report_of(*report, reports_.options(), first_tick_)), buffer);
 }
 
 HidWrite SimulatedTransport::write(std::span<const std::byte> report) {
-  reports_.advance(clock_.now());
-  if (reports_.is_gone()) return HidWrite::gone;
   const auto decoded = reference_device::decode_output(report);
+  if (is_gone()) {
+    if (decoded) motors_.ask_away(force_of(*decoded));
+    return reports_.is_away() ? HidWrite::rejected : HidWrite::gone;
+  }
   bool lost = false;
   if (!decoded || reports_.write_fault(lost) == HidWrite::rejected) return HidWrite::rejected;
   if (lost) return HidWrite::ok;
@@ -49,9 +65,8 @@ HidWrite SimulatedTransport::write(std::span<const std::byte> report) {
 }
 
 MotorState SimulatedTransport::motors() {
-  reports_.advance(clock_.now());
   MotorState state;
-  if (!reports_.is_gone()) {
+  if (!is_gone()) {
     motors_.until(clock_.now());
     state.force_N = force_of(output_);
   }

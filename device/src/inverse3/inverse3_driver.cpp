@@ -58,14 +58,14 @@ void Inverse3Driver::stop() noexcept {
 
 DeviceSample Inverse3Driver::read(RealTime now) {
   last_.read_at = now;
-  last_.fresh = false;
+  last_.fresh = last_.away = false;
   if (!heard_at_) heard_at_ = now;
   const Inverse3Link::Read got = link_.read(text_);
   if (got == Inverse3Link::Read::gone) fail(text_ + "; start the service and run again");
   if (got == Inverse3Link::Read::message && !is_away_) take(now);
   if (got == Inverse3Link::Read::returned) come_back(now);
   if (got == Inverse3Link::Read::away || is_away_) {
-    is_away_ = true;
+    is_away_ = last_.away = true;
     last_.drivable = false;
     heard_at_ = now;  // how long it may be away is the link's affair
   }
@@ -85,6 +85,7 @@ void Inverse3Driver::come_back(RealTime now) {
   is_away_ = !why_not.empty();
   if (is_away_) return link_.reject(why_not);
   last_.drivable = false;
+  last_.away = true;
   is_returning_ = true;
   heard_at_ = now;
   begin();

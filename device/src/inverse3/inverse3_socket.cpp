@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "evenstep/device/haptic_device.h"
+#include "evenstep/device/looked_for.h"
 
 namespace evenstep {
 namespace {
@@ -29,7 +30,6 @@ using boost::system::error_code;
 constexpr Duration kLost{100'000'000};  // an answer that has not come by then never will
 constexpr std::chrono::milliseconds kFarewell{250};
 constexpr Duration kListing{250'000'000};
-constexpr std::chrono::milliseconds kLookAgain{250};
 constexpr std::chrono::seconds kAttempt{2};
 
 std::chrono::nanoseconds of(Duration duration) { return std::chrono::nanoseconds(duration.ns); }
@@ -215,7 +215,7 @@ void Inverse3Socket::State::end(const std::string& why) {
   error_code ignored;
   socket->next_layer().socket().close(ignored);
   if (closing || !look_again(why)) return io.stop();
-  retry.expires_after(kLookAgain);
+  retry.expires_after(of(kLookAgain));
   retry.async_wait([this](error_code error) {
     if (!error && !closing) connect();
   });

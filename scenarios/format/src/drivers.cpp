@@ -21,7 +21,7 @@ ForeignDriverSpec ForeignDriverSpec::read(const ScenarioReading& reading, const 
   ForeignDriverSpec spec{read_foreign(reading, device.table("foreign")), {}};
   spec.make = maker_of("driver", spec.part, reading.registry.devices(), &Library::device, reading.errors);
   for (const char* key :
-       {"queue", "unplug", "faults", "sample_time", "report_age", "report_age_jitter", "clock_rate_error"}) {
+       {"queue", "unplug", "returns", "faults", "sample_time", "report_age", "report_age_jitter", "clock_rate_error"}) {
     if (device.has(key))
       reading.errors.add(device.place(key),
                          fmt::format("'{}' is about reports on a cable, and driver = \"foreign\" has none that evenstep "
@@ -54,6 +54,14 @@ namespace internal {
 namespace {
 
 template <class Spec>
+std::string no_return(const Spec&) {
+  if constexpr (requires { Spec::kNoReturn; })
+    return fmt::format("driver = \"{}\" {}; remove it", Spec::kName, Spec::kNoReturn);
+  else
+    return {};
+}
+
+template <class Spec>
 DriverFormat format_of() {
   return {Spec::kName, Spec::fields,
           [](const ScenarioReading& reading, const Table& device) -> DriverSpec { return Spec::read(reading, device); }};
@@ -69,6 +77,10 @@ std::vector<DriverFormat> formats_of(std::index_sequence<i...>) {
 const std::vector<DriverFormat>& driver_formats() {
   static const std::vector<DriverFormat> formats = formats_of(std::make_index_sequence<std::variant_size_v<DriverSpec>>());
   return formats;
+}
+
+std::string why_no_return(const DriverSpec& driver) {
+  return std::visit([](const auto& spec) { return no_return(spec); }, driver);
 }
 
 std::string_view driver_words() {

@@ -95,6 +95,7 @@ void switch_off_faults(Value& document, Errors& errors) {
     Value& device = document.find("device")->list[place->device];
     if (place->key != "faults") {
       erase(device, place->key);
+      if (place->key == "unplug") erase(device, "returns");  // without it nothing returns
       continue;
     }
     std::vector<Value>& entries = device.find("faults")->list;

@@ -158,6 +158,19 @@ GuardSpec read_guard(const Table& device, const NominalUnits& nominal, Errors& e
   return spec;
 }
 
+void read_return(ScenarioReading& reading, const Table& device, DeviceSpec& spec) {
+  if (!device.has("returns")) return;
+  spec.returns = device.span("returns", reading.scenario.nominal, reading.errors);
+  const Place place = device.place("returns");
+  if (const std::string why_not = why_no_return(spec.driver); !why_not.empty())
+    reading.errors.add(place, "'returns': " + why_not);
+  else if (!spec.unplug)
+    reading.errors.add(place, "'returns': it was never unplugged; write when, in 'unplug', or remove it");
+  else if (*spec.returns <= *spec.unplug)
+    reading.errors.add(place, fmt::format("'returns': at {} it is not unplugged yet ({}); write a later time",
+                                          in_ms(*spec.returns), in_ms(*spec.unplug)));
+}
+
 DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   DeviceSpec spec;
   spec.name = device.text("name");
@@ -171,6 +184,7 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
     if (driver.name == device.text("driver")) spec.driver = driver.read(reading, device);
   }
   if (device.has("unplug")) spec.unplug = device.span("unplug", reading.scenario.nominal, reading.errors);
+  read_return(reading, device, spec);
   read_faults(reading, device, spec);
   spec.age = read_age(reading, device, spec.driver);
   spec.queue = device.text("queue") == "libusb" ? QueuePolicy::libusb : QueuePolicy::hidraw;
@@ -294,6 +308,13 @@ const std::vector<Field>& device_fields() {
        .meaning = "The simulated device is gone from then on. Default: it stays.",
        .range = between(0, kLongestRun_s),
        .example = "\"1 s\""},
+      {.table = "device",
+       .key = "returns",
+       .forms = kSpan,
+       .meaning = "After `unplug`: the simulated device is plugged in again. Its driver looks for it four times a second, for "
+                  "10 s. `reference`, `evdev` and `inverse3` alone (docs/recovery.md). Default: never.",
+       .range = between(0, kLongestRun_s),
+       .example = "\"1.5 s\""},
       {.table = "device",
        .key = "faults",
        .forms = kTable,

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <map>
 
+#include "evenstep/device/looked_for.h"
+
 #include "faults.h"
 #include "field_rows.h"
 #include "sections.h"
@@ -59,7 +61,8 @@ std::optional<ProgrammedFault> device_fault(const FaultPlace& place, const Table
   if (place.key == "events") return switch_fault(table.tables("events"), nominal, errors);
   if (place.key == "unplug") {
     const RealTime at{device.unplug->ns};
-    return ProgrammedFault{"", at, at, Over::never};
+    if (!device.returns || !found_again(at, RealTime{device.returns->ns})) return ProgrammedFault{"", at, at, Over::never};
+    return ProgrammedFault{"", at, RealTime{device.returns->ns}, Over::at_time};
   }
   if (place.key == "evdev.meddled_at") {  // an instant, after which the driver plays all of it again
     const RealTime at{table.table("evdev").duration("meddled_at").ns};

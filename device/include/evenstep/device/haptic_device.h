@@ -25,6 +25,9 @@ struct DeviceSample {
   bool fresh = false;          ///< false: no new report since the last read, so the position is unchanged
   bool at_range = false;       ///< along an axis the position is at an end of what the report can carry: it may be beyond
   bool drivable = true;        ///< false: the device says that its motors are off (safety switch, actuator power)
+  /// It was unplugged, and is looked for or has just been found: it renders nothing, and nothing that was sent. Then it is
+  /// not drivable either.
+  bool away = false;
 
   /// The time that the position belongs to, as far as it is known.
   RealTime time() const { return taken_at.value_or(read_at); }

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,7 @@
 
 #include "evenstep/harness/live_devices.h"
 #include "evenstep/loop/exchange.h"
+#include "evenstep/reports/rows.h"
 #include "evenstep/reports/run_record.h"
 #include "evenstep/scheduler/step_timing.h"
 #include "evenstep/text/diagnostic.h"
@@ -82,10 +84,10 @@ struct InputLog {
   /// The files that are in it, by their index, as far as their pieces are: a whole one has the digest that the head says.
   std::map<std::uint32_t, std::string> files;
   std::vector<DeviceInputs> inputs;
-  std::vector<std::vector<LiveTick>> ticks;  ///< per device, the same index as DeviceInputs::ticks
+  std::vector<Rows<LiveTick>> ticks;  ///< per device, the same index as DeviceInputs::ticks
   StrategyRecord rows;                       ///< its segments, and begin and end of its steps; nothing else
   std::optional<RealTime> unfinished;        ///< when the step was launched that ran when the recording ended
-  std::vector<LaneCheck> device_checks, simulation_checks;
+  Rows<LaneCheck> device_checks, simulation_checks;
   std::optional<InputLogEnd> end;  ///< empty: the writer was killed, or its disk was full
   std::int64_t blocks = 0;
   std::int64_t bytes = 0;       ///< of the whole blocks, with what stands before them
@@ -102,8 +104,11 @@ bool is_input_log(const std::string& path);
 
 struct InputLogReading {
   bool before_damage = false;  ///< read what stands before the first damaged block, where it would be an error
+  /// Where the rows go; null: into memory.
+  std::shared_ptr<RowFiles> row_files = nullptr;
 };
 using InputLogResult = Result<InputLog, std::vector<Diagnostic>>;
+/// A file is read block by block, so that with `row_files` the memory does not depend on how long the run was.
 /// Errors name file and byte: no such recording, another version, a head that is not whole, a wrong checksum, contents that
 /// no run can have.
 InputLogResult read_input_log(const std::string& path, const InputLogReading& reading = {});

@@ -22,6 +22,7 @@ class LiveLog;
 struct LiveRecording {
   StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
+  const std::vector<DeviceInputs>* read = nullptr;  ///< where the inputs stand; null: in `inputs`
   const StrategyRecord* ran = nullptr;     ///< where segments and steps stand as they really ran; null: in `record`
   std::optional<RealTime> unfinished;      ///< when the step was launched that ran when the run ended
   std::string visualization, drawing_png;  ///< as in RunRecord
@@ -29,6 +30,7 @@ struct LiveRecording {
   LiveRights rights;
 
   const StrategyRecord& as_ran() const { return ran ? *ran : record; }
+  const std::vector<DeviceInputs>& as_read() const { return read ? *read : inputs; }
 };
 
 /// Why this scenario cannot run on a wall clock, with the remedy; empty if it can.

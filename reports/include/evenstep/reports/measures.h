@@ -58,6 +58,8 @@ struct Deviation {
 Deviation deviation(std::span<const double> t, std::span<const Vec3> x, double window_s);
 /// The largest change between two neighbouring samples.
 double jump_max(std::span<const Vec3> x);
+/// The largest growth of the length from one sample to the next; 0 if it never grows.
+double rise_max(std::span<const Vec3> x);
 /// RMS of x in the band [low, high] Hz, detrended per window. The band is exact: it is cut out of the DFT of each window, so
 /// no filter has to settle.
 double band_rms(std::span<const double> t, std::span<const Vec3> x, double window_s, double low_Hz, double high_Hz);

@@ -9,6 +9,9 @@
 /// `age` is how much later the program can read them. An `unread` tick is one in which the program does not
 /// read.
 ///
+/// After it was unplugged and before it is found again it answers as a LiveEvdev does, which then makes the effects anew.
+/// From the plug on until it is told otherwise the device centers by itself.
+///
 /// Effects: `effects` places for all programs; an effect is changed and erased by its owner alone, and keeps its type; but
 /// any program may play and stop it, and set gain and autocenter. An upload that changes nothing is not passed to the
 /// device. It ends by itself `length_ms` after it was played. Upload under `write_rejected` gives EIO; what is written
@@ -79,6 +82,9 @@ class SimulatedEvdev final : public EvdevNode, public SimulatedMotors {
 
   bool is_gone();
   void catch_up();
+  void change_until(RealTime now);
+  void begin_anew();
+  int without_device() const;
   std::optional<RealTime> next_change(RealTime until) const;
   void change_at(RealTime at);
   void run_until(RealTime until);
@@ -105,6 +111,7 @@ class SimulatedEvdev final : public EvdevNode, public SimulatedMotors {
   std::vector<Slot> slots_;
   int gain_ = 0xFFFF, autocenter_ = 0;
   bool meddled_ = false;
+  bool has_returned_ = false;  // and no read has said so
   std::int64_t next_tick_ = 0, next_firmware_tick_ = 0;
   std::int64_t effects_ended_ = 0;
 };

@@ -19,9 +19,9 @@ struct HidDeviceInfo {
 };
 
 struct HidRead {
-  /// `returned` is given once after the device was unplugged and is back: it has lost what it was told before, and its
+  /// `away`: it was unplugged, and is looked for. `returned`: once after that; it has lost what it was told before, and its
   /// counters begin anew.
-  enum class Status { report, nothing, interrupted, returned, gone } status = Status::nothing;
+  enum class Status { report, nothing, interrupted, away, returned, gone } status = Status::nothing;
   std::size_t size = 0;  ///< bytes of the report; if the buffer is smaller, the report was cut
 };
 enum class HidWrite { ok, rejected, gone };

@@ -41,7 +41,7 @@ class HidapiTransport final : public HidTransport {
   /// Opens /dev/hidrawN. Throws DeviceError, with the remedy, if `path` is no such device (hidapi itself would crash on some
   /// other files) or may not be opened.
   /// After the device was unplugged, it is looked for by its ids and serial number, at any path, four times a second for
-  /// `patience`; meanwhile reads find nothing and writes are rejected. After that (at once if `patience` is 0) it is gone
+  /// `patience`; meanwhile reads say `away` and writes are rejected. After that (at once if `patience` is 0) it is gone
   /// for ever.
   HidapiTransport(const std::string& path, const WallClock& clock, Duration patience = {});
   /// Goes on sending the waiting reports for at most a second, then closes. If a single write hangs, only the kernel can end

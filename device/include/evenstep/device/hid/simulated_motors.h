@@ -2,6 +2,7 @@
 /// What the motors of a simulated device really do, as a person holding it would notice, whatever its driver believes.
 
 #include <cstdint>
+#include <optional>
 
 #include <glm/vec3.hpp>
 
@@ -18,6 +19,8 @@ struct MotorState {
   double largest_N = 0;            ///< length of the largest force so far
   glm::dvec3 largest_along_N{0};   ///< size of the largest force along each axis so far
   Duration unrenewed;              ///< longest time so far that a force was rendered without a new output report
+  /// If it was away: the largest force that somebody asked it for meanwhile, in vain.
+  std::optional<double> asked_away_N;
   std::int64_t effects_ended = 0;  ///< how many ended because their duration had passed (the dead man's handle)
 };
 
@@ -38,6 +41,10 @@ class MotorLog {
   void heard(RealTime at);
   /// From `at` on this is the force.
   void render(RealTime at, const glm::dvec3& force_N);
+  /// It is away from `at` on, and renders nothing.
+  void lose(RealTime at);
+  /// While it was away, somebody asked for this force.
+  void ask_away(const glm::dvec3& force_N);
   /// The force has stayed the same up to `at`.
   void until(RealTime at);
   /// Sets what has been recorded: the largest forces and the longest time without a report.
@@ -46,6 +53,7 @@ class MotorLog {
  private:
   bool drives_ = false;
   double largest_N_ = 0;
+  std::optional<double> asked_away_N_;
   glm::dvec3 largest_along_N_{0};
   RealTime since_;  // the last report, or the begin of this force if that came later
   Duration unrenewed_;

@@ -2,6 +2,9 @@
 /// What all simulated devices have in common, whatever their reports look like: one report per tick with the position of a
 /// programmed motion, or of a hand that feels forces, queued as by real drivers; and faults on the way, at given ticks.
 ///
+/// A device that was unplugged and returns is lost at its tick, and found when a program finds it that looks for it
+/// (looked_for.h); the hand that holds it feels nothing meanwhile.
+///
 /// Tick k falls on tick_time(rate, k, first_tick). Nothing runs by itself: `advance(now)` carries out all ticks up to now.
 
 #include <cstdint>
@@ -11,6 +14,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -50,6 +54,9 @@ struct SimulatedDeviceOptions {
   RealTime first_tick;  ///< time of tick 0 (the phase)
   QueuePolicy queue = QueuePolicy::hidraw;
   std::int64_t unplug_at_tick = -1;  ///< from this tick on the device is gone
+  /// After it was unplugged, from this tick on it is plugged in again. It is there once the program has found it
+  /// (looked_for.h). -1: never. Not for devices that play PID effects, which their driver cannot make anew.
+  std::int64_t return_at_tick = -1;
   Duration force_delay;              ///< from the writing of a force until the hand feels it; unused without a hand
   /// How old the report of a tick is when it comes, >= 0; a report never overtakes the one before it. Empty: it comes at its
   /// tick.
@@ -75,10 +82,19 @@ class SimulatedReports {
   SimulatedReports(HeldBy by, SimulatedDeviceOptions options);
 
   const SimulatedDeviceOptions& options() const { return options_; }
-  /// `now` must not decrease. Throws HandDiverged, but only once: from then on the device stays where it was, as if
+  /// `now` must not decrease. The call that finds a device again carries out no tick. Throws HandDiverged, but only once: from then on the device stays where it was, as if
   /// released.
   void advance(RealTime now);
-  bool is_gone() const { return gone_; }
+  /// It is not there: for ever, or only `away`.
+  bool is_gone() const { return presence_ != Presence::here; }
+  /// It was unplugged, and is looked for.
+  bool is_away() const { return presence_ == Presence::away; }
+  /// Once after it was away: what was queued and on its way is lost, and its next tick is next_tick(). What the device was
+  /// told before is its own affair.
+  bool take_returned() { return std::exchange(returned_, false); }
+  RealTime lost_at() const { return lost_at_; }          ///< if it ever was
+  RealTime plugged_in_at() const { return plugged_at_; }  ///< if it has returned
+  std::int64_t next_tick() const { return next_tick_; }
   /// With a hand, `at` must not be before any instant asked for or advanced to so far.
   glm::dvec3 position_m(RealTime at);
   /// Lets the hand, if there is one, feel the force from `now` + force_delay on.
@@ -108,6 +124,9 @@ class SimulatedReports {
     RealTime due;
     SimulatedReport report;
   };
+  enum class Presence { here, away, gone };
+  void lose();
+  void look_for_device(RealTime now);
   void make_aged_tick(std::int64_t tick);
   /// The report leaves the device at this tick.
   void send(const SimulatedReport& report, std::int64_t tick);
@@ -130,7 +149,10 @@ class SimulatedReports {
   std::int64_t unread_tick_ = -2;  // the last `unread` tick; -2: none
   std::int64_t interruptions_ = 0, writes_to_lose_ = 0, writes_to_reject_ = 0, writes_to_refuse_ = 0;
   std::int64_t refused_later_ = 0;
-  bool gone_ = false;
+  Presence presence_ = Presence::here;
+  bool was_lost_ = false, returned_ = false;
+  RealTime lost_at_, plugged_at_;
+  std::optional<RealTime> found_at_;
 };
 
 }  // namespace evenstep

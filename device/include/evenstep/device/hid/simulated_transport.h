@@ -6,7 +6,8 @@
 /// time of the tick in whole microseconds (rounded down). Reads and writes look at the clock first: all ticks up to
 /// clock.now() have then reported. So a reader that sleeps through a stall finds what a real queue would contain. A hand
 /// feels the last output report from `force_delay` after it was written; a device that is gone renders no force. After the
-/// device was unplugged every call returns `gone`, even if reports are still queued, as with hidapi.
+/// device was unplugged every call returns `gone`, even if reports are still queued, as with hidapi; one that returns is
+/// `away` until then, rejects what is written, and then counts reports and time anew.
 
 #include <cstdint>
 
@@ -36,11 +37,15 @@ class SimulatedTransport final : public SimulatedDevice {
   std::int64_t dropped() const { return reports_.dropped(); }
 
  private:
+  bool is_gone();
+
   const Clock& clock_;
   SimulatedReports reports_;
   HidDeviceInfo info_;
   reference_device::OutputReport output_;
   MotorLog motors_;
+  std::int64_t first_tick_ = 0;  // the first since it was plugged in
+  bool has_returned_ = false;    // and no read has said so
 };
 
 }  // namespace evenstep

@@ -8,8 +8,8 @@
 ///
 /// Faults (simulated_reports.h): `lost`, `late`, `duplicated` answers; `cut` and `longer` texts; `unknown_id`: of another
 /// device; `unread`: the program reads nothing. The service ignores what it does not understand and says nothing of it, so
-/// `write_lost`, `write_rejected` and `write_refused` are the same: a message that does nothing. After `unplug_at_tick` the
-/// connection is closed.
+/// `write_lost`, `write_rejected` and `write_refused` are the same: a message that does nothing. At `unplug_at_tick` the
+/// connection is closed; a device that returns is the same one, behind a new connection.
 
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -47,6 +47,10 @@ class SimulatedInverse3 final : public Inverse3Link, public SimulatedMotors {
 
  private:
   bool is_gone();
+  void answer_until(RealTime now);
+  void begin_anew();
+  void say_first(RealTime at);
+  std::optional<glm::dvec3> asked_N(const std::string& message) const;
   void hear(RealTime at, const std::string& message);
   std::string told(const SimulatedReport& report) const;
 
@@ -59,6 +63,7 @@ class SimulatedInverse3 final : public Inverse3Link, public SimulatedMotors {
   glm::dvec3 force_N_{0};
   std::optional<SimulatedReport> newest_;  // that nobody has read yet
   std::int64_t next_tick_ = 0;
+  bool has_returned_ = false;  // and no read has said so
 };
 
 }  // namespace evenstep

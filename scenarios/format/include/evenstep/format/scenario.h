@@ -130,7 +130,8 @@ struct DeviceSpec {
   RenderSpec render;
   bool is_real = false;  ///< run with --device, so its true motion is not known
   DriverSpec driver;
-  std::optional<Duration> unplug;  ///< when the simulated device is unplugged
+  std::optional<Duration> unplug;   ///< when the simulated device is unplugged
+  std::optional<Duration> returns;  ///< when it is plugged in again, after that
   std::vector<ReportFault> faults;
   ReportAge age;
   bool expects_saturation = false;  ///< shape metrics of saturated signals are judged all the same
