@@ -244,8 +244,9 @@ ExitCode study(const StudyArguments& arguments, const std::atomic<bool>& interru
   }
   if (!arguments.part.status.empty()) return print_parts_status(arguments.part, "study");
   if (!arguments.part.in_parts() && (arguments.part.of || arguments.part.threads)) {
-    print({{"study", 0, 0, "--of and --threads divide the points of --shard or --resume; without these, one is measured "
-                           "after the other"}});
+    print({{"study", 0, 0,
+            "--of and --threads divide the points of --shard or --resume; without these, one is measured "
+            "after the other"}});
     return ExitCode::usage;
   }
   const ReadResult read = read_scenario(arguments.file, {arguments.set, std::nullopt, registry});
