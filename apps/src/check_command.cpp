@@ -182,7 +182,9 @@ bool explain_failures(const Scenario& scenario, const std::vector<StrategyPlan>&
   if (scenario.expect_stop) return false;
   const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
   if (tissue && scenario.solver == SolverKind::opencl && !built_with_opencl()) {
-    const char* why = "this evenstep is built without OpenCL; solver = \"cpu\" computes the same bits";
+    const char* why =
+        "this evenstep is built without OpenCL; solver = \"cpu\" computes the same bits, or build it with "
+        "EVENSTEP_OPENCL=ON";
     facts.add_to_list("must_fail", {{"why", why}}, fmt::format("must fail: {}\n", why));
     return true;
   }

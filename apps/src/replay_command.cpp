@@ -96,8 +96,7 @@ RunOutcome run_again(const Scenario& scenario, RunOptions options) {
 
 ExitCode replay_log(const ReplayArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {
   const std::string folder = run_places({arguments.file}, arguments.out).front();
-  if (const std::string objection = is_input_log(arguments.file) ? run_folder_objection(folder) : "";
-      !objection.empty()) {
+  if (const std::string objection = is_input_log(arguments.file) ? run_folder_objection(folder) : ""; !objection.empty()) {
     spdlog::error("error: {}", objection);
     return ExitCode::run_failed;
   }

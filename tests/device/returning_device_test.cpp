@@ -1,4 +1,5 @@
-// A simulated device that is unplugged and plugged in again, under its real driver and the force guard, on the virtual clock.
+// A simulated device that is unplugged and plugged in again, under its real driver and the force guard, on the virtual
+// clock.
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -321,8 +321,8 @@ std::string describe(const Scenario& s) {
     out += std::visit(RenderText{}, d.render);
   }
   for (const DeviceSpec& d : s.devices) {
-    out += fmt::format("device {} unplug {} {} faults", d.name, d.unplug ? d.unplug->ns : -1,
-                       d.returns ? d.returns->ns : -1);
+    out +=
+        fmt::format("device {} unplug {} {} faults", d.name, d.unplug ? d.unplug->ns : -1, d.returns ? d.returns->ns : -1);
     for (const ReportFault& f : d.faults) out += fmt::format(" {} {} {}", static_cast<int>(f.kind), f.tick, f.amount);
     if (const auto* pid = std::get_if<PidSpec>(&d.driver)) out += pid_text(*pid);
     if (const auto* evdev = std::get_if<EvdevSpec>(&d.driver)) out += evdev_text(*evdev);

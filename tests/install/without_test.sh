@@ -20,6 +20,7 @@ expect() {
 expect 0 PASS run "$scenarios/paper/figure-1-spring.toml"
 expect 3 'stopped: this evenstep is built without OpenCL' run "$scenarios/paper/figure-1.toml"
 expect 1 'must fail: this evenstep is built without OpenCL' check "$scenarios/paper/figure-1.toml"
+expect 1 'or build it with EVENSTEP_OPENCL=ON' check "$scenarios/paper/figure-1.toml"
 expect 0 'scene ' check "$scenarios/paper/figure-1.toml" --set scene.solver=cpu
 expect 0 PASS run "$scenarios/paper/figure-1.toml" --set scene.solver=cpu
 expect 3 'this evenstep is built without hidapi' devices

@@ -93,8 +93,8 @@ TEST_CASE("a file is read as its bytes are, wherever it was cut") {
   const MadeUp whole(6);
   for (std::size_t length = 0; length <= whole.bytes.size(); length += 97) {
     const std::string path = folder / "cut";
-    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(whole.bytes.data()),
-                                                static_cast<std::streamsize>(length));
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(whole.bytes.data()), static_cast<std::streamsize>(length));
     const InputLogResult of_bytes = parse_input_log(std::span(whole.bytes).first(length), path);
     const InputLogResult of_file = read_input_log(path);
     INFO(length << " bytes");

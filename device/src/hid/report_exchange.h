@@ -20,8 +20,8 @@ inline constexpr int kMaxReadsPerTick = 1024;
   throw DeviceError(info.path + ": device '" + info.product + "' is gone (unplugged or reset); plug it in and run again");
 }
 
-/// Passes every waiting report to `take`, cut to the size of the buffer; calls `returned` if the device is back. False: it is
-/// away. Throws DeviceError if the device is gone.
+/// Passes every waiting report to `take`, cut to the size of the buffer; calls `returned` if the device is back. False: it
+/// is away. Throws DeviceError if the device is gone.
 template <class Take, class Returned>
 bool drain(HidTransport& transport, std::span<std::byte> buffer, Take take, Returned returned) {
   for (int reads = 0; reads < kMaxReadsPerTick; ++reads) {

@@ -6,7 +6,9 @@ namespace {
 
 class RefusedBytes : public Bytes {
  public:
-  RefusedBytes() { error_ = "is gzipped, and this evenstep was built without zlib (EVENSTEP_PROFILES); unpack it first"; }
+  RefusedBytes() {
+    error_ = "is gzipped, and this evenstep was built without zlib: unpack it first, or build with EVENSTEP_PROFILES=ON";
+  }
   std::string_view next() override { return {}; }
 };
 
@@ -16,7 +18,7 @@ std::unique_ptr<Bytes> unpacked(std::unique_ptr<Bytes>) { return std::make_uniqu
 
 void read_nsight_sqlite(ProfileInput&, const ProfileOptions&, ProfileBuilder& builder) {
   builder.profile().format = "SQLite";
-  builder.fail("is a database, and this evenstep was built without SQLite (EVENSTEP_PROFILES)");
+  builder.fail("is a database, and this evenstep was built without SQLite: build it with EVENSTEP_PROFILES=ON");
 }
 
 }  // namespace evenstep::internal

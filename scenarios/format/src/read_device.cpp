@@ -311,8 +311,9 @@ const std::vector<Field>& device_fields() {
       {.table = "device",
        .key = "returns",
        .forms = kSpan,
-       .meaning = "After `unplug`: the simulated device is plugged in again. Its driver looks for it four times a second, for "
-                  "10 s. `reference`, `evdev` and `inverse3` alone (docs/recovery.md). Default: never.",
+       .meaning =
+           "After `unplug`: the simulated device is plugged in again. Its driver looks for it four times a second, for "
+           "10 s. `reference`, `evdev` and `inverse3` alone (docs/recovery.md). Default: never.",
        .range = between(0, kLongestRun_s),
        .example = "\"1.5 s\""},
       {.table = "device",

@@ -84,9 +84,9 @@ struct InputLog {
   /// The files that are in it, by their index, as far as their pieces are: a whole one has the digest that the head says.
   std::map<std::uint32_t, std::string> files;
   std::vector<DeviceInputs> inputs;
-  std::vector<Rows<LiveTick>> ticks;  ///< per device, the same index as DeviceInputs::ticks
-  StrategyRecord rows;                       ///< its segments, and begin and end of its steps; nothing else
-  std::optional<RealTime> unfinished;        ///< when the step was launched that ran when the recording ended
+  std::vector<Rows<LiveTick>> ticks;   ///< per device, the same index as DeviceInputs::ticks
+  StrategyRecord rows;                 ///< its segments, and begin and end of its steps; nothing else
+  std::optional<RealTime> unfinished;  ///< when the step was launched that ran when the recording ended
   Rows<LaneCheck> device_checks, simulation_checks;
   std::optional<InputLogEnd> end;  ///< empty: the writer was killed, or its disk was full
   std::int64_t blocks = 0;

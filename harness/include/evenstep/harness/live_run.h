@@ -23,9 +23,9 @@ struct LiveRecording {
   StrategyRecord record;  ///< of the live strategy
   std::vector<DeviceInputs> inputs;
   const std::vector<DeviceInputs>* read = nullptr;  ///< where the inputs stand; null: in `inputs`
-  const StrategyRecord* ran = nullptr;     ///< where segments and steps stand as they really ran; null: in `record`
-  std::optional<RealTime> unfinished;      ///< when the step was launched that ran when the run ended
-  std::string visualization, drawing_png;  ///< as in RunRecord
+  const StrategyRecord* ran = nullptr;              ///< where segments and steps stand as they really ran; null: in `record`
+  std::optional<RealTime> unfinished;               ///< when the step was launched that ran when the run ended
+  std::string visualization, drawing_png;           ///< as in RunRecord
   LaneCheck device_check, simulation_check;
   LiveRights rights;
 

@@ -82,9 +82,9 @@ class EvdevDriver final : public HapticDevice {
   /// Stops and erases the effects; each is tried three times.
   void stop() noexcept override;
   bool is_read_only() const { return !options_.full_scale_N; }
-  /// Takes what has come before the run, when nobody read it and the kernel's buffer of 64 events may have dropped some. It is
-  /// counted nowhere, and nothing of it is lost: the kernel's own table of the axes, which is asked for then, has what all
-  /// events that were taken or dropped have said. Throws DeviceError when the device is gone.
+  /// Takes what has come before the run, when nobody read it and the kernel's buffer of 64 events may have dropped some. It
+  /// is counted nowhere, and nothing of it is lost: the kernel's own table of the axes, which is asked for then, has what
+  /// all events that were taken or dropped have said. Throws DeviceError when the device is gone.
   void forget_queued();
   DeviceSample read(RealTime now) override;
   /// Throws DeviceError if the driver is read-only, not started, or the device is gone. read() throws, too, once the device

@@ -57,7 +57,7 @@ struct SimulatedDeviceOptions {
   /// After it was unplugged, from this tick on it is plugged in again. It is there once the program has found it
   /// (looked_for.h). -1: never. Not for devices that play PID effects, which their driver cannot make anew.
   std::int64_t return_at_tick = -1;
-  Duration force_delay;              ///< from the writing of a force until the hand feels it; unused without a hand
+  Duration force_delay;  ///< from the writing of a force until the hand feels it; unused without a hand
   /// How old the report of a tick is when it comes, >= 0; a report never overtakes the one before it. Empty: it comes at its
   /// tick.
   std::function<Duration(std::int64_t tick)> age = nullptr;
@@ -82,8 +82,8 @@ class SimulatedReports {
   SimulatedReports(HeldBy by, SimulatedDeviceOptions options);
 
   const SimulatedDeviceOptions& options() const { return options_; }
-  /// `now` must not decrease. The call that finds a device again carries out no tick. Throws HandDiverged, but only once: from then on the device stays where it was, as if
-  /// released.
+  /// `now` must not decrease. The call that finds a device again carries out no tick. Throws HandDiverged, but only once:
+  /// from then on the device stays where it was, as if released.
   void advance(RealTime now);
   /// It is not there: for ever, or only `away`.
   bool is_gone() const { return presence_ != Presence::here; }
@@ -92,7 +92,7 @@ class SimulatedReports {
   /// Once after it was away: what was queued and on its way is lost, and its next tick is next_tick(). What the device was
   /// told before is its own affair.
   bool take_returned() { return std::exchange(returned_, false); }
-  RealTime lost_at() const { return lost_at_; }          ///< if it ever was
+  RealTime lost_at() const { return lost_at_; }           ///< if it ever was
   RealTime plugged_in_at() const { return plugged_at_; }  ///< if it has returned
   std::int64_t next_tick() const { return next_tick_; }
   /// With a hand, `at` must not be before any instant asked for or advanced to so far.

@@ -40,7 +40,8 @@ struct PidSpec {
   static constexpr std::string_view kName = "pid";
   /// Why a device of this driver cannot return after it was unplugged.
   static constexpr std::string_view kNoReturn =
-      "renders no force to a device that was plugged in again, because its effects are lost and cannot be made anew in a tick";
+      "renders no force to a device that was plugged in again, because its effects are lost and cannot be made anew in a "
+      "tick";
   static std::vector<internal::Field> fields();
   static PidSpec read(const internal::ScenarioReading& reading, const internal::Table& device);
   bool knows_newtons() const { return options.full_scale_N.has_value(); }
