@@ -76,6 +76,10 @@ void Status::read_header(const std::string& line) {
   }
   if (header.common != common_)
     throw std::runtime_error(fmt::format("is of another {} than the files before it; remove it", header.kind));
+  if (!status_.parts.empty() && status_.parts.front().shard.of != header.shard.of)
+    throw std::runtime_error(
+        fmt::format("is of {} shards, but the files before it are of {}; remove those of one of the two", header.shard.of,
+                    status_.parts.front().shard.of));
   status_.parts.push_back({header.shard, 0, 0, 0, false});
 }
 

@@ -308,8 +308,8 @@ revive() {
 
 # find_lost : what its user does. A slurmctld that was killed has forgotten the last seconds, and so may believe that jobs
 # run that have ended. It asks a node for its jobs when that registers; a job that is not there is requeued if it began more
-# than BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does not
-# do so again for half an hour.
+# than BatchStartTimeout (10 s) ago. A node that registered earlier than that, as it does when both daemons start again, does
+# not do so again for half an hour.
 find_lost() {
   local running
   mapfile -t running < <(squeue -h -r -t R -o %i 2>/dev/null)

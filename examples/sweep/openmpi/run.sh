@@ -2,7 +2,7 @@
 # run.sh SCENARIO [MPIRUN OPTIONS] : a rank is a shard. mpirun ends all ranks when one is killed, or exits with another
 # status than 0; --resume goes on with what each has written. Exit status 1, points that fail, is a result.
 set -uo pipefail
-work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.001 --seeds 0..1000": what is divided
+work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.1% --seeds 0..1000": what is divided
 scenario=$1
 shift
 rank="evenstep $work"' "$0" --shard auto --resume --threads 1 --out parts || [ $? -eq 1 ]'

@@ -2,7 +2,7 @@
 # run.sh SCENARIO [PARALLEL OPTIONS] : a job is a shard. The log says which ones are complete; those that are not run again,
 # also after parallel itself was killed. Exit status 1, points that fail, is a result.
 set -uo pipefail
-work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.001 --seeds 0..1000": what is divided
+work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.1% --seeds 0..1000": what is divided
 scenario=$1
 shift
 job="evenstep $work $(printf %q "$scenario") --shard auto --of ${SHARDS:-4} --resume --threads 1 --out parts"

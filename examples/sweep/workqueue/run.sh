@@ -3,7 +3,7 @@
 # PORT), and to another one when that is gone. The folder must be the same on all machines. Makeflow's log says what is done:
 # after makeflow itself was killed, run this again.
 set -uo pipefail
-work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.001 --seeds 0..1000": what is divided
+work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.1% --seeds 0..1000": what is divided
 here=$(dirname -- "$(readlink -f -- "$0")")
 scenario=$(readlink -f -- "$1")
 shift

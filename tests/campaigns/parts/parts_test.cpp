@@ -377,6 +377,9 @@ TEST_CASE("The status of any work is read from its parts") {
   REQUIRE(status->parts.size() == 1);
   CHECK(status->parts[0].ended);
   CHECK_THAT(parts_status(folder / "parts", "study").error(), Contains("has no part of a study"));
+  // Those of another division would be counted twice.
+  kind.run(options(folder / "parts", {2, 4}));
+  CHECK_THAT(parts_status(folder / "parts", "size").error(), Contains("is of 4 shards, but the files before it are of 3"));
 }
 
 TEST_CASE("The felt force and the stiffest scene merge from the shards of their strategies and cells") {

@@ -87,7 +87,8 @@ struct PartsStatus {
   std::int64_t items = 0, done = 0;
   std::optional<double> seconds;  ///< from the first file to the last line; nothing if the file system does not say
 };
-/// Errors: no folder, no parts of that kind in it, a damaged line, or one of other work, with the place.
+/// Errors: no folder, no parts of that kind in it, a damaged line, or one of other work or of another number of shards, with
+/// the place.
 Result<PartsStatus> parts_status(const std::string& folder, std::string_view kind);
 
 }  // namespace evenstep
