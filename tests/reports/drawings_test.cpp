@@ -78,8 +78,7 @@ std::optional<double> of(const RunRecord& run, const std::string& metric) {
 
 }  // namespace
 
-TEST_CASE(
-    "drawings: those that finish in the judged span, per second; a part before the last and one cut by its end do not") {
+TEST_CASE("drawings: the rate counts those that finish in the judged span, not a part before the last nor one cut off") {
   RunRecord run = governed();
   CHECK(of(run, "drawing_rate") == 3.0);
   run.nominal.judged_from = ms_at(400);  // 530 and 620 ms in 0.8 s
