@@ -122,7 +122,7 @@ TEST_CASE("an unplugged device is gone, or away and found again") {
   HidapiTransport patient(device.node(), a_clock(), Duration{30'000'000'000});
   device.unplug();
   REQUIRE(
-      eventually([&] { return patient.read(buffer).status == HidRead::Status::nothing && patient.times_unplugged() == 1; }));
+      eventually([&] { return patient.read(buffer).status == HidRead::Status::away && patient.times_unplugged() == 1; }));
   device.plug_in();
   REQUIRE(eventually([&] { return patient.read(buffer).status == HidRead::Status::returned; }));
   REQUIRE(patient.write(output(2)) == HidWrite::ok);
