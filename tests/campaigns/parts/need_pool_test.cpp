@@ -8,7 +8,7 @@
 using namespace evenstep;
 using namespace evenstep::internal;
 
-TEST_CASE("A pool of the deciding needs gives the latencies of all needs for every number of underruns") {
+TEST_CASE("A pool of the deciding needs gives the latencies of all needs for every number of underruns", "[sweep]") {
   const RandomStream stream(3, "need.pool");
   std::uint64_t draw = 0;
   std::vector<SegmentNeed> all;

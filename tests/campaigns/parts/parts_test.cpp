@@ -124,7 +124,7 @@ std::size_t lines_in(const std::string& file) {
 
 }  // namespace
 
-TEST_CASE("Studies and sizings and the catalogue are the same in two and seven shards in any order") {
+TEST_CASE("Studies and sizings and the catalogue are the same in two and seven shards in any order", "[sweep]") {
   const Folder folder;
   const std::string sized = folder.write("sized.toml", test::small_scenario(""));
   const Kind kind = kinds(sized)[GENERATE(0U, 1U, 2U)];
@@ -277,7 +277,7 @@ TEST_CASE("A study in parts has the errors of a study in one piece and says whic
   CHECK(merged.machines.empty());
 }
 
-TEST_CASE("A catalogue in parts is judged as its scenarios are when they are run") {
+TEST_CASE("A catalogue in parts is judged as its scenarios are when they are run", "[sweep]") {
   const Folder folder;
   CatalogueOptions part = catalogue_options(options(folder / "parts"));
   int count = 0;
@@ -382,7 +382,7 @@ TEST_CASE("The status of any work is read from its parts") {
   CHECK_THAT(parts_status(folder / "parts", "size").error(), Contains("is of 4 shards, but the files before it are of 3"));
 }
 
-TEST_CASE("The felt force and the stiffest scene merge from the shards of their strategies and cells") {
+TEST_CASE("The felt force and the stiffest scene merge from the shards of their strategies and cells", "[sweep]") {
   const Folder folder;
   const auto [file, set, of] = GENERATE(table<std::string, std::vector<std::string>, int>(
       {{"paper/figure-1-spring.toml", {"study.repeats=1"}, 2}, {"closed-loop/price-study.toml", {}, 2}}));
