@@ -48,7 +48,7 @@ std::uint64_t read_hash(const Json& json) {
   return hash;
 }
 
-CaseCell cell_of(const Json& json) {
+CaseCell case_cell_of(const Json& json) {
   CaseCell cell;
   cell.value = read_exact(json.at("value"));
   const auto* const status = std::find_if(std::begin(kStatuses), std::end(kStatuses), [&](CellStatus one) {
@@ -146,7 +146,7 @@ class Catalogue {
       runs_.push_back(json.at("run"));
       return;
     }
-    cells_.push_back(cell_of(json.at("cell")));
+    cells_.push_back(case_cell_of(json.at("cell")));
     const std::vector<double>& values = entry.scenario.case_spec->values;
     if (cells_.back().value != values[static_cast<std::size_t>(item - entry.first) % values.size()])
       refuse_line("has another value than its cell");

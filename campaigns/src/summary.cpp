@@ -21,7 +21,7 @@ namespace {
 using Tree = nlohmann::json;
 
 /// What is wrong with a tree, and where in it.
-struct Wrong : std::runtime_error {
+struct WrongSummary : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
@@ -31,8 +31,8 @@ struct At {
   std::string place;
 
   [[noreturn]] void refuse(const std::string& expected) const {
-    throw Wrong(fmt::format("{} must be {}; is this a summary.json that evenstep wrote?",
-                            place.empty() ? "the file" : plain_text(place), expected));
+    throw WrongSummary(fmt::format("{} must be {}; is this a summary.json that evenstep wrote?",
+                                   place.empty() ? "the file" : plain_text(place), expected));
   }
   At operator[](const char* key) const {
     const auto found = tree.is_object() ? tree.find(key) : tree.end();
@@ -120,7 +120,7 @@ RunSummary summary_at(const At& at) {
   const At format = at["format"];
   if (!format.tree.is_number_integer()) format.refuse("a whole number");
   if (format.tree != 1) {
-    throw Wrong(
+    throw WrongSummary(
         fmt::format("is of format {}, and this evenstep reads format 1; compare with the evenstep that wrote it, or run "
                     "again with this one",
                     format.tree.dump()));
@@ -225,7 +225,8 @@ Result<std::vector<RunSummary>, std::vector<Diagnostic>> parse_summaries(const s
   std::vector<Diagnostic> errors;
   const auto limit = [](int depth, Tree::parse_event_t, const Tree&) {
     if (depth > kMostSummaryDepth)
-      throw Wrong(fmt::format("is deeper than {} levels; is this a summary.json that evenstep wrote?", kMostSummaryDepth));
+      throw WrongSummary(
+          fmt::format("is deeper than {} levels; is this a summary.json that evenstep wrote?", kMostSummaryDepth));
     return true;
   };
   std::vector<RunSummary> runs;
@@ -234,13 +235,13 @@ Result<std::vector<RunSummary>, std::vector<Diagnostic>> parse_summaries(const s
     const At whole{tree, ""};
     if (!tree.is_array()) return std::vector{summary_at(whole)};
     for (const At& one : whole.list()) runs.push_back(summary_at(one));
-    if (runs.empty()) throw Wrong("has no runs");
+    if (runs.empty()) throw WrongSummary("has no runs");
   } catch (const Tree::parse_error& error) {
     const Place place = place_of(text, name, error.byte);
     errors.push_back({name, place.line, place.column, syntax_error_of(error.what())});
   } catch (const Tree::exception& error) {
     errors.push_back({name, 0, 0, syntax_error_of(error.what())});
-  } catch (const Wrong& wrong) {
+  } catch (const WrongSummary& wrong) {
     errors.push_back({name, 0, 0, wrong.what()});
   }
   if (!errors.empty()) return Failure(errors);

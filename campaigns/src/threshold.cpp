@@ -22,7 +22,7 @@ constexpr std::string_view kExample = "for example 'latency > +5 %'";
 constexpr const char* kForms[] = {"*.interaction.*", "*.force.*",  "*.buffers.*", "closed_loop.*.*",
                                   "solver.*",        "events.*.*", "run",         "case.*.*"};
 
-struct Wrong {
+struct WrongText {
   std::size_t at;  ///< offset in the text
   std::string message;
 };
@@ -70,18 +70,18 @@ class Parser {
   Threshold parse() {
     const std::size_t sign = text_.find_first_of("<>=");
     const std::vector<Word> words = words_until(sign);
-    if (words.empty()) throw Wrong{0, fmt::format("expected a metric, or verdict, missing or trace; {}", kExample)};
+    if (words.empty()) throw WrongText{0, fmt::format("expected a metric, or verdict, missing or trace; {}", kExample)};
     if (words.size() > 2)
-      throw Wrong{words[2].at, fmt::format("'{}' is too much: expected at most a strategy or a signal, and a metric; {}",
-                                           words[2].text, kExample)};
+      throw WrongText{words[2].at, fmt::format("'{}' is too much: expected at most a strategy or a signal, and a metric; {}",
+                                               words[2].text, kExample)};
     if (words.size() == 2) take_where(words[0]);
     take_what(words.back());
     const bool has_change = threshold_.kind == Threshold::Kind::change || threshold_.kind == Threshold::Kind::worse;
     if (sign == std::string::npos && has_change)
-      throw Wrong{text_.size(),
-                  fmt::format("expected a change behind '{}': '> +5 %', '> +0.1 mm' or '< -1 %'", words.back().text)};
+      throw WrongText{text_.size(),
+                      fmt::format("expected a change behind '{}': '> +5 %', '> +0.1 mm' or '< -1 %'", words.back().text)};
     if (sign != std::string::npos && !has_change)
-      throw Wrong{sign, fmt::format("'{}' stands alone: leave out what follows it", words.back().text)};
+      throw WrongText{sign, fmt::format("'{}' stands alone: leave out what follows it", words.back().text)};
     if (has_change) take_changes(sign);
     return threshold_;
   }
@@ -108,9 +108,10 @@ class Parser {
     threshold_.where = word.text;
     const bool is_signal = word.text.find('.') != std::string::npos;
     if (is_signal && !metrics_of_signal(word.text))
-      throw Wrong{word.at, fmt::format("'{}' is no signal, nor a strategy; a signal is for example '*.force.phase_locked' "
-                                       "(`evenstep list` shows all)",
-                                       word.text)};
+      throw WrongText{word.at,
+                      fmt::format("'{}' is no signal, nor a strategy; a signal is for example '*.force.phase_locked' "
+                                  "(`evenstep list` shows all)",
+                                  word.text)};
   }
 
   void take_what(const Word& word) {
@@ -124,9 +125,9 @@ class Parser {
     if (threshold_.kind != Kind::change || word.text == kMargin) return;
     if (!forms_with(threshold_.where, word.text).empty()) return;
     if (!threshold_.where.empty() && !forms_with("", word.text).empty())
-      throw Wrong{word.at, fmt::format("'{}' is no metric of '{}'; leave '{}' out, or name a signal that has it", word.text,
-                                       threshold_.where, threshold_.where)};
-    throw Wrong{word.at, fmt::format("'{}' is no metric{}", word.text, near_metric(word.text))};
+      throw WrongText{word.at, fmt::format("'{}' is no metric of '{}'; leave '{}' out, or name a signal that has it",
+                                           word.text, threshold_.where, threshold_.where)};
+    throw WrongText{word.at, fmt::format("'{}' is no metric{}", word.text, near_metric(word.text))};
   }
 
   static std::string near_metric(const std::string& typed) {
@@ -143,13 +144,13 @@ class Parser {
   void take_changes(std::size_t at) {
     threshold_.grows = text_[at] == '>';
     if (threshold_.kind == Threshold::Kind::worse && !threshold_.grows)
-      throw Wrong{at, "expected '> +', because 'worse' counts towards what is worse, such as 'worse > +5 %'"};
+      throw WrongText{at, "expected '> +', because 'worse' counts towards what is worse, such as 'worse > +5 %'"};
     for (;;) {
       const std::size_t end = std::min(text_.find(" and ", at), text_.size());
       take_change(at, end);
       if (end == text_.size()) return;
       at = text_.find_first_not_of(" \t", end + 5);
-      if (at == std::string::npos) throw Wrong{text_.size(), "expected another change behind 'and', such as '+1 ms'"};
+      if (at == std::string::npos) throw WrongText{text_.size(), "expected another change behind 'and', such as '+1 ms'"};
     }
   }
 
@@ -157,21 +158,21 @@ class Parser {
   void take_change(std::size_t at, std::size_t end) {
     const char sign = threshold_.grows ? '+' : '-', other = threshold_.grows ? '>' : '<';
     if (text_[at] == '>' || text_[at] == '<' || text_[at] == '=') {
-      if (text_[at] != other) throw Wrong{at, "expected '> +' or '< -', the same one in all parts"};
+      if (text_[at] != other) throw WrongText{at, "expected '> +' or '< -', the same one in all parts"};
       ++at;
     }
     while (at < end && (text_[at] == ' ' || text_[at] == '\t')) ++at;
     if (at == end || text_[at] != sign) {
-      throw Wrong{at,
-                  fmt::format("expected a change with its sign, such as '{} {}5 %'; a limit on the value itself belongs in "
-                              "[[expect]] of the scenario",
-                              other, sign)};
+      throw WrongText{
+          at, fmt::format("expected a change with its sign, such as '{} {}5 %'; a limit on the value itself belongs in "
+                          "[[expect]] of the scenario",
+                          other, sign)};
     }
     const internal::NumberAndUnit number = internal::split_number(std::string_view(text_).substr(at + 1, end - at - 1));
     const bool negative = number.number.mantissa < 0,
                fraction = number.divisor.mantissa != 1 || number.divisor.exponent != 0;
     if (!number.error.empty() || negative || fraction)
-      throw Wrong{at, number.error.empty() ? "expected a decimal number with one sign" : number.error};
+      throw WrongText{at, number.error.empty() ? "expected a decimal number with one sign" : number.error};
     Threshold::Change change{internal::to_double(number.number), std::string(number.unit)};
     if (change.unit != "%") check_unit(change.unit, at);
     threshold_.changes.push_back(std::move(change));
@@ -180,15 +181,15 @@ class Parser {
   /// A unit other than % must be one of the metric's, wherever it is measured.
   void check_unit(const std::string& unit, std::size_t at) const {
     if (threshold_.kind == Threshold::Kind::worse)
-      throw Wrong{at, "expected a change in %, because metrics of all units are meant, such as 'worse > +5 %'"};
+      throw WrongText{at, "expected a change in %, because metrics of all units are meant, such as 'worse > +5 %'"};
     if (unit == "step")
-      throw Wrong{at,
-                  "a 'step' is another length in each scenario; write a length or a force, such as '+0.1 mm', or a "
-                  "change in %"};
+      throw WrongText{at,
+                      "a 'step' is another length in each scenario; write a length or a force, such as '+0.1 mm', or a "
+                      "change in %"};
     if (threshold_.metric == kMargin) {
       if (unit.empty()) return;
-      throw Wrong{at, fmt::format("a margin is a share of its limit; write a number such as '{}0.1', or %",
-                                  threshold_.grows ? '+' : '-')};
+      throw WrongText{at, fmt::format("a margin is a share of its limit; write a number such as '{}0.1', or %",
+                                      threshold_.grows ? '+' : '-')};
     }
     std::string why;
     for (const std::string& form : forms_with(threshold_.where, threshold_.metric)) {
@@ -196,7 +197,7 @@ class Parser {
       if (factor) return;
       why = factor.error();
     }
-    throw Wrong{at, why};
+    throw WrongText{at, why};
   }
 
   const std::string& text_;
@@ -244,7 +245,7 @@ bool Threshold::exceeded(const std::string& signal, const std::string& figure_me
 Result<Threshold, Diagnostic> parse_threshold(const std::string& text) {
   try {
     return Parser(text).parse();
-  } catch (const Wrong& wrong) {
+  } catch (const WrongText& wrong) {
     return Failure(Diagnostic{"--fail-if", 1, static_cast<std::int64_t>(wrong.at) + 1,
                               fmt::format("{}, in \"{}\"", wrong.message, text)});
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 #include "evenstep/time/reproducible_math.h"
 
@@ -9,11 +10,9 @@ namespace evenstep {
 namespace internal {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-
 /// g = tan(pi f_c T)
 double warped(double cutoff_Hz, Rate rate) {
-  const double angle = kPi * (cutoff_Hz / hertz(rate));  // dividing first, it cannot round past the pole of tan
+  const double angle = std::numbers::pi * (cutoff_Hz / hertz(rate));  // dividing first, it cannot round past the pole of tan
   return reproducible::sin(angle) / reproducible::cos(angle);
 }
 
@@ -72,7 +71,7 @@ ButterworthCoefficients butterworth_coefficients(double cutoff_Hz, Rate rate) {
 }
 
 double smoothing_factor(double cutoff_Hz, double rate_Hz) {
-  return 1 / (1 + rate_Hz / (2 * kPi * cutoff_Hz));  // in this form an infinite cutoff gives 1
+  return 1 / (1 + rate_Hz / (2 * std::numbers::pi * cutoff_Hz));  // in this form an infinite cutoff gives 1
 }
 
 }  // namespace internal

@@ -1,13 +1,12 @@
 #include "evenstep/remap/resampler.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "evenstep/time/reproducible_math.h"
 
 namespace evenstep::internal {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// The modified Bessel function of order 0, by its series sum ((x/2)^k / k!)^2; for 0 <= x <= 6 each term from the tenth on
 /// is less than half of the one before.
@@ -28,7 +27,7 @@ double windowed_sinc(double u, int taps) {
   constexpr double kBeta = 6;
   static const double whole = bessel_i0(kBeta);
   const double window = bessel_i0(kBeta * std::sqrt(1 - edge * edge)) / whole;
-  return u == 0 ? window : reproducible::sin(kPi * u) / (kPi * u) * window;
+  return u == 0 ? window : reproducible::sin(std::numbers::pi * u) / (std::numbers::pi * u) * window;
 }
 
 }  // namespace evenstep::internal

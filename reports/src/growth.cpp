@@ -12,7 +12,7 @@
 namespace evenstep {
 namespace {
 
-constexpr std::size_t kLeastBins = 10;
+constexpr std::size_t kLeastBinsToJudge = 10;
 constexpr double kMaterial = 1.25;  // an error that grows by less than a quarter counts as bounded
 
 // The noise of neighbouring bins may be related. What matters for a trend is its strength at the lowest frequencies, which
@@ -137,7 +137,7 @@ std::string growth_text(const GrowthInterval& interval) {
 }
 
 GrowthFit::GrowthFit(std::vector<double> t_s) : t_s_(std::move(t_s)) {
-  if (t_s_.size() < kLeastBins) return;
+  if (t_s_.size() < kLeastBinsToJudge) return;
   for (int tenths = 1; tenths <= kMostTenths; tenths += tenths < 20 ? 1 : 5) {
     Series grown;
     for (const double t : t_s_) grown.push_back(power(t / t_s_.back(), tenths / 10.0));
@@ -157,7 +157,7 @@ GrowthFit::GrowthFit(std::vector<double> t_s) : t_s_(std::move(t_s)) {
 }
 
 std::optional<GrowthInterval> GrowthFit::operator()(std::span<const double> rms) const {
-  if (rms.size() != t_s_.size() || rms.size() < kLeastBins) return std::nullopt;
+  if (rms.size() != t_s_.size() || rms.size() < kLeastBinsToJudge) return std::nullopt;
   if (!std::all_of(rms.begin(), rms.end(), [](double value) { return std::isfinite(value); })) return std::nullopt;
   if (never_grows(rms)) return GrowthInterval{0, 0};
   const double most = *std::max_element(rms.begin(), rms.end());

@@ -11,7 +11,7 @@ using Verdict = ExpectationResult::Verdict;
 
 namespace {
 
-const std::string kBuffers = "left.buffers.paper";
+const std::string kPaperBuffers = "left.buffers.paper";
 
 RunSummary run_named(const std::string& name) {
   RunSummary run;
@@ -25,12 +25,12 @@ RunSummary run_named(const std::string& name) {
   run.digest = "0000000000000001";
   run.date = "2026-11-23T11:05:13Z";
   run.commit = std::string(40, 'a');
-  run.metrics = {{kBuffers, {{"latency", 0.010}, {"underruns", 0.0}, {"lead", 0.001}}},
+  run.metrics = {{kPaperBuffers, {{"latency", 0.010}, {"underruns", 0.0}, {"lead", 0.001}}},
                  {"left.force.paper", {{"gain", std::nullopt}, {"judged", 100.0}}},
                  {"solver.paper", {{"solver_seconds", 0.5}, {"k_max", 200.0}}}};
   run.strategies["paper"] = {"cpu-double", "", "none", {}};
   ExpectationResult expectation;
-  expectation.signal = kBuffers;
+  expectation.signal = kPaperBuffers;
   expectation.metric = "latency";
   expectation.unit = "ms";
   expectation.value = 10;
@@ -80,8 +80,8 @@ TEST_CASE("two runs that are the same to the last bit are called bit-equal, what
 
 TEST_CASE("which way a metric got worse is known for each, and the largest change stands first") {
   RunSummary b = run_named("x");
-  b.metrics[kBuffers]["latency"] = 0.011;
-  b.metrics[kBuffers]["lead"] = 0.0005;
+  b.metrics[kPaperBuffers]["latency"] = 0.011;
+  b.metrics[kPaperBuffers]["lead"] = 0.0005;
   b.metrics["solver.paper"]["k_max"] = 100;
   b.metrics["left.force.paper"]["judged"] = 99;
   const ComparisonRecord record = compared(run_named("x"), b);
@@ -97,7 +97,7 @@ TEST_CASE("which way a metric got worse is known for each, and the largest chang
 
 TEST_CASE("a threshold counts what it judged and what it broke, and broken ones stand first") {
   RunSummary b = run_named("x");
-  b.metrics[kBuffers]["latency"] = 0.0106;
+  b.metrics[kPaperBuffers]["latency"] = 0.0106;
   b.metrics["solver.paper"]["k_max"] = 100;
   const ComparisonRecord record = compared(run_named("x"), b, {"latency > +5 %", "latency > +1 ms", "lead > +0 s"});
   CHECK_FALSE(record.holds());
@@ -136,14 +136,14 @@ TEST_CASE("a threshold that could judge no figure does not hold") {
 
 TEST_CASE("a number that is gone breaks every threshold on it, and so does one that was never there") {
   RunSummary a = run_named("x"), b = a;
-  b.metrics[kBuffers]["latency"] = std::nullopt;
+  b.metrics[kPaperBuffers]["latency"] = std::nullopt;
   CHECK_FALSE(compared(a, b, {"latency > +5 %"}).holds());
   CHECK_FALSE(compared(a, b, {"worse > +5 %"}).holds());
   CHECK_FALSE(compared(b, a, {"latency > +5 %"}).holds());
   CHECK_FALSE(compared(b, b, {"latency > +5 %"}).holds());
   CHECK(figure(compared(a, b), "latency")->change == Change::incomparable);
   CHECK_THAT(notes(compared(b, b)), Contains("2 figures have no number on either side"));
-  b.metrics[kBuffers].erase("latency");
+  b.metrics[kPaperBuffers].erase("latency");
   CHECK_FALSE(compared(a, b, {"latency > +5 %"}).holds());
   CHECK_FALSE(compared(a, b, {"worse > +5 %"}).holds());
   CHECK_FALSE(compared(a, b, {"missing"}).holds());

@@ -32,7 +32,7 @@ RunSummary read_one(const std::string& text) {
   return read->front();
 }
 
-std::string error_of(const std::string& text) {
+std::string summary_error(const std::string& text) {
   const auto read = parse_summaries(text, "s.json");
   REQUIRE_FALSE(read.ok());
   REQUIRE(read.error().size() == 1);
@@ -91,7 +91,7 @@ TEST_CASE("the list that run --json prints of several files is read, each run un
   REQUIRE(read.ok());
   CHECK(read->size() == 2);
   CHECK(read->front().name == "scenarios/a&b.toml");
-  CHECK_THAT(error_of("[]"), Contains("has no runs"));
+  CHECK_THAT(summary_error("[]"), Contains("has no runs"));
 }
 
 TEST_CASE("a summary of an older evenstep lacks date, commit and digest, and is read, and another format is refused") {
@@ -99,24 +99,24 @@ TEST_CASE("a summary of an older evenstep lacks date, commit and digest, and is 
     const RunSummary run = read_one(without(key));
     CHECK((run.date.empty() || run.commit.empty() || run.digest.empty()));
   }
-  CHECK_THAT(error_of(with("/format", 7)), Contains("is of format 7, and this evenstep reads format 1"));
-  CHECK_THAT(error_of(without("format")), Contains("must be an object with \"format\""));
+  CHECK_THAT(summary_error(with("/format", 7)), Contains("is of format 7, and this evenstep reads format 1"));
+  CHECK_THAT(summary_error(without("format")), Contains("must be an object with \"format\""));
 }
 
 TEST_CASE("what is wrong has a place: line and column of a mistake in JSON, the path of a wrong value") {
-  CHECK_THAT(error_of("{\"format\":1,\n  oops}"), Contains("s.json:2:3: error: is not JSON"));
-  CHECK_THAT(error_of(""), Contains("s.json:1:1: error: is not JSON"));
-  CHECK_THAT(error_of("{\"format\":1e999}"), Contains("is not JSON"));
-  CHECK_THAT(error_of(with("/expectations/1/min", "x")), Contains("/expectations/1/min must be a number or null"));
-  CHECK_THAT(error_of(with("/verdict", "maybe")), Contains("/verdict must be \"pass\", \"none\""));
-  CHECK_THAT(error_of(with("/seed", -1)), Contains("/seed must be a whole number"));
-  CHECK_THAT(error_of("3"), Contains("the file must be an object with \"format\""));
-  CHECK_THAT(error_of(with("/metrics/\x1b[31m", 3)), Contains("/metrics/\u27e8U+001B\u27e9[31m must be an object"));
+  CHECK_THAT(summary_error("{\"format\":1,\n  oops}"), Contains("s.json:2:3: error: is not JSON"));
+  CHECK_THAT(summary_error(""), Contains("s.json:1:1: error: is not JSON"));
+  CHECK_THAT(summary_error("{\"format\":1e999}"), Contains("is not JSON"));
+  CHECK_THAT(summary_error(with("/expectations/1/min", "x")), Contains("/expectations/1/min must be a number or null"));
+  CHECK_THAT(summary_error(with("/verdict", "maybe")), Contains("/verdict must be \"pass\", \"none\""));
+  CHECK_THAT(summary_error(with("/seed", -1)), Contains("/seed must be a whole number"));
+  CHECK_THAT(summary_error("3"), Contains("the file must be an object with \"format\""));
+  CHECK_THAT(summary_error(with("/metrics/\x1b[31m", 3)), Contains("/metrics/\u27e8U+001B\u27e9[31m must be an object"));
 }
 
 TEST_CASE("depth is limited, however deep a file is") {
-  CHECK_THAT(error_of(std::string(2'000'000, '[')), Contains("is deeper than 16 levels"));
-  CHECK_THAT(error_of(std::string(16, '[') + std::string(16, ']')), Contains("must be an object with \"format\""));
+  CHECK_THAT(summary_error(std::string(2'000'000, '[')), Contains("is deeper than 16 levels"));
+  CHECK_THAT(summary_error(std::string(16, '[') + std::string(16, ']')), Contains("must be an object with \"format\""));
 }
 
 TEST_CASE("1,000 damaged summaries are read or refused, and none ends the program") {

@@ -18,7 +18,7 @@ Threshold of(const std::string& text) {
 }
 
 /// "8: expected ..."
-std::string error_of(const std::string& text) {
+std::string threshold_error(const std::string& text) {
   const Result<Threshold, Diagnostic> threshold = parse_threshold(text);
   INFO(text);
   REQUIRE_FALSE(threshold.ok());
@@ -84,27 +84,27 @@ TEST_CASE("worse counts in the direction in which a metric gets worse, and leave
 }
 
 TEST_CASE("an error names the column, what was expected, and the word that is near") {
-  CHECK_THAT(error_of("latncy > +5 %"), Contains("1: 'latncy' is no metric; did you mean 'latency'?, in \"latncy"));
-  CHECK_THAT(error_of("left.frce.paper late > +5 %"), Contains("1: 'left.frce.paper' is no signal"));
-  CHECK_THAT(error_of("left.force.paper lead > +5 %"), Contains("18: 'lead' is no metric of 'left.force.paper'"));
-  CHECK_THAT(error_of("latency > 5 %"), Contains("11: expected a change with its sign, such as '> +5 %'"));
-  CHECK_THAT(error_of("latency < +5 %"), Contains("11: expected a change with its sign, such as '< -5 %'"));
-  CHECK_THAT(error_of("latency = 5 %"), Contains("9: "));
-  CHECK_THAT(error_of("latency > +5 mN"), Contains("11: 'mN' is a unit of force, not of time"));
-  CHECK_THAT(error_of("latency > +5"), Contains("needs a unit, such as 's'"));
-  CHECK_THAT(error_of("velocity_jump > +0.1 step"), Contains("17: a 'step' is another length in each scenario"));
-  CHECK_THAT(error_of("latency > +-5 %"), Contains("one sign"));
-  CHECK_THAT(error_of("latency > +1/3 %"), Contains("one sign"));
-  CHECK_THAT(error_of("latency > +nan %"), Contains("11: "));
-  CHECK_THAT(error_of("latency > +5 % and"), Contains("11: "));
-  CHECK_THAT(error_of("latency > +5 % and < -5 %"), Contains("20: expected '> +' or '< -', the same one"));
-  CHECK_THAT(error_of("latency"), Contains("8: expected a change behind 'latency'"));
-  CHECK_THAT(error_of("verdict > +5 %"), Contains("9: 'verdict' stands alone"));
-  CHECK_THAT(error_of("worse < -5 %"), Contains("7: expected '> +'"));
-  CHECK_THAT(error_of("worse > +1 ms"), Contains("9: expected a change in %"));
-  CHECK_THAT(error_of("a b c > +5 %"), Contains("5: 'c' is too much"));
-  CHECK_THAT(error_of(""), Contains("1: expected a metric"));
-  CHECK_THAT(error_of(" > +5 %"), Contains("1: expected a metric"));
+  CHECK_THAT(threshold_error("latncy > +5 %"), Contains("1: 'latncy' is no metric; did you mean 'latency'?, in \"latncy"));
+  CHECK_THAT(threshold_error("left.frce.paper late > +5 %"), Contains("1: 'left.frce.paper' is no signal"));
+  CHECK_THAT(threshold_error("left.force.paper lead > +5 %"), Contains("18: 'lead' is no metric of 'left.force.paper'"));
+  CHECK_THAT(threshold_error("latency > 5 %"), Contains("11: expected a change with its sign, such as '> +5 %'"));
+  CHECK_THAT(threshold_error("latency < +5 %"), Contains("11: expected a change with its sign, such as '< -5 %'"));
+  CHECK_THAT(threshold_error("latency = 5 %"), Contains("9: "));
+  CHECK_THAT(threshold_error("latency > +5 mN"), Contains("11: 'mN' is a unit of force, not of time"));
+  CHECK_THAT(threshold_error("latency > +5"), Contains("needs a unit, such as 's'"));
+  CHECK_THAT(threshold_error("velocity_jump > +0.1 step"), Contains("17: a 'step' is another length in each scenario"));
+  CHECK_THAT(threshold_error("latency > +-5 %"), Contains("one sign"));
+  CHECK_THAT(threshold_error("latency > +1/3 %"), Contains("one sign"));
+  CHECK_THAT(threshold_error("latency > +nan %"), Contains("11: "));
+  CHECK_THAT(threshold_error("latency > +5 % and"), Contains("11: "));
+  CHECK_THAT(threshold_error("latency > +5 % and < -5 %"), Contains("20: expected '> +' or '< -', the same one"));
+  CHECK_THAT(threshold_error("latency"), Contains("8: expected a change behind 'latency'"));
+  CHECK_THAT(threshold_error("verdict > +5 %"), Contains("9: 'verdict' stands alone"));
+  CHECK_THAT(threshold_error("worse < -5 %"), Contains("7: expected '> +'"));
+  CHECK_THAT(threshold_error("worse > +1 ms"), Contains("9: expected a change in %"));
+  CHECK_THAT(threshold_error("a b c > +5 %"), Contains("5: 'c' is too much"));
+  CHECK_THAT(threshold_error(""), Contains("1: expected a metric"));
+  CHECK_THAT(threshold_error(" > +5 %"), Contains("1: expected a metric"));
 }
 
 TEST_CASE("20,000 damaged thresholds are read or refused, with a column inside of the text") {

@@ -11,7 +11,7 @@ using namespace evenstep::test;
 
 namespace {
 
-const std::string kSpring = "paper/figure-1-spring-hold.toml";
+const std::string kHeldSpring = "paper/figure-1-spring-hold.toml";
 const std::string kAdaptive = "remap.latency=\"adaptive\"";
 
 std::vector<std::string> jittered(const std::vector<std::string>& more) {
@@ -27,7 +27,7 @@ TEST_CASE("where timing is constant an adaptive latency gives the trace of the f
   const std::vector<std::string> quiet{"expect=[]", "run.strategies=[\"phase_locked\"]"};
   const auto hash = [&](std::vector<std::string> set) {
     set.insert(set.end(), quiet.begin(), quiet.end());
-    return run_all(read(kSpring, set)).trace_hash;
+    return run_all(read(kHeldSpring, set)).trace_hash;
   };
   const std::uint64_t fixed = hash({"remap.latency=\"12.842223 ms\""});
   CHECK(hash({kAdaptive, "remap.adapt={ min = \"12.842223 ms\", margin = \"0 ms\" }"}) == fixed);
@@ -69,11 +69,11 @@ TEST_CASE("the sizing pass foretells the run of an adaptive latency, held and in
 
 TEST_CASE("a growth is one hold in what the device plays, and the line goes on behind it") {
   // One visualization of 61.1 ms among those of 11.1 ms: a need of some 50 ms more, once.
-  const Scenario scenario =
-      read(kSpring, {"expect=[]", "run.strategies=[\"phase_locked\"]", "run.duration=\"3 s\"", kAdaptive,
-                     "timing.changes=[{ at = \"1.5 s\", visualization = \"61.1 ms\" }, { at = \"1.55 s\", visualization = "
-                     "\"11.1 ms\" }]",
-                     "remap.lead=\"1 ms\"", "remap.adapt={ start = \"14 ms\", margin = \"1 ms\" }"});
+  const Scenario scenario = read(
+      kHeldSpring, {"expect=[]", "run.strategies=[\"phase_locked\"]", "run.duration=\"3 s\"", kAdaptive,
+                    "timing.changes=[{ at = \"1.5 s\", visualization = \"61.1 ms\" }, { at = \"1.55 s\", visualization = "
+                    "\"11.1 ms\" }]",
+                    "remap.lead=\"1 ms\"", "remap.adapt={ start = \"14 ms\", margin = \"1 ms\" }"});
   const RunRecord run = run_all(scenario);
   const StrategyRecord& record = strategy(run, "phase_locked");
   const Rows<StepRow>& steps = record.steps;
@@ -104,9 +104,9 @@ TEST_CASE("a growth is one hold in what the device plays, and the line goes on b
 
 TEST_CASE("the picture of the latency is drawn where one adapts and nowhere else") {
   const std::vector<std::string> quiet = jittered({"run.duration=\"1 s\""});
-  CHECK_FALSE(latency_over_time_svg(run_all(read(kSpring, quiet))));
+  CHECK_FALSE(latency_over_time_svg(run_all(read(kHeldSpring, quiet))));
   std::vector<std::string> adapts = quiet;
   adapts.push_back(kAdaptive);
-  const std::string svg = latency_over_time_svg(run_all(read(kSpring, adapts))).value();
+  const std::string svg = latency_over_time_svg(run_all(read(kHeldSpring, adapts))).value();
   CHECK_THAT(svg, Catch::Contains(">paper<") && Catch::Contains(">phase_locked<"));
 }

@@ -11,13 +11,6 @@ using namespace evenstep::test;
 
 namespace {
 
-double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
-  INFO(signal << " " << name << " " << outcome.failure);
-  REQUIRE(outcome.metrics.count(signal) == 1);
-  REQUIRE(outcome.metrics.at(signal).count(name) == 1);
-  return outcome.metrics.at(signal).at(name);
-}
-
 std::string stiffness(double N_per_m) { return fmt::format("scene.stiffness=\"{} N/m\"", N_per_m); }
 
 /// Gripped by an arm on both devices' clocks, one of them at an odd rate, phase and delay, with unread reports dropped.
@@ -66,12 +59,13 @@ TEST_CASE("a hand goes where its force sends it: another stiffness, another dela
 TEST_CASE("energy, damping and stability tell a loop that gives energy from one that takes it") {
   // An even 1 kHz loop on a spring is what direct would be without a visualization; here its bursts delay.
   const RunOutcome soft = run_scenario(read("closed-loop/price-remap.toml"), {});
-  CHECK(metric(soft, "closed_loop.left.phase_locked", "stable") == 1);
-  CHECK(metric(soft, "closed_loop.left.phase_locked", "energy_min") < metric(soft, "closed_loop.left.direct", "energy_min"));
+  CHECK(metric_of(soft, "closed_loop.left.phase_locked", "stable") == 1);
+  CHECK(metric_of(soft, "closed_loop.left.phase_locked", "energy_min") <
+        metric_of(soft, "closed_loop.left.direct", "energy_min"));
   CHECK(soft.metrics.at("closed_loop.left.direct").count("rendered_damping") == 0);
   const RunOutcome stiff = run_scenario(read("closed-loop/price-remap-unstable.toml"), {});
   CHECK(stiff.exit == ExitCode::pass);
-  CHECK(metric(stiff, "closed_loop.left.phase_locked", "oscillation_ratio") > 1);
+  CHECK(metric_of(stiff, "closed_loop.left.phase_locked", "oscillation_ratio") > 1);
 }
 
 TEST_CASE("a hand has no nominal speed, no true position and no ideal twin") {
@@ -112,6 +106,6 @@ TEST_CASE("a force limit bounds what shakes, so that it is measured as unstable 
   for (const double N_per_m : {220.0, 300.0, 500.0, 1000.0, 5000.0}) {
     const RunOutcome outcome = run_scenario(read("closed-loop/price-raw-unstable.toml", {stiffness(N_per_m)}), {});
     CHECK(outcome.exit == ExitCode::pass);
-    CHECK(metric(outcome, "closed_loop.left.direct", "stable") == 0);
+    CHECK(metric_of(outcome, "closed_loop.left.direct", "stable") == 0);
   }
 }

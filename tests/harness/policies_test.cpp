@@ -40,12 +40,6 @@ std::int64_t count(const StrategyRecord& record, StepRead read) {
   for (const StepSample& sample : record.devices[0].steps) count += sample.read == read;
   return count;
 }
-double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
-  INFO(signal << " " << name << " " << outcome.failure);
-  REQUIRE(outcome.metrics.count(signal));
-  REQUIRE(outcome.metrics.at(signal).count(name));
-  return outcome.metrics.at(signal).at(name);
-}
 
 }  // namespace
 
@@ -156,10 +150,10 @@ TEST_CASE("on the line that a hand moves on, extrapolation replaces every missin
   const RunOutcome clamped = run_scenario(read(kSpring, base), {});
   const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ interaction = \"extrapolate\" }"})), {});
   const std::string signal = "left.interaction.phase_locked";
-  CHECK(metric(clamped, signal, "underruns") == metric(line, signal, "underruns"));
-  CHECK(metric(line, signal, "underruns") > 30);                     // one in every third segment
-  CHECK(metric(clamped, signal, "velocity_jump") > 0.02 * kStep_m);  // a sample is up to 1/9 ms too old
-  CHECK(metric(line, signal, "velocity_jump") <= 1e-6 * kStep_m);
+  CHECK(metric_of(clamped, signal, "underruns") == metric_of(line, signal, "underruns"));
+  CHECK(metric_of(line, signal, "underruns") > 30);                     // one in every third segment
+  CHECK(metric_of(clamped, signal, "velocity_jump") > 0.02 * kStep_m);  // a sample is up to 1/9 ms too old
+  CHECK(metric_of(line, signal, "velocity_jump") <= 1e-6 * kStep_m);
   const StrategyRecord& record = strategy(line.record, "phase_locked");
   for (const UnderrunRow& row : record.underruns) {
     CHECK(row.policy == "extrapolate");
@@ -174,10 +168,10 @@ TEST_CASE("late forces of a spring on a line, extrapolated, are the line, held, 
   const RunOutcome line = run_scenario(read(kSpring, with(base, {"remap.underrun={ force = \"extrapolate\" }"})), {});
   const std::string signal = "left.force.phase_locked";
   const double step_N = 200 * kStep_m;
-  CHECK(metric(held, signal, "late") > 100);
-  CHECK(metric(held, signal, "late") == metric(line, signal, "late"));
-  CHECK(metric(held, signal, "deviation_max") > 0.1 * step_N);
-  CHECK(metric(line, signal, "deviation_max") <= 1e-6 * step_N);
+  CHECK(metric_of(held, signal, "late") > 100);
+  CHECK(metric_of(held, signal, "late") == metric_of(line, signal, "late"));
+  CHECK(metric_of(held, signal, "deviation_max") > 0.1 * step_N);
+  CHECK(metric_of(line, signal, "deviation_max") <= 1e-6 * step_N);
   const auto late = rows(strategy(line.record, "phase_locked"), UnderrunRow::Side::force);
   REQUIRE(!late.empty());
   CHECK(late.front().policy == "extrapolate");
@@ -191,8 +185,9 @@ TEST_CASE("every underrun that is counted is a row of the log, with its lateness
     const StrategyRecord& record = strategy(outcome.record, name);
     const auto interaction = rows(record, UnderrunRow::Side::interaction), force = rows(record, UnderrunRow::Side::force);
     INFO(name);
-    CHECK(static_cast<double>(interaction.size()) == metric(outcome, std::string("left.interaction.") + name, "underruns"));
-    CHECK(static_cast<double>(force.size()) == metric(outcome, std::string("left.force.") + name, "underruns"));
+    CHECK(static_cast<double>(interaction.size()) ==
+          metric_of(outcome, std::string("left.interaction.") + name, "underruns"));
+    CHECK(static_cast<double>(force.size()) == metric_of(outcome, std::string("left.force.") + name, "underruns"));
     CHECK(!interaction.empty());
     CHECK(!force.empty());
     for (const UnderrunRow& row : force) {
@@ -208,10 +203,10 @@ TEST_CASE("predict has no latency and is exact on a line, its forces come on tim
   const std::vector<std::string> base{"run.strategies=[\"predict\"]", "expect=[]"};
   const RunOutcome outcome = run_scenario(read(kSpring, base), {});
   const StrategyRecord& record = strategy(outcome.record, "predict");
-  CHECK(metric(outcome, "left.interaction.predict", "velocity_jump") <= 1e-6 * kStep_m);
-  CHECK(metric(outcome, "left.interaction.predict", "underruns") == 0);
-  CHECK(metric(outcome, "left.force.predict", "late") == 0);
-  CHECK(metric(outcome, "left.force.predict", "schedule_latency") == 0);
+  CHECK(metric_of(outcome, "left.interaction.predict", "velocity_jump") <= 1e-6 * kStep_m);
+  CHECK(metric_of(outcome, "left.interaction.predict", "underruns") == 0);
+  CHECK(metric_of(outcome, "left.force.predict", "late") == 0);
+  CHECK(metric_of(outcome, "left.force.predict", "schedule_latency") == 0);
   CHECK(count(record, StepRead::predicted) > 1000);
   for (const StepRow& step : record.steps) {
     if (step.mapped) REQUIRE(step.read == step.emission);
@@ -228,10 +223,10 @@ TEST_CASE("after a dead stop predict runs on by its horizon, where a remap does 
       "stop = \"2 s\" }",
       "expect=[]"};
   const RunOutcome outcome = run_scenario(read(kSpring, base), {});
-  CHECK(metric(outcome, "left.interaction.predict", "error_at_stop") >= 0.5e-3);
-  CHECK(metric(outcome, "left.interaction.predict", "error_at_stop") <= 0.1 * 16e-3);
+  CHECK(metric_of(outcome, "left.interaction.predict", "error_at_stop") >= 0.5e-3);
+  CHECK(metric_of(outcome, "left.interaction.predict", "error_at_stop") <= 0.1 * 16e-3);
   // Interpolation cuts the corner of the stop: at most v h / 4 = 25 um with the stop in the middle of two samples.
-  CHECK(metric(outcome, "left.interaction.phase_locked", "error_at_stop") <= 25e-6);
+  CHECK(metric_of(outcome, "left.interaction.phase_locked", "error_at_stop") <= 25e-6);
 }
 
 TEST_CASE("a filter weakens and delays what a remap only delays") {
@@ -246,7 +241,7 @@ TEST_CASE("a filter weakens and delays what a remap only delays") {
     const RunOutcome outcome = run_scenario(read(kSpring, base), {});
     INFO(filter << " on " << on);
     const auto of = [&](const std::string& name, const char* what) {
-      return metric(outcome, "left." + on + "." + name, what);
+      return metric_of(outcome, "left." + on + "." + name, what);
     };
     CHECK(of("phase_locked", "gain") > 0.999);  // linear between samples 1 ms and forces 2.2 ms apart
     CHECK(of("phase_locked", "gain") < 1.0);
@@ -273,7 +268,7 @@ TEST_CASE("variable steps keep simulation time beside real time") {
     REQUIRE(step.simulated == SimTime{(step.begin - record.steps[0].begin).ns});
   }
   // Against that time the hand moves evenly; what is left is the age of the newest sample, below 1 ms.
-  CHECK(metric(outcome, "left.interaction.variable_step", "deviation_max") <= 0.1 * 1e-3);
+  CHECK(metric_of(outcome, "left.interaction.variable_step", "deviation_max") <= 0.1 * 1e-3);
 }
 
 TEST_CASE("a lead that is given moves the least latency with it, nanosecond by nanosecond") {
@@ -294,9 +289,9 @@ TEST_CASE("the ideal twin plays its forces as long after their reads as the late
            {"remap.latency=\"60 ms\"", "run.strategies=[\"ideal\", \"phase_locked\"]", "run.duration=\"2 s\"", "expect=[]"}),
       {});
   // 27 forces wait. On a line the force is the undelayed one of 60 ms ago: 200 N/m, 0.1 m/s.
-  CHECK(metric(outcome, "left.force.ideal", "error_max") == Approx(200 * 0.1 * 0.06).epsilon(1e-6));
-  CHECK(metric(outcome, "left.force.ideal", "deviation_max") <= 1e-9);
-  CHECK(metric(outcome, "left.force.ideal", "velocity_jump") <= 1e-9);
+  CHECK(metric_of(outcome, "left.force.ideal", "error_max") == Approx(200 * 0.1 * 0.06).epsilon(1e-6));
+  CHECK(metric_of(outcome, "left.force.ideal", "deviation_max") <= 1e-9);
+  CHECK(metric_of(outcome, "left.force.ideal", "velocity_jump") <= 1e-9);
 }
 
 TEST_CASE("one device that interpolates makes the latency of all of them that of interpolation") {

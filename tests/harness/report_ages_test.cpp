@@ -35,7 +35,7 @@ RunOutcome run(const std::vector<std::string>& set, ClockKind clock = ClockKind:
   return outcome;
 }
 
-double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
+double metric_of_left(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
   return outcome.metrics.at("left." + signal + ".phase_locked").at(name);
 }
 
@@ -49,37 +49,37 @@ TEST_CASE("an age that is not followed is an error of velocity times age, and it
   for (const auto& [jitter, least, most] : {Row{"0.5 ms", 1, 1}, Row{"0.9 ms", 1, 2}, Row{"2.4 ms", 1, 3}}) {
     CAPTURE(jitter);
     const RunOutcome arrival = run(with_ages(jitter, {"device.left.sample_time=\"arrival\""}));
-    const double error_m = metric(arrival, "interaction", "error_max"), tick_m = kSpeed_m_per_s * 1e-3;
+    const double error_m = metric_of_left(arrival, "interaction", "error_max"), tick_m = kSpeed_m_per_s * 1e-3;
     CHECK(error_m <= most * tick_m * (1 + 1e-6));
     CHECK(error_m >= (most - 0.2) * tick_m);
-    const double off_m = metric(arrival, "interaction", "deviation_max");
+    const double off_m = metric_of_left(arrival, "interaction", "deviation_max");
     CHECK(off_m <= (most - least) * tick_m + 1e-6 * kStep_m);
     if (most > least) CHECK(off_m >= 0.3 * (most - least) * tick_m);
     CHECK(arrival.metrics.at("left.force.phase_locked").count("sample_age_max") == 0);  // nobody knows
 
     // Followed, what is left of the error is the part of the least age that nobody has said: 1 ms less 0.3 ms.
     const RunOutcome taken = run(with_ages(jitter));
-    CHECK(metric(taken, "interaction", "deviation_max") <= 1e-6 * kStep_m);
-    CHECK(metric(taken, "interaction", "velocity_jump") <= 1e-6 * kStep_m);
-    CHECK(metric(taken, "interaction", "error_max") == Approx(0.7e-3 * kSpeed_m_per_s).epsilon(1e-3));
-    CHECK(metric(taken, "interaction", "underruns") == 0);
-    CHECK(metric(taken, "force", "sample_age_max") == Approx((most - least) * 1e-3 + 0.3e-3).epsilon(1e-6));
-    CHECK(metric(taken, "force", "clock_rate_error") == 0);
-    CHECK(metric(taken, "force", "ages_capped") == 0);
+    CHECK(metric_of_left(taken, "interaction", "deviation_max") <= 1e-6 * kStep_m);
+    CHECK(metric_of_left(taken, "interaction", "velocity_jump") <= 1e-6 * kStep_m);
+    CHECK(metric_of_left(taken, "interaction", "error_max") == Approx(0.7e-3 * kSpeed_m_per_s).epsilon(1e-3));
+    CHECK(metric_of_left(taken, "interaction", "underruns") == 0);
+    CHECK(metric_of_left(taken, "force", "sample_age_max") == Approx((most - least) * 1e-3 + 0.3e-3).epsilon(1e-6));
+    CHECK(metric_of_left(taken, "force", "clock_rate_error") == 0);
+    CHECK(metric_of_left(taken, "force", "ages_capped") == 0);
   }
 }
 
 TEST_CASE("the least latency is longer by the largest age, and less than that is too little") {
   const RunOutcome young = run(with_ages("0 ms", {"device.left.sample_time=\"arrival\""}));
   const RunOutcome old = run(with_ages("0.9 ms"));
-  const double longer_s = metric(old, "buffers", "latency") - metric(young, "buffers", "latency");
+  const double longer_s = metric_of_left(old, "buffers", "latency") - metric_of_left(young, "buffers", "latency");
   CHECK(longer_s == Approx(1.3e-3 + 999e-9).margin(1e-9));
-  CHECK(metric(old, "interaction", "underruns") == 0);
-  const double lead_s = metric(old, "buffers", "lead");
+  CHECK(metric_of_left(old, "interaction", "underruns") == 0);
+  const double lead_s = metric_of_left(old, "buffers", "lead");
   const RunOutcome less =
       run(with_ages("0.9 ms", {"remap.lead=\"" + std::to_string(std::lround(lead_s * 1e9) - 1'400'000) + " ns\"",
                                "remap.latency=\"20 ms\""}));
-  CHECK(metric(less, "interaction", "underruns") > 0);
+  CHECK(metric_of_left(less, "interaction", "underruns") > 0);
 }
 
 TEST_CASE(
@@ -96,27 +96,27 @@ TEST_CASE(
       "straight = \"1 s\", turn = \"0.1 s\" }";
   constexpr double kCount_m = 24e-3 / 65534;
   const RunOutcome arrival = run(evdev(moving, {"device.left.sample_time=\"arrival\""}));
-  CHECK(metric(arrival, "interaction", "deviation_max") > 0.3 * kSpeed_m_per_s * 1e-3);
+  CHECK(metric_of_left(arrival, "interaction", "deviation_max") > 0.3 * kSpeed_m_per_s * 1e-3);
   CHECK(arrival.metrics.at("left.force.phase_locked").count("sample_age_max") == 0);
   const RunOutcome taken = run(evdev(moving, {}));
   // Half a count, an event's time cut to whole microseconds, and rounding.
-  CHECK(metric(taken, "interaction", "deviation_max") <= 0.51 * kCount_m + 1e-6 * kSpeed_m_per_s);
-  CHECK(metric(taken, "interaction", "velocity_jump") <= 0.05 * kStep_m);
-  CHECK(metric(taken, "interaction", "underruns") == 0);
-  CHECK(metric(taken, "force", "ages_capped") == 0);
+  CHECK(metric_of_left(taken, "interaction", "deviation_max") <= 0.51 * kCount_m + 1e-6 * kSpeed_m_per_s);
+  CHECK(metric_of_left(taken, "interaction", "velocity_jump") <= 0.05 * kStep_m);
+  CHECK(metric_of_left(taken, "interaction", "underruns") == 0);
+  CHECK(metric_of_left(taken, "force", "ages_capped") == 0);
   // It moves for a tenth of a second, holds for two, in which nothing is told, and moves again.
   const char* const halting =
       "{ kind = \"stick-slip\", velocity = [\"1 mm/s\", \"0 m/s\", \"0 m/s\"], stick = \"0.9 s\", slip = \"0.1 s\" }";
   const RunOutcome halts = run(evdev(halting, {}));
-  CHECK(metric(halts, "interaction", "underruns") == 0);
-  CHECK(metric(halts, "force", "ages_capped") == 0);
-  CHECK(metric(halts, "force", "stale") > 1000);
+  CHECK(metric_of_left(halts, "interaction", "underruns") == 0);
+  CHECK(metric_of_left(halts, "force", "ages_capped") == 0);
+  CHECK(metric_of_left(halts, "force", "stale") > 1000);
   // A shorter interval than the device's says that it holds still between two reports: a report's distance off the line.
   const RunOutcome hasty = run(
       evdev(moving, {"device.left.evdev.report_interval=\"0.01 ms\"", "device.left.rate=\"4 kHz\"",
                      "device.left.report_age=\"0 ms\"", "device.left.report_age_jitter=\"0 ms\"",
                      "device.left.sample_time=\"taken\"", "device.left.faults=[{kind=\"lost\", at=\"3 s\", ticks=40}]"}));
-  CHECK(metric(hasty, "interaction", "deviation_max") > 0.09 * kSpeed_m_per_s * 1e-1);
+  CHECK(metric_of_left(hasty, "interaction", "deviation_max") > 0.09 * kSpeed_m_per_s * 1e-1);
 }
 
 TEST_CASE("the time at which a sample was taken is an input of a live run, which replays to the same trace") {
@@ -124,5 +124,5 @@ TEST_CASE("the time at which a sample was taken is an input of a live run, which
                                                    "remap.latency=\"60 ms\"", "remap.lead=\"20 ms\""}),
                               ClockKind::wall);
   CHECK(live.repeat_difference.empty());
-  CHECK(metric(live, "force", "sample_age_max") > 0);
+  CHECK(metric_of_left(live, "force", "sample_age_max") > 0);
 }

@@ -8,7 +8,7 @@ using namespace evenstep::test;
 
 namespace {
 
-std::string moving(const std::string& velocity) {
+std::string moving_at(const std::string& velocity) {
   return "device.left.motion={ kind = \"constant-velocity\", velocity = [\"" + velocity +
          "\", \"0 m/s\", \"0 m/s\"], start = \"smooth 0.2 s\" }";
 }
@@ -24,18 +24,18 @@ TEST_CASE("what is foretold of a straight motion is met in the run, a latency la
   using enum SaturationCause;
   const std::string pid = "device.left.driver=\"pid\"";
   for (const Case& one : std::vector<Case>{
-           {{moving("0.1 m/s"), "run.duration=\"4 s\""}, {}},
-           {{moving("0.1 m/s"), "run.duration=\"6 s\""}, {clamp}},
-           {{moving("0.1 m/s"), "run.duration=\"22 s\""}, {clamp, device_position}},
-           {{moving("0.1 m/s"), "run.duration=\"22 s\"", "scene.stiffness=\"10 N/m\""}, {device_position}},
-           {{moving("0.1 m/s"), "run.duration=\"600 s\"", "scene.stiffness=\"10 N/m\"", "run.keep=\"summary\""},
+           {{moving_at("0.1 m/s"), "run.duration=\"4 s\""}, {}},
+           {{moving_at("0.1 m/s"), "run.duration=\"6 s\""}, {clamp}},
+           {{moving_at("0.1 m/s"), "run.duration=\"22 s\""}, {clamp, device_position}},
+           {{moving_at("0.1 m/s"), "run.duration=\"22 s\"", "scene.stiffness=\"10 N/m\""}, {device_position}},
+           {{moving_at("0.1 m/s"), "run.duration=\"600 s\"", "scene.stiffness=\"10 N/m\"", "run.keep=\"summary\""},
             {device_position}},  // which keeps the force below the clamp
-           {{moving("0.1 m/s"), "device.left.slew_limit=\"10 N/s\""}, {slew}},
-           {{moving("0.1 m/s"), "device.left.guard={ speed_limit = \"0.05 m/s\" }"}, {cut}},
-           {{moving("0.1 m/s"), pid,
+           {{moving_at("0.1 m/s"), "device.left.slew_limit=\"10 N/s\""}, {slew}},
+           {{moving_at("0.1 m/s"), "device.left.guard={ speed_limit = \"0.05 m/s\" }"}, {cut}},
+           {{moving_at("0.1 m/s"), pid,
              "device.left.pid={ travel = [\"1 m\", \"1 m\", \"0 mm\"], full_scale = \"20 N\", gain = 1.0 }"},
             {device_force}},
-           {{moving("0.1 m/s"), pid,
+           {{moving_at("0.1 m/s"), pid,
              "device.left.pid={ travel = [\"0.2 m\", \"0.2 m\", \"0 mm\"], full_scale = \"100 N\", gain = 1.0 }"},
             {device_position}},
            {{"run.duration=\"30 s\""}, {}}}) {  // as shipped: back and forth
@@ -66,7 +66,7 @@ TEST_CASE("what is foretold of a straight motion is met in the run, a latency la
 }
 
 TEST_CASE("nothing is foretold to fail where saturation is expected, or a count is asked for") {
-  const std::vector<std::string> set{moving("0.1 m/s"), "run.duration=\"6 s\""};
+  const std::vector<std::string> set{moving_at("0.1 m/s"), "run.duration=\"6 s\""};
   const auto errors_of = [&](std::vector<std::string> more) {
     more.insert(more.begin(), set.begin(), set.end());
     const Scenario scenario = read("paper/figure-1-spring.toml", more);

@@ -28,6 +28,13 @@ inline RunRecord run_all(const Scenario& scenario, RunOptions options = {}) {
   return outcome.record;
 }
 
+inline double metric_of(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
+  INFO(signal << " " << name << " " << outcome.failure);
+  REQUIRE(outcome.metrics.count(signal) == 1);
+  REQUIRE(outcome.metrics.at(signal).count(name) == 1);
+  return outcome.metrics.at(signal).at(name);
+}
+
 inline const StrategyRecord& strategy(const RunRecord& run, const std::string& name) {
   for (const StrategyRecord& record : run.strategies) {
     if (record.name == name) return record;

@@ -1,6 +1,8 @@
 // Visualizations that draw or burn: nothing changes under the virtual clock, and on a wall clock their real length counts.
 #include "evenstep/harness/visualization.h"
 
+#include <set>
+
 #include "evenstep/draw/canvas.h"
 #include "scenarios.h"
 

@@ -17,15 +17,15 @@ std::vector<std::string> arm(const std::string& name, std::vector<std::string> m
   return set;
 }
 
-Registry with(const DeviceFactory& make) {
+Registry with_device(const DeviceFactory& make) {
   Registry mine = registry();
   mine.add_device("mine", make);
   return mine;
 }
 
 /// A device whose functions are the test's.
-struct Told : MyArm {
-  explicit Told(SimulatedGrip& grip) : MyArm(grip) {}
+struct ToldArm : MyArm {
+  explicit ToldArm(SimulatedGrip& grip) : MyArm(grip) {}
   DeviceSample read(RealTime now) override {
     DeviceSample sample = MyArm::read(now);
     if (at_read) at_read(now, sample);
@@ -78,8 +78,8 @@ TEST_CASE("A hand on a device of the program's feels its force, after the delay 
 TEST_CASE("The guard clamps, slews and cuts before a device of the program's is written to") {
   double most_N = 0, most_change_N = 0;
   glm::dvec3 last{0};
-  const Registry mine = with([&](const DeviceRequest& request) {
-    auto told = std::make_unique<Told>(*request.grip);
+  const Registry mine = with_device([&](const DeviceRequest& request) {
+    auto told = std::make_unique<ToldArm>(*request.grip);
     told->at_write = [&](const glm::dvec3& force_N) {
       most_N = std::max(most_N, std::abs(force_N.x));
       most_change_N = std::max(most_change_N, std::abs(force_N.x - last.x));
@@ -99,8 +99,8 @@ TEST_CASE("The guard clamps, slews and cuts before a device of the program's is 
 }
 
 TEST_CASE("A device of the program's that still drives when it was stopped fails the run") {
-  const RunOutcome outcome = run(arm("mine"), with([](const DeviceRequest& request) {
-                                   auto told = std::make_unique<Told>(*request.grip);
+  const RunOutcome outcome = run(arm("mine"), with_device([](const DeviceRequest& request) {
+                                   auto told = std::make_unique<ToldArm>(*request.grip);
                                    told->stops = false;
                                    return told;
                                  }));
@@ -110,8 +110,8 @@ TEST_CASE("A device of the program's that still drives when it was stopped fails
 
 TEST_CASE("A device of the program's that fails stops the run with its name, and is stopped") {
   const auto failure = [](const std::function<void(RealTime, DeviceSample&)>& at_read) {
-    const RunOutcome outcome = run(arm("mine"), with([&](const DeviceRequest& request) {
-                                     auto told = std::make_unique<Told>(*request.grip);
+    const RunOutcome outcome = run(arm("mine"), with_device([&](const DeviceRequest& request) {
+                                     auto told = std::make_unique<ToldArm>(*request.grip);
                                      told->at_read = at_read;
                                      return told;
                                    }));
@@ -124,7 +124,7 @@ TEST_CASE("A device of the program's that fails stops the run with its name, and
              Contains("left: the driver 'mine': cable gone"));
   CHECK_THAT(failure([](RealTime, DeviceSample& sample) { sample.position_m.y = std::nan(""); }),
              Contains("left: the driver 'mine': gave a position that is not finite at 0 ns"));
-  const RunOutcome none = run(arm("mine"), with([](const DeviceRequest&) { return nullptr; }));
+  const RunOutcome none = run(arm("mine"), with_device([](const DeviceRequest&) { return nullptr; }));
   CHECK_THAT(none.failure, Contains("left: the driver 'mine': cannot be made: its factory returned nothing"));
 }
 
@@ -132,8 +132,8 @@ TEST_CASE("A run with --repeat names a device that is not reproducible") {
   RunOptions twice;
   twice.repeat = true;
   std::atomic<int> made{0};
-  const RunOutcome outcome = run(arm("mine"), with([&](const DeviceRequest& request) {
-                                   auto told = std::make_unique<Told>(*request.grip);
+  const RunOutcome outcome = run(arm("mine"), with_device([&](const DeviceRequest& request) {
+                                   auto told = std::make_unique<ToldArm>(*request.grip);
                                    told->at_read = [which = made++](RealTime now, DeviceSample& sample) {
                                      if (now == RealTime{200'000'000}) sample.position_m.x += 1e-9 * which;
                                    };
@@ -175,7 +175,7 @@ TEST_CASE(
     RunOptions wall;
     wall.clock = ClockKind::wall;
     wall.devices = {{{"left", "my-port"}}, forces};
-    const Registry mine = with([&](const DeviceRequest& request) {
+    const Registry mine = with_device([&](const DeviceRequest& request) {
       CHECK(request.path == "my-port");
       CHECK(request.device == "left");
       CHECK(request.grip == nullptr);

@@ -25,20 +25,20 @@ struct Wrapped : ForeignMap {
 };
 
 /// Slots as the test says.
-struct Told : ForeignMap {
-  explicit Told(std::function<std::optional<RealTime>(std::int64_t)> say) : says(std::move(say)) {}
+struct ToldMap : ForeignMap {
+  explicit ToldMap(std::function<std::optional<RealTime>(std::int64_t)> say) : says(std::move(say)) {}
   void boundary(std::int64_t, RealTime) override {}
   std::optional<RealTime> slot(std::int64_t n) override { return says(n); }
   std::function<std::optional<RealTime>(std::int64_t)> says;
 };
 
-Registry with(const MapFactory& make) {
+Registry with_map(const MapFactory& make) {
   Registry mine = registry();
   mine.add_map("mine", make);
   return mine;
 }
-Registry told(const std::function<std::optional<RealTime>(std::int64_t)>& says) {
-  return with([says](const MapRequest&) { return std::make_unique<Told>(says); });
+Registry told_map(const std::function<std::optional<RealTime>(std::int64_t)>& says) {
+  return with_map([says](const MapRequest&) { return std::make_unique<ToldMap>(says); });
 }
 
 const std::string kBoth = R"(run.strategies=["phase_locked", "foreign"])";
@@ -51,7 +51,7 @@ TEST_CASE("A map of the program's gets lead, latency, rings and forces as evenst
     INFO(timing);
     for (const char* underrun : {"clamp", "gate", "extrapolate"}) {
       const std::string policy = fmt::format("remap.underrun.interaction=\"{}\"", underrun);
-      const RunRecord run = record({timing, policy, kBoth, kMine}, with([](const MapRequest& request) {
+      const RunRecord run = record({timing, policy, kBoth, kMine}, with_map([](const MapRequest& request) {
                                      CHECK(request.step_rate == Rate{450, 1});
                                      return std::make_unique<Wrapped>();
                                    }));
@@ -66,7 +66,7 @@ TEST_CASE("A map of the program's gets lead, latency, rings and forces as evenst
 }
 
 TEST_CASE("The sizes of a scenario are told for a map of the program's, too") {
-  const ReadResult scenario = read({kBoth, kMine}, with([](const MapRequest&) { return std::make_unique<Wrapped>(); }));
+  const ReadResult scenario = read({kBoth, kMine}, with_map([](const MapRequest&) { return std::make_unique<Wrapped>(); }));
   REQUIRE(scenario);
   const SizeResult sized = size_scenario(*scenario, {});
   REQUIRE(sized.errors.empty());
@@ -79,7 +79,8 @@ TEST_CASE("A map gets its options, and one of ten lines runs") {
   const RunRecord run = record({kBoth, R"(remap.foreign={ name = "my-pacer" })"});
   CHECK(strategy(run, "foreign").steps.back().mapped);
   std::string options;
-  record({kBoth, R"(remap.foreign={ name = "mine", options = { b = 2, a = [1.5] } })"}, with([&](const MapRequest& request) {
+  record({kBoth, R"(remap.foreign={ name = "mine", options = { b = 2, a = [1.5] } })"},
+         with_map([&](const MapRequest& request) {
            options = request.options;
            return std::make_unique<Wrapped>();
          }));
@@ -92,24 +93,24 @@ TEST_CASE("A map that fails, or puts a slot out of reach, stops the run with its
     CHECK(outcome.exit == ExitCode::run_failed);
     return outcome.failure;
   };
-  CHECK_THAT(failure(told([](std::int64_t n) -> std::optional<RealTime> {
+  CHECK_THAT(failure(told_map([](std::int64_t n) -> std::optional<RealTime> {
                return n < 9 ? RealTime{n * 2'222'222} : throw std::runtime_error("lost count");
              })),
              Contains("the map 'mine': lost count"));
   for (const std::int64_t far : {INT64_MAX, INT64_MIN, std::int64_t{100'000'000'000}}) {
-    CHECK_THAT(failure(told([far](std::int64_t n) { return RealTime{n < 9 ? n * 2'222'222 : far}; })),
+    CHECK_THAT(failure(told_map([far](std::int64_t n) { return RealTime{n < 9 ? n * 2'222'222 : far}; })),
                Contains("step 9, which begins at") && Contains(fmt::format("has its slot at {} ns", far)));
   }
-  CHECK_THAT(failure(with([](const MapRequest&) { return nullptr; })), Contains("its factory returned nothing"));
+  CHECK_THAT(failure(with_map([](const MapRequest&) { return nullptr; })), Contains("its factory returned nothing"));
 }
 
 TEST_CASE("A run with --repeat names a map that is not reproducible") {
   RunOptions twice;
   twice.repeat = true;
   std::atomic<int> made{0};
-  const Registry mine = with([&](const MapRequest&) {
+  const Registry mine = with_map([&](const MapRequest&) {
     const int which = made++;
-    return std::make_unique<Told>([which](std::int64_t n) { return RealTime{n * 2'222'222 + (n == 50 ? which : 0)}; });
+    return std::make_unique<ToldMap>([which](std::int64_t n) { return RealTime{n * 2'222'222 + (n == 50 ? which : 0)}; });
   });
   const RunOutcome outcome = run({kBoth, kMine, "remap.latency=\"50 ms\"", "remap.lead=\"10 ms\""}, mine, twice);
   CHECK(outcome.exit == ExitCode::not_reproducible);

@@ -14,8 +14,8 @@ namespace {
 const std::string kMyGpu = R"(timing={ foreign = { name = "my-gpu" } })";
 
 /// Plays these segments.
-struct Told : StepTiming {
-  explicit Told(std::vector<SegmentTiming> told) : segments(std::move(told)) {}
+struct ToldTiming : StepTiming {
+  explicit ToldTiming(std::vector<SegmentTiming> told) : segments(std::move(told)) {}
   bool next(SegmentTiming& segment) override {
     if (k == segments.size()) return false;
     segment = segments[k++];
@@ -30,9 +30,9 @@ SegmentTiming segment(std::int64_t begin, std::vector<Interval> steps, std::int6
 }
 Interval step(std::int64_t begin, std::int64_t end) { return {RealTime{begin}, RealTime{end}}; }
 
-Registry told(const std::vector<SegmentTiming>& segments) {
+Registry told_timing(const std::vector<SegmentTiming>& segments) {
   Registry mine = registry();
-  mine.add_timing("mine", [segments](const TimingRequest&) { return std::make_unique<Told>(segments); });
+  mine.add_timing("mine", [segments](const TimingRequest&) { return std::make_unique<ToldTiming>(segments); });
   return mine;
 }
 
@@ -53,7 +53,7 @@ TEST_CASE("A source draws by the seed of the run, and varies with it") {
 
 TEST_CASE("A source that breaks a rule of time is refused, with the segment and the rule") {
   const auto error = [](const std::vector<SegmentTiming>& segments) {
-    return errors_of({R"(timing={ foreign = { name = "mine" } })"}, told(segments));
+    return errors_of({R"(timing={ foreign = { name = "mine" } })"}, told_timing(segments));
   };
   const SegmentTiming good = segment(0, {step(0, 500)}, 1000);
   CHECK_THAT(error({segment(1, {}, 10)}), Contains("segment 0 begins at 1 ns, and the first must begin at 0 ns"));

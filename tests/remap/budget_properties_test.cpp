@@ -63,19 +63,6 @@ const char* p5_tight(const Schedule& schedule, Draw draw) {
   return nullptr;
 }
 
-/// ceil of max(E - n tau) - min(S - n tau), tau = rise / run; the bracket has its corners at slopes of two ends or
-/// begins.
-std::int64_t bracket(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run) {
-  __int128 most = 0, least = 0;
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    const __int128 slots = static_cast<__int128>(n) * rise;
-    const __int128 end = static_cast<__int128>(steps[n].end.ns) * run - slots;
-    const __int128 begin = static_cast<__int128>(steps[n].begin.ns) * run - slots;
-    most = n == 0 ? end : std::max(most, end);
-    least = n == 0 ? begin : std::min(least, begin);
-  }
-  return static_cast<std::int64_t>((most - least + run - 1) / run);
-}
 const char* p6_best_line(const Schedule& schedule, Draw draw) {
   std::vector<StepTimes> steps = flat(schedule);
   if (steps.size() < 2) return nullptr;

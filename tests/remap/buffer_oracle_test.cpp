@@ -9,19 +9,6 @@ using namespace evenstep::testing;
 
 namespace {
 
-/// ceil of max(E - n rise/run) - min(S - n rise/run), exactly, in units of 1/run.
-std::int64_t bracket(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run) {
-  __int128 most = 0, least = 0;
-  for (std::size_t n = 0; n < steps.size(); ++n) {
-    const __int128 slots = static_cast<__int128>(n) * rise;
-    const __int128 end = static_cast<__int128>(steps[n].end.ns) * run - slots;
-    const __int128 begin = static_cast<__int128>(steps[n].begin.ns) * run - slots;
-    most = n == 0 ? end : std::max(most, end);
-    least = n == 0 ? begin : std::min(least, begin);
-  }
-  return static_cast<std::int64_t>((most - least + run - 1) / run);
-}
-
 /// The bracket is piecewise linear in tau with corners at slopes of two ends or two begins: try them all.
 std::int64_t brute_force(const std::vector<StepTimes>& steps) {
   std::int64_t best = INT64_MAX;

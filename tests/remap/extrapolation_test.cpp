@@ -11,13 +11,14 @@ using namespace evenstep::testing;
 
 namespace {
 
-constexpr Rate kRate{1000, 1};
+constexpr Rate kHandRate{1000, 1};
 
 /// A reading, past samples of `position` at 1 kHz up to the newest, from a ring that holds them all.
 template <class Position>
 double read(Extrapolation policy, std::int64_t newest, RealTime at, Position position) {
   SampleBuffer<double> buffer(static_cast<std::size_t>(newest) + 2, policy);
-  for (std::int64_t k = 0; k <= newest; ++k) buffer.push(tick_time(kRate, k), position(seconds(tick_time(kRate, k))));
+  for (std::int64_t k = 0; k <= newest; ++k)
+    buffer.push(tick_time(kHandRate, k), position(seconds(tick_time(kHandRate, k))));
   return buffer.at(at).value;
 }
 
@@ -26,7 +27,7 @@ double sine_error(Extrapolation policy, Duration distance) {
   double worst = 0;
   for (int i = 0; i < 1000; ++i) {
     const auto sine = [&](double t_s) { return std::sin(2 * std::numbers::pi * (10 * t_s + i / 1000.0)); };
-    const RealTime at = tick_time(kRate, 20) + distance;
+    const RealTime at = tick_time(kHandRate, 20) + distance;
     worst = std::max(worst, std::abs(read(policy, 20, at, sine) - sine(seconds(at))));
   }
   return worst;
@@ -138,13 +139,13 @@ TEST_CASE("`extrapolate` errs by at most 28 % of a 10 Hz sine after 10 ms, and n
 TEST_CASE("`predict` is exact on constant velocity at any distance, and wrong by v b after a dead stop") {
   constexpr double v = 0.1;
   for (std::int64_t ms = 1; ms <= 500; ++ms) {
-    const RealTime at = tick_time(kRate, 50 + ms);
+    const RealTime at = tick_time(kHandRate, 50 + ms);
     // 60 windows times the rounding of a value
     REQUIRE(read(kPredictHand, 50, at, [](double t_s) { return v * t_s; }) == Approx(v * seconds(at)).epsilon(1e-12));
   }
   const auto stopping = [](double t_s) { return v * std::min(t_s, 0.05); };
-  CHECK(read(kPredictHand, 50, tick_time(kRate, 60), stopping) == Approx(0.005 + 0.001).epsilon(1e-9));
-  CHECK(read(kHoldNewest, 50, tick_time(kRate, 60), stopping) == v * 0.05);
+  CHECK(read(kPredictHand, 50, tick_time(kHandRate, 60), stopping) == Approx(0.005 + 0.001).epsilon(1e-9));
+  CHECK(read(kHoldNewest, 50, tick_time(kHandRate, 60), stopping) == v * 0.05);
 }
 
 TEST_CASE("policies work on arrays, componentwise") {

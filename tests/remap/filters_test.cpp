@@ -15,7 +15,7 @@ namespace {
 
 using Complex = std::complex<long double>;
 constexpr long double kPi = 3.14159265358979323846264338327950288L;
-constexpr Rate kRate{1000, 1};
+constexpr Rate kForceRate{1000, 1};
 constexpr long double kRate_Hz = 1000;
 
 /// Transfer functions as textbooks write them, in z^-1; of OneEuro that of its first-order filter at min_cutoff.
@@ -83,7 +83,7 @@ bool same_bits(double a, double b) { return std::memcmp(&a, &b, sizeof a) == 0; 
 TEST_CASE("a filtered sine has the gain and phase of the transfer function at every frequency") {
   for (const FilterSpec& spec : kLinear) {
     for (const int hertz : {1, 3, 5, 30, 67, 125, 250, 333, 499}) {
-      Filter<double> filter = make_filter<double>(spec, kRate);
+      Filter<double> filter = make_filter<double>(spec, kForceRate);
       const Complex response = transfer(spec, hertz);
       const int settled = settling_samples(spec);
       long double worst = 0;
@@ -137,7 +137,7 @@ TEST_CASE("every filter lets a constant through bit for bit from its first sampl
   specs.push_back(OneEuroSpec{1, 5, 1});
   for (const FilterSpec& spec : specs) {
     for (const double value : {0.0, -1.0 / 3, 0.1, 1e-300, -1e300, 0x1.fffffffffffffp+10}) {
-      Filter<double> filter = make_filter<double>(spec, kRate);
+      Filter<double> filter = make_filter<double>(spec, kForceRate);
       for (int n = 0; n < 2000; ++n) REQUIRE(same_bits(filter.next(value), value));
     }
   }
@@ -145,7 +145,7 @@ TEST_CASE("every filter lets a constant through bit for bit from its first sampl
 
 TEST_CASE("after a step every filter arrives at the new value") {
   for (const FilterSpec& spec : kLinear) {
-    Filter<double> filter = make_filter<double>(spec, kRate);
+    Filter<double> filter = make_filter<double>(spec, kForceRate);
     filter.next(-0.7);
     double y = -0.7;
     for (int n = 0; n < settling_samples(spec); ++n) y = filter.next(0.3);
@@ -158,7 +158,7 @@ TEST_CASE("after a step every filter arrives at the new value") {
 TEST_CASE("behind a ramp every filter lags by its delay at 0 Hz") {
   const double speed = 0x1p-10;  // per sample: the ramp itself is exact
   for (const FilterSpec& spec : kLinear) {
-    Filter<double> filter = make_filter<double>(spec, kRate);
+    Filter<double> filter = make_filter<double>(spec, kForceRate);
     const long double delay = delay_samples(spec);
     const int settled = settling_samples(spec);
     double y = 0;
@@ -170,8 +170,8 @@ TEST_CASE("behind a ramp every filter lags by its delay at 0 Hz") {
 
 TEST_CASE("a moving average is the mean of its window from the first sample on, and half a window late") {
   for (int samples = 1; samples <= 40; ++samples) {
-    Filter<double> filter = make_filter<double>(MovingAverageSpec{samples}, kRate);
-    Filter<double> integers = make_filter<double>(MovingAverageSpec{samples}, kRate);
+    Filter<double> filter = make_filter<double>(MovingAverageSpec{samples}, kForceRate);
+    Filter<double> integers = make_filter<double>(MovingAverageSpec{samples}, kForceRate);
     for (int n = 0; n < 5 * samples; ++n) {
       const double y = filter.next(noise(n)), whole = integers.next(n * samples);
       long double sum = 0;
@@ -188,7 +188,7 @@ TEST_CASE("a moving average is the mean of its window from the first sample on, 
 TEST_CASE("a moving average is that of its window to the bit, however long it has run") {
   for (const int samples : {3, 8, 31}) {
     for (int earlier = 0; earlier < 2 * samples; ++earlier) {
-      Filter<double> fresh = make_filter<double>(MovingAverageSpec{samples}, kRate), old = fresh;
+      Filter<double> fresh = make_filter<double>(MovingAverageSpec{samples}, kForceRate), old = fresh;
       for (int n = 0; n < earlier; ++n) old.next(1e6 * noise(n));
       double a = 0, b = 0;
       for (int n = 0; n < samples; ++n) a = fresh.next(noise(-n)), b = old.next(noise(-n));
@@ -198,7 +198,7 @@ TEST_CASE("a moving average is that of its window to the bit, however long it ha
 }
 
 TEST_CASE("a moving average forgets a sample for good when it leaves the window") {
-  Filter<double> filter = make_filter<double>(MovingAverageSpec{8}, kRate);
+  Filter<double> filter = make_filter<double>(MovingAverageSpec{8}, kForceRate);
   for (int n = 0; n < 8; ++n) filter.next(n == 3 ? 1e200 : 1.0);
   double y = 0;
   for (int n = 0; n < 4; ++n) y = filter.next(1.0);
@@ -215,7 +215,7 @@ TEST_CASE("a butterworth filter follows the direct form of its difference equati
     const long double g = std::tan(kPi * cutoff_Hz / kRate_Hz), root = std::sqrt(2.0L);
     const long double a0 = 1 + root * g + g * g, a1 = 2 * (g * g - 1) / a0, a2 = (1 - root * g + g * g) / a0;
     const long double b0 = g * g / a0;
-    Filter<double> filter = make_filter<double>(ButterworthSpec{cutoff_Hz}, kRate);
+    Filter<double> filter = make_filter<double>(ButterworthSpec{cutoff_Hz}, kForceRate);
     const long double first = noise(0);
     long double x1 = first, x2 = first, y1 = first, y2 = first, worst = 0;
     for (int n = 0; n < 20'000; ++n) {
@@ -230,7 +230,7 @@ TEST_CASE("a butterworth filter follows the direct form of its difference equati
 
 TEST_CASE("a slow butterworth filter answers a step as its analog model: 1 - exp(-u) (cos u + sin u)") {
   const double cutoff_Hz = 0.1;  // g = 3e-4: sampled and analog differ by that, and by a sample of delay
-  Filter<double> filter = make_filter<double>(ButterworthSpec{cutoff_Hz}, kRate);
+  Filter<double> filter = make_filter<double>(ButterworthSpec{cutoff_Hz}, kForceRate);
   filter.next(0);
   double largest = 0, worst = 0;
   for (int n = 0; n < 30'000; ++n) {
@@ -249,7 +249,7 @@ TEST_CASE("at steady speed a one euro filter is the first-order filter of the cu
         const OneEuroSpec spec{min_cutoff_Hz, beta, 1};
         const long double b = min_cutoff_Hz + beta * static_cast<long double>(speed);
         const long double cutoff_Hz = (b + std::sqrt(b * b + 4 * beta * speed * kRate_Hz / (2 * kPi))) / 2;
-        Filter<double> filter = make_filter<double>(spec, kRate), negative = make_filter<double>(spec, kRate);
+        Filter<double> filter = make_filter<double>(spec, kForceRate), negative = make_filter<double>(spec, kForceRate);
         double lag = 0, mirrored = 0;
         for (int n = 0; n < 60'000; ++n) {
           const double x = speed * n / 1000;
@@ -268,7 +268,7 @@ TEST_CASE("at steady speed a one euro filter is the first-order filter of the cu
 TEST_CASE("a one euro filter follows the published algorithm in long double") {
   const OneEuroSpec spec{1.5, 0.4, 3};
   const auto alpha = [](long double cutoff_Hz) { return 1 / (1 + kRate_Hz / (2 * kPi * cutoff_Hz)); };
-  Filter<double> filter = make_filter<double>(spec, kRate);
+  Filter<double> filter = make_filter<double>(spec, kForceRate);
   long double filtered = 0, derivative = 0;
   for (int n = 0; n < 5000; ++n) {
     const double x = 0.01 * noise(n) + (n > 2500 ? 1 : 0);
@@ -284,11 +284,11 @@ TEST_CASE("a one euro filter follows the published algorithm in long double") {
 
 TEST_CASE("a one euro filter of a vector takes one cutoff from the length of its speed, whatever the axes") {
   const OneEuroSpec spec{1, 2, 5};
-  Filter<double> along = make_filter<double>(spec, kRate);
-  Filter<glm::dvec3> vector = make_filter<glm::dvec3>(spec, kRate);
-  Filter<std::array<double, 3>> array = make_filter<std::array<double, 3>>(spec, kRate);
-  Filter<std::array<glm::dvec3, 2>> tools = make_filter<std::array<glm::dvec3, 2>>(spec, kRate);
-  Filter<std::array<double, 4>> pair = make_filter<std::array<double, 4>>(spec, kRate);
+  Filter<double> along = make_filter<double>(spec, kForceRate);
+  Filter<glm::dvec3> vector = make_filter<glm::dvec3>(spec, kForceRate);
+  Filter<std::array<double, 3>> array = make_filter<std::array<double, 3>>(spec, kForceRate);
+  Filter<std::array<glm::dvec3, 2>> tools = make_filter<std::array<glm::dvec3, 2>>(spec, kForceRate);
+  Filter<std::array<double, 4>> pair = make_filter<std::array<double, 4>>(spec, kForceRate);
   for (int n = 0; n < 3000; ++n) {
     const double x = noise(n / 20), y = along.next(x);
     const glm::dvec3 got = vector.next(glm::dvec3(2, -3, 6) / 7.0 * x);
@@ -307,10 +307,10 @@ TEST_CASE("a one euro filter of a vector takes one cutoff from the length of its
 
 TEST_CASE("linear filters treat the components of every value type alike, bit for bit") {
   for (const FilterSpec& spec : kLinear) {
-    Filter<double> one = make_filter<double>(spec, kRate), two = one;
-    Filter<std::array<double, 2>> array = make_filter<std::array<double, 2>>(spec, kRate);
-    Filter<glm::dvec3> vector = make_filter<glm::dvec3>(spec, kRate);
-    auto nested = make_filter<std::array<std::array<double, 1>, 2>>(spec, kRate);
+    Filter<double> one = make_filter<double>(spec, kForceRate), two = one;
+    Filter<std::array<double, 2>> array = make_filter<std::array<double, 2>>(spec, kForceRate);
+    Filter<glm::dvec3> vector = make_filter<glm::dvec3>(spec, kForceRate);
+    auto nested = make_filter<std::array<std::array<double, 1>, 2>>(spec, kForceRate);
     for (int n = 0; n < 400; ++n) {
       const double x = noise(n), y = 1e3 * noise(-n - 2), a = one.next(x), b = two.next(y);
       const std::array<double, 2> both = array.next({x, y});
@@ -325,24 +325,24 @@ TEST_CASE("linear filters treat the components of every value type alike, bit fo
 
 TEST_CASE("the domain of every parameter ends where the header says") {
   const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
-  for (const int samples : {1, 2, kMaxAveragedSamples}) CHECK(in_domain(MovingAverageSpec{samples}, kRate));
-  for (const int samples : {0, -1, kMaxAveragedSamples + 1}) CHECK_FALSE(in_domain(MovingAverageSpec{samples}, kRate));
-  for (const double f : {1e-9, 499.999}) CHECK(in_domain(ButterworthSpec{f}, kRate));
-  for (const double f : {0.0, -1.0, 500.0, inf, nan}) CHECK_FALSE(in_domain(ButterworthSpec{f}, kRate));
+  for (const int samples : {1, 2, kMaxAveragedSamples}) CHECK(in_domain(MovingAverageSpec{samples}, kForceRate));
+  for (const int samples : {0, -1, kMaxAveragedSamples + 1}) CHECK_FALSE(in_domain(MovingAverageSpec{samples}, kForceRate));
+  for (const double f : {1e-9, 499.999}) CHECK(in_domain(ButterworthSpec{f}, kForceRate));
+  for (const double f : {0.0, -1.0, 500.0, inf, nan}) CHECK_FALSE(in_domain(ButterworthSpec{f}, kForceRate));
   CHECK(in_domain(ButterworthSpec{std::nextafter(50.0 / 3, 0)}, {100, 3}));
   CHECK_FALSE(in_domain(ButterworthSpec{17}, {100, 3}));
   for (const double f : {1e-9, 499.0, 1e300}) {
-    CHECK(in_domain(OneEuroSpec{f, 0, 1}, kRate));
-    CHECK(in_domain(OneEuroSpec{1, f, 1}, kRate));
-    CHECK(in_domain(OneEuroSpec{1, 0, f}, kRate));
+    CHECK(in_domain(OneEuroSpec{f, 0, 1}, kForceRate));
+    CHECK(in_domain(OneEuroSpec{1, f, 1}, kForceRate));
+    CHECK(in_domain(OneEuroSpec{1, 0, f}, kForceRate));
   }
   for (const double f : {-1.0, inf, nan}) {
-    CHECK_FALSE(in_domain(OneEuroSpec{f, 0, 1}, kRate));
-    CHECK_FALSE(in_domain(OneEuroSpec{1, f, 1}, kRate));
-    CHECK_FALSE(in_domain(OneEuroSpec{1, 0, f}, kRate));
+    CHECK_FALSE(in_domain(OneEuroSpec{f, 0, 1}, kForceRate));
+    CHECK_FALSE(in_domain(OneEuroSpec{1, f, 1}, kForceRate));
+    CHECK_FALSE(in_domain(OneEuroSpec{1, 0, f}, kForceRate));
   }
-  CHECK_FALSE(in_domain(OneEuroSpec{0, 0, 1}, kRate));
-  CHECK_FALSE(in_domain(OneEuroSpec{1, 0, 0}, kRate));
+  CHECK_FALSE(in_domain(OneEuroSpec{0, 0, 1}, kForceRate));
+  CHECK_FALSE(in_domain(OneEuroSpec{1, 0, 0}, kForceRate));
   CHECK_FALSE(in_domain(MovingAverageSpec{1}, {0, 1}));
 }
 
@@ -350,7 +350,7 @@ TEST_CASE("at the edges of the domain the filters stay finite: what they let thr
   for (const FilterSpec& spec : std::vector<FilterSpec>{ButterworthSpec{1e-12}, ButterworthSpec{std::nextafter(500.0, 0)},
                                                         OneEuroSpec{1e-12, 0, 1e-12}, OneEuroSpec{1e300, 0, 1e300},
                                                         OneEuroSpec{1, 1e300, 1}, MovingAverageSpec{kMaxAveragedSamples}}) {
-    Filter<double> filter = make_filter<double>(spec, kRate);
+    Filter<double> filter = make_filter<double>(spec, kForceRate);
     for (int n = 0; n < 300; ++n) REQUIRE(std::abs(filter.next(noise(n))) < 2);  // a butterworth overshoots by 4.3 %
   }
 }

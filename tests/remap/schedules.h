@@ -192,4 +192,17 @@ bool asserts(Body body) {
   return WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT;
 }
 
+/// ceil of max(E - n rise/run) - min(S - n rise/run), exactly, in units of 1/run.
+inline std::int64_t bracket(const std::vector<StepTimes>& steps, std::int64_t rise, std::int64_t run) {
+  __int128 most = 0, least = 0;
+  for (std::size_t n = 0; n < steps.size(); ++n) {
+    const __int128 slots = static_cast<__int128>(n) * rise;
+    const __int128 end = static_cast<__int128>(steps[n].end.ns) * run - slots;
+    const __int128 begin = static_cast<__int128>(steps[n].begin.ns) * run - slots;
+    most = n == 0 ? end : std::max(most, end);
+    least = n == 0 ? begin : std::min(least, begin);
+  }
+  return static_cast<std::int64_t>((most - least + run - 1) / run);
+}
+
 }  // namespace evenstep::testing

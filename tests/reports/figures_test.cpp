@@ -11,12 +11,6 @@ using Catch::Contains;
 
 namespace {
 
-std::size_t occurrences(const std::string& text, const std::string& what) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
-  return count;
-}
-
 Metrics with_growths(const RunRecord& run) {
   Metrics metrics = measure(run);
   add_growths(run, metrics);
@@ -66,9 +60,9 @@ TEST_CASE("an axis of decades names whole powers of ten only, however few or man
     const std::string text = std::move(svg).finish();
     CAPTURE(low);
     CHECK_THAT(text, Contains("error [m]") && Contains(">10⁰<"));
-    CHECK(occurrences(text, ">10⁻¹<") == (low > -4 ? 1 : 0));
-    CHECK(occurrences(text, ">10⁻²<") == (low < -2 ? 1 : 0));
-    const std::size_t names = occurrences(text, ">10");
+    CHECK(synthetic::occurrences(text, ">10⁻¹<") == (low > -4 ? 1 : 0));
+    CHECK(synthetic::occurrences(text, ">10⁻²<") == (low < -2 ? 1 : 0));
+    const std::size_t names = synthetic::occurrences(text, ">10");
     CHECK(names == (low > -2 ? 2 : low > -4 ? 3 : 5));
   }
 }
@@ -83,7 +77,7 @@ TEST_CASE("a long curve is decimated to the pixels, and no peak is lost") {
   }
   panel.curve(x, y, {});
   const std::string text = std::move(svg).finish();
-  CHECK(occurrences(text, ",") <= 4 * 800 + 10);
+  CHECK(synthetic::occurrences(text, ",") <= 4 * 800 + 10);
   CHECK_THAT(text, Contains(",0.00 ") && Contains(",100.00 "));  // the peak at the top, the trough at the bottom
 }
 
@@ -92,14 +86,14 @@ TEST_CASE("a NaN breaks a curve and leaves no number in the file that is none") 
   internal::Panel panel(svg, {0, 0, 800, 100}, {{0, 10}, "", ""}, {{0, 1}, "", ""});
   panel.curve({0, 1, 2, 3, 4, 5}, {0, 1, NAN, 0, 1, 0}, {});
   const std::string text = std::move(svg).finish();
-  CHECK(occurrences(text, "<polyline") == 2);
+  CHECK(synthetic::occurrences(text, "<polyline") == 2);
   CHECK_THAT(text, !Contains("nan"));
 }
 
 TEST_CASE("figure 1 shows every strategy in both panels and names the units") {
   const RunRecord run = synthetic::reference_run();
   for (const std::string& svg : {figure_1a_svg(run, "left"), figure_1b_svg(run, "left")}) {
-    CHECK(occurrences(svg, "<polyline") == 8);
+    CHECK(synthetic::occurrences(svg, "<polyline") == 8);
     for (const char* name : {"ideal", "direct", "paper", "phase_locked", "off the fitted line [step]"})
       CHECK_THAT(svg, Contains(name));
   }
@@ -116,10 +110,10 @@ TEST_CASE("without a nominal speed the lower panel is in SI units") {
 TEST_CASE("figures 2 to 4 join each of the 15 steps to its slot and to its emission") {
   const RunRecord run = synthetic::reference_run();
   const std::string paper = figure_2to4_svg(run, "paper", "left"), direct = figure_2to4_svg(run, "direct", "left");
-  CHECK(occurrences(paper, "stroke=\"#555555\"") == 2 * 15);
-  CHECK(occurrences(direct, "stroke=\"#555555\"") == 2 * 15);
-  CHECK(occurrences(paper, "fill=\"#bfe5d9\"") == 15);  // slots
-  CHECK(occurrences(direct, "fill=\"#bfe5d9\"") == 0);  // direct has none, and says so
+  CHECK(synthetic::occurrences(paper, "stroke=\"#555555\"") == 2 * 15);
+  CHECK(synthetic::occurrences(direct, "stroke=\"#555555\"") == 2 * 15);
+  CHECK(synthetic::occurrences(paper, "fill=\"#bfe5d9\"") == 15);  // slots
+  CHECK(synthetic::occurrences(direct, "fill=\"#bfe5d9\"") == 0);  // direct has none, and says so
   CHECK_THAT(direct, Contains("none: newest sample"));
   CHECK_THAT(paper,
              Contains("visualization") && Contains("real time [s]") && Contains("hand [mm]") && Contains("force [N]"));
@@ -177,7 +171,7 @@ TEST_CASE("error over time: panels of interaction and of force with every strate
   for (const std::int64_t duration_ns : {600'000'000LL, 1'000'000'000LL, 9'500'000'000LL}) {  // judged from 0.27 s on
     const RunRecord run = synthetic::reference_run({duration_ns});
     const std::string svg = error_over_time_svg(run, with_growths(run)).value();
-    CHECK(occurrences(svg, "<polyline") == 6 * 4);
+    CHECK(synthetic::occurrences(svg, "<polyline") == 6 * 4);
     for (const char* text :
          {"left.interaction", "left.force", "ideal", "direct", "paper", "phase_locked", "deviation max [step]",
           "velocity jump [step]", "underruns so far [count]", "run time [s]", ">10⁰<", ">direct: deviation "})
@@ -205,7 +199,7 @@ TEST_CASE("error over time: another error that is known has a panel and its grow
   CHECK(metrics.at("left.interaction.paper").at("error_growth") == 1);
   CHECK(metrics.at("left.force.paper").at("deviation_from_ideal_growth") == 0);
   const std::string svg = error_over_time_svg(run, metrics).value();
-  CHECK(occurrences(svg, "<polyline") == 8 * 4);
+  CHECK(synthetic::occurrences(svg, "<polyline") == 8 * 4);
   for (const char* text : {"error RMS [step]", "from ideal RMS [step]", ", error linear (1)<", ", from ideal bounded (0)<"})
     CHECK_THAT(svg, Contains(text));
 }
@@ -236,8 +230,8 @@ TEST_CASE("error over time: one block per device, SI units where there is no ste
     strategy.devices[1].name = "right";
   }
   const std::string svg = error_over_time_svg(run, {}).value();
-  CHECK(occurrences(svg, "<polyline") == 2 * 6 * 4);
-  CHECK(occurrences(svg, "deviation max [step]") == 2);
+  CHECK(synthetic::occurrences(svg, "<polyline") == 2 * 6 * 4);
+  CHECK(synthetic::occurrences(svg, "deviation max [step]") == 2);
   CHECK_THAT(svg, Contains("right.force") && Contains("deviation max [m]") && Contains("velocity jump [N]"));
   const std::vector<double> ys = heights(svg);
   constexpr double kHead = 74, kBlock = 60 + 4 * 14 + 3 * 160;
@@ -252,7 +246,7 @@ TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without
   StrategyRecord& only = run.strategies[0];
   for (StepSample& sample : only.devices[0].steps) sample.position_m = {1, 2, 3};  // still: no error at all
   const std::string still = error_over_time_svg(run, {}).value();
-  CHECK(occurrences(still, "<polyline") == 6);
+  CHECK(synthetic::occurrences(still, "<polyline") == 6);
   CHECK_THAT(still, !Contains("nan") && !Contains("inf"));
   for (std::size_t n = 0; n < only.steps.size(); ++n) {
     const double at = seconds(only.steps[n].begin - RealTime{});
@@ -261,7 +255,7 @@ TEST_CASE("error over time: zeros lie on the lowest decade, NaN and bins without
   }
   const std::string broken = error_over_time_svg(run, {}).value();
   // Deviation and jump fall into three pieces, the count does not.
-  CHECK(occurrences(broken, "<polyline") == 2 * 3 + 1 + 3);
+  CHECK(synthetic::occurrences(broken, "<polyline") == 2 * 3 + 1 + 3);
   CHECK_THAT(broken, !Contains("nan") && !Contains("inf"));
 }
 
@@ -277,7 +271,7 @@ struct LegendEntry {
 std::vector<LegendEntry> legend_of(const std::string& svg, const std::vector<std::string>& names) {
   std::vector<LegendEntry> entries;
   for (const std::string& name : names) {
-    REQUIRE(occurrences(svg, '>' + name + "</text>") == 1);
+    REQUIRE(synthetic::occurrences(svg, '>' + name + "</text>") == 1);
     const std::size_t end = svg.find('>' + name + "</text>"), begin = svg.rfind("<text", end),
                       line = svg.rfind("<line", begin);
     const std::string text = svg.substr(begin, end - begin);

@@ -12,7 +12,6 @@ using namespace evenstep;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kWindow = 250;  // samples of 1 kHz in 250 ms
 
 std::vector<double> times(std::size_t count, double rate_Hz, double offset_s = 0) {
@@ -32,7 +31,7 @@ std::vector<Vec3> line(const std::vector<double>& t) {
 
 /// cos about the middle of its window with a whole number k of periods: orthogonal to every line, so its residual is itself.
 double even_wave(std::size_t i, std::size_t k, std::size_t count) {
-  return std::cos(2 * kPi * static_cast<double>(k) *
+  return std::cos(2 * std::numbers::pi * static_cast<double>(k) *
                   (static_cast<double>(i % count) - (static_cast<double>(count) - 1) / 2) / static_cast<double>(count));
 }
 

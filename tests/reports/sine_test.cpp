@@ -10,12 +10,11 @@ using namespace evenstep;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 const Vec3 kTravel_m{0.02, -0.01, 0.02};  // 0.03 m long
 
 /// `gain` times the motion, `delay_s` late, on an origin of its own.
 Vec3 answer(double t, double frequency_Hz, double begin_s, double gain, double delay_s) {
-  const double u = (1 - std::cos(2 * kPi * frequency_Hz * (t - begin_s - delay_s))) / 2;
+  const double u = (1 - std::cos(2 * std::numbers::pi * frequency_Hz * (t - begin_s - delay_s))) / 2;
   return {3 + gain * kTravel_m[0] * u, -2 + gain * kTravel_m[1] * u, gain * kTravel_m[2] * u};
 }
 
@@ -83,7 +82,8 @@ TEST_CASE("an exact sine is found exactly, whatever its frequency, phase, gain, 
 TEST_CASE("distortion is the share of what is no sine of this frequency: a harmonic of a tenth is 0.1") {
   for (const int harmonic : {2, 3, 5, 17}) {
     const Samples s = sampled(900, 450, 0, [&](double t) {  // four whole periods: harmonics are orthogonal
-      const double u = std::cos(2 * kPi * 2 * t) + 0.1 * std::sin(2 * kPi * 2 * harmonic * t + 0.3);
+      const double u =
+          std::cos(2 * std::numbers::pi * 2 * t) + 0.1 * std::sin(2 * std::numbers::pi * 2 * harmonic * t + 0.3);
       return Vec3{u, 0, 0};
     });
     const internal::SineFit fit = internal::fit_sine(s.t_s, s.value, {1, 0, 0}, 2, 0);
@@ -142,7 +142,7 @@ TEST_CASE("interaction: an even map has gain 1, delays by its lead and leaves no
     // 2 pi f V at most where periods and segments do not divide.
     CHECK(direct.at("phase_delay") == Approx(-11.1e-3 * 16 / 30).epsilon(0.1));
     // The saw tooth of +-V/2 has an RMS of V / sqrt 12, times 2 pi f.
-    CHECK(direct.at("distortion") == Approx(2 * kPi * frequency_Hz * 11.1e-3 / std::sqrt(12)).epsilon(0.1));
+    CHECK(direct.at("distortion") == Approx(2 * std::numbers::pi * frequency_Hz * 11.1e-3 / std::sqrt(12)).epsilon(0.1));
   }
 }
 
@@ -153,9 +153,11 @@ TEST_CASE("force: against k A, behind the hand by the latency and hold's half sl
     const auto& values = metrics.at("left.force.paper");
     // 20 ticks fall on 9 slots: the age of what is sent averages half a slot to within half of slot / 9.
     CHECK(values.at("phase_delay") == Approx(12.842223e-3 + synthetic::kSlot_s / 2).margin(synthetic::kSlot_s / 18));
-    CHECK(values.at("gain") == Approx(1).margin(std::pow(kPi * frequency_Hz * synthetic::kSlot_s, 2) / 6 + 1e-4));
+    CHECK(values.at("gain") ==
+          Approx(1).margin(std::pow(std::numbers::pi * frequency_Hz * synthetic::kSlot_s, 2) / 6 + 1e-4));
     // The staircase: a saw tooth of one slot.
-    CHECK(values.at("distortion") == Approx(2 * kPi * frequency_Hz * synthetic::kSlot_s / std::sqrt(12)).epsilon(0.1));
+    CHECK(values.at("distortion") ==
+          Approx(2 * std::numbers::pi * frequency_Hz * synthetic::kSlot_s / std::sqrt(12)).epsilon(0.1));
     run.nominal.devices[0].stiffness_N_per_m.reset();  // a tissue: how much force is right is not known
     metrics = measure(run);
     CHECK(metrics.at("left.force.paper").count("gain") == 0);

@@ -13,7 +13,7 @@ using synthetic::kStep_m;
 
 namespace {
 
-constexpr double kFloor = 1e-6;
+constexpr double kRounding = 1e-6;
 
 /// Whether [from, to] touches a turn or what is before the first piece.
 bool touches_turn(const Nominal::Turns& turns, RealTime from, RealTime to) {
@@ -43,7 +43,7 @@ RunRecord run_with(const Nominal::Turns& turns, Duration latency) {
   return run;
 }
 
-double value(const RunRecord& run, const std::string& signal, const std::string& metric) {
+double value_of(const RunRecord& run, const std::string& signal, const std::string& metric) {
   const Metrics metrics = measure(run);
   CAPTURE(signal, metric);
   REQUIRE(metrics.at(signal).count(metric) == 1);
@@ -63,20 +63,20 @@ TEST_CASE("no step and no tick of a turn is judged for straightness, and hardly 
     const Duration latency = ms(14, 60);
     const RunRecord run = run_with(turns, latency);
     INFO(turns.first.ns << " " << turns.straight.ns << " " << turns.turn.ns << " L " << latency.ns);
-    CHECK(value(run, "left.interaction.paper", "velocity_jump") / kStep_m < kFloor);
-    CHECK(value(run, "left.interaction.paper", "deviation_max") / kStep_m < kFloor);
-    CHECK(value(run, "left.interaction.paper", "step_ratio_max") < 1 + kFloor);
+    CHECK(value_of(run, "left.interaction.paper", "velocity_jump") / kStep_m < kRounding);
+    CHECK(value_of(run, "left.interaction.paper", "deviation_max") / kStep_m < kRounding);
+    CHECK(value_of(run, "left.interaction.paper", "step_ratio_max") < 1 + kRounding);
     // Held forces: a staircase of a step, which a tick sees twice or not at all.
-    CHECK(value(run, "left.force.paper", "velocity_jump") / (200 * kStep_m) < 1 + 1e-5);
-    CHECK(value(run, "left.force.paper", "deviation_max") / (200 * kStep_m) < 1);
+    CHECK(value_of(run, "left.force.paper", "velocity_jump") / (200 * kStep_m) < 1 + 1e-5);
+    CHECK(value_of(run, "left.force.paper", "deviation_max") / (200 * kStep_m) < 1);
     std::size_t steps = 0, ticks = 0;
     const Duration h{1'000'000}, slot{2'222'223};
     for (const StepRow& step : run.strategies[0].steps)
       steps += step.begin >= run.nominal.judged_from && !touches_turn(turns, step.read - h - h, step.read + h);
     for (const TickRow& tick : run.strategies[0].devices[0].ticks)
       ticks += tick.at >= run.nominal.judged_from && !touches_turn(turns, tick.at - latency - slot - slot - h * 5, tick.at);
-    CHECK(value(run, "left.interaction.paper", "straight") == static_cast<double>(steps));
-    CHECK(value(run, "left.force.paper", "straight") >= static_cast<double>(ticks));
+    CHECK(value_of(run, "left.interaction.paper", "straight") == static_cast<double>(steps));
+    CHECK(value_of(run, "left.force.paper", "straight") >= static_cast<double>(ticks));
     for (const auto& [signal, rows] : bins(run)) {
       for (const BinRow& row : rows) CHECK(row.deviation_max < 1);
     }
@@ -113,8 +113,8 @@ TEST_CASE("saturation says the first time, the count and the share of each cause
   CHECK((met.parts[0].cause == SaturationCause::slew && met.parts[0].count == 10 && met.parts[0].first.ns == 1'000'000'000));
   CHECK(
       (met.parts[1].cause == SaturationCause::clamp && met.parts[1].count == 15 && met.parts[1].first.ns == 1'005'000'000));
-  CHECK(value(run, "left.force.paper", "saturated") == 20);
-  CHECK(value(run, "left.force.direct", "saturated") == 0);
+  CHECK(value_of(run, "left.force.paper", "saturated") == 20);
+  CHECK(value_of(run, "left.force.direct", "saturated") == 0);
 }
 
 TEST_CASE("a position at the end of the range saturates the steps that read it and the ticks that send their forces") {

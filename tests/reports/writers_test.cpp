@@ -21,12 +21,6 @@ std::vector<std::string> lines(const std::string& text) {
   return result;
 }
 
-std::size_t occurrences(const std::string& text, const std::string& what) {
-  std::size_t count = 0;
-  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
-  return count;
-}
-
 }  // namespace
 
 TEST_CASE("the worst verdict wins, in any order: error, fail, degraded, pass, skipped, nothing judged is skipped") {
@@ -74,10 +68,10 @@ TEST_CASE("the same record gives the same bytes") {
 
 TEST_CASE("JUnit tells failures from errors, with file and line, and how to run it again") {
   const std::string xml = junit_xml(std::array{synthetic::nasty_suite()});
-  CHECK(occurrences(xml, "<testcase ") == 4);
-  CHECK(occurrences(xml, "<failure ") == 1);
-  CHECK(occurrences(xml, "<error ") == 1);
-  CHECK(occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"0\"") == 1);
+  CHECK(synthetic::occurrences(xml, "<testcase ") == 4);
+  CHECK(synthetic::occurrences(xml, "<failure ") == 1);
+  CHECK(synthetic::occurrences(xml, "<error ") == 1);
+  CHECK(synthetic::occurrences(xml, " tests=\"4\" failures=\"1\" errors=\"1\" skipped=\"0\"") == 1);
   CHECK_THAT(xml, Contains("file=\"scenarios/a&amp;b.toml\" line=\"20\"") && Contains("reproduce: evenstep run x"));
   CHECK_THAT(xml, Contains("left.force.µ schedule_latency: 13 ms, limit &lt;= 12.842 ms"));
   for (const char c : xml) CHECK((static_cast<unsigned char>(c) >= 0x20 || c == '\n'));
@@ -105,7 +99,7 @@ TEST_CASE("JUnit: the suites of one call stand in one document, and its totals a
   broken.whole = JunitSuite::Whole::broken;
   const std::string xml = junit_xml(std::array{synthetic::nasty_suite(), broken, synthetic::nasty_suite()});
   CHECK_THAT(xml, Contains("<testsuites tests=\"9\" failures=\"2\" errors=\"3\">"));
-  CHECK(occurrences(xml, "<testsuite name=") == 3);
+  CHECK(synthetic::occurrences(xml, "<testsuite name=") == 3);
   CHECK_THAT(junit_xml({}), Contains("<testsuites tests=\"0\" failures=\"0\" errors=\"0\">\n</testsuites>"));
 }
 
@@ -148,7 +142,7 @@ TEST_CASE("the verdict table has one aligned row per expectation and says what f
 
 TEST_CASE("colours only where asked, and never from the scenario's text") {
   CHECK(verdict_table(synthetic::nasty_results(), false).find('\x1b') == std::string::npos);
-  CHECK(occurrences(verdict_table(synthetic::nasty_results(), true), "\x1b[") == 2 * 4);
+  CHECK(synthetic::occurrences(verdict_table(synthetic::nasty_results(), true), "\x1b[") == 2 * 4);
 }
 
 TEST_CASE("series.csv quotes a name with a comma and keeps its columns") {
@@ -158,8 +152,9 @@ TEST_CASE("series.csv quotes a name with a comma and keeps its columns") {
   const std::vector<std::string> rows = lines(written(series_csv, run));
   CHECK_THAT(rows[0], Catch::StartsWith("t[s],strategy,device,kind,"));
   CHECK_THAT(rows[1], Contains(",\"left, \"\"upper\"\"\",step,"));
-  const std::size_t columns = occurrences(rows[0], ",");
-  for (std::size_t i = 1; i < rows.size(); ++i) CHECK(occurrences(rows[i], ",") == columns + 1);  // one comma is quoted
+  const std::size_t columns = synthetic::occurrences(rows[0], ",");
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    CHECK(synthetic::occurrences(rows[i], ",") == columns + 1);  // one comma is quoted
 }
 
 TEST_CASE("series.csv names how a step read, shows variable steps, and holds bins alone where no rows are kept") {

@@ -8,8 +8,6 @@ using namespace evenstep;
 
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
-
 struct Expected {
   std::int64_t begin;
   std::int64_t visualized;  ///< end of the visualization; -1: none

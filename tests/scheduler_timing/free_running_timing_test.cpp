@@ -14,13 +14,13 @@ ProgrammedTiming jittered(double variation, std::uint64_t seed = 1) {
   return {.visualization_variation = variation, .step_variation = variation, .seed = seed};
 }
 
-struct NamedTiming {
+struct NamedRun {
   const char* description;
   ProgrammedTiming timing;
 };
 
-std::vector<NamedTiming> free_running() {
-  std::vector<NamedTiming> all = {
+std::vector<NamedRun> free_running() {
+  std::vector<NamedRun> all = {
       {"10 %", jittered(0.1)},
       {"1 %", jittered(0.01)},
       {"the visualization alone varies", {.visualization_variation = 0.1}},

@@ -9,13 +9,14 @@ using namespace evenstep;
 
 namespace {
 
-constexpr std::uint64_t kDraws = 1'000'000;
+constexpr std::uint64_t kLogNormalDraws = 1'000'000;
 constexpr Duration kMean{1'482'222};
 
 std::vector<double> draw(double variation) {
   const RandomStream stream(7, "log_normal");
-  std::vector<double> values(kDraws);
-  for (std::uint64_t n = 0; n < kDraws; ++n) values[n] = static_cast<double>(log_normal(stream, n, kMean, variation).ns);
+  std::vector<double> values(kLogNormalDraws);
+  for (std::uint64_t n = 0; n < kLogNormalDraws; ++n)
+    values[n] = static_cast<double>(log_normal(stream, n, kMean, variation).ns);
   return values;
 }
 
@@ -27,17 +28,17 @@ TEST_CASE("log_normal keeps the mean and has the coefficient of variation asked 
     const std::vector<double> values = draw(variation);
     double sum = 0, sum_of_squares = 0;
     for (const double value : values) sum += value;
-    const double mean = sum / kDraws;
+    const double mean = sum / kLogNormalDraws;
     for (const double value : values) sum_of_squares += (value - mean) * (value - mean);
-    const double measured = std::sqrt(sum_of_squares / kDraws) / mean;
+    const double measured = std::sqrt(sum_of_squares / kLogNormalDraws) / mean;
 
     // 5 standard errors. Of the mean: variation / sqrt(n). Of a standard deviation, relative: sqrt((kurtosis - 1) / n) / 2,
     // the kurtosis of a log-normal being w^4 + 2 w^3 + 3 w^2 - 3 with w = 1 + variation^2; the mean in its denominator adds
     // its own. Rounding to ns adds a variance of 1/12 ns^2: under 2e-8 of the smallest one here.
     const double w = 1 + variation * variation;
     const double kurtosis = std::pow(w, 4) + 2 * std::pow(w, 3) + 3 * w * w - 3;
-    const double error_of_mean = variation / std::sqrt(kDraws);
-    const double error_of_variation = std::sqrt((kurtosis - 1) / kDraws) / 2 + error_of_mean;
+    const double error_of_mean = variation / std::sqrt(kLogNormalDraws);
+    const double error_of_variation = std::sqrt((kurtosis - 1) / kLogNormalDraws) / 2 + error_of_mean;
     CHECK(std::abs(mean / static_cast<double>(kMean.ns) - 1) < 5 * error_of_mean);
     CHECK(std::abs(measured / variation - 1) < 5 * error_of_variation);
   }
@@ -50,14 +51,14 @@ TEST_CASE("the logarithm of log_normal is normal (Kolmogorov-Smirnov)") {
     std::sort(values.begin(), values.end());
     const double variance = std::log1p(variation * variation);
     double distance = 0;
-    for (std::uint64_t i = 0; i < kDraws; ++i) {
+    for (std::uint64_t i = 0; i < kLogNormalDraws; ++i) {
       const double z = (std::log(values[i] / static_cast<double>(kMean.ns)) + variance / 2) / std::sqrt(variance);
       const double cumulative = 0.5 * std::erfc(-z / std::sqrt(2.0));
-      distance = std::max(distance, std::abs((i + 0.5) / kDraws - cumulative));
+      distance = std::max(distance, std::abs((i + 0.5) / kLogNormalDraws - cumulative));
     }
     // 1.95 / sqrt(n) is exceeded with probability 0.001. Values are whole ns: half of one is 1.4e-5 of the distribution at 1
     // %.
-    CHECK(distance < 1.95 / std::sqrt(kDraws) + 2e-5);
+    CHECK(distance < 1.95 / std::sqrt(kLogNormalDraws) + 2e-5);
   }
 }
 

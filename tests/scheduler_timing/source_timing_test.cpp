@@ -13,7 +13,7 @@ using namespace evenstep;
 
 namespace {
 
-constexpr Duration kMs{1'000'000};
+constexpr Duration kMillisecond{1'000'000};
 
 /// 100 Hz, one step in each segment.
 ProgrammedTiming hundred_hertz(Duration step) {
@@ -27,10 +27,11 @@ ProgrammedTiming hundred_hertz(Duration step) {
 
 /// The same with one step that takes `overrun`, the first to begin at or after 50 ms; all others take 2 ms.
 std::vector<RealTime> begins_with_overrun(WakeUp wake, Duration overrun, std::size_t count) {
-  ProgrammedTiming timing = hundred_hertz(kMs * 2);
+  ProgrammedTiming timing = hundred_hertz(kMillisecond * 2);
   timing.paced = true;
   timing.wake = wake;
-  timing.changes = {{RealTime{50'000'000}, std::nullopt, overrun, {}}, {RealTime{51'000'000}, std::nullopt, kMs * 2, {}}};
+  timing.changes = {{RealTime{50'000'000}, std::nullopt, overrun, {}},
+                    {RealTime{51'000'000}, std::nullopt, kMillisecond * 2, {}}};
   const std::unique_ptr<StepTiming> steps = make_programmed_timing(timing);
   std::vector<RealTime> begins;
   for (SegmentTiming segment; begins.size() < count && steps->next(segment);) begins.push_back(segment.steps[0].begin);
@@ -52,9 +53,9 @@ TEST_CASE("source: after one overrun the absolute grid leaves out ticks, from-la
     for (std::int64_t n = 0; n < 30; ++n) {
       const auto i = static_cast<std::size_t>(n);
       const RealTime on_time{n * 10'000'000};
-      REQUIRE(grid[i] == (n <= 5 ? on_time : on_time + kMs * 10 * left_out));
-      REQUIRE(last[i] == (n <= 5 ? on_time : ended + kMs * 10 * (n - 6)));
-      REQUIRE(burst[i] == (n <= 5 ? on_time : std::max(on_time, ended + kMs * 2 * (n - 6))));
+      REQUIRE(grid[i] == (n <= 5 ? on_time : on_time + kMillisecond * 10 * left_out));
+      REQUIRE(last[i] == (n <= 5 ? on_time : ended + kMillisecond * 10 * (n - 6)));
+      REQUIRE(burst[i] == (n <= 5 ? on_time : std::max(on_time, ended + kMillisecond * 2 * (n - 6))));
     }
   }
 }
@@ -63,8 +64,9 @@ TEST_CASE("source: an instant of a clock that is faster by p is t / (1 + p), flo
   for (std::int64_t ppm = -10'000; ppm <= 10'000; ppm += 7) {
     SourceSpec source;
     source.clock_ppm = ppm;
-    const std::unique_ptr<StepTiming> plain = make_programmed_timing(hundred_hertz(kMs * 2));
-    const std::unique_ptr<StepTiming> drifting = make_source_timing(make_programmed_timing(hundred_hertz(kMs * 2)), source);
+    const std::unique_ptr<StepTiming> plain = make_programmed_timing(hundred_hertz(kMillisecond * 2));
+    const std::unique_ptr<StepTiming> drifting =
+        make_source_timing(make_programmed_timing(hundred_hertz(kMillisecond * 2)), source);
     SegmentTiming a, b;
     for (int k = 0; k < 500; ++k) {
       REQUIRE(plain->next(a));
@@ -81,8 +83,8 @@ TEST_CASE("source: an instant of a clock that is faster by p is t / (1 + p), flo
 }
 
 TEST_CASE("source: without a cause every result is there at once, and no instant changes") {
-  const std::unique_ptr<StepTiming> plain = make_programmed_timing(hundred_hertz(kMs * 3));
-  const std::unique_ptr<StepTiming> source = make_source_timing(make_programmed_timing(hundred_hertz(kMs * 3)), {});
+  const std::unique_ptr<StepTiming> plain = make_programmed_timing(hundred_hertz(kMillisecond * 3));
+  const std::unique_ptr<StepTiming> source = make_source_timing(make_programmed_timing(hundred_hertz(kMillisecond * 3)), {});
   SegmentTiming a, b;
   for (int k = 0; k < 1000; ++k) {
     REQUIRE(plain->next(a));
@@ -96,21 +98,21 @@ TEST_CASE("source: without a cause every result is there at once, and no instant
 
 TEST_CASE("source: shares of lost and late results are those asked for, within 5 deviations of 1,000,000 draws") {
   SourceSpec source;
-  source.delay = kMs * 2;
-  source.jitter = kMs * 3;
+  source.delay = kMillisecond * 2;
+  source.jitter = kMillisecond * 3;
   source.lost = 0.02;
   source.late = 0.05;
-  source.late_by = kMs * 20;
+  source.late_by = kMillisecond * 20;
   const double count = static_cast<double>(testing::cases(1'000'000));
   double lost = 0, late = 0, mean_ns = 0, on_time = 0;
   for (std::uint64_t n = 0; n < testing::cases(1'000'000); ++n) {
     const Transport way = transport(source, n);
     lost += way.lost;
     if (way.lost) continue;
-    REQUIRE(way.delay >= kMs * 2);
-    REQUIRE(way.delay <= kMs * 25);
-    const bool is_late = way.delay > kMs * 5;
-    REQUIRE((!is_late || way.delay >= kMs * 22));
+    REQUIRE(way.delay >= kMillisecond * 2);
+    REQUIRE(way.delay <= kMillisecond * 25);
+    const bool is_late = way.delay > kMillisecond * 5;
+    REQUIRE((!is_late || way.delay >= kMillisecond * 22));
     late += is_late;
     if (is_late) continue;
     mean_ns += static_cast<double>(way.delay.ns);
@@ -127,14 +129,14 @@ TEST_CASE("source: shares of lost and late results are those asked for, within 5
 
 TEST_CASE("source: switching one cause on does not shift the draws of another, in 10,000 results") {
   SourceSpec jittery, all;
-  jittery.jitter = all.jitter = kMs * 3;
+  jittery.jitter = all.jitter = kMillisecond * 3;
   all.lost = 0.3;
   all.late = 0.3;
-  all.late_by = kMs * 50;
+  all.late_by = kMillisecond * 50;
   for (std::uint64_t n = 0; n < 10'000; ++n) {
     const Transport one = transport(jittery, n), other = transport(all, n);
     if (other.lost) continue;
     const Duration more = other.delay - one.delay;
-    REQUIRE((more == Duration{0} || more == kMs * 50));
+    REQUIRE((more == Duration{0} || more == kMillisecond * 50));
   }
 }

@@ -11,6 +11,8 @@
 
 namespace evenstep {
 
+constexpr std::int64_t ms = 1'000'000;
+
 inline std::vector<SegmentTiming> play(const ProgrammedTiming& programmed, int segments) {
   const auto timing = make_programmed_timing(programmed);
   std::vector<SegmentTiming> played(segments);

@@ -13,15 +13,16 @@ using namespace evenstep;
 
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
-constexpr int kSegments = 2'000;
+constexpr int kFittedSegments = 2'000;
 
 /// Free running: V 11.1 ms +- 5 %, 15 steps of 1.4 ms +- 1 %.
 ProgrammedTiming base(std::uint64_t seed = 1) {
   return {.step = Duration{1'400'000}, .visualization_variation = 0.05, .step_variation = 0.01, .seed = seed};
 }
 
-TimingFit fitted(const ProgrammedTiming& timing, int segments = kSegments) { return fit_timing(play(timing, segments)); }
+TimingFit fitted(const ProgrammedTiming& timing, int segments = kFittedSegments) {
+  return fit_timing(play(timing, segments));
+}
 
 /// The parts that are proposed, by name.
 std::string parts(const TimingFit& fit) {
@@ -258,7 +259,7 @@ TEST_CASE("fit: dropped and merged visualizations are counted") {
   const TimingFit fit = fitted(timing);
   CHECK(parts(fit) == "dropped merged ");
   std::int64_t dropped = 0, merged = 0;
-  const auto segments = play(timing, kSegments - 1);
+  const auto segments = play(timing, kFittedSegments - 1);
   for (const SegmentTiming& segment : segments) {
     dropped += !segment.visualization;
     merged += segment.visualization && length(*segment.visualization).ns > 16 * ms;

@@ -10,8 +10,6 @@ using namespace evenstep;
 
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
-
 ProgrammedTiming jittered() { return {.step = Duration{1'500'000}, .visualization_variation = 0.1, .step_variation = 0.1}; }
 
 /// with - without, one by one.

@@ -7,8 +7,6 @@ using namespace evenstep;
 
 namespace {
 
-constexpr std::int64_t ms = 1'000'000;
-
 /// V 10 ms, two steps of 4 ms.
 ProgrammedTiming plain() { return {.visualization = {10 * ms}, .steps = {2}, .step = Duration{4 * ms}}; }
 

@@ -11,7 +11,7 @@ using Catch::Contains;
 
 namespace {
 
-std::vector<SegmentTiming> recorded(const std::string& name) {
+std::vector<SegmentTiming> recorded_segments(const std::string& name) {
   const TimingCsv csv = read_timing_csv(EVENSTEP_SOURCE_DIR "/scenarios/recorded/" + name + ".csv");
   REQUIRE(csv);
   return *csv;
@@ -103,10 +103,10 @@ TEST_CASE("a what-if that has no meaning says why", "[what-if]") {
     const Result<WhatIfTiming> timing = evenstep::apply(parsed(text), segments);
     return timing ? "" : timing.error();
   };
-  const std::vector<SegmentTiming> beside = recorded("concurrent-paced30-basic-sub9");
+  const std::vector<SegmentTiming> beside = recorded_segments("concurrent-paced30-basic-sub9");
   for (const char* text : {"split 2", "budget 20 ms", "pace 90 %", "own-lane"})
     CHECK_THAT(why(text, beside), Contains("a lane of their own already"));
-  std::vector<SegmentTiming> bare = recorded("small-paced30-basic");
+  std::vector<SegmentTiming> bare = recorded_segments("small-paced30-basic");
   for (SegmentTiming& segment : bare) segment.visualization.reset();
   CHECK_THAT(why("budget 20 ms", bare), Contains("no visualizations"));
   CHECK(why("pace 90 %", bare).empty());
@@ -134,7 +134,7 @@ TEST_CASE("split needs what a schedule of so many times as many segments needs, 
 TEST_CASE("every what-if keeps the steps of every recording, and the budget where it knows or cuts", "[what-if]") {
   for (const char* name : {"small-paced30-basic", "paced30-pthread", "paperlike-free-basic", "regime-free-basic",
                            "contended-free-basic", "coldstart-paced30-basic"}) {
-    const std::vector<SegmentTiming> segments = recorded(name);
+    const std::vector<SegmentTiming> segments = recorded_segments(name);
     for (const char* text : {"split 3", "budget 8 ms merge", "budget 8 ms skip", "budget 8 ms hold", "pace 90 %",
                              "split 2, budget 5 ms merge, pace 80 %"}) {
       INFO(name << ", " << text);
@@ -147,7 +147,7 @@ TEST_CASE("every what-if keeps the steps of every recording, and the budget wher
 }
 
 TEST_CASE("on a recording as it is, nothing is lost and nothing won", "[what-if]") {
-  const std::vector<SegmentTiming> segments = recorded("paced30-pthread");
+  const std::vector<SegmentTiming> segments = recorded_segments("paced30-pthread");
   const Result<WhatIfTiming> same = evenstep::apply({}, segments);
   REQUIRE(same);
   CHECK(same->price.drawings == std::ssize(segments));
@@ -178,7 +178,7 @@ TEST_CASE("the price counts finished drawings, and the time without one from the
 TEST_CASE("with a lane for drawings no step waits for one, and those beside one are slower as stated", "[what-if]") {
   for (const char* name : {"paperlike-free-basic", "regime-free-basic", "small-paced30-basic"}) {
     INFO(name);
-    const std::vector<SegmentTiming> segments = recorded(name);
+    const std::vector<SegmentTiming> segments = recorded_segments(name);
     const std::vector<Duration> before = run_times(segments);
     const WhatIfTiming one = applied("own-lane 1", segments), slow = applied("own-lane 2", segments);
     CHECK(run_times(one.segments) == before);

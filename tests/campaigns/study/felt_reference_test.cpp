@@ -30,7 +30,7 @@ struct Folder {
   }
 };
 
-Scenario block(const std::vector<std::string>& set = {}) {
+Scenario small_block(const std::vector<std::string>& set = {}) {
   std::vector<std::string> all{"study.error=felt-force",
                                "study.duration=\"20 ms\"",
                                "run.duration=\"60 ms\"",
@@ -51,7 +51,7 @@ Told study_with(const Folder& folder, const std::vector<std::string>& set = {}) 
   FeltStudyControl control;
   control.cache_folder = folder.path.string();
   control.announce = [&](const std::string& line) { told.lines += line + "\n"; };
-  told.study = run_felt_study(block(set), control);
+  told.study = run_felt_study(small_block(set), control);
   return told;
 }
 
@@ -102,11 +102,11 @@ TEST_CASE("A stored reference that is damaged anywhere is noticed, said, and com
 }
 
 TEST_CASE("A reference is not taken for that of another scene, motion, span or version") {
-  const Scenario scenario = block();
+  const Scenario scenario = small_block();
   const ReferencePlan plan = plan_reference(scenario, 2);
   const std::string key = reference_key(scenario, plan);
   const auto differs = [&](const std::vector<std::string>& set) {
-    const Scenario other = block(set);
+    const Scenario other = small_block(set);
     return reference_key(other, plan_reference(other, 2)) != key;
   };
   CHECK_FALSE(differs({}));
@@ -149,7 +149,7 @@ TEST_CASE("Where a reference cannot be kept the study goes on, and says so") {
 
 TEST_CASE("The reference of the felt force agrees with one of a quarter of its steps to within the error that it states",
           "[sweep]") {
-  const Scenario scenario = block();
+  const Scenario scenario = small_block();
   const ReferencePlan coarse_plan = plan_reference(scenario, 1), fine_plan = plan_reference(scenario, 64);
   REQUIRE(period_s(fine_plan.rate) < period_s(coarse_plan.rate) / 2);
   const FeltReference coarse = solve_felt_reference(scenario, coarse_plan, {}),

@@ -8,16 +8,7 @@
 using namespace evenstep;
 using namespace evenstep::test;
 
-namespace {
-
-double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
-  INFO(signal << " " << name << " " << outcome.failure);
-  REQUIRE(outcome.metrics.count(signal) == 1);
-  REQUIRE(outcome.metrics.at(signal).count(name) == 1);
-  return outcome.metrics.at(signal).at(name);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and its two ends judge as it says", "[sweep]") {
   Scenario scenario = read("closed-loop/price-study.toml");
@@ -32,7 +23,7 @@ TEST_CASE("the study brackets the largest stable stiffness within 1 percent, and
           run_scenario(read("closed-loop/price-remap.toml", {fmt::format("scene.stiffness=\"{:.17g} N/m\"", N_per_m),
                                                              "expect=[]", "run.strategies=[\"" + limit.strategy + "\"]"}),
                        {});
-      CHECK(metric(outcome, "closed_loop.left." + limit.strategy, "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
+      CHECK(metric_of(outcome, "closed_loop.left." + limit.strategy, "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
     }
   }
   // b / (L + h/2) = 64.3 N/m by the law; it is conservative by up to 13 %.
@@ -93,7 +84,7 @@ TEST_CASE("of a tissue the search makes springs, regions and tools stiffer toget
       const RunOutcome outcome =
           run_scenario(read("closed-loop/price-remap.toml", text(factor, masses_too ? factor : 1)), {});
       CAPTURE(masses_too, N_per_m, outcome.failure);
-      CHECK(metric(outcome, "closed_loop.left.direct", "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
+      CHECK(metric_of(outcome, "closed_loop.left.direct", "stable") == (N_per_m == limit.stable_N_per_m ? 1 : 0));
     }
   }
 }

@@ -53,13 +53,6 @@ double limit_per_spring(const std::string& file, const std::vector<std::string>&
   return limit.stable_N_per_m;
 }
 
-double metric(const RunOutcome& outcome, const std::string& signal, const std::string& name) {
-  INFO(signal << " " << name << " " << outcome.failure);
-  REQUIRE(outcome.metrics.count(signal) == 1);
-  REQUIRE(outcome.metrics.at(signal).count(name) == 1);
-  return outcome.metrics.at(signal).at(name);
-}
-
 double furthest_apart(const DeviceRecord& a, const DeviceRecord& b) {
   double most_m = 0;
   REQUIRE(a.ticks.size() == b.ticks.size());
@@ -100,7 +93,7 @@ TEST_CASE("along the axis of a light symmetric block the closed loop has the lim
       {});
   // Of 0.2 mm to either side, where the springs are still linear (2 mm are 10 % stiffer). sin(w D) / w instead of D is 1.4 %
   // less at 3 Hz, and the springs' curve 1 % more.
-  CHECK(metric(sine, "closed_loop.left.phase_locked", "rendered_damping") ==
+  CHECK(metric_of(sine, "closed_loop.left.phase_locked", "rendered_damping") ==
         Approx(-8 * per_spring * kDelay_s).epsilon(0.02));
 }
 
@@ -175,8 +168,8 @@ TEST_CASE(
   };
   const RunOutcome alone = outcome(false, {}), coupled = outcome(true, {});
   for (const char* hand : {"closed_loop.left.phase_locked", "closed_loop.right.phase_locked"}) {
-    CHECK(metric(alone, hand, "stable") == 0);
-    CHECK(metric(coupled, hand, "stable") == 1);
+    CHECK(metric_of(alone, hand, "stable") == 0);
+    CHECK(metric_of(coupled, hand, "stable") == 1);
   }
   for (const std::uint64_t seed : {1ULL, 2ULL, 3ULL}) {
     const RunOutcome permuted = outcome(true, seed);
@@ -201,11 +194,11 @@ TEST_CASE("the cap of two hands that play their coupling limits both together, w
   for (const char* hand : {"left", "right"}) {
     INFO(hand);
     const std::string force = fmt::format("{}.force.phase_locked", hand);
-    CHECK(metric(alone, force, "softened") == 0);
-    CHECK(metric(together, force, "softened") > 1000);
+    CHECK(metric_of(alone, force, "softened") == 0);
+    CHECK(metric_of(together, force, "softened") > 1000);
     // A K that the swing of the block has changed a little.
-    CHECK(metric(together, force, "contact_stiffness") == Approx(lambda_N_per_m).epsilon(0.2));
-    CHECK(metric(lesser, force, "softened") == 0);
+    CHECK(metric_of(together, force, "contact_stiffness") == Approx(lambda_N_per_m).epsilon(0.2));
+    CHECK(metric_of(lesser, force, "softened") == 0);
   }
   // A cap that limits nothing changes no bit.
   for (std::size_t hand = 0; hand < 2; ++hand)
@@ -222,12 +215,12 @@ TEST_CASE("a probe that slides off the edge is let go, and its local model errs 
   const RunOutcome force = slid("{ kind = \"force\" }");
   const RunOutcome all = slid("{ kind = \"local\", stiffness = \"settled\" }");
   const RunOutcome normal = slid("{ kind = \"local\", stiffness = \"settled\", directions = \"normal\" }");
-  CHECK(metric(force, at, "ghost_force") > 0.02);  // control: the tissue pulls for the latency
-  CHECK(metric(all, at, "ghost_force") < 1e-3);
-  CHECK(metric(normal, at, "ghost_force") < 1e-3);
-  CHECK(metric(all, at, "error_share") > 2 * metric(force, at, "error_share"));
-  CHECK(metric(normal, at, "error_share") < 0.6 * metric(all, at, "error_share"));
-  CHECK(metric(normal, at, "jump_max") < 0.4 * metric(all, at, "jump_max"));
+  CHECK(metric_of(force, at, "ghost_force") > 0.02);  // control: the tissue pulls for the latency
+  CHECK(metric_of(all, at, "ghost_force") < 1e-3);
+  CHECK(metric_of(normal, at, "ghost_force") < 1e-3);
+  CHECK(metric_of(all, at, "error_share") > 2 * metric_of(force, at, "error_share"));
+  CHECK(metric_of(normal, at, "error_share") < 0.6 * metric_of(all, at, "error_share"));
+  CHECK(metric_of(normal, at, "jump_max") < 0.4 * metric_of(all, at, "jump_max"));
 }
 
 TEST_CASE("coupling is refused where nothing couples the hands, with the remedy") {
