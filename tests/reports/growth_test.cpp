@@ -15,7 +15,7 @@ constexpr std::size_t kSamples = 30;  // of a bin
 constexpr double kBegin = 0.02;       // of the run: where judging begins
 
 /// Normal enough, and the same with every standard library.
-struct Noise {
+struct GrowthNoise {
   std::mt19937_64 bits;
   double operator()() {
     double sum = -6;
@@ -27,22 +27,22 @@ struct Noise {
 double time_of(std::size_t i, std::size_t count, double begin = kBegin) {
   return begin + (1 - begin) * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
 }
-Numbers times(std::size_t count, double begin = kBegin) {
+Numbers bin_times(std::size_t count, double begin = kBegin) {
   Numbers t;
   for (std::size_t i = 0; i < count; ++i) t.push_back(time_of(i, count, begin));
   return t;
 }
 
-/// Noise whose values are related over `length` bins; length 0: not at all.
+/// GrowthNoise whose values are related over `length` bins; length 0: not at all.
 class Related {
  public:
-  Related(Noise& noise, double length) : noise_(noise), value_(noise()) {
+  Related(GrowthNoise& noise, double length) : noise_(noise), value_(noise()) {
     if (length > 0) keep_ = std::exp(-1 / (length * kSamples));
   }
   double next() { return value_ = keep_ * value_ + std::sqrt(1 - keep_ * keep_) * noise_(); }
 
  private:
-  Noise& noise_;
+  GrowthNoise& noise_;
   double keep_ = 0, value_;
 };
 
@@ -60,7 +60,7 @@ Numbers rms_of(std::size_t bins, Error error) {
   return rms;
 }
 
-Numbers walk(std::size_t bins, Noise& noise, double floor) {
+Numbers walk(std::size_t bins, GrowthNoise& noise, double floor) {
   const auto samples = static_cast<double>(bins * kSamples);
   double place = std::sqrt(kBegin / (1 - kBegin) * samples) * noise();
   return rms_of(bins, [&](double) { return (place += noise()) / std::sqrt(samples) + floor * noise(); });
@@ -69,29 +69,29 @@ Numbers walk(std::size_t bins, Noise& noise, double floor) {
 struct Kind {
   const char* name;
   const char* truth;
-  Numbers (*series)(std::size_t bins, Noise& noise);
+  Numbers (*series)(std::size_t bins, GrowthNoise& noise);
   double most_false = 0.05;
 };
 template <int kPerMille>
-Numbers related(std::size_t bins, Noise& noise) {
+Numbers related(std::size_t bins, GrowthNoise& noise) {
   Related error(noise, kPerMille * 1e-3 * static_cast<double>(bins));
   return rms_of(bins, [&](double) { return error.next(); });
 }
 template <int kPerMille>
-Numbers swelling(std::size_t bins, Noise& noise) {
+Numbers swelling(std::size_t bins, GrowthNoise& noise) {
   Related strength(noise, kPerMille * 1e-3 * static_cast<double>(bins));
   return rms_of(bins, [&](double) { return std::exp(0.3 * strength.next()) * noise(); });
 }
 template <int kPercent>
-Numbers drift(std::size_t bins, Noise& noise) {
+Numbers drift(std::size_t bins, GrowthNoise& noise) {
   return rms_of(bins, [&](double t) { return t + kPercent * 1e-2 * noise(); });
 }
 template <int kPercent>
-Numbers walk_above(std::size_t bins, Noise& noise) {
+Numbers walk_above(std::size_t bins, GrowthNoise& noise) {
   return walk(bins, noise, kPercent * 1e-2);
 }
 template <class Strength>
-Numbers strength(std::size_t bins, Noise& noise, Strength of) {
+Numbers strength(std::size_t bins, GrowthNoise& noise, Strength of) {
   return rms_of(bins, [&](double t) { return of(t) * noise(); });
 }
 
@@ -108,18 +108,21 @@ const Kind kKinds[] = {
     {"walk above noise of a tenth", "square root", walk_above<10>},
     {"walk above noise of a half", "square root", walk_above<50>},
     {"strength sqrt t", "square root",
-     [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return std::sqrt(t); }); }},
+     [](std::size_t b, GrowthNoise& n) { return strength(b, n, [](double t) { return std::sqrt(t); }); }},
     {"drift above noise of 5 %", "linear", drift<5>},
     {"drift above noise of 20 %", "linear", drift<20>},
     {"drift above noise of 100 %", "linear", drift<100>},
-    {"strength t", "linear", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return t; }); }},
-    {"strength 0.2 + t", "linear", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return 0.2 + t; }); }},
-    {"strength 1 + t", "linear", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return 1 + t; }); }},
+    {"strength t", "linear", [](std::size_t b, GrowthNoise& n) { return strength(b, n, [](double t) { return t; }); }},
+    {"strength 0.2 + t", "linear",
+     [](std::size_t b, GrowthNoise& n) { return strength(b, n, [](double t) { return 0.2 + t; }); }},
+    {"strength 1 + t", "linear",
+     [](std::size_t b, GrowthNoise& n) { return strength(b, n, [](double t) { return 1 + t; }); }},
     {"strength 1 + 0.3 t", "linear",
-     [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return 1 + 0.3 * t; }); }},
-    {"strength t^2", "undetermined", [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return t * t; }); }},
+     [](std::size_t b, GrowthNoise& n) { return strength(b, n, [](double t) { return 1 + 0.3 * t; }); }},
+    {"strength t^2", "undetermined",
+     [](std::size_t b, GrowthNoise& n) { return strength(b, n, [](double t) { return t * t; }); }},
     {"strength exp 5 t", "undetermined",
-     [](std::size_t b, Noise& n) { return strength(b, n, [](double t) { return std::exp(5 * t); }); }},
+     [](std::size_t b, GrowthNoise& n) { return strength(b, n, [](double t) { return std::exp(5 * t); }); }},
 };
 
 struct Rates {
@@ -127,10 +130,10 @@ struct Rates {
   std::map<std::string, int> counts;
 };
 Rates rates_of(const Kind& kind, std::size_t bins, int seeds) {
-  const GrowthFit fit(times(bins));
+  const GrowthFit fit(bin_times(bins));
   Rates rates;
   for (int seed = 0; seed < seeds; ++seed) {
-    Noise noise{std::mt19937_64(static_cast<std::uint64_t>(seed))};
+    GrowthNoise noise{std::mt19937_64(static_cast<std::uint64_t>(seed))};
     const std::string name = growth_name(fit(kind.series(bins, noise)).value());
     ++rates.counts[name];
     if (name == kind.truth) rates.named += 1.0 / seeds;
@@ -177,7 +180,7 @@ TEST_CASE("growth: what is plain is named, by nine in ten series of 119 bins, a 
 TEST_CASE("growth without noise: each power, also above a start of any size, is named or not, but never falsely") {
   for (const std::size_t bins : {20, 60, 119}) {
     for (const double begin : {0.0, 0.02, 0.3}) {
-      const Numbers t = times(bins, begin);
+      const Numbers t = bin_times(bins, begin);
       const GrowthFit fit(t);
       for (const auto& [power, name] : {std::pair{0.5, "square root"}, {1.0, "linear"}, {2.0, "undetermined"}}) {
         for (const double start : {0.0, 0.01, 0.1, 0.5}) {
@@ -199,7 +202,7 @@ TEST_CASE("growth without noise: each power, also above a start of any size, is 
 }
 
 TEST_CASE("growth: no error at all and an error that stays are bounded, what grows by less than a quarter is, too") {
-  const GrowthFit fit(times(60));
+  const GrowthFit fit(bin_times(60));
   for (const double level : {0.0, 5e-324, 1e-300, 1e-13, 1.0, 1e300}) {
     const GrowthInterval interval = fit(Numbers(60, level)).value();
     CHECK((interval.low == 0 && interval.high == 0));
@@ -211,8 +214,8 @@ TEST_CASE("growth: no error at all and an error that stays are bounded, what gro
 }
 
 TEST_CASE("growth: fewer than ten bins and values that are not finite have none, any others are inside [0, 5]") {
-  for (std::size_t bins = 0; bins < 10; ++bins) CHECK_FALSE(GrowthFit(times(bins))(Numbers(bins, 1.0)));
-  const GrowthFit fit(times(40));
+  for (std::size_t bins = 0; bins < 10; ++bins) CHECK_FALSE(GrowthFit(bin_times(bins))(Numbers(bins, 1.0)));
+  const GrowthFit fit(bin_times(40));
   CHECK_FALSE(fit(Numbers(39, 1.0)));
   std::mt19937_64 bits(1);
   for (int i = 0; i < 2000; ++i) {

@@ -16,7 +16,7 @@ namespace {
 
 using Catch::Contains;
 
-constexpr Lane kLanes[] = {Lane::completion, Lane::device, Lane::launch};
+constexpr Lane kSteppedLanes[] = {Lane::completion, Lane::device, Lane::launch};
 constexpr EventName kName = "turn";
 
 // ---- The same loop, as a coroutine and as it is
@@ -29,7 +29,7 @@ struct Turn {
 std::vector<Turn> random_turns(std::uint64_t seed, std::uint64_t who) {
   std::vector<Turn> turns;
   for (std::uint64_t n = 0; n < 8; ++n) {
-    turns.push_back({{draw(seed * 16 + who, 2 * n, 6) - 2}, kLanes[draw(seed * 16 + who, 2 * n + 1, 3)]});
+    turns.push_back({{draw(seed * 16 + who, 2 * n, 6) - 2}, kSteppedLanes[draw(seed * 16 + who, 2 * n + 1, 3)]});
   }
   return turns;
 }
@@ -115,7 +115,7 @@ TEST_CASE("At one instant completions run before device events before launches, 
     std::vector<int> log;
     std::vector<std::unique_ptr<SteppedThread>> loops;
     for (int i = 0; i < 6; ++i) {
-      const Lane lane = kLanes[2 - i % 3];
+      const Lane lane = kSteppedLanes[2 - i % 3];
       if ((threads >> i & 1) == 0) {
         rig.scheduler.spawn(mark(rig.scheduler, {1000}, lane, i, log));
       } else {
