@@ -237,6 +237,8 @@ case_options_may_come_before_the_file() {
 }
 case_devices_lists_what_is_there() {
   "$evenstep" devices >out 2>err || fail "devices"
+  expect 0 "ws://127.0.0.1:1: no Haply Inverse3 there: is the Inverse Service running?" devices --service ws://127.0.0.1:1
+  ! "$evenstep" devices | grep -q Inverse3 || fail "a service that nobody named, and that is not there, is no news"
   "$evenstep" devices --json >out 2>err || fail "devices --json"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   python3 -m json.tool out >/dev/null || fail "not JSON"
