@@ -20,8 +20,10 @@ namespace {
 
 struct DevicesArguments {
   bool json = false;
-  std::string service = "ws://127.0.0.1:10001";
+  std::string service;  ///< empty: kUsualService, of which nothing is said if it is not there
 };
+
+constexpr const char* kUsualService = "ws://127.0.0.1:10001";
 
 /// What evenstep can do with a device.
 struct Ability {
@@ -206,7 +208,7 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
     spdlog::error("error: {}", error.what());
     return ExitCode::run_failed;
   }
-  const auto service = read_inverse3_address(arguments.service);
+  const auto service = read_inverse3_address(arguments.service.empty() ? kUsualService : arguments.service);
   if (!service) {
     spdlog::error("error: --service {}: {}", arguments.service, service.error());
     return ExitCode::usage;
@@ -226,6 +228,8 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
   for (const EvdevListing& listing : alone) print_listing(listing);
   for (const Inverse3State& arm : arms)
     fmt::print("{}  Haply Inverse3\n    {}\n", inverse3_path(*service, arm), inverse3_ability(arm));
+  if (arms.empty() && !arguments.service.empty())
+    fmt::print("{}: no Haply Inverse3 there: is the Inverse Service running?\n", service->text);
   if (found.empty() && alone.empty() && arms.empty()) fmt::print("no HID device is connected (or /sys is not there)\n");
   return ExitCode::pass;
 }

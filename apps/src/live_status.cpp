@@ -11,8 +11,13 @@
 namespace evenstep::app {
 namespace {
 
-constexpr std::array kStateTexts{
-    "ARMED", "RAMPING", "CUT (motors off)", "CUT (hand not reported)", "CUT (no new force)", "CUT (hand too fast)"};
+constexpr std::array kStateTexts{"ARMED",
+                                 "RAMPING",
+                                 "WAITING",
+                                 "CUT (motors off)",
+                                 "CUT (hand not reported)",
+                                 "CUT (no new force)",
+                                 "CUT (hand too fast)"};
 
 /// Three digits, but never an exponent.
 std::string number(double value) {

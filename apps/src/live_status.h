@@ -10,7 +10,7 @@
 namespace evenstep::app {
 
 /// In words: "ARMED", "CUT (hand too fast)", "READ ONLY" for a device whose forces are not sent, "WAITING" before its first
-/// tick.
+/// tick and its first force.
 std::string state_text(const WatchedRun::Device& device, const LiveSnapshot::Device& seen);
 /// Whether a force is cut off that would be sent.
 bool any_cut(const WatchedRun& run, const LiveSnapshot& snapshot);

@@ -42,6 +42,11 @@ std::string rough_time(double seconds) {
   return fmt::format("{} s", whole);
 }
 
+std::string count_words(std::int64_t done, std::int64_t of, const std::string& more) {
+  const std::string count = of > 0 ? fmt::format("  {} of {}", done, of) : fmt::format("  {} runs", done);
+  return more.empty() ? count : count + ", " + more;
+}
+
 void CountProgress::update(std::int64_t done, std::int64_t of, const std::string& more) {
   const double now_s = monotonic_seconds();
   if (first_ < 0) {
@@ -50,7 +55,7 @@ void CountProgress::update(std::int64_t done, std::int64_t of, const std::string
   }
   if (now_s - last_shown_s_ < (terminal_ ? kRedrawSeconds : kLineSeconds)) return;
   last_shown_s_ = now_s;
-  std::string line = of > 0 ? fmt::format("  {} of {}, {}", done, of, more) : fmt::format("  {} runs, {}", done, more);
+  std::string line = count_words(done, of, more);
   if (of > 0 && done > first_) {
     const double each_s = (now_s - began_s_) / static_cast<double>(done - first_);
     line += ", " + rough_time(each_s * static_cast<double>(of - done)) + " left";

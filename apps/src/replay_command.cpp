@@ -38,7 +38,10 @@ void introduce(const Scenario& scenario, const InputLog& log) {
              log.head.scenario_file);
   fmt::print("recording    {:.6g} s of {:.6g} s: {}\n", seconds(log.until()), seconds(scenario.run_duration),
              length_text(log));
-  if (!log.end)
+  if (log.damaged)
+    fmt::print("block {} is damaged: what stands before it is replayed, and {} bytes from byte {} on are left out\n",
+               log.blocks, log.left_bytes, log.bytes);
+  else if (!log.end)
     fmt::print(
         "it has no last block: its writer was killed, its disk was full, or the run failed; block {} would begin at "
         "byte {}, {}\n",

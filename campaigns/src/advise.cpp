@@ -403,13 +403,40 @@ AdviseResult advise_recording(const std::string& path, const AdviseOptions& opti
   return advised(std::move(sized), options);
 }
 
+namespace {
+
+/// The devices of the choices say nothing of ages: what the scenario's own say is not in the numbers.
+std::string ages_left_out(const Scenario& scenario) {
+  std::string devices;
+  for (const DeviceSpec& device : scenario.devices) {
+    const Duration age = largest_age(device);
+    if (age.ns > 0)
+      devices += fmt::format("{}{} (up to {:.3g} ms)", devices.empty() ? "" : ", ", device.name, seconds(age) * 1e3);
+  }
+  if (devices.empty()) return {};
+  return fmt::format(
+      "How old samples are is left out, those of {}: every latency needs about so much more, and `size` says how much.",
+      devices);
+}
+
+}  // namespace
+
 AdviseResult advise_scenario(const Scenario& scenario, const AdviseOptions& options) {
+  if (scenario.timing.elsewhere)
+    return {{},
+            {},
+            {{scenario.file, 0, 0,
+              "the forces of a [source] are late by their way as well, which no choice here knows; `size` counts it"}},
+            false};
   SizeResult sized = size_scenario(scenario, {});
   if (!sized.errors.empty()) return {{}, {}, std::move(sized.errors), false};
   AdviseOptions of_scenario = options;
   const auto slower = [](const DeviceSpec& a, const DeviceSpec& b) { return period_ceil(a.rate) > period_ceil(b.rate); };
   of_scenario.sampling = std::min_element(scenario.devices.begin(), scenario.devices.end(), slower)->rate;
-  return advised(std::move(sized), of_scenario);
+  AdviseResult result = advised(std::move(sized), of_scenario);
+  if (std::string note = ages_left_out(scenario); !note.empty() && result.errors.empty())
+    result.record.notes.push_back(std::move(note));
+  return result;
 }
 
 std::string choice_file(const AdviceChoice& choice) { return fmt::format("choice-{}.toml", choice.number); }

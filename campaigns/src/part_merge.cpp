@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <queue>
 #include <set>
@@ -207,10 +208,30 @@ std::string Merge::who_lacks(const Gaps& gaps) const {
 
 }  // namespace
 
+namespace {
+
+/// Why this cannot be the merged file, which takes the place of what is there under its name; or nothing. `parts/*.jsonl` as
+/// parts and one of these as the merge would destroy a part, and a device or a pipe would be a file from then on.
+std::string merge_objection(const std::vector<std::string>& parts, const std::string& out) {
+  std::error_code none;
+  const std::filesystem::file_status there = std::filesystem::status(out, none);
+  if (!std::filesystem::exists(there)) return {};
+  if (!std::filesystem::is_regular_file(there)) return "is no file that could be replaced; give another name with --out";
+  const auto same = [&](const std::string& part) { return std::filesystem::equivalent(part, out, none); };
+  return std::any_of(parts.begin(), parts.end(), same) ? "is one of the parts; give another name with --out" : "";
+}
+
+}  // namespace
+
 PartOutcome internal::merge_into(const std::vector<std::string>& parts, const std::string& out,
                                  std::unique_ptr<PartFormat>& format) {
   PartOutcome outcome;
   outcome.file = out;
+  if (std::string objection = merge_objection(parts, out); !objection.empty()) {
+    outcome.errors.push_back({out, 0, 0, std::move(objection)});
+    outcome.exit = ExitCode::usage;
+    return outcome;
+  }
   Merge merge(parts, outcome.errors);
   try {
     if (outcome.errors.empty()) {

@@ -56,8 +56,11 @@ Result<std::optional<ShardSaid>> shard_of(const BatchSystem& system, std::option
                                  said.shard.of, *of));
     if (is_shard(said.shard)) return std::optional(said);
   }
-  return Failure(
-      fmt::format("{} is no shard: their numbers begin with {}; correct it, or write I/N instead", said.by, system.first));
+  const bool counted = count != nullptr ? whole(count, said.shard.of) : of.has_value();
+  const std::string known = counted && said.shard.of >= 1
+                                ? fmt::format("are {} to {}", system.first, said.shard.of - 1 + system.first)
+                                : fmt::format("begin with {}", system.first);
+  return Failure(fmt::format("{} is no shard: their numbers {}; correct it, or write I/N instead", said.by, known));
 }
 
 /// Says why the tasks of a Slurm array cannot be shards of so many, or nothing.
@@ -103,9 +106,14 @@ Result<ShardSaid> shard_of_batch(std::optional<int> of, const Variable& variable
   const Result<std::vector<ShardSaid>> all = all_said(of, variable);
   if (!all) return Failure(all.error());
   if (all->empty()) {
-    std::string names;
-    for (const BatchSystem& system : kBatchSystems) names += fmt::format("{}{}", names.empty() ? "" : ", ", system.number);
-    return Failure(fmt::format("auto: no batch system says which of several shards this is ({}); write I/N instead", names));
+    std::string names, halves;
+    for (const BatchSystem& system : kBatchSystems) {
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", system.number);
+      if (system.count != nullptr && variable(system.number) != nullptr && variable(system.count) == nullptr)
+        halves += fmt::format("; {} is set, and {} is not", system.number, system.count);
+    }
+    return Failure(
+        fmt::format("auto: no batch system says which of several shards this is ({}){}; write I/N instead", names, halves));
   }
   for (const ShardSaid& other : *all) {
     if (other.shard.index != all->front().shard.index || other.shard.of != all->front().shard.of)

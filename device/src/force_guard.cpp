@@ -108,6 +108,7 @@ void ForceGuard::follow_hand(const DeviceSample& sample) {
 }
 
 GuardState ForceGuard::state() const {
+  if (reason_ == GuardState::cut_stale_force && !any_force_) return GuardState::waiting;
   return reason_ == GuardState::armed && authority_ < 1 ? GuardState::ramping : reason_;
 }
 
@@ -124,6 +125,7 @@ GuardState ForceGuard::reason_to_cut(RealTime now, const GuardedTick& tick) cons
 void ForceGuard::move_authority(RealTime now, const GuardedTick& tick) {
   const bool was_cut = reason_ != GuardState::armed;
   reason_ = reason_to_cut(now, tick);
+  any_force_ = any_force_ || tick.force_due;
   const bool cut = reason_ != GuardState::armed;
   if (cut && !was_cut && authority_ > 0) ++counter_of(reason_, counters_);
   const Duration ramp = cut ? limits_.cut.ramp_down : limits_.cut.ramp_up;

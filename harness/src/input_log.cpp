@@ -95,6 +95,7 @@ class LogReader {
                   "the file ends before its first block is whole, so it does not say what was run: there is nothing to "
                   "replay"),
              Failure(std::move(errors_));
+    log_.damaged = !errors_.empty();
     log_.bytes = static_cast<std::int64_t>(at_);
     log_.left_bytes = static_cast<std::int64_t>(bytes_.size() - at_);
     return std::move(log_);

@@ -12,8 +12,8 @@ Duration percentile(const std::vector<std::int64_t>& sorted_ns, std::size_t perc
   return {sorted_ns[std::max<std::size_t>((sorted_ns.size() * percent + 99) / 100, 1) - 1]};
 }
 
-/// Armed, ramping, cut.
-int badness(GuardState state) { return state == GuardState::armed ? 0 : state == GuardState::ramping ? 1 : 2; }
+/// Armed or waiting, ramping, cut.
+int badness(GuardState state) { return state >= GuardState::cut_device ? 2 : state == GuardState::ramping ? 1 : 0; }
 
 void add_margin(Duration margin, std::optional<Duration>& least) { least = std::min(margin, least.value_or(margin)); }
 

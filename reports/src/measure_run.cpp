@@ -431,8 +431,10 @@ Values solver_values(const StrategyRecord& strategy, const Rows<std::size_t>& st
   return values;
 }
 
-/// The number of ticks of the device's grid before the end of the run that never ran, because one before them ran late.
+/// The number of ticks of the device's grid before the end of the run that never ran, because one before them ran late. Of a
+/// recording that was cut off, the device lane may have gone on past the end of what both lanes are in.
 std::int64_t missed_ticks(const Rows<TickRow>& ticks, const Nominal::Device& device, RealTime end) {
+  if (!ticks.empty()) end = std::max(end, ticks.back().at + Duration{1});
   return first_tick_at_or_after(device.rate, end, device.first_tick) - std::ssize(ticks);
 }
 

@@ -67,6 +67,9 @@ TEST_CASE("a line before the first tick, of a strategy without a map, and at the
   CHECK(status_line(run, now) ==
         "WAITING | 0 ticks/s, 0 steps/s | lateness p50 0, p99 0, max 0 ms (run 0) | 0 ticks missed (run 0) | "
         "0 underruns (run 0) | force 0 of 3 N, 0 clamped (run 0) | 20 s left, Ctrl-C ends it");
+  now.devices[0].guard = GuardState::waiting;
+  CHECK(status_line(run, now, 10) == "WAITING");
+  CHECK_FALSE(any_cut(run, now));
   run.devices[0].sends = false;
   now = busy_second();
   now.ended = true;

@@ -2,6 +2,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "src/progress.h"
+
 using namespace evenstep;
 
 TEST_CASE("A command starts with what its user typed, quoted if need be") {
@@ -24,4 +26,11 @@ TEST_CASE("A file is never taken for an option") {
   CHECK(shell_file("a.toml") == "a.toml");
   CHECK(shell_file("-x.toml") == "./-x.toml");
   CHECK(shell_file("-x y.toml") == "'./-x y.toml'");
+}
+
+TEST_CASE("what is counted is followed by more only where there is more") {
+  using app::count_words;
+  CHECK(count_words(23, 108, "4 failed") == "  23 of 108, 4 failed");
+  CHECK(count_words(23, 108, "") == "  23 of 108");
+  CHECK(count_words(23, 0, "") == "  23 runs");
 }

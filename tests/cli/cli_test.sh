@@ -237,6 +237,8 @@ case_options_may_come_before_the_file() {
 }
 case_devices_lists_what_is_there() {
   "$evenstep" devices >out 2>err || fail "devices"
+  expect 0 "ws://127.0.0.1:1: no Haply Inverse3 there: is the Inverse Service running?" devices --service ws://127.0.0.1:1
+  ! "$evenstep" devices | grep -q Inverse3 || fail "a service that nobody named, and that is not there, is no news"
   "$evenstep" devices --json >out 2>err || fail "devices --json"
   command -v python3 >/dev/null || { echo "skipped: no python3 to check the JSON"; exit 77; }
   python3 -m json.tool out >/dev/null || fail "not JSON"
@@ -244,6 +246,8 @@ case_devices_lists_what_is_there() {
 case_a_device_that_is_none_is_refused() {
   local live=$source_dir/scenarios/live/figure-1-spring.toml
   expect 3 "not a hidraw device" run --clock wall --device /dev/null "$live"
+  expect 3 'takes the address of a service with driver = "inverse3"' run --clock wall --device ws://127.0.0.1:1 "$live"
+  expect 3 'takes an event node with driver = "evdev"' run --clock wall --device /dev/input/event0 "$live"
   expect 2 'no device "right", but left' run --clock wall --device right=/dev/hidraw0 "$live"
   expect 2 'given twice for "left"' run --clock wall --device /dev/hidraw0 --device left=/dev/hidraw1 "$live"
   expect 2 "needs --clock wall" run --device /dev/hidraw0 "$live"

@@ -371,7 +371,7 @@ TEST_CASE("the guard says whether it lets the force through, and if not, why") {
   ForceLimits limits;
   limits.cut = {1, Duration{10 * kMs}, Duration{4 * kMs}, 1.0, Duration{50 * kMs}, Duration{20 * kMs}};
   ForceGuard guard(limits);
-  CHECK(guard.state() == GuardState::cut_stale_force);
+  CHECK(guard.state() == GuardState::waiting);
   double x_m = 0;
   RealTime due;
   const auto pass = [&](std::int64_t ms, double moves_m, bool drivable, bool fresh, bool force_comes) {
@@ -384,7 +384,8 @@ TEST_CASE("the guard says whether it lets the force through, and if not, why") {
     guard.pass(now, {1, 0, 0}, {sample, ms < 2 ? std::nullopt : std::optional(due)});
     return guard.state();
   };
-  CHECK(pass(0, 0, true, true, false) == GuardState::cut_stale_force);
+  CHECK(pass(0, 0, false, true, false) == GuardState::cut_device);  // a reason of its own
+  CHECK(pass(1, 0, true, true, false) == GuardState::waiting);      // no force has come yet: nothing is cut off
   CHECK(pass(2, 0, true, true, true) == GuardState::ramping);
   for (std::int64_t ms = 3; ms < 10; ++ms) CHECK(pass(ms, 0, true, true, true) == GuardState::ramping);
   CHECK(pass(12, 0, true, true, true) == GuardState::armed);

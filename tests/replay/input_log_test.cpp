@@ -82,6 +82,7 @@ TEST_CASE("a recording that is cut at any byte is read up to its last whole bloc
     REQUIRE(read->blocks == static_cast<std::int64_t>(blocks));
     REQUIRE(read->bytes + read->left_bytes == static_cast<std::int64_t>(length));
     REQUIRE_FALSE(read->end);
+    REQUIRE_FALSE(read->damaged);
     REQUIRE(read->inputs[0].ticks.size() == 20 * (blocks / 2));
     REQUIRE(read->rows.steps.size() == 9 * ((blocks - 1) / 2));
     REQUIRE(read->until() == RealTime{20'000'000 * static_cast<std::int64_t>((blocks - 1) / 2)});
@@ -188,7 +189,9 @@ TEST_CASE("a bit that is changed anywhere is found, with its place, and what sta
     REQUIRE_FALSE(read);
     REQUIRE_THAT(read.error().front().file, Catch::StartsWith("x:"));
     REQUIRE(before.ok() == (block > 0));
-    if (before) REQUIRE(before->blocks == static_cast<std::int64_t>(block));
+    if (!before) continue;
+    REQUIRE(before->blocks == static_cast<std::int64_t>(block));
+    REQUIRE(before->damaged);
   }
 }
 

@@ -104,6 +104,17 @@ struct OneReport {
 
 }  // namespace
 
+namespace {
+
+/// What a path is that this driver cannot open and another one can.
+std::string for_another_driver(std::string_view path) {
+  if (path.starts_with("ws://")) return "; a [[device]] takes the address of a service with driver = \"inverse3\"";
+  if (path.starts_with("/dev/input/event")) return "; a [[device]] takes an event node with driver = \"evdev\"";
+  return {};
+}
+
+}  // namespace
+
 std::vector<HidListing> hid_devices() {
   const std::lock_guard lock(hidapi_mutex());
   if (hidapi().hid_init() != 0) throw DeviceError("hidapi cannot be started: " + text_of(hidapi().hid_error(nullptr)));
@@ -126,7 +137,9 @@ std::string udev_rule(const HidDeviceInfo& info) {
 struct HidapiTransport::State final : internal::LiveSender<OneReport, HidHandle>::Cable {
   State(const std::string& path, const WallClock& clock, Duration patience) {
     const std::string name = internal::hidraw_name(path);
-    if (name.empty()) throw DeviceError(path + ": not a hidraw device; `evenstep devices` lists those that are there");
+    if (name.empty())
+      throw DeviceError(path + ": not a hidraw device; `evenstep devices` lists those that are there" +
+                        for_another_driver(path));
     for (HidListing& device : hid_devices()) {
       if (internal::hidraw_name(device.info.path) == name) listing = std::move(device);
     }

@@ -222,6 +222,16 @@ const Value* date_in(const Value& value) {
 /// The key as shown in messages; for a key that may have any name, its table.
 std::string shown_key(const Field& field) { return field.key == "*" ? title(field.table) : fmt::format("'{}'", field.key); }
 
+/// What to write for a table that is missing: of a table within another one all that it must have, on one line.
+std::string table_to_write(const Field& field) {
+  std::string keys;
+  for (const Field& one : fields()) {
+    if (one.table != subtable(field) || !one.required || !one.kinds.empty()) continue;
+    keys += fmt::format("{}{} = {}", keys.empty() ? "" : ", ", one.key, example_of(one));
+  }
+  return field.table.empty() || keys.empty() ? title(field.key) : fmt::format("{} = {{ {} }}", field.key, keys);
+}
+
 }  // namespace
 
 Check::Check(const Value& document, Errors& errors) : errors_(errors) { table("", document); }
@@ -297,7 +307,7 @@ void Check::missing(const std::string& name, const Value& value) {
     if (!field.kinds.empty() && (kind.empty() || !contains(field.kinds, kind))) continue;
     if (field.key == kind_key(name) && !kind.empty()) continue;  // another key says what it is
     const std::string remedy =
-        field.forms != kTable ? fmt::format("{} = {}", field.key, example_of(field)) : title(field.key);
+        field.forms != kTable ? fmt::format("{} = {}", field.key, example_of(field)) : table_to_write(field);
     errors_.add(value.place, fmt::format("{} has no '{}'; write {}", title(name), field.key, remedy));
   }
 }

@@ -388,6 +388,32 @@ TEST_CASE("a scenario is advised with its timing and its slowest device") {
   }
 }
 
+TEST_CASE("a scenario whose forces travel from a source is not advised as if they did not") {
+  const ReadResult scenario = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/sources/slower.toml", {});
+  REQUIRE(scenario);
+  const AdviseResult result = advise_scenario(*scenario, {});
+  REQUIRE(result.errors.size() == 1);
+  CHECK(result.record.choices.empty());
+  CHECK_THAT(text(result.errors.front()), Contains("slower.toml") && Contains("[source]") && Contains("`size`"));
+}
+
+TEST_CASE("a scenario whose samples have an age of their own is advised without it, and that is said") {
+  AdviseOptions options;
+  options.renderers = {"hold"};
+  options.governors.emplace();
+  const auto notes_of = [&](const char* age) {
+    const ReadResult scenario =
+        read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/paper/figure-1-spring-hold.toml",
+                      {{"run.duration=3 s", std::string("device.0.report_age=") + age}, std::nullopt, {}});
+    REQUIRE(scenario);
+    const AdviseResult result = advise_scenario(*scenario, options);
+    REQUIRE(result.errors.empty());
+    return fmt::format("{}", fmt::join(result.record.notes, " "));
+  };
+  CHECK_THAT(notes_of("0.3 ms"), Contains("left out") && Contains("those of left (up to 0.301 ms)"));
+  CHECK_THAT(notes_of("0 ms"), !Contains("age"));
+}
+
 TEST_CASE("what cannot be advised says why, and what to do") {
   const TestFolder place;
   const auto refused = [&](const std::string& file) {

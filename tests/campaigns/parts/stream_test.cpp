@@ -1,5 +1,6 @@
 // Merges of generated parts of a study: as many as no process can have open, and as many items as there may be.
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -54,6 +55,29 @@ TEST_CASE("More parts of a study than a process may open merge to the lines of o
   REQUIRE(gap.errors.size() == 1);
   CHECK_THAT(gap.errors.front().message, Catch::Contains("lack 6 of 6000 points: 2, 1233, 2002, 3233, 4002, 5233; "
                                                          "shards 3, 1234 of 2000 are missing"));
+}
+
+TEST_CASE("A merge replaces none of its parts and nothing that is no file") {
+  const test::Folder folder;
+  const std::vector<std::string> parts = generate(folder, generated(9), 3);
+  const std::string second = test::contents(parts[1]);
+  std::filesystem::create_symlink(parts[1], folder / "link.jsonl");
+  for (const std::string& out : {parts[1], folder / "./study-2-of-3.jsonl", folder / "link.jsonl"}) {
+    const PartOutcome onto_a_part = merge_parts(parts, out);
+    CHECK(onto_a_part.exit == ExitCode::usage);
+    REQUIRE(onto_a_part.errors.size() == 1);
+    CHECK_THAT(onto_a_part.errors.front().message, Catch::Contains("is one of the parts"));
+    CHECK(test::contents(parts[1]) == second);
+  }
+  const std::string pipe = folder / "pipe";
+  REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+  const PartOutcome onto_a_pipe = merge_parts(parts, pipe);
+  CHECK(onto_a_pipe.exit == ExitCode::usage);
+  REQUIRE(onto_a_pipe.errors.size() == 1);
+  CHECK_THAT(onto_a_pipe.errors.front().message, Catch::Contains("is no file"));
+  CHECK(std::filesystem::is_fifo(pipe));
+  CHECK(merge_parts(parts, folder / "merged.jsonl").exit == ExitCode::pass);
+  CHECK(merge_parts(parts, folder / "merged.jsonl").exit == ExitCode::pass);  // it may be made again
 }
 
 TEST_CASE("Ten million cells of ten thousand shards merge in half a gigabyte of memory", "[million]") {

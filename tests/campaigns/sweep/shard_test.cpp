@@ -104,6 +104,16 @@ TEST_CASE("Processes that are started together know how many they are and --of m
   CHECK_FALSE(shard({{"OMPI_COMM_WORLD_RANK", "-1"}, {"OMPI_COMM_WORLD_SIZE", "2"}}).ok());
 }
 
+TEST_CASE("What is no shard says which numbers are, and which variable lacks its other half") {
+  CHECK_THAT(shard({{"SLURM_ARRAY_TASK_ID", "17"}}, 10).error(), Contains("numbers are 1 to 10"));
+  CHECK_THAT(shard({{"JOB_COMPLETION_INDEX", "10"}}, 10).error(), Contains("numbers are 0 to 9"));
+  CHECK_THAT(shard({{"OMPI_COMM_WORLD_RANK", "4"}, {"OMPI_COMM_WORLD_SIZE", "4"}}).error(), Contains("numbers are 0 to 3"));
+  CHECK_THAT(shard({{"OMPI_COMM_WORLD_RANK", "0"}, {"OMPI_COMM_WORLD_SIZE", "x"}}).error(), Contains("begin with 0"));
+  CHECK_THAT(shard({{"OMPI_COMM_WORLD_RANK", "3"}}, 10).error(),
+             Contains("OMPI_COMM_WORLD_RANK is set, and OMPI_COMM_WORLD_SIZE is not"));
+  CHECK_THAT(shard({}, 10).error(), !Contains("is set"));
+}
+
 TEST_CASE("A batch script that runs once is no shard of the tasks it may start") {
   CHECK_FALSE(shard({{"SLURM_PROCID", "0"}, {"SLURM_NTASKS", "4"}}).ok());
 }

@@ -63,9 +63,10 @@ struct GuardLimited {
   bool non_finite = false;
 };
 
-/// Whether the guard lets the force through. armed: all of it. ramping: a growing share. cut_...: a shrinking one or none,
-/// for the first of its reasons in the order of ForceGuardCounters.
-enum class GuardState : std::uint8_t { armed, ramping, cut_device, cut_stale_hand, cut_stale_force, cut_speed };
+/// Whether the guard lets the force through. armed: all of it. ramping: a growing share. waiting: no force has come yet, so
+/// there is none to cut. cut_...: a shrinking share or none, for the first of its reasons in the order of
+/// ForceGuardCounters.
+enum class GuardState : std::uint8_t { armed, ramping, waiting, cut_device, cut_stale_hand, cut_stale_force, cut_speed };
 
 /// What the guard is told in a tick besides the wanted force.
 struct GuardedTick {
@@ -88,7 +89,7 @@ class ForceGuard {
   DeviceSpring share(const DeviceSpring& wanted) const;
   /// The authority at the last call, [0, 1].
   double authority() const { return authority_; }
-  /// As of the last call; before the first it is cut.
+  /// As of the last call; before the first it is waiting.
   GuardState state() const;
   const ForceGuardCounters& counters() const { return counters_; }
   /// The limits at the last call.
@@ -113,6 +114,7 @@ class ForceGuard {
   double authority_ = 0;
   GuardState reason_ = GuardState::cut_stale_force;  // armed: there is none to cut
   bool too_fast_ = false;
+  bool any_force_ = false;           // the schedule has had one
   std::array<Position, 16> hand_{};  // the last fresh samples, a ring
   std::size_t fresh_samples_ = 0;
 };

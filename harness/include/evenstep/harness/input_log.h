@@ -92,6 +92,7 @@ struct InputLog {
   std::int64_t blocks = 0;
   std::int64_t bytes = 0;       ///< of the whole blocks, with what stands before them
   std::int64_t left_bytes = 0;  ///< behind them: a block that is not whole, or what stands behind a damaged one
+  bool damaged = false;         ///< they begin with a damaged block, which InputLogReading::before_damage allowed
 
   /// The instant until which both lanes are in it: 0 if it has no input at all.
   RealTime until() const;

@@ -26,7 +26,7 @@ struct SeenTick {
   glm::dvec3 force_N{0};  ///< after the guard
   std::int64_t ran = 0;   ///< ticks of this device so far, this one included
   std::uint32_t tool = 0;
-  GuardState guard = GuardState::cut_stale_force;
+  GuardState guard = GuardState::waiting;
   SaturationCauses saturated;
 };
 
