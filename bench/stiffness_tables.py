@@ -4,7 +4,7 @@ stiffness_tables.py EVENSTEP [TABLE ...]          prints them; without a name al
 stiffness_tables.py EVENSTEP --into PAGE TABLE ...  puts them in the place of those of the page that begin with the same line
 
 TABLE: spring, delay, device, mode, quality, lattice, lattice-error, lattice-ripple, block-sine, slide-error, sliding,
-sliding-laws. What is looked for by a search is one `evenstep study`, everything else one `evenstep run`, with the settings
+sliding-swing, sliding-laws. What is looked for by a search is one `evenstep study`, everything else one `evenstep run`, with the settings
 below. The tables of the limits in three dimensions are `stiffness_3d.py tables`.
 """
 import csv
@@ -75,7 +75,7 @@ def stable(limit):
 
 def table(header, rows):
     lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    return lines + ["| " + " | ".join(row) + " |" for row in rows]
+    return [re.sub(r"\|  (?=\|)", "| ", line) for line in lines + ["| " + " | ".join(row) + " |" for row in rows]]
 
 
 def damping_law(alpha, late_s=LATE_S, friction=FRICTION):
@@ -334,18 +334,13 @@ def keeps_contact(ticks):
     return all(felt for t, _, _, felt in ticks if t >= 3)
 
 
-def decays(ticks):
-    """The last second does not swing more than the one before, to 2 %."""
-    return swing(ticks, 3) <= 1.02 * swing(ticks, 2)
-
-
-def slide_limit(evenstep, strategy, render, holds=keeps_contact, **how):
-    """The largest k, as a stiffness at the tool, for which it holds: up by 1.25 until it does not, then bisected to 2 %."""
+def slide_limit(evenstep, strategy, render, **how):
+    """The largest k that keeps contact, as a stiffness at the tool: up by 1.25 until it is lost, then bisected to 2 %."""
     ran = {}
 
     def stays(k):
         ran[k] = slide(evenstep, strategy, render, float(f"{k:.4g}"), **how)
-        return holds(ran[k][0])
+        return keeps_contact(ran[k][0])
 
     least, lost = 0, 5
     while lost < 3000 and stays(lost):
@@ -365,12 +360,22 @@ def sliding(evenstep):
         for strategy, law in (("direct", FRICTION / RAW_LATE_S), ("phase_locked", FRICTION / LATE_S)):
             law = law if "force" in name else 2 * FRICTION / TICK_S
             limit, above, _ = slide_limit(evenstep, strategy, render)
-            steady, steady_above, _ = slide_limit(evenstep, strategy, render, decays)
-            cells += [f"{'above ' if above else ''}{number(limit)} ({limit / law:.2f})",
-                      f"{'above ' if steady_above else ''}{number(steady)}"]
+            cells.append(f"{'above ' if above else ''}{number(limit)} ({limit / law:.2f})")
         rows.append([name, *cells])
-    return table(["largest lambda k, N/m; to the law of one spring", "raw: keeps contact", "raw: does not grow",
-                  "remapped: keeps contact", "remapped: does not grow"], rows)
+    return table(["largest lambda k that keeps contact, N/m; to the law of one spring", "raw", "remapped"], rows)
+
+
+def sliding_swing(evenstep):
+    """Whether it also decays: the swing of each second, below and above the limit of contact."""
+    rows = []
+    for name, render, stiffnesses in (("`force`", FORCE, (16, 18, 19, 24)), ("`local` settled", SETTLED, (100, 115, 125, 250, 500))):
+        for k in stiffnesses:
+            ticks, _, _ = slide(evenstep, "phase_locked", render, k)
+            felt = [tick[3] for tick in ticks if tick[0] >= 3]
+            rows.append([name, number(AT_TOOL * k), *(f"{1e3 * swing(ticks, second):.2f}" for second in (1, 2, 3)),
+                         f"{100 * felt.count(False) / len(felt):.1f} %"])
+    return table(["remapped, sliding", "lambda k, N/m", "swing in the second s, mm/s", "third", "fourth",
+                  "without a force in the fourth"], rows)
 
 
 def exact_limit(late_s, mass, friction):
@@ -403,7 +408,8 @@ def sliding_laws(evenstep):
 
 TABLES = {"spring": spring, "delay": delay, "device": device, "mode": mode, "quality": quality, "lattice": lattice,
           "lattice-error": lattice_error, "lattice-ripple": lattice_ripple, "block-sine": block_sine,
-          "slide-error": slide_error, "sliding": sliding, "sliding-laws": sliding_laws}
+          "slide-error": slide_error, "sliding": sliding, "sliding-swing": sliding_swing,
+          "sliding-laws": sliding_laws}
 
 
 def put_into(page, lines):
