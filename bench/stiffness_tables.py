@@ -4,8 +4,7 @@ stiffness_tables.py EVENSTEP [TABLE ...]          prints them; without a name al
 stiffness_tables.py EVENSTEP --into PAGE TABLE ...  puts them in the place of those of the page that begin with the same line
 
 TABLE: spring, delay, device, mode, quality, lattice, lattice-error, lattice-ripple, block-sine, slide-error, sliding,
-sliding-swing, sliding-laws. What is looked for by a search is one `evenstep study`, everything else one `evenstep run`, with the settings
-below. The tables of the limits in three dimensions are `stiffness_3d.py tables`.
+sliding-swing, sliding-laws. A search is one `evenstep study`, everything else one `evenstep run`, with the settings below. The tables of the limits in three dimensions are `stiffness_3d.py tables`.
 """
 import csv
 import json
@@ -315,7 +314,8 @@ def slide(evenstep, strategy, render, k, speed=0.03, mass=0.2, friction=1.0, lea
         with open(os.path.join(folder, "out", "series.csv"), encoding="utf-8") as file:
             lines = csv.DictReader(line for line in file if not line.startswith("#"))
             ticks = [(float(row["t[s]"]), float(row["x[m]"]), float(row["z[m]"]),
-                      any(float(row[axis]) for axis in ("fx[N]", "fy[N]", "fz[N]"))) for row in lines if row["kind"] == "tick"]
+                      any(float(row[axis]) for axis in ("fx[N]", "fy[N]", "fz[N]")))
+                     for row in lines if row["kind"] == "tick"]
         with open(os.path.join(folder, "out", "summary.json"), encoding="utf-8") as summary:
             delay_s = json.load(summary)["metrics"][f"closed_loop.left.{strategy}"]["loop_delay"]
     assert len(ticks) > 3900, len(ticks)
@@ -368,7 +368,8 @@ def sliding(evenstep):
 def sliding_swing(evenstep):
     """Whether it also decays: the swing of each second, below and above the limit of contact."""
     rows = []
-    for name, render, stiffnesses in (("`force`", FORCE, (16, 18, 19, 24)), ("`local` settled", SETTLED, (100, 115, 125, 250, 500))):
+    for name, render, stiffnesses in (("`force`", FORCE, (16, 18, 19, 24)),
+                                      ("`local` settled", SETTLED, (100, 115, 125, 250, 500))):
         for k in stiffnesses:
             ticks, _, _ = slide(evenstep, "phase_locked", render, k)
             felt = [tick[3] for tick in ticks if tick[0] >= 3]
