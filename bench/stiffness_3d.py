@@ -157,7 +157,8 @@ def tables(path):
         if row is None:
             return ""
         value = f"{float(format(float(row['N_per_m_at_the_tool']), '.3g')):g}"
-        return ("above " if row["state"] == "above" else "") + value + (f" ({float(row['ratio']):.2f})" if row["ratio"] else "")
+        ratio = f" ({float(row['ratio']):.2f})" if row["ratio"] else ""
+        return ("above " if row["state"] == "above" else "") + value + ratio
 
     for columns in ([("force", "direct"), ("force", "phase_locked"), ("local, instantaneous", "direct"),
                      ("local, instantaneous", "phase_locked"), ("local, settled", "direct"),

@@ -1,10 +1,11 @@
 """The tables of docs/stiffness.md, as they stand there, computed anew.
 
-stiffness_tables.py EVENSTEP [TABLE ...]          prints them; without a name all of them (three minutes of CPU time)
+stiffness_tables.py EVENSTEP [TABLE ...]          prints them; without a name all of them (some minutes of CPU time)
 stiffness_tables.py EVENSTEP --into PAGE TABLE ...  puts them in the place of those of the page that begin with the same line
 
 TABLE: spring, delay, device, mode, quality, lattice, lattice-error, lattice-ripple, block-sine, slide-error, sliding,
-sliding-swing, sliding-laws. A search is one `evenstep study`, everything else one `evenstep run`, with the settings below. The tables of the limits in three dimensions are `stiffness_3d.py tables`.
+sliding-swing, sliding-laws. A search is one `evenstep study`, everything else one `evenstep run`, with the settings below. The
+tables of the limits in three dimensions are those of stiffness_3d.py.
 """
 import csv
 import json
