@@ -4,8 +4,8 @@ stiffness_tables.py EVENSTEP [TABLE ...]          prints them; without a name al
 stiffness_tables.py EVENSTEP --into PAGE TABLE ...  puts them in the place of those of the page that begin with the same line
 
 TABLE: spring, delay, device, mode, quality, lattice, lattice-error, lattice-ripple, block-sine, slide-error, sliding,
-sliding-swing, sliding-laws. A search is one `evenstep study`, everything else one `evenstep run`, with the settings below. The
-tables of the limits in three dimensions are those of stiffness_3d.py.
+sliding-swing, sliding-laws. A search is one `evenstep study`, everything else one `evenstep run`, with the settings below.
+The tables of the limits in three dimensions are those of stiffness_3d.py.
 """
 import csv
 import json
