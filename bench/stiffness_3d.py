@@ -2,6 +2,7 @@
 
 stiffness_3d.py run EVENSTEP docs/stiffness-3d.csv [RENDER ...]    searches (some minutes) and writes the table
 stiffness_3d.py scene EVENSTEP docs/stiffness-3d.csv SCENE         only this scene, such as sliding
+stiffness_3d.py tables docs/stiffness-3d.csv                       the tables of the page that the CSV holds
 stiffness_3d.py plot docs/stiffness-3d.csv docs/images/stiffness-3d.svg
 """
 import csv
@@ -148,6 +149,29 @@ def run(evenstep, path, *only, scenes=tuple(SCENES)):
             write(path, rows)
 
 
+def tables(path):
+    rows = {(row["scene"], row["render"], row["strategy"]): row for row in rows_of(path)}
+
+    def cell(scene, render, strategy):
+        row = rows.get((scene, render, strategy))
+        if row is None:
+            return ""
+        value = f"{float(format(float(row['N_per_m_at_the_tool']), '.3g')):g}"
+        ratio = f" ({float(row['ratio']):.2f})" if row["ratio"] else ""
+        return ("above " if row["state"] == "above" else "") + value + ratio
+
+    for columns in ([("force", "direct"), ("force", "phase_locked"), ("local, instantaneous", "direct"),
+                     ("local, instantaneous", "phase_locked"), ("local, settled", "direct"),
+                     ("local, settled", "phase_locked"), ("local, settled, alpha 1.1", "phase_locked")],
+                    [(render, "phase_locked") for render in (
+                        "local, settled, axes only", "local, settled, normal only", "local, instantaneous, coupled",
+                        "local, settled, coupled", "device_spring, settled", "device_spring, settled, coupled")]):
+        print("| scene | " + " | ".join(f"{render}, {strategy}" for render, strategy in columns) + " |")
+        for scene in SCENES:
+            print(f"| {scene} | " + " | ".join(cell(scene, *column) for column in columns) + " |")
+        print()
+
+
 def plot(path, svg):
     """Dots on a logarithmic scale: the limit at the tool; a line where the law of one spring has it."""
     rows = [row for row in rows_of(path) if row["N_per_m_at_the_tool"]]
@@ -195,4 +219,4 @@ def plot(path, svg):
 
 if __name__ == "__main__":
     one_scene = lambda evenstep, path, scene: run(evenstep, path, scenes=[scene])
-    {"run": run, "scene": one_scene, "plot": plot}[sys.argv[1]](*sys.argv[2:])
+    {"run": run, "scene": one_scene, "tables": tables, "plot": plot}[sys.argv[1]](*sys.argv[2:])

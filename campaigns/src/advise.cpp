@@ -34,6 +34,8 @@ constexpr const char* kTimingFile = "timing.csv";
 /// Share of the stiffness of the law with which the hand of the run must come to rest: with jitter the largest stable one
 /// was up to 5 % below the law (docs/stiffness.md).
 constexpr double kTriedShare = 0.8;
+/// Where the search begins again if the hand shakes with what the map carries without prediction.
+constexpr double kLeastSearched_N_per_m = 1;
 /// The last eighth of what is judged is compared with earlier ones, and a hand of 0.2 kg at 20 N/m swings once in 0.6 s.
 constexpr Duration kShortestRest{5'000'000'000};
 /// The line's hand goes at most so far, so that its force stays below 2000 N with the stiffest springs (8 kN/m).
@@ -280,17 +282,42 @@ class Adviser {
     return out;
   }
 
-  /// What `predict` carries: up to the law for its delay, which does not know that it also runs on.
+  /// What `predict` carries: up to the law for its delay, which does not know that it also runs on. On a long recording each
+  /// run of the search takes seconds, so it begins with what the map carries without prediction, or half of where it ends.
   void search(const std::string& file, const Plan& plan, internal::AdviceScenario& own, AdviceChoice& out) const {
     own.search_to_N_per_m = three_digits(out.stiffness_N_per_m);
-    StudyControl control;
-    control.interrupted = options_.interrupted;
-    const StiffnessLimits found = run_stiffness_limits(staging_.read(file, text(plan, own)), control);
+    own.search_from_N_per_m = three_digits(std::min(without_prediction_N_per_m(file, plan, own), out.stiffness_N_per_m / 2));
+    StiffnessLimits found = searched(file, plan, own);
+    if (!found.limits.empty() && found.limits.front().state == StiffnessLimit::State::below) {
+      own.search_from_N_per_m = three_digits(std::min(kLeastSearched_N_per_m, own.search_from_N_per_m / 2));
+      found = searched(file, plan, own);
+    }
     if (found.limits.empty()) return;  // interrupted
     const StiffnessLimit& limit = found.limits.front();
     out.stiffness_N_per_m = limit.stable_N_per_m;
     if (limit.state == StiffnessLimit::State::below)
       out.failure = fmt::format("its hand shakes with {:.3g} N/m already", found.from_N_per_m);
+  }
+
+  /// The law for the least latency of the same map without prediction.
+  double without_prediction_N_per_m(const std::string& file, const Plan& predicted, internal::AdviceScenario own) const {
+    Plan plan = predicted;
+    plan.pace.map = StrategyKind::phase_locked;
+    const AdviceLatency& least = sizes_.at(size_key(plan)).least;
+    own.latency = AdviceLatency{.latency = least.latency, .lead = least.lead};
+    own.search_to_N_per_m = std::nullopt;
+    const Scenario scenario = staging_.read(file, text(plan, own));
+    return loop_record(scenario, evenstep::plan(scenario, PlannedSteps::drop).front(), scenario.devices.back())
+        .stiffness_limit_N_per_m.value();
+  }
+
+  StiffnessLimits searched(const std::string& file, const Plan& plan, const internal::AdviceScenario& own) const {
+    StudyControl control;
+    control.interrupted = options_.interrupted;
+    Scenario scenario = staging_.read(file, text(plan, own));
+    // The line's hand feels a spring of its own, so the other one does not notice that it is away.
+    std::erase_if(scenario.devices, [](const DeviceSpec& device) { return !device.hand; });
+    return run_stiffness_limits(scenario, control);
   }
 
   /// What runs on where a hand stops, of a map that makes up what the hand will do. All others give the solver where it was.

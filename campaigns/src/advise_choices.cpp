@@ -188,9 +188,9 @@ std::string scenario_text(const AdviceSetting& setting, const AdvicePace& pace, 
   if (!pace.bandwidth.empty() || is_remap(pace.map)) out += remap_text(pace, own);
   if (own.search_to_N_per_m && !stops)
     out += fmt::format(
-        "\n[study]   # evenstep study finds what the row carries\nstiffness_limit = {{ from = \"1 N/m\", to = "
+        "\n[study]   # evenstep study finds what the row carries\nstiffness_limit = {{ from = \"{} N/m\", to = "
         "\"{} N/m\" }}\n",
-        *own.search_to_N_per_m);
+        own.search_from_N_per_m, *own.search_to_N_per_m);
   return out;
 }
 

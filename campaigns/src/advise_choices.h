@@ -60,6 +60,7 @@ struct AdviceScenario {
   std::optional<FrameGovernor> governor;  ///< over these segments
   Duration warmup;
   double stiffness_N_per_m = 1;
+  double search_from_N_per_m = 1;
   std::optional<double> search_to_N_per_m;  ///< `evenstep study` of it finds the largest stable stiffness up to there
   std::optional<AdviceLatency> latency;     ///< empty: the least for which nothing is late
 };

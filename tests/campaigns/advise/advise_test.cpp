@@ -253,6 +253,54 @@ TEST_CASE("what predict carries is the largest stiffness that study finds stable
   CHECK(predicted == 2);
 }
 
+/// The row of this map and renderer, with its scenario.
+std::pair<AdviceChoice, Scenario> row_of(const std::string& folder, const AdviseResult& result, const std::string& map,
+                                         const std::string& renderer) {
+  for (const AdviceChoice& choice : result.record.choices) {
+    if (choice.map != map || choice.renderer != renderer || choice.adaptive || choice.accepted_rate > 0) continue;
+    ReadResult scenario = read_scenario((fs::path(folder) / choice_file(choice)).string());
+    REQUIRE(scenario);
+    return {choice, *std::move(scenario)};
+  }
+  FAIL("no row of " << map << ", " << renderer);
+  std::abort();
+}
+
+TEST_CASE("the search for what predict carries begins with what the map carries without it, and needs few runs") {
+  const TestFolder place;
+  const std::string folder = place.file("out");
+  const AdviseResult result = advised(part_of(place, "paced30-pthread", 220), as_it_is());
+  REQUIRE(write_advice_folder(folder, result, "again").empty());
+  const auto [held, held_scenario] = row_of(folder, result, "predict", "hold");
+  const auto without = row_of(folder, result, "phase_locked", "hold").first;
+  CHECK(held_scenario.study.stiffness_limit->from_N_per_m == Approx(without.stiffness_N_per_m).epsilon(0.005));
+  CHECK(held.stiffness_N_per_m > 2 * without.stiffness_N_per_m);
+  CHECK(run_stiffness_limits(held_scenario).limits.front().runs <= 20);
+  // The local model carries as much with the map, which is where this search ends: then it begins at half of that.
+  const auto [local, local_scenario] = row_of(folder, result, "predict", "local");
+  const StiffnessSearch& search = *local_scenario.study.stiffness_limit;
+  CHECK(search.from_N_per_m == Approx(search.to_N_per_m / 2).epsilon(0.005));
+  CHECK(run_stiffness_limits(local_scenario).limits.front().runs <= 20);
+}
+
+TEST_CASE("where predict carries less than the map without it, the search finds how much all the same") {
+  const TestFolder place;
+  const std::string folder = place.file("out");
+  AdviseOptions options = as_it_is();
+  options.renderers = {"hold"};
+  options.mass_kg = 5;  // it trades a negative damper for a negative mass, and this hand has little friction for its mass
+  const AdviseResult result = advised(part_of(place, "paced30-pthread", 220), options);
+  REQUIRE(write_advice_folder(folder, result, "again").empty());
+  const auto [held, scenario] = row_of(folder, result, "predict", "hold");
+  const auto without = row_of(folder, result, "phase_locked", "hold").first;
+  CHECK(held.failure == "");
+  CHECK(held.comes_to_rest == true);
+  CHECK(held.stiffness_N_per_m > 1);
+  CHECK(held.stiffness_N_per_m < without.stiffness_N_per_m);
+  CHECK(scenario.study.stiffness_limit->from_N_per_m == 1);
+  CHECK(run_stiffness_limits(scenario).limits.front().stable_N_per_m == held.stiffness_N_per_m);
+}
+
 TEST_CASE("the bytes of an advice are the same with one thread and with four") {
   const TestFolder place;
   const std::string file = part_of(place, "small-paced30-basic", 60);
