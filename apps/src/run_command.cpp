@@ -16,6 +16,7 @@
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/trace_json.h"
 #include "evenstep/reports/writers.h"
+#include "evenstep/time/build_option.h"
 #include "live_watcher.h"
 #include "output.h"
 #include "progress.h"
@@ -192,6 +193,7 @@ void warn_of_devices(const LiveDeviceOptions& options) {
         "forces are on: keep a hand on the device and the other one on its switch. evenstep is not a safety device");
   else
     spdlog::info("forces are off, the device is only read; --forces lets them through");
+  if (!built_with_hidapi()) return;  // those of other kinds are driven all the same
   for (const HidListing& listing : hid_devices()) {
     const auto is_it = [&](const DeviceBinding& binding) { return binding.path == listing.info.path; };
     if (listing.force_feedback_node.empty() || std::none_of(options.bindings.begin(), options.bindings.end(), is_it))
@@ -413,7 +415,7 @@ std::string scope_objection(const RunArguments& arguments) {
   if (arguments.clock != "wall")
     return "it shows a run while real time passes, which it does not on the virtual clock; add --clock wall, or open "
            "report.html after the run";
-  return built_with_scope() ? "" : "this evenstep was built without it; build it with -DEVENSTEP_SCOPE=ON (Boost.Beast)";
+  return built_with_scope() ? "" : refusal_without(build_option::kScope, kInsteadOfScope);
 }
 
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {

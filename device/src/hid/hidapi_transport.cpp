@@ -104,6 +104,8 @@ struct OneReport {
 
 }  // namespace
 
+bool built_with_hidapi() { return true; }
+
 std::vector<HidListing> hid_devices() {
   const std::lock_guard lock(hidapi_mutex());
   if (hidapi().hid_init() != 0) throw DeviceError("hidapi cannot be started: " + text_of(hidapi().hid_error(nullptr)));
