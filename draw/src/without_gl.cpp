@@ -7,8 +7,7 @@ namespace evenstep {
 bool built_with_drawing() { return false; }
 
 Result<std::unique_ptr<Canvas>, DrawError> make_canvas(int, int, const View&, const Mesh&) {
-  return Failure(
-      DrawError{built_without(build_option::kDraw), remedy_without(build_option::kDraw, kInsteadOfDrawing)});
+  return Failure(DrawError{built_without(build_option::kDraw), remedy_without(build_option::kDraw, kInsteadOfDrawing)});
 }
 
 Result<std::string> png_of(const Image&) { return Failure(refusal_without(build_option::kDraw)); }

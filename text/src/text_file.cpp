@@ -69,8 +69,8 @@ std::string write_objection(const std::string& path) {
 }
 
 std::string write_text_file(const std::string& path, std::string_view text) {
-  return write_text_file(
-      path, [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
+  return write_text_file(path,
+                         [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
 }
 
 std::string write_text_file(const std::string& path, const std::function<void(std::ostream&)>& write) {

@@ -9,9 +9,7 @@
 namespace evenstep {
 namespace {
 
-[[noreturn]] void refuse() {
-  throw DeviceError(refusal_without(build_option::kHidapi));
-}
+[[noreturn]] void refuse() { throw DeviceError(refusal_without(build_option::kHidapi)); }
 
 }  // namespace
 

@@ -7,9 +7,7 @@ namespace {
 
 class RefusedBytes : public Bytes {
  public:
-  RefusedBytes() {
-    error_ = "is gzipped, and " + refusal_without(build_option::kProfiles, "unpack it first");
-  }
+  RefusedBytes() { error_ = "is gzipped, and " + refusal_without(build_option::kProfiles, "unpack it first"); }
   std::string_view next() override { return {}; }
 };
 
