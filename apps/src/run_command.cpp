@@ -326,6 +326,9 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     spdlog::info("{}: left out, it carries the tag \"long\"; --long runs it", file);
     return std::nullopt;
   }
+  RunOptions options = options_of(call);
+  const std::vector<Diagnostic> missing = missing_in_build(scenario, options.clock, options.devices.bindings);
+  if (!missing.empty()) return refuse(file, missing, folder, call);
   if (!arguments.json) introduce(scenario, arguments);
   RunOutcome outcome;
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
@@ -337,7 +340,6 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
     return outcome;
   }
-  RunOptions options = options_of(call);
   options.origin = origin_of(file, call);
   if (options.clock == ClockKind::wall) warn_of_devices(options.devices);
   options.control.row_files = std::make_shared<RowFiles>(fs::path(folder + "/..").lexically_normal());

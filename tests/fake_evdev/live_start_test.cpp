@@ -8,7 +8,7 @@ TEST_CASE("what Linux drops before a live run begins to read is not counted as l
   const Scenario scenario =
       read("paper/figure-1-spring.toml",
            {"remap.latency=\"60 ms\"", "remap.lead=\"20 ms\"", "run.duration=\"0.4 s\"", "run.warmup=\"0.1 s\"", "expect=[]",
-            "device.0.driver=\"evdev\"", "device.0.evdev={travel=[\"0.4 m\", \"0.4 m\", \"0 m\"]}"});
+            "device.0.driver=\"evdev\"", "device.0.evdev={travel=[\"0.4 m\", \"0.4 m\", \"0 m\"], full_scale=\"10 N\"}"});
   RunOptions options;
   options.clock = ClockKind::wall;
   options.allow_no_expectations = true;

@@ -34,11 +34,11 @@ scenario() {
   shift
   printf '%s\n' "$@" >>x.toml
 }
-# of a run on the wall clock that is short, where it is one
+# A run on the wall clock that is short, where it is one
 on_wall=(--clock wall --set 'run.duration="0.4 s"' --set 'run.warmup="0.1 s"' --set 'expect=[]' --allow-no-expectations)
 
 # OpenCL
-solver="$tissue:$(line 'solver ' "$tissue"):1: error: 'solver': \"opencl\": "
+solver="$tissue:$(line 'solver ' "$tissue"):13: error: 'solver': \"opencl\": "
 refused "$solver" EVENSTEP_OPENCL OpenCL run "$tissue"
 refused "$solver" EVENSTEP_OPENCL OpenCL check "$tissue"
 refused "$solver" EVENSTEP_OPENCL OpenCL check --cost "$tissue"
@@ -49,13 +49,14 @@ expect 2 'choose solver = "cpu", which computes the same bits, or build it' run 
 scenario "$tissue" '[sweep]' 'seeds = "1..2"'
 refused "$solver" EVENSTEP_OPENCL OpenCL sweep x.toml
 refused "$solver" EVENSTEP_OPENCL OpenCL check x.toml
-scenario "$tissue"
-sed -i '/^solver /d' x.toml
-refused 'x.toml:3:1: ' EVENSTEP_OPENCL OpenCL run x.toml --set 'scene.solver="opencl"'
+sed '/^solver /d' "$tissue" >x.toml   # it is the default of a tissue
+refused "x.toml:$(line '\[scene\]' x.toml):1: error: 'solver': \"opencl\": " EVENSTEP_OPENCL OpenCL run x.toml
+refused '--set scene.solver="opencl": error: ' EVENSTEP_OPENCL OpenCL \
+  run "$tissue" --set 'scene.solver="cpu"' --set 'scene.solver="opencl"'
 scenario "$spring" '[timing]' 'visualization = "burn 11.1 ms"'
-refused "x.toml:5:1: error: 'visualization': \"burn\" " EVENSTEP_OPENCL OpenCL run "${on_wall[@]}" x.toml
-refused "x.toml:5:1: error: 'visualization': \"burn\" " EVENSTEP_OPENCL OpenCL record x.toml -o timing.csv
-expect 0 "wall clock   refused: x.toml:5:1: error: 'visualization': \"burn\" " check x.toml
+refused "x.toml:5:17: error: 'visualization': \"burn\" " EVENSTEP_OPENCL OpenCL run "${on_wall[@]}" x.toml
+refused "x.toml:5:17: error: 'visualization': \"burn\" " EVENSTEP_OPENCL OpenCL record x.toml -o timing.csv
+expect 0 "wall clock   refused: x.toml:5:17: error: 'visualization': \"burn\" " check x.toml
 expect 0 PASS run x.toml
 rm -r runs
 expect 0 'scene ' check "$tissue" --set scene.solver=cpu
@@ -65,7 +66,7 @@ rm -r runs
 # drawing
 scenario "$tissue" '[timing]' 'visualization = "render 11.1 ms"' '[scene]' 'solver = "cpu"' 'lattice = [8, 7, 9]' \
   'particles = 490'
-render="x.toml:5:1: error: 'visualization': \"render\" "
+render="x.toml:5:17: error: 'visualization': \"render\" "
 block=(--set 'device.0.grab={center=["10 mm","15 mm","40 mm"],radius="6 mm"}'
   --set 'device.1.grab={center=["25 mm","15 mm","40 mm"],radius="6 mm"}'
   --set 'remap.latency="40 ms"' --set 'remap.lead="5 ms"')
@@ -81,17 +82,18 @@ refused 'error: this' EVENSTEP_HIDAPI hidapi devices
 for driver in reference pid; do
   scenario "$spring" '[[device]]' 'name = "left"' "driver = \"$driver\"" 'pid = { travel = ["0.4 m", "0.4 m", "0 m"] }'
   [[ $driver == pid ]] || sed -i '/^pid /d' x.toml
-  refused 'x.toml:6:1: error: --device left=/dev/hidraw0: ' EVENSTEP_HIDAPI hidapi \
+  refused 'x.toml:6:10: error: --device left=/dev/hidraw0: ' EVENSTEP_HIDAPI hidapi \
     run "${on_wall[@]}" --device /dev/hidraw0 x.toml
 done
-scenario "$spring" '[[device]]' 'name = "left"' 'driver = "inverse3"'
-refused 'x.toml:6:1: error: --device left=ws://127.0.0.1:1#1: ' EVENSTEP_INVERSE3 'the connection to a Haply Inverse3' \
+scenario "$spring" '[[device]]' 'name = "left"' 'driver = "inverse3"' 'inverse3 = { origin = ["0 mm", "0 mm", "0 mm"] }'
+refused 'x.toml:6:10: error: --device left=ws://127.0.0.1:1#1: ' EVENSTEP_INVERSE3 'the connection to a Haply Inverse3' \
   run "${on_wall[@]}" --device 'left=ws://127.0.0.1:1#1' x.toml
 expect 2 'leave --device out, which simulates it, or build it' run "${on_wall[@]}" --device 'ws://127.0.0.1:1#1' x.toml
 expect 0 'figures and data' run --set 'expect=[]' --allow-no-expectations x.toml
 rm -r runs
 # A device of Linux' input core needs none of these: only it is not there.
-scenario "$spring" '[[device]]' 'name = "left"' 'driver = "evdev"' 'evdev = { travel = ["0.4 m", "0.4 m", "0 m"] }'
+scenario "$spring" '[[device]]' 'name = "left"' 'driver = "evdev"' \
+  'evdev = { travel = ["0.4 m", "0.4 m", "0 m"], full_scale = "10 N" }'
 expect 3 "/dev/input/event-none: No such file" run "${on_wall[@]}" --device /dev/input/event-none x.toml
 rm -rf runs
 
@@ -110,8 +112,8 @@ for file in nsight.sqlite chrome.json.gz; do
   printf '%s\n' 'format = 1' 'name = "t"' '[timing]' "trace = \"$file\"" '[scene]' 'solver = "cpu-double"' \
     'kind = "spring"' 'stiffness = "1 N/m"' 'step_size = "450 Hz"' '[[device]]' 'name = "left"' 'rate = "1 kHz"' \
     'motion = { kind = "still" }' >x.toml
-  refused "x.toml:4:1: " EVENSTEP_PROFILES 'SQLite and zlib' run x.toml
-  refused "x.toml:4:1: " EVENSTEP_PROFILES 'SQLite and zlib' check x.toml
+  refused "x.toml:4:9: " EVENSTEP_PROFILES 'SQLite and zlib' run x.toml
+  refused "x.toml:4:9: " EVENSTEP_PROFILES 'SQLite and zlib' check x.toml
 done
 gunzip chrome.json.gz
 expect 0 'draw' import chrome.json --list
