@@ -205,10 +205,10 @@ bool can_look(const DevicesArguments& arguments) {
     spdlog::error("error: {}", why);
     return false;
   };
+  if (!built_with_inverse3() && !arguments.service.empty())
+    return refuse(fmt::format("--service {}: {}", arguments.service, refusal_without(build_option::kInverse3)));
   if (!built_with_hidapi()) return refuse(refusal_without(build_option::kHidapi));
   if (built_with_inverse3()) return true;
-  if (!arguments.service.empty())
-    return refuse(fmt::format("--service {}: {}", arguments.service, refusal_without(build_option::kInverse3)));
   spdlog::warn("a Haply Inverse3 is not looked for: {}", refusal_without(build_option::kInverse3));
   return true;
 }

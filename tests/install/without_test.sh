@@ -59,6 +59,9 @@ refused "x.toml:5:17: error: 'visualization': \"burn\" " EVENSTEP_OPENCL OpenCL 
 expect 0 "wall clock   refused: x.toml:5:17: error: 'visualization': \"burn\" " check x.toml
 expect 0 PASS run x.toml
 rm -r runs
+# Of several scenarios the others run.
+expect 2 '1 passed, 1 failed' catalogue "$tissue" "$scenarios/extreme/hand-jump.toml" --out catalogue
+grep -qF "$solver" out || { cat out; exit 1; }
 expect 0 'scene ' check "$tissue" --set scene.solver=cpu
 expect 0 PASS run "$tissue" --set scene.solver=cpu
 rm -r runs
@@ -79,6 +82,8 @@ rm -r runs
 
 # devices
 refused 'error: this' EVENSTEP_HIDAPI hidapi devices
+refused 'error: --service ws://127.0.0.1:1: ' EVENSTEP_INVERSE3 'the connection to a Haply Inverse3' \
+  devices --service ws://127.0.0.1:1
 for driver in reference pid; do
   scenario "$spring" '[[device]]' 'name = "left"' "driver = \"$driver\"" 'pid = { travel = ["0.4 m", "0.4 m", "0 m"] }'
   [[ $driver == pid ]] || sed -i '/^pid /d' x.toml
