@@ -15,6 +15,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -72,7 +73,7 @@ struct Way {
   std::vector<std::int64_t> lateness_ns = {};
   std::int64_t missed = 0;
   double cpu_s = 0, all_s = 0;
-  std::string refusal = {};
+  std::string fifo_refusal = {}, awake_refusal = {};  ///< empty: granted, or not asked for
 };
 
 double thread_cpu_s() {
@@ -85,10 +86,10 @@ double thread_cpu_s() {
 void run_block(Way& way) {
   std::thread([&] {
     std::optional<WakeLatency> latency;
-    if (way.awake) way.refusal = latency.emplace().refusal();
+    if (way.awake) way.awake_refusal = latency.emplace().refusal();
     std::optional<RealTimeRights> rights;
     if (way.own_rights) rights.emplace(way.fifo ? kPriority : 0);  // 0 is refused: what needs no permission remains
-    if (way.fifo && !rights->grant().fifo) way.refusal = rights->grant().refusal;
+    if (way.fifo && !rights->grant().fifo) way.fifo_refusal = rights->grant().refusal;
     const std::int64_t begin_ns = monotonic_ns();
     const double cpu_before_s = thread_cpu_s();
     for (std::int64_t k = 1; k <= kTicksPerBlock; ++k) {
@@ -128,9 +129,22 @@ void print(std::vector<Way>& ways) {
       const auto rank = static_cast<std::size_t>(share * static_cast<double>(way.lateness_ns.size() - 1));
       return 1e-3 * static_cast<double>(way.lateness_ns[rank]);
     };
-    const std::string policy = !way.fifo ? "" : way.refusal.empty() ? ", FIFO" : ", refused";
+    std::string policy = !way.fifo ? "" : way.fifo_refusal.empty() ? ", FIFO" : ", no FIFO";
+    if (!way.awake_refusal.empty()) policy += ", refused";
     fmt::print("{:44}{:>10.2f}{:>10.1f}{:>10.0f}{:>10.0f}{:>8}{:>6.1f} %\n", way.name + policy, quantile_us(0.5),
                quantile_us(0.99), quantile_us(0.999), quantile_us(1), way.missed, 100 * way.cpu_s / way.all_s);
+  }
+}
+
+/// What was asked for and refused, and so is in none of the numbers, each reason once.
+void print_refusals(const std::vector<Way>& ways) {
+  std::set<std::string> said;
+  for (const Way& way : ways) {
+    if (!way.fifo_refusal.empty() && said.insert(way.fifo_refusal).second)
+      fmt::print("without SCHED_FIFO where it says so: {}\n", way.fifo_refusal);
+    if (!way.awake_refusal.empty() && said.insert(way.awake_refusal).second)
+      fmt::print("cores were not kept awake where it says \"refused\", so that row repeats the one above it: {}\n",
+                 way.awake_refusal);
   }
 }
 
@@ -150,6 +164,7 @@ void measure(int rounds, unsigned load_threads) {
   stop = true;
   for (std::thread& thread : load) thread.join();
   print(ways);
+  print_refusals(ways);
 }
 
 }  // namespace

@@ -181,13 +181,6 @@ bool explain_failures(const Scenario& scenario, const std::vector<StrategyPlan>&
   facts.add("must_fail", Json::array(), "");
   if (scenario.expect_stop) return false;
   const auto* tissue = std::get_if<TissueScene>(&scenario.scene.body);
-  if (tissue && scenario.solver == SolverKind::opencl && !built_with_opencl()) {
-    const char* why =
-        "this evenstep is built without OpenCL; solver = \"cpu\" computes the same bits, or build it with "
-        "EVENSTEP_OPENCL=ON";
-    facts.add_to_list("must_fail", {{"why", why}}, fmt::format("must fail: {}\n", why));
-    return true;
-  }
   if (tissue && !scenario.scene.allow_unstable) {
     const Rate rate = scenario.scene.step_rate;
     const int least = auto_substeps(*tissue, rate);
@@ -331,6 +324,12 @@ void explain_source(const Scenario& scenario, const std::vector<StrategyPlan>& p
                   source.clock_ppm, least.empty() ? "" : "; at least ", fmt::join(least, ", ")));
 }
 
+/// Says what a run on a wall clock would be refused for.
+void explain_build(const Scenario& scenario, Facts& facts) {
+  for (const Diagnostic& missing : missing_in_build(scenario, ClockKind::wall))
+    facts.add_to_list("wall_clock_refused", text(missing), fmt::format("  wall clock   refused: {}\n", text(missing)));
+}
+
 /// Explains the scenario. The errors are what a run could not judge; `verdict` says whether it must fail.
 std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
   explain_head(scenario, facts);
@@ -347,6 +346,7 @@ std::vector<Diagnostic> explain(const Scenario& scenario, Facts& facts) {
     explain_faults(foretold, facts);
   }
   explain_solver(scenario, facts);
+  explain_build(scenario, facts);
   for (const DeviceSpec& device : scenario.devices) explain_device(device, facts);
   const std::vector<StrategyPlan> plans = plan(scenario);
   explain_source(scenario, plans, facts);
@@ -441,6 +441,7 @@ ExitCode check_one(const std::string& file, const CheckArguments& arguments, con
   const ReadOptions options{arguments.set, std::nullopt, registry};
   const ReadResult read = read_scenario(file, options);
   std::vector<Diagnostic> errors = read ? check_expectations(*read) : read.error();
+  if (errors.empty()) errors = missing_in_build(*read);
   if (errors.empty() && read->sweep) errors = check_sweep(file, options);
   if (errors.empty()) {
     try {

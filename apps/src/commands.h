@@ -3,6 +3,8 @@
 /// function to run if this command was given. Results go to stdout, everything else to stderr (spdlog).
 
 #include <filesystem>
+#include <functional>
+#include <iosfwd>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +23,7 @@ std::string here_or_installed(const std::string& path);
 void print(const std::vector<Diagnostic>& errors);
 /// False if it cannot be written, which is then said.
 bool write_text(const std::string& path, const std::string& text);
+bool write_text(const std::string& path, const std::function<void(std::ostream&)>& write);
 /// Where run folders go without --out: to runs/ in the working directory, or, if that cannot be written, to a folder of the
 /// user among the temporary files.
 std::filesystem::path default_place();

@@ -14,6 +14,7 @@
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/hid/report_descriptor.h"
 #include "evenstep/device/inverse3/inverse3_socket.h"
+#include "evenstep/time/build_option.h"
 
 namespace evenstep::app {
 namespace {
@@ -200,7 +201,22 @@ std::vector<EvdevListing> evdev_alone(const std::vector<HidListing>& hid, const 
   return alone;
 }
 
+/// False if what was asked for cannot be looked for in this build, which is then said.
+bool can_look(const DevicesArguments& arguments) {
+  const auto refuse = [](const std::string& why) {
+    spdlog::error("error: {}", why);
+    return false;
+  };
+  if (!built_with_inverse3() && !arguments.service.empty())
+    return refuse(fmt::format("--service {}: {}", arguments.service, refusal_without(build_option::kInverse3)));
+  if (!built_with_hidapi()) return refuse(refusal_without(build_option::kHidapi));
+  if (built_with_inverse3()) return true;
+  spdlog::warn("a Haply Inverse3 is not looked for: {}", refusal_without(build_option::kInverse3));
+  return true;
+}
+
 ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
+  if (!can_look(arguments)) return ExitCode::usage;
   std::vector<HidListing> found;
   try {
     found = hid_devices();
@@ -208,9 +224,10 @@ ExitCode devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
     spdlog::error("error: {}", error.what());
     return ExitCode::run_failed;
   }
-  const auto service = read_inverse3_address(arguments.service.empty() ? kUsualService : arguments.service);
+  const std::string where = arguments.service.empty() ? kUsualService : arguments.service;
+  const auto service = read_inverse3_address(where);
   if (!service) {
-    spdlog::error("error: --service {}: {}", arguments.service, service.error());
+    spdlog::error("error: --service {}: {}", where, service.error());
     return ExitCode::usage;
   }
   const std::vector<EvdevListing> evdev = evdev_devices(), alone = evdev_alone(found, evdev);

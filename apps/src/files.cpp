@@ -65,7 +65,11 @@ std::string here_or_installed(const std::string& path) {
 }
 
 bool write_text(const std::string& path, const std::string& text) {
-  const std::string error = internal::write_text_file(path, text);
+  return write_text(path, [&](std::ostream& out) { out << text; });
+}
+
+bool write_text(const std::string& path, const std::function<void(std::ostream&)>& write) {
+  const std::string error = internal::write_text_file(path, write);
   if (error.empty()) return true;
   print({{path, 0, 0, error}});
   return false;

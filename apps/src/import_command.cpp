@@ -1,11 +1,16 @@
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <memory>
 
 #include "commands.h"
 #include "evenstep/harness/input_log.h"
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/recordings/timing_csv.h"
+#include "evenstep/reports/run_failure.h"
 #include "evenstep/text/text_file.h"
 #include "recording_options.h"
 
@@ -87,8 +92,8 @@ void print_assigned(const AssignedRoles& assigned) {
 }
 
 /// False on an error, which is then printed.
-bool write(const std::string& path, const std::vector<SegmentTiming>& segments) {
-  const std::string error = internal::write_text_file(path, format_timing_csv(segments));
+bool write(const std::string& path, const std::function<void(std::ostream&)>& timing) {
+  const std::string error = internal::write_text_file(path, timing);
   if (!error.empty())
     print({{path, 0, 0, error}});
   else
@@ -96,21 +101,32 @@ bool write(const std::string& path, const std::vector<SegmentTiming>& segments) 
   return error.empty();
 }
 
-/// A recording of a live run says itself what its segments and steps are.
+/// A recording of a live run says itself what its segments and steps are. The rows of a long one are in files, beside what
+/// is written. Throws RunFailure if there is no room for them.
 ExitCode import_live_run(const ImportArguments& arguments) {
-  const InputLogResult log = read_input_log(arguments.file);
+  const bool writes = !arguments.out.empty() && !arguments.list;
+  namespace fs = std::filesystem;
+  const bool beside = writes && (!fs::exists(arguments.out) || fs::is_regular_file(arguments.out));  // no pipe or device
+  const fs::path place = beside ? fs::path(arguments.out + "/..").lexically_normal() : fs::temp_directory_path();
+  const InputLogResult log = read_input_log(arguments.file, {false, std::make_shared<RowFiles>(place)});
   if (!log) {
     print(log.error());
     return ExitCode::usage;
   }
   fmt::print("{}: recording of a live run, {} segments with {} steps, {} long\n", arguments.file, log->rows.segments.size(),
              log->rows.steps.size(), length_text(log->until() - RealTime{}));
-  if (arguments.out.empty() || arguments.list) return ExitCode::pass;
-  return write(arguments.out, recorded_timing(log->rows)) ? ExitCode::pass : ExitCode::usage;
+  if (!writes) return ExitCode::pass;
+  const auto timing = [&](std::ostream& out) { write_recorded_timing(log->rows, out); };
+  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::usage;
 }
 
 ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
-  if (is_input_log(arguments.file)) return import_live_run(arguments);
+  try {
+    if (is_input_log(arguments.file)) return import_live_run(arguments);
+  } catch (const RunFailure& failure) {
+    spdlog::error("error: {}; {}", failure.what(), failure.remedy);
+    return ExitCode::run_failed;
+  }
   const std::optional<RecordingOptions> options = recording_options(arguments.recording);
   if (!options) return ExitCode::usage;
   const ProfileResult profile = read_profile(arguments.file, options->profile);
@@ -131,7 +147,10 @@ ExitCode import(const ImportArguments& arguments, const std::atomic<bool>&) {
   }
   print_assigned(*assigned);
   if (arguments.out.empty()) return ExitCode::pass;
-  return write(arguments.out, assigned->segments) ? ExitCode::pass : ExitCode::usage;
+  const auto timing = [&, at = std::size_t{0}](std::ostream& out) mutable {
+    write_timing_csv(out, [&] { return at < assigned->segments.size() ? &assigned->segments[at++] : nullptr; });
+  };
+  return write(arguments.out, timing) ? ExitCode::pass : ExitCode::usage;
 }
 
 }  // namespace

@@ -125,6 +125,10 @@ ExitCode record(const RecordArguments& arguments, const std::atomic<bool>& inter
     print({{file, 0, 0, objection}});
     return ExitCode::usage;
   }
+  if (const std::vector<Diagnostic> missing = missing_in_build(*scenario, ClockKind::wall); !missing.empty()) {
+    print(missing);
+    return ExitCode::usage;
+  }
   for (const std::string& path : {arguments.out, profile_path(arguments.out)}) {
     const std::string objection = internal::write_objection(path);
     if (objection.empty()) continue;

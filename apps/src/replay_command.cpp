@@ -10,7 +10,6 @@
 #include "evenstep/harness/recorded_timing.h"
 #include "evenstep/harness/run_folder.h"
 #include "evenstep/harness/version.h"
-#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/reports/run_failure.h"
 #include "evenstep/text/suggest.h"
 #include "progress.h"
@@ -119,7 +118,8 @@ ExitCode replay_log(const ReplayArguments& arguments, const std::atomic<bool>& i
   if (!choose_strategies(arguments, scenario)) return ExitCode::usage;
   if (!arguments.json) introduce(scenario, *log);
   if (!arguments.timing.empty()) {
-    if (!write_text(arguments.timing, format_timing_csv(recorded_timing(log->rows)))) return ExitCode::run_failed;
+    const auto write = [&](std::ostream& out) { write_recorded_timing(log->rows, out); };
+    if (!write_text(arguments.timing, write)) return ExitCode::run_failed;
     if (!arguments.json) fmt::print("wrote {}\n", arguments.timing);
   }
   RunOptions options = options_of(arguments, *log, interrupted);

@@ -16,6 +16,7 @@
 #include "evenstep/reports/saturation.h"
 #include "evenstep/reports/trace_json.h"
 #include "evenstep/reports/writers.h"
+#include "evenstep/time/build_option.h"
 #include "live_watcher.h"
 #include "output.h"
 #include "progress.h"
@@ -192,6 +193,7 @@ void warn_of_devices(const LiveDeviceOptions& options) {
         "forces are on: keep a hand on the device and the other one on its switch. evenstep is not a safety device");
   else
     spdlog::info("forces are off, the device is only read; --forces lets them through");
+  if (!built_with_hidapi()) return;  // those of other kinds are driven all the same
   for (const HidListing& listing : hid_devices()) {
     const auto is_it = [&](const DeviceBinding& binding) { return binding.path == listing.info.path; };
     if (listing.force_feedback_node.empty() || std::none_of(options.bindings.begin(), options.bindings.end(), is_it))
@@ -324,6 +326,9 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     spdlog::info("{}: left out, it carries the tag \"long\"; --long runs it", file);
     return std::nullopt;
   }
+  RunOptions options = options_of(call);
+  const std::vector<Diagnostic> missing = missing_in_build(scenario, options.clock, options.devices.bindings);
+  if (!missing.empty()) return refuse(file, missing, folder, call);
   if (!arguments.json) introduce(scenario, arguments);
   RunOutcome outcome;
   if (const std::string objection = run_folder_objection(folder); !objection.empty()) {
@@ -335,7 +340,6 @@ std::optional<RunOutcome> run_one(const std::string& file, const std::string& fo
     call.suites.push_back(junit_suite(outcome, reproduce_command(arguments, scenario)));
     return outcome;
   }
-  RunOptions options = options_of(call);
   options.origin = origin_of(file, call);
   if (options.clock == ClockKind::wall) warn_of_devices(options.devices);
   options.control.row_files = std::make_shared<RowFiles>(fs::path(folder + "/..").lexically_normal());
@@ -413,7 +417,7 @@ std::string scope_objection(const RunArguments& arguments) {
   if (arguments.clock != "wall")
     return "it shows a run while real time passes, which it does not on the virtual clock; add --clock wall, or open "
            "report.html after the run";
-  return built_with_scope() ? "" : "this evenstep was built without it; build it with -DEVENSTEP_SCOPE=ON (Boost.Beast)";
+  return built_with_scope() ? "" : refusal_without(build_option::kScope, kInsteadOfScope);
 }
 
 ExitCode run(const RunArguments& arguments, const std::atomic<bool>& interrupted, const Registry& registry) {

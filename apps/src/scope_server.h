@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "evenstep/time/result.h"
 
@@ -44,6 +45,8 @@ class ScopeServer {
 
 /// Whether this build has one (EVENSTEP_SCOPE).
 bool built_with_scope();
+/// What a call may do in its place.
+inline constexpr std::string_view kInsteadOfScope = "leave --scope out: a line a second says the same";
 /// The error says why not, and what would do.
 Result<std::unique_ptr<ScopeServer>, std::string> open_scope_server(const ScopeServerOptions& options);
 

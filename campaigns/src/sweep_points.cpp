@@ -141,6 +141,7 @@ ReadResult SweepPoints::read(std::int64_t point, const std::vector<std::string>&
   ReadResult result = read_document(std::move(document), path_, registry_);
   if (!result) return result;
   std::vector<Diagnostic> wrong = check_expectations(*result);
+  if (wrong.empty()) wrong = missing_in_build(*result);
   if (!wrong.empty()) return Failure(std::move(wrong));
   return result;
 }

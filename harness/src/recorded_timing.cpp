@@ -1,5 +1,7 @@
 #include "evenstep/harness/recorded_timing.h"
 
+#include "evenstep/recordings/timing_csv.h"
+
 namespace evenstep {
 
 const SegmentTiming* RecordedSegments::next() {
@@ -23,6 +25,10 @@ std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record) {
   RecordedSegments recorded(record);
   while (const SegmentTiming* segment = recorded.next()) segments.push_back(*segment);
   return segments;
+}
+
+void write_recorded_timing(const StrategyRecord& record, std::ostream& out) {
+  write_timing_csv(out, [recorded = RecordedSegments(record)]() mutable { return recorded.next(); });
 }
 
 }  // namespace evenstep

@@ -415,6 +415,10 @@ void add_recording_failure(RunOutcome& outcome) {
 RunOutcome run_and_judge(const Scenario& scenario, const RunOptions& options) {
   RunOutcome outcome;
   outcome.errors = check_expectations(scenario);
+  const bool live = options.clock == ClockKind::wall && !options.replayed;
+  std::vector<Diagnostic> missing =
+      live ? missing_in_build(scenario, options.clock, options.devices.bindings) : missing_in_build(scenario);
+  std::move(missing.begin(), missing.end(), std::back_inserter(outcome.errors));
   if (const std::string objection = objection_to(scenario, options); !objection.empty())
     outcome.errors.push_back({scenario.file, 0, 0, objection});
   outcome.record = start_run(scenario, options);

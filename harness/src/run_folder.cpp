@@ -82,9 +82,7 @@ std::vector<FolderFile> data_files(const Scenario& scenario, const RunOutcome& o
   if (run.keep_rows) files.push_back({"events.bin", [&](std::ostream& out) { events_bin(run, out); }});
   for (const StrategyRecord& strategy : run.strategies) {
     if (strategy.reference) continue;
-    files.push_back({"timing.csv", [&](std::ostream& out) {
-                       write_timing_csv(out, [recorded = RecordedSegments(strategy)]() mutable { return recorded.next(); });
-                     }});
+    files.push_back({"timing.csv", [&](std::ostream& out) { write_recorded_timing(strategy, out); }});
     break;
   }
   return files;

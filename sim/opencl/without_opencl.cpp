@@ -1,22 +1,25 @@
 // In the place of the OpenCL solver in a build without it (EVENSTEP_OPENCL=OFF).
 #include "evenstep/sim/busy_device.h"
 #include "evenstep/sim/solver.h"
+#include "evenstep/time/build_option.h"
 #include "opencl/opencl_solver.h"
 
 namespace evenstep {
 namespace {
 
-[[noreturn]] void refuse() {
-  throw SolverError(SolverFault::unavailable, "this evenstep is built without OpenCL",
-                    "choose solver = \"cpu\", which computes the same bits, or build with EVENSTEP_OPENCL=ON");
+[[noreturn]] void refuse(std::string_view otherwise) {
+  throw SolverError(SolverFault::unavailable, built_without(build_option::kOpenCl),
+                    remedy_without(build_option::kOpenCl, otherwise));
 }
 
 }  // namespace
 
-std::unique_ptr<Solver> internal::make_opencl_tissue(const Scene&, const SceneFeatures&, const SolverOptions&) { refuse(); }
-std::unique_ptr<BusyDevice> make_busy_device(const SolverOptions&) { refuse(); }
+std::unique_ptr<Solver> internal::make_opencl_tissue(const Scene&, const SceneFeatures&, const SolverOptions&) {
+  refuse(kInsteadOfOpenCl);
+}
+std::unique_ptr<BusyDevice> make_busy_device(const SolverOptions&) { refuse(kInsteadOfBurning); }
 bool built_with_opencl() { return false; }
-void open_opencl(const SolverOptions&) { refuse(); }
-OpenClDescription describe_opencl(const SolverOptions&) { refuse(); }
+void open_opencl(const SolverOptions&) { refuse(kInsteadOfOpenCl); }
+OpenClDescription describe_opencl(const SolverOptions&) { refuse(kInsteadOfOpenCl); }
 
 }  // namespace evenstep

@@ -189,8 +189,8 @@ case_components_that_are_not_there_and_tests_of_a_part_are_refused() {
   refused 'set EVENSTEP_OPENCL to OFF' \
     cmake -S "$source_dir" -B build3 -D EVENSTEP_COMPONENTS=sim -D OPENCL_INCLUDE_DIR=OPENCL_INCLUDE_DIR-NOTFOUND \
     -D CMAKE_FIND_ROOT_PATH=/nowhere -D CMAKE_FIND_ROOT_PATH_MODE_INCLUDE=ONLY
-  quietly cmake -S "$source_dir" -B build4 -D EVENSTEP_OPENCL=OFF -D EVENSTEP_HIDAPI=OFF \
-    -D CMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER
+  quietly cmake -S "$source_dir" -B build4 -D EVENSTEP_OPENCL=OFF -D EVENSTEP_HIDAPI=OFF -D EVENSTEP_INVERSE3=OFF \
+    -D EVENSTEP_DRAW=OFF -D EVENSTEP_PROFILES=OFF -D EVENSTEP_SCOPE=OFF -D CMAKE_FIND_ROOT_PATH_MODE_PROGRAM=NEVER
 }
 # The commands of docs/install.md, as they stand there, and the project that its listings make.
 case_the_page_says_what_works() {

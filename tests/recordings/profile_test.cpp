@@ -141,15 +141,6 @@ TEST_CASE("Control characters of a name do not reach a terminal") {
   CHECK(parsed(R"([{"ph":"X","name":"a\u001b[31m\u0000b","ts":1,"dur":2}])") == "a [31m b 1000 3000\n");
 }
 
-#ifdef EVENSTEP_PROFILES
 TEST_CASE("A gzip stream that is damaged or cut off is an error") {
   CHECK_THAT(parsed("\x1f\x8b\x08 nothing of the kind"), Contains("is damaged"));
 }
-#else
-TEST_CASE("Without SQLite and zlib their files are refused with the reason, and all others are read") {
-  CHECK_THAT(parsed("\x1f\x8b\x08 packed"), Contains("built without zlib (EVENSTEP_PROFILES)"));
-  CHECK_THAT(parsed(std::string("SQLite format 3\0", 16) + std::string(100, 'x')),
-             Contains("built without SQLite (EVENSTEP_PROFILES)"));
-  CHECK(parsed("ts,dur,name\n10,5,draw\n") == "draw 10 15\n");
-}
-#endif

@@ -7,7 +7,10 @@
 #include <cstring>
 #include <thread>
 
+#include "evenstep/harness/recorded_timing.h"
+#include "evenstep/recordings/timing_csv.h"
 #include "evenstep/scheduler/random.h"
+#include "evenstep/text/text_file.h"
 #include "recordings.h"
 #include "src/crc32c.h"
 #include "src/input_log_writer.h"
@@ -126,7 +129,7 @@ TEST_CASE("a device that was away is away in the recording, too") {
 namespace {
 
 /// A recording of so many slices of 20 ms, which is written without having it in memory.
-void write_long(const std::string& path, std::int64_t slices) {
+void write_long(const std::string& path, std::int64_t slices, bool device_too = true) {
   std::ofstream out(path, std::ios::binary);
   std::uint64_t blocks = 0;
   const auto write = [&](const Bytes& bytes) {
@@ -135,27 +138,42 @@ void write_long(const std::string& path, std::int64_t slices) {
   write(internal::file_begin());
   write(internal::block_bytes(internal::BlockKind::head, blocks++, encoded(made_up_head())));
   for (std::int64_t i = 0; i < slices; ++i) {
-    write(internal::block_bytes(internal::BlockKind::device, blocks++, encoded(device_slice(i))));
+    if (device_too) write(internal::block_bytes(internal::BlockKind::device, blocks++, encoded(device_slice(i))));
     write(internal::block_bytes(internal::BlockKind::simulation, blocks++, encoded(simulation_slice(i))));
   }
   REQUIRE(out.flush());
 }
 
-/// The most memory that a process of its own had that read it.
-std::int64_t bytes_to_read(const std::string& path, const std::string& folder, std::int64_t slices) {
+/// The most memory that a process of its own had that does this; it must succeed.
+template <class Work>
+std::int64_t bytes_for(Work work) {
   const pid_t child = ::fork();
-  if (child == 0) {
-    const InputLogResult read = read_input_log(path, {false, std::make_shared<RowFiles>(folder)});
-    const bool is_all = read && read->inputs[0].ticks.size() == static_cast<std::size_t>(20 * slices) &&
-                        read->inputs[0].ticks.back().sample.sequence == 20 * slices - 1;
-    ::_exit(is_all ? 0 : 1);
-  }
+  if (child == 0) ::_exit(work() ? 0 : 1);
   int status = 0;
   rusage used{};
   REQUIRE(::wait4(child, &status, 0, &used) == child);
   REQUIRE((WIFEXITED(status) && WEXITSTATUS(status) == 0));
   return used.ru_maxrss * std::int64_t{1024};
 }
+
+std::int64_t bytes_to_read(const std::string& path, const std::string& folder, std::int64_t slices) {
+  return bytes_for([&] {
+    const InputLogResult read = read_input_log(path, {false, std::make_shared<RowFiles>(folder)});
+    return read && read->inputs[0].ticks.size() == static_cast<std::size_t>(20 * slices) &&
+           read->inputs[0].ticks.back().sample.sequence == 20 * slices - 1;
+  });
+}
+
+/// As `import` and `replay --timing` do.
+std::int64_t bytes_to_write_timing(const std::string& path, const std::string& folder, const std::string& timing) {
+  return bytes_for([&] {
+    const InputLogResult read = read_input_log(path, {false, std::make_shared<RowFiles>(folder)});
+    const auto write = [&](std::ostream& out) { write_recorded_timing(read->rows, out); };
+    return read && internal::write_text_file(timing, write).empty();
+  });
+}
+
+std::int64_t size_of(const std::string& path) { return static_cast<std::int64_t>(std::filesystem::file_size(path)); }
 
 }  // namespace
 
@@ -168,13 +186,30 @@ TEST_CASE("a recording of twenty minutes needs no more memory to be read than on
   const std::int64_t brief = bytes_to_read(folder / "brief", folder.path, kBrief);
   const std::int64_t lasting = bytes_to_read(folder / "long", folder.path, kLong);
   const std::int64_t row_bytes = 20 * kLong * static_cast<std::int64_t>(sizeof(TickInput) + sizeof(LiveTick)),
-                     file_bytes = static_cast<std::int64_t>(std::filesystem::file_size(folder / "long"));
+                     file_bytes = size_of(folder / "long");
   INFO(brief << " bytes for " << kBrief << " slices, " << lasting << " for " << kLong << "; the file has " << file_bytes
              << " bytes, the rows of its ticks have " << row_bytes);
   constexpr std::int64_t kMost = 96 << 20;  // 32 MiB of pages may stay, and what comes until they are given back
   CHECK(row_bytes > kMost);
   CHECK(file_bytes > kMost);
   CHECK(lasting - brief < kMost);
+}
+
+TEST_CASE("to write the timing of an hour that was recorded needs no more memory than of twenty seconds", "[sweep]") {
+  const Folder folder;
+  constexpr std::int64_t kBrief = 1000, kLong = 180'000;
+  write_long(folder / "brief", kBrief, false);
+  write_long(folder / "long", kLong, false);
+  const std::int64_t brief = bytes_to_write_timing(folder / "brief", folder.path, folder / "brief.csv");
+  const std::int64_t lasting = bytes_to_write_timing(folder / "long", folder.path, folder / "long.csv");
+  INFO(brief << " bytes for " << kBrief << " slices, " << lasting << " for " << kLong << "; the timing has "
+             << size_of(folder / "long.csv"));
+  constexpr std::int64_t kMost = 64 << 20;  // 32 MiB of pages may stay, and what comes until they are given back
+  CHECK(size_of(folder / "long.csv") > kMost);
+  CHECK(lasting - brief < kMost);
+  const TimingCsv timing = read_timing_csv(folder / "brief.csv");
+  REQUIRE(timing);
+  CHECK(timing->size() == kBrief);
 }
 
 TEST_CASE("a bit that is changed anywhere is found, with its place, and what stands before it can be read") {

@@ -149,6 +149,28 @@ TEST_CASE("without forces a live run sends nothing at all") {
   CHECK(device.outputs().empty());
 }
 
+// A report that finds no room is sent again, so that none is lost but those before the run.
+TEST_CASE("what the kernel had no room for before a live run begins to read is not counted as lost to it") {
+  MockedHidraw device(reference());
+  std::uint32_t sequence = 1;
+  while (device.send(reference_report(sequence))) ++sequence;
+  CHECK(sequence == 65);
+  sequence += 100;
+  std::atomic<bool> stopped{false};
+  std::thread hand([&] {
+    for (; !stopped; std::this_thread::sleep_for(std::chrono::milliseconds(4))) {
+      if (device.send(reference_report(sequence))) ++sequence;
+    }
+  });
+  const RunOutcome outcome = live_run(false);
+  stopped = true;
+  hand.join();
+  INFO(outcome.failure);
+  CHECK(outcome.exit == ExitCode::pass);
+  CHECK(outcome.metrics.at("left.force.phase_locked").at("reports") > 0);
+  CHECK(outcome.metrics.at("left.force.phase_locked").at("lost") == 0);
+}
+
 TEST_CASE("a device that is unplugged while it is driven is waited for and the run goes on without force") {
   MockedHidraw::Spec spec = reference();
   spec.node = MockedHidraw::Node::pty;

@@ -69,10 +69,15 @@ std::string write_objection(const std::string& path) {
 }
 
 std::string write_text_file(const std::string& path, std::string_view text) {
+  return write_text_file(path,
+                         [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
+}
+
+std::string write_text_file(const std::string& path, const std::function<void(std::ostream&)>& write) {
   if (std::string objection = write_objection(path); !objection.empty()) return objection;
   const std::string aside = is_special(path) ? path : fmt::format("{}.writing-{}", path, ::getpid());
   std::ofstream out(aside, std::ios::binary);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
+  write(out);
   out.close();
   std::error_code error;
   std::string why = out ? "" : std::strerror(errno);

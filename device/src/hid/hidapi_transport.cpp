@@ -102,10 +102,6 @@ struct OneReport {
   bool newest = false;
 };
 
-}  // namespace
-
-namespace {
-
 /// What a path is that this driver cannot open and another one can.
 std::string for_another_driver(std::string_view path) {
   if (path.starts_with("ws://")) return "; a [[device]] takes the address of a service with driver = \"inverse3\"";
@@ -114,6 +110,8 @@ std::string for_another_driver(std::string_view path) {
 }
 
 }  // namespace
+
+bool built_with_hidapi() { return true; }
 
 std::vector<HidListing> hid_devices() {
   const std::lock_guard lock(hidapi_mutex());

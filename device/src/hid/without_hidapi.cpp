@@ -4,18 +4,16 @@
 
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/hid/hidapi_transport.h"
+#include "evenstep/time/build_option.h"
 
 namespace evenstep {
 namespace {
 
-[[noreturn]] void refuse() {
-  throw DeviceError(
-      "this evenstep is built without hidapi: it runs simulated devices and replays; for real ones build it with "
-      "EVENSTEP_HIDAPI=ON");
-}
+[[noreturn]] void refuse() { throw DeviceError(refusal_without(build_option::kHidapi)); }
 
 }  // namespace
 
+bool built_with_hidapi() { return false; }
 std::vector<HidListing> hid_devices() { refuse(); }
 std::string udev_rule(const HidDeviceInfo&) { refuse(); }
 

@@ -306,6 +306,8 @@ Inverse3Times Inverse3Socket::times() const {
   return state_->times;
 }
 
+bool built_with_inverse3() { return true; }
+
 std::vector<Inverse3State> inverse3_devices(const Inverse3Address& address) {
   const WallClock clock(WallEpoch::in(Duration{}));
   try {

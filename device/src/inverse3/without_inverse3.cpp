@@ -1,5 +1,6 @@
 #include "evenstep/device/haptic_device.h"
 #include "evenstep/device/inverse3/inverse3_socket.h"
+#include "evenstep/time/build_option.h"
 
 namespace evenstep {
 
@@ -7,12 +8,12 @@ struct Inverse3Socket::State {
   std::string text;
 };
 
+bool built_with_inverse3() { return false; }
+
 std::vector<Inverse3State> inverse3_devices(const Inverse3Address&) { return {}; }
 
 Inverse3Socket::Inverse3Socket(const Inverse3Address& address, const WallClock&, const Inverse3SocketOptions&) {
-  throw DeviceError(
-      address.text +
-      ": this evenstep was built without WebSockets: install libboost-dev and build it with EVENSTEP_INVERSE3");
+  throw DeviceError(address.text + ": " + refusal_without(build_option::kInverse3));
 }
 Inverse3Socket::~Inverse3Socket() = default;
 Inverse3Link::Read Inverse3Socket::read(std::string&) { return Read::gone; }

@@ -1,4 +1,5 @@
 // A build without SQLite and zlib: what needs them says so.
+#include "evenstep/time/build_option.h"
 #include "profile_formats.h"
 
 namespace evenstep::internal {
@@ -6,9 +7,7 @@ namespace {
 
 class RefusedBytes : public Bytes {
  public:
-  RefusedBytes() {
-    error_ = "is gzipped, and this evenstep was built without zlib: unpack it first, or build with EVENSTEP_PROFILES=ON";
-  }
+  RefusedBytes() { error_ = "is gzipped, and " + refusal_without(build_option::kProfiles, "unpack it first"); }
   std::string_view next() override { return {}; }
 };
 
@@ -18,7 +17,7 @@ std::unique_ptr<Bytes> unpacked(std::unique_ptr<Bytes>) { return std::make_uniqu
 
 void read_nsight_sqlite(ProfileInput&, const ProfileOptions&, ProfileBuilder& builder) {
   builder.profile().format = "SQLite";
-  builder.fail("is a database, and this evenstep was built without SQLite: build it with EVENSTEP_PROFILES=ON");
+  builder.fail("is a database, and " + refusal_without(build_option::kProfiles, "export it as CSV"));
 }
 
 }  // namespace evenstep::internal

@@ -183,6 +183,7 @@ DeviceSpec read_device(ScenarioReading& reading, const Table& device) {
   for (const DriverFormat& driver : driver_formats()) {
     if (driver.name == device.text("driver")) spec.driver = driver.read(reading, device);
   }
+  spec.driver_place = device.place("driver");
   if (device.has("unplug")) spec.unplug = device.span("unplug", reading.scenario.nominal, reading.errors);
   read_return(reading, device, spec);
   read_faults(reading, device, spec);

@@ -264,6 +264,7 @@ void read_scene(ScenarioReading& reading) {
   const std::string solver = table.text("solver");
   reading.scenario.solver =
       *std::find_if(kAllSolvers.begin(), kAllSolvers.end(), [&](SolverKind kind) { return solver == name_of(kind); });
+  reading.scenario.solver_place = table.place("solver");
   scene.step_rate = read_step_rate(table, scene.step_rate);
   scene.tool_count = static_cast<int>(reading.scenario.devices.size());
   const std::string kind = table.has("kind") ? table.text("kind") : "foreign";

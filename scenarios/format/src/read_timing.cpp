@@ -58,6 +58,7 @@ void read_visualization(ScenarioReading& reading, const Table& timing) {
   TimingSpec& spec = reading.scenario.timing;
   const WorkText written = timing.work("visualization");
   spec.work = written.work;
+  spec.work_place = timing.place("visualization");
   spec.programmed.visualization = written.length.value_or(kUnknownDrawing);
   if (!written.length) {
     spec.real_steps = spec.real_steps || !spec.programmed.step;  // "fill" shares out what V leaves

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "evenstep/draw/tissue_mesh.h"
@@ -50,6 +51,8 @@ class Canvas {
 Result<std::unique_ptr<Canvas>, DrawError> make_canvas(int width, int height, const View& view, const Mesh& mesh);
 /// Whether this evenstep can draw at all (EVENSTEP_DRAW).
 bool built_with_drawing();
+/// What a scenario may have in its place.
+inline constexpr std::string_view kInsteadOfDrawing = "write a length or \"burn 11.1 ms\" in place of \"render\"";
 
 /// The image as a PNG file. Errors: zlib is not there.
 Result<std::string> png_of(const Image& image);

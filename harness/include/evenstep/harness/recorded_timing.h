@@ -1,6 +1,7 @@
 #pragma once
 /// The schedule that a finished run really had, in the form in which it is written to timing.csv and replayed.
 
+#include <iosfwd>
 #include <vector>
 
 #include "evenstep/reports/run_record.h"
@@ -22,5 +23,7 @@ class RecordedSegments {
 
 /// The segments from begin to end as recorded, with their idle time. A step that had not ended when the run did is left out.
 std::vector<SegmentTiming> recorded_timing(const StrategyRecord& record);
+/// The same as timing.csv, one segment after the other, so that none but one is in memory.
+void write_recorded_timing(const StrategyRecord& record, std::ostream& out);
 
 }  // namespace evenstep

@@ -76,6 +76,10 @@ CaseCell run_case_cell(const Scenario& scenario, std::int64_t cell, const std::a
 /// Checks that the signals and metrics of the expectations exist, and that `step` has a meaning where it is used. Returns
 /// all errors, by position.
 std::vector<Diagnostic> check_expectations(const Scenario& scenario);
+/// What the run needs and this evenstep is built without (evenstep/time/build_option.h): known before anything runs. On a
+/// wall clock also what is done in visualizations, and the drivers of real devices.
+std::vector<Diagnostic> missing_in_build(const Scenario& scenario, ClockKind clock = ClockKind::virtual_clock,
+                                         const std::vector<DeviceBinding>& bindings = {});
 Nominal nominal_of(const Scenario& scenario);
 
 }  // namespace evenstep

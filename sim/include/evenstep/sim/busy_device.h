@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string_view>
 
 #include "evenstep/sim/solver.h"
 
@@ -21,5 +22,7 @@ class BusyDevice {
 /// On the device that a solver with these options has. Throws SolverError like make_solver. The kernel has run once before
 /// this returns.
 std::unique_ptr<BusyDevice> make_busy_device(const SolverOptions& options = {});
+/// What a scenario may have in its place.
+inline constexpr std::string_view kInsteadOfBurning = "write a length alone, without \"burn\"";
 
 }  // namespace evenstep

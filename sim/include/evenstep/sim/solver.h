@@ -12,6 +12,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "evenstep/sim/device_commands.h"
@@ -167,6 +168,8 @@ std::unique_ptr<Solver> make_solver_with(const std::string& feature, SolverKind 
                                          const SolverOptions& options = {});
 /// Whether the OpenCL solver is a part of this build (EVENSTEP_OPENCL). Without it, whoever asks for it gets a SolverError.
 bool built_with_opencl();
+/// What a scene may have in its place.
+inline constexpr std::string_view kInsteadOfOpenCl = "choose solver = \"cpu\", which computes the same bits";
 /// Loads OpenCL and opens the device that a solver with these options would use, as make_solver does when it is needed.
 /// Throws SolverError.
 void open_opencl(const SolverOptions& options = {});

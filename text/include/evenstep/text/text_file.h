@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,8 @@ Result<std::string> read_text_file(const std::string& path, std::int64_t most_by
 /// Writes a file under another name beside it and renames it, so that it is there as a whole or as it was; a pipe or a
 /// device is written to as it is. Returns what went wrong; empty: ok.
 std::string write_text_file(const std::string& path, std::string_view text);
+/// The same of a text that `write` puts into the stream bit by bit, so that it need not be in memory.
+std::string write_text_file(const std::string& path, const std::function<void(std::ostream&)>& write);
 /// Why write_text_file cannot write there, as far as that can be known before; empty if it can.
 std::string write_objection(const std::string& path);
 

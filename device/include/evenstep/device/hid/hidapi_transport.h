@@ -31,6 +31,8 @@ struct HidListing {
 /// All HID devices, each once, in the order of their paths (hidraw2 before hidraw10). Strings that a device does not have
 /// are empty. Throws DeviceError if the system's list cannot be read.
 std::vector<HidListing> hid_devices();
+/// Whether this evenstep can open one at all (EVENSTEP_HIDAPI).
+bool built_with_hidapi();
 
 /// The line for a file in /etc/udev/rules.d (sorted before 73-seat-late.rules) that lets the person at the machine open the
 /// device.

@@ -60,6 +60,9 @@ class Inverse3Socket final : public Inverse3Link {
   std::unique_ptr<State> state_;
 };
 
+/// Whether this evenstep can talk to a service at all (EVENSTEP_INVERSE3).
+bool built_with_inverse3();
+
 /// The devices of the service at the address, without taking one. None if nobody listens there, nothing is said within a
 /// quarter of a second, or it is no Inverse Service. Where nobody listens it does not wait.
 std::vector<Inverse3State> inverse3_devices(const Inverse3Address& address);

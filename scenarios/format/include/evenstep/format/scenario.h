@@ -130,6 +130,7 @@ struct DeviceSpec {
   RenderSpec render;
   bool is_real = false;  ///< run with --device, so its true motion is not known
   DriverSpec driver;
+  Place driver_place;               ///< where it is named, or could be
   std::optional<Duration> unplug;   ///< when the simulated device is unplugged
   std::optional<Duration> returns;  ///< when it is plugged in again, after that
   std::vector<ReportFault> faults;
@@ -200,6 +201,7 @@ struct TimingSpec {
   std::optional<SourceSpec> elsewhere;  ///< [source]: made elsewhere; its seed is that of `programmed`
   bool real_steps = false;              ///< step = "real": no programmed floor on a wall clock
   VisualizationWork work = VisualizationWork::pause;
+  Place work_place;                         ///< where that is said
   std::array<int, 2> picture_px{800, 600};  ///< width and height of what `render` draws
   std::optional<FrameGovernor> governor;    ///< what shortens the pauses, of `programmed` as well as of `trace`
   std::vector<SegmentTiming> trace;         ///< if not empty, this is replayed and `programmed` is not used
@@ -309,6 +311,7 @@ struct Scenario {
   std::optional<CaseSpec> case_spec;  ///< if given, there is no timing, scene, device or remap
   TimingSpec timing;
   SolverKind solver = SolverKind::opencl;
+  Place solver_place;  ///< where it is named, or could be
   Scene scene;
   Place scene_place;  ///< of a foreign scene's name
   int work_group_size = 64;

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# without_build.sh SOURCE_DIR BUILD_DIR : builds the program with all options off, which costs minutes, and runs
+# without_test.sh on it. Where that test runs otherwise, the libraries have what is refused: it would not see a function that
+# is missing.
+set -euo pipefail
+source_dir=$1 build_dir=$2
+off=()
+for option in OPENCL HIDAPI INVERSE3 DRAW PROFILES SCOPE BUILD_TESTS BUILD_BENCH; do off+=(-D "EVENSTEP_$option=OFF"); done
+cmake -S "$source_dir" -B "$build_dir" -G Ninja -D CMAKE_BUILD_TYPE=Release -D CMAKE_UNITY_BUILD=ON "${off[@]}"
+cmake --build "$build_dir" --target evenstep
+bash "$source_dir/tests/install/without_test.sh" "$build_dir/apps/evenstep" "$source_dir"
