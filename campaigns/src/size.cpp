@@ -78,6 +78,8 @@ class Sizer {
   void size(SizeRecord& record) {
     record.steps = steps_;
     record.segments = static_cast<std::int64_t>(input_.segments.size());
+    record.visualizations = std::count_if(input_.segments.begin(), input_.segments.end(),
+                                          [](const SegmentTiming& one) { return one.visualization.has_value(); });
     record.length = last_end_ - first_begin_;
     record.sampling_period = longest_period(devices_);
     record.interpolated = input_.setup.emission == Emission::linear;

@@ -10,6 +10,8 @@
 namespace evenstep {
 namespace {
 
+constexpr double kNoJump = 1e-3;  // steps; times are whole nanoseconds, so what is even jumps by a millionth at most
+
 double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
 
 std::string stiffness(double N_per_m) {
@@ -36,7 +38,7 @@ std::string standing(const AdviceChoice& choice) {
   return choice.ties.empty() ? "" : "as good as " + list_of(choice.ties);
 }
 
-std::string jump(double steps) { return steps < 0.001 ? "<0.001" : fmt::format("{:.2g}", steps); }
+std::string jump(double steps) { return steps < kNoJump ? "<0.001" : fmt::format("{:.2g}", steps); }
 
 std::string row(const AdviceChoice& choice, std::size_t width) {
   std::string out = fmt::format("{} {:>3}  {:<{}}", choice.on_front ? '*' : ' ', choice.number, name_of(choice), width);
@@ -106,9 +108,13 @@ std::vector<std::string> advice_conclusion(const AdviceRecord& record) {
                               sentence("If the simulator can be changed", *governed), 100 * governed->drawings_lost,
                               100 * governed->simulated_lost));
   const AdviceChoice* const direct = least_delay(record, [](const AdviceChoice& one) { return one.map == "direct"; });
-  if (direct != nullptr)
-    out.push_back(fmt::format("Without a map ({}, {}) the hand jumps by {:.2g} steps: only where nobody feels or sees that.",
-                              direct->number, name_of(*direct), direct->jump_step));
+  if (direct != nullptr) {
+    const std::string hand = fmt::format("Without a map ({}, {}) the hand ", direct->number, name_of(*direct));
+    out.push_back(direct->jump_step < kNoJump
+                      ? hand + "does not jump: these steps are even."
+                      : hand +
+                            fmt::format("jumps by {:.2g} steps: only where nobody feels or sees that.", direct->jump_step));
+  }
   return out;
 }
 

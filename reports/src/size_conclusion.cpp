@@ -70,9 +70,12 @@ std::string compared(const SizeRecord& record, const SizeStrategy& use) {
 
 /// What hitches cost: all of them, and the kind of which mending saves most.
 std::string worth(const SizeRecord& record, const SizeStrategy& use) {
-  if (record.hitches.empty())
-    return "  Nothing took clearly longer than usual: every cycle needs about as much. A shorter visualization helps, or "
-           "steps\n  between its parts.\n";
+  if (record.hitches.empty()) {
+    const std::string usual = "  Nothing took clearly longer than usual: every cycle needs about as much. ";
+    if (record.visualizations == 0)
+      return usual + "It has no\n  visualization: what helps are results that come sooner, more often or more evenly.\n";
+    return usual + "A shorter visualization helps, or steps\n  between its parts.\n";
+  }
   const std::size_t map = place_of(record, use);
   const auto alone = [&](const SizeHitches& kind) { return kind.mended[map].latency; };
   const Duration latency = use.any_phase.latency;

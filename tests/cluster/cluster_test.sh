@@ -230,6 +230,11 @@ refused() {
 
 # What must never become a result: a shard of two builds, one that is missing, one twice, one cut short.
 engine_builds() {
+  local engine
+  for engine in parallel/run.sh openmpi/run.sh workqueue/run.sh slurm/submit.sh; do
+    refused 2 'usage: ' "$examples/$engine"
+    PATH=/usr/bin:/bin refused 2 'with evenstep in the PATH' "$examples/$engine" "$scenario"
+  done
   local shard part=parts/$kind-2-of-4.jsonl
   for shard in 1 2 3 4; do evenstep $WORK "$scenario" --shard $shard/4 --out parts; done >run.log 2>&1
   cp "$work/bin/evenstep" "$work/bin/evenstep-of-another-machine"

@@ -2,6 +2,8 @@
 # run.sh SCENARIO [MPIRUN OPTIONS] : a rank is a shard. mpirun ends all ranks when one is killed, or exits with another
 # status than 0; --resume goes on with what each has written. Exit status 1, points that fail, is a result.
 set -uo pipefail
+usage="usage: run.sh SCENARIO [OPTIONS OF mpirun], with evenstep in the PATH"
+if (($# == 0)) || ! command -v evenstep >/dev/null; then echo "$usage" >&2; exit 2; fi
 work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.1% --seeds 0..1000": what is divided
 scenario=$1
 shift

@@ -2,6 +2,8 @@
 # run.sh SCENARIO [PARALLEL OPTIONS] : a job is a shard. The log says which ones are complete; those that are not run again,
 # also after parallel itself was killed. Exit status 1, points that fail, is a result.
 set -uo pipefail
+usage="usage: run.sh SCENARIO [OPTIONS OF parallel], with evenstep in the PATH"
+if (($# == 0)) || ! command -v evenstep >/dev/null; then echo "$usage" >&2; exit 2; fi
 work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.1% --seeds 0..1000": what is divided
 scenario=$1
 shift

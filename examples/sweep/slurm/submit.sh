@@ -3,6 +3,10 @@
 # and has to be if squeue shows no jobs of it and the merged file is not there: it submits those shards that are neither
 # complete nor in the queue, and the merge. What is held, or is complete though Slurm calls it running, is cancelled first.
 set -euo pipefail
+if (($# != 1)) || ! command -v evenstep >/dev/null; then
+  echo "usage: submit.sh SCENARIO, with evenstep in the PATH" >&2
+  exit 2
+fi
 here=$(dirname -- "$(readlink -f -- "$0")")
 work=${WORK:-sweep} kind=${work%% *} of=${SHARDS:-4}
 name=$kind-of-$of-$(pwd | cksum | cut -d ' ' -f 1)   # of the jobs of this folder

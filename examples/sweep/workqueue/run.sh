@@ -3,6 +3,8 @@
 # PORT), and to another one when that is gone. The folder must be the same on all machines. Makeflow's log says what is done:
 # after makeflow itself was killed, run this again.
 set -uo pipefail
+usage="usage: run.sh SCENARIO [OPTIONS OF makeflow], with evenstep in the PATH"
+if (($# == 0)) || ! command -v evenstep >/dev/null; then echo "$usage" >&2; exit 2; fi
 work=${WORK:-sweep} kind=${work%% *}   # WORK="size --rate 0.1% --seeds 0..1000": what is divided
 here=$(dirname -- "$(readlink -f -- "$0")")
 scenario=$(readlink -f -- "$1")

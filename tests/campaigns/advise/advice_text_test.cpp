@@ -67,6 +67,13 @@ TEST_CASE("a choice whose hand shakes is not ranked, beats nothing and is never 
   CHECK(choice_to_use(advice, false)->number == 2);
 }
 
+TEST_CASE("a jump that is only rounding is none") {
+  AdviceRecord advice = record();
+  CHECK_THAT(advice_text(advice, 1000), Contains("Without a map (1, direct, hold) the hand jumps by 5.4 steps"));
+  advice.choices[0].jump_step = 4e-13;
+  CHECK_THAT(advice_text(advice, 1000), Contains("Without a map (1, direct, hold) the hand does not jump"));
+}
+
 TEST_CASE("the choice to use is smooth, late in nothing, loses nothing and needs what there is") {
   AdviceRecord advice = record();
   CHECK(choice_to_use(advice, true)->number == 4);

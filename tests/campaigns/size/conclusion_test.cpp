@@ -79,6 +79,13 @@ TEST_CASE("where there are too few steps to see a jump, no map is called even an
   CHECK_THAT(size_text(record), Contains("Conclusion: none"));
 }
 
+TEST_CASE("a shorter visualization is advised only where there is one") {
+  const auto conclusion = [](const ProgrammedTiming& timing) { return size_text(size_segments(play(timing, 90), "", {})); };
+  CHECK_THAT(conclusion({.visualization = {10 * ms}, .step = Duration{1 * ms}}), Contains("A shorter visualization helps"));
+  CHECK_THAT(conclusion({.visualization = {}, .steps = {1}, .step = Duration{1 * ms}}),
+             !Contains("shorter visualization") && Contains("It has no\n  visualization"));
+}
+
 TEST_CASE("of a profiler's file the printed tables have its roles, and are accepted") {
   const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".json");
   const auto events = [](const char* name, RealTime begin, RealTime end) {

@@ -145,11 +145,12 @@ struct SizeRecord {
   std::int64_t steps = 0;     ///< steps judged
   std::int64_t left_out = 0;  ///< in a list without segments: the steps before the first long pause
   std::int64_t segments = 0;
-  std::string segments_from;  ///< "programmed", "recording", "cycle" (found) or "step" (each step is a segment)
-  Duration length;            ///< first begin to last end
-  Duration segment;           ///< median, from begin to begin
-  Duration sampling_period;   ///< h, the longest of all devices
-  bool interpolated = false;  ///< emission of the strategies
+  std::int64_t visualizations = 0;  ///< segments that have one
+  std::string segments_from;        ///< "programmed", "recording", "cycle" (found) or "step" (each step is a segment)
+  Duration length;                  ///< first begin to last end
+  Duration segment;                 ///< median, from begin to begin
+  Duration sampling_period;         ///< h, the longest of all devices
+  bool interpolated = false;        ///< emission of the strategies
   double damping_N_s_per_m = 1;
   std::optional<double> rate;  ///< share of segments that may underrun; the next two are for it
   double confidence = 0.95;
