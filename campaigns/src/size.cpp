@@ -80,6 +80,8 @@ class Sizer {
     record.segments = static_cast<std::int64_t>(input_.segments.size());
     record.visualizations = std::count_if(input_.segments.begin(), input_.segments.end(),
                                           [](const SegmentTiming& one) { return one.visualization.has_value(); });
+    record.forces_travel = std::any_of(input_.segments.begin(), input_.segments.end(),
+                                       [](const SegmentTiming& one) { return !one.transports.empty(); });
     record.length = last_end_ - first_begin_;
     record.sampling_period = longest_period(devices_);
     record.interpolated = input_.setup.emission == Emission::linear;
@@ -158,7 +160,7 @@ class Sizer {
   Duration latency_of(StrategyKind kind, std::span<const SegmentTiming> segments) const {
     RunningNeeds needs(devices_, input_.setup.emission, RunningNeeds::Phase::any);
     each_mapped_step(input_.setup, kind, segments, [&](std::span<const MappedStep> steps) { needs.add(steps); });
-    return needs.budget().latency;
+    return needs.budget().latency + needed_ahead(input_.setup, kind);
   }
 
   void add_hitches(SizeRecord& record) const {
@@ -253,6 +255,7 @@ class Sizer {
     const Emission emission = input_.setup.emission;
     RunningNeeds any(devices_, emission, RunningNeeds::Phase::any), window = any;
     RunningNeeds here(devices_, emission, RunningNeeds::Phase::this_one);
+    const Duration ahead = needed_ahead(input_.setup, kind);
     std::vector<Duration> windows;
     WindowBorder border;
     bool open = false;
@@ -266,15 +269,14 @@ class Sizer {
         if (!border.begins(steps[i].begin)) continue;
         window.add(steps.subspan(from, i - from));
         from = i;
-        if (open) windows.push_back(window.budget().latency);
+        if (open) windows.push_back(window.budget().latency + ahead);
         open = true;
         window.restart();
       }
       window.add(steps.subspan(from));
     });
-    if (open && windows.empty()) windows.push_back(window.budget().latency);
+    if (open && windows.empty()) windows.push_back(window.budget().latency + ahead);
     LatencyBudget least = any.budget();
-    const Duration ahead = needed_ahead(input_.setup, kind);
     least.latency = least.latency + ahead;
     SizeStrategy out{name_of(kind), traits_of(kind).for_comparison};
     out.jump_seen = jump.seen();
@@ -298,7 +300,7 @@ class Sizer {
     mending_.mended(need.culprit, [&] {
       any.restart();
       each_mapped_step(input_.setup, kind, input_.segments, [&](std::span<const MappedStep> steps) { any.add(steps); });
-      need.culprit.mended_latency = any.budget().latency;
+      need.culprit.mended_latency = any.budget().latency + ahead;
     });
     return out;
   }

@@ -46,6 +46,8 @@ std::string stiffness(const SizeRecord& record, double N_per_m) {
 std::string blame(const SizeRecord& record, const SizeStrategy& use) {
   const Duration bound = (record.linear ? *record.linear : record.held).pause;
   if (bound.ns <= 0) return "";
+  if (record.forces_travel)
+    return "  The bounds leave out how long forces are on their way to the device, so they do not judge the map here.\n";
   const double times = static_cast<double>(use.any_phase.latency.ns) / static_cast<double>(bound.ns);
   if (times < 1)
     return fmt::format("  That is less than the pause bound of {:.4g} ms: the worst comes before the map has slots.\n",

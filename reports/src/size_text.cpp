@@ -74,7 +74,9 @@ std::string jumps(const SizeRecord& record) {
   return out +
          "  The pause bound is what a map of even slots needs that does not know a pause before it is over; a path may "
          "know\n"
-         "  everything. A map near them is not to blame: the machine is.\n";
+         "  everything. " +
+         (record.forces_travel ? "They leave out how long forces are on their way to the device.\n"
+                               : "A map near them is not to blame: the machine is.\n");
 }
 
 std::string late(const SizeCulprit& culprit) {

@@ -86,6 +86,27 @@ TEST_CASE("a shorter visualization is advised only where there is one") {
              !Contains("shorter visualization") && Contains("It has no\n  visualization"));
 }
 
+TEST_CASE("of forces that travel to the device the bounds judge no map, because they leave the way out") {
+  std::vector<SegmentTiming> segments = play({.visualization = {}, .steps = {1}, .step = Duration{1 * ms}}, 90);
+  CHECK_THAT(size_text(size_segments(segments, "", {})), Contains("pause bound of") || Contains("The pause bound is "));
+  for (SegmentTiming& segment : segments) segment.transports.assign(segment.steps.size(), {Duration{20 * ms}, false});
+  const std::string text = size_text(size_segments(segments, "", {}));
+  CHECK_THAT(
+      text, Contains("they do not judge the map here") && !Contains("the machine") && !Contains("times the pause bound of"));
+}
+
+TEST_CASE("a map that waits for future samples does so in each of its numbers") {
+  const ReadResult read = read_scenario(EVENSTEP_SOURCE_DIR "/scenarios/sources/slower.toml");
+  REQUIRE(read);
+  const SizeRecord record = size_scenario(*read, {.other_maps = true}).record;
+  const SizeNeed& line = strategy(record, "linear").any_phase;
+  const SizeNeed& fir = strategy(record, "polyphase").any_phase;
+  const Duration ahead = fir.latency - line.latency;
+  CHECK(ahead > Duration{0});
+  CHECK(fir.windows.most - line.windows.most == ahead);
+  CHECK(fir.latency - fir.culprit.mended_latency <= fir.culprit.pause_excess + fir.culprit.run_excess);
+}
+
 TEST_CASE("of a profiler's file the printed tables have its roles, and are accepted") {
   const fs::path file = fs::temp_directory_path() / ("evenstep-conclusion-" + std::to_string(::getpid()) + ".json");
   const auto events = [](const char* name, RealTime begin, RealTime end) {

@@ -146,6 +146,7 @@ struct SizeRecord {
   std::int64_t left_out = 0;  ///< in a list without segments: the steps before the first long pause
   std::int64_t segments = 0;
   std::int64_t visualizations = 0;  ///< segments that have one
+  bool forces_travel = false;       ///< to the device, which takes time; the bounds leave that out
   std::string segments_from;        ///< "programmed", "recording", "cycle" (found) or "step" (each step is a segment)
   Duration length;                  ///< first begin to last end
   Duration segment;                 ///< median, from begin to begin
