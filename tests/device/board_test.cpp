@@ -67,11 +67,6 @@ void require_rendered(const glm::dvec3& rendered, const glm::dvec3& wanted, Boar
   for (int axis = 0; axis < 3; ++axis) REQUIRE(std::abs(rendered[axis] - wanted[axis]) <= tolerance);
 }
 
-bool is_still(const MotorState& motors) {
-  return motors.force_N == glm::dvec3(0) && motors.effects_playing == 0 && motors.effects_allocated == 0 &&
-         !motors.actuators_enabled;
-}
-
 }  // namespace
 
 TEST_CASE("on every board the force asked for acts along its axes with its sign and along no other, 200 forces and gains") {

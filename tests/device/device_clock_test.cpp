@@ -7,12 +7,12 @@
 #include <random>
 
 #include "evenstep/device/device_clock.h"
+#include "units.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
-
-constexpr std::int64_t kUs = 1'000, kMs = 1'000'000, kSecond = 1'000'000'000;
 
 /// A device that reports at `rate_Hz` by a clock of its own, and a cable that is late.
 struct Device {

@@ -22,9 +22,9 @@ namespace {
 
 constexpr Duration kTick{1'000'000};
 
-struct Bench {
-  explicit Bench(SimulatedEvdevOptions options = {}, const Motion& motion = Still{},
-                 const EvdevOptions& own = evdev_options())
+struct SimulatedEvdevBench {
+  explicit SimulatedEvdevBench(SimulatedEvdevOptions options = {}, const Motion& motion = Still{},
+                               const EvdevOptions& own = evdev_options())
       : device(clock, ProgrammedMotion{motion, RealTime{}}, std::move(options)), driver(device, own) {}
   DeviceSample tick(const glm::dvec3& force_N) {
     clock.wait_until(clock.now() + kTick);
@@ -48,7 +48,7 @@ ReportFault fault(ReportFault::Kind kind, std::int64_t tick, std::int64_t amount
 }  // namespace
 
 TEST_CASE("evdev: a force along each axis is rendered in its direction and nothing is left after stop") {
-  Bench bench;
+  SimulatedEvdevBench bench;
   bench.driver.start();
   for (const glm::dvec3 force_N :
        {glm::dvec3{1.5, 0, 0}, {-1.5, 0, 0}, {0, 2, 0}, {0, -2, 0}, {0.5, -0.25, 0}, {10, 10, 0}}) {
@@ -66,7 +66,7 @@ TEST_CASE("evdev: a force along each axis is rendered in its direction and nothi
 TEST_CASE("evdev: no force beyond the share that may be used is rendered and each is counted") {
   EvdevOptions options = evdev_options();
   options.gain = 0.25;
-  Bench bench({}, Still{}, options);
+  SimulatedEvdevBench bench({}, Still{}, options);
   bench.driver.start();
   bench.ticks(7, {100, -100, 0});
   CHECK(bench.renders({2.5, -2.5, 0}));
@@ -77,7 +77,7 @@ TEST_CASE("evdev: no force beyond the share that may be used is rendered and eac
 TEST_CASE("evdev: a device that pushes the other way is sent the other sign") {
   EvdevOptions options = evdev_options();
   options.reversed_force = {true, true};
-  Bench bench({}, Still{}, options);
+  SimulatedEvdevBench bench({}, Still{}, options);
   bench.driver.start();
   bench.ticks(5, {1, 2, 0});
   CHECK(bench.renders({-1, -2, 0}));
@@ -86,7 +86,7 @@ TEST_CASE("evdev: a device that pushes the other way is sent the other sign") {
 TEST_CASE("evdev: positions are within half a count of the hand and are not smoothed by the kernel") {
   // 2 mm/s: 0.16 counts a tick, far below the fuzz of 255 counts.
   const ConstantVelocity motion{{0.002, -0.002, 0}, Duration{0}, {0, 0, 0}};
-  Bench bench({}, motion);
+  SimulatedEvdevBench bench({}, motion);
   bench.driver.start();
   double worst_m = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -101,7 +101,7 @@ TEST_CASE("evdev: a hand that nobody read for longer than the buffer holds is fo
   for (std::int64_t tick = 100; tick < 200; ++tick)
     options.reports.faults.push_back(fault(ReportFault::Kind::unread, tick, 1));
   const ConstantVelocity motion{{0.1, 0, 0}};
-  Bench bench(options, motion);
+  SimulatedEvdevBench bench(options, motion);
   bench.driver.start();
   std::int64_t before = 0;
   for (int tick = 1; tick < 300; ++tick) {
@@ -119,7 +119,7 @@ TEST_CASE("evdev: of what came before the run nothing is lost and nothing is cou
       INFO(waited_ms << " ms" << (forgets ? "" : ", not forgotten"));
       EvdevOptions own = evdev_options();
       own.unchanged_age = Duration{2 * kTick.ns};
-      Bench bench({}, ConstantVelocity{{0.02, 0.01, 0}}, own);
+      SimulatedEvdevBench bench({}, ConstantVelocity{{0.02, 0.01, 0}}, own);
       bench.driver.start();
       bench.clock.wait_until(RealTime{waited_ms * kTick.ns});
       if (forgets) bench.driver.forget_queued();
@@ -166,7 +166,7 @@ TEST_CASE("evdev: what comes between SYN_DROPPED and the next SYN_REPORT is not 
 }
 
 TEST_CASE("evdev: a hand that moves no count is still for a second and then not reported") {
-  Bench bench;
+  SimulatedEvdevBench bench;
   bench.driver.start();
   for (int tick = 1; tick <= 1500; ++tick) CHECK(bench.tick({}).fresh == (tick <= 1001));
 }
@@ -176,7 +176,7 @@ TEST_CASE("evdev: an axis that has told nothing yet and whose 0 is its end has n
   options.minimum = 0;
   options.maximum = 4095;
   options.reports.first_tick = RealTime{10'000'000};  // powered on later than it was opened
-  Bench bench(options);
+  SimulatedEvdevBench bench(options);
   bench.driver.start();
   for (int tick = 1; tick < 20; ++tick) {
     const DeviceSample sample = bench.tick({});
@@ -186,7 +186,7 @@ TEST_CASE("evdev: an axis that has told nothing yet and whose 0 is its end has n
 }
 
 TEST_CASE("evdev: effects end by themselves when the host writes no more") {
-  Bench bench;
+  SimulatedEvdevBench bench;
   bench.driver.start();
   bench.ticks(10, {1, 0, 0});
   CHECK(bench.renders({1, 0, 0}));
@@ -200,7 +200,7 @@ TEST_CASE("evdev: effects end by themselves when the host writes no more") {
 TEST_CASE("evdev: another program that stops the effects and turns the gain down is overruled after half of a duration") {
   SimulatedEvdevOptions options;
   options.meddled_at = RealTime{1'000'000'000};
-  Bench bench(options);
+  SimulatedEvdevBench bench(options);
   bench.driver.start();
   int wrong = 0;
   for (int tick = 0; tick < 2000; ++tick) {
@@ -219,7 +219,7 @@ TEST_CASE(
     options.reports.faults = {fault(ReportFault::Kind::write_lost, 600, 1)};
     EvdevOptions own = evdev_options();
     own.travel_m.y = 0;
-    Bench bench(options, Still{}, own);
+    SimulatedEvdevBench bench(options, Still{}, own);
     bench.driver.start();
     int wrong = 0;
     for (int tick = 1; tick < 2000; ++tick) {
@@ -235,7 +235,7 @@ TEST_CASE(
 TEST_CASE("evdev: an upload that is refused is repeated, and a device that refuses for ever ends the run") {
   SimulatedEvdevOptions options;
   options.reports.faults = {fault(ReportFault::Kind::write_rejected, 100, 3)};
-  Bench bench(options);
+  SimulatedEvdevBench bench(options);
   bench.driver.start();
   bench.ticks(99, {1, 0, 0});
   bench.ticks(10, {2, 0, 0});
@@ -243,7 +243,7 @@ TEST_CASE("evdev: an upload that is refused is repeated, and a device that refus
   CHECK(bench.driver.counters().write_failures == 3);
 
   options.reports.faults = {fault(ReportFault::Kind::write_rejected, 100, 1'000'000)};
-  Bench broken(options);
+  SimulatedEvdevBench broken(options);
   broken.driver.start();
   std::int64_t ended = 0;
   const std::string error = device_error_of([&] {
@@ -256,7 +256,7 @@ TEST_CASE("evdev: an upload that is refused is repeated, and a device that refus
 TEST_CASE("evdev: no more is sent than the device takes, axes take turns, and the newest force overtakes") {
   EvdevOptions options = evdev_options();
   options.update_rate = {250, 1};
-  Bench bench({}, Still{}, options);
+  SimulatedEvdevBench bench({}, Still{}, options);
   bench.driver.start();
   double last_x = 0, last_y = 0;
   std::vector<int> gaps_x, gaps_y;
@@ -281,7 +281,7 @@ TEST_CASE("evdev: a spring pulls to its center on the side that was asked for") 
   EvdevOptions options = evdev_options();
   options.springs = true;
   options.reversed_spring[1] = false;
-  Bench bench({}, Still{{0.05, -0.02, 0}}, options);
+  SimulatedEvdevBench bench({}, Still{{0.05, -0.02, 0}}, options);
   bench.driver.start();
   DeviceSpring spring;
   spring.center_m = {0.01, 0.02, 0};
@@ -306,7 +306,7 @@ TEST_CASE("evdev: along an axis whose spring has no known sign there is none") {
   EvdevOptions options = evdev_options();
   options.springs = true;
   options.reversed_force[0] = true;
-  Bench bench({}, Still{}, options);
+  SimulatedEvdevBench bench({}, Still{}, options);
   bench.driver.start();
   CHECK(bench.device.motors().effects_allocated == 2);
   DeviceSpring spring;
@@ -320,7 +320,7 @@ TEST_CASE("evdev: a device without room says how much it has, and nothing of our
   SimulatedEvdevOptions options;
   options.effects = 4;
   options.foreign_effects = 3;
-  Bench bench(options);
+  SimulatedEvdevBench bench(options);
   CHECK_THAT(device_error_of([&] { bench.driver.start(); }), Contains("no room for effect 2: the device has room for 4"));
   CHECK(bench.device.motors().effects_allocated == 0);
 }
@@ -328,14 +328,14 @@ TEST_CASE("evdev: a device without room says how much it has, and nothing of our
 TEST_CASE("evdev: a device that another program has for itself is refused") {
   SimulatedEvdevOptions options;
   options.held = true;
-  CHECK_THAT(device_error_of([&] { Bench bench(options); }),
+  CHECK_THAT(device_error_of([&] { SimulatedEvdevBench bench(options); }),
              Contains("another program has the device for itself (EVIOCGRAB)"));
 }
 
 TEST_CASE("evdev: a device that is unplugged while it plays is an error and stop is quiet") {
   SimulatedEvdevOptions options;
   options.reports.unplug_at_tick = 50;
-  Bench bench(options);
+  SimulatedEvdevBench bench(options);
   bench.driver.start();
   CHECK_THAT(device_error_of([&] { bench.ticks(100, {1, 0, 0}); }), Contains("device 'evenstep evdev device' is gone"));
   bench.driver.stop();
@@ -346,7 +346,7 @@ TEST_CASE("evdev: options that make no sense and axes that are not there are ref
   const auto refused = [](auto change) {
     EvdevOptions options = evdev_options();
     change(options);
-    return device_error_of([&] { Bench bench({}, Still{}, options); });
+    return device_error_of([&] { SimulatedEvdevBench bench({}, Still{}, options); });
   };
   CHECK_THAT(refused([](auto& o) { o.gain = 0; }), Contains("gain is 0"));
   CHECK_THAT(refused([](auto& o) { o.travel_m.z = 0.1; }), Contains("axis Z has a travel, but the device has no such axis"));
@@ -357,13 +357,14 @@ TEST_CASE("evdev: options that make no sense and axes that are not there are ref
   springs.springs = true;
   SimulatedEvdevOptions without;
   without.springs = false;
-  CHECK_THAT(device_error_of([&] { Bench bench(without, Still{}, springs); }), Contains("plays no springs (FF_SPRING)"));
+  CHECK_THAT(device_error_of([&] { SimulatedEvdevBench bench(without, Still{}, springs); }),
+             Contains("plays no springs (FF_SPRING)"));
 }
 
 TEST_CASE("evdev: without a full scale nothing is uploaded and a force is an error") {
   EvdevOptions options = evdev_options();
   options.full_scale_N.reset();
-  Bench bench({}, Still{}, options);
+  SimulatedEvdevBench bench({}, Still{}, options);
   bench.driver.start();
   CHECK(bench.device.motors().effects_allocated == 0);
   CHECK_THAT(device_error_of([&] { bench.tick({}); }), Contains("a force cannot be written"));

@@ -12,13 +12,14 @@
 #include "evenstep/device/evdev/event_times.h"
 #include "evenstep/device/evdev/live_evdev.h"
 #include "evenstep/device/evdev/simulated_evdev.h"
+#include "units.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000, kHour = 3'600'000 * kMs;
+constexpr std::int64_t kHour = 3'600'000 * kMs;
 constexpr Duration kUnchanged{2 * kMs};
 
 RealTime ms(double at) { return RealTime{static_cast<std::int64_t>(at * kMs)}; }

@@ -6,24 +6,15 @@
 #include <random>
 
 #include "evenstep/device/force_guard.h"
+#include "units.h"
+#include "vectors.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
 
-constexpr double kEpsilon = 0x1p-52;
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double length(const glm::dvec3& v) { return std::hypot(v.x, v.y, v.z); }
-
-bool same_bits(const glm::dvec3& a, const glm::dvec3& b) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (std::bit_cast<std::uint64_t>(a[axis]) != std::bit_cast<std::uint64_t>(b[axis])) return false;
-  }
-  return true;
-}
 
 /// Uniform in [-1, 1), from the generator's bits alone.
 double uniform(std::mt19937_64& random) { return static_cast<double>(static_cast<std::int64_t>(random())) * 0x1p-63; }

@@ -9,12 +9,13 @@
 #include "evenstep/device/hand.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"
+#include "units.h"
+#include "vectors.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
-
-constexpr std::int64_t kUs = 1000, kMs = 1'000'000, kSecond = 1'000'000'000;
 
 HandSpec mass_only(double mass_kg) {
   HandSpec spec;
@@ -44,8 +45,6 @@ double worst_error_m(double omega, double ratio, Duration grid, double seconds_l
     worst = std::max(worst, std::abs(hand.position_m(RealTime{ns}).x - exact_m(omega, ratio, ns / 1e9)));
   return worst;
 }
-
-bool same_bits(const glm::dvec3& a, const glm::dvec3& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 }  // namespace
 
@@ -165,8 +164,9 @@ TEST_CASE("a hand rests where it starts before t = 0 and leaves its reach with a
 
 namespace {
 
-struct Bench {
-  Bench(HandSpec spec, SimulatedDeviceOptions options) : transport(clock, Hand(std::move(spec), {}), std::move(options)) {}
+struct HandBench {
+  HandBench(HandSpec spec, SimulatedDeviceOptions options)
+      : transport(clock, Hand(std::move(spec), {}), std::move(options)) {}
   glm::dvec3 read_at(std::int64_t ns) {
     clock.wait_until(RealTime{ns});
     return driver.read(clock.now()).position_m;
@@ -182,7 +182,7 @@ TEST_CASE("a force is felt from its delay on, and a report is the hand's place t
   for (const std::int64_t delay_ns : {std::int64_t{0}, std::int64_t{1}, kMs, 2 * kMs, 1'234'567 * std::int64_t{1}}) {
     SimulatedDeviceOptions options;
     options.force_delay = Duration{delay_ns};
-    Bench bench(mass_only(0.2), options);
+    HandBench bench(mass_only(0.2), options);
     CHECK(bench.read_at(0).x == 0);
     bench.driver.write({0.5, 0, 0});
     for (std::int64_t k = 1; k <= 50; ++k) {
@@ -195,7 +195,7 @@ TEST_CASE("a force is felt from its delay on, and a report is the hand's place t
 TEST_CASE("the last force counts: one that is withdrawn before its delay has passed is felt only in between") {
   SimulatedDeviceOptions options;
   options.force_delay = Duration{3 * kMs};
-  Bench bench(mass_only(0.2), options);
+  HandBench bench(mass_only(0.2), options);
   for (std::int64_t k = 0; k < 10; ++k) {
     bench.read_at(k * kMs);
     bench.driver.write({k == 2 ? 1.0 : 0.0, 0, 0});  // felt from 5 ms to 6 ms
@@ -208,7 +208,7 @@ TEST_CASE("after a stall both queues hold what a reader without one saw, and the
   for (const QueuePolicy policy : {QueuePolicy::hidraw, QueuePolicy::libusb}) {
     SimulatedDeviceOptions options;
     options.queue = policy;
-    Bench stalled(oscillator(60, 0.01), options), fluent(oscillator(60, 0.01), options);
+    HandBench stalled(oscillator(60, 0.01), options), fluent(oscillator(60, 0.01), options);
     std::vector<glm::dvec3> seen;
     for (std::int64_t k = 0; k <= 400; ++k) seen.push_back(fluent.read_at(k * kMs));
     stalled.read_at(10 * kMs);
@@ -229,14 +229,14 @@ TEST_CASE("after a stall both queues hold what a reader without one saw, and the
 TEST_CASE("a device that is gone feels nothing more, and a diverged hand is named by its device") {
   SimulatedDeviceOptions options;
   options.unplug_at_tick = 5;
-  Bench bench(mass_only(0.2), options);
+  HandBench bench(mass_only(0.2), options);
   bench.read_at(4 * kMs);
   CHECK_THROWS_AS(bench.read_at(5 * kMs), DeviceError);
   CHECK_THROWS_AS(bench.driver.write({1, 0, 0}), DeviceError);
 
   options.unplug_at_tick = -1;
   options.name = "left";
-  Bench pushed(mass_only(0.2), options);
+  HandBench pushed(mass_only(0.2), options);
   pushed.read_at(0);
   pushed.driver.write({100, 0, 0});
   CHECK_THROWS_WITH(pushed.read_at(kSecond), Catch::StartsWith("left: the hand is more than 2 m away at 0.0894"));

@@ -43,13 +43,13 @@ std::string error_of(Call call) {
   return {};
 }
 
-constexpr Duration kTick{1'000'000};
+constexpr Duration kInverse3Tick{1'000'000};
 
-struct Bench {
-  explicit Bench(SimulatedInverse3Options with = {}, const Motion& motion = Still{}, const Inverse3Options& own = {})
+struct Inverse3Bench {
+  explicit Inverse3Bench(SimulatedInverse3Options with = {}, const Motion& motion = Still{}, const Inverse3Options& own = {})
       : service(clock, ProgrammedMotion{motion, RealTime{}}, std::move(with)), driver(service, own) {}
   DeviceSample tick(const glm::dvec3& force_N) {
-    clock.wait_until(clock.now() + kTick);
+    clock.wait_until(clock.now() + kInverse3Tick);
     const DeviceSample sample = driver.read(clock.now());
     driver.write(force_N);
     return sample;
@@ -211,7 +211,7 @@ TEST_CASE("inverse3: the address of a service is read, and one of another machin
 }
 
 TEST_CASE("inverse3: a force along each axis is rendered as it is and nothing is left after stop") {
-  Bench bench;
+  Inverse3Bench bench;
   bench.driver.start();
   for (const glm::dvec3 force_N : {glm::dvec3{1.5, 0, 0}, {0, -2, 0}, {0, 0, 2.5}, {1e-7, -0.25, 0.125}}) {
     bench.tick(force_N);
@@ -227,7 +227,7 @@ TEST_CASE("inverse3: positions count from the origin, and each tick has one") {
   options.origin_m = {0.01, -0.12, 0.15};
   Inverse3Options own;
   own.origin_m = options.origin_m;
-  Bench bench(options, ConstantVelocity{{0.1, 0.05, -0.02}}, own);
+  Inverse3Bench bench(options, ConstantVelocity{{0.1, 0.05, -0.02}}, own);
   bench.driver.start();
   for (int i = 1; i <= 100; ++i) {
     const DeviceSample sample = bench.tick(glm::dvec3(0));
@@ -243,7 +243,7 @@ TEST_CASE("inverse3: positions count from the origin, and each tick has one") {
 TEST_CASE("inverse3: a program that hangs pushes no longer than the link holds its force") {
   SimulatedInverse3Options options;
   options.hold = {50'000'000};
-  Bench bench(options);
+  Inverse3Bench bench(options);
   bench.driver.start();
   bench.tick({2, 0, 0});
   const RealTime written = bench.clock.now();
@@ -256,10 +256,10 @@ TEST_CASE("inverse3: a program that hangs pushes no longer than the link holds i
 TEST_CASE("inverse3: a device that another program uses is refused, unless it may be shared") {
   SimulatedInverse3Options options;
   options.in_use = true;
-  CHECK_THAT(error_of([&] { Bench bench(options); }), Contains("another program uses device 049D"));
+  CHECK_THAT(error_of([&] { Inverse3Bench bench(options); }), Contains("another program uses device 049D"));
   Inverse3Options own;
   own.shared = true;
-  CHECK(error_of([&] { Bench bench(options, Still{}, own); }).empty());
+  CHECK(error_of([&] { Inverse3Bench bench(options, Still{}, own); }).empty());
 }
 
 TEST_CASE("inverse3: of several devices one must be named, and it must be there") {
@@ -287,7 +287,7 @@ TEST_CASE("inverse3: of several devices one must be named, and it must be there"
 TEST_CASE("inverse3: a device that is not calibrated has no position and may not be driven") {
   SimulatedInverse3Options options;
   options.uncalibrated_at = RealTime{5'000'000};
-  Bench bench(options, Still{{0.01, 0, 0}});
+  Inverse3Bench bench(options, Still{{0.01, 0, 0}});
   bench.driver.start();
   for (int i = 1; i <= 8; ++i) {
     const DeviceSample sample = bench.tick(glm::dvec3(0));

@@ -7,14 +7,14 @@
 
 #include "evenstep/device/hid/reference_device.h"
 #include "evenstep/device/motion.h"
+#include "units.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr long double kPi = 3.14159265358979323846264338327950288L;
+constexpr long double kLongPi = 3.14159265358979323846264338327950288L;
 
 const glm::dvec3 kVelocity{0.1, -0.25, 0};
 const std::array<Duration, 5> kStarts{Duration{0}, Duration{1}, Duration{7 * kMs + 1}, Duration{100 * kMs},
@@ -146,7 +146,7 @@ TEST_CASE("the sine follows (1 - cos) / 2 and mirrors bit for bit within a turn"
       // The exact phase first: the reference must not lose digits in the turns either.
       const std::int64_t turn = frequency.den * kSecond;
       const long double phase = static_cast<long double>(ns * frequency.num % turn) / turn;
-      const long double expected = (1 - std::cos(2 * kPi * phase)) / 2;
+      const long double expected = (1 - std::cos(2 * kLongPi * phase)) / 2;
       // sin(a)^2: the angle 3 roundings, the sine 4 ulp, twice by the square: below 20 * 2^-53 of an amplitude of 1.
       REQUIRE(std::abs(position_m(motion, RealTime{ns}).z + expected) <= 20 * 0x1p-53L);
       if (ns < turn) REQUIRE(x_m(motion, ns) == x_m(motion, turn - ns));
@@ -168,7 +168,7 @@ TEST_CASE("the sine repeats bit for bit in a run of ten million seconds") {
 TEST_CASE("the sine is at rest at its start: it never cancels to noise near zero") {
   const Sine motion{{1, 0, 0}, Rate{1, 1}};
   for (std::int64_t ns = 1; ns < kSecond / 100; ns = ns * 3 / 2 + 1) {
-    const long double angle = kPi * ns / 1e9L;
+    const long double angle = kLongPi * ns / 1e9L;
     const long double expected = std::sin(angle) * std::sin(angle);
     CHECK(std::abs(x_m(motion, ns) / expected - 1) <= 20 * 0x1p-53L);
   }

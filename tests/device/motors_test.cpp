@@ -12,8 +12,8 @@ using Kind = ReportFault::Kind;
 
 namespace {
 
-struct ReferenceBench {
-  explicit ReferenceBench(SimulatedDeviceOptions options, Motion motion = Still{})
+struct MotorsBench {
+  explicit MotorsBench(SimulatedDeviceOptions options, Motion motion = Still{})
       : device(clock, ProgrammedMotion{std::move(motion), RealTime{}}, std::move(options)) {}
   DeviceSample tick(std::int64_t k, const glm::dvec3& force_N) {
     clock.wait_until(RealTime{k * kMs});
@@ -25,11 +25,6 @@ struct ReferenceBench {
   SimulatedTransport device;
   ReferenceDriver driver{device};
 };
-
-bool is_still(const MotorState& motors) {
-  return motors.force_N == glm::dvec3(0) && motors.effects_playing == 0 && motors.effects_allocated == 0 &&
-         !motors.actuators_enabled;
-}
 
 /// 10 N at the largest magnitude of 32767, and all of it.
 PidOptions full_gain() {
@@ -43,7 +38,7 @@ PidOptions full_gain() {
 TEST_CASE("the motors of a reference device render what it took and as long as nothing else comes") {
   // Of 40 ticks the output of some is lost: the force before goes on, one tick longer for each.
   for (std::int64_t lost = 0; lost < 20; ++lost) {
-    ReferenceBench bench({.faults = {{Kind::write_lost, 10, lost}}});
+    MotorsBench bench({.faults = {{Kind::write_lost, 10, lost}}});
     for (int k = 0; k < 40; ++k) bench.tick(k, {0.003 * k, -0.004 * k, 0});
     const MotorState motors = bench.device.motors();
     CHECK(motors.force_N == glm::dvec3(0.117, -0.156, 0));
@@ -60,7 +55,7 @@ TEST_CASE("the motors of a reference device render what it took and as long as n
 }
 
 TEST_CASE("a device that is gone renders nothing and keeps what it did") {
-  ReferenceBench bench({.unplug_at_tick = 20});
+  MotorsBench bench({.unplug_at_tick = 20});
   for (std::int64_t k = 0; k < 20; ++k) bench.tick(k, {0, 2, 0});
   bench.clock.wait_until(RealTime{20 * kMs});
   CHECK(bench.device.motors().force_N == glm::dvec3(0));
@@ -155,7 +150,7 @@ TEST_CASE("while nobody reads the queue fills as its policy says and the first r
     for (std::int64_t ticks = 1; ticks <= 100; ++ticks) {
       std::vector<ReportFault> faults;
       for (std::int64_t i = 0; i < ticks; ++i) faults.push_back({Kind::unread, 50 + i, 1});
-      ReferenceBench bench({.queue = policy, .faults = faults}, hand);
+      MotorsBench bench({.queue = policy, .faults = faults}, hand);
       DeviceSample sample;
       for (std::int64_t k = 0; k <= 50 + ticks; ++k) {
         sample = bench.tick(k, {1, 0, 0});

@@ -10,10 +10,14 @@
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/hid/pid_driver.h"
 #include "evenstep/device/hid/simulated_pid_device.h"
+#include "units.h"
 
 namespace evenstep::test {
 
-inline constexpr std::int64_t kMs = 1'000'000;
+inline bool is_still(const MotorState& motors) {
+  return motors.force_N == glm::dvec3(0) && motors.effects_playing == 0 && motors.effects_allocated == 0 &&
+         !motors.actuators_enabled;
+}
 
 /// Passes everything on and records it: "w", "s" (set feature), "g" (get feature), with the bytes in hex.
 class RecordingTransport final : public HidTransport {

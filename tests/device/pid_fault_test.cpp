@@ -15,12 +15,12 @@ using Kind = ReportFault::Kind;
 
 namespace {
 
-const ConstantVelocity kHand{{0.1, -0.05, 0}, Duration{0}};
+const ConstantVelocity kMovingHand{{0.1, -0.05, 0}, Duration{0}};
 constexpr std::array<QueuePolicy, 2> kPolicies{QueuePolicy::hidraw, QueuePolicy::libusb};
 
 struct ReferenceBench {
   explicit ReferenceBench(std::vector<ReportFault> faults, QueuePolicy policy = QueuePolicy::hidraw)
-      : transport(clock, ProgrammedMotion{kHand, RealTime{}},
+      : transport(clock, ProgrammedMotion{kMovingHand, RealTime{}},
                   SimulatedDeviceOptions{.queue = policy, .faults = std::move(faults)}) {}
   DeviceSample read_at(std::int64_t tick) {
     clock.wait_until(RealTime{tick * kMs});
@@ -174,7 +174,7 @@ TEST_CASE("PID: whatever report fault in whatever state of the driver the force 
             device.reports.faults = {{static_cast<Kind>(kind), 50, amount}};
             const bool hurts_writes =
                 static_cast<Kind>(kind) == Kind::write_lost || static_cast<Kind>(kind) == Kind::write_rejected;
-            PidBench bench(device, pid_options(), kHand);
+            PidBench bench(device, pid_options(), kMovingHand);
             const glm::dvec3 force{state == State::playing ? 1.0 : 0.0, 0.5 * (state == State::playing), 0};
             const std::int64_t start = state == State::before_start ? 120 : 0, stop = state == State::stopped ? 40 : 1000;
             // Reads only, so that a fault of writes that nobody makes then hits the start.
@@ -334,7 +334,7 @@ TEST_CASE("PID: a stall of 100 ms leaves the oldest 63 reports under hidraw and 
     for (const QueuePolicy policy : kPolicies) {
       SimulatedPidOptions device = pid_device(flavour);
       device.reports.queue = policy;
-      PidBench bench(device, pid_options(), kHand);
+      PidBench bench(device, pid_options(), kMovingHand);
       bench.clock.wait_until(RealTime{99 * kMs});
       const DeviceSample sample = bench.driver->read(bench.clock.now());
       const bool hidraw = policy == QueuePolicy::hidraw;

@@ -12,14 +12,14 @@ using namespace evenstep;
 
 namespace {
 
-ReportDescriptor parsed(const std::vector<std::byte>& bytes) {
+ReportDescriptor parsed_descriptor(const std::vector<std::byte>& bytes) {
   auto result = parse_report_descriptor(bytes);
   REQUIRE(result);
   return *std::move(result);
 }
 
 PidLayout layout_of(const PidDescriptorOptions& options) {
-  const auto found = pid_layout(parsed(pid_descriptor(options)));
+  const auto found = pid_layout(parsed_descriptor(pid_descriptor(options)));
   REQUIRE(found);
   return *found;
 }
@@ -45,7 +45,7 @@ constexpr auto kIn = ReportType::input, kOut = ReportType::output, kFeat = Repor
 }  // namespace
 
 TEST_CASE("both flavours' reports have their documented ids and sizes") {
-  const ReportDescriptor mask = parsed(pid_descriptor({PidFlavour::mask}));
+  const ReportDescriptor mask = parsed_descriptor(pid_descriptor({PidFlavour::mask}));
   CHECK(sizes_of(mask) == Sizes{{{kIn, 1}, 6},
                                 {{kIn, 2}, 2},
                                 {{kOut, 0x10}, 22},
@@ -58,7 +58,7 @@ TEST_CASE("both flavours' reports have their documented ids and sizes") {
                                 {{kFeat, 0x20}, 4},
                                 {{kFeat, 0x21}, 5},
                                 {{kFeat, 0x22}, 5}});
-  const ReportDescriptor array = parsed(pid_descriptor({PidFlavour::array}));
+  const ReportDescriptor array = parsed_descriptor(pid_descriptor({PidFlavour::array}));
   CHECK(sizes_of(array) == Sizes{{{kIn, 1}, 5},
                                  {{kIn, 2}, 3},
                                  {{kOut, 1}, 18},
@@ -231,7 +231,7 @@ TEST_CASE("a descriptor without what a constant force needs says what is missing
     for (std::size_t i = 0; i + 1 < bytes.size(); ++i) {
       if (bytes[i] == std::byte{0x09} && bytes[i + 1] == usage) bytes[i + 1] = instead;
     }
-    const auto found = pid_layout(parsed(bytes));
+    const auto found = pid_layout(parsed_descriptor(bytes));
     REQUIRE_FALSE(found);
     std::string all;
     for (const std::string& one : found.error()) all += one + '\n';
@@ -256,7 +256,7 @@ TEST_CASE("a magnitude that knows no sign is none") {
     if (bytes[i] == std::byte{0x16} && bytes[i + 1] == std::byte{0x01} && bytes[i + 2] == std::byte{0x80})
       bytes[i + 1] = bytes[i + 2] = std::byte{0};
   }
-  const auto found = pid_layout(parsed(bytes));
+  const auto found = pid_layout(parsed_descriptor(bytes));
   REQUIRE(found.error_or({}).size() == 1);
   CHECK_THAT(found.error().front(), Catch::Contains("both signs"));
 }
@@ -268,7 +268,7 @@ TEST_CASE("what lies in another report of the same collection is not taken for a
   REQUIRE(at != bytes.end());
   const std::array<std::byte, 2> report_id{std::byte{0x85}, std::byte{0x30}};
   bytes.insert(at, report_id.begin(), report_id.end());
-  const auto found = pid_layout(parsed(bytes));
+  const auto found = pid_layout(parsed_descriptor(bytes));
   REQUIRE(found);
   CHECK(found->set_effect.report.id == 0x10);
   CHECK(found->set_effect.directions.empty());

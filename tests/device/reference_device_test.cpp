@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "evenstep/device/hid/reference_device.h"
+#include "units.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 using namespace evenstep::reference_device;
 
 namespace {
-
-constexpr std::int64_t kTwo31 = std::int64_t{1} << 31;
 
 struct Field {
   char kind;  // 'I' input, 'O' output

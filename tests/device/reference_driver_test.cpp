@@ -50,7 +50,7 @@ class ScriptedTransport final : public HidTransport {
   HidDeviceInfo info_{"/dev/hidraw7", 0x1209, 0x0E57, "scripted", ""};
 };
 
-struct Bench {
+struct ReferenceDriverBench {
   ScriptedTransport transport;
   ReferenceDriver driver{transport};
 };
@@ -59,7 +59,7 @@ struct Bench {
 
 TEST_CASE("a read drains the queue and the newest report wins") {
   for (std::uint32_t queued = 1; queued <= 100; ++queued) {
-    Bench bench;
+    ReferenceDriverBench bench;
     for (std::uint32_t i = 1; i <= queued; ++i) bench.transport.report(i, static_cast<std::int32_t>(i) * 1000 + 1);
     const DeviceSample sample = bench.driver.read(RealTime{17});
     CHECK((sample.fresh && sample.sequence == queued && sample.read_at == RealTime{17}));
@@ -72,7 +72,7 @@ TEST_CASE("a read drains the queue and the newest report wins") {
 
 TEST_CASE("every missing sequence number is counted as lost, over the wrap-around too, 100,000 reports") {
   std::mt19937_64 random(1);
-  Bench bench;
+  ReferenceDriverBench bench;
   std::uint32_t sequence = static_cast<std::uint32_t>(-50'000);
   bench.transport.report(sequence);
   bench.driver.read(RealTime{0});
@@ -92,7 +92,7 @@ TEST_CASE("every missing sequence number is counted as lost, over the wrap-aroun
 TEST_CASE("late and repeated reports change nothing and are not lost, for every distance a queue can have") {
   for (const std::uint32_t base : {100u, 0u, 63u, 0xFFFFFFFFu}) {
     for (std::uint32_t behind = 0; behind <= 64; ++behind) {
-      Bench bench;
+      ReferenceDriverBench bench;
       bench.transport.report(base, 5000);
       bench.driver.read(RealTime{0});
       bench.transport.report(base - behind, 9000);
@@ -106,7 +106,7 @@ TEST_CASE("late and repeated reports change nothing and are not lost, for every 
 
 TEST_CASE("a device that counts anew is followed, without a loss") {
   for (const std::uint32_t base : {66u, 1000u, 0x7FFFFFFFu}) {
-    Bench bench;
+    ReferenceDriverBench bench;
     bench.transport.report(base, 5000);
     bench.driver.read(RealTime{0});
     bench.transport.report(1, 9000);
@@ -118,7 +118,7 @@ TEST_CASE("a device that counts anew is followed, without a loss") {
 }
 
 TEST_CASE("malformed reports are counted and skipped: every wrong length and every wrong id") {
-  Bench bench;
+  ReferenceDriverBench bench;
   std::int64_t malformed = 0;
   const auto whole = reference_device::encode(InputReport{1, 2, {3, 4, 5}});
   for (std::size_t size = 0; size < whole.size(); ++size, ++malformed) {
@@ -138,7 +138,7 @@ TEST_CASE("malformed reports are counted and skipped: every wrong length and eve
 
 TEST_CASE("a report longer than ours, even than the buffer, is read from its head") {
   for (const std::size_t size : {22, 64, 65, 4096}) {
-    Bench bench;
+    ReferenceDriverBench bench;
     const auto whole = reference_device::encode(InputReport{3, 0, {-12, 0, 0}});
     Bytes bytes(whole.begin(), whole.end());
     bytes.resize(size, std::byte{0xAA});
@@ -149,7 +149,7 @@ TEST_CASE("a report longer than ours, even than the buffer, is read from its hea
 }
 
 TEST_CASE("an interrupted read is repeated at once") {
-  Bench bench;
+  ReferenceDriverBench bench;
   for (std::uint32_t i = 1; i <= 20; ++i) {
     bench.transport.say(HidRead::Status::interrupted);
     bench.transport.report(i);
@@ -158,12 +158,12 @@ TEST_CASE("an interrupted read is repeated at once") {
 }
 
 TEST_CASE("a device that never stops talking, or interrupts for ever, cannot hang a tick") {
-  Bench babbling;
+  ReferenceDriverBench babbling;
   babbling.transport.endless = true;
   babbling.transport.report(1);
   CHECK(babbling.driver.read(RealTime{0}).fresh);
   CHECK(babbling.transport.reads == 1024);
-  Bench interrupted;
+  ReferenceDriverBench interrupted;
   interrupted.transport.endless = true;
   interrupted.transport.say(HidRead::Status::interrupted);
   CHECK_FALSE(interrupted.driver.read(RealTime{0}).fresh);
@@ -171,7 +171,7 @@ TEST_CASE("a device that never stops talking, or interrupts for ever, cannot han
 }
 
 TEST_CASE("what one read leaves is there for the next: 1025 reports") {
-  Bench bench;
+  ReferenceDriverBench bench;
   for (std::uint32_t i = 1; i <= 1025; ++i) bench.transport.report(i);
   CHECK(bench.driver.read(RealTime{0}).sequence == 1024);
   CHECK(bench.driver.read(RealTime{1}).sequence == 1025);
@@ -179,7 +179,7 @@ TEST_CASE("what one read leaves is there for the next: 1025 reports") {
 }
 
 TEST_CASE("without a fresh report the last position holds, at the new time, and stale counts") {
-  Bench bench;
+  ReferenceDriverBench bench;
   CHECK(bench.driver.read(RealTime{1}).position_m == glm::dvec3(0));
   bench.transport.report(9, 123'456'789);
   bench.driver.read(RealTime{2});
@@ -192,7 +192,7 @@ TEST_CASE("without a fresh report the last position holds, at the new time, and 
 }
 
 TEST_CASE("a device that is gone is an error that names it, on read and on write") {
-  Bench bench;
+  ReferenceDriverBench bench;
   bench.transport.report(1);
   bench.transport.say(HidRead::Status::gone);
   CHECK_THROWS_AS(bench.driver.read(RealTime{0}), DeviceError);
@@ -201,7 +201,7 @@ TEST_CASE("a device that is gone is an error that names it, on read and on write
 }
 
 TEST_CASE("forces go out in micronewtons, numbered from 1, saturated") {
-  Bench bench;
+  ReferenceDriverBench bench;
   const std::vector<glm::dvec3> forces{{1, -2, 0.000001}, {0, 0, 0}, {1e9, -1e9, 2147.483647}};
   for (const glm::dvec3& force : forces) bench.driver.write(force);
   const std::vector<std::array<std::int32_t, 3>> expected{
@@ -215,7 +215,7 @@ TEST_CASE("forces go out in micronewtons, numbered from 1, saturated") {
 }
 
 TEST_CASE("a rejected write is counted and leaves a gap in the numbers, not an error") {
-  Bench bench;
+  ReferenceDriverBench bench;
   bench.transport.write_result = HidWrite::rejected;
   for (int i = 0; i < 5; ++i) bench.driver.write({1, 0, 0});
   bench.transport.write_result = HidWrite::ok;
@@ -226,7 +226,7 @@ TEST_CASE("a rejected write is counted and leaves a gap in the numbers, not an e
 
 TEST_CASE("a driver that stops says no force, three times where the device does not take it, and is silent about it") {
   for (const auto& [result, times] : {std::pair{HidWrite::ok, 1u}, {HidWrite::rejected, 3u}, {HidWrite::gone, 1u}}) {
-    Bench bench;
+    ReferenceDriverBench bench;
     bench.driver.write({1, 2, 3});
     bench.transport.write_result = result;
     bench.driver.stop();
@@ -242,7 +242,7 @@ TEST_CASE("a position at either end of what a report can carry is marked, and on
   for (const auto& [nm, is_end] :
        {std::pair(Limits::max(), true), std::pair(Limits::max() - 1, false), std::pair(Limits::min(), true),
         std::pair(Limits::min() + 1, false), std::pair(0, false)}) {
-    Bench bench;
+    ReferenceDriverBench bench;
     bench.transport.report(1, nm);
     CHECK(bench.driver.read(RealTime{}).at_range == is_end);
     CHECK(bench.driver.read(RealTime{1}).at_range == is_end);  // still there: no new report
@@ -282,7 +282,7 @@ TEST_CASE("with a clock a sample says when it was taken, and a stale one says wh
 }
 
 TEST_CASE("without a clock nothing says how old a sample is") {
-  Bench bench;
+  ReferenceDriverBench bench;
   bench.transport.report(1);
   CHECK_FALSE(bench.driver.read(RealTime{5}).taken_at);
   CHECK(bench.driver.ages() == nullptr);

@@ -9,46 +9,28 @@
 
 #include "evenstep/device/renderer.h"
 #include "evenstep/device/stiffness_laws.h"
+#include "units.h"
+#include "vectors.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
 
-constexpr double kEpsilon = 0x1p-52;
-constexpr std::int64_t kMs = 1'000'000;
 constexpr Duration kFresh{-kMs};  // there is a record to come
 constexpr double kPi = 3.14159265358979323846;
 
-double dot(const glm::dvec3& a, const glm::dvec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-double length(const glm::dvec3& v) { return std::hypot(v.x, v.y, v.z); }
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double uniform(double from, double to) { return from + (to - from) * (static_cast<double>(bits_() >> 11) * 0x1p-53); }
-  glm::dvec3 vector(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
-  glm::dvec3 direction() {
-    for (;;) {
-      const glm::dvec3 v = vector(1);
-      const double size = length(v);
-      if (size > 0.1 && size < 1) return v / size;
-    }
+/// Positive definite: three springs along any directions.
+Symmetric random_stiffness(Random& random, double size) {
+  Symmetric k;
+  for (int spring = 0; spring < 3; ++spring) {
+    const glm::dvec3 n = random.direction();
+    const double s = random.uniform(0, size);
+    k = {k.xx + s * n.x * n.x, k.yy + s * n.y * n.y, k.zz + s * n.z * n.z,
+         k.xy + s * n.x * n.y, k.xz + s * n.x * n.z, k.yz + s * n.y * n.z};
   }
-  /// Positive definite: three springs along any directions.
-  Symmetric stiffness(double size) {
-    Symmetric k;
-    for (int spring = 0; spring < 3; ++spring) {
-      const glm::dvec3 n = direction();
-      const double s = uniform(0, size);
-      k = {k.xx + s * n.x * n.x, k.yy + s * n.y * n.y, k.zz + s * n.z * n.z,
-           k.xy + s * n.x * n.y, k.xz + s * n.x * n.z, k.yz + s * n.y * n.z};
-    }
-    return k;
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
+  return k;
+}
 
 Symmetric along(const glm::dvec3& n, double stiffness) {
   return {stiffness * n.x * n.x, stiffness * n.y * n.y, stiffness * n.z * n.z,
@@ -73,7 +55,7 @@ TEST_CASE("local: on a spring the force is that of no delay, wherever the tool w
   const LocalRenderer local(1);
   for (int i = 0; i < 100'000; ++i) {
     const double size = std::pow(10, random.uniform(0, 4));
-    const Symmetric k = random.stiffness(size);
+    const Symmetric k = random_stiffness(random, size);
     const AffineContact a = affine_contact(spring_record(k, random.vector(0.1)), true);
     const AffineContact b = affine_contact(spring_record(k, random.vector(0.1)), true);
     const glm::dvec3 hand = random.vector(0.1);
@@ -121,7 +103,7 @@ TEST_CASE("local: a contact that only pushes never pulls, and its push is that o
     const double alpha = random.uniform(0.1, 4);
     ContactRecord record{random.vector(5),
                          random.vector(0.01),
-                         random.stiffness(2000),
+                         random_stiffness(random, 2000),
                          random.direction(),
                          random.uniform(-1e-3, 1e-3),
                          random.uniform(0, 1) < 0.8,
@@ -145,7 +127,7 @@ TEST_CASE("along the normal alone: the stiffness to the side is 0, that along th
   for (int i = 0; i < 20'000; ++i) {
     ContactRecord record;
     record.normal = random.direction();
-    record.stiffness_N_per_m = random.stiffness(1000);
+    record.stiffness_N_per_m = random_stiffness(random, 1000);
     record.force_N = record.normal * random.uniform(0, 5);
     record.gap_m = random.uniform(-1e-3, 1e-3);
     record.unilateral = true;
@@ -176,7 +158,7 @@ TEST_CASE("along the normal alone: the stiffness to the side is 0, that along th
 TEST_CASE("along the normal alone is for a contact that only pushes: one that is held keeps all of its stiffness") {
   Random random(32);
   ContactRecord held;
-  held.stiffness_N_per_m = random.stiffness(500);
+  held.stiffness_N_per_m = random_stiffness(random, 500);
   held.normal = random.direction();
   const Symmetric& all = held.stiffness_N_per_m;
   const Symmetric kept = with_part(held, StiffnessPart::normal).stiffness_N_per_m;
@@ -190,8 +172,8 @@ TEST_CASE("along the normal alone is for a contact that only pushes: one that is
 TEST_CASE("records mix with one weight: their ends bit for bit, their stiffness positive semidefinite in between") {
   Random random(4);
   for (int i = 0; i < 20'000; ++i) {
-    AffineContact a{random.vector(9), random.vector(1), random.stiffness(1000), random.direction(), RealTime{i * 7}};
-    AffineContact b{random.vector(9), random.vector(1), random.stiffness(1000), {}, RealTime{i * 7 + 2'222'222}};
+    AffineContact a{random.vector(9), random.vector(1), random_stiffness(random, 1000), random.direction(), RealTime{i * 7}};
+    AffineContact b{random.vector(9), random.vector(1), random_stiffness(random, 1000), {}, RealTime{i * 7 + 2'222'222}};
     REQUIRE(lerp(a, b, 0).force_N == a.force_N);
     REQUIRE(lerp(a, b, 0).outward == a.outward);
     REQUIRE(lerp(a, b, 0).read_at == a.read_at);

@@ -8,13 +8,12 @@
 
 #include "descriptor_items.h"
 #include "evenstep/device/hid/reference_device.h"
+#include "units.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
 
 namespace {
-
-constexpr std::int64_t kTwo31 = std::int64_t{1} << 31;
 
 ReportDescriptor parsed(const Bytes& bytes) {
   auto result = parse_report_descriptor(bytes);

@@ -5,13 +5,12 @@
 #include <random>
 
 #include "evenstep/device/hid/report_descriptor.h"
+#include "units.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
-
-constexpr std::int64_t kTwo31 = std::int64_t{1} << 31;
-const double kInfinity = std::numeric_limits<double>::infinity();
 
 FieldLayout field_of(std::uint32_t bits, std::uint32_t bit_offset, std::int64_t minimum, std::int64_t maximum,
                      std::uint32_t count = 1) {

@@ -17,29 +17,30 @@
 #include "evenstep/device/inverse3/inverse3_driver.h"
 #include "evenstep/device/inverse3/simulated_inverse3.h"
 #include "evenstep/device/looked_for.h"
+#include "units.h"
 
 using namespace evenstep;
 using namespace evenstep::test;
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
 constexpr double kWanted_N = 2, kVelocity_m_per_s = 0.02;
 
-enum class Kind { reference, evdev, inverse3 };
+enum class DeviceKind { reference, evdev, inverse3 };
 
 /// A device that goes and comes, its driver, and a guard over it; a force of 2 N is wanted throughout.
 struct ReturnBench {
-  ReturnBench(Kind kind, std::int64_t unplug_tick, std::int64_t return_tick, const CutLimits& cut) : guard(limits(cut)) {
+  ReturnBench(DeviceKind kind, std::int64_t unplug_tick, std::int64_t return_tick, const CutLimits& cut)
+      : guard(limits(cut)) {
     SimulatedDeviceOptions options;
     options.unplug_at_tick = unplug_tick;
     options.return_at_tick = return_tick;
     const ProgrammedMotion motion{ConstantVelocity{{kVelocity_m_per_s, 0, 0}}, RealTime{}};
-    if (kind == Kind::reference) {
+    if (kind == DeviceKind::reference) {
       hid = std::make_unique<SimulatedTransport>(clock, motion, options);
       driver = std::make_unique<ReferenceDriver>(*hid);
       motors = hid.get();
-    } else if (kind == Kind::evdev) {
+    } else if (kind == DeviceKind::evdev) {
       SimulatedEvdevOptions with;
       with.reports = options;
       node = std::make_unique<SimulatedEvdev>(clock, motion, with);
@@ -96,7 +97,7 @@ TEST_CASE("a device is found at the first look that is not before its return, an
 TEST_CASE("a returning device is not pushed while it is away and then by a force that rises from zero, at random times") {
   std::mt19937_64 random(20261123);
   for (int round = 0; round < 60; ++round) {
-    const Kind kind{round % 3};
+    const DeviceKind kind{round % 3};
     const std::int64_t unplug = between(random, 400, 700), returns = unplug + between(random, 1, 900);
     CutLimits cut;
     cut.ramp_up = Duration{between(random, 20, 300) * kMs};
@@ -136,7 +137,7 @@ TEST_CASE("a returning device is not pushed while it is away and then by a force
 }
 
 TEST_CASE("a device that is away for more than ten seconds, or does not return, ends the run") {
-  for (const Kind kind : {Kind::reference, Kind::evdev, Kind::inverse3}) {
+  for (const DeviceKind kind : {DeviceKind::reference, DeviceKind::evdev, DeviceKind::inverse3}) {
     ReturnBench never(kind, 100, -1, {}), late(kind, 100, 10'101, {});
     for (int ms = 1; ms < 100; ++ms) never.tick();
     CHECK_THROWS_AS(never.tick(), DeviceError);

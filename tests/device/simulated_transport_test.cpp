@@ -8,17 +8,17 @@
 #include "evenstep/clock/virtual_clock.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"
+#include "units.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
 
-constexpr std::int64_t kMs = 1'000'000;
-constexpr std::int64_t kSecond = 1'000'000'000;
-const ConstantVelocity kHand{{0.1, -0.05, 0}, Duration{0}};
+const ConstantVelocity kSteadyHand{{0.1, -0.05, 0}, Duration{0}};
 
-struct Bench {
-  explicit Bench(SimulatedDeviceOptions options, Motion motion = kHand)
+struct TransportBench {
+  explicit TransportBench(SimulatedDeviceOptions options, Motion motion = kSteadyHand)
       : transport(clock, ProgrammedMotion{std::move(motion), RealTime{0}}, options) {}
   DeviceSample read_at(std::int64_t ns) {
     clock.wait_until(RealTime{ns});
@@ -52,11 +52,11 @@ TEST_CASE("read at every tick, each position arrives exactly, at every rate, pha
   for (const Rate rate : {Rate{1000, 1}, Rate{4000, 1}, Rate{1, 3}, Rate{1000, 3}, Rate{450, 1}}) {
     for (const std::int64_t phase : {std::int64_t{0}, std::int64_t{123'457}, kSecond}) {
       for (const QueuePolicy policy : {QueuePolicy::hidraw, QueuePolicy::libusb}) {
-        Bench bench({rate, RealTime{phase}, policy});
+        TransportBench bench({rate, RealTime{phase}, policy});
         for (std::int64_t k = 0; k < 1000; ++k) {
           const RealTime at = tick_time(rate, k, RealTime{phase});
           const DeviceSample sample = bench.read_at(at.ns);
-          const auto nm = reference_device::to_nm(position_m(kHand, at));
+          const auto nm = reference_device::to_nm(position_m(kSteadyHand, at));
           REQUIRE((sample.fresh && sample.sequence == k + 1 && sample.read_at == at));
           for (int axis = 0; axis < 3; ++axis) REQUIRE(sample.position_m[axis] == nm[static_cast<std::size_t>(axis)] / 1e9);
         }
@@ -69,13 +69,13 @@ TEST_CASE("read at every tick, each position arrives exactly, at every rate, pha
 }
 
 TEST_CASE("at 1 kHz a hand of 0.1 m/s moves by exactly 100,000 nm per report") {
-  Bench bench({});
+  TransportBench bench({});
   for (std::int64_t k = 0; k < 20'000; ++k)
     REQUIRE(bench.read_at(k * kMs).position_m.x == static_cast<double>(100'000 * k) / 1e9);
 }
 
 TEST_CASE("a tick reports at its very nanosecond, not before") {
-  Bench bench({{3, 1}, RealTime{500}});
+  TransportBench bench({{3, 1}, RealTime{500}});
   CHECK_FALSE(bench.read_at(499).fresh);
   CHECK(bench.read_at(500).sequence == 1);
   CHECK_FALSE(bench.read_at(333'333'832).fresh);
@@ -83,13 +83,13 @@ TEST_CASE("a tick reports at its very nanosecond, not before") {
 }
 
 TEST_CASE("a reader that sleeps 100 ms sees the oldest 63 reports under hidraw and the newest 32 under libusb") {
-  Bench hidraw({{1000, 1}, RealTime{0}, QueuePolicy::hidraw});
-  Bench libusb({{1000, 1}, RealTime{0}, QueuePolicy::libusb});
+  TransportBench hidraw({{1000, 1}, RealTime{0}, QueuePolicy::hidraw});
+  TransportBench libusb({{1000, 1}, RealTime{0}, QueuePolicy::libusb});
   std::uint32_t reported = 0;
   for (std::int64_t nap = 1; nap <= 50; ++nap) {
     const std::uint32_t first = reported + 1;
     reported = static_cast<std::uint32_t>(100 * nap + 1);
-    for (Bench* bench : {&hidraw, &libusb}) bench->clock.wait_until(RealTime{nap * 100 * kMs});
+    for (TransportBench* bench : {&hidraw, &libusb}) bench->clock.wait_until(RealTime{nap * 100 * kMs});
     CHECK(drain(hidraw.transport) == from_to(first, first + 62));
     CHECK(drain(libusb.transport) == from_to(reported - 31, reported));
   }
@@ -98,9 +98,9 @@ TEST_CASE("a reader that sleeps 100 ms sees the oldest 63 reports under hidraw a
 }
 
 TEST_CASE("after a stall the hand is 37 ms old under hidraw and fresh under libusb, and the driver counts the loss") {
-  Bench hidraw({{1000, 1}, RealTime{0}, QueuePolicy::hidraw});
-  Bench libusb({{1000, 1}, RealTime{0}, QueuePolicy::libusb});
-  for (Bench* bench : {&hidraw, &libusb}) bench->read_at(0);
+  TransportBench hidraw({{1000, 1}, RealTime{0}, QueuePolicy::hidraw});
+  TransportBench libusb({{1000, 1}, RealTime{0}, QueuePolicy::libusb});
+  for (TransportBench* bench : {&hidraw, &libusb}) bench->read_at(0);
   CHECK(hidraw.read_at(100 * kMs).position_m.x == 63 * 100'000 / 1e9);
   CHECK(libusb.read_at(100 * kMs).position_m.x == 100 * 100'000 / 1e9);
   CHECK((hidraw.driver.counters().lost == 0 && libusb.driver.counters().lost == 68));
@@ -113,7 +113,7 @@ TEST_CASE("the queue is full at its depth and drops from one more on") {
   const std::array<std::pair<QueuePolicy, std::int64_t>, 2> depths{{{QueuePolicy::hidraw, 63}, {QueuePolicy::libusb, 32}}};
   for (const auto& [policy, depth] : depths) {
     for (std::int64_t reports = 1; reports <= 200; ++reports) {
-      Bench bench({{1000, 1}, RealTime{kMs}, policy});
+      TransportBench bench({{1000, 1}, RealTime{kMs}, policy});
       bench.clock.wait_until(RealTime{reports * kMs});
       CHECK(static_cast<std::int64_t>(drain(bench.transport).size()) == std::min(reports, depth));
       CHECK(bench.transport.dropped() == std::max<std::int64_t>(0, reports - depth));
@@ -124,7 +124,7 @@ TEST_CASE("the queue is full at its depth and drops from one more on") {
 TEST_CASE("pauses and partial reads give what a queue filled report by report would hold, 20,000 random calls") {
   for (const QueuePolicy policy : {QueuePolicy::hidraw, QueuePolicy::libusb}) {
     std::mt19937_64 random(1);
-    Bench bench({{1000, 1}, RealTime{0}, policy});
+    TransportBench bench({{1000, 1}, RealTime{0}, policy});
     std::deque<std::uint32_t> queue;
     std::int64_t dropped = 0, next_tick = 0, now_ns = 0;
     for (int call = 0; call < 20'000; ++call) {
@@ -155,9 +155,9 @@ TEST_CASE("pauses and partial reads give what a queue filled report by report wo
 TEST_CASE("a stall of thirty years costs one queue of work") {
   // 1e12 reports: a loop over them would not come back before the test's time-out.
   const std::int64_t ticks = 1'000'000'000'000;
-  Bench hidraw({{1000, 1}, RealTime{kMs}, QueuePolicy::hidraw});
-  Bench libusb({{1000, 1}, RealTime{kMs}, QueuePolicy::libusb});
-  for (Bench* bench : {&hidraw, &libusb}) bench->clock.wait_until(RealTime{ticks * kMs});
+  TransportBench hidraw({{1000, 1}, RealTime{kMs}, QueuePolicy::hidraw});
+  TransportBench libusb({{1000, 1}, RealTime{kMs}, QueuePolicy::libusb});
+  for (TransportBench* bench : {&hidraw, &libusb}) bench->clock.wait_until(RealTime{ticks * kMs});
   CHECK(drain(hidraw.transport) == from_to(1, 63));
   const auto newest = static_cast<std::uint32_t>(ticks);
   CHECK(drain(libusb.transport) == from_to(newest - 31, newest));
@@ -168,7 +168,7 @@ TEST_CASE("from its tick on an unplugged device is gone, with reports queued or 
   const auto force = reference_device::encode(reference_device::OutputReport{1, {}});
   std::array<std::byte, 21> buffer;
   for (std::int64_t tick = 0; tick < 200; ++tick) {
-    Bench bench({{1000, 1}, RealTime{kMs}, QueuePolicy::hidraw, tick});
+    TransportBench bench({{1000, 1}, RealTime{kMs}, QueuePolicy::hidraw, tick});
     bench.clock.wait_until(RealTime{(tick + 1) * kMs - 1});
     CHECK(bench.transport.read(buffer).status == (tick > 0 ? HidRead::Status::report : HidRead::Status::nothing));
     CHECK(bench.transport.write(force) == HidWrite::ok);
@@ -181,7 +181,7 @@ TEST_CASE("from its tick on an unplugged device is gone, with reports queued or 
 }
 
 TEST_CASE("the device renders the last force it was sent, and a malformed one changes nothing") {
-  Bench bench({});
+  TransportBench bench({});
   CHECK(bench.transport.output().sequence == 0);
   for (int i = 1; i <= 1000; ++i) {
     bench.driver.write({i * 0.001, -i * 0.002, 0});
@@ -197,7 +197,7 @@ TEST_CASE("the device renders the last force it was sent, and a malformed one ch
 
 TEST_CASE("a short buffer takes the head of a report and learns its whole size") {
   for (std::size_t size = 0; size <= 21; ++size) {
-    Bench bench({});
+    TransportBench bench({});
     std::vector<std::byte> buffer(size);
     const HidRead got = bench.transport.read(buffer);
     CHECK((got.status == HidRead::Status::report && got.size == 21));
@@ -212,7 +212,7 @@ TEST_CASE("device time is the tick's time in whole microseconds, floored, modulo
   std::array<std::byte, 21> buffer;
   // 2^32 us is tick 12,884.9: the sweep passes it.
   for (std::int64_t tick = 12'800; tick < 13'000; ++tick) {
-    Bench bench({rate, RealTime{}, QueuePolicy::libusb});
+    TransportBench bench({rate, RealTime{}, QueuePolicy::libusb});
     bench.clock.wait_until(tick_time(rate, tick));
     reference_device::InputReport newest;
     while (bench.transport.read(buffer).status == HidRead::Status::report) newest = *reference_device::decode_input(buffer);
@@ -222,7 +222,7 @@ TEST_CASE("device time is the tick's time in whole microseconds, floored, modulo
 }
 
 TEST_CASE("the simulated device says what it is") {
-  Bench bench({});
+  TransportBench bench({});
   CHECK((bench.transport.info().vendor_id == 0x1209 && bench.transport.info().product_id == 0x0E57));
   CHECK(bench.transport.report_descriptor().data() == reference_device::report_descriptor().data());
 }

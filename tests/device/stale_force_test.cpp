@@ -17,7 +17,7 @@ namespace {
 constexpr std::int64_t kChange = 600;  // ms; the force rises or is released then
 
 /// A device of any kind under its driver, both made by `make`.
-struct Bench {
+struct StaleForceBench {
   VirtualClock clock;
   std::unique_ptr<SimulatedDevice> device;
   std::unique_ptr<HapticDevice> driver;
@@ -32,19 +32,19 @@ PidOptions x_alone() {
   return options;
 }
 
-void drive(Bench& bench, const PidOptions& options) {
+void drive(StaleForceBench& bench, const PidOptions& options) {
   bench.driver = std::make_unique<PidDriver>(*bench.device, layout_of(*bench.device), options);
   bench.driver->start();
 }
 
 /// Every simulated device there is.
-std::vector<std::pair<std::string, std::unique_ptr<Bench>>> benches(const std::vector<ReportFault>& faults,
-                                                                    std::optional<Duration> effect_duration) {
-  std::vector<std::pair<std::string, std::unique_ptr<Bench>>> all;
+std::vector<std::pair<std::string, std::unique_ptr<StaleForceBench>>> benches(const std::vector<ReportFault>& faults,
+                                                                              std::optional<Duration> effect_duration) {
+  std::vector<std::pair<std::string, std::unique_ptr<StaleForceBench>>> all;
   PidOptions options = x_alone();
   options.effect_duration = effect_duration;
   for (const PidFlavour flavour : kFlavours) {
-    auto bench = std::make_unique<Bench>();
+    auto bench = std::make_unique<StaleForceBench>();
     SimulatedPidOptions device = pid_device(flavour);
     device.reports.faults = faults;
     bench->device = std::make_unique<SimulatedPidDevice>(bench->clock, still(), device);
@@ -52,7 +52,7 @@ std::vector<std::pair<std::string, std::unique_ptr<Bench>>> benches(const std::v
     all.emplace_back(flavour == PidFlavour::mask ? "mask" : "array", std::move(bench));
   }
   for (const auto& [name, kind] : simulated_boards()) {
-    auto bench = std::make_unique<Bench>();
+    auto bench = std::make_unique<StaleForceBench>();
     SimulatedBoardOptions board;
     board.kind = kind;
     board.travel_m = options.travel_m;
@@ -63,7 +63,7 @@ std::vector<std::pair<std::string, std::unique_ptr<Bench>>> benches(const std::v
     drive(*bench, own);
     all.emplace_back(std::string(name), std::move(bench));
   }
-  auto bench = std::make_unique<Bench>();
+  auto bench = std::make_unique<StaleForceBench>();
   bench->device = std::make_unique<SimulatedTransport>(bench->clock, still(), SimulatedDeviceOptions{.faults = faults});
   bench->driver = std::make_unique<ReferenceDriver>(*bench->device);
   all.emplace_back("reference", std::move(bench));
@@ -71,7 +71,7 @@ std::vector<std::pair<std::string, std::unique_ptr<Bench>>> benches(const std::v
 }
 
 /// Ticks after the change until the motors do what is wanted; the force does not change again.
-std::int64_t ticks_until_right(Bench& bench, double before_N, double after_N, std::int64_t ticks = 1000) {
+std::int64_t ticks_until_right(StaleForceBench& bench, double before_N, double after_N, std::int64_t ticks = 1000) {
   std::int64_t right = -1;
   for (std::int64_t k = 0; k < kChange + ticks; ++k) {
     bench.clock.wait_until(RealTime{k * kMs});

@@ -10,42 +10,18 @@
 #include <random>
 
 #include "evenstep/device/renderer.h"
+#include "units.h"
+#include "vectors.h"
 
 using namespace evenstep;
+using namespace evenstep::test;
 
 namespace {
 
-constexpr double kEpsilon = 0x1p-52;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double dot(const glm::dvec3& a, const glm::dvec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-double length(const glm::dvec3& v) { return std::sqrt(dot(v, v)); }
-glm::dvec3 cross(const glm::dvec3& a, const glm::dvec3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 bool same_bits(const Symmetric& a, const Symmetric& b) {
   const auto bits = [](const Symmetric& k) { return std::bit_cast<std::array<std::uint64_t, 6>>(k); };
   return bits(a) == bits(b);
 }
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : bits_(seed) {}
-  double uniform(double from, double to) { return from + (to - from) * (static_cast<double>(bits_() >> 11) * 0x1p-53); }
-  glm::dvec3 vector(double size) { return {uniform(-size, size), uniform(-size, size), uniform(-size, size)}; }
-  /// Three orthonormal directions.
-  std::array<glm::dvec3, 3> basis() {
-    for (;;) {
-      const glm::dvec3 a = vector(1), b = vector(1);
-      const glm::dvec3 c = cross(a, b);
-      if (length(c) < 0.1) continue;
-      return {a / length(a), c / length(c), cross(c, a) / (length(c) * length(a))};
-    }
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 Symmetric matrix_of(const std::array<glm::dvec3, 3>& axes, const std::array<double, 3>& values) {
   Symmetric k;
