@@ -20,6 +20,16 @@ if(CMAKE_CXX_COMPILER_LAUNCHER MATCHES "(^|/)ccache$")
     ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CMAKE_CXX_COMPILER_LAUNCHER})
 endif()
 
+# g++ collects its garbage from 128 MB on, again and again; where every job may have 2 GB it need not.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  cmake_host_system_information(RESULT memory_MiB QUERY TOTAL_PHYSICAL_MEMORY)
+  cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
+  math(EXPR each_MiB "${memory_MiB} / (${cores} + 2)")   # as many jobs as Ninja has
+  if(each_MiB GREATER_EQUAL 2048)
+    add_compile_options($<$<COMPILE_LANGUAGE:CXX>:--param=ggc-min-heapsize=1048576>)
+  endif()
+endif()
+
 # mold or lld, unless the user has chosen a linker.
 include(CheckLinkerFlag)
 if(NOT CMAKE_EXE_LINKER_FLAGS MATCHES "-fuse-ld=")

@@ -1,6 +1,7 @@
 #pragma once
 /// How many cases of a property a test tries.
 
+#include <concepts>
 #include <cstdint>
 
 namespace evenstep::testing {
@@ -8,12 +9,17 @@ namespace evenstep::testing {
 /// Sanitized builds try a tenth: they check memory and arithmetic, not the property, take up to ten times as long for each
 /// case, and see the same paths in fewer of them.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr std::uint64_t kShare = 10;
+constexpr bool kSanitized = true;
 #else
-constexpr std::uint64_t kShare = 1;
+constexpr bool kSanitized = false;
 #endif
+constexpr int kShare = kSanitized ? 10 : 1;
 
 /// `count` of them, or in a sanitized build the share of it, rounded up.
-constexpr std::uint64_t cases(std::uint64_t count) { return (count + kShare - 1) / kShare; }
+constexpr std::uint64_t share_of(std::uint64_t count) { return (count + kShare - 1) / kShare; }
+template <std::integral Count>
+consteval Count cases(Count count) {
+  return static_cast<Count>(share_of(static_cast<std::uint64_t>(count)));
+}
 
 }  // namespace evenstep::testing

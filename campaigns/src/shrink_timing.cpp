@@ -9,14 +9,14 @@ namespace {
 
 /// Lower median; 0 of nothing.
 template <class T>
-T median(std::vector<T> values) {
+T median_ns(std::vector<T> values) {
   if (values.empty()) return {};
   const auto middle = values.begin() + (std::ssize(values) - 1) / 2;
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
+std::vector<SegmentTiming> played_segments(const Scenario& scenario) {
   std::vector<SegmentTiming> segments;
   const std::unique_ptr<StepTiming> timing = make_timing(scenario.timing);
   SegmentTiming segment;
@@ -24,7 +24,7 @@ std::vector<SegmentTiming> segments_of(const Scenario& scenario) {
   return segments;
 }
 
-std::int64_t length(const Interval& interval) { return (interval.end - interval.begin).ns; }
+std::int64_t length_ns(const Interval& interval) { return (interval.end - interval.begin).ns; }
 
 /// The current time while visualizations and steps are placed one after the other.
 struct Cursor {
@@ -39,7 +39,7 @@ struct Cursor {
 }  // namespace
 
 TimingShape::TimingShape(const Scenario& scenario) {
-  const std::vector<SegmentTiming> segments = segments_of(scenario);
+  const std::vector<SegmentTiming> segments = played_segments(scenario);
   lanes_ =
       std::any_of(segments.begin(), segments.end(), [](const SegmentTiming& s) { return s.concurrent || s.overlaps(); });
   const ProgrammedTiming& programmed = scenario.timing.programmed;
@@ -59,7 +59,7 @@ void TimingShape::measure(const std::vector<SegmentTiming>& segments) {
     const auto show = [&] {
       std::int64_t& before = lanes_ ? visualization_end : end;
       one.visualization_gap = segment.visualization->begin.ns - before;
-      one.visualization = length(*segment.visualization);
+      one.visualization = length_ns(*segment.visualization);
       before = segment.visualization->end.ns;
     };
     bool shown = !segment.visualization;
@@ -70,7 +70,7 @@ void TimingShape::measure(const std::vector<SegmentTiming>& segments) {
       }
       if (!shown) ++one.steps_before;
       of_steps.gaps.push_back(step.begin.ns - end);
-      of_steps.steps.push_back(length(step));
+      of_steps.steps.push_back(length_ns(step));
       end = step.end.ns;
     }
     if (!shown) show();
@@ -90,12 +90,12 @@ void TimingShape::set_nominal(const Scenario& scenario) {
     gaps.insert(gaps.end(), one.gaps.begin(), one.gaps.end());
     counts.push_back(one.steps.size());
   }
-  nominal_ = {.visualization = median(visualizations),
-              .visualization_gap = median(visualization_gaps),
-              .step = median(steps),
-              .gap = median(gaps),
-              .count = median(counts),
-              .steps_before = median(before)};
+  nominal_ = {.visualization = median_ns(visualizations),
+              .visualization_gap = median_ns(visualization_gaps),
+              .step = median_ns(steps),
+              .gap = median_ns(gaps),
+              .count = median_ns(counts),
+              .steps_before = median_ns(before)};
   if (!scenario.timing.trace.empty()) return;
   nominal_.visualization = scenario.timing.programmed.visualization.ns;
   nominal_.step = scenario.nominal.step_run_time.ns;

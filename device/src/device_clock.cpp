@@ -11,7 +11,7 @@ constexpr std::int64_t kBlock_ns = 500'000'000;
 constexpr std::size_t kBlocks = 128;
 constexpr std::int64_t kMostSlope = 100;  // 1 / 100
 constexpr Duration kSetForward{50'000'000}, kSetBack{100'000'000};
-constexpr Duration kOldest{1'000'000'000};
+constexpr Duration kOldestReport{1'000'000'000};
 
 /// Whether the turn a, b, c is to the left: b lies below the line from a to c.
 template <class Point>
@@ -128,7 +128,7 @@ DeviceClock::Line DeviceClock::line_below(const std::vector<Point>& points) {
 
 /// Without the least age.
 RealTime DeviceClock::in_order(RealTime taken, RealTime read) {
-  RealTime least = read - kOldest;
+  RealTime least = read - kOldestReport;
   if (last_taken_) least = std::max(least, std::min(*last_taken_ + Duration{1}, read));
   if (taken < least) {
     ++ages_.capped;

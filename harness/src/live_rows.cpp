@@ -31,9 +31,10 @@ void make_room(List& list, std::size_t count) {
 /// Takes the place that a run of this length needs, up to an hour of it at 1 kHz, so that a column is not copied to a larger
 /// place while the run goes on, and a disk without room is known before t = 0. Memory that is not used yet costs nothing.
 void reserve_for(const Scenario& scenario, StrategyRecord& rows, std::vector<DeviceInputs>& inputs) {
-  constexpr std::int64_t kMostRows = 3'600'000;
+  constexpr std::int64_t kMostExpected = 3'600'000;
   const auto count = [&](Rate rate) {
-    return static_cast<std::size_t>(std::min(first_tick_at_or_after(rate, RealTime{scenario.run_duration.ns}), kMostRows));
+    return static_cast<std::size_t>(
+        std::min(first_tick_at_or_after(rate, RealTime{scenario.run_duration.ns}), kMostExpected));
   };
   const std::size_t steps = count(scenario.scene.step_rate) + 1;
   std::size_t events = kEventsPerStep * steps;

@@ -8,11 +8,12 @@
 #include <tuple>
 
 #include "evenstep/reports/pareto.h"
+#include "size_conclusion.h"
 
 namespace evenstep {
 namespace {
 
-constexpr double kSmooth = 0.15;  // slots; as `size` concludes
+using internal::kSmooth;  // as `size` concludes
 
 constexpr double kLeastJump = 1e-3;  // steps; with samples of whole nanometres a smaller one is not seen for sure
 

@@ -5,14 +5,15 @@
 #include <iterator>
 
 #include "evenstep/reports/advice_record.h"
+#include "size_conclusion.h"
 #include "src/text.h"
 
 namespace evenstep {
 namespace {
 
-constexpr double kNoJump = 1e-3;  // steps; times are whole nanoseconds, so what is even jumps by a millionth at most
+using internal::ms;
 
-double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
+constexpr double kNoJump = 1e-3;  // steps; times are whole nanoseconds, so what is even jumps by a millionth at most
 
 std::string stiffness(double N_per_m) {
   return N_per_m < 100 ? fmt::format("{:.3g}", N_per_m) : fmt::format("{:.0f}", N_per_m);

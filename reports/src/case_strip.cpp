@@ -57,7 +57,7 @@ std::string value_label(const CaseRecord& record) {
   return record.value_unit.empty() ? record.value_name : fmt::format("{} [{}]", record.value_name, record.value_unit);
 }
 
-constexpr double kNames = 250, kCellWidth = 64, kCellHeight = 26, kTop = 74, kLegend = 150;
+constexpr double kNamesWidth = 250, kCellWidth = 64, kCellHeight = 26, kTop = 74, kLegend = 150;
 
 }  // namespace
 
@@ -83,11 +83,11 @@ std::string case_table(const CaseRecord& record) {
 std::string case_strip_svg(const CaseRecord& record, const std::string& title) {
   using internal::Svg;
   const std::size_t columns = record.rows.empty() ? 0 : record.rows.front().cells.size();
-  const double width = std::max(kNames + kCellWidth * static_cast<double>(columns) + 16, 6 * kLegend + 40);
+  const double width = std::max(kNamesWidth + kCellWidth * static_cast<double>(columns) + 16, 6 * kLegend + 40);
   Svg svg(width, kTop + kCellHeight * static_cast<double>(record.rows.size()) + 44, title);
   svg.text({16, kTop - 10}, value_label(record), Svg::Anchor::start, 12, true);
   for (std::size_t c = 0; c < columns; ++c) {
-    svg.text({kNames + kCellWidth * (static_cast<double>(c) + 0.5), kTop - 10},
+    svg.text({kNamesWidth + kCellWidth * (static_cast<double>(c) + 0.5), kTop - 10},
              value_text(record.rows.front().cells[c].value), Svg::Anchor::middle, 11);
   }
   double top = kTop;
@@ -95,7 +95,7 @@ std::string case_strip_svg(const CaseRecord& record, const std::string& title) {
     svg.text({16, top + 17}, row.method + "  " + row.solver);
     for (std::size_t c = 0; c < row.cells.size(); ++c) {
       const Look& look = look_of(row.cells[c].status);
-      const double left = kNames + kCellWidth * static_cast<double>(c);
+      const double left = kNamesWidth + kCellWidth * static_cast<double>(c);
       svg.rect({left + 1, top + 1, left + kCellWidth - 1, top + kCellHeight - 1}, look.fill, look.fill);
       svg.text({left + kCellWidth / 2, top + 17}, cell_text(row.cells[c]), Svg::Anchor::middle, 11, false, look.text);
     }

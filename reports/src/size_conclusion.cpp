@@ -9,12 +9,12 @@
 namespace evenstep {
 namespace {
 
-constexpr double kSmooth = 0.15;         // slots; phase_locked accelerates by 0.07 at most
 constexpr double kNearBound = 1.25;      // times the pause bound
 constexpr double kMaterial = 0.01;       // a saving below this share of the latency is none
 constexpr std::size_t kMostKinds = 8;    // rows of the table
 constexpr std::int64_t kAlikePart = 10;  // intervals that differ by less than a tenth are alike
 
+using internal::kSmooth;
 using internal::ms;
 
 std::size_t place_of(const SizeRecord& record, const SizeStrategy& strategy) {

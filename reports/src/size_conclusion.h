@@ -7,6 +7,9 @@
 
 namespace evenstep::internal {
 
+constexpr double kSmooth =
+    0.15;  // slots: a map whose velocity jumps by less is smooth; phase_locked accelerates by 0.07 at most
+
 inline double ms(Duration duration) { return static_cast<double>(duration.ns) * 1e-6; }
 
 /// The kinds of hitches, and what latency would do without each.

@@ -51,7 +51,8 @@ std::string random_text(std::mt19937& random) {
 
 }  // namespace
 
-TEST_CASE("In 100,000 random texts in random pieces the runner finds no command, and only underscores were added") {
+TEST_CASE("In 100,000 random texts in random pieces the runner finds no command, and only underscores were added",
+          "[sweep]") {
   std::mt19937 random(1);
   std::size_t with_command = 0;
   for (int i = 0; i < 100'000; ++i) {

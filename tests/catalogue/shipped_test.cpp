@@ -58,7 +58,7 @@ TEST_CASE("Every case asserts that no schedule changes a bit, and says why it ex
   }
 }
 
-TEST_CASE("Every metric that a cell of a shipped case has is one that an expectation can name") {
+TEST_CASE("Every metric that a cell of a shipped case has is one that an expectation can name", "[sweep]") {
   const auto known = *metrics_of_signal("case.rk4.cpu");
   for (Scenario scenario : shipped_cases()) {
     INFO(scenario.file);

@@ -5,6 +5,7 @@
 #include <map>
 #include <random>
 
+#include "cases.h"
 #include "evenstep/device/hid/reference_driver.h"
 #include "evenstep/device/hid/simulated_transport.h"
 #include "pid_bench.h"
@@ -369,7 +370,7 @@ TEST_CASE("PID: 200000 random reports to the firmware end without harm and force
     std::mt19937_64 random(7);
     PidBench bench(pid_device(flavour));
     std::array<std::byte, 24> bytes;
-    for (int i = 0; i < 100'000; ++i) {
+    for (int i = 0; i < evenstep::testing::cases(100'000); ++i) {
       for (std::byte& byte : bytes) byte = static_cast<std::byte>(random() >> 20 & (random() % 2 ? 0x07 : 0xFF));
       if (random() % 4) bytes[0] = static_cast<std::byte>((flavour == PidFlavour::mask ? 0x10 : 0) + random() % 10);
       const auto report = std::span(bytes).first(random() % 25);

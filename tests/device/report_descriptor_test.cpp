@@ -6,6 +6,7 @@
 #include <string>
 #include <tuple>
 
+#include "cases.h"
 #include "descriptor_items.h"
 #include "evenstep/device/hid/reference_device.h"
 #include "units.h"
@@ -445,7 +446,7 @@ class Generator {
 
 TEST_CASE("fifty thousand random valid descriptors say what they were built from") {
   std::size_t fields = 0, largest = 0;
-  for (std::uint64_t seed = 0; seed < 50'000; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(50'000); ++seed) {
     Generator generator(seed);
     generator.build();
     const auto result = parse_report_descriptor(generator.bytes);
@@ -480,7 +481,7 @@ TEST_CASE("a million random byte strings are parsed or refused and no value of w
       bytes_of({0x05, 0x06, 0x09, 0x0A, 0x0B, 0x15, 0x16, 0x17, 0x19, 0x1A, 0x25, 0x26, 0x27, 0x29, 0x2A, 0x35,
                 0x45, 0x55, 0x65, 0x75, 0x81, 0x85, 0x91, 0x95, 0xA1, 0xA4, 0xA9, 0xB1, 0xB4, 0xC0, 0xC0, 0xC0});
   int accepted = 0;
-  for (int i = 0; i < 1'000'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(1'000'000); ++i) {
     std::array<std::byte, 24> bytes;
     const std::size_t size = random() % (bytes.size() + 1);
     for (std::byte& byte : bytes) {

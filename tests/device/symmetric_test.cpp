@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "cases.h"
 #include "evenstep/device/renderer.h"
 #include "units.h"
 #include "vectors.h"
@@ -90,7 +91,7 @@ double quadratic(const Symmetric& k, const glm::dvec3& v) { return dot(v, k * v)
 
 TEST_CASE("the axes of a symmetric matrix are orthonormal and give it back, 50,000 random ones") {
   Random random(1);
-  for (int i = 0; i < 50'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(50'000); ++i) {
     std::array<double, 3> values = some_values(random, i);
     const Symmetric k = matrix_of(random.basis(), values);
     Axes found = axes_of(k);
@@ -123,7 +124,7 @@ TEST_CASE(
     "a softened contact keeps its axes and what is below the cap, what is above becomes the cap, force in proportion") {
   Random random(2);
   int softer = 0;
-  for (int i = 0; i < 50'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(50'000); ++i) {
     const std::array<glm::dvec3, 3> axes = random.basis();
     const double size = std::pow(10, random.uniform(0, 5));
     const std::array<double, 3> values{random.uniform(0, size), random.uniform(0, size), random.uniform(0, size)};
@@ -152,7 +153,7 @@ TEST_CASE(
 
 TEST_CASE("a contact that is soft enough passes bit for bit, and so does one that is not a number") {
   Random random(3);
-  for (int i = 0; i < 10'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(10'000); ++i) {
     const Symmetric k =
         matrix_of(random.basis(), {random.uniform(0, 900), random.uniform(0, 900), random.uniform(-900, 900)});
     const ContactRecord record{random.vector(10), random.vector(0.1), k, {}, 0, false, {}};
@@ -171,7 +172,7 @@ TEST_CASE("a contact that is soft enough passes bit for bit, and so does one tha
 
 TEST_CASE("a wall under a cap is a softer wall at the same place, before and in the touch") {
   Random random(4);
-  for (int i = 0; i < 20'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(20'000); ++i) {
     const std::array<glm::dvec3, 3> axes = random.basis();
     const double stiffness = random.uniform(1000, 5000), cap = random.uniform(100, 900), gap_m = random.uniform(-0.01, 0.01);
     const ContactRecord wall{axes[0] * (stiffness * std::max(0.0, -gap_m)),
@@ -190,7 +191,7 @@ TEST_CASE("a wall under a cap is a softer wall at the same place, before and in 
 
 TEST_CASE("the values and the cap are those of an independent solution of the characteristic polynomial, 50,000 matrices") {
   Random random(5);
-  for (int i = 0; i < 50'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(50'000); ++i) {
     const double size = std::pow(10, random.uniform(0, 5));
     const Symmetric k = matrix_of(random.basis(), {size, random.uniform(0, size), random.uniform(-0.2, 1) * size});
     std::array<double, 3> values = axes_of(k).values;
@@ -208,7 +209,7 @@ TEST_CASE("the values and the cap are those of an independent solution of the ch
 
 TEST_CASE("a contact that is turned is softened to the turned result, with its force and coupling, 20,000 rotations") {
   Random random(6);
-  for (int i = 0; i < 20'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(20'000); ++i) {
     const auto to = random.basis();
     const double size = std::pow(10, random.uniform(0, 5)), cap = random.uniform(0.05, 0.95) * size;
     ContactRecord record{random.vector(10),
@@ -242,7 +243,7 @@ TEST_CASE("over a closed path a held local force makes half the sum of d K d and
   // Between ticks the force is held, so of each way d it gives d K d / 2 too much; of a potential there is nothing else to
   // gain, however the path runs. A matrix that is not symmetric would be a motor.
   Random random(7);
-  for (int i = 0; i < 2'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(2'000); ++i) {
     const double size = std::pow(10, random.uniform(0, 4));
     ContactRecord record{random.vector(1),
                          random.vector(0.01),
@@ -272,7 +273,7 @@ TEST_CASE("over a closed path a held local force makes half the sum of d K d and
 TEST_CASE("a surface under its cap makes no more over a closed path that leaves it and comes back, 2,000 paths") {
   Random random(8);
   int outside = 0;
-  for (int i = 0; i < 2'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(2'000); ++i) {
     const std::array<glm::dvec3, 3> axes = random.basis();
     const double stiffness = random.uniform(100, 5000), cap = random.uniform(50, 6000),
                  gap_m = random.uniform(-0.005, 0.005);
@@ -304,7 +305,7 @@ TEST_CASE("a surface under its cap makes no more over a closed path that leaves 
 
 TEST_CASE("two coupled hands make half the sum of d K d of both together, 2,000 closed paths") {
   Random random(9);
-  for (int i = 0; i < 2'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(2'000); ++i) {
     // [K C; C' K'] = sum of (a, b)(a, b)': what springs between any two points of the tissue make.
     std::array<glm::dmat3, 2> k{glm::dmat3(0), glm::dmat3(0)};
     glm::dmat3 c(0);
@@ -422,7 +423,7 @@ Joint springs_between(Random& random, int count) {
 TEST_CASE("two hands at springs of their own and one between them: stiffest and cap are the closed form's, 20,000 cases") {
   Random random(21);
   int above_twice = 0;
-  for (int i = 0; i < 20'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(20'000); ++i) {
     // Along one direction n: [k + c, -c; -c, k' + c] has the values mean +- sqrt((k - k')^2 / 4 + c^2).
     const glm::dvec3 n = random.basis()[0];
     const double k = random.uniform(0, 100), other = random.uniform(0, 100), c = random.uniform(0, 300);
@@ -454,7 +455,7 @@ TEST_CASE("two hands at springs of their own and one between them: stiffest and 
 
 TEST_CASE("together no direction is stiffer than the cap, force and stiffness soften alike, 2,000 pairs of hands") {
   Random random(22);
-  for (int i = 0; i < 2'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(2'000); ++i) {
     const Joint m = springs_between(random, 1 + i % 8);
     const double stiffest = largest_by_iteration(m, random), cap = random.uniform(0.1, 0.9) * stiffest;
     std::array<ContactRecord, 2> pair = pair_of(m);

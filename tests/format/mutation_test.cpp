@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "cases.h"
 #include "evenstep/format/scenario.h"
 #include "evenstep/recordings/timing_csv.h"
 #include "support.h"
@@ -55,7 +56,7 @@ TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place,
   const Folder folder;
   const std::string bases[] = {kSpring, kTissue, with_models()};
   int read = 0, refused = 0;
-  for (int i = 0; i < 10'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(10'000); ++i) {
     const std::string text = mutated(bases[i % 3], random);
     const ReadResult result = read_scenario(folder.write("s.toml", text));
     if (!result && result.error().empty()) FAIL("neither read nor refused:\n" << text);
@@ -73,8 +74,8 @@ TEST_CASE("Ten thousand damaged scenarios are each read or refused with a place,
     }
   }
   // Both ways out are taken; most damage is found.
-  CHECK(read > 100);
-  CHECK(refused > 5000);
+  CHECK(read > evenstep::testing::cases(100));
+  CHECK(refused > evenstep::testing::cases(5000));
 }
 
 TEST_CASE("Ten thousand damaged recordings are each read or refused") {
@@ -83,7 +84,7 @@ TEST_CASE("Ten thousand damaged recordings are each read or refused") {
       "segment,kind,index,begin_ns,end_ns\n0,visualization,0,100,10100\n0,step,0,10100,14100\n0,idle,0,18200,30100\n"
       "1,visualization,0,30100,42100\n1,step,0,42100,46100\n1,step,1,46100,50100\n";
   int read = 0;
-  for (int i = 0; i < 10'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(10'000); ++i) {
     const TimingCsv csv = parse_timing_csv(mutated(good, random), "x.csv");
     if (!csv) continue;
     ++read;

@@ -13,6 +13,7 @@
 #include <map>
 #include <thread>
 
+#include "cases.h"
 #include "evenstep/harness/live_run.h"
 #include "evenstep/reports/writers.h"
 #include "evenstep/scheduler/random.h"
@@ -167,7 +168,7 @@ RunOutcome run_busy(const std::string& duration, RunOptions options = {}) {
 
 TEST_CASE("whatever the timing, the device and the policies, nothing is lost without being counted (300 scenarios)") {
   std::int64_t complete = 0, overtaken = 0, pending = 0, late = 0, stopped = 0;
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(300); ++seed) {
     const std::vector<std::string> set = random_settings(seed);
     const ReadResult scenario = read_scenario(shipped("paper/figure-1-spring.toml"), {set, std::nullopt});
     CAPTURE(seed, set);
@@ -189,9 +190,10 @@ TEST_CASE("whatever the timing, the device and the policies, nothing is lost wit
     }
   }
   CAPTURE(complete, stopped, overtaken, pending, late);
-  CHECK(complete > 150);
-  CHECK(stopped > 20);
-  CHECK((overtaken > 1000 && pending > 1000 && late > 1000));
+  CHECK(complete > evenstep::testing::cases(150));
+  CHECK(stopped > evenstep::testing::cases(20));
+  CHECK((overtaken > evenstep::testing::cases(1000) && pending > evenstep::testing::cases(1000) &&
+         late > evenstep::testing::cases(1000)));
 }
 
 TEST_CASE("a live run while every core is loaded loses nothing without counting it") {

@@ -74,7 +74,7 @@ double allowance(const ExpectationResult& result, const std::string& name, const
 
 }  // namespace
 
-TEST_CASE("every safety scenario holds on every board and nothing is felt along an axis that was not asked for") {
+TEST_CASE("every safety scenario holds on every board and nothing is felt along an axis that was not asked for", "[sweep]") {
   const std::vector<std::string> names = safety_scenarios();
   CHECK(names.size() >= 20);
   for (const NamedBoard& board : simulated_boards()) {

@@ -102,7 +102,7 @@ TEST_CASE("a hand that leaves its reach stops the run with device, strategy and 
   CHECK(run_scenario(read("closed-loop/price-remap.toml", set), {}).exit == ExitCode::expectation_failed);
 }
 
-TEST_CASE("a force limit bounds what shakes, so that it is measured as unstable instead of lost") {
+TEST_CASE("a force limit bounds what shakes, so that it is measured as unstable instead of lost", "[sweep]") {
   for (const double N_per_m : {220.0, 300.0, 500.0, 1000.0, 5000.0}) {
     const RunOutcome outcome = run_scenario(read("closed-loop/price-raw-unstable.toml", {stiffness(N_per_m)}), {});
     CHECK(outcome.exit == ExitCode::pass);

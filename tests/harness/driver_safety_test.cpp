@@ -43,7 +43,7 @@ void guard_holds_above(const Driver& driver) {
 
 }  // namespace
 
-TEST_CASE("what the guard does in the safety scenarios it does above evdev, too") {
+TEST_CASE("what the guard does in the safety scenarios it does above evdev, too", "[sweep]") {
   // Its axes end at 0.3 m. Nobody reports the hand: that is what two of them are about. A force is off by some counts of
   // 100 N; and at the start the hand moves no count for longer than it may be unreported.
   guard_holds_above({.set = {"device.left.driver=\"evdev\"",
@@ -54,7 +54,7 @@ TEST_CASE("what the guard does in the safety scenarios it does above evdev, too"
                      .has_z = false});
 }
 
-TEST_CASE("what the guard does in the safety scenarios it does above inverse3, too") {
+TEST_CASE("what the guard does in the safety scenarios it does above inverse3, too", "[sweep]") {
   guard_holds_above(
       {.set = {"device.left.driver=\"inverse3\"", "device.left.inverse3={ origin = [\"0 m\", \"-0.12 m\", \"0.15 m\"] }"},
        .motors_N = 1e-5});  // the service counts in single precision

@@ -60,7 +60,7 @@ TEST_CASE("the least latencies are the closed form's, to the nanosecond") {
   }
 }
 
-TEST_CASE("at this phase the least lead and latency underrun nothing, and one nanosecond less underruns") {
+TEST_CASE("at this phase the least lead and latency underrun nothing, and one nanosecond less underruns", "[sweep]") {
   const std::string name = GENERATE(std::string("paper"), std::string("phase_locked"));
   const std::string file = "paper/figure-1-spring-hold.toml";
   const std::vector<StrategyPlan> plans = plan(read(file));
@@ -104,7 +104,7 @@ TEST_CASE("V + s underruns at phase 0 and not at phase 0.5 ms") {
   CHECK(late(run_all(read(file, half)), "phase_locked") == 0);
 }
 
-TEST_CASE("a run counts the underruns that the sizing pass predicts, at any lead and latency") {
+TEST_CASE("a run counts the underruns that the sizing pass predicts, at any lead and latency", "[sweep]") {
   for (const char* lead : {"0 ms", "0.05 ms", "0.2 ms", "1 ms"}) {
     for (const char* latency : {"8 ms", "12 ms", "12.7 ms", "14 ms"}) {
       const Scenario scenario =

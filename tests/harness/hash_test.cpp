@@ -16,7 +16,7 @@ std::uint64_t hash_of(std::vector<std::string> set, RunOptions options = {}) {
 
 }  // namespace
 
-TEST_CASE("tissue: the hash does not depend on solver, threads, worker or work-group size") {
+TEST_CASE("tissue: the hash does not depend on solver, threads, worker or work-group size", "[sweep]") {
   const std::uint64_t reference = hash_of(small_tissue("cpu"));
   CHECK(hash_of(small_tissue("cpu")) == reference);
   CHECK(hash_of(small_tissue("opencl")) == reference);

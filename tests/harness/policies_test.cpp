@@ -43,7 +43,7 @@ std::int64_t count(const StrategyRecord& record, StepRead read) {
 
 }  // namespace
 
-TEST_CASE("a gate waits in all as long as the worst step must, and no longer") {
+TEST_CASE("a gate waits in all as long as the worst step must, and no longer", "[sweep]") {
   // Step n needs the first tick at or after R(n) to be at or before S(n) + W(n), W what was waited before. So W rises to
   // the largest of these needs and stays: reads do not move with the waits (the map is told work time).
   for (const int percent : {0, 1, 10}) {
@@ -100,7 +100,8 @@ TEST_CASE("idle time takes up what a gate has waited: paced segments begin on th
   }
 }
 
-TEST_CASE("the least latency of a gated schedule lets no force be late at this phase, and one nanosecond less does") {
+TEST_CASE("the least latency of a gated schedule lets no force be late at this phase, and one nanosecond less does",
+          "[sweep]") {
   for (const int percent : {0, 10}) {
     const std::vector<std::string> base = with(with(percent == 0 ? std::vector<std::string>{} : jitter(percent), kGate),
                                                {"run.strategies=[\"phase_locked\"]"});

@@ -49,7 +49,7 @@ TEST_CASE("A run that ends too early to tell of its recovery is an error that sa
   CHECK_THAT(inside.detail, Contains("is not over when it ends"));
 }
 
-TEST_CASE("A fault that lasts fails a time of recovery by name, also one with a minimum") {
+TEST_CASE("A fault that lasts fails a time of recovery by name, also one with a minimum", "[sweep]") {
   // The guard cuts the force of a device that reports nothing any more.
   const std::vector<std::string> lost{"run.strategies=[\"phase_locked\"]",
                                       "device.left.faults=[{ kind = \"lost\", at = \"2 s\", ticks = 2000 }]"};
@@ -227,7 +227,7 @@ bool has_end_elsewhere(const std::filesystem::path& file) {
 
 }  // namespace
 
-TEST_CASE("Every shipped scenario with faults asserts the recovery of each of its strategies") {
+TEST_CASE("Every shipped scenario with faults asserts the recovery of each of its strategies", "[sweep]") {
   std::size_t with_faults = 0, endless = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(shipped(""))) {
     const std::filesystem::path file = entry.path();

@@ -278,7 +278,8 @@ TEST_CASE("an automatic alpha is what makes up for the strategy's own latency, r
   CHECK(alpha_of(given, plan(given)[2], given.devices[0]) == 1.25);
 }
 
-TEST_CASE("under a cap a spring that shakes comes to rest: as stiff as the cap, and the run says how often and how much") {
+TEST_CASE("under a cap a spring that shakes comes to rest: as stiff as the cap, and the run says how often and how much",
+          "[sweep]") {
   const auto outcome = [](const std::string& cap, const std::string& stiffness) {
     return run_scenario(read("closed-loop/price-local-unstable.toml",
                              {"scene.stiffness=\"" + stiffness + "\"", "run.strategies=[\"phase_locked\"]", "expect=[]",
@@ -310,8 +311,8 @@ TEST_CASE("a cap that a contact stays under changes no bit of a run") {
   CHECK(hash("") != hash(", cap = \"299 N/m\""));
 }
 
-TEST_CASE(
-    "a tissue says what it would have answered without delay where an expectation asks, and its own path is the same") {
+TEST_CASE("a tissue says what it would have answered without delay where an expectation asks, and its own path is the same",
+          "[sweep]") {
   const auto run = [](const std::string& expect) {
     std::vector<std::string> set = small_tissue("cpu");
     set.push_back("expect=[" + expect + "]");

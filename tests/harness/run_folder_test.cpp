@@ -160,7 +160,7 @@ TEST_CASE("a visualization beside the steps begins in the record when it began, 
   CHECK(within_a_step > 10);  // where the two differ
 }
 
-TEST_CASE("rows in files or in memory, all kept or a summary: the same trace, metrics and verdicts") {
+TEST_CASE("rows in files or in memory, all kept or a summary: the same trace, metrics and verdicts", "[sweep]") {
   const TemporaryFolder temporary;
   const auto judged = [&](const std::string& keep, bool in_files) {
     const Scenario scenario = read("timing/jitter-10.toml", {"run.duration=\"30 s\"", "run.keep=\"" + keep + "\""});

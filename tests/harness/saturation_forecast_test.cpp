@@ -20,7 +20,7 @@ struct Case {
 
 }  // namespace
 
-TEST_CASE("what is foretold of a straight motion is met in the run, a latency later, and nothing else is") {
+TEST_CASE("what is foretold of a straight motion is met in the run, a latency later, and nothing else is", "[sweep]") {
   using enum SaturationCause;
   const std::string pid = "device.left.driver=\"pid\"";
   for (const Case& one : std::vector<Case>{

@@ -97,7 +97,8 @@ TEST_CASE("a device that expects saturation is judged as it is") {
   }
 }
 
-TEST_CASE("the README's example, run on in a straight line, errs from the clamp on, and later for the device's range") {
+TEST_CASE("the README's example, run on in a straight line, errs from the clamp on, and later for the device's range",
+          "[sweep]") {
   const auto of = [](const char* duration) {
     return outcome_of({moving("0.1 m/s"), std::string("run.duration=\"") + duration + "\"",
                        "expect=[" + expecting("left.force.direct", "jump_max", "max = \"1 N\"") + ", " +

@@ -104,7 +104,8 @@ TEST_CASE("a run that is interrupted is measured up to there") {
   CHECK(outcome.cpu_seconds > 0);
 }
 
-TEST_CASE("a late force that is foreseen fails in the run, at the same steps, and with the latency that would do it holds") {
+TEST_CASE("a late force that is foreseen fails in the run, at the same steps, and with the latency that would do it holds",
+          "[sweep]") {
   int foreseen = 0, held = 0;
   for (const char* jitter : {"0.001 %", "5 %", "10 %", "20 %"}) {
     for (int latency_ms = 11; latency_ms <= 26; latency_ms += 3) {

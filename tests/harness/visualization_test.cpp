@@ -46,7 +46,8 @@ std::string cannot_draw() {
 
 }  // namespace
 
-TEST_CASE("visualization: under the virtual clock a run that draws, burns, or is looked at has the same trace hash") {
+TEST_CASE("visualization: under the virtual clock a run that draws, burns, or is looked at has the same trace hash",
+          "[sweep]") {
   const RunOutcome pause = run_with(tissue_with("11.1 ms"), ClockKind::virtual_clock, false);
   REQUIRE(pause.exit == ExitCode::pass);
   CHECK(strategy(pause.record, "phase_locked").tissue.svg.empty());

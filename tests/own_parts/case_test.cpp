@@ -76,7 +76,7 @@ RunOutcome run_case(const std::string& file, std::vector<std::string> set) {
 
 }  // namespace
 
-TEST_CASE("A case of the catalogue finds the method of a solver of the program, its edge and its order") {
+TEST_CASE("A case of the catalogue finds the method of a solver of the program, its edge and its order", "[sweep]") {
   const RunOutcome oscillator = run_case("s1-oscillator.toml", {"case.periods=10"});
   REQUIRE(oscillator.exit == ExitCode::pass);
   const Metrics& metrics = oscillator.metrics;

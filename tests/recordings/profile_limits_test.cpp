@@ -47,7 +47,7 @@ TEST_CASE("JSON may be nested 200 deep, and not 201") {
   CHECK_THAT(refusal(nested(201)), Contains("nested more than 200 deep"));
 }
 
-TEST_CASE("A text in JSON may have 16 MiB with what is around it, and not more") {
+TEST_CASE("A text in JSON may have 16 MiB with what is around it, and not more", "[sweep]") {
   const auto with = [](std::size_t length) { return "[" + kEvent + R"(,{"args":")" + std::string(length, 'x') + "\"}]"; };
   CHECK(refusal(with((std::size_t{16} << 20) - 100)).empty());
   CHECK_THAT(refusal(with((std::size_t{16} << 20) + 1)), Contains("a text in it is longer than 16777216 bytes"));

@@ -45,7 +45,7 @@ inline std::string written(const Schedule& schedule) {
 template <class Property>
 void for_all(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
-  for (std::uint64_t seed = first; seed < first + cases(count); ++seed) {
+  for (std::uint64_t seed = first; seed < first + share_of(count); ++seed) {
     Draw draw(seed);
     const Schedule schedule = random_schedule(draw, draw.between(2, 5));
     const Draw choices(mix(seed, std::uint64_t{1}));
@@ -60,7 +60,7 @@ void for_all(std::uint64_t count, Property property) {
 template <class Property>
 void for_all_draws(std::uint64_t count, Property property) {
   const std::uint64_t first = count == kVeryMany ? 1ULL << 32 : 0;
-  for (std::uint64_t seed = first; seed < first + cases(count); ++seed) {
+  for (std::uint64_t seed = first; seed < first + share_of(count); ++seed) {
     const char* wrong = property(Draw(seed));
     if (wrong != nullptr) FAIL("seed " << seed << ": " << wrong);
   }

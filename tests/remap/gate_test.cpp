@@ -1,6 +1,7 @@
 // The policy "gate": a step waits until the sample for its read exists. The waiting is the loop's; what the map has to
 // be told, so that the simulator does not slow itself down, is shown here.
 
+#include "cases.h"
 #include "evenstep/remap/sample_buffer.h"
 #include "for_all.h"
 
@@ -127,7 +128,7 @@ TEST_CASE("gated by work time nothing underruns, the waits sum up to the lead at
 }
 
 TEST_CASE("told how far a gate has pushed the steps back, a map has the slots of a run without waits, 1000 schedules") {
-  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(1000); ++seed) {
     CAPTURE(seed);
     Draw draw(seed);
     PhaseLockedMap waits({}, {}), free({}, {});

@@ -101,7 +101,7 @@ TEST_CASE("the least latency at a velocity jump is that of a linear program to 1
   }
 }
 
-TEST_CASE("the curve of latency against jump falls from the best line to the least path, 300 random traces") {
+TEST_CASE("the curve of latency against jump falls from the best line to the least path, 300 random traces", "[sweep]") {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     Draw draw(seed + 5000);
     const std::vector<StepTimes> steps = random_steps(draw, 200);

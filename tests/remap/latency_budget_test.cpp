@@ -109,7 +109,7 @@ TEST_CASE("steps-first needs a lead of V(1 - 1/N) + h - 1 ns, and the same laten
   }
 }
 
-TEST_CASE("the worst of all 250 000 phases of a 4 kHz device needs exactly the any-phase lead") {
+TEST_CASE("the worst of all 250 000 phases of a 4 kHz device needs exactly the any-phase lead", "[sweep]") {
   Periodic timing;
   const auto all = mapped(Kind::paper, timing);
   const std::span<const MappedStep> steps(all.data(), 45);  // three segments: 100 ms, a whole number of device periods

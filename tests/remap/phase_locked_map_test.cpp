@@ -172,7 +172,7 @@ TEST_CASE("phase_locked is exact to 4 ns on any timing that repeats, wherever it
 }
 
 TEST_CASE("a segment without steps changes nothing in phase_locked") {
-  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(200); ++seed) {
     Draw draw(seed);
     PhaseLockedMap plain({}, {}), split({}, {});
     std::int64_t n = 0;
@@ -374,7 +374,7 @@ TEST_CASE("a cold start, one step of 250 ms and then steps of 2 ms, is not 1 s a
 }
 
 TEST_CASE("a first segment of up to 3 s, while kernels compile, is forgotten: 1000 random ones") {
-  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(1000); ++seed) {
     Draw draw(seed);
     PhaseLockedMap map({}, {});
     PeriodicRun run(map);
@@ -397,7 +397,7 @@ TEST_CASE("a first segment of up to 3 s, while kernels compile, is forgotten: 10
 }
 
 TEST_CASE("without a cycle, each step a segment of its own, the slots follow the begins of the steps") {
-  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(100); ++seed) {
     Draw draw(seed);
     PhaseLockedMap map({}, {});
     RealTime now{};

@@ -69,7 +69,8 @@ std::string first_difference_of(const Metrics& a, const Metrics& b) {
 
 }  // namespace
 
-TEST_CASE("a replay from the file has the hash, the forces and every metric of the live run, whatever the device is") {
+TEST_CASE("a replay from the file has the hash, the forces and every metric of the live run, whatever the device is",
+          "[sweep]") {
   const std::string motion =
       "device.left.motion={ kind = \"sine\", amplitude = [\"10 mm\", \"5 mm\", \"0 mm\"], frequency = "
       "\"3 Hz\" }";
@@ -179,7 +180,8 @@ TEST_CASE("a recording that is cut at any block replays, as far as it goes, to w
   cut_anywhere(read("paper/figure-1-spring.toml", live({})));
 }
 
-TEST_CASE("a recording that is cut in a visualization that burns replays, as far as it goes, to what was recorded") {
+TEST_CASE("a recording that is cut in a visualization that burns replays, as far as it goes, to what was recorded",
+          "[sweep]") {
   std::vector<std::string> set = small_tissue("cpu");
   std::erase_if(set, [](const std::string& one) { return one.starts_with("run.duration"); });
   for (const char* one : {"timing.visualization=\"burn 25 ms\"", "timing.segment=\"20 Hz\"", "timing.steps=5"})

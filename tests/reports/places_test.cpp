@@ -1,6 +1,7 @@
 // Where an expectation fails.
 
 #include "evenstep/reports/places.h"
+#include "cases.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -70,7 +71,7 @@ ExpectationResult failed(const std::string& unit, double value, double max) {
 TEST_CASE("the samples of a metric give the metric, for every metric that has a place, in 300 random runs") {
   std::mt19937_64 random(7);
   std::map<std::string, int> seen;
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < evenstep::testing::cases(300); ++round) {
     const RunRecord run = random_run(random);
     for (const auto& [signal, values] : measure(run)) {
       for (const auto& [metric, value] : values) {

@@ -59,7 +59,8 @@ TEST_CASE("rows in files read as rows in memory do: the same summary, the same s
   CHECK(synthetic::written(series_csv, filed) == synthetic::written(series_csv, run));
 }
 
-TEST_CASE("256 MiB of rows in a file, written and read again, take less than 96 MiB of memory, and no name in the folder") {
+TEST_CASE("256 MiB of rows in a file, written and read again, take less than 96 MiB of memory, and no name in the folder",
+          "[sweep]") {
   const Folder folder;
   Rows<std::uint64_t> rows(std::make_shared<RowFiles>(folder.path));
   constexpr std::uint64_t kCount = (256 << 20) / sizeof(std::uint64_t);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <random>
 
+#include "cases.h"
 #include "evenstep/reports/measures.h"
 #include "evenstep/reports/saturation.h"
 #include "synthetic.h"
@@ -58,7 +59,7 @@ TEST_CASE("no step and no tick of a turn is judged for straightness, and hardly 
     return Duration{(from + static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(to - from))) * 1'000'000 +
                     static_cast<std::int64_t>(random() % 1'000'000)};
   };
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(300); ++i) {
     const Nominal::Turns turns{RealTime{} + ms(0, 300), ms(150, 700), ms(10, 200)};
     const Duration latency = ms(14, 60);
     const RunRecord run = run_with(turns, latency);

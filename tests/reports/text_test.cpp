@@ -1,4 +1,5 @@
 #include "src/text.h"
+#include "cases.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -61,7 +62,7 @@ TEST_CASE("a number in JSON reads back to the same double, whole ones have no po
   CHECK(json_text(json_number(-INFINITY)) == "null");
   CHECK(json_text(json_number(std::optional<double>())) == "null");
   std::mt19937_64 random(1);
-  for (int i = 0; i < 100'000; ++i) {
+  for (int i = 0; i < evenstep::testing::cases(100'000); ++i) {
     double value = 0;
     const std::uint64_t bits = random();
     std::memcpy(&value, &bits, sizeof value);

@@ -58,7 +58,7 @@ std::int64_t wrong_instants(const ProgrammedTiming& programmed, std::int64_t ste
 
 }  // namespace
 
-TEST_CASE("10^7 periodic steps begin and end on the floors of their exact instants") {
+TEST_CASE("10^7 periodic steps begin and end on the floors of their exact instants", "[sweep]") {
   constexpr std::int64_t kSteps = 10'000'000;
   CHECK(wrong_instants({}, kSteps) == 0);  // 450 steps/s
   CHECK(wrong_instants({.segment = {1'000'003, 30'011}, .visualization = {1'234'567}, .steps = {13}}, kSteps) == 0);

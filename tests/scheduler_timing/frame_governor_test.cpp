@@ -1,5 +1,6 @@
 // A frame governor: what it may draw in a pause, that it loses and changes no step, and that it does not know the future.
 #include "evenstep/scheduler/frame_governor.h"
+#include "cases.h"
 
 #include <numeric>
 
@@ -145,7 +146,7 @@ std::vector<std::int64_t> pauses_ms(const std::vector<SegmentTiming>& segments) 
 
 TEST_CASE("a governor that is asked for nothing gives any schedule back as it was", "[governor]") {
   std::int64_t different = 0;
-  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
     const auto source = any_schedule(seed);
     std::vector<SegmentTiming> same = governed(source, {}, any_grid(seed));
     std::vector<SegmentTiming> expected;
@@ -160,7 +161,7 @@ TEST_CASE("a governor that is asked for nothing gives any schedule back as it wa
 
 TEST_CASE("a governor loses, changes and overlaps no step of any schedule", "[governor]") {
   std::int64_t wrong = 0;
-  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
     const auto source = any_schedule(seed);
     const auto after = governed(source, any_governor(seed), any_grid(seed));
     wrong += step_durations(after) != step_durations(source) || out_of_order(after) > 0;
@@ -170,7 +171,7 @@ TEST_CASE("a governor loses, changes and overlaps no step of any schedule", "[go
 
 TEST_CASE("where a drawing can be cut off no pause of any schedule is over the budget", "[governor]") {
   std::int64_t over = 0, kept_over = 0, reached = 0, unaccounted = 0;
-  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
     const auto source = any_schedule(seed);
     FrameGovernor governor = any_governor(seed);
     governor.over_budget = OverBudget::merge;
@@ -196,7 +197,7 @@ TEST_CASE("where a drawing can be cut off no pause of any schedule is over the b
 
 TEST_CASE("a drawing in parts takes as long as it did in one, and no part more than its share", "[governor]") {
   std::int64_t wrong = 0;
-  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
     const auto source = any_schedule(seed);
     FrameGovernor governor;
     governor.split = 1 + static_cast<int>(seed % 7);
@@ -209,7 +210,7 @@ TEST_CASE("a drawing in parts takes as long as it did in one, and no part more t
 
 TEST_CASE("a governor that knows how long drawings take makes none that is over its budget", "[governor]") {
   std::int64_t wrong = 0, left = 0;
-  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
     FrameGovernor governor = any_governor(seed);
     if (governor.over_budget == OverBudget::merge || !governor.budget) continue;
     governor.forecast = 0;
@@ -224,7 +225,7 @@ TEST_CASE("a governor that knows how long drawings take makes none that is over 
 
 TEST_CASE("a governor leaves out no more drawings in a row than it looks back", "[governor]") {
   std::int64_t wrong = 0, most_seen = 0;
-  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
     FrameGovernor governor = any_governor(seed);
     if (governor.over_budget == OverBudget::merge || governor.forecast == 0) continue;
     std::int64_t in_a_row = 0;
@@ -241,7 +242,7 @@ TEST_CASE("a governor leaves out no more drawings in a row than it looks back", 
 
 TEST_CASE("what a governor did so far does not depend on what comes", "[governor]") {
   std::int64_t wrong = 0;
-  for (std::uint64_t seed = 0; seed < kSchedules; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(kSchedules); ++seed) {
     FrameGovernor governor = any_governor(seed);
     governor.forecast = std::max(governor.forecast, 1);
     std::vector<SegmentTiming> source = any_schedule(seed), other = source;

@@ -22,7 +22,7 @@ std::vector<double> draw(double variation) {
 
 }  // namespace
 
-TEST_CASE("log_normal keeps the mean and has the coefficient of variation asked for") {
+TEST_CASE("log_normal keeps the mean and has the coefficient of variation asked for", "[sweep]") {
   for (const double variation : {0.001, 0.01, 0.05, 0.1, 0.2, 0.5, 1.0}) {
     INFO("variation " << variation);
     const std::vector<double> values = draw(variation);
@@ -44,7 +44,7 @@ TEST_CASE("log_normal keeps the mean and has the coefficient of variation asked 
   }
 }
 
-TEST_CASE("the logarithm of log_normal is normal (Kolmogorov-Smirnov)") {
+TEST_CASE("the logarithm of log_normal is normal (Kolmogorov-Smirnov)", "[sweep]") {
   for (const double variation : {0.01, 0.1, 1.0}) {
     INFO("variation " << variation);
     std::vector<double> values = draw(variation);

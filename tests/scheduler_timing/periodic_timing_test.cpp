@@ -57,7 +57,7 @@ bool asserts(Function function) {
 
 }  // namespace
 
-TEST_CASE("the paper's boundaries are floor(k 1e9 / 30) over 10^6 segments: they do not drift") {
+TEST_CASE("the paper's boundaries are floor(k 1e9 / 30) over 10^6 segments: they do not drift", "[sweep]") {
   const auto timing = make_programmed_timing(kReference);
   SegmentTiming segment;
   std::int64_t wrong_boundary = 0, wrong_visualization = 0, wrong_step = 0, wrong_duration = 0;
@@ -82,7 +82,7 @@ TEST_CASE("the paper's boundaries are floor(k 1e9 / 30) over 10^6 segments: they
   CHECK(segment.end.ns == 33'333'333'333'333);  // 10^6 / 30 s
 }
 
-TEST_CASE("filling steps share the rest of every segment evenly to 1 ns and leave nothing idle") {
+TEST_CASE("filling steps share the rest of every segment evenly to 1 ns and leave nothing idle", "[sweep]") {
   for (const auto& [description, programmed] : fills()) {
     INFO(description << (programmed.order == SegmentOrder::steps_first ? ", steps first" : ", visualization first"));
     const auto segments = play(programmed, 300);

@@ -111,7 +111,7 @@ TEST_CASE("neighbouring draws, seeds and names are not correlated") {
   }
 }
 
-TEST_CASE("2 million draws of 20 seeds and 5 names are all different words") {
+TEST_CASE("2 million draws of 20 seeds and 5 names are all different words", "[sweep]") {
   // Birthday bound for 64-bit words: 2e6^2 / 2^65 = 1e-7.
   std::vector<std::uint64_t> words;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -179,7 +179,7 @@ TEST_CASE("standard_normal has the first four moments of the normal distribution
   CHECK(std::abs(moments[4] - 3) < 5 * std::sqrt(96.0 / kDraws));
 }
 
-TEST_CASE("standard_normal follows the normal distribution everywhere (Kolmogorov-Smirnov), tails included") {
+TEST_CASE("standard_normal follows the normal distribution everywhere (Kolmogorov-Smirnov), tails included", "[sweep]") {
   const RandomStream stream(1, "normal");
   std::vector<double> values(kDraws);
   for (std::uint64_t n = 0; n < kDraws; ++n) values[n] = stream.standard_normal(n);

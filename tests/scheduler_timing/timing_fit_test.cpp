@@ -62,7 +62,7 @@ void check_rate(double measured, double rate, double seconds) {
 
 }  // namespace
 
-TEST_CASE("fit: means and variations come back, and nothing that is not there is proposed, for 20 seeds") {
+TEST_CASE("fit: means and variations come back, and nothing that is not there is proposed, for 20 seeds", "[sweep]") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     INFO("seed " << seed);
     const TimingFit fit = fitted(base(seed));
@@ -376,7 +376,7 @@ TEST_CASE("fit: a hitch comes back with its period, and the rest is as without i
   }
 }
 
-TEST_CASE("fit: merged visualizations and other chance events are no hitches, 1,000 schedules") {
+TEST_CASE("fit: merged visualizations and other chance events are no hitches, 1,000 schedules", "[sweep]") {
   std::int64_t invented = 0;
   for (std::uint64_t seed = 1; seed <= evenstep::testing::cases(1'000); ++seed) {
     ProgrammedTiming timing = base(seed);

@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "cases.h"
 #include "evenstep/scheduler/random.h"
 #include "timing_checks.h"
 
@@ -174,7 +175,7 @@ TEST_CASE("regimes of unequal shares: each level as often as asked, for as long 
 
 TEST_CASE("regimes begin in either one by a fair draw of the seed, and mean length 1 alternates") {
   std::int64_t slow_at_first = 0;
-  for (std::uint64_t seed = 0; seed < 2'000; ++seed) {
+  for (std::uint64_t seed = 0; seed < evenstep::testing::cases(2'000); ++seed) {
     const auto segments = play({.visualization = {13 * ms}, .regimes = Regimes{1.6, 1e6}, .seed = seed}, 1);
     slow_at_first += length(*segments[0].visualization).ns == 16 * ms;
   }
@@ -202,7 +203,8 @@ TEST_CASE("dropped and merged visualizations come as often as asked, and each se
   check_binomial(dropped_twice, 49'999, 0.01);
 }
 
-TEST_CASE("uniform jitter lies within its share of the mean, each length as likely: Kolmogorov distance of 50 000 draws") {
+TEST_CASE("uniform jitter lies within its share of the mean, each length as likely: Kolmogorov distance of 50 000 draws",
+          "[sweep]") {
   for (const double width : {0.01, 0.3, 1.0}) {
     ProgrammedTiming timing{.visualization_variation = width, .step_variation = width};
     timing.visualization_law = timing.step_law = JitterLaw::uniform;
@@ -317,7 +319,7 @@ TEST_CASE("regimes, drift and the first step scale the log-normal draw that was 
   }
 }
 
-TEST_CASE("the means that are stated are the means that are played") {
+TEST_CASE("the means that are stated are the means that are played", "[sweep]") {
   ProgrammedTiming all = jittered();
   all.first_step = 0.4;
   all.spikes = Spikes{10, {4 * ms}};
@@ -358,7 +360,7 @@ TEST_CASE("ten thousand random combinations keep the order of a schedule, and ea
   const auto chance = [&](double p) { return random.uniform(draw++) < p; };
   const auto between = [&](double least, double most) { return least + (most - least) * random.uniform(draw++); };
   std::int64_t wrong = 0, different = 0, concurrent = 0, paced = 0;
-  for (std::uint64_t i = 0; i < 10'000; ++i) {
+  for (std::uint64_t i = 0; i < evenstep::testing::cases(10'000); ++i) {
     ProgrammedTiming timing;
     timing.seed = i;
     timing.segment = {static_cast<std::int64_t>(between(10, 200)), 1};

@@ -328,7 +328,7 @@ TEST_CASE("A probe that touches one particle lightly is in series with the tissu
   }
 }
 
-TEST_CASE("A probe on a chain has the stiffness of the springs in series, on a free one none", "[local]") {
+TEST_CASE("A probe on a chain has the stiffness of the springs in series, on a free one none", "[local][sweep]") {
   TissueScene chain;
   chain.lattice = {1, 1, 5};
   chain.particle_count = 5;

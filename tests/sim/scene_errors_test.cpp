@@ -121,7 +121,8 @@ TEST_CASE("The smallest and the roundest scenes run: one particle, two particles
   }
 }
 
-TEST_CASE("One particle alone runs with no tool and with one of each kind, and every number stays finite", "[errors]") {
+TEST_CASE("One particle alone runs with no tool and with one of each kind, and every number stays finite",
+          "[errors][sweep]") {
   for (const SolverKind kind : kEverySolver) {
     for (const int tools : {0, 1, 2, 3}) {
       if (kind == SolverKind::opencl && tools == 1) continue;

@@ -175,7 +175,7 @@ TEST_CASE("What a scene does not need is named, and only that", "[contract]") {
                                              "variable step"});
 }
 
-TEST_CASE("A feature that is left out can be compiled in alone, and changes no bit", "[contract]") {
+TEST_CASE("A feature that is left out can be compiled in alone, and changes no bit", "[contract][sweep]") {
   for (const SolverKind kind : kAllSolvers) {
     Scene scene = scene_of(small_block(), 1e-3);
     scene.needs_state_digest = false;

@@ -92,7 +92,8 @@ TEST_CASE("Steps without a length of their own are nominal again after others", 
   }
 }
 
-TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through overflow to NaN", "[variable][equality]") {
+TEST_CASE("Steps of changing lengths are equal on cpu float and OpenCL, through overflow to NaN",
+          "[variable][equality][sweep]") {
   for (const int work_group_size : {8, 64, 256}) {
     for (const double damping_per_s : {0.0, 20.0}) {
       if (damping_per_s > 0 && work_group_size != 64) continue;
@@ -218,7 +219,7 @@ TEST_CASE("The nominal step is held to the limit as ever, and counted where it i
 }
 
 TEST_CASE("Steps as long as the time since the last, in the paper's timing, diverge, even ones of their mean never do",
-          "[variable]") {
+          "[variable][sweep]") {
   const Scene scene = variable(small_block(), kNominal_s, true);
   const auto even = make_solver(SolverKind::cpu_float, scene), uneven = make_solver(SolverKind::cpu_float, scene);
   int n = 0;

@@ -111,8 +111,8 @@ TEST_CASE(
   }
 }
 
-TEST_CASE(
-    "sources: a buffer on a grid of nominal rate is used up after buffer over ppm, and who follows the rate keeps it") {
+TEST_CASE("sources: a buffer on a grid of nominal rate is used up after buffer over ppm, and who follows the rate keeps it",
+          "[sweep]") {
   for (const int ppm : {250, 500, 1'000, 2'000}) {
     const RunOutcome run = run_source("drifting-clock", {fmt::format("source.clock_rate_error=\"-{} ppm\"", ppm)});
     INFO(ppm << " ppm");
@@ -188,7 +188,7 @@ TEST_CASE(
   CHECK(force(run, "direct", "animation_error_mean") < force(run, "direct", "animation_error"));
 }
 
-TEST_CASE("sources: an animation error is what was left out, a period after an overrun on the absolute grid") {
+TEST_CASE("sources: an animation error is what was left out, a period after an overrun on the absolute grid", "[sweep]") {
   const RunOutcome grid = run_source("wake-absolute-grid", {});
   const RunOutcome burst = run_source("wake-catch-up", {});
   const RunOutcome last = run_source("wake-from-last-update", {});

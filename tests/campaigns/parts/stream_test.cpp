@@ -38,7 +38,8 @@ std::vector<std::string> generate(const test::Folder& folder, const internal::Js
 
 }  // namespace
 
-TEST_CASE("More parts of a study than a process may open merge to the lines of one and the missing ones are named") {
+TEST_CASE("More parts of a study than a process may open merge to the lines of one and the missing ones are named",
+          "[sweep]") {
   const test::Folder folder;
   const internal::JsonParts study = generated(6000);
   std::vector<std::string> parts = generate(folder, study, 2000);

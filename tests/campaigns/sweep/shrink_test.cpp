@@ -118,7 +118,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("Two spikes that are late only together are both kept and together no longer than they must be") {
+TEST_CASE("Two spikes that are late only together are both kept and together no longer than they must be", "[sweep]") {
   const Folder folder;
   const ShrinkOutcome outcome = shrunk(folder, scenario(folder, {{9, 5, 3'200'000}, {9, 7, 3'200'000}, {14, 3, 2'000'000}}));
   REQUIRE(outcome.perturbations.size() == 2);
@@ -128,7 +128,8 @@ TEST_CASE("Two spikes that are late only together are both kept and together no 
   CHECK(outcome.perturbations[0].deviation + outcome.perturbations[1].deviation == 6'000'001);
 }
 
-TEST_CASE("What is written reads back alone and fails the same expectation, and shrinking it again changes nothing") {
+TEST_CASE("What is written reads back alone and fails the same expectation, and shrinking it again changes nothing",
+          "[sweep]") {
   const Folder folder;
   const ShrinkOutcome first = shrunk(folder, scenario(folder, {{12, 5, 6'000'000}}));
   const std::string toml = contents(first.file);
@@ -189,7 +190,8 @@ TEST_CASE("A scenario that passes is refused and a search that runs out of runs 
 }
 
 TEST_CASE(
-    "A real recording is shrunk although its steps per second are a fraction of large numbers, and no copy of it is left") {
+    "A real recording is shrunk although its steps per second are a fraction of large numbers, and no copy of it is left",
+    "[sweep]") {
   const Folder folder;
   for (const char* name : {"paperlike-free-basic", "concurrent-paced30-basic-sub9"}) {
     INFO(name);
