@@ -148,7 +148,7 @@ TEST_CASE(
     REQUIRE(soft.record.tool_m == record.tool_m);
     softer += stiffest > cap;
   }
-  CHECK((softer > 10'000 && softer < 49'000));
+  CHECK((softer > evenstep::testing::cases(10'000) && softer < evenstep::testing::cases(49'000)));
 }
 
 TEST_CASE("a contact that is soft enough passes bit for bit, and so does one that is not a number") {
@@ -300,7 +300,7 @@ TEST_CASE("a surface under its cap makes no more over a closed path that leaves 
     }
     REQUIRE(made_J <= bound_J * (1 + 1e-9) + 1e-15);
   }
-  CHECK(outside > 20'000);
+  CHECK(outside > evenstep::testing::cases(20'000));
 }
 
 TEST_CASE("two coupled hands make half the sum of d K d of both together, 2,000 closed paths") {
@@ -450,7 +450,7 @@ TEST_CASE("two hands at springs of their own and one between them: stiffest and 
     const Joint alone = played_by({softened(pair[0], cap).record, softened(pair[1], cap).record});
     above_twice += largest_by_iteration(alone, random) > 1.5 * cap ? 1 : 0;
   }
-  CHECK(above_twice > 2'000);
+  CHECK(above_twice > evenstep::testing::cases(2'000));
 }
 
 TEST_CASE("together no direction is stiffer than the cap, force and stiffness soften alike, 2,000 pairs of hands") {

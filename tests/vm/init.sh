@@ -28,7 +28,7 @@ live() {
 }
 
 echo
-live live uhid_player 1000 12 10000
+live live uhid_player 1000 7 10000
 live live-pid uhid_pid_player 5 10000 200 40
 echo "== kernel"
 test_uhid --use-colour no 2>&1
@@ -37,7 +37,7 @@ for module in evdev uinput usb-common usbcore usbhid usbip-core vhci-hcd; do
   insmod /modules/$module.ko || echo "no module $module"
 done
 # They are not repeated by the second boot.
-live live-evdev uinput_player 10000 10000
+live live-evdev uinput_player 8000 10000
 live live-evdev-arrival uinput_player 6000 10000
 echo "== evdev"
 test_evdev --use-colour no 2>&1
