@@ -23,7 +23,8 @@ mkdir -p elsewhere
 mkdir source
 tar -C "$source_dir" --exclude=./build --exclude=./.git --exclude='./build-*' -c . | tar -C source -x
 # Not optimised, which takes half the time.
-(cd source && block small >"$here/small.sh" && CMAKE_BUILD_TYPE=None CMAKE_BUILD_PARALLEL_LEVEL=2 quietly bash -euo pipefail "$here/small.sh")
+(cd source && block small >"$here/small.sh" &&
+  CMAKE_BUILD_TYPE=None CMAKE_BUILD_PARALLEL_LEVEL=2 quietly bash -euo pipefail "$here/small.sh")
 
 mkdir mine
 cd mine
