@@ -8,7 +8,7 @@ namespace evenstep::testing {
 
 /// Sanitized builds try a tenth: they check memory and arithmetic, not the property, take up to ten times as long for each
 /// case, and see the same paths in fewer of them.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(EVENSTEP_SANITIZE_ADDRESS) || defined(EVENSTEP_SANITIZE_THREAD)
 constexpr bool kSanitized = true;
 #else
 constexpr bool kSanitized = false;

@@ -33,39 +33,39 @@ constexpr double kWalkHigh = 10.645 / kCosines;  // 90 %: what is above is smoot
 constexpr double kResidualWalks = 0.6;           // residuals above it are a walk
 constexpr std::size_t kBinsToTellWalks = 40;     // with fewer bins, plain noise has such residuals too
 
-using Values = std::vector<double>;
+using PerBin = std::vector<double>;
 
-double sum_of_squares(const Values& values) {
+double sum_of_squares(const PerBin& values) {
   double sum = 0;
   for (const double value : values) sum += value * value;
   return sum;
 }
 
-Values difference(Values values, const Values& other) {
+PerBin difference(PerBin values, const PerBin& other) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] -= other[i];
   return values;
 }
 
-double squared_distance(const Values& a, const Values& b) {
+double squared_distance(const PerBin& a, const PerBin& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
   return sum;
 }
 
-double mean_of(const Values& values) {
+double mean_of(const PerBin& values) {
   double sum = 0;
   for (const double value : values) sum += value;
   return sum / static_cast<double>(values.size());
 }
 
-Values minus_mean(Values values) {
+PerBin minus_mean(PerBin values) {
   const double mean = mean_of(values);
   for (double& value : values) value -= mean;
   return values;
 }
 
 /// The squares of the first six coefficients of the discrete cosine transform, added up.
-double slow_power(const Values& values) {
+double slow_power(const PerBin& values) {
   const auto count = static_cast<double>(values.size());
   double power = 0;
   for (int k = 1; k <= kCosines; ++k) {
@@ -83,8 +83,8 @@ struct Walk {
   double reach = 0;  ///< how far such a walk gets in the whole time (standard deviation)
 };
 
-Walk walk_of(const Values& values) {
-  Values changes(values.size() - 1);
+Walk walk_of(const PerBin& values) {
+  PerBin changes(values.size() - 1);
   for (std::size_t i = 0; i < changes.size(); ++i) changes[i] = values[i + 1] - values[i];
   const auto count = static_cast<double>(changes.size());
   const double mean = (values.back() - values.front()) / count;
@@ -106,8 +106,8 @@ bool never_grows(std::span<const double> rms) {
 }
 
 /// The logarithms, without their mean. A bin without any error counts as a billionth of the largest.
-Values logarithms(std::span<const double> rms, double most) {
-  Values logs;
+PerBin logarithms(std::span<const double> rms, double most) {
+  PerBin logs;
   for (const double value : rms) logs.push_back(reproducible::log(std::max(value / most, 1e-9)));
   return minus_mean(std::move(logs));
 }
@@ -139,10 +139,10 @@ std::string growth_text(const GrowthInterval& interval) {
 GrowthFit::GrowthFit(std::vector<double> t_s) : t_s_(std::move(t_s)) {
   if (t_s_.size() < kLeastBinsToJudge) return;
   for (int tenths = 1; tenths <= kMostTenths; tenths += tenths < 20 ? 1 : 5) {
-    Values grown;
+    PerBin grown;
     for (const double t : t_s_) grown.push_back(power(t / t_s_.back(), tenths / 10.0));
     const auto add = [&](double start, bool offset) {
-      Values shape;
+      PerBin shape;
       for (const double value : grown) shape.push_back(with_start(value, start, offset));
       if (shape.back() < kMaterial * shape.front()) return;
       for (double& value : shape) value = reproducible::log(value);
@@ -162,7 +162,7 @@ std::optional<GrowthInterval> GrowthFit::operator()(std::span<const double> rms)
   if (never_grows(rms)) return GrowthInterval{0, 0};
   const double most = *std::max_element(rms.begin(), rms.end());
   std::vector<double> possible = around_curves(logarithms(rms, most));
-  Values scaled(rms.begin(), rms.end());
+  PerBin scaled(rms.begin(), rms.end());
   for (double& value : scaled) value /= most;
   const Walk walk = walk_of(scaled);
   if (walk.share >= kWalkLow && walk.share <= kWalkHigh && walk.reach > (kMaterial - 1) * mean_of(scaled))
@@ -173,11 +173,11 @@ std::optional<GrowthInterval> GrowthFit::operator()(std::span<const double> rms)
 }
 
 /// The exponents for which the series may be noise around a curve. The best of all curves says how strong the noise is.
-std::vector<double> GrowthFit::around_curves(const Values& logs) const {
+std::vector<double> GrowthFit::around_curves(const PerBin& logs) const {
   std::vector<double> misfit{sum_of_squares(logs)};
   for (const Shape& shape : shapes_) misfit.push_back(squared_distance(logs, shape.logarithm));
   const auto least = static_cast<std::size_t>(std::min_element(misfit.begin(), misfit.end()) - misfit.begin());
-  const Values residual = least == 0 ? logs : difference(logs, shapes_[least - 1].logarithm);
+  const PerBin residual = least == 0 ? logs : difference(logs, shapes_[least - 1].logarithm);
   const Walk walk = walk_of(residual);
   if (logs.size() >= kBinsToTellWalks && walk.share > kResidualWalks && walk.reach > kMaterial - 1) return {};
   const double noise =

@@ -379,7 +379,7 @@ EVENSTEP_WIDE void probe_sums(std::ptrdiff_t partials, const Vectors<const Real>
   }
 }
 
-/// digest.cl. All NaNs count as the same one, because it depends on the processor which payload a NaN has.
+/// sums.cl. All NaNs count as the same one, because it depends on the processor which payload a NaN has.
 EVENSTEP_INLINE std::uint64_t bits(float value) {
   return value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
 }

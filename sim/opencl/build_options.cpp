@@ -66,6 +66,8 @@ std::string build_options(const TissueConstants<float>& constants, const Lattice
   return options;
 }
 
+std::string sums_options() { return fmt::format("-DCHUNK={}", kChunk); }
+
 std::string implicit_options(const TissueConstants<float>& constants, const SceneFeatures& features) {
   const auto& [x, y, z] = constants.gravity_m_per_s2;
   const bool general = features.regions || features.axial_damping || features.tool_forces();

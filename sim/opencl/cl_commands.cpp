@@ -20,28 +20,31 @@ ClCommands::ClCommands(ClDevice device, std::size_t local_size, bool logged)
 void ClCommands::build(const std::string& source, const std::string& options) {
   const char* text = source.c_str();
   cl_int code = CL_SUCCESS;
-  program_ = ClProgram(cl().clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
+  ClProgram program(cl().clCreateProgramWithSource(context_.get(), 1, &text, nullptr, &code));
   check_cl(code, "clCreateProgramWithSource");
-  code = cl().clBuildProgram(program_.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
+  code = cl().clBuildProgram(program.get(), 1, &device_.device, options.c_str(), nullptr, nullptr);
   if (code == CL_BUILD_PROGRAM_FAILURE) {
     throw SolverError(
-        SolverFault::unavailable, "the OpenCL kernels do not build: " + build_log(),
+        SolverFault::unavailable, "the OpenCL kernels do not build: " + build_log(program.get()),
         "with PoCL: set POCL_CACHE_DIR to a folder that can be written; otherwise report it with the device's name");
   }
   check_cl(code, "clBuildProgram");
+  programs_.push_back(std::move(program));
 }
 
-std::string ClCommands::build_log() const {
+std::string ClCommands::build_log(cl_program program) const {
   std::size_t size = 0;
-  cl().clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
+  cl().clGetProgramBuildInfo(program, device_.device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
   std::string log(size, '\0');
-  cl().clGetProgramBuildInfo(program_.get(), device_.device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
+  cl().clGetProgramBuildInfo(program, device_.device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
   return log.c_str();  // up to its first zero
 }
 
 BoundKernel ClCommands::kernel(const char* name) const {
-  cl_int code = CL_SUCCESS;
-  ClKernel kernel(cl().clCreateKernel(program_.get(), name, &code));
+  cl_int code = CL_INVALID_KERNEL_NAME;
+  ClKernel kernel;
+  for (auto program = programs_.begin(); code == CL_INVALID_KERNEL_NAME && program != programs_.end(); ++program)
+    kernel = ClKernel(cl().clCreateKernel(program->get(), name, &code));
   check_cl(code, fmt::format("clCreateKernel({})", name));
   return {std::move(kernel), name};
 }

@@ -59,11 +59,12 @@ class ClCommands {
  public:
   /// `logged`: keeps a profiling event of each command, for log().
   ClCommands(ClDevice device, std::size_t local_size, bool logged = false);
+  /// Another program. No two programs have a kernel of the same name.
   void build(const std::string& source, const std::string& options);
   const ClDevice& device() const { return device_; }
   ClCommandLog* log() const { return log_.get(); }  ///< null if none is kept
 
-  /// `name` must be valid as long as the program runs.
+  /// From whichever program has it. `name` must be valid as long as the process runs.
   BoundKernel kernel(const char* name) const;
   /// `count` is a multiple of the work-group size, except for the sums over chunks, which are few.
   void enqueue(const BoundKernel& kernel, std::size_t count) const;
@@ -98,13 +99,13 @@ class ClCommands {
   }
   void read(const ClBuffer& from, std::size_t bytes, void* to) const;
   void write(const void* from, std::size_t bytes, const ClBuffer& to) const;
-  std::string build_log() const;
+  std::string build_log(cl_program program) const;
 
   ClDevice device_;
   std::size_t local_size_;
   ClContext context_;
   ClQueue queue_;
-  ClProgram program_;
+  std::vector<ClProgram> programs_;
   std::unique_ptr<ClCommandLog> log_;
 };
 

@@ -183,7 +183,6 @@ class OpenClTissue final : public TissueSolver {
     if (features().spring[0] || features().spring[1]) source += kCouplingForceSource;
     if (features().probes()) source += kProbeSource;
     if (!watched().empty()) source += kDisplacementsSource;
-    if (features().digest) source += kDigestSource;
     if (features().energy) source += kEnergySource;
     return source;
   }
@@ -192,6 +191,7 @@ class OpenClTissue final : public TissueSolver {
     std::string options = build_options(cells_.constants, lattice(), features(), commands_.device().device);
     if (is_implicit_) options += implicit_options(cells_.constants, features());
     commands_.build(source(), options);
+    if (features().digest || features().energy || is_implicit_) commands_.build(kSumsSource, sums_options());
   }
 
   void allocate() {
@@ -226,7 +226,7 @@ class OpenClTissue final : public TissueSolver {
       const ClField &u = displacement(from), &v = velocity(from);
       if (features().digest) {
         kernels.cell_digest = commands_.kernel("cell_digest");
-        kernels.cell_digest.add(u, v, cell_digests_);
+        kernels.cell_digest.add(u, v, cell_digests_, cl_ulong{lattice().first});
       }
       if (features().energy) bind_energy(kernels.cell_energy, u, v);
     }
@@ -236,10 +236,10 @@ class OpenClTissue final : public TissueSolver {
       chunk_digest_.add(cell_digests_, chunk_sums_);
     }
     if (!features().energy) return;
-    chunk_energy_ = commands_.kernel("chunk_energy");
+    chunk_energy_ = commands_.kernel("chunk_sum");
     chunk_energy_.add(cell_energies_, energy_sums_);
     if (!features().gravity) return;
-    chunk_gravity_energy_ = commands_.kernel("chunk_energy");
+    chunk_gravity_energy_ = commands_.kernel("chunk_sum");
     chunk_gravity_energy_.add(gravity_energies_, gravity_energy_sums_);
   }
 

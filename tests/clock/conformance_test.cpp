@@ -182,7 +182,7 @@ TEMPLATE_TEST_CASE("what every one of several notifiers wrote is visible after t
 
 namespace {
 
-#ifdef __SANITIZE_THREAD__
+#ifdef EVENSTEP_SANITIZE_THREAD
 constexpr bool kSignalsAreHeldBack = true;
 #else
 constexpr bool kSignalsAreHeldBack = false;

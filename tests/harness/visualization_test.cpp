@@ -33,7 +33,7 @@ const std::vector<std::string> kLive{"remap.latency=\"60 ms\"", "remap.lead=\"20
 
 /// Why nothing can be drawn here; empty if it can.
 std::string cannot_draw() {
-#ifdef __SANITIZE_THREAD__
+#ifdef EVENSTEP_SANITIZE_THREAD
   return "Mesa is not instrumented, and its threads wait for each other by futexes, which this sanitizer does not see";
 #endif
   TissueScene tissue;

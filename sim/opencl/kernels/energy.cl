@@ -1,6 +1,5 @@
 // Mechanical energy per cell: the kinetic energy of a mobile particle, half the energy of each of its springs, and the
-// energy of a coupling or a probe on it; then sums over fixed chunks. The potential of gravity, which has a sign, is kept
-// apart.
+// energy of a coupling or a probe on it; sums.cl adds them up. The potential of gravity, which has a sign, is kept apart.
 #define ADD_STRETCH(OFFSET, RX, RY, RZ, L, C)                                     \
   {                                                                               \
     const float dx = (ux[i + (OFFSET)] - xi) + (RX);                              \
@@ -54,11 +53,4 @@ __kernel void cell_energy(READ(u), READ(v), __global const float* restrict activ
 #ifdef GRAVITY
   gravity_energies[index] = -(mass[i] * (WEIGHT_x * xi + WEIGHT_y * yi + WEIGHT_z * zi));
 #endif
-}
-
-__kernel void chunk_energy(__global const float* restrict energies, __global float* restrict sums) {
-  const size_t chunk = get_global_id(0);
-  float sum = 0.0f;
-  for (int n = 0; n < CHUNK; ++n) sum += energies[chunk * CHUNK + n];
-  sums[chunk] = sum;
 }

@@ -1,5 +1,6 @@
 // Implicit Euler, with the same operations as cpu/methods/implicit.cpp. x is the velocity to be found, z = u + h x, r the
-// residual, p the direction, q = A p. One product per cell is summed here over chunks, and over the chunks by the host.
+// residual, p the direction, q = A p. One product per cell is summed over chunks by sums.cl, and over
+// the chunks by the host.
 #ifdef REGIONS
 #define OWN_K(I) stiffness[I]
 #else
@@ -165,11 +166,4 @@ __kernel void finish_solve(READ(x), WRITE(u), WRITE(v), float h) {
   vx[i] = x + 0.0f * (x - vx[i]);  // as implicit midpoint does it, with 1
   vy[i] = y + 0.0f * (y - vy[i]);
   vz[i] = z + 0.0f * (z - vz[i]);
-}
-
-__kernel void chunk_sum(__global const float* restrict products, __global float* restrict sums) {
-  const size_t chunk = get_global_id(0);
-  float sum = 0.0f;
-  for (int n = 0; n < CHUNK; ++n) sum += products[chunk * CHUNK + n];
-  sums[chunk] = sum;
 }

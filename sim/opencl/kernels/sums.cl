@@ -1,10 +1,17 @@
+// A program of its own: nothing in it depends on the scene, so a driver that caches what it compiles has it for every scene.
+// The host defines CHUNK.
+#pragma OPENCL FP_CONTRACT OFF
+
 // Digest of the particle state: an integer mix per cell, then sums over fixed chunks, so that no work-group size matters.
 // All NaNs count as the same one, because it depends on the device which payload a NaN has.
 #define BITS(VALUE) ((ulong)(isnan(VALUE) ? 0x7fc00000u : as_uint(VALUE)))
+#define CELLS(NAME) __global const float* restrict NAME
 
-__kernel void cell_digest(READ(u), READ(v), __global ulong* restrict digests) {
+// `first` is the index of the first cell; `digests` begins with it.
+__kernel void cell_digest(CELLS(ux), CELLS(uy), CELLS(uz), CELLS(vx), CELLS(vy), CELLS(vz),
+                          __global ulong* restrict digests, ulong first) {
   const size_t index = get_global_id(0);
-  const size_t i = index + FIRST;
+  const size_t i = index + first;
   ulong h = (ulong)index * 0x9e3779b97f4a7c15UL;
   h += BITS(ux[i]) * 0xff51afd7ed558ccdUL;
   h += BITS(uy[i]) * 0xc4ceb9fe1a85ec53UL;
@@ -21,5 +28,12 @@ __kernel void chunk_digest(__global const ulong* restrict digests, __global ulon
   const size_t chunk = get_global_id(0);
   ulong sum = 0;
   for (int n = 0; n < CHUNK; ++n) sum += digests[chunk * CHUNK + n];
+  sums[chunk] = sum;
+}
+
+__kernel void chunk_sum(CELLS(values), __global float* restrict sums) {
+  const size_t chunk = get_global_id(0);
+  float sum = 0.0f;
+  for (int n = 0; n < CHUNK; ++n) sum += values[chunk * CHUNK + n];
   sums[chunk] = sum;
 }
