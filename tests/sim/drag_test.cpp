@@ -49,7 +49,8 @@ TEST_CASE("A region of another mass has the drag of a scene of that mass, with e
     for (const Method method : kAllMethods) {
       for (const double ratio : {0.5, 4.0}) {
         for (const bool variable_step : {false, true}) {
-          if (kind == SolverKind::opencl && variable_step == (ratio < 1)) continue;  // each is two programs to build
+          // Each is two OpenCL programs to build, and feature_equality_test holds OpenCL to the bits of cpu float.
+          if (kind == SolverKind::opencl && (variable_step || ratio < 1)) continue;
           INFO(name_of(kind) << " " << name_of(method) << " " << ratio << (variable_step ? ", variable" : ""));
           std::vector<glm::dvec3> forces_N, expected_N;
           try {
