@@ -366,7 +366,7 @@ TEST_CASE("solver, buffers, counters, events and run carry what the record says"
   paper.emission_repairs = 3;
   paper.devices[0].counters = {{"clamped", 5}, {"lost", 2}};
   CHECK(value(run, "solver.paper", "energy_growth") == 1.5);
-  CHECK(value(run, "solver.paper", "step_size_over_limit") == Approx(0.5).epsilon(1e-15));  // slot / 4, and the limit is slot / 2
+  CHECK(value(run, "solver.paper", "step_size_over_limit") == Approx(0.5).epsilon(1e-15));  // slot / 4; limit: slot / 2
   CHECK(value(run, "solver.paper", "k_max") == 60);
   CHECK(value(run, "solver.paper", "limit_particle") == 12);
   CHECK(value(run, "solver.paper", "iterations") == 5);
