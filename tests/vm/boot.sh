@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # boot.sh FOLDER SCENARIOS PROGRAM... : boots a Debian kernel in qemu twice, with these programs in it and init.sh as its
-# only process. It needs no root, and the guest has no network. qemu derives time from the number of instructions (-icount), so
-# guest time does not depend on how busy this machine is, and sleeping costs nothing.
+# only process. It needs no root, and the guest has no network. qemu derives time from the number of instructions (-icount),
+# so guest time does not depend on how busy this machine is, and sleeping costs nothing.
 #
 # All boots make the live runs. Only the first one runs the tests, too. FOLDER/1.log has all that it printed. FOLDER/live.log
 # and FOLDER/2.log have what the last two boots printed about the live runs.
